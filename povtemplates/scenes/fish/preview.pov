@@ -1,0 +1,19 @@
+// Look at the fish scene by hand: a pinhole at the entrance pupil of the lens
+// (56.56 mm behind its first surface), seeing what the lens images.
+// Licence: MIT.
+//
+//   povray +Ipreview.pov +W720 +H720 +K4 +A0.1      (+K: the clock, in frames)
+
+#version 3.7;
+
+#include "scene.inc"
+
+camera {
+  perspective
+  location <0, 60, -943.44>
+  direction z
+  up y
+  right x
+  angle 17.04
+  look_at <0, 60, 0>
+}

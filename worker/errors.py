@@ -1,0 +1,154 @@
+"""What can go wrong while a job is turned into pictures.
+
+Two families. A `Transient` failure may be gone at the next attempt, on this worker or on another; a `Permanent` one
+says the same thing every time, so it is not tried again. The docstring of a class is its default message.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Self
+
+
+class WorkerError(Exception):
+    """Something went wrong in a worker."""
+
+    code = "worker-error"
+
+    def __init__(self, message: str | None = None) -> None:
+        super().__init__(message or (type(self).__doc__ or "").strip())
+
+    @property
+    def message(self) -> str:
+        """The sentence a user reads."""
+        return str(self.args[0])
+
+
+class Transient(WorkerError):
+    """A failure that another attempt may not meet."""
+
+    code = "transient"
+
+
+class Permanent(WorkerError):
+    """A failure that every attempt would meet."""
+
+    code = "permanent"
+
+
+@dataclass(frozen=True)
+class FieldProblem:
+    """One field of what was asked for that cannot be: where, what was expected, what came."""
+
+    field: str
+    expected: str
+    got: str
+
+    def __str__(self) -> str:
+        return f"{self.field}: expected {self.expected}, got {self.got}"
+
+
+class SpecError(Permanent):
+    """The job asks for something that cannot be done."""
+
+    code = "spec"
+    problems: tuple[FieldProblem, ...] = ()
+
+    @classmethod
+    def of(cls, problems: Iterable[FieldProblem]) -> Self:
+        """Make the error that reports these problems."""
+        kept = tuple(problems)
+        error = cls("; ".join(str(problem) for problem in kept))
+        error.problems = kept
+        return error
+
+
+class OpticsError(SpecError):
+    """The optics cannot be built."""
+
+    code = "optics"
+
+
+class LayoutError(Permanent):
+    """The pixels do not fit the lens array."""
+
+    code = "layout"
+
+
+class SceneError(Permanent):
+    """POV-Ray refused the scene."""
+
+    code = "scene"
+
+
+class BundleError(Permanent):
+    """The scene bundle is not whole."""
+
+    code = "bundle"
+
+
+class OutputError(Permanent):
+    """An output cannot be made from what was rendered."""
+
+    code = "output"
+
+
+class RenderFailed(Transient):
+    """POV-Ray ended without a picture."""
+
+    code = "render-failed"
+
+
+class RenderStalled(Transient):
+    """POV-Ray made no progress for too long and was ended."""
+
+    code = "render-stalled"
+
+
+class RenderTimedOut(Transient):
+    """POV-Ray ran longer than the job allows and was ended."""
+
+    code = "render-timeout"
+
+
+class SandboxMissing(Transient):
+    """This worker has no sandbox, and scenes run in nothing less."""
+
+    code = "sandbox-missing"
+
+
+class PovrayMissing(Transient):
+    """POV-Ray is not installed on this worker."""
+
+    code = "povray-missing"
+
+
+class ArtifactMissing(Transient):
+    """An artifact that should be in the store is not there."""
+
+    code = "artifact-missing"
+
+
+class ArtifactBroken(Transient):
+    """An artifact in the store cannot be read."""
+
+    code = "artifact-broken"
+
+
+class StoreFull(Transient):
+    """There is no room left for artifacts."""
+
+    code = "store-full"
+
+
+class StoreUnavailable(Transient):
+    """The artifact store does not answer."""
+
+    code = "store-unavailable"
+
+
+class Stopped(Transient):
+    """The attempt was told to stop."""
+
+    code = "stopped"

@@ -1,0 +1,11 @@
+"""What was asked for, and the words service and worker share. Pure: no input or output.
+
+frames     `1-48:2, 60` and the numbers it stands for
+spec       the job as it was asked for, and the one door that checks it
+scene      the scene as a job sees it: stage, clock, parameters
+sheet      the job as it is stored for workers
+statuses   jobs' and tasks' statuses and the moves between them
+orders     what a worker is told
+events     what a worker says
+wire       the names both meet under on Redis, and the times they agree on
+"""

@@ -1,0 +1,149 @@
+"""A scene as a job sees it: title, parameters, clock and the stage where the rig stands.
+
+The form is that of a bundle's `scene.toml`; `parse_scene` reads it, `SceneCard.resolve` fills in a job's parameters.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from typing import Any, Literal, Self
+
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+
+from worker.errors import BundleError, FieldProblem, SpecError
+from worker.job.spec import Clock, ParameterValue, problems_of
+
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
+
+RESERVED = frozenset(
+    "clock version pi tau image_width image_height frame_number initial_clock final_clock clock_delta x y z t u v "
+    "red green blue filter transmit".split()
+)
+"""Words that POV-Ray keeps for itself and that a parameter might be named by."""
+
+
+class _Part(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+Vector = tuple[float, float, float]
+
+
+class Stage(_Part):
+    """Where the rig stands in the scene (scene units) and the scale."""
+
+    location: Vector
+    """The vertex of surface 1 of the imaging lens."""
+    look_at: Vector
+    up: Vector = (0.0, 1.0, 0.0)
+    mm_per_unit: float = Field(default=1.0, gt=0)
+    reference_mm: float = Field(gt=0)
+    """From surface 1 to the scene's reference plane."""
+    near_mm: float = Field(gt=0)
+    far_mm: float = Field(gt=0)
+
+    @model_validator(mode="after")
+    def _spans_a_frame(self) -> Self:
+        if self.far_mm < self.near_mm:
+            raise ValueError(f"near_mm <= far_mm, got {self.near_mm} and {self.far_mm}")
+        look = [b - a for a, b in zip(self.location, self.look_at, strict=True)]
+        up = self.up
+        cross = (
+            look[1] * up[2] - look[2] * up[1],
+            look[2] * up[0] - look[0] * up[2],
+            look[0] * up[1] - look[1] * up[0],
+        )
+        if sum(c * c for c in cross) <= 1e-18 * sum(c * c for c in look) * sum(c * c for c in up):
+            raise ValueError("location, look_at and up that span a plane")
+        return self
+
+
+class Parameter(_Part):
+    """A number, switch or colour that a job may set."""
+
+    type: Literal["number", "integer", "boolean", "color"]
+    default: ParameterValue
+    minimum: float | None = None
+    maximum: float | None = None
+    unit: str = ""
+    description: str = ""
+
+    @model_validator(mode="after")
+    def _default_is_allowed(self) -> Self:
+        fault = self.fault_of(self.default)
+        if fault:
+            raise ValueError(f"a default that is {fault}, got {self.default!r}")
+        return self
+
+    def fault_of(self, value: ParameterValue) -> str | None:
+        """Return what `value` should have been, or None if it is right."""
+        if self.type == "boolean":
+            return None if isinstance(value, bool) else "true or false"
+        if self.type == "color":
+            right = isinstance(value, str) and re.fullmatch(r"#[0-9a-fA-F]{6}", value)
+            return None if right else "a colour like '#20a0ff'"
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            return f"{'an integer' if self.type == 'integer' else 'a number'}"
+        if self.type == "integer" and not float(value).is_integer():
+            return "an integer"
+        if self.minimum is not None and value < self.minimum or self.maximum is not None and value > self.maximum:
+            return f"{self.type} from {self.minimum} to {self.maximum}"
+        return None
+
+
+class SceneCard(_Part):
+    """What `scene.toml` says."""
+
+    title: str = Field(min_length=1, max_length=200)
+    description: str = ""
+    license: str = ""
+    stage: Stage
+    clock: Clock = Clock()
+    parameters: dict[str, Parameter] = Field(default_factory=dict)
+
+    @field_validator("parameters")
+    @classmethod
+    def _usable_names(cls, parameters: dict[str, Parameter]) -> dict[str, Parameter]:
+        for name in parameters:
+            if not _NAME.fullmatch(name) or name in RESERVED:
+                raise ValueError(f"parameter names in lower snake case that POV-Ray does not keep, got {name!r}")
+        return parameters
+
+    def resolve(self, given: Mapping[str, ParameterValue]) -> dict[str, ParameterValue]:
+        """Return every parameter with its value: the job's, or the default.
+
+        Raises
+        ------
+        SpecError
+            If the job sets a parameter that the scene does not have, or one out of bounds.
+        """
+        problems = [
+            FieldProblem(field=f"parameters.{name}", expected=self._known_names(), got=f"unknown parameter {name!r}")
+            for name in given
+            if name not in self.parameters
+        ]
+        for name, parameter in self.parameters.items():
+            fault = parameter.fault_of(given[name]) if name in given else None
+            if fault:
+                problems.append(FieldProblem(field=f"parameters.{name}", expected=fault, got=repr(given[name])))
+        if problems:
+            raise SpecError.of(problems)
+        return {name: given.get(name, parameter.default) for name, parameter in self.parameters.items()}
+
+    def _known_names(self) -> str:
+        return f"one of {', '.join(sorted(self.parameters))}" if self.parameters else "no parameters"
+
+
+def parse_scene(data: Mapping[str, Any]) -> SceneCard:
+    """Return the scene that a parsed `scene.toml` describes.
+
+    Raises
+    ------
+    BundleError
+        Naming every field that is wrong.
+    """
+    try:
+        return SceneCard.model_validate(data)
+    except ValidationError as error:
+        raise BundleError("scene.toml: " + "; ".join(map(str, problems_of(error)))) from error

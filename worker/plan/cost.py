@@ -1,0 +1,40 @@
+"""What a task costs, and how finely that lets a frame be cut."""
+
+from __future__ import annotations
+
+import math
+
+from worker.job.events import ProbeResult
+from worker.job.spec import RenderSettings
+from worker.plan.sampling import FrameSize
+
+WORTHWHILE_S = 5.0
+"""A shorter task is mostly POV-Ray's start (0.67 s, measured)."""
+COMFORTABLE_S = 60.0
+"""A longer task makes a lost worker or a late finish expensive."""
+
+
+def frame_seconds(size: FrameSize, probe: ProbeResult) -> float:
+    """Return the seconds that one frame takes on one slot."""
+    return probe.start_s + size.px * probe.s_per_px
+
+
+def tile_grid(
+    size: FrameSize, probe: ProbeResult, settings: RenderSettings, *, frames: int, slots: int
+) -> tuple[int, int]:
+    """Return (tile_rows, tile_cols) for every frame of a job.
+
+    What the job says goes. Otherwise a frame is cut so that no tile is much longer than a minute and no slot idles
+    while a short sequence renders, but no tile is shorter than what is worthwhile. Scenes whose tiles would differ
+    from the whole are not cut.
+    """
+    if not probe.tileable:
+        return (1, 1)
+    if settings.tiles != "auto":
+        rows, cols = settings.tiles
+        return (min(rows, size.lens_rows), min(cols, size.lens_cols))
+    pixels_s = size.px * probe.s_per_px
+    for_length = math.ceil(pixels_s / COMFORTABLE_S)
+    for_slots = math.ceil(slots / frames)
+    at_most = max(1, int(pixels_s / WORTHWHILE_S))
+    return (min(max(for_length, for_slots), at_most, size.lens_rows, 100), 1)
