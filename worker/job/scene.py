@@ -17,8 +17,11 @@ from worker.job.spec import Clock, ParameterValue, problems_of
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 
 RESERVED = frozenset(
-    "clock version pi tau image_width image_height frame_number initial_clock final_clock clock_delta x y z t u v "
-    "red green blue filter transmit".split()
+    (
+        *("clock", "version", "pi", "tau", "x", "y", "z", "t", "u", "v"),
+        *("red", "green", "blue", "filter", "transmit"),
+        *("image_width", "image_height", "frame_number", "initial_clock", "final_clock", "clock_delta"),
+    )
 )
 """Words that POV-Ray keeps for itself and that a parameter might be named by."""
 
@@ -87,7 +90,9 @@ class Parameter(_Part):
             return f"{'an integer' if self.type == 'integer' else 'a number'}"
         if self.type == "integer" and not float(value).is_integer():
             return "an integer"
-        if self.minimum is not None and value < self.minimum or self.maximum is not None and value > self.maximum:
+        below = self.minimum is not None and value < self.minimum
+        above = self.maximum is not None and value > self.maximum
+        if below or above:
             return f"{self.type} from {self.minimum} to {self.maximum}"
         return None
 

@@ -7,7 +7,7 @@ field that is wrong, what was expected there and what came.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
@@ -25,7 +25,9 @@ PAPER_CAMERA_ANGLE_DEG = 6.738
 
 ParameterValue = bool | int | float | str
 
-OUTPUTS = ("views.mp4", "centre.mp4", "orthoscopic.mkv")
+Output = Literal["views.mp4", "centre.mp4", "orthoscopic.mkv"]
+
+OUTPUTS: tuple[Output, ...] = get_args(Output)
 """The videos that a job can ask for."""
 
 
@@ -119,7 +121,7 @@ class JobSpec(_Part):
     render: RenderSettings = RenderSettings()
     priority: int = Field(default=50, ge=0, le=100)
     """Higher goes first."""
-    outputs: tuple[Literal["views.mp4", "centre.mp4", "orthoscopic.mkv"], ...] = OUTPUTS
+    outputs: tuple[Output, ...] = OUTPUTS
 
     @field_validator("outputs")
     @classmethod

@@ -29,12 +29,14 @@ class Rays:
     def at_z(self, z_mm: float | Array) -> Array:
         """Return where the rays cross the plane of a z, shape (..., 3)."""
         step = (z_mm - self.position[..., 2]) / self.direction[..., 2]
-        return self.position + step[..., np.newaxis] * self.direction
+        points: Array = self.position + step[..., np.newaxis] * self.direction
+        return points
 
 
 def unit(vectors: Array) -> Array:
     """Return vectors (..., 3) scaled to length 1."""
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    scaled: Array = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+    return scaled
 
 
 def meet_plane(rays: Rays, z_mm: float) -> tuple[Array, Array]:
@@ -55,7 +57,7 @@ def meet_sphere(rays: Rays, *, vertex_z_mm: float, radius_mm: float, centre_xy_m
     centre_xy_mm
         Centres across the axis, shape (..., 2).
     """
-    centre = np.empty(np.broadcast_shapes(rays.position.shape[:-1], centre_xy_mm.shape[:-1]) + (3,))
+    centre = np.empty((*np.broadcast_shapes(rays.position.shape[:-1], centre_xy_mm.shape[:-1]), 3))
     centre[..., :2] = centre_xy_mm
     centre[..., 2] = vertex_z_mm + radius_mm
     to_centre = centre - rays.position
@@ -79,7 +81,8 @@ def refract(direction: Array, normal: Array, *, index_before: float, index_after
     cosine = np.abs(cosine)
     square = 1.0 - ratio**2 * (1.0 - cosine**2)
     after = np.sqrt(np.where(square >= 0, square, np.nan))
-    return ratio * direction + (after - ratio * cosine) * facing
+    refracted: Array = ratio * direction + (after - ratio * cosine) * facing
+    return refracted
 
 
 def through_lens(rays: Rays, lens: ImagingLens, *, backward: bool = False, stopped: bool = True) -> Rays:

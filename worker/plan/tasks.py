@@ -60,9 +60,7 @@ def plan_tasks(spec: JobSpec, plan: PlanSheet) -> Iterator[PlannedTask]:
         stage = f"render/{names.frame_stem(frame)}"
         for tile in tiles:
             artifact = names.tile_name(frame, tile.index)
-            yield PlannedTask(
-                TaskKind.RENDER, stage, None, sequence, tile.px, artifact, frame=frame, tile=tile.index
-            )
+            yield PlannedTask(TaskKind.RENDER, stage, None, sequence, tile.px, artifact, frame=frame, tile=tile.index)
             sequence += 1
         yield PlannedTask(
             TaskKind.ASSEMBLE, ASSEMBLE_STAGE, stage, sequence, size.px // 20, names.thumb_name(frame), frame=frame

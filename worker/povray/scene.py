@@ -12,16 +12,16 @@ TRACE_LEVEL = 24
 """Refractions and reflections a ray may meet: 2 + 6 surfaces of the paper's rig, and 10 to 21 in all were seen."""
 
 
-def pov_text(sheet: JobSheet, *, rows: int) -> str:
-    """Return the .pov text for pictures of `rows` pixel rows.
+def pov_text(sheet: JobSheet) -> str:
+    """Return the .pov text of a job.
 
-    The frame is not in it: POV-Ray gets the clock on its command line.
+    Frame, tile and size are not in it: POV-Ray gets them on its command line.
     """
     stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
     stage = sheet.stage
     surfaces = stood.imaging_lens.surfaces
     return write.write_capture(
-        title=f"Job {sheet.job_id}: scene {sheet.spec.scene}, {rows} rows",
+        title=f"Scene {sheet.spec.scene}",
         parameters=[(name, literals.parameter(value)) for name, value in sorted(sheet.parameters.items())],
         trace_level=TRACE_LEVEL + max(0, len(surfaces) - 6),
         surfaces=len(surfaces),
@@ -38,7 +38,7 @@ def pov_text(sheet: JobSheet, *, rows: int) -> str:
         ],
         lens_array=_lens_array(stood),
         mla_z_mm=literals.number(stood.mla_z_mm),
-        camera=_camera(stood, rows),
+        camera=_camera(stood),
         stage=", ".join(
             (
                 literals.vector(stage.location),
@@ -55,8 +55,8 @@ def _lens_array(stood: Bench) -> str:
     return literals.numbers((*array.count, array.pitch_mm, shape.radius_mm, shape.displacement_mm, array.index))
 
 
-def _camera(stood: Bench, rows: int) -> str:
+def _camera(stood: Bench) -> str:
     macro = {"orthographic": "Lippmann_Orthographic", "perspective": "Lippmann_Perspective"}
     distance_mm = stood.camera_z_mm - stood.mla_z_mm
-    arguments = literals.numbers((stood.width_mm, stood.height_mm, rows, stood.mla_z_mm, distance_mm))
+    arguments = literals.numbers((stood.width_mm, stood.height_mm, stood.mla_z_mm, distance_mm))
     return f"{macro[stood.rig.camera.projection]}({arguments})"

@@ -1,5 +1,5 @@
 // Look at the fish scene by hand: a pinhole at the entrance pupil of the lens
-// (56.56 mm behind its first surface), seeing what the lens images.
+// (56.56 mm behind its first surface, as seen from the scene), seeing what the lens images.
 // Licence: MIT.
 //
 //   povray +Ipreview.pov +W720 +H720 +K4 +A0.1      (+K: the clock, in frames)
@@ -10,7 +10,7 @@
 
 camera {
   perspective
-  location <0, 60, -943.44>
+  location <0, 60, -1056.56>
   direction z
   up y
   right x

@@ -1,0 +1,56 @@
+# Everything starts here. `make demo` and `make test` install what is missing and then do their work.
+
+SHELL := /bin/bash
+VENV := .venv
+BIN := $(VENV)/bin
+PYTHON3 ?= python3
+
+.DEFAULT_GOAL := help
+.PHONY: help demo up test lint types fmt bench lock setup setup-test clean
+
+help: ## Show what there is
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
+
+demo: setup ## Render the paper's integral video on this machine, into out/
+	$(BIN)/lippmann demo $(ARGS)
+
+up: setup ## Start the one-machine farm; Ctrl-C ends it
+	$(BIN)/lippmann up $(ARGS)
+
+test: setup-test lint types ## Run all checks and all tests
+	$(BIN)/pytest $(ARGS)
+
+lint: setup ## Check style and the order of imports
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/lint-imports
+
+types: setup ## Check types
+	$(BIN)/mypy
+
+fmt: setup ## Format the code
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+bench: setup ## Measure ratios against plain POV-Ray and against the limits
+	$(BIN)/python -m tests.benchmarks $(ARGS)
+
+lock: ## Write requirements.lock anew from pyproject.toml (needs uv)
+	uv pip compile pyproject.toml --universal --python-version 3.11 --all-extras --generate-hashes --no-header \
+		--no-annotate --quiet --upgrade --output-file requirements.lock
+
+setup: $(VENV)/.installed
+	@deploy/system-packages povray bwrap
+
+setup-test: $(VENV)/.installed
+	@deploy/system-packages povray bwrap chromium ffprobe
+
+$(VENV)/.installed: requirements.lock pyproject.toml
+	@deploy/system-packages venv
+	$(PYTHON3) -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check --require-hashes --requirement requirements.lock
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
+	@touch $@
+
+clean: ## Remove what was built; keeps data/ and out/
+	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

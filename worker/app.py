@@ -1,0 +1,69 @@
+"""Celery: it carries orders here and nothing more. No results, no retries, no canvas."""
+
+from __future__ import annotations
+
+import ctypes
+import signal
+from typing import Any
+
+from celery import Celery
+from celery.signals import worker_process_init
+
+from worker.job import wire
+from worker.settings import WorkerSettings
+
+REDELIVERY_S = 8 * 86_400
+"""Above every time limit a job may set: the broker must not run an order twice; the service decides what is lost."""
+
+_PR_SET_PDEATHSIG = 1
+
+
+def make_app(settings: WorkerSettings) -> Celery:
+    """Return the Celery application of one worker."""
+    app = Celery("lippmann", broker=broker_url(settings.redis_url), include=["worker.tasks.entry"])
+    transport = {
+        "global_keyprefix": wire.PREFIX,
+        "visibility_timeout": REDELIVERY_S,
+        "socket_timeout": 30,
+        "socket_connect_timeout": 5,
+        "socket_keepalive": True,
+    }
+    app.conf.update(
+        broker_transport_options=transport,
+        broker_connection_max_retries=None,
+        broker_connection_retry_on_startup=True,
+        task_default_queue=wire.QUEUE,
+        task_acks_late=True,
+        task_reject_on_worker_lost=True,
+        task_ignore_result=True,
+        task_serializer="json",
+        accept_content=["json"],
+        worker_prefetch_multiplier=1,
+        worker_disable_prefetch=True,
+        worker_cancel_long_running_tasks_on_connection_loss=False,
+        worker_concurrency=settings.slots,
+        worker_hijack_root_logger=False,
+        worker_send_task_events=False,
+        worker_enable_remote_control=False,
+    )
+    return app
+
+
+def broker_url(redis_url: str) -> str:
+    """Return a Redis address as Celery writes it.
+
+    >>> broker_url("unix:///run/lippmann.sock?db=0")
+    'redis+socket:///run/lippmann.sock?virtual_host=0'
+    """
+    if not redis_url.startswith("unix://"):
+        return redis_url
+    return redis_url.replace("unix://", "redis+socket://", 1).replace("?db=", "?virtual_host=")
+
+
+@worker_process_init.connect
+def _end_with_the_worker(**_: Any) -> None:
+    """Let a pool process end when the worker is killed, so that its POV-Ray ends too."""
+    ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+app = make_app(WorkerSettings())

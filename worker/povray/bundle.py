@@ -1,0 +1,128 @@
+"""Scene bundles: a folder or a zip of scene.inc, scene.toml and what they use.
+
+The zip is deterministic, so that its SHA-256 names the scene: same files, same name.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import zipfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path, PurePosixPath
+
+from povtemplates.catalogue import MANIFEST, POSTER, SCENE
+from povtemplates.manifest import ManifestError, read_manifest
+from worker.errors import BundleError
+from worker.job.scene import SceneCard, parse_scene
+
+MAX_BYTES = 256 * 1024 * 1024
+"""Of all files together, unpacked."""
+MAX_FILES = 2000
+
+_EPOCH = (1980, 1, 1, 0, 0, 0)
+
+
+@dataclass(frozen=True)
+class CheckedBundle:
+    """A bundle that was looked through."""
+
+    card: SceneCard
+    digest: str
+    poster: bytes | None
+    """PNG."""
+
+
+def pack_folder(folder: Path) -> bytes:
+    """Return the bundle in a folder as a deterministic zip; hidden files and byte code stay out.
+
+    Raises
+    ------
+    BundleError
+        If the folder is not there, or a link in it leads out of it.
+    """
+    if not folder.is_dir():
+        raise BundleError(f"expected a folder with {SCENE} and {MANIFEST}, got {folder}")
+    packed = io.BytesIO()
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path in _files_of(folder):
+            entry = zipfile.ZipInfo(path.relative_to(folder).as_posix(), _EPOCH)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            archive.writestr(entry, path.read_bytes())
+    return packed.getvalue()
+
+
+def check_bundle(data: bytes) -> CheckedBundle:
+    """Look a zip through before anything of it is used.
+
+    Raises
+    ------
+    BundleError
+        If it is no zip, too large, reaches outside its folder, or lacks scene.inc or a right scene.toml.
+    """
+    with _opened(data) as archive:
+        names = _checked_names(archive)
+        for needed in (SCENE, MANIFEST):
+            if needed not in names:
+                raise BundleError(f"expected {needed} at the top of the bundle, got {', '.join(sorted(names)[:8])}")
+        try:
+            card = parse_scene(read_manifest(archive.read(MANIFEST)))
+        except ManifestError as error:
+            raise BundleError(str(error)) from error
+        poster = archive.read(POSTER) if POSTER in names else None
+    return CheckedBundle(card=card, digest=digest_of(data), poster=poster)
+
+
+def unpack(data: bytes, folder: Path) -> None:
+    """Write a checked bundle's files into an empty folder.
+
+    Raises
+    ------
+    BundleError
+        As `check_bundle`.
+    """
+    with _opened(data) as archive:
+        for name in _checked_names(archive):
+            target = folder / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(archive.read(name))
+
+
+def digest_of(data: bytes) -> str:
+    """Return the name that a bundle's bytes give it."""
+    return hashlib.sha256(data).hexdigest()
+
+
+def _files_of(folder: Path) -> Iterator[Path]:
+    inside = folder.resolve()
+    for path in sorted(folder.rglob("*")):
+        parts = path.relative_to(folder).parts
+        if not path.is_file() or any(part.startswith(".") or part == "__pycache__" for part in parts):
+            continue
+        if not path.resolve().is_relative_to(inside):
+            raise BundleError(f"expected files inside the bundle, got a link that leads out: {path}")
+        yield path
+
+
+def _opened(data: bytes) -> zipfile.ZipFile:
+    try:
+        return zipfile.ZipFile(io.BytesIO(data))
+    except zipfile.BadZipFile as error:
+        raise BundleError(f"expected a zip, got {len(data)} bytes that are none") from error
+
+
+def _checked_names(archive: zipfile.ZipFile) -> list[str]:
+    entries = [entry for entry in archive.infolist() if not entry.is_dir()]
+    if len(entries) > MAX_FILES:
+        raise BundleError(f"expected at most {MAX_FILES} files, got {len(entries)}")
+    size = sum(entry.file_size for entry in entries)
+    if size > MAX_BYTES:
+        raise BundleError(f"expected at most {MAX_BYTES} bytes unpacked, got {size}")
+    for entry in entries:
+        path = PurePosixPath(entry.filename)
+        if path.is_absolute() or ".." in path.parts or "\\" in entry.filename or "\0" in entry.filename:
+            raise BundleError(f"expected names inside the bundle, got {entry.filename!r}")
+        if entry.external_attr >> 16 & 0o170000 == 0o120000:
+            raise BundleError(f"expected plain files, got a link: {entry.filename!r}")
+    return [entry.filename for entry in entries]
