@@ -73,7 +73,7 @@ def camera_distance_mm(rig: Rig, width_mm: float) -> float:
 
     >>> from worker.job.spec import Camera
     >>> round(camera_distance_mm(Rig(camera=Camera(projection="perspective")), 101.6), 1)
-    863.0
+    862.9
     """
     if rig.camera.projection == "orthographic":
         return ORTHOGRAPHIC_DISTANCE_MM

@@ -14,6 +14,10 @@ from numpy.typing import NDArray
 from worker.optics.prescription import ImagingLens, Surface
 
 
+_IN_FOCUS = 1e-12
+"""|D| of an object plane that is the front focal plane but for rounding."""
+
+
 @dataclass(frozen=True)
 class CardinalPoints:
     """Focal length and focal distances of a lens system in air, mm."""
@@ -79,7 +83,7 @@ def conjugate(lens: ImagingLens, object_mm: float) -> Conjugate:
     then the magnification.
     """
     (a, b), (c, d) = system_matrix(lens) @ translation(object_mm)
-    if d == 0:
+    if abs(d) < _IN_FOCUS:
         return Conjugate(object_mm=object_mm, image_mm=float("inf"), magnification=float("-inf"))
     image_mm = -b / d
     return Conjugate(object_mm=object_mm, image_mm=float(image_mm), magnification=float(a + image_mm * c))

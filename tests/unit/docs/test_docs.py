@@ -1,0 +1,77 @@
+"""What the documentation says is what the code does."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from pydantic import BaseModel
+
+from povtemplates.catalogue import scene_folders
+from worker.job.spec import JobSpec, parse_spec
+from worker.job.statuses import JOB_MOVES, TASK_MOVES
+
+ROOT = Path(__file__).parents[3]
+DOCS = ROOT / "docs"
+PAGES = sorted([*DOCS.rglob("*.md"), ROOT / "README.md", ROOT / "CHANGELOG.md"])
+
+
+def fields_of(model: type[BaseModel], prefix: str = "") -> set[str]:
+    names = set()
+    for name, field in model.model_fields.items():
+        inner = field.annotation
+        if isinstance(inner, type) and issubclass(inner, BaseModel):
+            names |= fields_of(inner, f"{prefix}{name}.")
+        else:
+            names.add(prefix + name)
+    return names
+
+
+def rows_of(page: str) -> list[list[str]]:
+    lines = (DOCS / page).read_text().splitlines()
+    return [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
+
+
+def test_every_field_of_a_job_is_documented_and_no_other() -> None:
+    documented = {row[0].strip("`") for row in rows_of("job-file.md") if row[0].startswith("`")}
+    assert documented == fields_of(JobSpec)
+
+
+def test_the_documented_job_is_the_default_one() -> None:
+    (block,) = re.findall(r"```json\n(.*?)```", (DOCS / "job-file.md").read_text(), re.DOTALL)
+    spec = parse_spec(json.loads(block))
+    assert spec.rig == JobSpec(scene="fish").rig
+    assert spec.outputs == JobSpec(scene="fish").outputs
+
+
+def test_the_documented_moves_are_the_table() -> None:
+    tables: dict[str, dict[str, set[str]]] = {}
+    for row in rows_of("statuses.md"):
+        if row[0] in ("job", "task"):
+            table = tables.setdefault(row[0], {})
+        elif not row[0].startswith("-"):
+            table[row[0]] = {word.strip() for word in row[2].split(",")}
+    code = {"job": JOB_MOVES, "task": TASK_MOVES}
+    assert tables == {
+        kind: {status.value: {move.value for move in moves} for status, moves in table.items()}
+        for kind, table in code.items()
+    }
+
+
+def test_every_scene_is_documented() -> None:
+    documented = {row[0].strip("`") for row in rows_of("scenes.md") if row[0].startswith("`")}
+    assert documented == set(scene_folders())
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_inside_the_docs_lead_somewhere(page: Path) -> None:
+    targets = re.findall(r"\]\(([^)#]+)(?:#[^)]*)?\)", page.read_text())
+    missing = [t for t in targets if not t.startswith(("http://", "https://")) and not (page.parent / t).exists()]
+    assert not missing
+
+
+def test_every_page_is_in_the_table_of_contents() -> None:
+    contents = (DOCS / "README.md").read_text()
+    assert all(page.name in contents for page in DOCS.glob("*.md") if page.name != "README.md")

@@ -1,0 +1,95 @@
+"""The one door for jobs: every wrong field is named with what was expected and what came."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from worker.errors import SpecError
+from worker.job.spec import JobSpec, parse_spec
+
+PAPER_IV: dict[str, Any] = {
+    "scene": "fish",
+    "parameters": {"turn_deg_per_frame": 8},
+    "frames": "1-6",
+    "fps": 8,
+    "rig": {
+        "imaging_lens": "athineos-2006",
+        "lens_array": {
+            "lattice": "square",
+            "count": [90, 90],
+            "pitch_mm": 1.0,
+            "focal_length_mm": 3.3,
+            "index": 1.49,
+            "aperture": "full",
+            "offset_mm": 40,
+        },
+        "camera": {"projection": "orthographic"},
+        "px_per_lens": 8,
+    },
+    "render": {"antialias": "off"},
+    "priority": 50,
+    "outputs": ["views.mp4", "centre.mp4", "orthoscopic.mkv"],
+}
+
+
+def test_the_papers_job_file_is_understood() -> None:
+    spec = parse_spec(PAPER_IV)
+    assert spec.frame_numbers == (1, 2, 3, 4, 5, 6)
+    assert spec.rig.lens_array.count == (90, 90)
+
+
+def test_a_job_of_a_scene_alone_is_the_papers_one_frame() -> None:
+    assert parse_spec({"scene": "fish"}).rig == parse_spec(PAPER_IV).rig
+
+
+def test_writing_and_reading_a_job_are_inverse() -> None:
+    spec = parse_spec(PAPER_IV)
+    assert parse_spec(json.loads(spec.model_dump_json())) == spec
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "expected", "got"),
+    [
+        ({"scne": 1}, "scne", "no such field", "1"),
+        ({"rig": {"lens_array": {"count": [0, 90]}}}, "rig.lens_array.count.0", "greater than or equal to 1", "0"),
+        ({"rig": {"px_per_lens": 1}}, "rig.px_per_lens", "greater than or equal to 2", "1"),
+        ({"rig": {"lens_array": {"pitch_mm": float("nan")}}}, "rig.lens_array.pitch_mm", "finite number", "nan"),
+        ({"frames": "7-3"}, "frames", "a range that counts up", "'7-3'"),
+        ({"outputs": ["views.gif"]}, "outputs.0", "'views.mp4'", "'views.gif'"),
+        ({"outputs": ["views.mp4", "views.mp4"]}, "outputs", "each output once", "views.mp4"),
+        ({"scene": "../fish"}, "scene", "pattern", "'../fish'"),
+        ({"fps": 0}, "fps", "greater than 0", "0"),
+        ({"rig": {"lens_array": {"count": [4000, 90]}, "px_per_lens": 20}}, "rig", "at most 32768 px a side", "80000"),
+        ({"rig": {"lens_array": {"index": 0.9}}}, "rig.lens_array.index", "greater than 1", "0.9"),
+    ],
+)
+def test_a_wrong_field_is_named(change: dict[str, Any], field: str, expected: str, got: str) -> None:
+    with pytest.raises(SpecError) as caught:
+        parse_spec({"scene": "fish"} | change)
+    (problem,) = caught.value.problems
+    assert problem.field == field
+    assert expected in problem.expected
+    assert got in problem.got + problem.expected
+    assert field in caught.value.message
+
+
+def test_all_wrong_fields_are_named_at_once() -> None:
+    with pytest.raises(SpecError) as caught:
+        parse_spec({"frames": "x", "rig": {"px_per_lens": 1}, "colour": "red"})
+    assert {problem.field for problem in caught.value.problems} == {"scene", "frames", "rig.px_per_lens", "colour"}
+
+
+@pytest.mark.parametrize("data", [None, [], "fish", 3])
+def test_what_is_no_object_is_refused(data: object) -> None:
+    with pytest.raises(SpecError, match="expected a job as a JSON object"):
+        parse_spec(data)
+
+
+def test_a_job_cannot_be_changed_after_the_door() -> None:
+    spec: Any = parse_spec({"scene": "fish"})
+    with pytest.raises(Exception, match="frozen"):
+        spec.priority = 3
+    assert isinstance(spec, JobSpec)

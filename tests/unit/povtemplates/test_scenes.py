@@ -1,0 +1,50 @@
+"""The scenes that come with the project."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from povtemplates.catalogue import SCENE, scene_folders
+from worker.errors import BundleError
+from worker.job.spec import JobSpec
+from worker.optics.check import check_rig
+from worker.povray.bundle import check_bundle, digest_of, pack_folder, unpack
+
+SCENES = scene_folders()
+
+
+def test_the_fish_and_the_targets_are_there() -> None:
+    assert set(SCENES) >= {"fish", "target-position", "target-letter", "target-white", "target-points"}
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_scene_is_a_right_bundle_for_the_papers_rig(name: str) -> None:
+    card = check_bundle(pack_folder(SCENES[name])).card
+    assert card.title
+    assert card.license == "MIT"
+    assert check_rig(JobSpec(scene=name), card.stage)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_a_scene_declares_a_default_for_each_of_its_parameters(name: str) -> None:
+    card = check_bundle(pack_folder(SCENES[name])).card
+    text = (SCENES[name] / SCENE).read_text()
+    assert all(f"#ifndef ({parameter})" in text for parameter in card.parameters)
+
+
+def test_packing_twice_gives_the_same_name() -> None:
+    assert digest_of(pack_folder(SCENES["fish"])) == digest_of(pack_folder(SCENES["fish"]))
+
+
+def test_unpacking_gives_back_every_file(tmp_path: Path) -> None:
+    unpack(pack_folder(SCENES["fish"]), tmp_path)
+    assert (tmp_path / "textures" / "skin.png").read_bytes() == (SCENES["fish"] / "textures" / "skin.png").read_bytes()
+    assert pack_folder(tmp_path) == pack_folder(SCENES["fish"])
+
+
+def test_a_bundle_without_scene_toml_is_refused_by_name(tmp_path: Path) -> None:
+    (tmp_path / SCENE).write_text("sphere { 0, 1 }")
+    with pytest.raises(BundleError, match=r"expected scene\.toml at the top of the bundle"):
+        check_bundle(pack_folder(tmp_path))
