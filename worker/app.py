@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import ctypes
+import os
+import platform
 import signal
+import time
+from importlib.metadata import version
 from typing import Any
 
 from celery import Celery
-from celery.signals import worker_process_init
+from celery.signals import worker_init, worker_process_init, worker_ready, worker_shutdown, worker_shutting_down
 
 from worker.job import wire
+from worker.job.events import Presence
+from worker.povray.sandbox import detect
+from worker.povray.version import povray_version
+from worker.report import Announcer, Wire
 from worker.settings import WorkerSettings
 
 REDELIVERY_S = 8 * 86_400
@@ -60,10 +68,53 @@ def broker_url(redis_url: str) -> str:
     return redis_url.replace("unix://", "redis+socket://", 1).replace("?db=", "?virtual_host=")
 
 
+settings = WorkerSettings()
+"""Of this worker; its pool processes inherit it, and with it the worker's name."""
+
+app = make_app(settings)
+
+_announcer: Announcer | None = None
+
+
+@worker_init.connect
+def _start_afresh(**_: Any) -> None:
+    settings.scratch_dir.mkdir(parents=True, exist_ok=True)
+    settings.stopping_file.unlink(missing_ok=True)
+
+
+@worker_ready.connect
+def _be_there(**_: Any) -> None:
+    """Say that the worker is there, until it is not."""
+    global _announcer
+    now_s = time.time()
+    presence = Presence(
+        name=settings.worker_name,
+        host=platform.node(),
+        pid=os.getpid(),
+        slots=settings.slots,
+        sandbox=detect(settings.sandbox, allow_none=settings.sandbox == "none").mode,
+        povray=povray_version(settings.povray),
+        version=version("lippmann"),
+        started_s=now_s,
+        seen_s=now_s,
+    )
+    _announcer = Announcer(Wire(settings.redis_url, settings.worker_name), presence, settings.heartbeat_file)
+    _announcer.start()
+
+
+@worker_shutting_down.connect
+def _tell_attempts_to_stop(**_: Any) -> None:
+    settings.stopping_file.touch()
+
+
+@worker_shutdown.connect
+def _be_gone(**_: Any) -> None:
+    if _announcer:
+        _announcer.stop()
+    settings.stopping_file.unlink(missing_ok=True)
+
+
 @worker_process_init.connect
 def _end_with_the_worker(**_: Any) -> None:
     """Let a pool process end when the worker is killed, so that its POV-Ray ends too."""
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-
-
-app = make_app(WorkerSettings())

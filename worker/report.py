@@ -6,9 +6,11 @@ the service finds out by silence and by the artifact, and the work goes on meanw
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
 from collections.abc import Callable
+from pathlib import Path
 from types import TracebackType
 from typing import Self
 
@@ -130,6 +132,36 @@ class Heart:
                     self._line.say(event_of(self._order, EventKind.BEAT, self._line.worker, progress=self.progress))
             except RedisError:
                 continue
+
+
+class Announcer:
+    """Says every few seconds that a worker is there, and touches its heartbeat file."""
+
+    def __init__(self, line: Wire, presence: Presence, heartbeat_file: Path | None) -> None:
+        self._line = line
+        self._presence = presence
+        self._heartbeat_file = heartbeat_file
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._announce, name="announcer", daemon=True)
+
+    def start(self) -> None:
+        """Begin."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Say that the worker is gone."""
+        self._ended.set()
+        self._thread.join()
+        self._line.leave()
+
+    def _announce(self) -> None:
+        while not self._ended.is_set():
+            if self._heartbeat_file:
+                self._heartbeat_file.touch()
+            # Without Redis nobody hears it; the next time somebody may.
+            with contextlib.suppress(RedisError):
+                self._line.be_present(self._presence.model_copy(update={"seen_s": time.time()}))
+            self._ended.wait(wire.BEAT_S)
 
 
 def event_of(

@@ -39,3 +39,8 @@ class WorkerSettings(BaseSettings):
     def scratch_dir(self) -> Path:
         """Where attempts work and bundles are unpacked."""
         return self.data_dir / "scratch"
+
+    @property
+    def stopping_file(self) -> Path:
+        """What is there while the worker is being shut down."""
+        return self.scratch_dir / f"stopping-{self.worker_name}"

@@ -1,0 +1,18 @@
+"""Pictures as files: OpenImageIO, and only here.
+
+read       EXR and PNG to arrays, whole or a region, every read checked
+write      linear EXR masters; sRGB PNG and WebP for people
+colour     linear light to sRGB codes
+resize     another size, by a named filter
+encode     pixels to a file that lives in memory, and from there to disk
+convert    a linear EXR as PNG bytes, for the service
+threads    how many threads OpenImageIO takes
+
+Arrays are `(rows, cols, channel)`, row 0 at the top, with the three channels red, green and blue.
+
+Importing this package is safe anywhere. *Using* it starts OpenImageIO's threads, and a child forked after that hangs at
+its first picture: use it only in processes that do not fork workers later on (Celery's parent does). From threads of
+one process it may be used freely.
+
+Nothing here is atomic: write beside, then hand the file to the store.
+"""

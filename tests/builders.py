@@ -1,0 +1,98 @@
+"""What many tests start from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from povtemplates.catalogue import scene_folders
+from worker.images.read import read_codes, read_rgb
+from worker.job.orders import Order, TaskKind
+from worker.job.sheet import JobSheet
+from worker.job.spec import JobSpec, parse_spec
+from worker.plan import names
+from worker.plan.sampling import Tile, cut_tiles, frame_size
+from worker.povray.bundle import pack_folder
+from worker.povray.log import AttemptLog
+from worker.povray.render import RenderOutcome
+from worker.settings import WorkerSettings
+from worker.tasks.local import JOB_ID, local_job
+from worker.tasks.picture import render_picture
+from worker.tasks.watch import Unwatched
+from worker.tasks.workplace import Workplace, workplace
+
+
+def small_job(scene: str, *, count: tuple[int, int] = (30, 30), px_per_lens: int = 8, **more: Any) -> JobSpec:
+    """Return a job of one small frame with the paper's optics.
+
+    `lens_array`, `camera` and `tiles` change that part of it; anything else is a field of the job.
+    """
+    rig: dict[str, Any] = {"lens_array": {"count": list(count), **more.pop("lens_array", {})}}
+    rig |= {"px_per_lens": px_per_lens, "camera": more.pop("camera", {})}
+    return parse_spec({"scene": scene, "rig": rig, "render": {"tiles": more.pop("tiles", [1, 1])}, **more})
+
+
+def local_place(folder: Path) -> Workplace:
+    """Return a worker's place in a folder: real store, real sandbox."""
+    return workplace(WorkerSettings(data_dir=folder, slots=1, worker_name="test"))
+
+
+def builtin_bundle(scene: str) -> bytes:
+    """Return the zip of a scene that comes with the project."""
+    return pack_folder(scene_folders()[scene])
+
+
+def stored_job(place: Workplace, spec: JobSpec) -> JobSheet:
+    """Store a job of a builtin scene as the service would."""
+    return local_job(place, spec, builtin_bundle(spec.scene))
+
+
+def order_of(kind: TaskKind, *, frame: int | None = 1, tile: Tile | None = None, output: str | None = None) -> Order:
+    """Return the first order for a task of the stored job."""
+    index = tile.index if tile else None
+    return Order(
+        kind=kind, job_id=JOB_ID, task_id="t", attempt="a", attempt_number=1, frame=frame, tile=index, output=output
+    )
+
+
+def tiles_of(spec: JobSpec) -> tuple[Tile, ...]:
+    """Return the tiles that a job with given tiles is cut into."""
+    assert spec.render.tiles != "auto"
+    rows, cols = spec.render.tiles
+    return cut_tiles(frame_size(spec.rig), tile_rows=rows, tile_cols=cols)
+
+
+@contextmanager
+def rendered(place: Workplace, sheet: JobSheet, *, tile: Tile | None, **more: Any) -> Iterator[RenderOutcome]:
+    """Lend one picture, rendered as a worker does."""
+    size = frame_size(sheet.spec.rig)
+    with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
+        yield render_picture(
+            place,
+            sheet,
+            frame=sheet.spec.frame_numbers[0],
+            rows=size.rows,
+            cols=size.cols,
+            tile=tile,
+            folder=folder,
+            log=log,
+            watch=Unwatched(),
+            **more,
+        )
+
+
+def rendered_codes(place: Workplace, sheet: JobSheet, *, tile: Tile | None = None) -> NDArray[np.uint16]:
+    """Return a picture of 16-bit linear codes, whole size `(rows, cols, 3)`."""
+    with rendered(place, sheet, tile=tile, picture_format="png16") as outcome:
+        return read_codes(outcome.picture)
+
+
+def stored_picture(place: Workplace, name: str) -> NDArray[np.float16]:
+    """Return a master of the stored job."""
+    with place.store.local_path(names.job_artifact(JOB_ID, name)) as path:
+        return read_rgb(path, np.float16)

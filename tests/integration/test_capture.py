@@ -1,0 +1,122 @@
+"""Whole frames through the optics: upright, seamless, with the parallax of the exact trace."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.builders import (
+    local_place,
+    order_of,
+    rendered_codes,
+    small_job,
+    stored_job,
+    stored_picture,
+    tiles_of,
+)
+from worker.integral.orthoscopic import orthoscopic
+from worker.integral.views import view
+from worker.job.orders import TaskKind
+from worker.job.spec import JobSpec
+from worker.optics.capture import bench, object_rays, pixel_centres_mm
+from worker.plan import names
+from worker.plan.sampling import frame_size
+from worker.tasks.assemble import assemble_frame
+from worker.tasks.render import render_tile
+from worker.tasks.watch import Unwatched
+
+
+def captured(folder: Path, spec: JobSpec) -> dict[str, NDArray[np.float16]]:
+    """Render and assemble a frame as a worker does; return its masters by name."""
+    place = local_place(folder)
+    stored_job(place, spec)
+    for tile in tiles_of(spec):
+        render_tile(place, order_of(TaskKind.RENDER, tile=tile), Unwatched())
+    assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())
+    return {
+        "integral": stored_picture(place, names.integral_name(1)),
+        "orthoscopic": stored_picture(place, names.orthoscopic_name(1)),
+        "views": stored_picture(place, names.views_name(1)),
+    }
+
+
+def luminance(linear: NDArray[np.float16]) -> NDArray[np.float64]:
+    return linear.astype(np.float64) @ [0.2126, 0.7152, 0.0722]
+
+
+@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
+def test_the_letter_f_is_upright_and_not_mirrored(tmp_path: Path, projection: str) -> None:
+    """The target has a red square at the top left, a green one at the top right, a blue one at the bottom left."""
+    spec = small_job("target-letter", count=(90, 90), px_per_lens=3, camera={"projection": projection})
+    upright = captured(tmp_path, spec)["orthoscopic"].astype(np.float64)
+    centre = view(upright, frame_size(spec.rig), 1, 1)
+    corners = {"red": (0, 0), "green": (0, 1), "blue": (1, 0)}
+    for channel, (name, (down, right)) in enumerate(corners.items()):
+        others = [other for other in range(3) if other != channel]
+        pure = (centre[..., channel] > 0.5) & (centre[..., others] < 0.2).all(axis=-1)
+        rows, cols = np.nonzero(pure)
+        assert len(rows) > 10, name
+        assert (rows.mean() > 45, cols.mean() > 45) == (bool(down), bool(right)), name
+    white = (centre > 0.5).all(axis=-1)
+    rows, cols = np.nonzero(white)
+    middle = (cols.min() + cols.max()) / 2
+    assert (cols < middle).mean() > 0.6, "the stem of the F stands on the left"
+    assert (rows < (rows.min() + rows.max()) / 2).mean() > 0.55, "its arms are in the upper half"
+
+
+@pytest.mark.parametrize("tiles", [[1, 2], [3, 1], [4, 5]])
+def test_tiles_equal_the_whole_pixel_for_pixel(tmp_path: Path, tiles: list[int]) -> None:
+    whole = captured(tmp_path / "whole", small_job("fish", count=(12, 12)))
+    cut = captured(tmp_path / "cut", small_job("fish", count=(12, 12), tiles=tiles))
+    for name, picture in whole.items():
+        assert (cut[name] == picture).all(), name
+
+
+def test_a_white_scene_is_white_in_every_cell(tmp_path: Path) -> None:
+    picture = captured(tmp_path, small_job("target-white", count=(90, 90), px_per_lens=4))["integral"]
+    assert picture.min() == picture.max() == 1.0
+
+
+def test_an_inscribed_aperture_leaves_every_cell_whole_too(tmp_path: Path) -> None:
+    """Corners without glass look straight through: white as well, but of the other rays."""
+    spec = small_job("target-white", count=(10, 10), px_per_lens=8, lens_array={"aperture": "inscribed"})
+    assert captured(tmp_path, spec)["integral"].min() == 1.0
+
+
+@pytest.mark.parametrize("offset_mm", [40.0, -20.0], ids=["real", "virtual"])
+def test_disparity_of_a_point_is_that_of_the_exact_trace(tmp_path: Path, offset_mm: float) -> None:
+    """In every view of a row, the spot of a point lies where the traced rays come nearest to the point."""
+    spec = small_job(
+        "target-points",
+        count=(40, 40),
+        lens_array={"offset_mm": offset_mm},
+        parameters={"distance_mm": 1000.0, "radius_mm": 4.0},
+    )
+    upright = luminance(captured(tmp_path, spec)["orthoscopic"])[..., np.newaxis]
+    stood = bench(spec.rig, reference_mm=1000.0)
+    miss_mm = np.hypot(*np.moveaxis(object_rays(stood, pixel_centres_mm(stood)).at_z(-1000.0)[..., :2], -1, 0))
+    near = orthoscopic((miss_mm <= 4.0).astype(np.float64)[..., np.newaxis], frame_size(spec.rig))
+    found = [spot_col(view(upright, frame_size(spec.rig), u, 4)) for u in range(8)]
+    expected = [spot_col(view(near, frame_size(spec.rig), u, 4)) for u in range(8)]
+    assert found == pytest.approx(expected, abs=0.15)
+    s_mm = -np.polyfit(range(8), found, 1)[0] * 8 * 3.3
+    # By small angles s is offset + f. Spherical aberration brings marginal rays up to 6.4 mm nearer to the lens.
+    assert offset_mm + 3.3 - 7.0 < s_mm < offset_mm + 3.3
+
+
+def spot_col(picture: NDArray[np.float64]) -> float:
+    weights = picture[..., 0]
+    return float((weights * np.arange(weights.shape[1])).sum() / weights.sum())
+
+
+def test_the_centre_view_looks_like_an_ordinary_picture_and_unlike_its_flips(tmp_path: Path) -> None:
+    """Against the exact trace of an ordinary pinhole: the codes of the central views grow to the right and upward."""
+    spec = small_job("target-position", count=(30, 30), px_per_lens=3)
+    place = local_place(tmp_path)
+    codes = rendered_codes(place, stored_job(place, spec)).astype(np.float64)
+    centre = view(orthoscopic(codes, frame_size(spec.rig)), frame_size(spec.rig), 1, 1)
+    assert (np.diff(centre[..., 0], axis=1) > 0).all(), "x grows to the right"
+    assert (np.diff(centre[..., 1], axis=0) < 0).all(), "y grows upward"

@@ -1,0 +1,53 @@
+"""Containers: linted, and every command is one that `lippmann` really has."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sysconfig
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+BIN = Path(sysconfig.get_path("scripts"))
+DOCKERFILES = sorted((ROOT / "deploy/images").glob("*.Dockerfile"))
+
+
+def composed() -> dict[str, dict[str, object]]:
+    ran = subprocess.run(
+        [BIN / "docker-compose", "--file", ROOT / "docker-compose.yml", "config", "--format", "json"],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    services: dict[str, dict[str, object]] = json.loads(ran.stdout)["services"]
+    return services
+
+
+def test_the_compose_file_is_valid() -> None:
+    assert set(composed()) == {"redis", "service", "worker"}
+
+
+@pytest.mark.parametrize("dockerfile", DOCKERFILES, ids=lambda path: path.name)
+def test_the_dockerfiles_are_clean(dockerfile: Path) -> None:
+    ran = subprocess.run([BIN / "hadolint", dockerfile], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stdout
+
+
+@pytest.mark.parametrize("service", ["service", "worker"])
+def test_a_services_command_is_one_that_lippmann_has(service: str) -> None:
+    command = composed()[service]["command"]
+    assert isinstance(command, list)
+    assert command[0] == "lippmann"
+    ran = subprocess.run([BIN / "lippmann", *command[1:], "--help"], capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stderr
+
+
+@pytest.mark.parametrize("dockerfile", DOCKERFILES, ids=lambda path: path.name)
+def test_what_an_image_copies_is_there(dockerfile: Path) -> None:
+    for line in dockerfile.read_text().splitlines():
+        if line.startswith("COPY ") and "--from" not in line:
+            *sources, _ = line.split()[1:]
+            assert all((ROOT / source).exists() for source in sources), line

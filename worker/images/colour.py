@@ -1,0 +1,54 @@
+"""Linear light to sRGB codes."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from OpenImageIO import FLOAT, ImageBuf, ImageBufAlgo
+
+from worker.errors import OutputError
+
+LINEAR = "lin_rec709_scene"
+SRGB = "srgb_rec709_scene"
+_CONFIG = "ocio://default"
+"""The colour configuration inside OpenImageIO, whatever $OCIO says here."""
+
+_CODES = {8: np.uint8, 16: np.uint16}
+
+
+def srgb_codes(linear: NDArray[np.floating[Any]], *, bits: Literal[8, 16] = 8) -> NDArray[Any]:
+    """Return the sRGB codes (IEC 61966-2-1) of linear light.
+
+    Parameters
+    ----------
+    linear
+        `(rows, cols, 3)`, floating, Rec. 709 primaries, 1 = white. Below 0 becomes black, above 1 white, and what is
+        not a number black.
+    bits
+        8 or 16.
+
+    Returns
+    -------
+    NDArray
+        `(rows, cols, 3)`, uint8 or uint16.
+
+    Raises
+    ------
+    OutputError
+        If OpenImageIO cannot convert.
+
+    Examples
+    --------
+    >>> srgb_codes(np.full((1, 1, 3), 0.5, dtype=np.float32))
+    array([[[188, 188, 188]]], dtype=uint8)
+    """
+    white = 2**bits - 1
+    in_range = np.clip(np.nan_to_num(linear.astype(np.float32), nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
+    converted = ImageBufAlgo.colorconvert(ImageBuf(in_range), LINEAR, SRGB, colorconfig=_CONFIG)
+    if converted.has_error:
+        raise OutputError(f"cannot convert to sRGB: {converted.geterror()}")
+    encoded = np.clip(np.asarray(converted.get_pixels(FLOAT), dtype=np.float32), 0.0, 1.0)
+    codes: NDArray[Any] = np.rint(encoded * white).astype(_CODES[bits])
+    return codes

@@ -1,0 +1,87 @@
+"""Pixels to a file that lives in memory, and from there to disk.
+
+OpenImageIO has no way to write to bytes, and on a full disk it cannot be trusted: its PNG writer answers that all is
+well and its WebP writer never comes back (3.2.2, measured). So it writes to memory, and Python, which reports such
+things, writes to disk.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import shutil
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, BinaryIO, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from OpenImageIO import ImageOutput, ImageSpec, geterror
+
+from worker.errors import OutputError, StoreFull, StoreUnavailable
+
+Format = Literal["openexr", "png", "webp"]
+
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+
+
+@contextmanager
+def encoded(
+    pixels: NDArray[Any], *, to: Format, store_as: str, attributes: Mapping[str, str | int]
+) -> Iterator[BinaryIO]:
+    """Lend a picture as an open file in memory, standing at its beginning.
+
+    Parameters
+    ----------
+    pixels
+        `(rows, cols, channel)`.
+    to
+        The file format, by OpenImageIO's name.
+    store_as
+        Its numbers, by OpenImageIO's name: `half`, `uint8`, `uint16`.
+    attributes
+        Header attributes and settings of the writer.
+
+    Raises
+    ------
+    OutputError
+        If the picture cannot be written in this format.
+    """
+    rows, cols, channels = pixels.shape
+    spec = ImageSpec(cols, rows, channels, store_as)
+    for name, value in attributes.items():
+        spec.attribute(name, value)
+    with open(os.memfd_create("picture", os.MFD_CLOEXEC), "w+b") as file:
+        _write(f"/proc/self/fd/{file.fileno()}", spec, np.ascontiguousarray(pixels), to)
+        yield file
+
+
+def save(file: BinaryIO, path: Path) -> None:
+    """Write an open file to disk; what could not be written whole is not left behind.
+
+    Raises
+    ------
+    StoreFull
+        If there is no room.
+    StoreUnavailable
+        If the folder cannot be written to.
+    """
+    try:
+        with path.open("wb") as target:
+            shutil.copyfileobj(file, target, 1 << 20)
+    except OSError as error:
+        path.unlink(missing_ok=True)
+        family = StoreFull if error.errno in NO_ROOM else StoreUnavailable
+        raise family(f"cannot write {path.name}: {error.strerror}") from error
+
+
+def _write(path: str, spec: ImageSpec, pixels: NDArray[Any], to: Format) -> None:
+    target = ImageOutput.create(to)
+    if target is None:
+        raise OutputError(f"this OpenImageIO writes no {to}: {geterror()}")
+    # Each step is asked: closing what was never opened answers that all is well.
+    whole = target.open(path, spec) and target.write_image(pixels) and target.close()
+    trouble = target.geterror()
+    if not whole or trouble:
+        raise OutputError(f"cannot write {spec.height} x {spec.width} px as {to}: {trouble}")

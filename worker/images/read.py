@@ -1,0 +1,167 @@
+"""EXR and PNG to arrays, whole or a region.
+
+Every read is checked: a file cut short opens, and then reads as nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+from OpenImageIO import ImageInput, ImageSpec, geterror
+
+from worker.errors import ArtifactBroken, ArtifactMissing
+from worker.integral.assemble import TilePlace
+
+Light = TypeVar("Light", bound=np.floating[Any])
+
+ATTRIBUTE_PREFIX = "lippmann:"
+"""What the names of our own EXR header attributes begin with."""
+
+_CHANNELS = ("R", "G", "B")
+
+
+def read_rgb(path: Path, dtype: type[Light]) -> NDArray[Light]:
+    """Return the red, green and blue of a linear picture.
+
+    Parameters
+    ----------
+    path
+        An EXR file; an alpha channel is left out.
+    dtype
+        `np.float16` keeps the half floats of a master as they are, `np.float32` is for arithmetic.
+
+    Returns
+    -------
+    NDArray
+        `(rows, cols, 3)`.
+
+    Raises
+    ------
+    ArtifactMissing
+        If there is no such file.
+    ArtifactBroken
+        If it is not a picture, is cut short or damaged, or does not have the three channels.
+    """
+    with _opened(path) as source:
+        _check_channels(path, source)
+        return _checked(path, source, source.read_image(0, 0, 0, 3, _name(dtype)))
+
+
+def read_region(path: Path, place: TilePlace, dtype: type[Light]) -> NDArray[Light]:
+    """Return a region of a linear picture, reading no more rows than it has.
+
+    POV-Ray writes a tile as a picture of full size that is black outside; this is its crop.
+
+    Parameters
+    ----------
+    path
+        An EXR file of the whole frame's size.
+    place
+        The region, pixel rows [row_start, row_stop), likewise cols.
+    dtype
+        As in `read_rgb`.
+
+    Returns
+    -------
+    NDArray
+        `(rows, cols, 3)`, contiguous.
+
+    Raises
+    ------
+    ArtifactMissing
+        If there is no such file.
+    ArtifactBroken
+        As in `read_rgb`, or if the region does not lie inside the picture.
+    """
+    with _opened(path) as source:
+        _check_channels(path, source)
+        _check_inside(path, source.spec(), place)
+        rows = _checked(path, source, source.read_scanlines(place.row_start, place.row_stop, 0, 0, 3, _name(dtype)))
+        return np.ascontiguousarray(rows[:, place.col_start : place.col_stop])
+
+
+def read_codes(path: Path) -> NDArray[np.uint16]:
+    """Return the codes of a 16-bit PNG exactly as they are stored, `(rows, cols, 3)`.
+
+    For targets whose colours are numbers, not light.
+
+    Raises
+    ------
+    ArtifactMissing
+        If there is no such file.
+    ArtifactBroken
+        If it is not whole, or does not have three channels of 16 bits.
+    """
+    with _opened(path) as source:
+        _check_channels(path, source)
+        if str(source.spec().format) != "uint16":
+            raise ArtifactBroken(f"{path.name}: expected codes of 16 bits, got {source.spec().format}")
+        return _checked(path, source, source.read_image(0, 0, 0, 3, "uint16"))
+
+
+def read_attributes(path: Path) -> dict[str, str]:
+    """Return our own attributes in a picture's header, without their prefix; see `write_exr`.
+
+    Raises
+    ------
+    ArtifactMissing
+        If there is no such file.
+    ArtifactBroken
+        If its header cannot be read.
+    """
+    with _opened(path) as source:
+        return {
+            item.name.removeprefix(ATTRIBUTE_PREFIX): str(item.value)
+            for item in source.spec().extra_attribs
+            if item.name.startswith(ATTRIBUTE_PREFIX)
+        }
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[ImageInput]:
+    if not path.is_file():
+        raise ArtifactMissing(f"expected a picture at {path.name}, got no file")
+    source = ImageInput.open(str(path))
+    if source is None:
+        raise ArtifactBroken(f"{path.name}: {_words(geterror())}")
+    try:
+        yield source
+    finally:
+        source.close()
+
+
+def _check_channels(path: Path, source: ImageInput) -> None:
+    names = tuple(source.spec().channelnames)
+    if names[:3] != _CHANNELS:
+        raise ArtifactBroken(f"{path.name}: expected channels {_CHANNELS}, got {names}")
+
+
+def _check_inside(path: Path, spec: ImageSpec, place: TilePlace) -> None:
+    rows_fit = 0 <= place.row_start < place.row_stop <= spec.height
+    cols_fit = 0 <= place.col_start < place.col_stop <= spec.width
+    if not (rows_fit and cols_fit):
+        raise ArtifactBroken(
+            f"{path.name}: expected a region of {spec.height} x {spec.width} px, got rows {place.row_start} to"
+            f" {place.row_stop}, cols {place.col_start} to {place.col_stop}"
+        )
+
+
+def _checked(path: Path, source: ImageInput, pixels: NDArray[Any] | None) -> NDArray[Any]:
+    # Some readers give the rows they have and say only by the error that others are missing.
+    trouble = source.geterror()
+    if pixels is None or trouble:
+        raise ArtifactBroken(f"{path.name}: {_words(trouble)}")
+    return pixels
+
+
+def _name(dtype: type[Any]) -> str:
+    return {"float16": "half", "float32": "float"}[np.dtype(dtype).name]
+
+
+def _words(trouble: str) -> str:
+    return " ".join(trouble.split()) or "cannot be read"

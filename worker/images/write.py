@@ -1,0 +1,88 @@
+"""Linear EXR masters; sRGB PNG and WebP for people."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.errors import OutputError
+from worker.images.colour import LINEAR, SRGB, srgb_codes
+from worker.images.encode import encoded, save
+from worker.images.read import ATTRIBUTE_PREFIX
+from worker.images.resize import resize
+
+_HALF_MAX = float(np.finfo(np.float16).max)
+_WEBP_QUALITY = 85
+
+
+def write_exr(path: Path, linear: NDArray[np.floating[Any]], *, attributes: Mapping[str, str]) -> None:
+    """Write a master: OpenEXR, linear light, half float, zip-compressed. The same pixels give the same bytes.
+
+    Parameters
+    ----------
+    path
+        Where to; not atomic.
+    linear
+        `(rows, cols, 3)`, floating. Beyond the range of half floats it is clipped to it.
+    attributes
+        Texts for the header, as `lippmann:<name>`: the rig's JSON. `read_attributes` gives them back.
+
+    Raises
+    ------
+    OutputError, StoreFull, StoreUnavailable
+        If it cannot be written, and then no part of it is left.
+    """
+    _check_rgb(linear)
+    header = {ATTRIBUTE_PREFIX + name: text for name, text in attributes.items()}
+    # The empty date keeps OpenImageIO from putting in today's.
+    settings = {"compression": "zip", "oiio:ColorSpace": LINEAR, "DateTime": ""}
+    with encoded(_half(linear), to="openexr", store_as="half", attributes={**settings, **header}) as file:
+        save(file, path)
+
+
+def write_png(path: Path, linear: NDArray[np.floating[Any]], *, bits: Literal[8, 16] = 8) -> None:
+    """Write linear light `(rows, cols, 3)` as an sRGB PNG of 8 or 16 bits.
+
+    Raises
+    ------
+    OutputError, StoreFull, StoreUnavailable
+        If it cannot be written, and then no part of it is left.
+    """
+    _check_rgb(linear)
+    codes = srgb_codes(linear, bits=bits)
+    with encoded(codes, to="png", store_as=f"uint{bits}", attributes={"oiio:ColorSpace": SRGB}) as file:
+        save(file, path)
+
+
+def write_thumbnail(path: Path, linear: NDArray[np.floating[Any]], *, longest_px: int = 256) -> None:
+    """Write linear light `(rows, cols, 3)` as a small lossy WebP, its longer side `longest_px`, never enlarged.
+
+    Raises
+    ------
+    OutputError, StoreFull, StoreUnavailable
+        If it cannot be written, and then no part of it is left.
+    """
+    _check_rgb(linear)
+    rows, cols = linear.shape[:2]
+    shrink = min(1.0, longest_px / max(rows, cols))
+    if shrink < 1.0:
+        size = {"rows": max(1, round(rows * shrink)), "cols": max(1, round(cols * shrink))}
+        linear = resize(linear, **size, filter_name="triangle")
+    settings = {"compression": f"webp:{_WEBP_QUALITY}"}
+    with encoded(srgb_codes(linear), to="webp", store_as="uint8", attributes=settings) as file:
+        save(file, path)
+
+
+def _half(linear: NDArray[np.floating[Any]]) -> NDArray[np.float16]:
+    in_range = linear if linear.dtype == np.float16 else np.clip(linear, -_HALF_MAX, _HALF_MAX)
+    half: NDArray[np.float16] = in_range.astype(np.float16, copy=False)
+    return half
+
+
+def _check_rgb(linear: NDArray[np.floating[Any]]) -> None:
+    if linear.ndim != 3 or linear.shape[2] != 3 or linear.size == 0 or not np.issubdtype(linear.dtype, np.floating):
+        raise OutputError(f"expected linear light (rows, cols, 3), got {linear.dtype} {linear.shape}")

@@ -1,0 +1,101 @@
+"""Tiles become the whole sheet, every lens covered once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.errors import LayoutError
+from worker.integral.layout import CellLayout, Pixel
+
+
+class TilePlace(Protocol):
+    """Where a tile lies: pixel rows [row_start, row_stop) of the sheet, likewise cols."""
+
+    @property
+    def row_start(self) -> int:
+        """First row, px."""
+
+    @property
+    def row_stop(self) -> int:
+        """One past the last row, px."""
+
+    @property
+    def col_start(self) -> int:
+        """First col, px."""
+
+    @property
+    def col_stop(self) -> int:
+        """One past the last col, px."""
+
+
+def assemble(layout: CellLayout, tiles: Iterable[tuple[TilePlace, NDArray[Pixel]]]) -> NDArray[Pixel]:
+    """Put tiles together into one sheet.
+
+    Tiles are taken one at a time, so a generator that reads them holds no more than the sheet and one tile.
+
+    Parameters
+    ----------
+    layout
+        Of the whole sheet.
+    tiles
+        Places, cut along lens edges, and their pixels `(rows, cols, channel)`, all of one dtype; in any order.
+
+    Returns
+    -------
+    NDArray
+        `(rows, cols, channel)` in the tiles' dtype.
+
+    Raises
+    ------
+    LayoutError
+        If tiles leave a gap, overlap, lie outside, are not cut along lens edges, are not as large as their place, or
+        differ in dtype or channels.
+    """
+    sheet: NDArray[Pixel] | None = None
+    covered = np.zeros((layout.lens_rows, layout.lens_cols), dtype=bool)
+    for place, pixels in tiles:
+        _check_place(place, layout)
+        if sheet is None:
+            sheet = np.empty((layout.rows, layout.cols, *pixels.shape[2:]), dtype=pixels.dtype)
+        _check_pixels(place, pixels, sheet)
+        _cover(covered, place, layout)
+        sheet[place.row_start : place.row_stop, place.col_start : place.col_stop] = pixels
+    if sheet is None or not covered.all():
+        lens_row, lens_col = np.argwhere(~covered)[0]
+        raise LayoutError(
+            f"expected tiles over all of {layout}, got none over {(~covered).sum()} of them,"
+            f" the first at row {lens_row}, col {lens_col}"
+        )
+    return sheet
+
+
+def _check_place(place: TilePlace, layout: CellLayout) -> None:
+    n = layout.px_per_lens
+    edges = (place.row_start, place.row_stop, place.col_start, place.col_stop)
+    inside = 0 <= edges[0] < edges[1] <= layout.rows and 0 <= edges[2] < edges[3] <= layout.cols
+    if not inside or any(edge % n for edge in edges):
+        raise LayoutError(f"expected a tile inside {layout} and cut along lens edges, got {_where(place)}")
+
+
+def _check_pixels(place: TilePlace, pixels: NDArray[Any], sheet: NDArray[Any]) -> None:
+    expected = (place.row_stop - place.row_start, place.col_stop - place.col_start, *sheet.shape[2:])
+    if pixels.ndim != 3 or pixels.shape != expected or pixels.dtype != sheet.dtype:
+        raise LayoutError(
+            f"expected a tile of {expected} {sheet.dtype} at {_where(place)}, got {pixels.shape} {pixels.dtype}"
+        )
+
+
+def _cover(covered: NDArray[np.bool_], place: TilePlace, layout: CellLayout) -> None:
+    n = layout.px_per_lens
+    lenses = covered[place.row_start // n : place.row_stop // n, place.col_start // n : place.col_stop // n]
+    if lenses.any():
+        raise LayoutError(f"expected every lens in one tile, got a second tile over the lenses of {_where(place)}")
+    lenses[:] = True
+
+
+def _where(place: TilePlace) -> str:
+    return f"rows {place.row_start} to {place.row_stop}, cols {place.col_start} to {place.col_stop}"

@@ -1,0 +1,132 @@
+"""A child process: its start, its output, its end, and everything below it."""
+
+from __future__ import annotations
+
+import os
+import select
+import signal
+import subprocess
+import time
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+from typing import IO, Self, cast
+
+GRACE_S = 1.2
+"""From SIGTERM to SIGKILL."""
+DRAIN_S = 1.0
+"""How long output is still read after the child has ended, if something keeps the pipe open."""
+
+_GROUP_S = 0.2
+"""From SIGKILL for what is below to SIGKILL for the whole group."""
+_CHUNK_BYTES = 65_536
+_REAP_S = 0.01
+
+
+class Child:
+    """A process that leads a session of its own; as a context, it is gone on leaving."""
+
+    def __init__(self, argv: Sequence[str], *, cwd: Path, env: Mapping[str, str]) -> None:
+        self.exit_code = 0
+        self.cpu_s = 0.0
+        self.peak_memory_mb = 0.0
+        self._ended_s: float | None = None
+        self._told_s: float | None = None
+        self._popen = subprocess.Popen(
+            argv,
+            cwd=cwd,
+            env=env,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            start_new_session=True,
+        )
+        self._output = cast(IO[bytes], self._popen.stdout)
+
+    def read(self, timeout_s: float) -> bytes:
+        """Wait for output, not longer than this, and return what came."""
+        data = self._read(timeout_s)
+        self._reap(os.WNOHANG)
+        return data
+
+    def is_over(self) -> bool:
+        """Tell whether it has ended and said all it had to say."""
+        if self._ended_s is None:
+            return False
+        return self._output.closed or time.monotonic() - self._ended_s > DRAIN_S
+
+    def end(self) -> None:
+        """Make it end: call again until it is over.
+
+        SIGTERM goes to the processes that have none below them: POV-Ray, not what holds it and counts its CPU seconds.
+        """
+        now_s = time.monotonic()
+        if self._told_s is None:
+            self._told_s = now_s
+            below = _descendants(self._popen.pid)
+            self._signal([pid for pid in below if not _children(pid)] or [self._popen.pid], signal.SIGTERM)
+        elif now_s - self._told_s > GRACE_S + _GROUP_S:
+            self._kill_group()
+        elif now_s - self._told_s > GRACE_S:
+            self._signal(_descendants(self._popen.pid), signal.SIGKILL)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._ended_s is None:
+            self._signal(_descendants(self._popen.pid), signal.SIGKILL)
+            self._kill_group()
+            self._reap(0)
+        self._output.close()
+
+    def _read(self, timeout_s: float) -> bytes:
+        if self._output.closed:
+            time.sleep(_REAP_S)
+            return b""
+        ready, _, _ = select.select([self._output], [], [], timeout_s)
+        if not ready:
+            return b""
+        data = os.read(self._output.fileno(), _CHUNK_BYTES)
+        if not data:
+            self._output.close()
+        return data
+
+    def _reap(self, flags: int) -> None:
+        if self._ended_s is not None:
+            return
+        pid, status, used = os.wait4(self._popen.pid, flags)
+        if pid:
+            self._ended_s = time.monotonic()
+            # Popen must not wait for a process that is gone.
+            self._popen.returncode = self.exit_code = os.waitstatus_to_exitcode(status)
+            self.cpu_s = used.ru_utime + used.ru_stime
+            self.peak_memory_mb = used.ru_maxrss / 1024
+
+    def _signal(self, pids: Sequence[int], number: int) -> None:
+        if self._ended_s is None:
+            for pid in pids:
+                with suppress(ProcessLookupError):
+                    os.kill(pid, number)
+
+    def _kill_group(self) -> None:
+        if self._ended_s is None:
+            with suppress(ProcessLookupError):
+                os.killpg(self._popen.pid, signal.SIGKILL)
+
+
+def _descendants(pid: int) -> list[int]:
+    below = []
+    for child in _children(pid):
+        below += [child, *_descendants(child)]
+    return below
+
+
+def _children(pid: int) -> list[int]:
+    try:
+        return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
+    except OSError:
+        return []

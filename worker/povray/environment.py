@@ -1,0 +1,39 @@
+"""What POV-Ray finds around it: an own INI file, an own home, an own temp folder, and nothing of ours.
+
+POV-Ray reads HOME, POVINI, POVINC and POV_TEMP_DIR, and loads a povray.ini from the working directory when POVINI does
+not say otherwise.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+PATH = "/usr/local/bin:/usr/bin:/bin"
+
+_OWN = ".povray"
+_INI = "; every option is on the command line; an empty file would be an error\n"
+_CONF = "[File I/O Security]\nnone\n\n[Shellout Security]\nforbidden\n"
+"""POV-Ray's own file security does nothing in 3.7: the sandbox holds it."""
+
+
+def prepare(task_dir: Path) -> dict[str, str]:
+    """Write POV-Ray's own files into the task's folder and return its whole environment."""
+    own = task_dir / _OWN
+    conf_dir = own / "home" / ".povray" / "3.7"
+    conf_dir.mkdir(parents=True, exist_ok=True)
+    (own / "tmp").mkdir(exist_ok=True)
+    (conf_dir / "povray.conf").write_text(_CONF)
+    (own / "povray.ini").write_text(_INI)
+    return environment(task_dir)
+
+
+def environment(task_dir: Path) -> dict[str, str]:
+    """Return every variable that POV-Ray sees."""
+    own = task_dir / _OWN
+    return {
+        "PATH": PATH,
+        "LANG": "C",
+        "HOME": str(own / "home"),
+        "POVINI": str(own / "povray.ini"),
+        "POV_TEMP_DIR": str(own / "tmp"),
+    }

@@ -1,0 +1,139 @@
+"""Hold a program with Landlock, then become it.
+
+Run as a file of its own (`python -I -S landlock.py --read PATH --write PATH -- PROGRAM ARGUMENT...`), so that nothing
+but the standard library is imported and the environment counts for nothing. It needs no privilege and works where user
+namespaces are forbidden, such as in most containers. What the kernel's Landlock can hold is held: files from ABI 1, TCP
+from ABI 4, signals and abstract sockets to others from ABI 6. UDP and the existence of files it does not hide.
+
+The numbers are those of linux/landlock.h and linux/prctl.h.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import errno
+import os
+import signal
+import sys
+from typing import NoReturn
+
+REFUSED = 125
+"""Exit code when the program was not started."""
+
+SYSTEM = ("/usr", "/bin", "/lib", "/lib64")
+DEVICES = ("/dev/null", "/dev/zero", "/dev/urandom", "/etc/ld.so.cache")
+
+_CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
+_VERSION = 1
+_PATH_BENEATH = 1
+_PR_SET_PDEATHSIG, _PR_CAPBSET_DROP, _PR_SET_NO_NEW_PRIVS = 1, 24, 38
+_LAST_CAPABILITY = 63
+
+_EXECUTE, _WRITE_FILE, _READ_FILE, _READ_DIR = 1 << 0, 1 << 1, 1 << 2, 1 << 3
+_REMOVE_DIR, _REMOVE_FILE, _MAKE_DIR, _MAKE_REG = 1 << 4, 1 << 5, 1 << 7, 1 << 8
+_TRUNCATE = 1 << 14
+_READ = _READ_FILE | _READ_DIR
+_WRITE = _READ | _WRITE_FILE | _REMOVE_DIR | _REMOVE_FILE | _MAKE_DIR | _MAKE_REG | _TRUNCATE
+_OF_FILES = _EXECUTE | _WRITE_FILE | _READ_FILE | _TRUNCATE
+_HANDLED = {1: (1 << 13) - 1, 2: (1 << 14) - 1, 3: (1 << 15) - 1, 4: (1 << 15) - 1, 5: (1 << 16) - 1}
+"""The accesses to files that each ABI knows; later ones know the same as 5."""
+_TCP = 0b11
+_SCOPED = 0b11
+
+_libc = ctypes.CDLL(None, use_errno=True)
+
+
+class _Ruleset(ctypes.Structure):
+    _fields_ = (
+        ("handled_access_fs", ctypes.c_uint64),
+        ("handled_access_net", ctypes.c_uint64),
+        ("scoped", ctypes.c_uint64),
+    )
+
+
+class _PathBeneath(ctypes.Structure):
+    _pack_ = 1
+    _fields_ = (("allowed_access", ctypes.c_uint64), ("parent_fd", ctypes.c_int32))
+
+
+def hold(readable: list[str], writable: list[str]) -> None:
+    """Hold this process and its children to these paths, for good.
+
+    Raises
+    ------
+    OSError
+        If the kernel has no Landlock, or a path is not there.
+    """
+    abi = _checked(_libc.syscall(_CREATE_RULESET, None, ctypes.c_size_t(0), _VERSION), "this kernel has no Landlock")
+    handled = _HANDLED[min(abi, 5)]
+    wanted = _Ruleset(handled, _TCP if abi >= 4 else 0, _SCOPED if abi >= 6 else 0)
+    size = ctypes.c_size_t(8 if abi < 4 else 16 if abi < 6 else 24)
+    ruleset = _checked(_libc.syscall(_CREATE_RULESET, ctypes.byref(wanted), size, 0), "no ruleset")
+    for path in filter(os.path.exists, SYSTEM):
+        _allow(ruleset, path, (_READ | _EXECUTE) & handled)
+    for path in filter(os.path.exists, DEVICES):
+        _allow(ruleset, path, (_READ_FILE | (_WRITE_FILE if path == "/dev/null" else 0)) & handled)
+    for path in readable:
+        _allow(ruleset, path, (_READ | _EXECUTE) & handled)
+    for path in writable:
+        _allow(ruleset, path, _WRITE & handled)
+    _prctl(_PR_SET_NO_NEW_PRIVS, 1)
+    _drop_capabilities()
+    _checked(_libc.syscall(_RESTRICT_SELF, ruleset, 0), "the rules were refused")
+    os.close(ruleset)
+
+
+def die_with_parent() -> None:
+    """Ask the kernel to kill this process when the one that started it dies; it stays so after exec."""
+    _prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+
+
+def _allow(ruleset: int, path: str, access: int) -> None:
+    place = os.open(path, os.O_PATH | os.O_CLOEXEC)
+    try:
+        rule = _PathBeneath(access if os.path.isdir(path) else access & _OF_FILES, place)
+        _checked(_libc.syscall(_ADD_RULE, ruleset, _PATH_BENEATH, ctypes.byref(rule), 0), f"no rule for {path}")
+    finally:
+        os.close(place)
+
+
+def _drop_capabilities() -> None:
+    # Root would get them all back at exec; without a bounding set there is nothing to get.
+    if os.geteuid() == 0:
+        for capability in range(_LAST_CAPABILITY + 1):
+            _libc.prctl(_PR_CAPBSET_DROP, capability, 0, 0, 0)
+
+
+def _prctl(option: int, value: int) -> None:
+    _checked(_libc.prctl(option, value, 0, 0, 0), f"prctl {option}")
+
+
+def _checked(answer: int, fault: str) -> int:
+    if answer < 0:
+        number = ctypes.get_errno()
+        raise OSError(number, f"{fault} ({errno.errorcode.get(number, number)})")
+    return answer
+
+
+def _paths(words: list[str]) -> tuple[list[str], list[str]]:
+    paths: dict[str, list[str]] = {"--read": [], "--write": []}
+    for option, path in zip(words[::2], words[1::2], strict=True):
+        paths[option].append(path)
+    return paths["--read"], paths["--write"]
+
+
+def main(words: list[str]) -> NoReturn:
+    """Hold this process as the command line says and become the program after `--`."""
+    cut = words.index("--")
+    program = words[cut + 1 :]
+    try:
+        hold(*_paths(words[:cut]))
+        die_with_parent()
+        os.execvp(program[0], program)  # noqa: S606 - becoming the program is what this file is for
+    except OSError as error:
+        sys.stderr.write(f"landlock: {error}\n")
+        sys.exit(REFUSED)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

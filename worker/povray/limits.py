@@ -1,0 +1,49 @@
+"""What one POV-Ray may use, held by the kernel.
+
+`prlimit` of util-linux sets the limits and becomes the program: nothing of ours runs between fork and exec, where a
+preexec_fn could deadlock on another thread's lock.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+CPU_GRACE_S = 5
+"""SIGXCPU at the limit, SIGKILL this much later."""
+
+PROCESSES = 64
+"""POV-Ray starts no process and, with one render thread, about ten threads."""
+
+_MIB = 1024 * 1024
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of one attempt."""
+
+    cpu_s: float
+    memory_mb: int
+    """Address space."""
+    file_mb: int = 8192
+    """One file. POV-Ray keeps its state beside the picture: 20 bytes a pixel."""
+
+
+def limited(argv: Sequence[str], limits: Limits, *, counted_alone: bool) -> list[str]:
+    """Return `argv` held to its limits.
+
+    The number of processes is limited only where they are counted alone, in a user namespace of their own. Elsewhere
+    the kernel counts all that the user runs, and POV-Ray would fail for what others started. Root is never limited.
+    """
+    cpu_s = math.ceil(limits.cpu_s)
+    return [
+        "prlimit",
+        "--core=0",
+        f"--cpu={cpu_s}:{cpu_s + CPU_GRACE_S}",
+        f"--as={limits.memory_mb * _MIB}",
+        f"--fsize={limits.file_mb * _MIB}",
+        *([f"--nproc={PROCESSES}"] if counted_alone else []),
+        "--",
+        *argv,
+    ]

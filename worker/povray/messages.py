@@ -1,0 +1,128 @@
+"""POV-Ray's messages, read: errors and warnings with file and line, and the statistics at the end.
+
+POV-Ray wraps at 80 columns. A message goes on in the next line where that begins with a space, or where the last one
+was filled to the brim, because a word too long for a line is cut.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from pathlib import Path
+
+COLUMNS = 80
+
+_BEGINS = re.compile(r"File '|(?:Possible )?Parse (?:Error|Warning): |Fatal error in ")
+_MESSAGE = re.compile(
+    r"(?:File '(?P<file>.*?)' line (?P<line>\d+): )?"
+    r"(?P<kind>Possible Parse Error|Parse Error|Parse Warning): (?P<text>.*)"
+)
+_SECONDS = re.compile(r"\s*(Parse|Bounding|Photon|Radiosity|Trace) Time:.*\(([\d.]+) seconds\)")
+_CPU_SECONDS = re.compile(r"\s+using \d+ thread\(s\) with ([\d.]+) CPU-seconds total")
+
+
+class MessageKind(StrEnum):
+    """How much a message matters."""
+
+    ERROR = "Parse Error"
+    HINT = "Possible Parse Error"
+    """Comes before an error, and says what the error does not."""
+    WARNING = "Parse Warning"
+
+
+@dataclass(frozen=True)
+class Message:
+    """One message about the scene."""
+
+    kind: MessageKind
+    text: str
+    file: str | None = None
+    line: int | None = None
+
+    def __str__(self) -> str:
+        return f"{self.file} line {self.line}: {self.text}" if self.file else self.text
+
+
+@dataclass(frozen=True)
+class Statistics:
+    """What POV-Ray says that it spent: seconds on the clock, and of CPU in all threads."""
+
+    parse_s: float = 0.0
+    """Parsing and bounding."""
+    parse_cpu_s: float = 0.0
+    trace_s: float = 0.0
+    """Photons, radiosity and tracing."""
+    trace_cpu_s: float = 0.0
+
+
+def unwrap(lines: Iterable[str]) -> list[str]:
+    """Return the lines with every wrapped message in one.
+
+    >>> unwrap(["Parse Error: No matching } in 'sphere', plane found", " instead"])
+    ["Parse Error: No matching } in 'sphere', plane found instead"]
+    """
+    whole: list[str] = []
+    last, inside = "", False
+    for line in lines:
+        begins = _BEGINS.match(line) is not None
+        if inside and not begins and (line.startswith(" ") or len(last) >= COLUMNS):
+            whole[-1] += line
+        else:
+            whole.append(line)
+            inside = begins
+        last = line
+    return whole
+
+
+def read_messages(lines: Iterable[str], *, roots: Sequence[Path] = ()) -> list[Message]:
+    """Return the messages about the scene; files below one of `roots` are named from there."""
+    matches = (_MESSAGE.fullmatch(line) for line in unwrap(lines))
+    return [
+        Message(
+            MessageKind(match["kind"]),
+            relative(match["text"].strip(), roots),
+            relative(match["file"], roots) if match["file"] else None,
+            int(match["line"]) if match["line"] else None,
+        )
+        for match in matches
+        if match
+    ]
+
+
+def relative(text: str, roots: Sequence[Path]) -> str:
+    """Return `text` without the folders that only this machine knows.
+
+    >>> relative("/scratch/7/bundle/tex/skin.png", [Path("/scratch/7/bundle")])
+    'tex/skin.png'
+    """
+    for root in sorted(roots, key=lambda path: -len(path.parts)):
+        text = text.replace(f"{root}/", "")
+    return text
+
+
+def read_statistics(lines: Iterable[str]) -> Statistics | None:
+    """Return what POV-Ray says that it spent, or None if it did not come that far."""
+    wall: dict[str, float] = {}
+    cpu: dict[str, float] = {}
+    part = None
+    for line in lines:
+        if match := _SECONDS.match(line):
+            part = match[1]
+            wall[part] = float(match[2])
+        elif part and (match := _CPU_SECONDS.match(line)):
+            cpu[part] = float(match[1])
+    if "Trace" not in wall:
+        return None
+    parse, trace = ("Parse", "Bounding"), ("Photon", "Radiosity", "Trace")
+    return Statistics(
+        parse_s=_sum(wall, parse),
+        parse_cpu_s=_sum(cpu, parse),
+        trace_s=_sum(wall, trace),
+        trace_cpu_s=_sum(cpu, trace),
+    )
+
+
+def _sum(seconds: dict[str, float], parts: tuple[str, ...]) -> float:
+    return sum(seconds.get(part, 0.0) for part in parts)

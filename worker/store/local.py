@@ -1,0 +1,242 @@
+"""A folder on this machine, or on a disk that all machines share.
+
+An artifact is written to a hidden folder of the same file system, flushed to the disk, and renamed to its place; so
+what is seen under a name is whole, also after a power cut. Deleting goes the other way: first out of sight, then away.
+A process that dies in between leaves something in the hidden folder only, and `sweep` takes it away later.
+"""
+
+from __future__ import annotations
+
+import builtins
+import errno
+import os
+import shutil
+import stat
+import time
+import uuid
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from worker.errors import ArtifactMissing, StoreFull, StoreUnavailable
+from worker.store.names import check_name, check_prefix
+from worker.store.protocol import ArtifactInfo
+
+HIDDEN = ".partial"
+CHUNK_BYTES = 1 << 18
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+_NOT_THERE = frozenset({errno.ENOENT, errno.ENOTDIR, errno.EISDIR})
+
+
+class LocalStore:
+    """Artifacts as files below one folder; an `ArtifactStore`. Safe for any number of threads and processes."""
+
+    def __init__(self, root: Path) -> None:
+        self._root = root
+        self._hidden = root / HIDDEN
+        with _translated("its folder"):
+            self._hidden.mkdir(parents=True, exist_ok=True)
+
+    def put_bytes(self, name: str, data: bytes) -> None:
+        """Store data, whole or not at all; takes the place of what had that name."""
+        self._put(name, lambda file: _write_all(file, data))
+
+    def put_file(self, name: str, path: Path) -> None:
+        """Store a copy of a file, whole or not at all; takes the place of what had that name."""
+        # Opened outside of what is translated: a source that is missing is the caller's fault, not the store's.
+        with path.open("rb") as source:
+            self._put(name, lambda file: shutil.copyfileobj(source, file, CHUNK_BYTES))
+
+    def get_bytes(self, name: str) -> bytes:
+        """Return an artifact."""
+        with _translated(name, missing=True):
+            return self._path(name).read_bytes()
+
+    def exists(self, name: str) -> bool:
+        """Return whether an artifact is there."""
+        with _translated(name):
+            return self._path(name).is_file()
+
+    def size(self, name: str) -> int:
+        """Return an artifact's bytes."""
+        return self._status(name).st_size
+
+    def etag(self, name: str) -> str:
+        """Return an artifact's strong entity tag: a new file, hence a new tag, with every put."""
+        return _etag(self._status(name))
+
+    def read_range(self, name: str, start: int, stop: int) -> Iterator[bytes]:
+        """Return bytes [start, stop) of an artifact in chunks, fewer where it ends earlier."""
+        if not 0 <= start <= stop:
+            raise ValueError(f"expected bytes [start, stop) with 0 <= start <= stop, got [{start}, {stop})")
+        with _translated(name, missing=True):
+            file = self._path(name).open("rb")
+        chunks = _chunks(file, name, start, stop)
+        # Begun, it closes the file also when nobody asks for a chunk.
+        next(chunks)
+        return chunks
+
+    def list(self, prefix: str) -> builtins.list[ArtifactInfo]:
+        """Return every artifact below a prefix, sorted by name."""
+        top = self._root / check_prefix(prefix)
+        with _translated(prefix):
+            return sorted(_infos(top, top.relative_to(self._root).as_posix()))
+
+    def delete(self, prefix: str) -> None:
+        """Delete every artifact below a prefix: all are out of sight at once."""
+        if not prefix:
+            raise ValueError("expected a prefix, got the empty one, which means every artifact of every job")
+        path, away = self._root / check_prefix(prefix), self._new_hidden()
+        with _translated(prefix):
+            try:
+                path.rename(away)
+            except (FileNotFoundError, NotADirectoryError):
+                return
+            _flush_folder(path.parent)
+            _remove(away)
+
+    @contextmanager
+    def local_path(self, name: str) -> Iterator[Path]:
+        """Lend an artifact as a readable file: its own, so do not write to it."""
+        self._status(name)
+        yield self._path(name)
+
+    def sweep(self, older_than_s: float) -> int:
+        """Take away what dead processes left half-written more than `older_than_s` ago; returns how much it was.
+
+        Choose longer than any put takes: a put whose file is swept fails and may be tried again.
+        """
+        swept = 0
+        with _translated("its hidden folder"):
+            for path in self._hidden.iterdir():
+                with _gone_is_fine():
+                    if time.time() - path.lstat().st_mtime > older_than_s:
+                        _remove(path)
+                        swept += 1
+        return swept
+
+    def _path(self, name: str) -> Path:
+        return self._root / check_name(name)
+
+    def _status(self, name: str) -> os.stat_result:
+        with _translated(name, missing=True):
+            status = self._path(name).stat()
+        if not _is_file(status):
+            raise ArtifactMissing(f"expected the artifact {name}, got a folder of artifacts")
+        return status
+
+    def _new_hidden(self) -> Path:
+        return self._hidden / uuid.uuid4().hex
+
+    def _put(self, name: str, write: Callable[[BinaryIO], None]) -> None:
+        path, partial = self._path(name), self._new_hidden()
+        try:
+            with _translated(name):
+                with partial.open("xb") as file:
+                    write(file)
+                    file.flush()
+                    _stamp(file)
+                    os.fsync(file.fileno())
+                _make_folders(path.parent)
+                partial.replace(path)
+                _flush_folder(path.parent)
+        finally:
+            # What went wrong is what is reported; what cannot be unlinked is swept.
+            with suppress(OSError):
+                partial.unlink(missing_ok=True)
+
+
+def _write_all(file: BinaryIO, data: bytes) -> None:
+    file.write(data)
+
+
+def _stamp(file: BinaryIO) -> None:
+    # The kernel's own stamps are 4 ms apart, in which a name may be put twice; an etag is to tell the two apart.
+    now_ns = time.time_ns()
+    os.utime(file.fileno(), ns=(now_ns, now_ns))
+
+
+def _chunks(file: BinaryIO, name: str, start: int, stop: int) -> Iterator[bytes]:
+    with file, _translated(name):
+        file.seek(start)
+        yield b""
+        while (left := stop - file.tell()) > 0 and (chunk := file.read(min(left, CHUNK_BYTES))):
+            yield chunk
+
+
+def _infos(top: Path, name: str) -> Iterator[ArtifactInfo]:
+    """Yield what is at `top`, an artifact or a folder of them, called `name`; what goes away meanwhile is left out."""
+    folders = [(top, "" if name == "." else name + "/")]
+    if top.is_file():
+        with _gone_is_fine():
+            yield _info(name, top.stat())
+        return
+    while folders:
+        folder, prefix = folders.pop()
+        with _gone_is_fine(), os.scandir(folder) as entries:
+            for entry in entries:
+                if entry.name.startswith("."):
+                    continue
+                if entry.is_dir(follow_symlinks=False):
+                    folders.append((Path(entry.path), f"{prefix}{entry.name}/"))
+                    continue
+                with _gone_is_fine():
+                    yield _info(prefix + entry.name, entry.stat())
+
+
+def _info(name: str, status: os.stat_result) -> ArtifactInfo:
+    return ArtifactInfo(name=name, size=status.st_size, modified_s=status.st_mtime, etag=_etag(status))
+
+
+def _etag(status: os.stat_result) -> str:
+    return f"{status.st_size:x}-{status.st_mtime_ns:x}-{status.st_ino:x}"
+
+
+def _is_file(status: os.stat_result) -> bool:
+    return stat.S_ISREG(status.st_mode)
+
+
+def _make_folders(folder: Path) -> None:
+    """Make a folder so that it outlasts a power cut: every new one is flushed into its parent."""
+    if folder.is_dir():
+        return
+    _make_folders(folder.parent)
+    folder.mkdir(exist_ok=True)
+    _flush_folder(folder.parent)
+
+
+def _flush_folder(folder: Path) -> None:
+    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def _remove(path: Path) -> None:
+    if path.is_dir() and not path.is_symlink():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
+
+
+@contextmanager
+def _gone_is_fine() -> Iterator[None]:
+    try:
+        yield
+    except (FileNotFoundError, NotADirectoryError):
+        return
+
+
+@contextmanager
+def _translated(what: str, *, missing: bool = False) -> Iterator[None]:
+    """Translate the operating system's errors; `missing`: not being there is about the artifact, not the store."""
+    try:
+        yield
+    except OSError as error:
+        if error.errno in NO_ROOM:
+            raise StoreFull(f"no room for {what}: {error.strerror}") from error
+        if missing and error.errno in _NOT_THERE:
+            raise ArtifactMissing(f"expected the artifact {what}, got nothing there") from error
+        raise StoreUnavailable(f"cannot reach {what} in the store: {error.strerror}") from error

@@ -1,0 +1,46 @@
+"""The four Celery tasks, by name. Each decodes an order and hands it to `attempt`."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any
+
+from worker.app import app, settings
+from worker.job.orders import Order, TaskKind
+from worker.job.wire import task_name
+from worker.tasks.assemble import assemble_frame
+from worker.tasks.attempt import attempt
+from worker.tasks.encode import encode_output
+from worker.tasks.probe import probe_job
+from worker.tasks.render import render_tile
+from worker.tasks.workplace import Workplace, workplace
+
+
+@app.task(name=task_name(TaskKind.PROBE))
+def probe(order: dict[str, Any]) -> None:
+    """Render the first frame small."""
+    attempt(this_workplace(), Order.model_validate(order), probe_job)
+
+
+@app.task(name=task_name(TaskKind.RENDER))
+def render(order: dict[str, Any]) -> None:
+    """Render a frame or a tile of it."""
+    attempt(this_workplace(), Order.model_validate(order), render_tile)
+
+
+@app.task(name=task_name(TaskKind.ASSEMBLE))
+def assemble(order: dict[str, Any]) -> None:
+    """Make a frame's tiles into what is shown of it."""
+    attempt(this_workplace(), Order.model_validate(order), assemble_frame)
+
+
+@app.task(name=task_name(TaskKind.ENCODE))
+def encode(order: dict[str, Any]) -> None:
+    """Make a job's frames into a video."""
+    attempt(this_workplace(), Order.model_validate(order), encode_output)
+
+
+@cache
+def this_workplace() -> Workplace:
+    """Return the workplace of this process; made in the pool's process, never before its fork."""
+    return workplace(settings)

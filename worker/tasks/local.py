@@ -1,0 +1,156 @@
+"""One frame without a farm: by the same steps that a worker takes, for authors of scenes and for tests."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from worker.errors import SpecError
+from worker.images.convert import png
+from worker.job.orders import Order, TaskKind
+from worker.job.sheet import JobSheet, PlanSheet
+from worker.job.spec import JobSpec
+from worker.optics.check import check_rig
+from worker.plan import names
+from worker.plan.sampling import Tile, cut_tiles, frame_size
+from worker.povray.bundle import check_bundle
+from worker.settings import WorkerSettings
+from worker.tasks.assemble import assemble_frame
+from worker.tasks.render import render_tile
+from worker.tasks.watch import Unwatched
+from worker.tasks.workplace import Workplace, workplace
+
+JOB_ID = "local"
+
+OnProgress = Callable[[str, float], None]
+"""Told what is being done and how far it is, 0 to 1."""
+
+
+@dataclass(frozen=True)
+class CapturedFrame:
+    """What a capture left in its folder."""
+
+    pictures: tuple[Path, ...]
+    """PNG and EXR of the integral image, the orthoscopic one and the views."""
+    notes: tuple[str, ...]
+    """What is worth knowing about the optics."""
+
+
+def capture_frame(
+    spec: JobSpec, bundle: bytes, *, frame: int, out: Path, on_progress: OnProgress, settings: WorkerSettings
+) -> CapturedFrame:
+    """Render one frame of a job and make it into all that is shown of it, in a folder.
+
+    Raises
+    ------
+    WorkerError
+        Whatever an attempt on the farm would fail with; nothing is left in the folder then.
+    """
+    with tempfile.TemporaryDirectory(prefix="lippmann-capture-") as folder:
+        place = workplace(settings.model_copy(update={"data_dir": Path(folder)}))
+        sheet = local_job(place, spec.model_copy(update={"frames": str(frame)}), bundle)
+        notes = check_rig(sheet.spec, sheet.stage)
+        _render(place, sheet, frame, on_progress)
+        on_progress("assemble", 0.0)
+        assemble_frame(place, _order(TaskKind.ASSEMBLE, frame), Unwatched())
+        kept = (names.integral_name(frame), names.orthoscopic_name(frame), names.views_name(frame))
+        pictures = [picture for name in kept for picture in _keep(place, name, out)]
+        on_progress("assemble", 1.0)
+    return CapturedFrame(pictures=tuple(pictures), notes=notes)
+
+
+def local_job(place: Workplace, spec: JobSpec, bundle: bytes) -> JobSheet:
+    """Store a job, its scene and its plan as the service would, and return the job."""
+    checked = check_bundle(bundle)
+    sheet = JobSheet(
+        job_id=JOB_ID,
+        spec=spec,
+        bundle=checked.digest,
+        stage=checked.card.stage,
+        clock=spec.clock or checked.card.clock,
+        parameters=checked.card.resolve(spec.parameters),
+    )
+    rows, cols = (os.cpu_count() or 1, 1) if spec.render.tiles == "auto" else spec.render.tiles
+    plan = PlanSheet(tile_rows=rows, tile_cols=cols, probe_start_s=0.0, probe_s_per_px=0.0)
+    place.store.put_bytes(names.bundle_name(checked.digest), bundle)
+    place.store.put_bytes(names.job_artifact(JOB_ID, names.JOB_SHEET), sheet.model_dump_json().encode())
+    place.store.put_bytes(names.job_artifact(JOB_ID, names.PLAN_SHEET), plan.model_dump_json().encode())
+    return sheet
+
+
+def _render(place: Workplace, sheet: JobSheet, frame: int, on_progress: OnProgress) -> None:
+    plan = place.plan_sheet(JOB_ID)
+    tiles = cut_tiles(frame_size(sheet.spec.rig), tile_rows=plan.tile_rows, tile_cols=plan.tile_cols)
+    watches = [_Told() for _ in tiles]
+
+    def tell() -> None:
+        done = sum(watch.progress * tile.px for watch, tile in zip(watches, tiles, strict=True))
+        on_progress("render", done / sum(tile.px for tile in tiles))
+
+    for watch in watches:
+        watch.tell = tell
+
+    def render_one(tile: Tile, watch: _Told) -> None:
+        render_tile(place, _order(TaskKind.RENDER, frame, tile), watch)
+
+    with ThreadPoolExecutor(place.settings.slots) as pool:
+        running = [pool.submit(render_one, tile, watch) for tile, watch in zip(tiles, watches, strict=True)]
+        try:
+            for future in running:
+                future.result()
+        except BaseException:
+            for watch in watches:
+                watch.stopped = True
+            raise
+
+
+class _Told:
+    """A watch that passes progress on."""
+
+    def __init__(self) -> None:
+        self.stopped = False
+        self.tell: Callable[[], None] = lambda: None
+        self._progress = 0.0
+
+    @property
+    def progress(self) -> float:
+        """How far the work is, 0 to 1."""
+        return self._progress
+
+    @progress.setter
+    def progress(self, fraction: float) -> None:
+        self._progress = fraction
+        self.tell()
+
+    def should_stop(self) -> bool:
+        """Return whether another tile has failed."""
+        return self.stopped
+
+
+def _order(kind: TaskKind, frame: int, tile: Tile | None = None) -> Order:
+    return Order(
+        kind=kind,
+        job_id=JOB_ID,
+        task_id=kind.value,
+        attempt="local",
+        attempt_number=1,
+        frame=frame,
+        tile=tile.index if tile else None,
+    )
+
+
+def _keep(place: Workplace, name: str, out: Path) -> tuple[Path, Path]:
+    target = out / name
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        with place.store.local_path(names.job_artifact(JOB_ID, name)) as path:
+            shutil.copyfile(path, target)
+        target.with_suffix(".png").write_bytes(png(target))
+    except OSError as error:
+        raise SpecError(f"expected a folder that can be written to, got {out}: {error.strerror}") from error
+    return target.with_suffix(".png"), target

@@ -1,0 +1,28 @@
+"""A log for every attempt, kept whatever happens."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Iterator
+from pathlib import Path
+
+from worker.errors import WorkerError
+from worker.job.orders import Order
+from worker.plan import names
+from worker.povray.log import AttemptLog
+from worker.tasks.workplace import Workplace
+
+
+@contextlib.contextmanager
+def kept_log(place: Workplace, order: Order, folder: Path) -> Iterator[AttemptLog]:
+    """Lend a log file and store what was written to it, after success and failure alike."""
+    path = folder.with_name(f"{folder.name}.txt")
+    try:
+        with AttemptLog(path) as log:
+            yield log
+    finally:
+        name = names.log_name(order.kind, order.frame, order.tile, order.output, order.attempt_number)
+        # A log that cannot be kept must not hide how the attempt ended.
+        with contextlib.suppress(WorkerError, OSError):
+            place.store.put_file(names.job_artifact(order.job_id, name), path)
+        path.unlink(missing_ok=True)

@@ -1,0 +1,51 @@
+"""The first frame, small: does the scene parse, and what does a pixel cost."""
+
+from __future__ import annotations
+
+import math
+
+from worker.job.events import ProbeResult
+from worker.job.orders import Order
+from worker.plan.sampling import FrameSize, frame_size
+from worker.tasks.attempt import Work
+from worker.tasks.logs import kept_log
+from worker.tasks.picture import render_picture
+from worker.tasks.watch import Watch
+from worker.tasks.workplace import Workplace
+
+PROBE_PX = 20_000
+"""Enough for a cost to a few per cent, and rendered in about a second with the paper's rig."""
+
+
+def probe_job(place: Workplace, order: Order, watch: Watch) -> Work:
+    """Render the first frame of a job with few pixels and measure."""
+    sheet = place.job_sheet(order.job_id)
+    rows, cols = probe_size(frame_size(sheet.spec.rig))
+    with place.task_folder() as folder, kept_log(place, order, folder) as log:
+        outcome = render_picture(
+            place,
+            sheet,
+            frame=sheet.spec.frame_numbers[0],
+            rows=rows,
+            cols=cols,
+            tile=None,
+            folder=folder,
+            log=log,
+            watch=watch,
+        )
+    result = ProbeResult(
+        start_s=max(0.0, outcome.wall_s - outcome.statistics.trace_s),
+        s_per_px=outcome.statistics.trace_cpu_s / (rows * cols),
+        tileable=not outcome.radiosity_seen,
+    )
+    return Work(cpu_s=outcome.cpu_s, probe=result)
+
+
+def probe_size(size: FrameSize) -> tuple[int, int]:
+    """Return the (rows, cols) of a frame shrunk to about `PROBE_PX` pixels.
+
+    >>> probe_size(FrameSize(lens_rows=90, lens_cols=90, px_per_lens=8))
+    (141, 141)
+    """
+    shrink = min(1.0, math.sqrt(PROBE_PX / size.px))
+    return max(1, round(size.rows * shrink)), max(1, round(size.cols * shrink))

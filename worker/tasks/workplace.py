@@ -1,0 +1,85 @@
+"""Where a worker works: store, scratch folders, POV-Ray and its sandbox, the line to the service."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+from worker.job.sheet import JobSheet, PlanSheet
+from worker.plan import names
+from worker.povray.bundle import unpack
+from worker.povray.sandbox import Sandbox, detect
+from worker.report import Wire
+from worker.settings import WorkerSettings
+from worker.store.local import LocalStore
+from worker.store.protocol import ArtifactStore
+
+
+@dataclass(frozen=True)
+class Workplace:
+    """Everything outside that an attempt touches."""
+
+    settings: WorkerSettings
+    store: ArtifactStore
+    sandbox: Sandbox
+
+    @cached_property
+    def line(self) -> Wire:
+        """The line to the service."""
+        return Wire(self.settings.redis_url, self.settings.worker_name)
+
+    def stopping(self) -> bool:
+        """Return whether this worker is being shut down."""
+        return self.settings.stopping_file.exists()
+
+    def job_sheet(self, job_id: str) -> JobSheet:
+        """Return what a job asks for, as the service stored it."""
+        return JobSheet.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.JOB_SHEET)))
+
+    def plan_sheet(self, job_id: str) -> PlanSheet:
+        """Return how a job was cut, as the service stored it."""
+        return PlanSheet.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.PLAN_SHEET)))
+
+    def bundle_folder(self, digest: str) -> Path:
+        """Return the folder with a scene bundle's files, unpacked once for all attempts."""
+        folder = self.settings.scratch_dir / "bundles" / digest
+        if not folder.is_dir():
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            beside = Path(tempfile.mkdtemp(prefix=f".{digest[:8]}-", dir=folder.parent))
+            try:
+                unpack(self.store.get_bytes(names.bundle_name(digest)), beside)
+                beside.chmod(0o755)
+                with contextlib.suppress(FileExistsError, OSError):  # another attempt was first: the same files
+                    beside.rename(folder)
+            finally:
+                shutil.rmtree(beside, ignore_errors=True)
+        return folder.resolve()
+
+    @contextlib.contextmanager
+    def task_folder(self) -> Iterator[Path]:
+        """Lend an empty folder that is gone afterwards."""
+        root = self.settings.scratch_dir / "attempts"
+        root.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=root, ignore_cleanup_errors=True) as folder:
+            yield Path(folder).resolve()
+
+
+
+def workplace(settings: WorkerSettings) -> Workplace:
+    """Return the workplace that settings describe: its store in their data folder, its sandbox found by trying.
+
+    Raises
+    ------
+    SandboxMissing
+        If the sandbox that they ask for does not hold here.
+    """
+    return Workplace(
+        settings=settings,
+        store=LocalStore(settings.artifacts_dir),
+        sandbox=detect(settings.sandbox, allow_none=settings.sandbox == "none"),
+    )

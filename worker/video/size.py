@@ -1,0 +1,28 @@
+"""How far a small view is enlarged for a screen, and even sizes."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+SCREEN_PX = 720
+"""About how long the longer side of a video of views should be: a view has one pixel a lens, and 90 px are a stamp."""
+
+
+def screen_scale(rows: int, cols: int) -> int:
+    """Return the whole factor that brings the longer side nearest to 720 px; 1 for what is larger.
+
+    Examples
+    --------
+    >>> screen_scale(90, 90), screen_scale(100, 100), screen_scale(1200, 30)
+    (8, 7, 1)
+    """
+    return max(1, round(SCREEN_PX / max(rows, cols)))
+
+
+def even_sided(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    """Return a frame with even sides, as 4:2:0 needs them: an odd last row or col is shown twice."""
+    rows, cols = frame.shape[:2]
+    if rows % 2 == 0 and cols % 2 == 0:
+        return frame
+    return np.pad(frame, ((0, rows % 2), (0, cols % 2), (0, 0)), mode="edge")
