@@ -23,14 +23,17 @@ from worker.settings import WorkerSettings
 REDELIVERY_S = 8 * 86_400
 """Above every time limit a job may set: the broker must not run an order twice; the service decides what is lost."""
 
+SHUTDOWN_S = 20.0
+"""How long running attempts have to say that they stop; they are told at once and need about two seconds."""
+
 _PR_SET_PDEATHSIG = 1
 
 
 def make_app(settings: WorkerSettings) -> Celery:
     """Return the Celery application of one worker."""
-    app = Celery("lippmann", broker=broker_url(settings.redis_url), include=["worker.tasks.entry"])
+    app = Celery("lippmann", broker=wire.broker_url(settings.redis_url), include=["worker.tasks.entry"])
     transport = {
-        "global_keyprefix": wire.PREFIX,
+        "global_keyprefix": wire.CARRIER_PREFIX,
         "visibility_timeout": REDELIVERY_S,
         "socket_timeout": 30,
         "socket_connect_timeout": 5,
@@ -38,6 +41,8 @@ def make_app(settings: WorkerSettings) -> Celery:
     }
     app.conf.update(
         broker_transport_options=transport,
+        result_backend_transport_options={"visibility_timeout": REDELIVERY_S},
+        visibility_timeout=REDELIVERY_S,
         broker_connection_max_retries=None,
         broker_connection_retry_on_startup=True,
         task_default_queue=wire.QUEUE,
@@ -53,19 +58,9 @@ def make_app(settings: WorkerSettings) -> Celery:
         worker_hijack_root_logger=False,
         worker_send_task_events=False,
         worker_enable_remote_control=False,
+        worker_soft_shutdown_timeout=SHUTDOWN_S,
     )
     return app
-
-
-def broker_url(redis_url: str) -> str:
-    """Return a Redis address as Celery writes it.
-
-    >>> broker_url("unix:///run/lippmann.sock?db=0")
-    'redis+socket:///run/lippmann.sock?virtual_host=0'
-    """
-    if not redis_url.startswith("unix://"):
-        return redis_url
-    return redis_url.replace("unix://", "redis+socket://", 1).replace("?db=", "?virtual_host=")
 
 
 settings = WorkerSettings()

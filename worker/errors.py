@@ -6,9 +6,13 @@ says the same thing every time, so it is not tried again. The docstring of a cla
 
 from __future__ import annotations
 
+import errno
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Self
+
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+"""What the system answers when there is no room: on the disk, in the quota, below the limit of a file's size."""
 
 
 class WorkerError(Exception):

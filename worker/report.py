@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import Any, Self
 
 from redis import Redis
 from redis.backoff import ExponentialBackoff
@@ -61,7 +61,7 @@ class Wire:
 
     def say(self, event: Event) -> None:
         """Put an event on the stream."""
-        fields = {"event": event.model_dump_json(exclude_none=True)}
+        fields: dict[Any, Any] = {"event": event.model_dump_json(exclude_none=True)}
         self._redis.xadd(wire.EVENTS_STREAM, fields, maxlen=wire.EVENTS_KEPT, approximate=True)
 
     def say_at_last(self, event: Event, *, within_s: float = LAST_WORD_S) -> bool:

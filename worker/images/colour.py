@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ _CONFIG = "ocio://default"
 _CODES = {8: np.uint8, 16: np.uint16}
 
 
-def srgb_codes(linear: NDArray[np.floating[Any]], *, bits: Literal[8, 16] = 8) -> NDArray[Any]:
+def srgb_codes(linear: NDArray[np.floating[Any]], *, bits: int = 8) -> NDArray[Any]:
     """Return the sRGB codes (IEC 61966-2-1) of linear light.
 
     Parameters
@@ -37,13 +37,15 @@ def srgb_codes(linear: NDArray[np.floating[Any]], *, bits: Literal[8, 16] = 8) -
     Raises
     ------
     OutputError
-        If OpenImageIO cannot convert.
+        If `bits` is neither, or OpenImageIO cannot convert.
 
     Examples
     --------
     >>> srgb_codes(np.full((1, 1, 3), 0.5, dtype=np.float32))
     array([[[188, 188, 188]]], dtype=uint8)
     """
+    if bits not in _CODES:
+        raise OutputError(f"expected codes of 8 or 16 bits, got {bits}")
     white = 2**bits - 1
     in_range = np.clip(np.nan_to_num(linear.astype(np.float32), nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
     converted = ImageBufAlgo.colorconvert(ImageBuf(in_range), LINEAR, SRGB, colorconfig=_CONFIG)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 
-from worker.images.colour import SRGB, srgb_codes
-from worker.images.encode import encoded
 from worker.images.read import read_rgb
+from worker.images.write import encoded_png
 
 
-def png(path: Path, *, bits: Literal[8, 16] = 8) -> bytes:
+def png(path: Path, *, bits: int = 8) -> bytes:
     """Return a linear EXR as an sRGB PNG.
 
     Parameters
@@ -27,8 +25,7 @@ def png(path: Path, *, bits: Literal[8, 16] = 8) -> bytes:
     ArtifactMissing, ArtifactBroken
         If the file is not there or not whole.
     OutputError
-        If it cannot be converted.
+        If it cannot be converted, or `bits` is neither 8 nor 16.
     """
-    codes = srgb_codes(read_rgb(path, np.float32), bits=bits)
-    with encoded(codes, to="png", store_as=f"uint{bits}", attributes={"oiio:ColorSpace": SRGB}) as file:
+    with encoded_png(read_rgb(path, np.float32), bits=bits) as file:
         return file.read()

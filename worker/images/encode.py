@@ -7,7 +7,6 @@ things, writes to disk.
 
 from __future__ import annotations
 
-import errno
 import os
 import shutil
 from collections.abc import Iterator, Mapping
@@ -19,11 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenImageIO import ImageOutput, ImageSpec, geterror
 
-from worker.errors import OutputError, StoreFull, StoreUnavailable
+from worker.errors import NO_ROOM, OutputError, StoreFull, StoreUnavailable
 
 Format = Literal["openexr", "png", "webp"]
-
-NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 
 @contextmanager

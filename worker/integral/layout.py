@@ -39,6 +39,11 @@ class CellLayout:
         """Width of the sheet, px."""
         return self.lens_cols * self.px_per_lens
 
+    @property
+    def px(self) -> int:
+        """Pixels in all."""
+        return self.rows * self.cols
+
 
 def cells(sheet: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
     """Return the elemental images of a sheet: a view of its memory, so writing to it writes to the sheet.

@@ -15,7 +15,6 @@ uppermost at the top.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -79,41 +78,6 @@ def interlace(grid: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
     n = layout.px_per_lens
     by_view = grid.reshape(n, layout.lens_rows, n, layout.lens_cols, grid.shape[2])
     return sheet_of(by_view.transpose(1, 3, 0, 2, 4)[:, :, ::-1, ::-1])
-
-
-def centre_view(ortho: NDArray[np.floating[Any]], layout: CellLayout) -> NDArray[np.floating[Any]]:
-    """Return the view on the lenses' axes, (u, v) = ((n - 1) / 2, (n - 1) / 2).
-
-    Parameters
-    ----------
-    ortho
-        Orthoscopic sheet `(rows, cols, channel)`, floating and in linear light: light adds up, codes do not.
-    layout
-        How its pixels lie under the lenses.
-
-    Returns
-    -------
-    NDArray
-        `(lens_rows, lens_cols, channel)`, float32 or wider. For odd n the single central pixel of every cell, for
-        even n the mean of the four around the axis.
-
-    Raises
-    ------
-    LayoutError
-        If the pixels are not floating, or the sheet is not of this layout.
-
-    Notes
-    -----
-    For even n no pixel lies on the axis. The mean of four is what an eye there sees through a lens whose spot covers
-    them; away from the display's plane it is softer than one view.
-    """
-    if not np.issubdtype(ortho.dtype, np.floating):
-        raise LayoutError(f"expected linear light in a floating dtype, got {ortho.dtype}")
-    n = layout.px_per_lens
-    centre = slice((n - 1) // 2, n // 2 + 1)
-    wide = np.result_type(ortho.dtype, np.float32)
-    mean: NDArray[np.floating[Any]] = cells(ortho, layout)[:, :, centre, centre].mean(axis=(2, 3), dtype=wide)
-    return mean
 
 
 def successive_views(layout: CellLayout, *, backward: bool = False) -> Iterator[tuple[int, int]]:

@@ -52,8 +52,8 @@ TASK_MOVES = MappingProxyType(
         _T.DISPATCHED: frozenset({_T.RUNNING, _T.READY, _T.CANCELLED}),
         _T.RUNNING: frozenset({_T.DONE, _T.FAILED, _T.READY, _T.CANCELLED}),
         _T.DONE: frozenset({_T.READY}),
-        _T.FAILED: frozenset({_T.READY}),
-        _T.CANCELLED: frozenset({_T.READY}),
+        _T.FAILED: frozenset({_T.READY, _T.WAITING}),
+        _T.CANCELLED: frozenset({_T.READY, _T.WAITING}),
     }
 )
 """What a task of each status may become. Ended tasks move only by retry."""

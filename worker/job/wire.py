@@ -13,6 +13,8 @@ EVENTS_KEPT = 200_000
 """About how many events the stream keeps; a beat of 2,000 slots fills it in 8 minutes."""
 
 QUEUE = "lippmann"
+CARRIER_PREFIX = PREFIX + "celery:"
+"""What Celery puts before every key of its own; both sides must say the same."""
 
 BEAT_S = 5.0
 """How often an attempt at work beats, and a worker says that it is there."""
@@ -24,6 +26,17 @@ UNCLAIMED_S = 60.0
 STOP_TTL_S = 86_400.0
 STOP_POLL_S = 1.0
 """How often an attempt at work looks whether it should stop."""
+
+
+def broker_url(redis_url: str) -> str:
+    """Return a Redis address as Celery writes it.
+
+    >>> broker_url("unix:///run/lippmann.sock?db=0")
+    'redis+socket:///run/lippmann.sock?virtual_host=0'
+    """
+    if not redis_url.startswith("unix://"):
+        return redis_url
+    return redis_url.replace("unix://", "redis+socket://", 1).replace("?db=", "?virtual_host=")
 
 
 def task_name(kind: TaskKind) -> str:

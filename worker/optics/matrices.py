@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from worker.optics.prescription import ImagingLens, Surface
 
-
 _IN_FOCUS = 1e-12
 """|D| of an object plane that is the front focal plane but for rounding."""
 

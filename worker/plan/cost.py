@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 
+from worker.integral.layout import CellLayout
 from worker.job.events import ProbeResult
 from worker.job.spec import RenderSettings
-from worker.plan.sampling import FrameSize
 
 WORTHWHILE_S = 5.0
 """A shorter task is mostly POV-Ray's start (0.67 s, measured)."""
@@ -14,13 +14,13 @@ COMFORTABLE_S = 60.0
 """A longer task makes a lost worker or a late finish expensive."""
 
 
-def frame_seconds(size: FrameSize, probe: ProbeResult) -> float:
+def frame_seconds(size: CellLayout, probe: ProbeResult) -> float:
     """Return the seconds that one frame takes on one slot."""
     return probe.start_s + size.px * probe.s_per_px
 
 
 def tile_grid(
-    size: FrameSize, probe: ProbeResult, settings: RenderSettings, *, frames: int, slots: int
+    size: CellLayout, probe: ProbeResult, settings: RenderSettings, *, frames: int, slots: int
 ) -> tuple[int, int]:
     """Return (tile_rows, tile_cols) for every frame of a job.
 

@@ -7,32 +7,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from worker.integral.layout import CellLayout
 from worker.job.orders import TileIndex
 from worker.job.spec import Rig
-
-
-@dataclass(frozen=True)
-class FrameSize:
-    """An integral image in lenses and pixels."""
-
-    lens_rows: int
-    lens_cols: int
-    px_per_lens: int
-
-    @property
-    def rows(self) -> int:
-        """Height, px."""
-        return self.lens_rows * self.px_per_lens
-
-    @property
-    def cols(self) -> int:
-        """Width, px."""
-        return self.lens_cols * self.px_per_lens
-
-    @property
-    def px(self) -> int:
-        """Pixels in all."""
-        return self.rows * self.cols
 
 
 @dataclass(frozen=True)
@@ -61,18 +38,18 @@ class Tile:
         return self.rows * self.cols
 
 
-def frame_size(rig: Rig) -> FrameSize:
+def frame_size(rig: Rig) -> CellLayout:
     """Return the size of the integral images that a rig captures."""
     lens_rows, lens_cols = rig.lens_array.count
-    return FrameSize(lens_rows=lens_rows, lens_cols=lens_cols, px_per_lens=rig.px_per_lens)
+    return CellLayout(lens_rows=lens_rows, lens_cols=lens_cols, px_per_lens=rig.px_per_lens)
 
 
-def cut_tiles(size: FrameSize, *, tile_rows: int, tile_cols: int) -> tuple[Tile, ...]:
+def cut_tiles(size: CellLayout, *, tile_rows: int, tile_cols: int) -> tuple[Tile, ...]:
     """Cut a frame into about equal tiles along lens edges, row by row; no more tiles than lenses.
 
     Examples
     --------
-    >>> [(t.row_start, t.row_stop) for t in cut_tiles(FrameSize(5, 1, 8), tile_rows=2, tile_cols=1)]
+    >>> [(t.row_start, t.row_stop) for t in cut_tiles(CellLayout(5, 1, 8), tile_rows=2, tile_cols=1)]
     [(0, 16), (16, 40)]
     """
     row_edges = _edges(size.lens_rows, tile_rows, size.px_per_lens)

@@ -96,15 +96,16 @@ class Child:
         return data
 
     def _reap(self, flags: int) -> None:
-        if self._ended_s is not None:
+        if self._ended_s is not None or not os.waitid(os.P_PID, self._popen.pid, os.WEXITED | os.WNOWAIT | flags):
             return
-        pid, status, used = os.wait4(self._popen.pid, flags)
-        if pid:
-            self._ended_s = time.monotonic()
-            # Popen must not wait for a process that is gone.
-            self._popen.returncode = self.exit_code = os.waitstatus_to_exitcode(status)
-            self.cpu_s = used.ru_utime + used.ru_stime
-            self.peak_memory_mb = used.ru_maxrss / 1024
+        # As long as the dead leader is not waited for, its number names its group and nothing else.
+        self._kill_group()
+        _, status, used = os.wait4(self._popen.pid, 0)
+        self._ended_s = time.monotonic()
+        # Popen must not wait for a process that is gone.
+        self._popen.returncode = self.exit_code = os.waitstatus_to_exitcode(status)
+        self.cpu_s = used.ru_utime + used.ru_stime
+        self.peak_memory_mb = used.ru_maxrss / 1024
 
     def _signal(self, pids: Sequence[int], number: int) -> None:
         if self._ended_s is None:

@@ -32,7 +32,7 @@ def environment(task_dir: Path) -> dict[str, str]:
     own = task_dir / _OWN
     return {
         "PATH": PATH,
-        "LANG": "C",
+        "LANG": "C.UTF-8",
         "HOME": str(own / "home"),
         "POVINI": str(own / "povray.ini"),
         "POV_TEMP_DIR": str(own / "tmp"),

@@ -129,6 +129,9 @@ def main(words: list[str]) -> NoReturn:
     try:
         hold(*_paths(words[:cut]))
         die_with_parent()
+        # Python ignores these two, the program would inherit it, and then nothing would end a file without end.
+        for number in (signal.SIGPIPE, signal.SIGXFSZ):
+            signal.signal(number, signal.SIG_DFL)
         os.execvp(program[0], program)  # noqa: S606 - becoming the program is what this file is for
     except OSError as error:
         sys.stderr.write(f"landlock: {error}\n")

@@ -125,4 +125,4 @@ def read_statistics(lines: Iterable[str]) -> Statistics | None:
 
 
 def _sum(seconds: dict[str, float], parts: tuple[str, ...]) -> float:
-    return sum(seconds.get(part, 0.0) for part in parts)
+    return round(sum(seconds.get(part, 0.0) for part in parts), 3)

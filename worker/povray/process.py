@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 
+from worker.errors import SandboxMissing
 from worker.povray.child import Child
 from worker.povray.log import AttemptLog
 from worker.povray.progress import Lines, Progress, advance, is_progress
@@ -70,14 +71,14 @@ def run(
 
     Raises
     ------
-    OSError
-        If it cannot be started.
+    SandboxMissing
+        If it cannot be started: what comes first on the command line is the sandbox.
     """
     started_s = time.monotonic()
     listener = _Listener(log, first_block_px)
     watch = _Watch(timeout_s=timeout_s, stall_s=stall_s, should_stop=should_stop)
     told, telling = listener.progress, _Every(POLL_S)
-    with Child(argv, cwd=cwd, env=env) as child:
+    with _started(argv, cwd, env) as child:
         while not child.is_over():
             listener.hear(child.read(POLL_S))
             if watch.look(listener.progress) is not Ending.EXITED:
@@ -97,6 +98,13 @@ def run(
         cpu_s=child.cpu_s,
         peak_memory_mb=child.peak_memory_mb,
     )
+
+
+def _started(argv: Sequence[str], cwd: Path, env: Mapping[str, str]) -> Child:
+    try:
+        return Child(argv, cwd=cwd, env=env)
+    except OSError as error:
+        raise SandboxMissing(f"The sandbox did not start: {error}") from error
 
 
 class _Every:

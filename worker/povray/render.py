@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from worker.errors import PovrayMissing, RenderFailed, SandboxMissing
+from worker.errors import PovrayMissing, RenderFailed
 from worker.povray.command import RenderCommand, povray_argv
 from worker.povray.diagnosis import Case, diagnose, is_startup_fault
 from worker.povray.environment import PATH, prepare
@@ -81,20 +81,17 @@ def render(
 
     def start() -> Outcome:
         log.write(f"$ {' '.join(inside)}")
-        try:
-            return run(
-                inside,
-                cwd=task_dir,
-                env=env,
-                timeout_s=timeout_s,
-                stall_s=stall_s,
-                first_block_px=command.first_block_px,
-                on_progress=on_progress,
-                should_stop=should_stop,
-                log=log,
-            )
-        except FileNotFoundError as error:
-            raise SandboxMissing(f"The sandbox did not start: {error}") from error
+        return run(
+            inside,
+            cwd=task_dir,
+            env=env,
+            timeout_s=timeout_s,
+            stall_s=stall_s,
+            first_block_px=command.first_block_px,
+            on_progress=on_progress,
+            should_stop=should_stop,
+            log=log,
+        )
 
     outcome, spent_cpu_s = _start_until_it_starts(start, log)
     roots = (*readable, *libraries, task_dir)

@@ -19,13 +19,12 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import BinaryIO
 
-from worker.errors import ArtifactMissing, StoreFull, StoreUnavailable
+from worker.errors import NO_ROOM, ArtifactMissing, StoreFull, StoreUnavailable
 from worker.store.names import check_name, check_prefix
 from worker.store.protocol import ArtifactInfo
 
 HIDDEN = ".partial"
 CHUNK_BYTES = 1 << 18
-NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 _NOT_THERE = frozenset({errno.ENOENT, errno.ENOTDIR, errno.EISDIR})
 
 

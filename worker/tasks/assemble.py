@@ -59,9 +59,7 @@ def _tiles(
             yield tile, read_rgb(path, np.float16)
 
 
-def _store(
-    place: Workplace, sheet: JobSheet, frame: int, name: str, linear: NDArray[np.float16], folder: Path
-) -> None:
+def _store(place: Workplace, sheet: JobSheet, frame: int, name: str, linear: NDArray[np.float16], folder: Path) -> None:
     picture = folder / "picture.exr"
     write_exr(picture, linear, attributes=header(sheet, frame))
     place.store.put_file(names.job_artifact(sheet.job_id, name), picture)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import errno
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
 import structlog
 
-from worker.errors import Permanent, StoreFull, WorkerError
+from worker.errors import NO_ROOM, Permanent, StoreFull, WorkerError
 from worker.job.events import EventKind, Failure, ProbeResult
 from worker.job.orders import Order
 from worker.report import Heart, event_of
@@ -24,7 +23,7 @@ class Work:
     """What an attempt that ended well has to say."""
 
     cpu_s: float = 0.0
-    """CPU seconds of the processes it ran."""
+    """CPU seconds of the processes it ran; the attempt adds its own."""
     probe: ProbeResult | None = None
 
 
@@ -43,7 +42,7 @@ def attempt(place: Workplace, order: Order, do: Doing) -> None:
     if line.told_to_stop(order.attempt) or not line.take_lease(order.attempt):
         return
     line.say(event_of(order, EventKind.CLAIMED, worker))
-    started_s = time.monotonic()
+    started_s, started_cpu_s = time.monotonic(), time.process_time()
     with Heart(line, order, worker_stopping=place.stopping) as heart:
         work, failure = _done_or_failed(place, order, do, heart)
     line.say_at_last(
@@ -51,7 +50,7 @@ def attempt(place: Workplace, order: Order, do: Doing) -> None:
             order,
             EventKind.FAILED if failure else EventKind.DONE,
             worker,
-            cpu_s=work.cpu_s,
+            cpu_s=work.cpu_s + time.process_time() - started_cpu_s,
             wall_s=time.monotonic() - started_s,
             failure=failure,
             probe=work.probe,
@@ -72,7 +71,7 @@ def _done_or_failed(place: Workplace, order: Order, do: Doing, watch: Watch) -> 
 
 def failure_of(error: Exception) -> Failure:
     """Return what an event says of an error; ones that are not ours count as transient."""
-    if isinstance(error, OSError) and error.errno in (errno.ENOSPC, errno.EDQUOT):
+    if isinstance(error, OSError) and error.errno in NO_ROOM:
         error = StoreFull(f"expected room in the worker's scratch folder, got: {error}")
     if isinstance(error, WorkerError):
         return Failure(code=error.code, message=error.message, permanent=isinstance(error, Permanent))

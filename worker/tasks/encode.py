@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.errors import Stopped
+from worker.images.colour import srgb_codes
 from worker.images.read import read_rgb
 from worker.images.resize import resize
 from worker.integral.layout import CellLayout
@@ -27,6 +28,7 @@ VIEWS_FPS = 24.0
 """Views a second of `views.mp4`: a frame of 8 x 8 views takes 2.7 s."""
 
 Picture = NDArray[np.floating[Any]]
+"""Linear light, `(rows, cols, 3)`."""
 Read = Callable[[str], Picture]
 Pictures = Callable[[JobSheet, Read], Iterator[Picture]]
 
@@ -49,7 +51,7 @@ def encode_output(place: Workplace, order: Order, watch: Watch) -> Work:
     fps = VIEWS_FPS if order.output == "views.mp4" else sheet.spec.fps
     with place.task_folder() as folder:
         video = folder / order.output
-        encode(video, _watched(pictures(sheet, read), _count(sheet, order.output), watch), kind=kind, fps=fps)
+        encode(video, _coded(pictures(sheet, read), _count(sheet, order.output), watch), kind=kind, fps=fps)
         place.store.put_file(artifact, video)
     return Work()
 
@@ -93,7 +95,7 @@ def _count(sheet: JobSheet, output: str) -> int:
     return frames * sheet.spec.rig.px_per_lens**2 if output == "views.mp4" else frames
 
 
-def _watched(pictures: Iterator[Picture], count: int, watch: Watch) -> Iterator[Picture]:
+def _coded(pictures: Iterator[Picture], count: int, watch: Watch) -> Iterator[NDArray[np.uint8]]:
     for number, picture in enumerate(pictures):
         watch.progress = number / count
-        yield picture
+        yield srgb_codes(picture)

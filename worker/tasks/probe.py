@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
+from worker.integral.layout import CellLayout
 from worker.job.events import ProbeResult
 from worker.job.orders import Order
-from worker.plan.sampling import FrameSize, frame_size
+from worker.plan.sampling import frame_size
 from worker.tasks.attempt import Work
 from worker.tasks.logs import kept_log
 from worker.tasks.picture import render_picture
@@ -41,10 +42,10 @@ def probe_job(place: Workplace, order: Order, watch: Watch) -> Work:
     return Work(cpu_s=outcome.cpu_s, probe=result)
 
 
-def probe_size(size: FrameSize) -> tuple[int, int]:
+def probe_size(size: CellLayout) -> tuple[int, int]:
     """Return the (rows, cols) of a frame shrunk to about `PROBE_PX` pixels.
 
-    >>> probe_size(FrameSize(lens_rows=90, lens_cols=90, px_per_lens=8))
+    >>> probe_size(CellLayout(lens_rows=90, lens_cols=90, px_per_lens=8))
     (141, 141)
     """
     shrink = min(1.0, math.sqrt(PROBE_PX / size.px))

@@ -69,7 +69,6 @@ class Workplace:
             yield Path(folder).resolve()
 
 
-
 def workplace(settings: WorkerSettings) -> Workplace:
     """Return the workplace that settings describe: its store in their data folder, its sandbox found by trying.
 

@@ -1,9 +1,8 @@
 """Moving pictures as files: PyAV (FFmpeg), and only here.
 
-transfer   linear light to sRGB codes, as videos carry them
 size       how far a small view is enlarged for a screen, and even sizes
 encode     frames to a file, one at a time: H.264 for people, FFV1 without loss
 read       frames of a file, one at a time
 
-Frames are `(rows, cols, 3)`, row 0 at the top, red, green and blue.
+Frames are `(rows, cols, 3)`, row 0 at the top, sRGB codes of red, green and blue.
 """

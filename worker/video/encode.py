@@ -11,13 +11,12 @@ depend on.
 
 from __future__ import annotations
 
-import errno
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import chain
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import av
 import numpy as np
@@ -25,14 +24,12 @@ from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTr
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
-from worker.errors import OutputError, StoreFull, StoreUnavailable
+from worker.errors import NO_ROOM, OutputError, StoreFull, StoreUnavailable
 from worker.video.size import even_sided
-from worker.video.transfer import srgb_codes
 
-Frame = NDArray[np.uint8] | NDArray[np.floating[Any]]
-"""`(rows, cols, 3)`: sRGB codes if uint8, linear light if floating."""
+Frame = NDArray[np.uint8]
+"""`(rows, cols, 3)`: sRGB codes."""
 
-NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 _EXACT = Interpolation.BICUBIC | Interpolation.ACCURATE_RND | Interpolation.FULL_CHR_H_INP | Interpolation.BITEXACT
 
@@ -121,15 +118,9 @@ def _pictures(frames: Iterable[Frame]) -> Iterator[NDArray[np.uint8]]:
         shape = shape or frame.shape
         if frame.ndim != 3 or frame.shape[2] != 3 or frame.shape != shape or frame.size == 0:
             raise OutputError(f"expected frames {shape} like the first, (rows, cols, 3), got {frame.shape} as {number}")
-        yield _codes(frame)
-
-
-def _codes(frame: NDArray[Any]) -> NDArray[np.uint8]:
-    if np.issubdtype(frame.dtype, np.floating):
-        return srgb_codes(frame)
-    if frame.dtype != np.uint8:
-        raise OutputError(f"expected sRGB codes as uint8 or linear light as floats, got {frame.dtype}")
-    return frame
+        if frame.dtype != np.uint8:
+            raise OutputError(f"expected sRGB codes as uint8, got {frame.dtype}")
+        yield frame
 
 
 def _write(path: Path, pictures: Iterable[NDArray[np.uint8]], kind: Kind, rate: Fraction) -> None:

@@ -34,6 +34,8 @@ def read_frames(path: Path) -> Iterator[NDArray[np.uint8]]:
         raise ArtifactMissing(f"expected a video at {path.name}, got no file")
     try:
         with av.open(str(path), "r") as container:
+            if not container.streams.video:
+                raise ArtifactBroken(f"{path.name}: expected a video, got none in the file")
             for frame in container.decode(video=0):
                 yield _codes(frame)
     except av.FFmpegError as error:

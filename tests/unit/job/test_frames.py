@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -22,7 +24,7 @@ def test_a_range_with_a_step_starts_at_its_first_and_never_passes_its_last(first
     numbers = parse_frames(f"{first}-{first + more}:{step}")
     assert numbers[0] == first
     assert numbers[-1] <= first + more < numbers[-1] + step
-    assert all(b - a == step for a, b in zip(numbers, numbers[1:], strict=False))
+    assert all(b - a == step for a, b in pairwise(numbers))
 
 
 def test_overlapping_parts_name_each_frame_once() -> None:

@@ -18,7 +18,7 @@ picture, as POV-Ray's uv mapping has it.
 from pathlib import Path
 
 import numpy as np
-import OpenImageIO as oiio
+import OpenImageIO
 
 HERE = Path(__file__).resolve().parent
 LENGTH_MM = 155.0  # of the body, so the skin can be laid out in millimetres
@@ -58,7 +58,7 @@ def noise(shape, cells, rng):
 
 
 def unit_grid(width, height):
-    """u to the right and v upwards, both 0..1 at the pixel centres."""
+    """U to the right and v upwards, both 0..1 at the pixel centres."""
     u = (np.arange(width) + 0.5) / width
     v = 1.0 - (np.arange(height) + 0.5) / height
     return np.meshgrid(u, v)
@@ -124,7 +124,7 @@ def skin(rng):
     # A blue eye stripe, cheek lines, the gill slit, and fine freckles.
     stripe = np.abs(x - 24.0 + 0.10 * (y - 4.0)) - 2.2
     rgb = mix(rgb, NAVY, 0.85 * smooth(1.6, 0.2, stripe) * smooth(0.30, 0.52, v))
-    for k, (radius_mm, strength) in enumerate(((19.0, 0.75), (24.0, 0.6), (29.0, 0.45))):
+    for radius_mm, strength in ((19.0, 0.75), (24.0, 0.6), (29.0, 0.45)):
         ring = np.abs(np.hypot(x - 14.0, (y + 2.0) * 1.0) - radius_mm - wobble * 3.0)
         where = smooth(0.47, 0.40, v) * smooth(0.08, 0.2, v)
         rgb = mix(rgb, AQUA, strength * smooth(1.3, 0.4, ring) * where)
@@ -169,8 +169,7 @@ def eye(rng):
     r = np.hypot(dx, dy) * 2.0
     angle = np.arctan2(dy, dx)
     polar = noise((64, 512), (3, 90), rng)
-    fibre = polar[np.clip(r * 63, 0, 63).astype(int),
-                  ((angle / (2 * np.pi) + 0.5) * 511).astype(int)]
+    fibre = polar[np.clip(r * 63, 0, 63).astype(int), ((angle / (2 * np.pi) + 0.5) * 511).astype(int)]
     iris = mix(np.array([0.95, 0.45, 0.03]), np.array([1.00, 0.90, 0.35]), fibre)
     iris = mix(iris, np.array([0.75, 0.12, 0.02]), smooth(0.66, 0.84, r))
     rgb = mix(iris, np.array([1.00, 0.95, 0.70]), smooth(0.53, 0.49, r))
@@ -184,14 +183,14 @@ def write(name, picture):
     data = np.ascontiguousarray(np.round(np.clip(picture, 0, 1) * 255).astype(np.uint8))
     if data.ndim == 2:
         data = data[..., None]
-    spec = oiio.ImageSpec(data.shape[1], data.shape[0], data.shape[2], "uint8")
+    spec = OpenImageIO.ImageSpec(data.shape[1], data.shape[0], data.shape[2], "uint8")
     spec.attribute("oiio:UnassociatedAlpha", 1)
     spec.attribute("png:compressionLevel", 9)
     spec.attribute("png:filter", 8)  # none: the smallest for few levels
     path = HERE / name
-    out = oiio.ImageOutput.create(str(path))
+    out = OpenImageIO.ImageOutput.create(str(path))
     if not (out and out.open(str(path), spec) and out.write_image(data)):
-        raise SystemExit(f"cannot write {path}: {oiio.geterror()}")
+        raise SystemExit(f"cannot write {path}: {OpenImageIO.geterror()}")
     out.close()
 
 

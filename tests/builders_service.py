@@ -1,0 +1,294 @@
+"""Builders of what service tests need: a store, scenes, a farm to call, and what workers say."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+from sqlalchemy.orm import Session
+
+from service.db.engine import Database
+from service.db.migrations import migrate
+from service.db.tables import ClerkRow, Job, Task
+from service.jobs import dispatch as dispatching
+from service.jobs.chores import Chores
+from service.jobs.follow import follow
+from service.jobs.ids import parse_task_id
+from service.jobs.keys import Caller
+from service.jobs.scenes import sync_builtin
+from service.jobs.submit import submit_job
+from service.parts import Parts
+from service.queue import OrderQueue
+from service.schemas.access import Role
+from service.settings import Settings
+from worker.errors import ArtifactMissing, BundleError, StoreFull
+from worker.job.events import Event, EventKind, Failure, Presence, ProbeResult
+from worker.job.orders import Order, TaskKind
+from worker.job.scene import SceneCard, Stage
+
+with warnings.catch_warnings():
+    # Starlette's client asks for httpx2, which nothing else here needs; with httpx it works as it always did.
+    warnings.simplefilter("ignore")
+    from fastapi.testclient import TestClient
+
+
+Client = TestClient
+T0 = 1_900_000_000.0
+PROBE = ProbeResult(start_s=0.5, s_per_px=1e-5, tileable=True)
+CALLER = Caller(id="k", key_id="k", name="tester", role=Role.SUBMITTER, by_cookie=False)
+CARD = SceneCard(
+    title="A ball",
+    stage=Stage(location=(0, 0, -500), look_at=(0, 0, 0), reference_mm=500, near_mm=400, far_mm=600),
+)
+SPEC: dict[str, Any] = {
+    "scene": "ball",
+    "frames": "1-3",
+    "rig": {"lens_array": {"count": [10, 10]}},
+    "render": {"tiles": [2, 1]},
+    "outputs": ["views.mp4"],
+}
+"""Probe, then 3 frames of 2 tiles each and their assembly, then 1 video."""
+
+
+@dataclass(frozen=True)
+class Info:
+    name: str
+    size: int
+    modified_s: float
+    etag: str
+
+
+@dataclass
+class DictStore:
+    """A store in memory; `full` makes it refuse."""
+
+    files: dict[str, bytes] = field(default_factory=dict)
+    full: bool = False
+    asked: list[str] = field(default_factory=list)
+
+    def put_bytes(self, name: str, data: bytes) -> None:
+        if self.full:
+            raise StoreFull
+        self.files[name] = data
+
+    def put_file(self, name: str, path: Path) -> None:
+        self.put_bytes(name, path.read_bytes())
+
+    def get_bytes(self, name: str) -> bytes:
+        if name not in self.files:
+            raise ArtifactMissing(f"there is no artifact {name!r}")
+        return self.files[name]
+
+    def exists(self, name: str) -> bool:
+        self.asked.append(name)
+        return name in self.files
+
+    def size(self, name: str) -> int:
+        return len(self.get_bytes(name))
+
+    def etag(self, name: str) -> str:
+        return hashlib.sha256(self.get_bytes(name)).hexdigest()[:16]
+
+    def read_range(self, name: str, start: int, stop: int) -> Iterator[bytes]:
+        yield self.get_bytes(name)[start:stop]
+
+    def list(self, prefix: str) -> list[Any]:
+        return [
+            Info(name, len(data), T0, self.etag(name))
+            for name, data in sorted(self.files.items())
+            if name.startswith(prefix)
+        ]
+
+    def delete(self, prefix: str) -> None:
+        for name in [name for name in self.files if name.startswith(prefix)]:
+            del self.files[name]
+
+    @contextmanager
+    def local_path(self, name: str) -> Iterator[Path]:
+        path = Path("/nonexistent") / name
+        self.get_bytes(name)
+        yield path
+
+
+class FakePictures:
+    """Says what it was asked for instead of converting it."""
+
+    def png(self, path: Path, *, bits: int = 8) -> bytes:
+        return f"png of {path.name}, {bits} bits".encode()
+
+
+@dataclass(frozen=True)
+class Bundle:
+    card: SceneCard
+    digest: str
+    poster: bytes | None = b"poster"
+
+
+class FakeScenes:
+    """One scene; a bundle is whole when it begins with PK."""
+
+    def builtin(self) -> dict[str, bytes]:
+        return {"ball": b"PK ball"}
+
+    def check(self, data: bytes) -> Bundle:
+        if not data.startswith(b"PK"):
+            raise BundleError("scene.toml: expected a zip, got something else")
+        return Bundle(CARD, hashlib.sha256(data).hexdigest())
+
+
+def parts() -> Parts:
+    return Parts(store=DictStore(), pictures=FakePictures(), scenes=FakeScenes())
+
+
+def presence(name: str = "w1", slots: int = 2) -> Presence:
+    return Presence(
+        name=name, host="h", pid=1, slots=slots, sandbox="bwrap", povray="3.7", version="0", started_s=T0, seen_s=T0
+    )
+
+
+@dataclass
+class RecordingQueue:
+    """Keeps the orders that were published; `error` is raised instead once it is set."""
+
+    orders: list[Order] = field(default_factory=list)
+    error: Exception | None = None
+
+    def publish(self, orders: Any) -> None:
+        if self.error is not None:
+            raise self.error
+        self.orders += orders
+
+
+class Farm:
+    """The use cases on a database of their own, with a clock that the test moves and workers that it plays."""
+
+    def __init__(self, url: str, **settings: Any) -> None:
+        self.settings = Settings(database_url=url, **settings)
+        self.database = Database(url)
+        self.parts = parts()
+        self.store: DictStore = self.parts.store  # type: ignore[assignment]
+        self.queue = RecordingQueue()
+        self.workers = [presence()]
+        self.now_s = T0
+        self._entries = 0
+        migrate(self.database)
+        sync_builtin(self.database, self.parts, now_s=T0)
+        self.chores = Chores(self.database, self.store, self.settings)
+
+    def submit(self, **changes: Any) -> str:
+        job, _ = submit_job(self.database, self.parts, CALLER, SPEC | changes, idempotency_key=None, now_s=self.now_s)
+        return job.id
+
+    def dispatch(self) -> list[Order]:
+        before = len(self.queue.orders)
+        queue = cast(OrderQueue, self.queue)
+        dispatching.dispatch(self.database, queue, self.workers, now_s=self.now_s, settings=self.settings)
+        return self.queue.orders[before:]
+
+    def say(self, *events: Event) -> bool:
+        """Let workers say something."""
+        with self.database.reading() as session:
+            was = session.get_one(ClerkRow, 1).position
+        entries = []
+        for event in events:
+            self._entries += 1
+            entries.append((f"{self._entries}-0", event))
+        return follow(self.database, entries, was=was, now_s=self.now_s, settings=self.settings)
+
+    def plan(self) -> None:
+        while self.chores.do_some(slots=2, now_s=self.now_s):
+            pass
+
+    def planned(self, **changes: Any) -> str:
+        """Submit a job and get it past its probe."""
+        return self.planned_jobs(1, **changes)[0]
+
+    def planned_jobs(self, count: int, **changes: Any) -> list[str]:
+        """Submit jobs and get all of them past their probes."""
+        job_ids = [self.submit(**changes) for _ in range(count)]
+        for order in self.dispatch():
+            assert order.kind is TaskKind.PROBE
+            self.say(claimed(order), done(order))
+        self.plan()
+        return job_ids
+
+    def work(self, rounds: int = 1000) -> int:
+        """Do what is sent out until nothing is; returns how many orders were done."""
+        total = 0
+        for _ in range(rounds):
+            orders = self.dispatch()
+            if not orders:
+                return total
+            for order in orders:
+                self.say(claimed(order), done(order))
+            total += len(orders)
+            self.plan()
+        return total
+
+    def job(self, job_id: str) -> Job:
+        with self.database.reading() as session:
+            return session.get_one(Job, job_id)
+
+    def task(self, order: Order | str) -> Task:
+        with self.database.reading() as session:
+            return session.get_one(Task, parse_task_id(order if isinstance(order, str) else order.task_id))
+
+    def tasks(self, job_id: str) -> list[Task]:
+        with self.database.reading() as session:
+            return session.query(Task).filter(Task.job_id == job_id).order_by(Task.sequence).all()
+
+    @contextmanager
+    def writing(self) -> Iterator[Session]:
+        with self.database.writing() as session:
+            yield session
+
+
+def event(order: Order, kind: EventKind, worker: str = "w1", **more: Any) -> Event:
+    return Event(
+        kind=kind, job_id=order.job_id, task_id=order.task_id, attempt=order.attempt, worker=worker, at_s=T0, **more
+    )
+
+
+def claimed(order: Order, worker: str = "w1") -> Event:
+    return event(order, EventKind.CLAIMED, worker)
+
+
+def beat(order: Order, progress: float = 0.5, worker: str = "w1") -> Event:
+    return event(order, EventKind.BEAT, worker, progress=progress)
+
+
+def done(order: Order, worker: str = "w1", cpu_s: float = 2.0, wall_s: float = 4.0) -> Event:
+    probe = PROBE if order.kind is TaskKind.PROBE else None
+    return event(order, EventKind.DONE, worker, cpu_s=cpu_s, wall_s=wall_s, probe=probe)
+
+
+def failed(order: Order, worker: str = "w1", *, code: str = "render-failed", permanent: bool = False) -> Event:
+    failure = Failure(code=code, message=f"{code} happened", permanent=permanent)
+    return event(order, EventKind.FAILED, worker, failure=failure)
+
+
+def declined(order: Order, worker: str = "w1") -> Event:
+    return event(order, EventKind.DECLINED, worker)
+
+
+def until(question: Any, *, within_s: float = 10.0) -> Any:
+    """Ask until the answer is yes; for things that other threads and processes do."""
+    end_s = time.monotonic() + within_s
+    while time.monotonic() < end_s:
+        answer = question()
+        if answer:
+            return answer
+        time.sleep(0.01)
+    raise AssertionError(f"expected a yes within {within_s} s")
+
+
+def canonical(row: Job | Task) -> str:
+    """Return everything that a row says."""
+    return json.dumps({c.name: getattr(row, c.name) for c in row.__table__.columns}, default=str, sort_keys=True)

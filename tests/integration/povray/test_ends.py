@@ -1,0 +1,216 @@
+"""However a render ends, nothing of it is left."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.integration.povray.conftest import BALL, ENDLESS_PARSE, ENDLESS_TRACE, HEAD, Room, until
+from worker.errors import RenderFailed, RenderStalled, RenderTimedOut, SandboxMissing, SceneError, Stopped
+from worker.povray.limits import Limits
+from worker.povray.log import AttemptLog
+from worker.povray.process import Ending, Outcome, run
+from worker.povray.progress import Phase, Progress
+
+WORKER = """
+import sys
+from pathlib import Path
+from tests.integration.povray.conftest import Room
+from worker.povray.sandbox import Sandbox
+
+task_dir, bundle, mode = sys.argv[1:]
+room = Room(Path(task_dir), Path(bundle), Sandbox(mode, allow_none=True))
+room.render(cols=2000, rows=2000, on_progress=lambda progress: print(progress.phase.value, flush=True))
+"""
+
+
+def _ran(room: Room, argv: list[str], timeout_s: float = 60) -> Outcome:
+    """Run any program as POV-Ray is run."""
+    with AttemptLog(room.log, head_bytes=100_000, tail_bytes=100_000) as log:
+        return run(
+            argv,
+            cwd=room.task_dir,
+            env={"PATH": "/usr/bin:/bin", "HOME": str(room.task_dir)},
+            timeout_s=timeout_s,
+            stall_s=60,
+            first_block_px=1024,
+            on_progress=room.heard.append,
+            should_stop=lambda: False,
+            log=log,
+        )
+
+
+SCENES = {Phase.PARSING: ENDLESS_PARSE, Phase.RENDERING: ENDLESS_TRACE}
+
+
+@pytest.mark.parametrize("phase", SCENES)
+def test_when_the_worker_is_killed_povray_dies(room: Room, phase: Phase):
+    room.write(SCENES[phase])
+    argv = [sys.executable, "-c", WORKER, str(room.task_dir), str(room.bundle), room.sandbox.mode]
+    with subprocess.Popen(argv, stdout=subprocess.PIPE, text=True) as worker:
+        assert worker.stdout is not None
+        assert any(line == f"{phase.value}\n" for line in worker.stdout)
+        povray = room.povray()
+        worker.kill()
+        worker.wait()
+    until(lambda: not Path(f"/proc/{povray}").exists(), within_s=2)
+    until(lambda: not room.processes(), within_s=2)
+
+
+@pytest.mark.parametrize("phase", SCENES)
+def test_a_told_stop_ends_it_within_two_seconds(room: Room, phase: Phase):
+    told_s: list[float] = []
+
+    def should_stop() -> bool:
+        if not told_s and any(progress.phase is phase for progress in room.heard):
+            told_s.append(time.monotonic())
+        return bool(told_s)
+
+    with pytest.raises(Stopped):
+        room.render(SCENES[phase], cols=2000, rows=2000, should_stop=should_stop)
+    assert time.monotonic() - told_s[0] < 2
+    assert not room.processes()
+
+
+def test_a_run_over_its_time_is_ended(room: Room):
+    began_s = time.monotonic()
+    with pytest.raises(RenderTimedOut, match="parsing"):
+        room.render(ENDLESS_PARSE, timeout_s=1.5)
+    assert time.monotonic() - began_s < 4
+    assert not room.processes()
+
+
+def test_a_run_without_progress_is_ended_even_if_it_does_not_listen(room: Room):
+    def freeze(progress: Progress) -> None:
+        if progress.phase is Phase.RENDERING:
+            os.kill(room.povray(), signal.SIGSTOP)
+
+    with pytest.raises(RenderStalled):
+        room.render(ENDLESS_TRACE, cols=2000, rows=2000, stall_s=1.5, on_progress=freeze)
+    assert not room.processes()
+
+
+def test_an_error_of_the_caller_leaves_nothing(room: Room):
+    def fail(progress: Progress) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        room.render(ENDLESS_PARSE, on_progress=fail)
+    assert not room.processes()
+
+
+def test_a_stopped_run_still_counts_its_seconds(room: Room):
+    room.write(ENDLESS_PARSE)
+    argv = room.sandbox.wrap(
+        ["povray", "+Itile.pov", "-D", "+V"],
+        readable=[],
+        writable=room.task_dir,
+        limits=Limits(cpu_s=60, memory_mb=1024),
+    )
+    outcome = _ran(room, argv, timeout_s=2)
+    assert outcome.ending is Ending.TIMED_OUT
+    assert outcome.exit_code in (2, 137, -9), "POV-Ray listens to SIGTERM within the grace, or is killed after it"
+    assert 0.5 < outcome.cpu_s < outcome.wall_s + 0.5
+
+
+def test_memory_has_a_limit(held: Room):
+    hog = "#declare I = 0; union { #while (I < 1e9) sphere { I, 1 } #declare I = I + 1; #end }\n"
+    with pytest.raises(RenderFailed, match="out of memory: .* limit 200 MB"):
+        held.render(hog, limits=Limits(cpu_s=60, memory_mb=200))
+    hog = "#declare A = array[100000000]; #declare A[3] = 3;\n"
+    with pytest.raises(RenderFailed, match="out of memory"):
+        held.render(hog, limits=Limits(cpu_s=60, memory_mb=200))
+
+
+def test_cpu_seconds_have_a_limit(room: Room):
+    with pytest.raises(RenderTimedOut, match="1 s of CPU"):
+        room.render(ENDLESS_PARSE, limits=Limits(cpu_s=1, memory_mb=1024))
+
+
+def test_a_file_has_a_largest_size(room: Room):
+    runaway = '#fopen F "big.txt" write #while (1) #write (F, "0123456789012345678901234567890123456789") #end\n'
+    with pytest.raises(RenderFailed, match="file of more than 1 MB"):
+        room.render(runaway, limits=Limits(cpu_s=60, memory_mb=1024, file_mb=1))
+    assert (room.task_dir / "big.txt").stat().st_size <= 1024 * 1024
+
+
+REFUSED = {
+    "a bracket": ("sphere { 0, 1\nplane { y, 0 }\n", "tile.pov line 4: No matching } in 'sphere', plane found instead"),
+    "a name": (
+        '#include "deep.inc"\nMissing_Brace\n',
+        "textures/../deep.inc line 2: Expected 'numeric expression', undeclared identifier 'Nope' found instead",
+    ),
+    "an include file": (
+        '#include "nowhere_to_be_found.inc"\n',
+        "tile.pov line 3: no file 'nowhere_to_be_found.inc' in the scene bundle",
+    ),
+    "a picture": (
+        'sphere { 0, 1 pigment { image_map { png "textures/missing_picture.png" } } }\n',
+        "tile.pov line 3: no file 'textures/missing_picture.png' in the scene bundle",
+    ),
+    "a broken picture": (
+        'sphere { 0, 1 pigment { image_map { png "broken.png" } } }\n',
+        "tile.pov line 3: Not a PNG file",
+    ),
+    "a font": (
+        'text { ttf "nowhere.ttf" "A" 1, 0 }\n',
+        "tile.pov line 3: no file 'nowhere.ttf' in the scene bundle",
+    ),
+    "the author": (
+        '#error "this cannot be, and it is said at such a length that it wraps at eighty columns"\n',
+        "tile.pov line 3: Parse halted by #error directive: this cannot be, and it is said at such a length that it "
+        "wraps at eighty columns",
+    ),
+    "an array": (
+        "#declare A = array[3];\n#declare B = A[5];\n",
+        "tile.pov line 4: Array subscript out of range",
+    ),
+    "itself": ('#include "tile.pov"\n', "tile.pov line 3: Too many nested include files."),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_a_scene_that_is_refused_is_told_with_file_and_line(best: Room, name: str):
+    scene, message = REFUSED[name]
+    (best.bundle / "deep.inc").write_text("// one\nsphere { 0, Nope }\n")
+    (best.bundle / "broken.png").write_text("no picture")
+    with pytest.raises(SceneError) as refused:
+        best.render(scene)
+    assert refused.value.message == message.replace("textures/../", "")
+
+
+@pytest.mark.parametrize(
+    ("script", "code"),
+    [
+        ("head -c 30000000 /dev/zero; echo; echo end", 0),
+        ("yes 'a line that comes again and again' | head -c 30000000; echo end; exit 3", 3),
+    ],
+)
+def test_a_flood_of_output_neither_blocks_nor_fills_the_disk(best: Room, script: str, code: int):
+    outcome = _ran(best, ["/bin/sh", "-c", script])
+    assert outcome.exit_code == code
+    assert outcome.lines[-1] == "end"
+    assert best.log.stat().st_size < 220_000
+
+
+def test_a_sandbox_that_cannot_be_started_is_missing(best: Room):
+    with pytest.raises(SandboxMissing, match="no-such-bwrap"):
+        _ran(best, ["no-such-bwrap"])
+
+
+def test_what_a_child_leaves_behind_is_ended_with_it(best: Room):
+    outcome = _ran(best, ["/bin/sh", "-c", "sleep 300 & exit 5"])
+    assert outcome.exit_code == 5
+    assert outcome.wall_s < 5
+    until(lambda: not best.processes(), within_s=2)
+
+
+def test_the_head_of_these_scenes_is_two_lines():
+    assert HEAD.count("\n") == 2
+    assert BALL.count("\n") == 1

@@ -1,0 +1,100 @@
+"""Tiles become the whole sheet, every lens covered once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.unit.integral.sheets import LAYOUTS, numbered_sheet
+from worker.errors import LayoutError
+from worker.integral.assemble import assemble
+from worker.integral.layout import CellLayout
+from worker.job.orders import TileIndex
+from worker.plan.sampling import Tile, cut_tiles
+
+LAYOUT = CellLayout(lens_rows=4, lens_cols=5, px_per_lens=2)
+SHEET = numbered_sheet(LAYOUT)
+
+
+def tile(row_start: int, row_stop: int, col_start: int, col_stop: int) -> Tile:
+    return Tile(TileIndex(row=0, col=0), row_start, row_stop, col_start, col_stop)
+
+
+def cut(place: Tile) -> tuple[Tile, np.ndarray]:
+    return place, SHEET[place.row_start : place.row_stop, place.col_start : place.col_stop]
+
+
+TOP, BOTTOM = tile(0, 4, 0, 10), tile(4, 8, 0, 10)
+
+
+@given(layout=LAYOUTS, tile_rows=st.integers(1, 6), tile_cols=st.integers(1, 6), data=st.data())
+def test_planned_tiles_in_any_order_give_the_whole_back(
+    layout: CellLayout, tile_rows: int, tile_cols: int, data: st.DataObject
+) -> None:
+    sheet = numbered_sheet(layout)
+    size = CellLayout(layout.lens_rows, layout.lens_cols, layout.px_per_lens)
+    places = data.draw(st.permutations(cut_tiles(size, tile_rows=tile_rows, tile_cols=tile_cols)))
+    whole = assemble(layout, ((p, sheet[p.row_start : p.row_stop, p.col_start : p.col_stop]) for p in places))
+    assert whole.dtype == sheet.dtype
+    np.testing.assert_array_equal(whole, sheet)
+
+
+@given(rows=st.sets(st.integers(1, 3)), cols=st.sets(st.integers(1, 4)), data=st.data())
+def test_any_one_tile_missing_or_twice_is_refused(rows: set[int], cols: set[int], data: st.DataObject) -> None:
+    row_edges = [0, *(2 * edge for edge in sorted(rows)), 8]
+    col_edges = [0, *(2 * edge for edge in sorted(cols)), 10]
+    places = [tile(*r, *c) for r in pairwise(row_edges) for c in pairwise(col_edges)]
+    chosen = data.draw(st.integers(0, len(places) - 1))
+    with pytest.raises(LayoutError, match="got none over"):
+        assemble(LAYOUT, map(cut, places[:chosen] + places[chosen + 1 :]))
+    with pytest.raises(LayoutError, match="expected every lens in one tile"):
+        assemble(LAYOUT, map(cut, [*places, places[chosen]]))
+
+
+def test_tiles_are_taken_one_at_a_time() -> None:
+    taken = []
+
+    def reading() -> Iterator[tuple[Tile, np.ndarray]]:
+        for place in (TOP, BOTTOM):
+            taken.append(place)
+            yield cut(place)
+            assert len(taken) == (1 if place is TOP else 2)
+
+    np.testing.assert_array_equal(assemble(LAYOUT, reading()), SHEET)
+
+
+def test_a_gap_names_its_first_lens() -> None:
+    with pytest.raises(LayoutError, match="none over 10 of them, the first at row 2, col 0"):
+        assemble(LAYOUT, [cut(TOP)])
+
+
+def test_no_tiles_are_a_gap() -> None:
+    with pytest.raises(LayoutError, match="none over 20 of them"):
+        assemble(LAYOUT, [])
+
+
+@pytest.mark.parametrize(
+    "place", [tile(0, 3, 0, 10), tile(0, 4, 1, 10), tile(0, 10, 0, 10), tile(4, 4, 0, 10), tile(-2, 4, 0, 10)]
+)
+def test_a_tile_outside_or_off_the_lens_edges_is_refused(place: Tile) -> None:
+    with pytest.raises(LayoutError, match="cut along lens edges, got rows"):
+        assemble(LAYOUT, [(place, np.zeros((4, 10, 3), np.float32))])
+
+
+@pytest.mark.parametrize(
+    "pixels", [np.zeros((4, 9, 3)), np.zeros((8, 10, 3)), np.zeros((4, 10)), np.zeros((4, 10, 3, 1))]
+)
+def test_a_tile_of_another_size_than_its_place_is_refused(pixels: np.ndarray) -> None:
+    with pytest.raises(LayoutError, match="expected a tile of"):
+        assemble(LAYOUT, [(TOP, pixels)])
+
+
+@pytest.mark.parametrize("pixels", [np.zeros((4, 10, 4), np.float32), np.zeros((4, 10, 3), np.float16)])
+def test_tiles_that_differ_in_channels_or_dtype_are_refused(pixels: np.ndarray) -> None:
+    with pytest.raises(LayoutError, match="expected a tile of"):
+        assemble(LAYOUT, [cut(TOP), (BOTTOM, pixels)])
