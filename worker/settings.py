@@ -23,6 +23,7 @@ class WorkerSettings(BaseSettings):
     slots: int = Field(default_factory=lambda: os.cpu_count() or 1, ge=1, le=1024)
     """How many tasks run at once: one POV-Ray thread each."""
     worker_name: str = Field(default_factory=lambda: f"{platform.node()}-{os.getpid()}", min_length=1, max_length=100)
+    """What the worker is called; two with one name would be taken for one."""
     sandbox: Literal["auto", "bwrap", "landlock", "none"] = "auto"
     """What holds POV-Ray; `none` only for scenes of one's own."""
     povray: str = "povray"

@@ -1,9 +1,9 @@
-"""Frames into videos: one function for each output."""
+"""Frames into videos: one row of a table for each output."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +11,6 @@ from numpy.typing import NDArray
 from worker.errors import Stopped
 from worker.images.colour import srgb_codes
 from worker.images.read import read_rgb
-from worker.images.resize import resize
-from worker.integral.layout import CellLayout
 from worker.integral.views import centre, successive_views, view_of_grid
 from worker.job.orders import Order
 from worker.job.sheet import JobSheet
@@ -21,16 +19,23 @@ from worker.plan.sampling import frame_size
 from worker.tasks.attempt import Work
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
-from worker.video.encode import FFV1, H264, Kind, encode
+from worker.video.encode import FFV1, H264, Frame, Kind, encode
 from worker.video.size import screen_scale
 
 VIEWS_FPS = 24.0
 """Views a second of `views.mp4`: a frame of 8 x 8 views takes 2.7 s."""
 
-Picture = NDArray[np.floating[Any]]
-"""Linear light, `(rows, cols, 3)`."""
-Read = Callable[[str], Picture]
-Pictures = Callable[[JobSheet, Read], Iterator[Picture]]
+Read = Callable[[str], NDArray[np.uint8]]
+"""Returns a master of the job as sRGB codes."""
+
+
+@dataclass(frozen=True)
+class _Video:
+    pictures: Callable[[JobSheet, Read], Iterator[Frame]]
+    count: Callable[[JobSheet], int]
+    """How many pictures."""
+    fps: Callable[[JobSheet], float]
+    kind: Kind
 
 
 def encode_output(place: Workplace, order: Order, watch: Watch) -> Work:
@@ -39,63 +44,63 @@ def encode_output(place: Workplace, order: Order, watch: Watch) -> Work:
     artifact = names.job_artifact(order.job_id, names.video_name(order.output))
     if place.store.exists(artifact):
         return Work()
-    sheet = place.job_sheet(order.job_id)
-    pictures, kind = _OUTPUTS[order.output]
+    sheet, made = place.job_sheet(order.job_id), _VIDEOS[order.output]
 
-    def read(name: str) -> Picture:
-        if watch.should_stop():
-            raise Stopped
+    def read(name: str) -> NDArray[np.uint8]:
         with place.store.local_path(names.job_artifact(order.job_id, name)) as path:
-            return read_rgb(path, np.float16)
+            codes: NDArray[np.uint8] = srgb_codes(read_rgb(path, np.float16))
+            return codes
 
-    fps = VIEWS_FPS if order.output == "views.mp4" else sheet.spec.fps
+    def watched() -> Iterator[Frame]:
+        for number, picture in enumerate(made.pictures(sheet, read)):
+            if watch.should_stop():
+                raise Stopped
+            watch.progress = number / made.count(sheet)
+            yield picture
+
+    layout = frame_size(sheet.spec.rig)
+    scale = screen_scale(layout.lens_rows, layout.lens_cols) if made.kind is H264 else 1
     with place.task_folder() as folder:
         video = folder / order.output
-        encode(video, _coded(pictures(sheet, read), _count(sheet, order.output), watch), kind=kind, fps=fps)
+        encode(video, watched(), kind=made.kind, fps=made.fps(sheet), scale=scale)
         place.store.put_file(artifact, video)
     return Work()
 
 
-def _all_views(sheet: JobSheet, read: Read) -> Iterator[Picture]:
+def _all_views(sheet: JobSheet, read: Read) -> Iterator[Frame]:
     """Every view of every frame; every second frame backward, so that nothing jumps."""
     layout = frame_size(sheet.spec.rig)
     for number, frame in enumerate(sheet.spec.frame_numbers):
         grid = read(names.views_name(frame))
         for u, v in successive_views(layout, backward=number % 2 == 1):
-            yield _enlarged(view_of_grid(grid, layout, u, v), layout)
+            yield view_of_grid(grid, layout, u, v)
 
 
-def _centre_views(sheet: JobSheet, read: Read) -> Iterator[Picture]:
+def _centre_views(sheet: JobSheet, read: Read) -> Iterator[Frame]:
     """Return the centre view in time."""
     layout = frame_size(sheet.spec.rig)
     for frame in sheet.spec.frame_numbers:
-        yield _enlarged(view_of_grid(read(names.views_name(frame)), layout, *centre(layout)), layout)
+        yield view_of_grid(read(names.views_name(frame)), layout, *centre(layout))
 
 
-def _orthoscopic(sheet: JobSheet, read: Read) -> Iterator[Picture]:
+def _orthoscopic(sheet: JobSheet, read: Read) -> Iterator[Frame]:
     """Return the integral video itself, pixel for pixel."""
     for frame in sheet.spec.frame_numbers:
         yield read(names.orthoscopic_name(frame))
 
 
-_OUTPUTS: dict[str, tuple[Pictures, Kind]] = {
-    "views.mp4": (_all_views, H264),
-    "centre.mp4": (_centre_views, H264),
-    "orthoscopic.mkv": (_orthoscopic, FFV1),
+def _frames(sheet: JobSheet) -> int:
+    return len(sheet.spec.frame_numbers)
+
+
+def _fps(sheet: JobSheet) -> float:
+    return sheet.spec.fps
+
+
+_VIDEOS: dict[str, _Video] = {
+    "views.mp4": _Video(
+        _all_views, lambda sheet: _frames(sheet) * sheet.spec.rig.px_per_lens**2, lambda _: VIEWS_FPS, H264
+    ),
+    "centre.mp4": _Video(_centre_views, _frames, _fps, H264),
+    "orthoscopic.mkv": _Video(_orthoscopic, _frames, _fps, FFV1),
 }
-
-
-def _enlarged(view: Picture, layout: CellLayout) -> Picture:
-    scale = screen_scale(layout.lens_rows, layout.lens_cols)
-    return resize(view, rows=layout.lens_rows * scale, cols=layout.lens_cols * scale) if scale > 1 else view
-
-
-def _count(sheet: JobSheet, output: str) -> int:
-    frames = len(sheet.spec.frame_numbers)
-    return frames * sheet.spec.rig.px_per_lens**2 if output == "views.mp4" else frames
-
-
-def _coded(pictures: Iterator[Picture], count: int, watch: Watch) -> Iterator[NDArray[np.uint8]]:
-    for number, picture in enumerate(pictures):
-        watch.progress = number / count
-        yield srgb_codes(picture)

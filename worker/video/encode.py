@@ -30,7 +30,6 @@ from worker.video.size import even_sided
 Frame = NDArray[np.uint8]
 """`(rows, cols, 3)`: sRGB codes."""
 
-
 _EXACT = Interpolation.BICUBIC | Interpolation.ACCURATE_RND | Interpolation.FULL_CHR_H_INP | Interpolation.BITEXACT
 
 
@@ -51,7 +50,7 @@ H264 = Kind(
     pixel_format="yuv420p",
     # x264's macroblock tree reads what it has not written when the picture is small (the bits differ from run to run,
     # measured at 64 x 64 px), so it is off.
-    settings={"crf": "17", "preset": "medium", "x264-params": "mbtree=0", "threads": "2", "flags": "+bitexact"},
+    settings={"crf": "17", "preset": "fast", "x264-params": "mbtree=0", "threads": "2", "flags": "+bitexact"},
     container_settings={"movflags": "+faststart", "fflags": "+bitexact"},
 )
 FFV1 = Kind(
@@ -63,7 +62,7 @@ FFV1 = Kind(
 )
 
 
-def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float) -> None:
+def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float, scale: int = 1) -> None:
     """Write frames as a video.
 
     Parameters
@@ -76,6 +75,9 @@ def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float) -> No
         `H264` or `FFV1`.
     fps
         Frames a second; carried as the nearest fraction with a denominator of at most 1001.
+    scale
+        How many times larger the video is than its frames, each way; only for people (`H264`). Enlarged by a bicubic
+        filter, on sRGB codes: a preview, and 40 times cheaper than in linear light (measured at 90 to 720 px).
 
     Raises
     ------
@@ -90,7 +92,7 @@ def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float) -> No
     if first is None:
         raise OutputError("expected at least one frame for a video, got none")
     try:
-        _write(path, chain([first], pictures), kind, rate)
+        _write(path, chain([first], pictures), kind, rate, scale)
     except BaseException as error:
         path.unlink(missing_ok=True)
         if not isinstance(error, av.FFmpegError):
@@ -123,12 +125,12 @@ def _pictures(frames: Iterable[Frame]) -> Iterator[NDArray[np.uint8]]:
         yield frame
 
 
-def _write(path: Path, pictures: Iterable[NDArray[np.uint8]], kind: Kind, rate: Fraction) -> None:
+def _write(path: Path, pictures: Iterable[NDArray[np.uint8]], kind: Kind, rate: Fraction, scale: int) -> None:
     reformatter = VideoReformatter()
     with av.open(str(path), "w", format=kind.container, container_options=dict(kind.container_settings)) as container:
         stream: VideoStream | None = None
         for number, picture in enumerate(pictures):
-            frame = _frame(reformatter, picture, kind)
+            frame = _frame(reformatter, picture, kind, scale)
             stream = stream or _stream(container, frame, kind, rate)
             frame.pts, frame.time_base = number, 1 / rate
             container.mux(stream.encode(frame))
@@ -148,13 +150,15 @@ def _stream(container: av.container.OutputContainer, frame: av.VideoFrame, kind:
     return stream
 
 
-def _frame(reformatter: VideoReformatter, picture: NDArray[np.uint8], kind: Kind) -> av.VideoFrame:
+def _frame(reformatter: VideoReformatter, picture: NDArray[np.uint8], kind: Kind, scale: int) -> av.VideoFrame:
     if kind is not H264:
         codes = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
         return reformatter.reformat(codes, format=kind.pixel_format)
     codes = av.VideoFrame.from_ndarray(np.ascontiguousarray(even_sided(picture)), format="rgb24")
     return reformatter.reformat(
         codes,
+        width=codes.width * scale,
+        height=codes.height * scale,
         format=kind.pixel_format,
         src_color_range=ColorRange.JPEG,
         dst_colorspace=Colorspace.ITU709,

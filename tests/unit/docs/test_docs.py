@@ -10,8 +10,10 @@ import pytest
 from pydantic import BaseModel
 
 from povtemplates.catalogue import scene_folders
+from service.settings import Settings
 from worker.job.spec import JobSpec, parse_spec
 from worker.job.statuses import JOB_MOVES, TASK_MOVES
+from worker.settings import WorkerSettings
 
 ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs"
@@ -75,3 +77,9 @@ def test_links_inside_the_docs_lead_somewhere(page: Path) -> None:
 def test_every_page_is_in_the_table_of_contents() -> None:
     contents = (DOCS / "README.md").read_text()
     assert all(page.name in contents for page in DOCS.glob("*.md") if page.name != "README.md")
+
+
+@pytest.mark.parametrize(("heading", "settings"), [("The service", Settings), ("A worker", WorkerSettings)])
+def test_every_setting_is_documented_and_no_other(heading: str, settings: type[BaseModel]) -> None:
+    section = (DOCS / "settings.md").read_text().split(f"## {heading}\n")[1].split("\n## ")[0]
+    assert set(re.findall(r"LIPPMANN_(\w+)`", section)) == {name.upper() for name in settings.model_fields}

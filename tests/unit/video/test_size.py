@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from worker.video.encode import H264, encode
+from worker.video.read import read_frames
 from worker.video.size import SCREEN_PX, even_sided, screen_scale
 
 
@@ -24,3 +29,14 @@ def test_even_sides_keep_the_frame_and_repeat_its_edge(rows: int, cols: int) -> 
     np.testing.assert_array_equal(even[:rows, :cols], frame)
     np.testing.assert_array_equal(even[-1, :cols], frame[-1])
     np.testing.assert_array_equal(even[:rows, -1], frame[:, -1])
+
+
+@pytest.mark.parametrize("scale", [1, 3, 8])
+def test_an_enlarged_video_keeps_edges_where_they_are(tmp_path: Path, scale: int) -> None:
+    frame = np.zeros((16, 16, 3), np.uint8)
+    frame[:, 8:] = 255
+    encode(tmp_path / "edge.mp4", [frame] * 3, kind=H264, fps=8, scale=scale)
+    decoded = next(read_frames(tmp_path / "edge.mp4"))
+    assert decoded.shape == (16 * scale, 16 * scale, 3)
+    bright = decoded[..., 1].astype(int).mean(axis=0) > 127
+    assert bright.tolist() == [False] * (8 * scale) + [True] * (8 * scale)
