@@ -1,0 +1,51 @@
+"""Measure and print one table; every figure is taken here and now."""
+
+from __future__ import annotations
+
+import argparse
+import platform
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from tests.benchmarks import command, farm, memory
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of the table."""
+
+    what: str
+    goal: str
+    measure: Callable[[Path], str]
+
+
+LINES = (
+    Line("frames through the farm on 2 slots / plain povray, two at a time: wall", "<= 1.10", farm.wall_ratio),
+    Line("assemble / render: CPU", "<= 5 %", farm.assemble_share),
+    Line("start of `up` to its first answer", "<= 5 s", command.start_s),
+    Line("`lippmann --help`", "<= 0.5 s", command.help_s),
+    Line("`up` idle, all processes: memory (PSS)", "<= 600 MB", command.idle_mb),
+    Line("assemble a 2400 x 2400 frame: peak memory", "<= 1 GiB", memory.assemble_mb),
+)
+
+
+def main() -> int:
+    """Print the lines whose words hold the argument; all without one."""
+    parser = argparse.ArgumentParser(prog="make bench", description=__doc__)
+    parser.add_argument("only", nargs="?", default="")
+    only = parser.parse_args().only
+    print(f"{platform.machine()}, {platform.system()} {platform.release()}, {time.strftime('%Y-%m-%d %H:%M')}")
+    width = max(len(line.what) for line in LINES)
+    for line in LINES:
+        if only in line.what:
+            with tempfile.TemporaryDirectory(prefix="lippmann-bench-") as folder:
+                print(f"{line.what:<{width}}  {line.measure(Path(folder)):>16}  goal {line.goal}", flush=True)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,38 @@
+"""Peak memory of assembling a large frame, in a process of its own."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+_RUN = """
+import resource, sys
+from pathlib import Path
+import numpy as np
+from tests.builders import local_place, order_of, small_job, stored_job, tiles_of
+from worker.images.write import write_exr
+from worker.job.orders import TaskKind
+from worker.plan import names
+from worker.tasks.assemble import assemble_frame
+from worker.tasks.local import JOB_ID
+from worker.tasks.watch import Unwatched
+
+place = local_place(Path(sys.argv[1]))
+spec = small_job("fish", count=(100, 100), px_per_lens=24, tiles=[8, 1])
+stored_job(place, spec)
+noise = np.random.default_rng(1)
+for tile in tiles_of(spec):
+    with place.task_folder() as folder:
+        light = noise.random((tile.rows, tile.cols, 3), dtype=np.float32).astype(np.float16)
+        write_exr(folder / "tile.exr", light, attributes={})
+        place.store.put_file(names.job_artifact(JOB_ID, names.tile_name(1, tile.index)), folder / "tile.exr")
+assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+"""
+
+
+def assemble_mb(folder: Path) -> str:
+    """Return the peak memory of making 8 tiles of noise into everything that is shown of a frame."""
+    ran = subprocess.run([sys.executable, "-c", _RUN, str(folder)], check=True, capture_output=True, text=True)
+    return f"{float(ran.stdout):.0f} MB"

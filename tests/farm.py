@@ -1,0 +1,91 @@
+"""A whole farm for tests: `lippmann up` as a user starts it, on a free port and a folder of its own."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sysconfig
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from lippmann.address import read_farm_file
+from lippmann.client import Client
+from service.schemas.job import Job
+
+LIPPMANN = str(Path(sysconfig.get_path("scripts")) / "lippmann")
+
+ENDED = ("done", "failed", "cancelled")
+START_S = 60.0
+
+
+@dataclass(frozen=True)
+class Farm:
+    """A farm that is up."""
+
+    process: subprocess.Popen[str]
+    data_dir: Path
+    client: Client
+
+    def kill(self) -> None:
+        """End the supervisor as the kernel would when memory runs out: without a word."""
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait()
+
+
+@contextmanager
+def farm_up(data_dir: Path, *, slots: int = 2, env: Mapping[str, str] | None = None) -> Iterator[Farm]:
+    """Lend a farm; ends it as Ctrl-C does, unless it was killed."""
+    process = subprocess.Popen(
+        [LIPPMANN, "up", "--json", "--port", "0", "--slots", str(slots), "--data-dir", str(data_dir)],
+        stdout=subprocess.PIPE,
+        text=True,
+        env={**os.environ, **(env or {})},
+    )
+    try:
+        assert process.stdout is not None
+        json.loads(process.stdout.readline())
+        address = read_farm_file(data_dir)
+        assert address is not None
+        with Client(address.url, address.key, patience_s=30.0) as client:
+            yield Farm(process, data_dir, client)
+    finally:
+        if process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            process.wait(START_S)
+        if process.stdout:
+            process.stdout.close()
+
+
+def ended(client: Client, job_id: str, *, within_s: float) -> Job:
+    """Return a job once it has ended."""
+    return until(client, job_id, lambda job: job.status in ENDED, within_s=within_s)
+
+
+def until(client: Client, job_id: str, right: object, *, within_s: float) -> Job:
+    """Return a job once it is as asked for, polling as an impatient user does."""
+    assert callable(right)
+    stop = time.monotonic() + within_s
+    while True:
+        job = client.job(job_id)
+        if right(job):
+            return job
+        assert time.monotonic() < stop, f"expected the job to get there within {within_s} s, got {job}"
+        time.sleep(0.1)
+
+
+def povrays_below(data_dir: Path) -> list[int]:
+    """Return the processes of POV-Ray that work in a farm's folder."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            words = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
+        except OSError:
+            continue
+        if any(word.endswith("povray") for word in words[:1]) and any(str(data_dir) in word for word in words):
+            found.append(int(folder.name))
+    return found
