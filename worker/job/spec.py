@@ -103,7 +103,7 @@ def _check_frames(text: str) -> str:
     try:
         parse_frames(text)
     except SpecError as error:
-        raise ValueError(error.message.removeprefix("expected ")) from error
+        raise ValueError(error.message.removeprefix("expected ").partition(", got ")[0]) from error
     return text
 
 

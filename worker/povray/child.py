@@ -80,6 +80,9 @@ class Child:
         if self._ended_s is None:
             self._kill_all()
             self._reap(0)
+        # Only when the last holder of the pipe is gone, so is what the kernel kills after its leader.
+        while not self.is_over():
+            self._read(_REAP_S)
         self._output.close()
 
     def _read(self, timeout_s: float) -> bytes:

@@ -1,7 +1,8 @@
 """Run a child to its end: hear what it says, tell how far it is, end it when it must end.
 
-The child ends by itself, or is told to: SIGTERM first (POV-Ray answers with exit code 2), SIGKILL after a grace. When the worker itself is killed, the sandbox's PDEATHSIG ends the child; the kernel sends
-it when the *thread* that started the child ends, so `run` starts and waits in one.
+The child ends by itself, or is told to: SIGTERM first (POV-Ray answers with exit code 2), SIGKILL after a grace. When
+the worker itself is killed, the sandbox's PDEATHSIG ends the child; the kernel sends it when the *thread* that started
+the child ends, so `run` starts and waits in one.
 """
 
 from __future__ import annotations

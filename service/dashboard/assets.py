@@ -1,0 +1,69 @@
+"""Static files, named by what they hold, so that a browser keeps them for a year and never shows an old one.
+
+Modules import each other by plain relative names; the page's import map sends each name to its address with the hash.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from types import MappingProxyType
+
+FOLDER = Path(__file__).parent / "static"
+PREFIX = "/static/"
+
+MEDIA_TYPES = MappingProxyType(
+    {
+        ".js": "text/javascript; charset=utf-8",
+        ".css": "text/css; charset=utf-8",
+        ".svg": "image/svg+xml",
+    }
+)
+"""What is served; anything else in the folder (licences, hashes) is not."""
+
+VENDORED = MappingProxyType(
+    {"preact": "vendor/preact.js", "preact/hooks": "vendor/preact-hooks.js", "htm": "vendor/htm.js"}
+)
+"""The bare names that modules import, and the files that answer."""
+
+
+@dataclass(frozen=True)
+class Asset:
+    """One static file."""
+
+    name: str
+    media_type: str
+    body: bytes
+    digest: str
+
+    @property
+    def url(self) -> str:
+        """The address that a browser may keep."""
+        return f"{PREFIX}{self.name}?v={self.digest}"
+
+
+@cache
+def assets() -> Mapping[str, Asset]:
+    """Return every static file by name; read once."""
+    files = sorted(path for path in FOLDER.rglob("*") if path.suffix in MEDIA_TYPES)
+    return MappingProxyType({asset.name: asset for asset in map(_read, files)})
+
+
+def import_map() -> dict[str, dict[str, str]]:
+    """Return the import map: bare names and plain addresses of modules to addresses with hashes."""
+    found = assets()
+    plain = {PREFIX + name: asset.url for name, asset in found.items() if name.endswith(".js")}
+    return {"imports": {bare: found[name].url for bare, name in VENDORED.items()} | plain}
+
+
+def _read(path: Path) -> Asset:
+    body = path.read_bytes()
+    return Asset(
+        name=path.relative_to(FOLDER).as_posix(),
+        media_type=MEDIA_TYPES[path.suffix],
+        body=body,
+        digest=hashlib.sha256(body).hexdigest()[:16],
+    )

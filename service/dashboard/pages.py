@@ -1,0 +1,72 @@
+"""The two pages, and the files they load."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+from fastapi import APIRouter, Header, Query
+from fastapi.responses import HTMLResponse, Response
+from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+from service.dashboard.assets import PREFIX, assets, import_map
+from service.dashboard.policy import page_headers
+from service.dependencies import CallerOrNoneDep
+from service.errors import NotFound
+
+KEPT_FOR_A_YEAR = "public, max-age=31536000, immutable"
+ASK_EVERY_TIME = "no-cache"
+
+router = APIRouter(tags=["dashboard"])
+
+_templates = Environment(
+    loader=FileSystemLoader(Path(__file__).parent / "templates"), undefined=StrictUndefined, autoescape=True
+)
+
+
+@router.get("/", response_class=HTMLResponse)
+def show_page(caller: CallerOrNoneDep, refused: Annotated[str, Query(max_length=10)] = "") -> Response:
+    """Show the dashboard to who is logged in, and ask everybody else for a key."""
+    return _login_page(refused=bool(refused)) if caller is None else _dashboard_page()
+
+
+@router.get(PREFIX + "{name:path}", response_class=Response)
+def send_asset(
+    name: str,
+    v: Annotated[str, Query(description="The hash of the content.")] = "",
+    if_none_match: Annotated[str | None, Header()] = None,
+) -> Response:
+    """Send a static file; for a year when the address carries the hash of what is sent."""
+    asset = assets().get(name)
+    if asset is None:
+        raise NotFound(f"there is no static file {name!r}")
+    etag = f'"{asset.digest}"'
+    headers = {
+        "ETag": etag,
+        "Cache-Control": KEPT_FOR_A_YEAR if v == asset.digest else ASK_EVERY_TIME,
+        "X-Content-Type-Options": "nosniff",
+    }
+    if if_none_match is not None and etag in if_none_match:
+        return Response(status_code=304, headers=headers)
+    return Response(asset.body, media_type=asset.media_type, headers=headers)
+
+
+def _dashboard_page() -> Response:
+    # "<" cannot end the script element early; the hash in the policy is of this very text.
+    inline = json.dumps(import_map(), separators=(",", ":")).replace("<", "\\u003c")
+    modules = [name for name in assets() if name.endswith(".js") and name != "login.js"]
+    return _page("index.html", inline, import_map=inline, modules=modules)
+
+
+def _login_page(*, refused: bool) -> Response:
+    return _page("login.html", "", refused=refused)
+
+
+def _page(template: str, inline_script: str, **values: object) -> Response:
+    text = _templates.get_template(template).render(url=_url, **values)
+    return HTMLResponse(text, headers=page_headers(inline_script))
+
+
+def _url(name: str) -> str:
+    return assets()[name].url

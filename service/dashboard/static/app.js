@@ -1,0 +1,55 @@
+// Starts the page: what the address names is what is shown.
+//   #/            the list        #/jobs/<id>   a job        #/new   a new job
+import { render } from "preact";
+import { useEffect, useState } from "preact/hooks";
+import { html } from "./html.js";
+import { Header } from "./header.js";
+import { Job } from "./job.js";
+import { JobList } from "./jobs.js";
+import { start } from "./live.js";
+import { look, newestFirst, useKnown } from "./store.js";
+import { Submit } from "./submit.js";
+
+const wide = matchMedia("(min-width: 56rem)");
+
+function place() {
+  const [, first, second] = location.hash.split("/");
+  if (first === "new") return { view: "new" };
+  if (first === "jobs" && second) return { view: "job", id: decodeURIComponent(second) };
+  return { view: "list" };
+}
+
+function App() {
+  const [here, setHere] = useState(place());
+  const isLoaded = useKnown((known) => known.jobsLoaded);
+  useEffect(() => {
+    const follow = () => setHere(place());
+    addEventListener("hashchange", follow);
+    return () => removeEventListener("hashchange", follow);
+  }, []);
+  useEffect(() => {
+    // Where there is room for both, the newest job is open beside the list.
+    const newest = newestFirst(look().jobs)[0];
+    if (here.view === "list" && isLoaded && wide.matches) location.replace(newest ? `#/jobs/${newest.id}` : "#/new");
+  }, [here.view, isLoaded]);
+  return html`
+    <a class="skip" href="#main" onClick=${skip}>Skip to the job</a>
+    <${Header} here=${here.view} />
+    <div class="columns" data-view=${here.view}>
+      <${JobList} open=${here.id} />
+      <main id="main" tabindex="-1">
+        ${here.view === "new" && html`<${Submit} />`}
+        ${here.view === "job" && html`<${Job} key=${here.id} id=${here.id} />`}
+      </main>
+    </div>
+  `;
+}
+
+// The address after # names the view, so the link may not change it.
+function skip(event) {
+  event.preventDefault();
+  document.getElementById("main").focus();
+}
+
+render(html`<${App} />`, document.body);
+start();

@@ -1,0 +1,44 @@
+// Tasks that failed, each with its log.
+import { useEffect, useState } from "preact/hooks";
+import { getFailedTasks } from "./api.js";
+import { count, many } from "./format.js";
+import { html } from "./html.js";
+
+export function Failures({ job }) {
+  const failed = job.tasks.failed;
+  const [page, setPage] = useState({ items: [], next_cursor: null });
+  const [fault, setFault] = useState("");
+  useEffect(() => {
+    if (!failed) return;
+    const show = (found) => (setPage(found), setFault(""));
+    getFailedTasks(job.id).then(show, (error) => setFault(error.message));
+  }, [job.id, failed]);
+  if (!failed) return null;
+  return html`
+    <section class="failures" aria-label="Failed tasks">
+      <h2>Failed tasks <span class="quiet">${count(failed)}</span></h2>
+      ${fault && html`<p class="fault" role="alert">${fault}</p>`}
+      <ul>${page.items.map((task) => html`<${Row} key=${task.id} task=${task} said=${job.error?.message} />`)}</ul>
+      ${page.next_cursor && html`<p class="quiet">The first ${count(page.items.length)} are shown.</p>`}
+    </section>
+  `;
+}
+
+// What is said above of the whole job is not said again here.
+const Row = ({ task, said }) => html`
+  <li>
+    <span class="name">${place(task)}</span>
+    <span class="quiet">${many(task.attempt_number, "attempt")}${task.worker && `, last on ${task.worker}`}</span>
+    ${task.log_url && html`<a href=${task.log_url} target="_blank">Log</a>`}
+    ${task.error && task.error.message !== said && html`<pre tabindex="0">${task.error.message}</pre>`}
+  </li>
+`;
+
+function place({ kind, frame, tile, output }) {
+  return [
+    kind,
+    frame !== null && `frame ${frame}`,
+    tile && `tile ${tile.row}-${tile.col}`,
+    output,
+  ].filter(Boolean).join(" · ");
+}

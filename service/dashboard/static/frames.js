@@ -1,0 +1,54 @@
+// The frames of a job as they appear; one of them large.
+import { useEffect, useState } from "preact/hooks";
+import { count } from "./format.js";
+import { html } from "./html.js";
+import { More } from "./jobs.js";
+import { Lightbox } from "./lightbox.js";
+import { loadMoreFrames, openFrames } from "./live.js";
+import { useKnown } from "./store.js";
+
+export function Frames({ job }) {
+  const frames = useKnown((known) => known.frames);
+  const [fault, setFault] = useState("");
+  const [large, setLarge] = useState(null); // the frame number
+  useEffect(() => {
+    openFrames(job.id).catch((error) => setFault(error.message));
+  }, [job.id]);
+  const isOpen = ["probing", "running"].includes(job.status);
+  const items = frames?.job === job.id ? frames.pages.flatMap((page) => page.items) : [];
+  const done = items.filter((item) => item.status === "done" && item.integral);
+  return html`
+    <section class="frames ${isOpen ? "open" : "still"}" aria-label="Frames">
+      <h2>Frames <span class="quiet">${count(job.frames_done)} of ${count(job.frames_total)}</span></h2>
+      ${fault && html`<p class="fault" role="alert">${fault}</p>`}
+      <ol>
+        ${items.map((item) => html`<${Cell} key=${item.frame} item=${item} isOpen=${isOpen} show=${setLarge} />`)}
+      </ol>
+      ${frames?.cursor && items.length > 0 && html`<${More} what="more frames" load=${loadMoreFrames} />`}
+      ${large !== null && html`<${Lightbox} frames=${done} frame=${large} show=${setLarge} />`}
+    </section>
+  `;
+}
+
+function Cell({ item, isOpen, show }) {
+  const { frame, status, thumb } = item;
+  const word = status === "rendering" && !isOpen ? "begun" : status;
+  if (status === "done" && thumb) {
+    return html`
+      <li class="cell done">
+        <button onClick=${() => show(frame)} aria-label="Frame ${frame}, show large">
+          <img src=${thumb} alt="" loading="lazy" decoding="async" onLoad=${reveal} />
+          <span class="number">${frame}</span>
+        </button>
+      </li>
+    `;
+  }
+  return html`
+    <li class="cell ${status}" title=${word}>
+      <span class="lattice" aria-hidden="true"></span>
+      <span class="number">${frame}</span><span class="unseen">, ${word}</span>
+    </li>
+  `;
+}
+
+const reveal = (event) => event.target.classList.add("here");

@@ -1,0 +1,56 @@
+// The top of the page: the name, how the farm is, and whether the page is up to date.
+import { logOut } from "./api.js";
+import { bytes, many } from "./format.js";
+import { html } from "./html.js";
+import { mayChange, useKnown } from "./store.js";
+
+const LINKS = {
+  starting: "",
+  live: "",
+  polling: "Live updates are interrupted; asking again and again.",
+  lost: "Connection lost, trying again …",
+};
+
+export function Header({ here }) {
+  const link = useKnown((known) => known.link);
+  const health = useKnown((known) => known.health);
+  const session = useKnown((known) => known.session);
+  const canSubmit = useKnown(mayChange);
+  return html`
+    <header class="top">
+      <a class="brand" href="#/"><img src=${document.body.dataset.logo} alt="" width="24" height="24" />Lippmann</a>
+      <${Health} health=${health} stale=${link === "lost"} />
+      ${session && html`<${LogOut} session=${session} />`}
+      ${canSubmit && html`
+        <a class="button primary" href="#/new" aria-current=${here === "new" ? "page" : null}>New job</a>
+      `}
+    </header>
+    <p class="link ${link}" role="status" aria-live="polite">${LINKS[link]}</p>
+  `;
+}
+
+function LogOut({ session }) {
+  const leave = () => logOut().finally(() => location.replace("/"));
+  return html`
+    <button class="plain" title="Logged in as ${session.name} (${session.role})" onClick=${leave}>Log out</button>
+  `;
+}
+
+function Health({ health, stale }) {
+  if (!health) return html`<div class="health" aria-label="Health of the farm"></div>`;
+  const { workers, slots, broker, store, database, clerk } = health;
+  const known = workers !== null;
+  const room = store.free_bytes === null ? "store ok" : `${bytes(store.free_bytes)} free`;
+  return html`
+    <ul class="health ${stale ? "stale" : ""}" aria-label="Health of the farm">
+      <${Light} ok=${known && workers > 0} title=${known ? "" : "The broker does not say."}
+        text=${known ? `${many(workers, "worker")}, ${many(slots, "slot")}` : "workers unknown"} />
+      <${Light} ok=${broker.ok} title=${broker.detail} text=${broker.ok ? "broker ok" : "broker degraded"} />
+      ${!database.ok && html`<${Light} ok=${false} title=${database.detail} text="database degraded" />`}
+      ${!clerk.ok && html`<${Light} ok=${false} title="Nobody hands out tasks." text="no clerk" />`}
+      <${Light} ok=${store.ok} title=${store.detail} text=${store.ok ? room : "store degraded"} />
+    </ul>
+  `;
+}
+
+const Light = ({ ok, text, title }) => html`<li class=${ok ? "ok" : "bad"} title=${title || null}>${text}</li>`;

@@ -1,0 +1,5 @@
+// Markup for Preact without a build: html`<p>${text}</p>`.
+import { h } from "preact";
+import htm from "htm";
+
+export const html = htm.bind(h);

@@ -1,0 +1,131 @@
+// One job: where it stands, what it made, what went wrong, and what can be done about it.
+import { useEffect, useRef, useState } from "preact/hooks";
+import { moveJob } from "./api.js";
+import { Failures } from "./failures.js";
+import { count, duration, jobName, many, percent, secondsBetween } from "./format.js";
+import { Frames } from "./frames.js";
+import { html } from "./html.js";
+import { Ago, Badge, Bar } from "./jobs.js";
+import { loadJob } from "./live.js";
+import { Rig } from "./rig.js";
+import { mayChange, putJobs, useKnown } from "./store.js";
+import { Videos } from "./videos.js";
+
+// What each status may become, as the service's table of moves says.
+const MOVES = {
+  queued: ["cancel"],
+  probing: ["pause", "cancel"],
+  running: ["pause", "cancel"],
+  paused: ["resume", "cancel"],
+  done: [],
+  failed: ["retry"],
+  cancelled: ["retry"],
+};
+
+const WORDS = { pause: "Pause", resume: "Resume", cancel: "Cancel", retry: "Retry" };
+
+export function Job({ id }) {
+  const job = useKnown((known) => known.jobs[id], [id]);
+  const canMove = useKnown(mayChange);
+  const [fault, setFault] = useState("This job was removed.");
+  useEffect(() => {
+    if (!job) setFault("");
+    loadJob(id).catch((error) => setFault(error.message));
+  }, [id]);
+  useEffect(() => {
+    document.title = job ? `${jobName(job)} – Lippmann` : "Lippmann";
+  }, [job && jobName(job)]);
+  if (!job) return html`<p class=${fault ? "fault" : "quiet"}>${fault || "Loading …"}</p>`;
+  return html`
+    <article class="job">
+      <a class="back" href="#/">← All jobs</a>
+      <header>
+        <h1>${jobName(job)}</h1>
+        <${Badge} status=${job.status} />
+        ${canMove && html`<${Moves} job=${job} />`}
+      </header>
+      <${Progress} job=${job} />
+      ${job.error && html`<${Fault} error=${job.error} />`}
+      <div class="work">
+        <div class="made">
+          <${Videos} job=${job} />
+          <${Frames} job=${job} />
+          <${Failures} job=${job} />
+        </div>
+        <${Rig} job=${job} />
+      </div>
+    </article>
+  `;
+}
+
+function Progress({ job }) {
+  const { tasks } = job;
+  const open = tasks.waiting + tasks.ready + tasks.dispatched;
+  const parts = [
+    `${count(job.frames_done)} / ${many(job.frames_total, "frame")}`,
+    job.status === "running" && job.eta_s !== null && `about ${duration(job.eta_s)} left`,
+    job.started_at && job.ended_at && `took ${duration(secondsBetween(job.started_at, job.ended_at))}`,
+    `${many(tasks.done, "task")} done`,
+    tasks.running > 0 && `${count(tasks.running)} running`,
+    open > 0 && `${count(open)} ${job.ended_at ? "not done" : "to come"}`,
+    tasks.failed > 0 && html`<b class="failed">${count(tasks.failed)} failed</b>`,
+  ];
+  // Read out at every tenth and at every change of status, not at every pixel.
+  const tenths = Math.floor(job.progress * 10);
+  const [spoken, speak] = useState("");
+  useEffect(() => speak(`${jobName(job)}: ${job.status}, ${tenths * 10} percent done`), [job.status, tenths]);
+  return html`
+    <div class="progress">
+      <${Bar} job=${job} />
+      <strong>${percent(job.progress)}</strong>
+    </div>
+    <p class="numbers facts">
+      ${parts.filter(Boolean).map((part) => html`<span>${part}</span>`)}
+      <span>submitted <${Ago} time=${job.created_at} /> by ${job.owner}</span>
+    </p>
+    <p class="unseen" aria-live="polite">${spoken}</p>
+  `;
+}
+
+const Fault = ({ error }) => html`
+  <section class="error" aria-label="Error">
+    <h2>Failed <code>${error.code}</code></h2>
+    <pre tabindex="0">${error.message}</pre>
+  </section>
+`;
+
+function Moves({ job }) {
+  const [busy, setBusy] = useState(false);
+  const [fault, setFault] = useState("");
+  const dialog = useRef(null);
+  const go = async (move) => {
+    setBusy(true);
+    setFault("");
+    try {
+      putJobs([await moveJob(job.id, move)]);
+    } catch (error) {
+      setFault(error.message);
+    }
+    setBusy(false);
+  };
+  const ask = (move) => (move === "cancel" ? dialog.current.showModal() : go(move));
+  const answer = (event) => event.target.returnValue === "yes" && go("cancel");
+  return html`
+    <div class="moves">
+      ${MOVES[job.status].map(
+        (move) => html`<button key=${move} disabled=${busy} onClick=${() => ask(move)}>${WORDS[move]}</button>`,
+      )}
+    </div>
+    ${fault && html`<p class="fault" role="alert">${fault}</p>`}
+    <dialog ref=${dialog} class="ask" aria-labelledby="ask-title" onClose=${answer}>
+      <form method="dialog">
+        <h2 id="ask-title">Cancel this job?</h2>
+        <p>What runs is stopped. Frames that are done stay, and retry goes on from there.</p>
+        <p class="choices">
+          <button value="no" autofocus>Keep it going</button>
+          <button value="yes" class="danger">Cancel the job</button>
+        </p>
+      </form>
+    </dialog>
+  `;
+}

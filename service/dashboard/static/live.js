@@ -1,0 +1,165 @@
+// Keeps what the page knows true: one stream of events; while it is broken, asking again and again.
+import { eventsUrl, getFrames, getHealth, getJob, getJobs, getSession } from "./api.js";
+import { change, dropJob, look, putJobs } from "./store.js";
+
+const FIRST_WAIT_MS = 1000;
+const LONGEST_WAIT_MS = 30_000;
+const HEALTH_MS = 10_000;
+const NOW_MS = 30_000;
+const FRAMES_PAUSE_MS = 250; // Frames that end together are asked for together.
+export const FRAMES_A_PAGE = 120;
+
+let stream = null;
+let wait_ms = FIRST_WAIT_MS;
+const stalePages = new Set();
+
+export function start() {
+  connect();
+  watchHealth();
+  setInterval(() => change({ now_ms: Date.now() }), NOW_MS);
+}
+
+// --- the stream -----------------------------------------------------------------------------------------------------
+
+function connect() {
+  stream = new EventSource(eventsUrl);
+  stream.addEventListener("open", async () => {
+    // Whatever was said while nobody listened.
+    if (await refresh()) change({ link: "live" });
+    wait_ms = FIRST_WAIT_MS;
+  });
+  stream.addEventListener("error", reconnect);
+  listen("job", hearJob);
+  listen("progress", hearProgress);
+  listen("frame", hearFrame);
+}
+
+function listen(kind, hear) {
+  stream.addEventListener(kind, (event) => hear(JSON.parse(event.data)));
+}
+
+function reconnect() {
+  stream.close();
+  setTimeout(async () => {
+    change({ link: (await refresh()) ? "polling" : "lost" });
+    connect();
+  }, wait_ms);
+  if (look().link !== "polling") change({ link: "lost" });
+  wait_ms = Math.min(2 * wait_ms, LONGEST_WAIT_MS);
+}
+
+function hearJob(job) {
+  if (job.removed) return dropJob(job.id);
+  const before = look().jobs[job.id];
+  putJobs([job]);
+  const frames = look().frames;
+  // Retry and cancel move many frames without a word about each.
+  if (frames?.job === job.id && before?.status !== job.status) renewPages();
+}
+
+function hearProgress(news) {
+  const job = look().jobs[news.id];
+  if (job) putJobs([{ ...job, ...news }]);
+  else loadJob(news.id);
+}
+
+function hearFrame({ job, frame, status }) {
+  const frames = look().frames;
+  if (frames?.job !== job) return;
+  const index = frames.pages.findIndex(({ items }) => items.length && items.at(-1).frame >= frame);
+  if (index < 0) return;
+  const items = frames.pages[index].items.map((item) => (item.frame === frame ? { ...item, status } : item));
+  putPage(index, items);
+  if (status === "done") renewPage(job, index);
+}
+
+// --- asking ---------------------------------------------------------------------------------------------------------
+
+// Returns whether the service answered.
+async function refresh() {
+  try {
+    await Promise.all([loadJobs(), loadHealth(), loadSession()]);
+    const frames = look().frames;
+    if (frames) {
+      if (!(frames.job in look().jobs)) await loadJob(frames.job);
+      renewPages();
+    }
+    return true;
+  } catch {
+    return false;
+  }
+}
+
+async function loadJobs() {
+  const page = await getJobs();
+  putJobs(page.items);
+  // A longer list that the user asked for stays as it is.
+  change(look().jobsLoaded ? {} : { jobsLoaded: true, jobsCursor: page.next_cursor });
+}
+
+export async function loadMoreJobs() {
+  const page = await getJobs(look().jobsCursor);
+  putJobs(page.items);
+  change({ jobsCursor: page.next_cursor });
+}
+
+export async function loadJob(id) {
+  putJobs([await getJob(id)]);
+}
+
+async function loadHealth() {
+  change({ health: await getHealth() });
+}
+
+async function loadSession() {
+  if (!look().session) change({ session: await getSession() });
+}
+
+function watchHealth() {
+  setInterval(async () => {
+    try {
+      await loadHealth();
+    } catch {
+      // A half-open stream says nothing; that the service does not answer does.
+      if (look().link === "live") reconnect();
+    }
+  }, HEALTH_MS);
+}
+
+// --- frames of the open job -----------------------------------------------------------------------------------------
+
+export async function openFrames(job) {
+  change({ frames: { job, pages: [], cursor: null } });
+  stalePages.clear();
+  await loadMoreFrames();
+}
+
+export async function loadMoreFrames() {
+  const { job, cursor } = look().frames;
+  const page = await getFrames(job, cursor, FRAMES_A_PAGE);
+  const frames = look().frames;
+  if (frames?.job !== job || frames.cursor !== cursor) return; // Another job was opened meanwhile.
+  change({ frames: { job, pages: [...frames.pages, { cursor, items: page.items }], cursor: page.next_cursor } });
+}
+
+function renewPages() {
+  const { job, pages } = look().frames;
+  pages.forEach((_, index) => renewPage(job, index));
+}
+
+function renewPage(job, index) {
+  if (stalePages.has(index)) return;
+  stalePages.add(index);
+  setTimeout(async () => {
+    stalePages.delete(index);
+    const page = look().frames?.job === job && look().frames.pages[index];
+    if (!page) return;
+    const { items } = await getFrames(job, page.cursor, FRAMES_A_PAGE).catch(() => page);
+    if (look().frames?.job === job) putPage(index, items);
+  }, FRAMES_PAUSE_MS);
+}
+
+function putPage(index, items) {
+  const frames = look().frames;
+  change({ frames: { ...frames, pages: frames.pages.map((page, at) => (at === index ? { ...page, items } : page)) } });
+}

@@ -1,0 +1,35 @@
+// What the job was asked for: the optics, the sequence, and what the check of the optics found worth saying.
+import { by, count, duration, quantity } from "./format.js";
+import { html } from "./html.js";
+
+export function Rig({ job }) {
+  const { size, spec } = job;
+  const { lens_array: array, camera } = spec.rig;
+  const facts = [
+    ["Lenses", by(size.lens_rows, size.lens_cols)],
+    ["Pixels a lens", by(size.px_per_lens, size.px_per_lens)],
+    ["Integral image", `${by(size.cols, size.rows)} px`],
+    ["Pitch", `${quantity(array.pitch_mm)} mm`],
+    ["Focal length", `${quantity(array.focal_length_mm)} mm`],
+    ["Offset", `${quantity(array.offset_mm)} mm`],
+    ["Imaging lens", spec.rig.imaging_lens],
+    ["Camera", camera.projection],
+    ["Scene", job.scene],
+    ["Frames", job.frames.text],
+    ["Rate", `${quantity(job.fps)} frames/s`],
+    ["Priority", count(job.priority)],
+    ["CPU time", duration(job.cpu_s)],
+  ];
+  const parameters = Object.entries(spec.parameters || {});
+  return html`
+    <aside class="rig" aria-label="Rig">
+      <h2>Rig</h2>
+      <dl>${facts.map(pair)}</dl>
+      ${parameters.length > 0 && html`<h3>Parameters</h3><dl>${parameters.map(pair)}</dl>`}
+      ${job.notes.length > 0 && html`<h3>Notes</h3>${job.notes.map((note) => html`<p class="note">${note}</p>`)}`}
+      <p><a href="/api/v1/jobs/${job.id}" target="_blank">The job as JSON</a></p>
+    </aside>
+  `;
+}
+
+const pair = ([name, value]) => html`<div><dt>${name}</dt><dd>${String(value)}</dd></div>`;

@@ -1,0 +1,138 @@
+"""Broker, service, worker and Chromium; a page that may neither complain nor leave the house."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, cast
+
+import pytest
+from playwright.sync_api import Browser, Page, Playwright, Request, sync_playwright
+
+from service.schemas.access import Role
+from service.settings import Settings
+from tests.browser.studio import SPEC, Studio, parts
+from tests.integration.service.conftest import Broker, FakeWorker, Service
+from worker.job.events import Event
+from worker.job.orders import Order
+
+CHROMIUM_ARGS = [
+    "--no-sandbox",  # tests run as root in containers; the page is ours
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--no-first-run",
+    "--mute-audio",
+]
+PATIENCE_MS = 10_000
+
+
+@dataclass
+class Farm:
+    """A service, the worker that the test plays, and somebody's key."""
+
+    service: Service
+    studio: Studio
+    key: str
+
+    @property
+    def url(self) -> str:
+        return self.service.url
+
+    def submit(self, **changes: Any) -> str:
+        answer = self.service.client.post("/jobs", json=SPEC | changes)
+        assert answer.status_code == 201, answer.text
+        return str(answer.json()["id"])
+
+
+@dataclass
+class Watch:
+    """What a page did that it should not."""
+
+    origin: str
+    complaints: list[str] = field(default_factory=list)
+    strangers: list[str] = field(default_factory=list)
+
+    def over(self, page: Page) -> None:
+        page.on("console", lambda message: self.complaints.append(message.text) if message.type == "error" else None)
+        page.on("pageerror", lambda error: self.complaints.append(str(error)))
+        page.on("request", self._look_at)
+
+    def _look_at(self, request: Request) -> None:
+        if not request.url.startswith(self.origin + "/"):
+            self.strangers.append(request.url)
+
+
+@pytest.fixture
+def broker(tmp_path: Path) -> Iterator[Broker]:
+    broker = Broker(tmp_path)
+    yield broker
+    broker.kill()
+
+
+@pytest.fixture
+def farm(tmp_path: Path, broker: Broker) -> Iterator[Farm]:
+    given = parts()
+    settings = Settings(data_dir=tmp_path, redis_url=broker.url, reconcile_s=0.2, tick_s=0.05, retry_pause_s=0.0)
+    service = Service(settings, given)
+    studio = Studio(given.store)
+    # What it answers is gone through one by one, so it may as well be said one by one.
+    worker = FakeWorker(broker, cast("Callable[[Order], list[Event]]", studio))
+    yield Farm(service, studio, service.new_key(Role.SUBMITTER))
+    studio.let(1000)
+    worker.stop()
+    if not service.server.should_exit:
+        service.stop()
+
+
+@pytest.fixture(scope="session")
+def playwright() -> Iterator[Playwright]:
+    with sync_playwright() as playwright:
+        yield playwright
+
+
+@pytest.fixture(scope="session")
+def chromium(playwright: Playwright) -> Iterator[Browser]:
+    program = os.environ.get("LIPPMANN_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
+    if program is None:
+        if os.environ.get("CI"):
+            pytest.fail("expected Chromium on PATH")
+        pytest.skip("Chromium is not installed")
+    browser = playwright.chromium.launch(executable_path=program, args=CHROMIUM_ARGS)
+    yield browser
+    browser.close()
+
+
+@pytest.fixture
+def watch(farm: Farm) -> Watch:
+    return Watch(farm.url)
+
+
+@pytest.fixture
+def page(chromium: Browser, farm: Farm, watch: Watch) -> Iterator[Page]:
+    """Lend a page; afterwards it must have been silent, and have asked nobody but the service."""
+    context = chromium.new_context(viewport={"width": 1280, "height": 900})
+    page = context.new_page()
+    page.set_default_timeout(PATIENCE_MS)
+    watch.over(page)
+    yield page
+    context.close()
+    assert watch.complaints == []
+    assert watch.strangers == []
+
+
+@pytest.fixture
+def log_in(page: Page, farm: Farm) -> Callable[[], Page]:
+    """Return how to get past the page that asks for a key."""
+
+    def go(key: str = farm.key) -> Page:
+        page.goto(farm.url)
+        page.get_by_label("API key").fill(key)
+        page.get_by_role("button", name="Log in").click()
+        page.get_by_role("heading", name="Jobs").wait_for()
+        return page
+
+    return go

@@ -1,0 +1,124 @@
+"""A worker played by the test: it hands in real pictures and videos, one order at a time, when it is told to."""
+
+from __future__ import annotations
+
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from povtemplates.catalogue import scene_folders
+from service.parts import CheckedBundle, Parts
+from tests.builders_service import DictStore, beat, claimed, done, event
+from worker.images.colour import srgb_codes
+from worker.images.convert import png
+from worker.images.write import write_exr, write_thumbnail
+from worker.job.events import Event, EventKind, Failure
+from worker.job.orders import Order, TaskKind
+from worker.plan import names
+from worker.povray.bundle import check_bundle, pack_folder
+from worker.video.encode import FFV1, H264, encode
+
+LENSES, PX = 12, 8
+RIG = {"lens_array": {"count": [LENSES, LENSES]}, "px_per_lens": PX}
+SPEC: dict[str, Any] = {"scene": "fish", "title": "A pond", "frames": "1-6", "rig": RIG, "render": {"tiles": [1, 1]}}
+"""Probe, then a render and an assembly for each of 6 frames, then 3 videos."""
+
+
+class FileStore(DictStore):
+    """A store in memory that lends real files."""
+
+    @contextmanager
+    def local_path(self, name: str) -> Iterator[Path]:
+        with tempfile.NamedTemporaryFile(suffix=Path(name).suffix) as file:
+            file.write(self.get_bytes(name))
+            file.flush()
+            yield Path(file.name)
+
+
+class _Pictures:
+    def png(self, path: Path, *, bits: int = 8) -> bytes:
+        return png(path, bits=16 if bits == 16 else 8)
+
+
+class _Scenes:
+    def builtin(self) -> dict[str, bytes]:
+        return {name: pack_folder(folder) for name, folder in scene_folders().items()}
+
+    def check(self, data: bytes) -> CheckedBundle:
+        return check_bundle(data)
+
+
+def parts() -> Parts:
+    return Parts(store=FileStore(), pictures=_Pictures(), scenes=_Scenes())
+
+
+def view(frame: int, px: int) -> NDArray[np.float32]:
+    """Return a disc that wanders to the right over a gradient, `(px, px, 3)`."""
+    row, col = np.mgrid[0:px, 0:px] / px
+    disc = (row - 0.5) ** 2 + (col - 0.2 - 0.1 * (frame % 7)) ** 2 < 0.03
+    light = np.stack([0.1 + 0.5 * col, 0.3 + 0.3 * row, 0.6 - 0.3 * row], axis=-1)
+    return np.where(disc[..., None], [0.9, 0.45, 0.1], light).astype(np.float32)
+
+
+class Studio:
+    """Answers orders. Held back, it hands in one order for every `let`; otherwise all at once."""
+
+    def __init__(self, store: Any, *, picture: Callable[[int, int], NDArray[np.float32]] = view) -> None:
+        self.faults: dict[tuple[TaskKind, int | None], str] = {}
+        """What POV-Ray says of a task instead of rendering it: the job ends with it."""
+        self._store, self._picture = store, picture
+        self._go = threading.Semaphore(0)
+        self._is_held = False
+
+    def hold(self) -> None:
+        """Wait for `let` before each order that is not the probe."""
+        self._is_held = True
+
+    def let(self, orders: int = 1) -> None:
+        """Let so many orders be done."""
+        self._go.release(orders)
+
+    def __call__(self, order: Order) -> Iterator[Event]:
+        yield claimed(order)
+        yield beat(order, 0.3)
+        if self._is_held and order.kind is not TaskKind.PROBE:
+            self._go.acquire()
+        message = self.faults.get((order.kind, order.frame))
+        if message is not None:
+            self._store.put_bytes(names.job_artifact(order.job_id, self._log_name(order)), message.encode())
+            yield event(order, EventKind.FAILED, failure=Failure(code="scene", message=message, permanent=True))
+            return
+        self._make(order)
+        yield done(order)
+
+    def _log_name(self, order: Order) -> str:
+        return names.log_name(order.kind, order.frame, order.tile, order.output, order.attempt_number)
+
+    def _make(self, order: Order) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            scratch = Path(folder) / "scratch"
+            if order.kind is TaskKind.ASSEMBLE:
+                assert order.frame is not None
+                self._assemble(order.job_id, order.frame, scratch)
+            elif order.kind is TaskKind.ENCODE:
+                assert order.output is not None
+                frames = (srgb_codes(self._picture(frame, 240)) for frame in range(1, 7))
+                encode(scratch, frames, kind=FFV1 if order.output.endswith("mkv") else H264, fps=8)
+                self._put(order.job_id, names.video_name(order.output), scratch)
+
+    def _assemble(self, job_id: str, frame: int, scratch: Path) -> None:
+        picture = self._picture(frame, LENSES * PX)
+        for name in (names.integral_name(frame), names.orthoscopic_name(frame), names.views_name(frame)):
+            write_exr(scratch, picture, attributes={})
+            self._put(job_id, name, scratch)
+        write_thumbnail(scratch, picture)
+        self._put(job_id, names.thumb_name(frame), scratch)
+
+    def _put(self, job_id: str, name: str, scratch: Path) -> None:
+        self._store.put_file(names.job_artifact(job_id, name), scratch)

@@ -1,0 +1,86 @@
+"""Frames as they appear, one of them large, and the finished videos."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from playwright.sync_api import Locator, Page, expect
+
+from tests.browser.conftest import Farm
+from tests.browser.studio import LENSES, PX
+from tests.builders_service import until
+
+NATURAL_PX = "picture => picture.complete && picture.naturalWidth"
+
+
+@pytest.fixture
+def done_job(farm: Farm) -> str:
+    job_id = farm.submit()
+    until(lambda: farm.service.status(job_id) == "done", within_s=30)
+    return job_id
+
+
+def _shown_px(picture: Locator) -> int:
+    return int(until(lambda: picture.evaluate(NATURAL_PX)))
+
+
+def test_thumbnails_appear_as_frames_finish(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
+    farm.studio.hold()
+    farm.submit()
+    log_in()
+    cells = page.locator(".frames .cell")
+    pictures = page.locator(".frames .cell.done img")
+    expect(cells).to_have_count(6)
+    expect(pictures).to_have_count(0)
+    expect(page.locator(".frames .cell.rendering").first).to_be_visible()
+    farm.studio.let(8)  # At least one frame's render and assembly, and not all of them.
+    expect(pictures.first).to_be_visible()
+    assert _shown_px(pictures.first) == LENSES * PX
+    assert pictures.count() < 6
+    farm.studio.let(100)
+    expect(pictures).to_have_count(6)
+
+
+@pytest.mark.usefixtures("done_job")
+def test_a_frame_is_shown_large_pixel_by_pixel_and_the_keys_lead_on(page: Page, log_in: Callable[[], Page]) -> None:
+    log_in()
+    page.get_by_role("button", name="Frame 2, show large").click()
+    large = page.get_by_role("dialog", name="Frame 2").get_by_role("img")
+    assert _shown_px(large) == LENSES * PX
+    expect(large).to_have_css("image-rendering", "pixelated")
+    page.keyboard.press("ArrowRight")
+    expect(page.get_by_role("dialog", name="Frame 3")).to_contain_text("96 \u00d7 96 px")
+    page.keyboard.press("2")
+    expect(page.get_by_role("img", name="Frame 3, orthoscopic")).to_be_visible()
+    page.keyboard.press("3")
+    views = page.get_by_role("img", name="Frame 3, views")
+    for _ in range(4):
+        page.keyboard.press("+")
+    expect(views).to_have_css("width", f"{8 * LENSES * PX}px")
+    page.keyboard.press("Escape")
+    expect(page.get_by_role("dialog")).to_have_count(0)
+
+
+def test_finished_videos_play_and_all_can_be_taken_home(page: Page, done_job: str, log_in: Callable[[], Page]) -> None:
+    log_in()
+    for title in ("From view to view", "Centre view"):
+        video = page.get_by_label(title)
+        assert video.evaluate("video => video.loop && video.muted && video.controls")
+        video.evaluate("video => video.play()")
+        until(lambda video=video: video.evaluate("video => video.currentTime > 0 && video.videoWidth") == 240)
+    with page.expect_download() as taken:
+        page.get_by_role("link", name="orthoscopic.mkv").click()
+    assert taken.value.suggested_filename == f"{done_job}-video-orthoscopic.mkv"
+    assert taken.value.path().read_bytes()[:4] == b"\x1aE\xdf\xa3"
+
+
+def test_a_long_sequence_is_shown_a_page_at_a_time(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
+    farm.studio.hold()
+    farm.submit(frames="1-300")
+    log_in()
+    cells = page.locator(".frames .cell")
+    expect(cells).to_have_count(120)
+    page.get_by_role("button", name="Show more frames").click()
+    expect(cells).to_have_count(240)
+    expect(cells.last).to_contain_text("240")

@@ -1,0 +1,49 @@
+"""Who comes in, and how."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from playwright.sync_api import Page, expect
+
+from service.jobs.keys import create_login_token
+from service.schemas.access import Role
+from tests.browser.conftest import Farm, Watch
+
+REFUSAL = "the server responded with a status of 401"
+
+
+def test_a_key_opens_the_dashboard_and_logging_out_closes_it(page: Page, log_in: Callable[[], Page]) -> None:
+    log_in()
+    expect(page.get_by_text("No jobs yet.")).to_be_visible()
+    page.get_by_role("button", name="Log out").click()
+    expect(page.get_by_label("API key")).to_be_visible()
+
+
+def test_a_wrong_key_is_said_beside_the_field(page: Page, farm: Farm, watch: Watch) -> None:
+    page.goto(farm.url)
+    page.get_by_label("API key").fill("lip_000000000000_wrong")
+    page.get_by_role("button", name="Log in").click()
+    expect(page.get_by_role("alert")).to_have_text("this key is not known")
+    expect(page.get_by_label("API key")).to_have_attribute("aria-invalid", "true")
+    # Chromium itself reports every refusal; nothing else may complain.
+    assert all(REFUSAL in text for text in watch.complaints)
+    watch.complaints.clear()
+
+
+def test_a_login_link_opens_the_dashboard(page: Page, farm: Farm) -> None:
+    with farm.service.house.database.writing() as session:
+        token = create_login_token(session)
+    page.goto(f"{farm.url}/login?token={token}")
+    expect(page.get_by_role("heading", name="Jobs")).to_be_visible()
+
+
+def test_a_viewer_sees_jobs_and_no_buttons_that_change_them(
+    page: Page, farm: Farm, log_in: Callable[[str], Page]
+) -> None:
+    farm.studio.hold()
+    farm.submit()
+    log_in(farm.service.new_key(Role.VIEWER))
+    expect(page.get_by_role("heading", name="A pond")).to_be_visible()
+    expect(page.get_by_role("button", name="Cancel", exact=True)).to_have_count(0)
+    expect(page.get_by_role("link", name="New job")).to_have_count(0)

@@ -1,0 +1,63 @@
+"""Static files: what others wrote is what they wrote, and every module finds its imports."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from urllib.parse import urljoin, urlsplit
+
+import pytest
+
+from service.dashboard.assets import FOLDER, PREFIX, VENDORED, assets, import_map
+
+_LINES = (FOLDER / "vendor" / "HASHES").read_text().splitlines()
+HASHES = {name: digest for digest, name in (line.split(maxsplit=1) for line in _LINES)}
+OURS = sorted(name for name in assets() if not name.startswith("vendor/"))
+MODULES = [name for name in OURS if name.endswith(".js")]
+
+_IMPORT = re.compile(r'^import (?:[^;]*? from )?"([^"]+)";', re.MULTILINE)
+_ADDRESS = re.compile(r"(?:https?:)?//[a-z0-9.-]+\.[a-z]{2,}", re.IGNORECASE)
+
+
+def test_every_vendored_file_has_the_hash_that_was_written_down() -> None:
+    files = {path.name: path for path in (FOLDER / "vendor").iterdir() if path.name not in {"HASHES", "README.md"}}
+    assert {name: hashlib.sha256(path.read_bytes()).hexdigest() for name, path in files.items()} == HASHES
+
+
+def test_every_vendored_package_comes_with_its_licence() -> None:
+    packages = {specifier.split("/")[0] for specifier in VENDORED}
+    assert {f"LICENSE.{package}" for package in packages} <= set(HASHES)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_every_import_leads_to_a_file_through_the_import_map(name: str) -> None:
+    targets = import_map()["imports"]
+    for specifier in _IMPORT.findall(assets()[name].body.decode()):
+        plain = urljoin(PREFIX + name, specifier) if specifier.startswith(".") else specifier
+        address = urlsplit(targets[plain])
+        asset = assets()[address.path.removeprefix(PREFIX)]
+        assert address.query == f"v={asset.digest}"
+
+
+def test_every_module_is_reached_from_a_page() -> None:
+    reached, open_names = set(), ["app.js", "login.js"]
+    while open_names:
+        name = open_names.pop()
+        if name not in reached:
+            reached.add(name)
+            imports = _IMPORT.findall(assets()[name].body.decode())
+            open_names += [specifier.removeprefix("./") for specifier in imports if specifier.startswith("./")]
+    assert reached == set(MODULES)
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_no_file_of_ours_asks_for_anything_elsewhere(name: str) -> None:
+    text = assets()[name].body.decode().replace("http://www.w3.org/2000/svg", "")
+    assert _ADDRESS.findall(text) == []
+
+
+@pytest.mark.parametrize("name", OURS)
+def test_no_file_of_ours_is_too_long_to_read(name: str) -> None:
+    lines = assets()[name].body.decode().splitlines()
+    assert len(lines) <= 250
+    assert max(map(len, lines)) <= 120
