@@ -1,7 +1,6 @@
 """Asks, shows, remembers: the HTTP service, its database and the clerk that keeps jobs going.
 
-main          create_app()
-serve         the server that ends open streams when it is told to stop
+main          create_app(), Server
 routes        HTTP only: parse, call jobs, shape the answer
 dashboard     pages and static files
 dependencies  what a route asks for: session, settings, caller

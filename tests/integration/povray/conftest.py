@@ -50,14 +50,13 @@ class Room:
         if text is not None:
             self.write(text)
         size = {"cols": changed.pop("cols", 64), "rows": changed.pop("rows", 48)}
-        command = {
+        command: dict[str, Any] = {
             name: changed.pop(name)
             for name in ("region", "clock", "declares", "picture_format", "program", "picture")
             if name in changed
         }
-        asked = RenderCommand(
-            **{"pov_file": "tile.pov", "picture": "tile.exr", "library_paths": (self.bundle,), **size, **command}
-        )
+        command = {"picture": "tile.exr", **size, **command}
+        asked = RenderCommand("tile.pov", library_paths=(self.bundle,), **command)
         settings: dict[str, Any] = {
             "task_dir": self.task_dir,
             "readable": [self.bundle],

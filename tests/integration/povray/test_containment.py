@@ -26,13 +26,13 @@ def _inside(room: Room, *argv: str) -> subprocess.CompletedProcess[str]:
 
 
 @pytest.mark.parametrize("way", ['#include "/etc/passwd"', '#fopen F "/etc/passwd" read #read (F, A)'])
-def test_a_scene_cannot_read_the_machines_files(held: Room, way: str):
+def test_a_scene_cannot_read_the_machines_files(held: Room, way: str) -> None:
     with pytest.raises(SceneError, match="no file '/etc/passwd' in the scene bundle"):
         held.render(f"{way}\n{BALL}")
     assert "root:" not in held.log.read_text()
 
 
-def test_a_scene_cannot_write_outside_its_folder(held: Room, tmp_path: Path):
+def test_a_scene_cannot_write_outside_its_folder(held: Room, tmp_path: Path) -> None:
     outside = tmp_path / "outside.txt"
     scene = f'#fopen F "{outside}" write #write (F, "out") #fclose F\n{BALL}'
     if held.sandbox.mode == "landlock":
@@ -44,20 +44,20 @@ def test_a_scene_cannot_write_outside_its_folder(held: Room, tmp_path: Path):
 
 
 @pytest.mark.parametrize("way", ["write", "append"])
-def test_a_scene_cannot_change_its_bundle(held: Room, way: str):
+def test_a_scene_cannot_change_its_bundle(held: Room, way: str) -> None:
     shared = held.bundle / "shared.inc"
     shared.write_text("as it was")
-    with pytest.raises(SceneError, match="Cannot open user file shared.inc"):
+    with pytest.raises(SceneError, match="Cannot open user file"):
         held.render(f'#fopen F "{shared.resolve()}" {way} #write (F, "changed") #fclose F\n{BALL}')
     assert shared.read_text() == "as it was"
 
 
-def test_a_scene_may_write_into_its_own_folder(held: Room):
+def test_a_scene_may_write_into_its_own_folder(held: Room) -> None:
     held.render(f'#fopen F "notes.txt" write #write (F, "mine") #fclose F\n{BALL}')
     assert (held.task_dir / "notes.txt").read_text() == "mine"
 
 
-def test_nothing_connects_to_the_machines_network(held: Room):
+def test_nothing_connects_to_the_machines_network(held: Room) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         script = f"exec 3<>/dev/tcp/127.0.0.1/{server.getsockname()[1]}"
         open_room = Room(held.task_dir, held.bundle, Sandbox("none", allow_none=True))
@@ -69,32 +69,32 @@ def test_nothing_connects_to_the_machines_network(held: Room):
             server.accept()
 
 
-def test_the_environment_is_povrays_and_nothing_of_ours(held: Room, monkeypatch: pytest.MonkeyPatch):
+def test_the_environment_is_povrays_and_nothing_of_ours(held: Room, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LIPPMANN_SECRET", "key")
     names = {line.partition("=")[0] for line in _inside(held, "/usr/bin/env").stdout.splitlines()}
     assert names - {"PWD", "SHLVL", "_", "OLDPWD"} == {"PATH", "LANG", "HOME", "POVINI", "POV_TEMP_DIR"}
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root has capabilities to lose")
-def test_root_has_no_capabilities_inside(held: Room):
+def test_root_has_no_capabilities_inside(held: Room) -> None:
     (held.task_dir / "mine").write_text("")
     assert _inside(held, "/usr/bin/chown", "12345", "mine").returncode != 0
     assert (held.task_dir / "mine").stat().st_uid == 0
 
 
-def test_other_processes_are_out_of_reach(held: Room):
+def test_other_processes_are_out_of_reach(held: Room) -> None:
     with subprocess.Popen(["sleep", "60"]) as victim:
         _inside(held, "/bin/sh", "-c", f"kill -9 {victim.pid}")
         assert victim.poll() is None
         victim.kill()
 
 
-def test_auto_finds_a_sandbox_that_holds(faults: dict[str, str | None]):
+def test_auto_finds_a_sandbox_that_holds(faults: dict[str, str | None]) -> None:
     found = detect("auto")
     assert found.mode == next((mode for mode in ("bwrap", "landlock") if faults[mode] is None), "none")
 
 
-def test_a_sandbox_that_does_not_start_is_told_with_what_it_said(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+def test_a_sandbox_that_does_not_start_is_told_with_its_words(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     broken = tmp_path / "bwrap"
     broken.write_text("#!/bin/sh\necho 'bwrap: No permissions to create new namespace' >&2; exit 1\n")
     broken.chmod(0o755)
@@ -105,5 +105,5 @@ def test_a_sandbox_that_does_not_start_is_told_with_what_it_said(monkeypatch: py
     assert detect("auto").mode in ("landlock", "none")
 
 
-def test_a_sandbox_that_holds_nothing_is_found_out():
+def test_a_sandbox_that_holds_nothing_is_found_out() -> None:
     assert trial(Sandbox("none", allow_none=True)) is not None

@@ -50,7 +50,7 @@ SCENES = {Phase.PARSING: ENDLESS_PARSE, Phase.RENDERING: ENDLESS_TRACE}
 
 
 @pytest.mark.parametrize("phase", SCENES)
-def test_when_the_worker_is_killed_povray_dies(room: Room, phase: Phase):
+def test_when_the_worker_is_killed_povray_dies(room: Room, phase: Phase) -> None:
     room.write(SCENES[phase])
     argv = [sys.executable, "-c", WORKER, str(room.task_dir), str(room.bundle), room.sandbox.mode]
     with subprocess.Popen(argv, stdout=subprocess.PIPE, text=True) as worker:
@@ -64,7 +64,7 @@ def test_when_the_worker_is_killed_povray_dies(room: Room, phase: Phase):
 
 
 @pytest.mark.parametrize("phase", SCENES)
-def test_a_told_stop_ends_it_within_two_seconds(room: Room, phase: Phase):
+def test_a_told_stop_ends_it_within_two_seconds(room: Room, phase: Phase) -> None:
     told_s: list[float] = []
 
     def should_stop() -> bool:
@@ -78,7 +78,7 @@ def test_a_told_stop_ends_it_within_two_seconds(room: Room, phase: Phase):
     assert not room.processes()
 
 
-def test_a_run_over_its_time_is_ended(room: Room):
+def test_a_run_over_its_time_is_ended(room: Room) -> None:
     began_s = time.monotonic()
     with pytest.raises(RenderTimedOut, match="parsing"):
         room.render(ENDLESS_PARSE, timeout_s=1.5)
@@ -86,7 +86,7 @@ def test_a_run_over_its_time_is_ended(room: Room):
     assert not room.processes()
 
 
-def test_a_run_without_progress_is_ended_even_if_it_does_not_listen(room: Room):
+def test_a_run_without_progress_is_ended_even_if_it_does_not_listen(room: Room) -> None:
     def freeze(progress: Progress) -> None:
         if progress.phase is Phase.RENDERING:
             os.kill(room.povray(), signal.SIGSTOP)
@@ -96,7 +96,7 @@ def test_a_run_without_progress_is_ended_even_if_it_does_not_listen(room: Room):
     assert not room.processes()
 
 
-def test_an_error_of_the_caller_leaves_nothing(room: Room):
+def test_an_error_of_the_caller_leaves_nothing(room: Room) -> None:
     def fail(progress: Progress) -> None:
         raise KeyboardInterrupt
 
@@ -105,7 +105,7 @@ def test_an_error_of_the_caller_leaves_nothing(room: Room):
     assert not room.processes()
 
 
-def test_a_stopped_run_still_counts_its_seconds(room: Room):
+def test_a_stopped_run_still_counts_its_seconds(room: Room) -> None:
     room.write(ENDLESS_PARSE)
     argv = room.sandbox.wrap(
         ["povray", "+Itile.pov", "-D", "+V"],
@@ -119,21 +119,21 @@ def test_a_stopped_run_still_counts_its_seconds(room: Room):
     assert 0.5 < outcome.cpu_s < outcome.wall_s + 0.5
 
 
-def test_memory_has_a_limit(held: Room):
+def test_memory_has_a_limit(held: Room) -> None:
     hog = "#declare I = 0; union { #while (I < 1e9) sphere { I, 1 } #declare I = I + 1; #end }\n"
-    with pytest.raises(RenderFailed, match="out of memory: .* limit 200 MB"):
+    with pytest.raises(RenderFailed, match=r"out of memory: .* limit 200 MB"):
         held.render(hog, limits=Limits(cpu_s=60, memory_mb=200))
     hog = "#declare A = array[100000000]; #declare A[3] = 3;\n"
     with pytest.raises(RenderFailed, match="out of memory"):
         held.render(hog, limits=Limits(cpu_s=60, memory_mb=200))
 
 
-def test_cpu_seconds_have_a_limit(room: Room):
+def test_cpu_seconds_have_a_limit(room: Room) -> None:
     with pytest.raises(RenderTimedOut, match="1 s of CPU"):
         room.render(ENDLESS_PARSE, limits=Limits(cpu_s=1, memory_mb=1024))
 
 
-def test_a_file_has_a_largest_size(room: Room):
+def test_a_file_has_a_largest_size(room: Room) -> None:
     runaway = '#fopen F "big.txt" write #while (1) #write (F, "0123456789012345678901234567890123456789") #end\n'
     with pytest.raises(RenderFailed, match="file of more than 1 MB"):
         room.render(runaway, limits=Limits(cpu_s=60, memory_mb=1024, file_mb=1))
@@ -176,7 +176,7 @@ REFUSED = {
 
 
 @pytest.mark.parametrize("name", REFUSED)
-def test_a_scene_that_is_refused_is_told_with_file_and_line(best: Room, name: str):
+def test_a_scene_that_is_refused_is_told_with_file_and_line(best: Room, name: str) -> None:
     scene, message = REFUSED[name]
     (best.bundle / "deep.inc").write_text("// one\nsphere { 0, Nope }\n")
     (best.bundle / "broken.png").write_text("no picture")
@@ -189,28 +189,28 @@ def test_a_scene_that_is_refused_is_told_with_file_and_line(best: Room, name: st
     ("script", "code"),
     [
         ("head -c 30000000 /dev/zero; echo; echo end", 0),
-        ("yes 'a line that comes again and again' | head -c 30000000; echo end; exit 3", 3),
+        ("yes 'a line that comes again and again' | head -c 30000000; echo; echo end; exit 3", 3),
     ],
 )
-def test_a_flood_of_output_neither_blocks_nor_fills_the_disk(best: Room, script: str, code: int):
+def test_a_flood_of_output_neither_blocks_nor_fills_the_disk(best: Room, script: str, code: int) -> None:
     outcome = _ran(best, ["/bin/sh", "-c", script])
     assert outcome.exit_code == code
     assert outcome.lines[-1] == "end"
     assert best.log.stat().st_size < 220_000
 
 
-def test_a_sandbox_that_cannot_be_started_is_missing(best: Room):
+def test_a_sandbox_that_cannot_be_started_is_missing(best: Room) -> None:
     with pytest.raises(SandboxMissing, match="no-such-bwrap"):
         _ran(best, ["no-such-bwrap"])
 
 
-def test_what_a_child_leaves_behind_is_ended_with_it(best: Room):
+def test_what_a_child_leaves_behind_is_ended_with_it(best: Room) -> None:
     outcome = _ran(best, ["/bin/sh", "-c", "sleep 300 & exit 5"])
     assert outcome.exit_code == 5
     assert outcome.wall_s < 5
     until(lambda: not best.processes(), within_s=2)
 
 
-def test_the_head_of_these_scenes_is_two_lines():
+def test_the_head_of_these_scenes_is_two_lines() -> None:
     assert HEAD.count("\n") == 2
     assert BALL.count("\n") == 1

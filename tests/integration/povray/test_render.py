@@ -16,7 +16,7 @@ from worker.povray.process import LOG_PROGRESS_S
 from worker.povray.progress import Phase
 
 
-def test_a_picture_comes_out_and_progress_reaches_one(room: Room):
+def test_a_picture_comes_out_and_progress_reaches_one(room: Room) -> None:
     outcome = room.render(BALL, cols=200, rows=150)
     assert outcome.picture == room.task_dir / "tile.exr"
     assert outcome.picture.read_bytes().startswith(b"\x76\x2f\x31\x01")
@@ -28,7 +28,7 @@ def test_a_picture_comes_out_and_progress_reaches_one(room: Room):
     assert not outcome.photons_seen
 
 
-def test_the_seconds_of_povray_are_counted_through_the_sandbox(room: Room):
+def test_the_seconds_of_povray_are_counted_through_the_sandbox(room: Room) -> None:
     outcome = room.render("#declare I = 0; #while (I < 400000) #declare I = I + 1; #end\n" + BALL, cols=320, rows=240)
     said = outcome.statistics
     assert said.parse_s > 0.1
@@ -38,14 +38,14 @@ def test_the_seconds_of_povray_are_counted_through_the_sandbox(room: Room):
     assert outcome.peak_memory_mb > 10
 
 
-def test_clock_and_declares_reach_the_scene(best: Room):
+def test_clock_and_declares_reach_the_scene(best: Room) -> None:
     check = "#if (clock != 0.25 | Lens_Cols != 90 | abs(Tiny + 1e-7) > 1e-12) #error concat(str(Tiny, 0, 12)) #end\n"
     best.render(check + BALL, clock=0.25, declares={"Lens_Cols": 90, "Tiny": -1e-7})
     with pytest.raises(Exception, match="Parse halted"):
         best.render(check + BALL, clock=0.5, declares={"Lens_Cols": 90, "Tiny": -1e-7})
 
 
-def test_a_region_is_written_at_full_size(best: Room):
+def test_a_region_is_written_at_full_size(best: Room) -> None:
     outcome = best.render(
         BALL, region=Region(8, 16, 0, 64), cols=64, rows=48, picture="tile.png", picture_format="png16"
     )
@@ -55,7 +55,7 @@ def test_a_region_is_written_at_full_size(best: Room):
     assert best.heard[-1].count == 8 * 64
 
 
-def test_photons_and_radiosity_are_seen_and_progress_still_never_falls(best: Room):
+def test_photons_and_radiosity_are_seen_and_progress_still_never_falls(best: Room) -> None:
     (best.task_dir / "tile.pov").write_text(
         """#version 3.7;
         global_settings { assumed_gamma 1 photons { spacing 0.02 }
@@ -74,7 +74,7 @@ def test_photons_and_radiosity_are_seen_and_progress_still_never_falls(best: Roo
 
 def test_includes_and_textures_come_from_the_bundle_through_a_relative_link(
     best: Room, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-):
+) -> None:
     (best.bundle / "inner.inc").write_text(BALL)
     (tmp_path / "link").symlink_to(best.bundle)
     monkeypatch.chdir(tmp_path)
@@ -84,13 +84,13 @@ def test_includes_and_textures_come_from_the_bundle_through_a_relative_link(
     best.task_dir = tmp_path / "task"
 
 
-def test_a_povray_ini_that_lies_about_is_not_read(best: Room):
+def test_a_povray_ini_that_lies_about_is_not_read(best: Room) -> None:
     (best.task_dir / "povray.ini").write_text("Height=7\nNonsense=1\n")
     (best.task_dir / ".povray").mkdir()
     assert best.render(BALL, rows=48).statistics.trace_s >= 0
 
 
-def test_the_log_has_the_command_the_messages_and_little_progress(room: Room):
+def test_the_log_has_the_command_the_messages_and_little_progress(room: Room) -> None:
     room.render('#warning "the author warns"\n' + BALL, cols=640, rows=480)
     lines = room.log.read_text().splitlines()
     assert lines[0].startswith("$ ")
@@ -101,11 +101,11 @@ def test_the_log_has_the_command_the_messages_and_little_progress(room: Room):
     assert "Rendered 307200 of 307200 pixels (100%)" in lines
 
 
-def test_a_division_by_zero_is_a_warning_to_povray_and_is_told(best: Room):
+def test_a_division_by_zero_is_a_warning_to_povray_and_is_told(best: Room) -> None:
     assert best.render("#declare A = 1/0;\n" + BALL).warnings == ("tile.pov line 3: Divide by zero.",)
 
 
-def test_a_picture_of_an_earlier_attempt_does_not_pass_for_a_new_one(best: Room):
+def test_a_picture_of_an_earlier_attempt_does_not_pass_for_a_new_one(best: Room) -> None:
     best.render(BALL)
     povray = _script(best, "exit 0")
     with pytest.raises(RenderFailed, match="left no picture"):
@@ -115,7 +115,7 @@ def test_a_picture_of_an_earlier_attempt_does_not_pass_for_a_new_one(best: Room)
         best.render(BALL, program=povray)
 
 
-def test_povray_is_started_again_when_its_start_fails_by_its_own_fault(room: Room):
+def test_povray_is_started_again_when_its_start_fails_by_its_own_fault(room: Room) -> None:
     povray = _script(
         room,
         "echo again >> starts; if [ $(wc -l < starts) -le 2 ]; then\n"
@@ -127,19 +127,19 @@ def test_povray_is_started_again_when_its_start_fails_by_its_own_fault(room: Roo
     assert room.log.read_text().count("fault of its own") == 2
 
 
-def test_povray_is_not_started_for_ever(best: Room):
+def test_povray_is_not_started_for_ever(best: Room) -> None:
     povray = _script(best, 'echo again >> starts; echo "Timed out waiting for worker thread startup" >&2; exit 1')
     with pytest.raises(RenderFailed, match="again and again"):
         best.render(BALL, program=povray)
     assert (best.task_dir / "starts").read_text() == "again\n" * 4
 
 
-def test_a_worker_without_povray_says_so(best: Room):
+def test_a_worker_without_povray_says_so(best: Room) -> None:
     with pytest.raises(PovrayMissing, match="povray-of-tomorrow"):
         best.render(BALL, program="povray-of-tomorrow")
 
 
-def test_statistics_are_of_the_work(best: Room):
+def test_statistics_are_of_the_work(best: Room) -> None:
     few = best.render(ENDLESS_TRACE, cols=16, rows=12).statistics
     assert few != Statistics()
     assert few.trace_cpu_s > few.parse_cpu_s

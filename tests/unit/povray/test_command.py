@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from worker.povray.command import Region, RenderCommand, povray_argv
 
 
-def test_a_whole_picture_is_asked_for_with_every_option_said():
+def test_a_whole_picture_is_asked_for_with_every_option_said() -> None:
     assert povray_argv(RenderCommand("tile.pov", "tile.exr", cols=720, rows=480)) == [
         "povray",
         "+Itile.pov",
@@ -29,7 +29,7 @@ def test_a_whole_picture_is_asked_for_with_every_option_said():
     ]
 
 
-def test_a_tile_is_asked_for_by_rows_and_columns_from_one_inclusive():
+def test_a_tile_is_asked_for_by_rows_and_columns_from_one_inclusive() -> None:
     command = RenderCommand(
         "tile.pov",
         "tile.png",
@@ -69,13 +69,13 @@ def test_a_tile_is_asked_for_by_rows_and_columns_from_one_inclusive():
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
-def test_the_clock_on_the_command_line_is_the_clock(clock: float):
+def test_the_clock_on_the_command_line_is_the_clock(clock: float) -> None:
     argv = povray_argv(RenderCommand("a.pov", "a.exr", cols=1, rows=1, clock=clock))
     assert [float(word[2:]) for word in argv if word.startswith("+K")] == [clock]
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf")])
-def test_a_number_that_is_none_is_refused(value: float):
+def test_a_number_that_is_none_is_refused(value: float) -> None:
     with pytest.raises(ValueError, match="finite"):
         RenderCommand("a.pov", "a.exr", cols=1, rows=1, clock=value)
     with pytest.raises(ValueError, match="finite"):
@@ -83,12 +83,12 @@ def test_a_number_that_is_none_is_refused(value: float):
 
 
 @pytest.mark.parametrize("region", [(0, 0, 0, 1), (0, 11, 0, 1), (0, 1, 3, 3), (-1, 1, 0, 1), (0, 1, 0, 21)])
-def test_a_region_outside_the_picture_is_refused(region: tuple[int, int, int, int]):
+def test_a_region_outside_the_picture_is_refused(region: tuple[int, int, int, int]) -> None:
     with pytest.raises(ValueError, match="inside 10 x 20 px"):
         RenderCommand("a.pov", "a.exr", cols=20, rows=10, region=Region(*region))
 
 
-def test_the_first_block_is_smaller_in_a_small_picture():
+def test_the_first_block_is_smaller_in_a_small_picture() -> None:
     assert RenderCommand("a.pov", "a.exr", cols=100, rows=100).first_block_px == 1024
     assert RenderCommand("a.pov", "a.exr", cols=100, rows=8).first_block_px == 256
     assert RenderCommand("a.pov", "a.exr", cols=100, rows=100, region=Region(0, 8, 90, 100)).first_block_px == 80

@@ -170,28 +170,28 @@ ANSWERS = {
 
 
 @pytest.mark.parametrize("name", ANSWERS)
-def test_an_answer_becomes_its_error(name: str):
+def test_an_answer_becomes_its_error(name: str) -> None:
     outcome, family, message = ANSWERS[name]
     error = _diagnosed(outcome)
     assert type(error) is family
     assert message in error.message
 
 
-def test_only_the_scene_is_at_fault_for_good():
+def test_only_the_scene_is_at_fault_for_good() -> None:
     for outcome, family, _ in ANSWERS.values():
         error = _diagnosed(outcome)
         assert isinstance(error, Permanent if family is SceneError else Transient)
 
 
-def test_a_good_end_is_no_error():
+def test_a_good_end_is_no_error() -> None:
     assert _diagnosed(_outcome(0, phase=Phase.RENDERING)) is None
 
 
-def test_a_failure_on_a_full_disk_is_the_disks():
+def test_a_failure_on_a_full_disk_is_the_disks() -> None:
     assert isinstance(_diagnosed(_outcome(1, PARSER_GAVE_UP), free_bytes=100), StoreFull)
 
 
-def test_a_scene_that_says_the_words_of_a_start_up_fault_is_not_started_again():
+def test_a_scene_that_says_the_words_of_a_start_up_fault_is_not_started_again() -> None:
     words = "Timed out waiting for worker thread startup\n"
     assert is_startup_fault(_outcome(1, words, phase=Phase.STARTING))
     assert not is_startup_fault(_outcome(1, words, phase=Phase.PARSING))

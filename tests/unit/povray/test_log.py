@@ -7,7 +7,7 @@ from pathlib import Path
 from worker.povray.log import AttemptLog
 
 
-def test_a_short_log_is_kept_whole_and_at_once(tmp_path: Path):
+def test_a_short_log_is_kept_whole_and_at_once(tmp_path: Path) -> None:
     log = AttemptLog(tmp_path / "1.txt")
     log.write("one")
     log.write("zwölf")
@@ -16,7 +16,7 @@ def test_a_short_log_is_kept_whole_and_at_once(tmp_path: Path):
     assert log.path.read_text() == "one\nzwölf\n"
 
 
-def test_of_a_long_log_head_and_tail_are_kept_and_the_gap_is_told(tmp_path: Path):
+def test_of_a_long_log_head_and_tail_are_kept_and_the_gap_is_told(tmp_path: Path) -> None:
     with AttemptLog(tmp_path / "1.txt", head_bytes=40, tail_bytes=30) as log:
         for number in range(1000):
             log.write(f"line {number:04}")
@@ -26,7 +26,7 @@ def test_of_a_long_log_head_and_tail_are_kept_and_the_gap_is_told(tmp_path: Path
     ]
 
 
-def test_no_line_is_lost_when_all_fits_into_head_and_tail(tmp_path: Path):
+def test_no_line_is_lost_when_all_fits_into_head_and_tail(tmp_path: Path) -> None:
     with AttemptLog(tmp_path / "1.txt", head_bytes=25, tail_bytes=1000) as log:
         for number in range(50):
             log.write(f"line {number:04}")

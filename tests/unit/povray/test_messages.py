@@ -49,7 +49,7 @@ POV-Ray finished
 """.splitlines()
 
 
-def test_a_path_cut_in_the_middle_of_a_word_is_whole_again():
+def test_a_path_cut_in_the_middle_of_a_word_is_whole_again() -> None:
     (message,) = read_messages(LONG_PATH)
     folder = "a very/long_directory_name_that_does_not_end_before_the_eightieth_column_of_the_console_for_sure"
     assert message.file == f"{folder}/unknown_thing.pov"
@@ -57,28 +57,28 @@ def test_a_path_cut_in_the_middle_of_a_word_is_whole_again():
     assert message.text == "Expected 'numeric expression', undeclared identifier 'Radius_Of_It' found instead"
 
 
-def test_files_are_named_from_the_bundle():
+def test_files_are_named_from_the_bundle() -> None:
     messages = read_messages(MISSING_INCLUDE, roots=[Path("/scratch"), Path("/scratch/bundle")])
     assert [message.kind for message in messages] == [MessageKind.HINT, MessageKind.ERROR]
     assert str(messages[1]) == "scene.inc line 2: Cannot open include file nowhere_to_be_found.inc."
 
 
-def test_warnings_are_read_with_and_without_a_place():
+def test_warnings_are_read_with_and_without_a_place() -> None:
     first, second = read_messages(WARNINGS)
     assert (first.kind, first.file) == (MessageKind.WARNING, None)
     assert first.text.endswith("scene. See the documentation for more details.")
     assert str(second) == "divzero.pov line 2: Divide by zero."
 
 
-def test_lines_that_are_no_message_are_left_as_they_are():
+def test_lines_that_are_no_message_are_left_as_they_are() -> None:
     assert unwrap(STATISTICS) == STATISTICS
 
 
-def test_statistics_are_summed_by_what_the_work_was_for():
+def test_statistics_are_summed_by_what_the_work_was_for() -> None:
     assert read_statistics(STATISTICS) == Statistics(
         parse_s=3.084, parse_cpu_s=3.06, trace_s=69.547, trace_cpu_s=69.681
     )
 
 
-def test_without_a_trace_there_are_no_statistics():
+def test_without_a_trace_there_are_no_statistics() -> None:
     assert read_statistics(STATISTICS[:5]) is None

@@ -23,7 +23,7 @@ def _wrapped(
     return sandbox.wrap(["povray", "+Ia b.pov"], readable=paths, writable=Path(writable), limits=LIMITS)
 
 
-def test_bwrap_shows_the_system_the_scene_and_one_writable_folder():
+def test_bwrap_shows_the_system_the_scene_and_one_writable_folder() -> None:
     assert _wrapped(Sandbox("bwrap")) == [
         "bwrap",
         "--unshare-all",
@@ -51,7 +51,7 @@ def test_bwrap_shows_the_system_the_scene_and_one_writable_folder():
     ]
 
 
-def test_landlock_is_a_file_of_its_own_run_by_this_python():
+def test_landlock_is_a_file_of_its_own_run_by_this_python() -> None:
     assert _wrapped(Sandbox("landlock")) == [
         sys.executable,
         "-I",
@@ -67,31 +67,31 @@ def test_landlock_is_a_file_of_its_own_run_by_this_python():
     ]
 
 
-def test_without_a_sandbox_a_scene_is_refused():
+def test_without_a_sandbox_a_scene_is_refused() -> None:
     with pytest.raises(SandboxMissing):
         _wrapped(Sandbox("none"))
     with pytest.raises(SandboxMissing):
         _wrapped(detect("none"))
 
 
-def test_without_a_sandbox_an_allowed_scene_still_has_its_limits_and_dies_with_its_worker():
+def test_without_a_sandbox_an_allowed_scene_still_has_its_limits_and_dies_with_its_worker() -> None:
     line = _wrapped(Sandbox("none", allow_none=True))
     assert line == ["setpriv", "--pdeathsig", "KILL", "--no-new-privs", "--", *HELD, "--", "povray", "+Ia b.pov"]
 
 
-def test_a_folder_inside_another_is_mounted_after_it():
+def test_a_folder_inside_another_is_mounted_after_it() -> None:
     line = _wrapped(Sandbox("bwrap"), readable=("/b/c/d", "/b"), writable="/b/a")
     mounts = [line[at + 1] for at, word in enumerate(line) if word in ("--bind", "--ro-bind")]
     assert mounts == ["/usr", "/b", "/b/a", "/b/c/d"]
 
 
 @pytest.mark.parametrize("mode", ["bwrap", "landlock", "none"])
-def test_a_read_only_path_inside_the_writable_one_is_refused(mode: SandboxMode):
+def test_a_read_only_path_inside_the_writable_one_is_refused(mode: SandboxMode) -> None:
     with pytest.raises(ValueError, match="outside the writable"):
         _wrapped(Sandbox(mode, allow_none=True), readable=("/work/7/scene",))
 
 
 @pytest.mark.parametrize("mode", ["bwrap", "landlock", "none"])
-def test_a_relative_path_is_refused(mode: SandboxMode):
+def test_a_relative_path_is_refused(mode: SandboxMode) -> None:
     with pytest.raises(ValueError, match="absolute"):
         _wrapped(Sandbox(mode, allow_none=True), readable=("scene",))

@@ -1,0 +1,40 @@
+"""Named queries about what listeners hear."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from sqlalchemy import delete, func, select
+from sqlalchemy.orm import Session
+
+from service.db.engine import changed
+from service.db.tables import EventTopic, JobEvent
+
+
+def announce(session: Session, job_id: str, topic: EventTopic, data: dict[str, Any]) -> None:
+    """Tell listeners; they hear it when the transaction commits."""
+    session.add(JobEvent(job_id=job_id, topic=topic, data=data))
+    session.flush()
+
+
+def after(session: Session, position: int, *, job_id: str | None, limit: int) -> Sequence[JobEvent]:
+    """Return what happened after a position, in order."""
+    query = select(JobEvent).where(JobEvent.id > position)
+    if job_id is not None:
+        query = query.where(JobEvent.job_id == job_id)
+    return session.scalars(query.order_by(JobEvent.id).limit(limit)).all()
+
+
+def newest(session: Session) -> int:
+    """Return the position of what happened last."""
+    return int(session.scalar(select(func.max(JobEvent.id))) or 0)
+
+
+def prune(session: Session, *, kept: int, limit: int) -> int:
+    """Forget the oldest of what is more than `kept`, at most `limit`, and return how many."""
+    first = session.scalar(select(func.min(JobEvent.id)))
+    stop = newest(session) - kept
+    if first is None or first > stop:
+        return 0
+    return changed(session, delete(JobEvent).where(JobEvent.id <= min(stop, first + limit - 1)))

@@ -1,0 +1,149 @@
+"""What can go wrong in the service: one root, and one table of codes and HTTP statuses.
+
+The docstring of a class is its default message. Errors of `worker.errors` that reach a request are answered by the
+same table.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from types import MappingProxyType
+
+from worker.errors import FieldProblem, SpecError, WorkerError
+
+STATUS_OF_CODE = MappingProxyType(
+    {
+        "bad-request": 400,
+        "unauthorized": 401,
+        "forbidden": 403,
+        "not-found": 404,
+        "artifact-missing": 404,
+        "method-not-allowed": 405,
+        "not-acceptable": 406,
+        "move-not-allowed": 409,
+        "scene-builtin": 409,
+        "job-not-ended": 409,
+        "too-large": 413,
+        "range-not-satisfiable": 416,
+        "invalid": 422,
+        "spec": 422,
+        "optics": 422,
+        "layout": 422,
+        "bundle": 422,
+        "scene": 422,
+        "idempotency-mismatch": 422,
+        "internal": 500,
+        "artifact-broken": 500,
+        "database-unavailable": 503,
+        "store-unavailable": 503,
+        "store-full": 507,
+    }
+)
+"""Which HTTP status answers which code. A code that is not here is a fault of ours: 500."""
+
+
+class ServiceError(Exception):
+    """Something went wrong in the service."""
+
+    code = "internal"
+
+    def __init__(self, message: str | None = None, *, problems: Iterable[FieldProblem] = ()) -> None:
+        super().__init__(message or (type(self).__doc__ or "").strip())
+        self.problems = tuple(problems)
+
+    @property
+    def message(self) -> str:
+        """The sentence a user reads."""
+        return str(self.args[0])
+
+
+class BadRequest(ServiceError):
+    """The request cannot be understood."""
+
+    code = "bad-request"
+
+
+class Unauthorized(ServiceError):
+    """A key is needed: send `Authorization: Bearer <key>` or log in."""
+
+    code = "unauthorized"
+
+
+class Forbidden(ServiceError):
+    """The key may not do that."""
+
+    code = "forbidden"
+
+
+class NotFound(ServiceError):
+    """There is no such thing."""
+
+    code = "not-found"
+
+
+class MoveNotAllowed(ServiceError):
+    """A job of this status cannot become that."""
+
+    code = "move-not-allowed"
+
+
+class JobNotEnded(ServiceError):
+    """The job has not ended; cancel it first."""
+
+    code = "job-not-ended"
+
+
+class SceneBuiltin(ServiceError):
+    """The name belongs to a scene that comes with Lippmann."""
+
+    code = "scene-builtin"
+
+
+class TooLarge(ServiceError):
+    """The request is too large."""
+
+    code = "too-large"
+
+
+class RangeNotSatisfiable(ServiceError):
+    """The range lies outside the file."""
+
+    code = "range-not-satisfiable"
+
+    def __init__(self, size: int) -> None:
+        super().__init__(f"expected a range within {size} bytes")
+        self.size = size
+
+
+class Invalid(ServiceError):
+    """A field is wrong."""
+
+    code = "invalid"
+
+
+class IdempotencyMismatch(ServiceError):
+    """The Idempotency-Key was used for another job."""
+
+    code = "idempotency-mismatch"
+
+
+class DatabaseUnavailable(ServiceError):
+    """The database does not answer."""
+
+    code = "database-unavailable"
+
+
+class BrokerUnavailable(ServiceError):
+    """The broker does not answer."""
+
+    code = "broker-unavailable"
+
+
+def status_of(code: str) -> int:
+    """Return the HTTP status that answers a code."""
+    return STATUS_OF_CODE.get(code, 500)
+
+
+def problems_in(error: ServiceError | WorkerError) -> tuple[FieldProblem, ...]:
+    """Return the fields that an error names."""
+    return error.problems if isinstance(error, ServiceError | SpecError) else ()

@@ -1,0 +1,29 @@
+"""The use cases, in the order of a job's life.
+
+ids         names of jobs, tasks and attempts
+scenes      scenes that come along, and scenes of users
+submit      a job file becomes a job
+show        a job or task as the API says it
+browse      pages of jobs, tasks and frames
+artifacts   files of a job
+logs        the log of an attempt
+bell        wakes the clerk and the listeners
+tell        listeners are told, in the transaction that changes something
+listen      what one listener hears
+moves       the moves of a job
+dispatch    ready tasks go out, best first
+fairness    which job goes next: pure
+follow      events become rows
+failure     what a failed attempt means
+release     attempts are told to stop
+unblock     tasks whose needs are done become ready
+plan        the probe's result becomes tasks
+chores      work on rows in pieces
+settle      a job ends when nothing is left, or nothing can go on
+pause, cancel, retry, remove, prioritise   what users ask for
+reconcile   the rows are made right
+lead        one clerk at a time
+clerk       the threads that do all this
+keys        keys, login links, sessions
+health      how the farm is
+"""

@@ -1,0 +1,16 @@
+"""A job goes sooner or later than it did."""
+
+from __future__ import annotations
+
+from sqlalchemy.orm import Session
+
+from service.db.tables import Job
+from service.jobs.moves import find_job, set_job
+from service.jobs.tell import tell_job
+
+
+def prioritise_job(session: Session, job_id: str, priority: int) -> Job:
+    """Set a job's priority; what is in the queue already stays there, and the queue is shallow."""
+    row = set_job(session, find_job(session, job_id), priority=priority)
+    tell_job(session, row)
+    return row

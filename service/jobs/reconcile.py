@@ -1,0 +1,154 @@
+"""The rows are made right, at start and every few seconds. Nothing depends on an event arriving."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from service.db import access_rows, clerk_rows, event_rows, job_rows, task_rows
+from service.db.engine import Database
+from service.db.tables import Task
+from service.db.tally import move_task, move_tasks, recount
+from service.jobs.failure import LOST, fail_attempt
+from service.jobs.follow import Batch, close_batch, finish_task, hold
+from service.jobs.settle import settle
+from service.jobs.tell import tell_task
+from service.parts import ArtifactStore
+from service.settings import Settings
+from worker.job.events import Failure
+from worker.job.statuses import TaskStatus
+from worker.plan import names
+
+PRUNE_ROUNDS = 20
+
+
+@dataclass(frozen=True)
+class Sight:
+    """What the clerk can see of the farm just now."""
+
+    now_s: float
+    slots: int
+    listening_since_s: float | None
+    """Since when every event has been heard without a gap; None while the broker is silent or events are behind."""
+
+
+@dataclass
+class Reconciler:
+    """Makes rows right, and remembers where it left off."""
+
+    database: Database
+    store: ArtifactStore
+    settings: Settings
+    _last_s: float | None = None
+    _reached: dict[str, int] = field(default_factory=dict)
+
+    def start(self) -> int:
+        """Count every open job's tasks again, and return how many rows were wrong."""
+        with self.database.reading() as session:
+            job_ids = job_rows.open_ids(session)
+        wrong = 0
+        for job_id in job_ids:
+            with self.database.writing() as session:
+                wrong += recount(session, job_id)
+        return wrong
+
+    def run(self, sight: Sight) -> None:
+        """Make everything right that can be."""
+        with self.database.reading() as session:
+            job_ids = job_rows.open_ids(session)
+            held = task_rows.held(session, job_ids)
+        idle_s = self._tick_idle(sight, held)
+        unclaimed = [task for task in held if self._is_unclaimed(task, idle_s)]
+        lost = [task for task in held if self._is_lost(task, sight)]
+        self.send_back(unclaimed, now_s=sight.now_s)
+        self.give_up(lost, now_s=sight.now_s)
+        for job_id in job_ids:
+            self._walk(job_id, sight.now_s)
+        self._forget_old(sight.now_s)
+
+    def broker_is_new(self, *, now_s: float) -> int:
+        """Send back every order: a broker that was wiped has none of them; returns how many."""
+        with self.database.reading() as session:
+            orders = task_rows.held(session, job_rows.open_ids(session), status=TaskStatus.DISPATCHED)
+        with self.database.writing() as session:
+            clerk_rows.rewind(session)
+        self.send_back(orders, now_s=now_s)
+        return len(orders)
+
+    def send_back(self, tasks: Iterable[Task], *, now_s: float) -> None:
+        """Take orders back that nobody claims: done if the artifact is there, ready otherwise."""
+        for task in tasks:
+            self._end(task, None, now_s)
+
+    def give_up(self, tasks: Iterable[Task], *, now_s: float) -> None:
+        """Take tasks from silent attempts: done if the artifact is there, otherwise a failure of the task."""
+        for task in tasks:
+            said = f"worker {task.worker} went silent"
+            self._end(task, Failure(code=LOST, message=said, permanent=False), now_s)
+
+    def _end(self, seen: Task, failure: Failure | None, now_s: float) -> None:
+        # The store may be slow, so it is asked before the transaction; the attempt's fence holds what was seen.
+        is_there = bool(seen.artifact) and self.store.exists(names.job_artifact(seen.job_id, seen.artifact))
+        with self.database.writing() as session:
+            task = task_rows.task(session, seen.job_id, seen.sequence)
+            if task is None or (task.attempt, task.status) != (seen.attempt, seen.status):
+                return
+            batch = Batch(session, now_s, self.settings, {task.job_id})
+            clerk_rows.stop(session, [task.attempt], now_s=now_s)
+            if is_there:
+                hold(batch, task, task.worker)
+                finish_task(batch, task, cpu_s=None, wall_s=None)
+            elif failure is None:
+                move_task(session, task, TaskStatus.READY)
+            else:
+                fail_attempt(session, task, failure, worker=task.worker, now_s=now_s, settings=self.settings)
+            tell_task(session, task)
+            close_batch(batch)
+
+    def _tick_idle(self, sight: Sight, held: Sequence[Task]) -> float:
+        """Advance the idle clock by what has passed, if some slot was free."""
+        passed_s = 0.0 if self._last_s is None else sight.now_s - self._last_s
+        self._last_s = sight.now_s
+        running = sum(task.status is TaskStatus.RUNNING for task in held)
+        is_free = sight.listening_since_s is not None and running < sight.slots
+        # Time in which this clerk slept proves nothing about the slots.
+        counted_s = min(max(0.0, passed_s), 3 * self.settings.reconcile_s) if is_free else 0.0
+        if counted_s == 0.0:
+            with self.database.reading() as session:
+                return clerk_rows.clerk(session).idle_s
+        with self.database.writing() as session:
+            return clerk_rows.add_idle(session, counted_s)
+
+    def _is_unclaimed(self, task: Task, idle_s: float) -> bool:
+        if task.status is not TaskStatus.DISPATCHED:
+            return False
+        return idle_s - (task.dispatched_idle_s or 0.0) > self.settings.unclaimed_s
+
+    def _is_lost(self, task: Task, sight: Sight) -> bool:
+        # Silence counts only while someone listened: an outage of the broker silences every attempt.
+        if task.status is not TaskStatus.RUNNING or sight.listening_since_s is None:
+            return False
+        heard_s = max(task.beat_s or 0.0, sight.listening_since_s)
+        return sight.now_s - heard_s > self.settings.lease_ttl_s
+
+    def _walk(self, job_id: str, now_s: float) -> None:
+        """Look at the next chunk of a job's waiting tasks, and whether the job has ended."""
+        with self.database.reading() as session:
+            free, reached = task_rows.overdue(session, job_id, after=self._reached.get(job_id, -1))
+        self._reached[job_id] = -1 if reached is None else reached
+        with self.database.writing() as session:
+            row = job_rows.job(session, job_id)
+            if row is None or row.chore is not None:
+                return
+            move_tasks(session, job_id, free, TaskStatus.WAITING, TaskStatus.READY)
+            close_batch(Batch(session, now_s, self.settings, {job_id} if free else set()))
+            session.refresh(row)
+            settle(session, row, now_s=now_s, failed_share=self.settings.failed_share)
+
+    def _forget_old(self, now_s: float) -> None:
+        with self.database.writing() as session:
+            access_rows.forget_old(session, now_s=now_s, idempotency_s=self.settings.idempotency_s)
+        for _ in range(PRUNE_ROUNDS):
+            with self.database.writing() as session:
+                if not event_rows.prune(session, kept=self.settings.events_kept, limit=task_rows.CHUNK):
+                    return

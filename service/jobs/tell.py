@@ -1,0 +1,65 @@
+"""Tells listeners what changed, in the transaction that changes it."""
+
+from __future__ import annotations
+
+from sqlalchemy.orm import Session
+
+from service.db import event_rows, task_rows
+from service.db.tables import EventTopic, Job, Task
+from service.jobs import show
+from service.jobs.ids import task_id
+from service.schemas.frame import FrameStatus
+from worker.job.orders import TaskKind
+from worker.job.statuses import TaskStatus
+
+
+def tell_job(session: Session, row: Job) -> None:
+    """Say that a job's status or settings changed."""
+    data = show.show_job(session, row).model_dump(mode="json")
+    event_rows.announce(session, row.id, EventTopic.JOB, data)
+
+
+def tell_progress(session: Session, row: Job) -> None:
+    """Say how far a job is."""
+    running_px = task_rows.running_px(session, [row.id]).get(row.id, 0.0)
+    data = {
+        "id": row.id,
+        "progress": show.progress(row, running_px),
+        "eta_s": show.eta_s(row, running_px),
+        "tasks": show.show_counts(row).model_dump(),
+        "frames_done": row.frames_done,
+        "cpu_s": row.cpu_s,
+    }
+    event_rows.announce(session, row.id, EventTopic.PROGRESS, data)
+
+
+def tell_task(session: Session, row: Task) -> None:
+    """Say that a task moved, and what that means for its frame."""
+    tile = show.tile_of(row)
+    data = {
+        "job": row.job_id,
+        "id": task_id(row.job_id, row.sequence),
+        "kind": row.kind.value,
+        "status": row.status.value,
+        "frame": row.frame,
+        "tile": tile.model_dump() if tile else None,
+        "worker": row.worker,
+        "attempt_number": row.attempt_number,
+    }
+    event_rows.announce(session, row.job_id, EventTopic.TASK, data)
+    status = _frame_status(row)
+    if status is not None:
+        frame = {"job": row.job_id, "frame": row.frame, "status": status.value}
+        event_rows.announce(session, row.job_id, EventTopic.FRAME, frame)
+
+
+def _frame_status(row: Task) -> FrameStatus | None:
+    if row.frame is None:
+        return None
+    if row.status is TaskStatus.FAILED:
+        return FrameStatus.FAILED
+    if row.status is TaskStatus.DONE and row.kind is TaskKind.ASSEMBLE:
+        return FrameStatus.DONE
+    if row.status is TaskStatus.RUNNING and row.kind is TaskKind.RENDER:
+        return FrameStatus.RENDERING
+    return None

@@ -1,0 +1,18 @@
+"""Tasks whose needs are done become ready. No counters: what is not done is asked each time."""
+
+from __future__ import annotations
+
+from sqlalchemy.orm import Session
+
+from service.db import task_rows
+from service.db.tables import Task
+from service.db.tally import move_tasks
+from worker.job.statuses import TaskStatus
+
+
+def unblock(session: Session, done: Task) -> int:
+    """Make ready what waited for the stage of a task that has just been done; returns how many."""
+    if not task_rows.stage_is_done(session, done.job_id, done.stage):
+        return 0
+    waiting = task_rows.waiting_for(session, done.job_id, done.stage)
+    return move_tasks(session, done.job_id, waiting, TaskStatus.WAITING, TaskStatus.READY)

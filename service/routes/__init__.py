@@ -1,0 +1,14 @@
+"""HTTP only: parse, call jobs, shape the answer.
+
+health     how the farm is; who works
+scenes     scenes that jobs can ask for
+jobs       submit, list, show, move, remove
+tasks      tasks and their logs; frames
+artifacts  files, whole and in part
+events     what happens, as it happens
+workers    who is there
+keys       keys and login links
+login      browsers come in and go out
+middleware names of requests, and a limit to their size
+problems   every error becomes a problem
+"""

@@ -1,0 +1,108 @@
+"""Every error becomes a problem (RFC 9457), by one handler and one table."""
+
+from __future__ import annotations
+
+from http import HTTPStatus
+from traceback import format_exception
+from typing import Any
+
+import structlog
+from fastapi import FastAPI, Request
+from fastapi.exceptions import RequestValidationError
+from fastapi.responses import JSONResponse
+from sqlalchemy.exc import DataError, InterfaceError, OperationalError
+from sqlalchemy.exc import TimeoutError as PoolTimeout
+from starlette.exceptions import HTTPException
+
+from service.errors import (
+    DatabaseUnavailable,
+    Invalid,
+    RangeNotSatisfiable,
+    ServiceError,
+    problems_in,
+    status_of,
+)
+from service.schemas.problem import FieldError, Problem
+from worker.errors import FieldProblem, StoreFull, WorkerError
+
+MEDIA_TYPE = "application/problem+json"
+_CODE_OF_STATUS = {404: "not-found", 405: "method-not-allowed", 400: "bad-request", 413: "too-large"}
+
+log = structlog.get_logger("service.problems")
+
+
+def install(app: FastAPI) -> None:
+    """Let every error of an application become a problem."""
+    ours = (ServiceError, WorkerError)
+    theirs = (RequestValidationError, HTTPException, DataError, OperationalError, InterfaceError, PoolTimeout)
+    for kind in (*ours, *theirs, Exception):
+        app.add_exception_handler(kind, answer)
+
+
+async def answer(request: Request, error: Exception) -> JSONResponse:
+    """Answer an error."""
+    if isinstance(error, HTTPException) and isinstance(error.__cause__, ServiceError | WorkerError):
+        error = error.__cause__  # raised while FastAPI read the body
+    if isinstance(error, HTTPException):
+        code = _CODE_OF_STATUS.get(error.status_code, "bad-request")
+        return problem_response(request, error.status_code, code, str(error.detail), headers=error.headers)
+    known = translate(error)
+    status = status_of(known.code)
+    if status >= 500:
+        trace = "".join(format_exception(error))
+        log.error("a request failed", path=request.url.path, code=known.code, error=repr(error), trace=trace)
+    headers = {"WWW-Authenticate": "Bearer"} if status == 401 else {}
+    if isinstance(known, RangeNotSatisfiable):
+        headers["Content-Range"] = f"bytes */{known.size}"
+    return problem_response(request, status, known.code, known.message, problems_in(known), headers=headers)
+
+
+def translate(error: Exception) -> ServiceError | WorkerError:
+    """Return an error as one of ours."""
+    if isinstance(error, ServiceError | WorkerError):
+        return error
+    if isinstance(error, RequestValidationError):
+        problems = [_field_problem(item) for item in error.errors()]
+        return Invalid("; ".join(map(str, problems)), problems=problems)
+    if isinstance(error, OperationalError) and "full" in str(error.orig):
+        return StoreFull("there is no room left for the database")
+    if isinstance(error, DataError):
+        return Invalid("a text holds what the database cannot keep, such as the character NUL")
+    if isinstance(error, OperationalError | InterfaceError | PoolTimeout):
+        return DatabaseUnavailable()
+    return ServiceError()
+
+
+def problem_response(
+    request: Request,
+    status: int,
+    code: str,
+    detail: str,
+    problems: tuple[FieldProblem, ...] = (),
+    *,
+    headers: Any = None,
+) -> JSONResponse:
+    """Return a problem as an answer."""
+    problem = Problem(
+        type=f"urn:lippmann:problem:{code}",
+        title=HTTPStatus(status).phrase,
+        status=status,
+        detail=detail,
+        code=code,
+        instance=request.url.path,
+        request_id=request.scope.get("state", {}).get("request_id", ""),
+        errors=tuple(FieldError(field=item.field, expected=item.expected, got=item.got) for item in problems),
+    )
+    return JSONResponse(problem.model_dump(), status_code=status, media_type=MEDIA_TYPE, headers=headers)
+
+
+def _field_problem(item: Any) -> FieldProblem:
+    where = [str(part) for part in item["loc"]]
+    field = ".".join(where[1:] or where)
+    if item["type"] == "missing":
+        return FieldProblem(field=field, expected="a value", got="nothing")
+    got = repr(item.get("input"))
+    got = got if len(got) <= 120 else got[:117] + "..."
+    if item["type"] == "extra_forbidden":
+        return FieldProblem(field=field, expected="no such field", got=got)
+    return FieldProblem(field=field, expected=str(item["msg"]).removeprefix("Input should be "), got=got)

@@ -1,0 +1,12 @@
+"""What the API says.
+
+answer     the form of every answer, and times
+job        a job, its outputs and size
+task       a task of a job
+frame      a frame of a job
+artifact   a file of a job
+scene      a scene that jobs can ask for
+farm       health and workers
+access     keys and login links
+problem    every error
+"""

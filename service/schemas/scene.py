@@ -1,0 +1,30 @@
+"""A scene that jobs can ask for."""
+
+from __future__ import annotations
+
+from service.schemas.answer import Answer
+from worker.job.scene import Parameter, Stage
+from worker.job.spec import Clock
+
+
+class Scene(Answer):
+    """A scene."""
+
+    name: str
+    title: str
+    description: str
+    license: str
+    parameters: dict[str, Parameter]
+    stage: Stage
+    clock: Clock
+    digest: str
+    """SHA-256 of the bundle."""
+    builtin: bool
+    poster: str | None
+
+
+class SceneList(Answer):
+    """Scenes by name."""
+
+    items: tuple[Scene, ...]
+    next_cursor: str | None

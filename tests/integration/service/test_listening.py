@@ -1,0 +1,114 @@
+"""Server-sent events: in order, once each, also after a break."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import httpx
+
+from tests.builders_service import SPEC, until
+from tests.integration.service.conftest import FakeWorker, Service
+
+
+def _events(answer: httpx.Response) -> Iterator[tuple[int, str, Any]]:
+    event: dict[str, str] = {}
+    for line in answer.iter_lines():
+        if line and not line.startswith(":"):
+            name, _, value = line.partition(": ")
+            event[name] = value
+        elif not line and "data" in event:
+            yield int(event["id"]), event["event"], json.loads(event["data"])
+            event = {}
+
+
+def _submit(service: Service, **changes: Any) -> str:
+    return str(service.client.post("/jobs", json=SPEC | changes).json()["id"])
+
+
+def _listen(service: Service, path: str, last: int | None = None) -> Any:
+    headers = {} if last is None else {"Last-Event-ID": str(last)}
+    return service.client.stream("GET", path, headers=headers)
+
+
+def test_a_listener_first_hears_how_the_job_stands_and_then_everything_until_it_is_done(
+    service: Service, make_worker: Callable[..., FakeWorker]
+) -> None:
+    job_id = _submit(service)
+    heard: list[tuple[int, str, Any]] = []
+    with _listen(service, f"/jobs/{job_id}/events") as answer:
+        assert answer.headers["Content-Type"].startswith("text/event-stream")
+        for event in _events(answer):
+            if not heard:
+                make_worker()
+            heard.append(event)
+            if event[1] == "job" and event[2]["status"] == "done":
+                break
+    assert heard[0][1] == "job"
+    assert heard[0][2]["status"] == "queued"
+    assert [data["status"] for _, topic, data in heard if topic == "job"] == ["queued", "probing", "running", "done"]
+    frames = [(data["frame"], data["status"]) for _, topic, data in heard if topic == "frame"]
+    assert [frame for frame in frames if frame[1] == "done"] == [(1, "done"), (2, "done"), (3, "done")]
+    assert {topic for _, topic, _ in heard} == {"job", "task", "frame", "progress"}
+    ids = [identifier for identifier, _, _ in heard]
+    assert ids == sorted(set(ids))
+
+
+def test_a_listener_that_comes_back_hears_what_it_missed_and_nothing_twice(
+    service: Service, make_worker: Callable[..., FakeWorker]
+) -> None:
+    job_id = _submit(service)
+    make_worker()
+    until(lambda: service.status(job_id) == "done")
+
+    def listen(last: int, count: int | None) -> list[tuple[int, str, Any]]:
+        heard = []
+        with _listen(service, f"/events?job={job_id}", last) as answer:
+            for event in _events(answer):
+                heard.append(event)
+                if len(heard) == count or (event[1] == "job" and event[2]["status"] == "done"):
+                    break
+        return heard
+
+    whole = listen(0, None)
+    assert len(whole) > 20
+    first = listen(0, 7)
+    assert first + listen(first[-1][0], None) == whole
+
+
+def test_a_listener_hears_only_of_its_job(service: Service, make_worker: Callable[..., FakeWorker]) -> None:
+    make_worker()
+    other, mine = _submit(service, frames="1-9"), _submit(service)
+    until(lambda: service.status(other) == service.status(mine) == "done")
+    with _listen(service, f"/events?job={mine}", 0) as answer:
+        for _, topic, data in _events(answer):
+            assert mine in (data.get("job"), data.get("id"))
+            if topic == "job" and data["status"] == "done":
+                break
+
+
+def test_an_idle_stream_says_that_it_is_alive(make_service: Callable[..., Service]) -> None:
+    service = make_service(keepalive_s=0.2)
+    with _listen(service, "/events") as answer:
+        assert ": alive" in (line for line in answer.iter_lines())
+
+
+def test_open_streams_end_at_once_when_the_service_stops(service: Service) -> None:
+    opened, ended = threading.Event(), threading.Event()
+
+    def listen() -> None:
+        with _listen(service, "/events") as answer:
+            for _ in answer.iter_lines():
+                opened.set()
+        ended.set()
+
+    threading.Thread(target=listen, daemon=True).start()
+    assert opened.wait(5)
+    begun_s = time.monotonic()
+    service.server.should_exit = True
+    assert ended.wait(3)
+    service.stop()
+    assert time.monotonic() - begun_s < 6

@@ -1,0 +1,245 @@
+"""What happens to jobs and requests when the broker or a leader goes away."""
+
+from __future__ import annotations
+
+import socket
+import threading
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.db.tables import ClerkRow
+from service.errors import BrokerUnavailable
+from service.jobs.clerk import Clerk
+from service.queue import OrderQueue
+from service.stream import Stream
+from tests.builders_service import SPEC, claimed, done, parts, presence, until
+from tests.integration.service.conftest import ORDERS, Broker, FakeWorker, Service
+from worker.job import wire
+from worker.job.events import Event
+from worker.job.orders import Order, TaskKind
+
+
+def _submit(service: Service, **changes: Any) -> str:
+    answer = service.client.post("/jobs", json=SPEC | changes)
+    assert answer.status_code == 201, answer.text
+    return str(answer.json()["id"])
+
+
+@pytest.fixture
+def half_open() -> Iterator[str]:
+    """Lend the URL of a broker that takes connections and never says a word."""
+    with socket.socket() as deaf:
+        deaf.bind(("127.0.0.1", 0))
+        deaf.listen(50)
+        yield f"redis://127.0.0.1:{deaf.getsockname()[1]}/0"
+
+
+@pytest.mark.parametrize("wipe", ["flush", "restart"])
+def test_a_job_ends_with_each_frame_once_though_the_broker_is_wiped_in_its_middle(
+    make_service: Callable[..., Service], make_worker: Callable[..., FakeWorker], broker: Broker, wipe: str
+) -> None:
+    service = make_service(unclaimed_s=2.0, lease_ttl_s=3.0)
+    frames, wiped = 12, threading.Event()
+
+    def answer(order: Order) -> list[Event]:
+        if order.kind is TaskKind.ASSEMBLE and order.frame == 4 and not wiped.is_set():
+            wiped.set()
+            if wipe == "flush":
+                broker.client.flushall()
+            else:
+                broker.kill()
+                broker.start()
+        return [claimed(order), done(order)]
+
+    worker = make_worker(answer)
+    job_id = _submit(service, frames=f"1-{frames}")
+    until(lambda: service.status(job_id) == "done", within_s=40)
+    assert wiped.is_set()
+    job = service.client.get(f"/jobs/{job_id}").json()
+    assert (job["frames_done"], job["tasks"]["done"], job["progress"]) == (frames, 2 + 3 * frames, 1.0)
+    assert len(worker.orders) >= 2 + 3 * frames
+
+
+def test_a_job_goes_on_after_the_service_was_stopped_in_its_middle(
+    make_service: Callable[..., Service], make_worker: Callable[..., FakeWorker]
+) -> None:
+    given = parts()
+    first = make_service(given)
+    gate = threading.Event()
+
+    def answer(order: Order) -> list[Event]:
+        if order.frame == 3:
+            gate.wait(10)
+        return [claimed(order), done(order)]
+
+    make_worker(answer)
+    job_id = _submit(first)
+    until(lambda: first.client.get(f"/jobs/{job_id}").json()["tasks"]["done"] >= 4)
+    first.stop()
+    gate.set()
+    second = make_service(given)
+    until(lambda: second.status(job_id) == "done")
+    tasks = second.client.get(f"/jobs/{job_id}/tasks").json()["items"]
+    assert [task["attempt_number"] for task in tasks] == [1] * 11
+
+
+@pytest.mark.parametrize("broken", ["dead", "half open"])
+def test_health_answers_within_a_second_and_says_what_is_wrong(
+    make_service: Callable[..., Service], half_open: str, broken: str
+) -> None:
+    service = make_service(redis_url=half_open if broken == "half open" else "redis://127.0.0.1:1/0")
+    until(lambda: service.client.get("/health").json()["clerk"]["ok"])
+    begun_s = time.monotonic()
+    answer = service.client.get("/health", headers={"Authorization": ""})
+    assert time.monotonic() - begun_s < 1.0
+    health = answer.json()
+    assert (answer.status_code, health["status"], health["broker"]["ok"]) == (200, "degraded", False)
+    assert (health["database"]["ok"], health["store"]["ok"], health["workers"]) == (True, True, None)
+    assert health["store"]["free_bytes"] > 0
+
+
+@pytest.mark.parametrize("broken", ["dead", "half open"])
+def test_every_request_is_answered_while_the_broker_is_away(
+    make_service: Callable[..., Service], half_open: str, broken: str
+) -> None:
+    service = make_service(redis_url=half_open if broken == "half open" else "redis://127.0.0.1:1/0")
+    begun_s = time.monotonic()
+    job_id = _submit(service)
+    assert service.status(job_id) == "queued"
+    assert service.client.get("/workers").json() == {"items": [], "known": False}
+    for path in (f"/jobs/{job_id}/tasks", f"/jobs/{job_id}/frames", "/jobs", "/scenes"):
+        assert service.client.get(path).status_code == 200
+    assert service.client.post(f"/jobs/{job_id}/cancel").json()["status"] == "cancelled"
+    assert service.client.delete(f"/jobs/{job_id}").status_code == 204
+    assert time.monotonic() - begun_s < 5.0
+    service.stop()
+
+
+def test_publishing_to_a_half_open_broker_ends_by_itself(half_open: str) -> None:
+    queue = OrderQueue(half_open, timeout_s=0.3)
+    order = Order(kind=TaskKind.PROBE, job_id="j", task_id="j-0", attempt="a", attempt_number=1)
+    begun_s = time.monotonic()
+    with pytest.raises(BrokerUnavailable):
+        queue.publish([order])
+    assert time.monotonic() - begun_s < 3.0
+
+
+def test_publishing_to_a_broker_that_froze_after_the_connection_ends_by_itself(broker: Broker) -> None:
+    queue = OrderQueue(broker.url, timeout_s=0.3)
+    order = Order(kind=TaskKind.PROBE, job_id="j", task_id="j-0", attempt="a", attempt_number=1)
+    queue.publish([order])
+    broker.freeze()
+    begun_s = time.monotonic()
+    with pytest.raises(BrokerUnavailable):
+        queue.publish([order])
+    assert time.monotonic() - begun_s < 3.0
+    broker.thaw()
+    queue.publish([order])
+
+
+def test_the_stream_gives_up_on_a_half_open_broker(half_open: str) -> None:
+    stream = Stream(half_open, timeout_s=0.3)
+    for ask in (stream.presences, stream.ping, stream.is_new, lambda: stream.read("0-0", count=1, block_s=0.1)):
+        begun_s = time.monotonic()
+        with pytest.raises(BrokerUnavailable):
+            ask()
+        assert time.monotonic() - begun_s < 1.5
+
+
+def test_workers_that_are_there_are_shown_with_what_they_run(
+    service: Service, broker: Broker, make_worker: Callable[..., FakeWorker]
+) -> None:
+    make_worker(lambda order: [claimed(order)])
+    _submit(service)
+    (worker,) = until(lambda: [w for w in service.client.get("/workers").json()["items"] if w["running"]])
+    assert (worker["name"], worker["slots"], worker["running"]) == ("w1", 2, 1)
+    assert service.client.get("/health").json()["slots"] == 2
+
+
+def test_a_cancelled_attempt_finds_its_stop_key(
+    service: Service, broker: Broker, make_worker: Callable[..., FakeWorker]
+) -> None:
+    worker = make_worker(lambda order: [claimed(order)])
+    job_id = _submit(service)
+    until(lambda: service.client.get(f"/jobs/{job_id}").json()["tasks"]["running"] == 1)
+    service.client.post(f"/jobs/{job_id}/cancel")
+    until(lambda: broker.client.exists(wire.stop_key(worker.orders[0].attempt)))
+    assert 0 < broker.client.ttl(wire.stop_key(worker.orders[0].attempt)) <= wire.STOP_TTL_S
+
+
+def test_of_two_clerks_one_leads_and_the_other_takes_over_when_it_stops(
+    make_service: Callable[..., Service], make_worker: Callable[..., FakeWorker]
+) -> None:
+    given = parts()
+    first, second = make_service(given), make_service(given)
+    leader = until(lambda: first.client.get("/health").json()["clerk"]["leader"])
+    assert second.client.get("/health").json()["clerk"]["leader"] == leader
+    make_worker()
+    first.stop()
+    job_id = _submit(second)
+    until(lambda: second.status(job_id) == "done")
+    assert second.client.get("/health").json()["clerk"]["leader"] not in (None, leader)
+
+
+def test_a_leader_that_fell_silent_is_replaced_after_its_time_and_knows_that_it_no_longer_leads(
+    make_service: Callable[..., Service],
+) -> None:
+    service = make_service(clerk=False)
+    settings = service.settings.model_copy(update={"leader_ttl_s": 1.0})
+    house = service.house
+    old, new = (Clerk(house.database, house.parts.store, settings, house.bell) for _ in range(2))
+    old.lead_round()
+    new.lead_round()
+    assert (old.leadership.is_held, new.leadership.is_held) == (True, False)
+
+    def new_leads() -> bool:
+        new.lead_round()
+        return new.leadership.is_held
+
+    until(new_leads, within_s=3)
+    old.lead_round()
+    assert (old.leadership.is_held, new.leadership.is_held) == (False, True)
+    with house.database.reading() as session:
+        assert session.get_one(ClerkRow, 1).leader == new.leadership.name
+    new.stop()
+    old.lead_round()
+    assert (old.leadership.is_held, new.leadership.is_held) == (True, False)
+    old.stop()
+
+
+def test_orders_travel_as_celery_carries_them(broker: Broker) -> None:
+    import base64
+    import json
+
+    order = Order(kind=TaskKind.RENDER, job_id="j", task_id="j-3", attempt="abc", attempt_number=2, avoid=("w1",))
+    OrderQueue(broker.url, timeout_s=2).publish([order])
+    message = json.loads(broker.client.lpop(ORDERS))
+    assert message["headers"]["task"] == wire.task_name(TaskKind.RENDER)
+    assert message["headers"]["ignore_result"] is True
+    args, kwargs, _ = json.loads(base64.b64decode(message["body"]))
+    assert (args, Order.model_validate(kwargs["order"])) == ([], order)
+
+
+def test_presences_that_cannot_be_understood_are_passed_over(broker: Broker, tmp_path: Path) -> None:
+    broker.client.set(wire.presence_key("x"), "nonsense")
+    broker.client.set(wire.presence_key("b"), presence("b").model_dump_json())
+    broker.client.set(wire.presence_key("a"), presence("a").model_dump_json())
+    broker.client.xadd(wire.EVENTS_STREAM, {"other": "nonsense"})
+    stream = Stream(broker.url, timeout_s=2)
+    assert [worker.name for worker in stream.presences()] == ["a", "b"]
+    assert [event for _, event in stream.read("0-0", count=9, block_s=0.1)] == [None]
+
+
+def test_a_broker_on_a_unix_socket_is_the_same_broker(broker: Broker) -> None:
+    order = Order(kind=TaskKind.PROBE, job_id="j", task_id="j-0", attempt="a", attempt_number=1)
+    OrderQueue(broker.unix_url, timeout_s=2).publish([order])
+    assert broker.client.llen(ORDERS) == 1
+    stream = Stream(broker.unix_url, timeout_s=2)
+    assert stream.is_new()
+    assert not Stream(broker.url, timeout_s=2).is_new()
+    stream.stop(["a"], ttl_s=60)
+    assert broker.client.exists(wire.stop_key("a"))

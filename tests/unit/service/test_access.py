@@ -1,0 +1,192 @@
+"""Keys, roles, login links and browser sessions."""
+
+from __future__ import annotations
+
+import pytest
+
+from service.db.tables import Credential
+from service.jobs.keys import create_key, create_login_token
+from service.schemas.access import Role
+from tests.builders_service import SPEC, T0, Client, Farm
+
+JOBS = "/api/v1/jobs"
+VIEWS = ["/jobs", "/scenes", "/workers", "/jobs/x", "/jobs/x/tasks", "/jobs/x/frames", "/jobs/x/artifacts",
+         "/jobs/x/artifacts/y", "/jobs/x/events", "/events", "/session", "/scenes/ball/poster.png"]  # fmt: skip
+CHANGES = [("POST", "/jobs"), ("POST", "/jobs/x/cancel"), ("POST", "/jobs/x/retry"), ("DELETE", "/jobs/x"),
+           ("PATCH", "/jobs/x"), ("POST", "/scenes?name=x")]  # fmt: skip
+ADMINS = [("GET", "/keys"), ("POST", "/keys"), ("DELETE", "/keys/x"), ("POST", "/login-tokens")]
+
+
+@pytest.fixture
+def anyone(api: Client) -> Client:
+    """Lend the client without its key."""
+    del api.headers["Authorization"]
+    return api
+
+
+def _key(farm: Farm, role: Role) -> dict[str, str]:
+    with farm.writing() as session:
+        return {"Authorization": f"Bearer {create_key(session, role.value, role)[1]}"}
+
+
+@pytest.mark.parametrize(("method", "path"), [("GET", path) for path in VIEWS] + CHANGES + ADMINS)
+def test_nothing_is_answered_without_a_key(anyone: Client, method: str, path: str) -> None:
+    answer = anyone.request(method, f"/api/v1{path}")
+    assert (answer.status_code, answer.json()["code"]) == (401, "unauthorized")
+    assert answer.headers["WWW-Authenticate"] == "Bearer"
+
+
+def test_every_route_but_health_and_login_asks_for_a_key(anyone: Client) -> None:
+    paths = anyone.get("/api/v1/openapi.json").json()["paths"]
+    assert len(paths) > 15
+    open_to_all = set()
+    for path, operations in paths.items():
+        for method in operations:
+            if anyone.request(method, path.replace("{", "").replace("}", "")).status_code != 401:
+                open_to_all.add((method, path))
+    assert open_to_all == {("get", "/api/v1/health")}
+
+
+@pytest.mark.parametrize(("method", "path"), CHANGES + ADMINS)
+def test_a_viewer_changes_nothing(anyone: Client, api_farm: Farm, method: str, path: str) -> None:
+    answer = anyone.request(method, f"/api/v1{path}", headers=_key(api_farm, Role.VIEWER))
+    assert (answer.status_code, answer.json()["code"]) == (403, "forbidden")
+
+
+@pytest.mark.parametrize(("method", "path"), ADMINS)
+def test_a_submitter_makes_no_keys(anyone: Client, api_farm: Farm, method: str, path: str) -> None:
+    assert anyone.request(method, f"/api/v1{path}", headers=_key(api_farm, Role.SUBMITTER)).status_code == 403
+
+
+def test_a_viewer_sees_and_a_submitter_submits(anyone: Client, api_farm: Farm) -> None:
+    assert anyone.get(JOBS, headers=_key(api_farm, Role.VIEWER)).status_code == 200
+    assert anyone.post(JOBS, json=SPEC, headers=_key(api_farm, Role.SUBMITTER)).status_code == 201
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    ["Bearer lip_0_0", "Bearer ", "Basic abc", "Bearer lip__", "nonsense", "Bearer lip_" + "x" * 500, "Bearer a.b"],
+)
+def test_a_wrong_key_is_refused(anyone: Client, wrong: str) -> None:
+    assert anyone.get(JOBS, headers={"Authorization": wrong}).status_code == 401
+
+
+def test_a_key_with_one_letter_changed_is_refused(anyone: Client, api_farm: Farm) -> None:
+    right = _key(api_farm, Role.ADMIN)["Authorization"]
+    wrong = right[:-1] + ("A" if right[-1] != "A" else "B")
+    assert anyone.get(JOBS, headers={"Authorization": right}).status_code == 200
+    assert anyone.get(JOBS, headers={"Authorization": wrong}).status_code == 401
+
+
+def test_keys_are_made_listed_without_secrets_and_revoked(api: Client) -> None:
+    made = api.post("/api/v1/keys", json={"name": "lab", "role": "viewer"})
+    assert made.status_code == 201
+    key, key_id = made.json()["key"], made.json()["id"]
+    assert key.startswith(f"lip_{key_id}_")
+    listed = api.get("/api/v1/keys")
+    assert key_id in [item["id"] for item in listed.json()["items"]]
+    assert key.rpartition("_")[2] not in listed.text
+    as_new = {"Authorization": f"Bearer {key}"}
+    assert api.get(JOBS, headers=as_new).status_code == 200
+    assert api.delete(f"/api/v1/keys/{key_id}").status_code == 204
+    assert api.get(JOBS, headers=as_new).status_code == 401
+    assert api.delete(f"/api/v1/keys/{key_id}").status_code == 404
+
+
+def test_of_a_secret_only_its_digest_is_kept(api_farm: Farm) -> None:
+    with api_farm.writing() as session:
+        _, key = create_key(session, "n", Role.VIEWER)
+        (row,) = session.query(Credential).all()
+        secret = key.split("_", 2)[2]
+        assert len(secret) >= 43  # 256 bits
+        assert secret not in str(vars(row))
+
+
+def _log_in(client: Client, farm: Farm, role: Role = Role.ADMIN) -> str:
+    with farm.writing() as session:
+        token = create_login_token(session, role=role, now_s=farm.now_s)
+    answer = client.get("/login", params={"token": token}, follow_redirects=False)
+    assert (answer.status_code, answer.headers["Location"]) == (303, "/")
+    return token
+
+
+def test_a_login_link_opens_a_session_with_a_cookie_that_scripts_cannot_read(anyone: Client, api_farm: Farm) -> None:
+    with api_farm.writing() as session:
+        token = create_login_token(session, now_s=api_farm.now_s)
+    answer = anyone.get("/login", params={"token": token}, follow_redirects=False)
+    cookie = answer.headers["Set-Cookie"].lower()
+    assert "httponly" in cookie
+    assert "samesite=strict" in cookie
+    assert anyone.get("/api/v1/session").json() == {"name": "browser", "role": "admin"}
+
+
+def test_a_login_link_works_once(anyone: Client, api_farm: Farm) -> None:
+    token = _log_in(anyone, api_farm)
+    anyone.cookies.clear()
+    again = anyone.get("/login", params={"token": token}, follow_redirects=False)
+    assert (again.status_code, again.json()["code"]) == (401, "unauthorized")
+    assert anyone.get(JOBS).status_code == 401
+
+
+def test_a_login_link_expires(anyone: Client, api_farm: Farm) -> None:
+    with api_farm.writing() as session:
+        token = create_login_token(session, now_s=T0)
+    api_farm.now_s = T0 + 901
+    assert anyone.get("/login", params={"token": token}, follow_redirects=False).status_code == 401
+
+
+def test_a_login_token_is_no_session_and_a_session_is_no_key(anyone: Client, api_farm: Farm) -> None:
+    with api_farm.writing() as session:
+        token = create_login_token(session, now_s=api_farm.now_s)
+    assert anyone.get(JOBS, headers={"Cookie": f"lippmann_session={token}"}).status_code == 401
+    _log_in(anyone, api_farm)
+    session_id, _, secret = anyone.cookies["lippmann_session"].partition(".")
+    anyone.cookies.clear()
+    assert anyone.get(JOBS, headers={"Authorization": f"Bearer lip_{session_id}_{secret}"}).status_code == 401
+
+
+def test_a_session_expires(anyone: Client, api_farm: Farm) -> None:
+    _log_in(anyone, api_farm)
+    assert anyone.get(JOBS).status_code == 200
+    api_farm.now_s += api_farm.settings.session_s + 1
+    assert anyone.get(JOBS).status_code == 401
+
+
+def test_a_browser_changes_things_only_for_our_own_pages(anyone: Client, api_farm: Farm) -> None:
+    _log_in(anyone, api_farm)
+    refused = anyone.post(JOBS, json=SPEC)
+    assert (refused.status_code, refused.json()["code"]) == (403, "forbidden")
+    assert anyone.post(JOBS, json=SPEC, headers={"X-Lippmann-Request": "1"}).status_code == 201
+
+
+def test_a_key_opens_a_session_that_ends_with_the_key(api: Client, api_farm: Farm) -> None:
+    made = api.post("/api/v1/keys", json={"name": "lab", "role": "viewer"}).json()
+    admin = api.headers.pop("Authorization")
+    answer = api.post("/login", data={"key": made["key"]}, follow_redirects=False)
+    assert (answer.status_code, answer.headers["Location"]) == (303, "/")
+    assert api.get("/api/v1/session").json() == {"name": "lab", "role": "viewer"}
+    api.delete(f"/api/v1/keys/{made['id']}", headers={"Authorization": admin})
+    assert api.get("/api/v1/session").status_code == 401
+
+
+def test_a_wrong_key_at_the_door_is_refused_in_the_callers_language(anyone: Client) -> None:
+    page = anyone.post("/login", data={"key": "x"}, headers={"Accept": "text/html"}, follow_redirects=False)
+    assert (page.status_code, page.headers["Location"]) == (303, "/?refused=1")
+    assert anyone.post("/login", data={"key": "x"}, follow_redirects=False).status_code == 401
+
+
+def test_logging_out_ends_the_session_for_good(anyone: Client, api_farm: Farm) -> None:
+    _log_in(anyone, api_farm)
+    cookie = anyone.cookies["lippmann_session"]
+    anyone.post("/logout", headers={"X-Lippmann-Request": "1"}, follow_redirects=False)
+    anyone.cookies.clear()
+    assert anyone.get(JOBS, headers={"Cookie": f"lippmann_session={cookie}"}).status_code == 401
+
+
+def test_a_login_link_made_over_the_api_carries_the_callers_role(api: Client) -> None:
+    link = api.post("/api/v1/login-tokens")
+    assert link.status_code == 201
+    del api.headers["Authorization"]
+    url = link.json()["url"]
+    api.get(url[url.index("/login") :], follow_redirects=False)
+    assert api.get("/api/v1/session").json() == {"name": "tester", "role": "admin"}

@@ -1,0 +1,154 @@
+"""The probe's result becomes tasks, and a crash anywhere in between is gone on from."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from service.db import task_rows
+from service.jobs import plan
+from service.jobs.chores import Chores
+from tests.builders_service import PROBE, Farm, done
+from worker.errors import StoreUnavailable
+from worker.job.sheet import PlanSheet
+from worker.job.spec import JobSpec
+from worker.job.statuses import JobStatus, TaskStatus
+from worker.plan.tasks import plan_tasks
+
+LONG = {"frames": "1-8", "outputs": ["views.mp4"]}
+"""25 tasks after the probe: three chunks of ten."""
+
+
+@pytest.fixture(autouse=True)
+def _small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(task_rows, "CHUNK", 10)
+
+
+class Crash(Exception):
+    pass
+
+
+def _probed(farm: Farm, **changes: Any) -> str:
+    job_id = farm.submit(**changes)
+    (order,) = farm.dispatch()
+    farm.say(done(order))
+    return job_id
+
+
+def _expected(farm: Farm, job_id: str) -> list[tuple[int, str, str]]:
+    job = farm.job(job_id)
+    tasks = plan_tasks(JobSpec.model_validate(job.spec), PlanSheet.model_validate(job.plan))
+    return [(0, "probe", ""), *((task.sequence, task.kind.value, task.artifact) for task in tasks)]
+
+
+def _rows(farm: Farm, job_id: str) -> list[tuple[int, str, str]]:
+    return [(task.sequence, task.kind.value, task.artifact) for task in farm.tasks(job_id)]
+
+
+def test_the_rows_are_the_plan_and_the_counts_are_the_rows(farm: Farm) -> None:
+    job_id = farm.planned(**LONG)
+    job = farm.job(job_id)
+    assert _rows(farm, job_id) == _expected(farm, job_id)
+    assert (job.ready, job.waiting, job.done) == (16, 9, 1)
+    assert job.total_px == sum(task.weight_px for task in farm.tasks(job_id))
+
+
+def test_the_plan_is_an_artifact_that_workers_read(farm: Farm) -> None:
+    job_id = farm.planned()
+    sheet = json.loads(farm.store.get_bytes(f"{job_id}/plan.json"))
+    assert sheet == {
+        "tile_rows": 2, "tile_cols": 1, "probe_start_s": PROBE.start_s, "probe_s_per_px": PROBE.s_per_px,
+    }  # fmt: skip
+
+
+def test_a_job_runs_only_when_every_task_is_in(farm: Farm) -> None:
+    job_id = _probed(farm, **LONG)
+    statuses = []
+    while farm.chores.do_some(slots=2, now_s=farm.now_s):
+        statuses.append((farm.job(job_id).status, len(farm.tasks(job_id))))
+        assert farm.dispatch() == []
+    assert statuses == [(JobStatus.PROBING, n) for n in (1, 11, 21)]
+    assert (farm.job(job_id).status, len(farm.tasks(job_id))) == (JobStatus.RUNNING, 26)
+
+
+@pytest.mark.parametrize("crash_at", range(1, 9))
+def test_a_crash_at_any_step_of_planning_leaves_nothing_missing_and_nothing_twice(
+    farm: Farm, monkeypatch: pytest.MonkeyPatch, crash_at: int
+) -> None:
+    job_id = _probed(farm, **LONG)
+    steps = 0
+
+    def crashing(function: Any) -> Any:
+        def step(*args: Any, **more: Any) -> Any:
+            nonlocal steps
+            steps += 1
+            if steps == crash_at:
+                raise Crash
+            answer = function(*args, **more)
+            steps += 1
+            if steps == crash_at:
+                raise Crash
+            return answer
+
+        return step
+
+    with monkeypatch.context() as patched:
+        patched.setattr(farm.store, "put_bytes", crashing(farm.store.put_bytes))
+        patched.setattr(plan, "insert_tasks", crashing(plan.insert_tasks))
+        with pytest.raises(Crash):
+            farm.plan()
+    farm.chores = Chores(farm.database, farm.store, farm.settings)  # a new process knows nothing
+    farm.plan()
+    assert _rows(farm, job_id) == _expected(farm, job_id)
+    assert (farm.job(job_id).status, farm.job(job_id).ready) == (JobStatus.RUNNING, 16)
+
+
+def test_a_plan_once_decided_stays_though_the_farm_has_grown(farm: Farm) -> None:
+    job_id = _probed(farm, **(LONG | {"render": {"tiles": "auto"}}))
+    farm.chores.do_some(slots=1, now_s=farm.now_s)
+    decided = farm.job(job_id).plan
+    farm.chores = Chores(farm.database, farm.store, farm.settings)
+    while farm.chores.do_some(slots=1000, now_s=farm.now_s):
+        pass
+    assert farm.job(job_id).plan == decided
+    assert _rows(farm, job_id) == _expected(farm, job_id)
+
+
+def test_a_store_that_is_away_only_delays_the_plan(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
+    job_id = _probed(farm)
+
+    def away(*_: Any) -> None:
+        raise StoreUnavailable
+
+    with monkeypatch.context() as patched:
+        patched.setattr(farm.store, "put_bytes", away)
+        with pytest.raises(StoreUnavailable):
+            farm.plan()
+    farm.plan()
+    assert farm.job(job_id).status is JobStatus.RUNNING
+
+
+def test_stages_let_go_what_needs_them_when_all_of_their_tasks_are_done(farm: Farm) -> None:
+    job_id = farm.planned()
+    first, second, *_ = farm.dispatch()
+    assemble = 3
+    farm.say(done(first))
+    assert farm.tasks(job_id)[assemble].status is TaskStatus.WAITING
+    farm.say(done(second))
+    assert farm.tasks(job_id)[assemble].status is TaskStatus.READY
+
+
+def test_no_transaction_inserts_more_than_a_chunk(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
+    sizes: list[int] = []
+    insert = plan.insert_tasks
+
+    def count(session: Any, job_id: str, tasks: Any) -> None:
+        sizes.append(len(tasks))
+        insert(session, job_id, tasks)
+
+    monkeypatch.setattr(plan, "insert_tasks", count)
+    _probed(farm, **LONG)
+    farm.plan()
+    assert sizes == [10, 10, 5]
