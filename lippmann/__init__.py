@@ -12,6 +12,8 @@ follow_job      a job watched until it ends
 fetch_job       a job's files brought here
 demo            the paper's integral video, from nothing
 capture_here    one frame without a farm
+bundle_file     scene bundles from disk
+writable        whether a folder can be written
 parts           what the service is given: store, pictures, scenes
 serve           the service as a process
 listen          the address that a service listens on

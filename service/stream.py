@@ -20,8 +20,6 @@ from service.errors import BrokerUnavailable
 from worker.job import wire
 from worker.job.events import Event, Presence
 
-MARKER = wire.PREFIX + "broker"
-"""There as long as the broker remembers; gone when it was wiped."""
 QUICK_S = 0.5
 """The longest that a request waits for the broker."""
 
@@ -60,7 +58,7 @@ class Stream:
     def is_new(self) -> bool:
         """Return whether the broker has forgotten everything since this was asked last, and mark it."""
         with _translated():
-            return bool(self._slow.set(MARKER, "1", nx=True))
+            return bool(self._slow.set(wire.MARKER, "1", nx=True))
 
     def ping(self) -> None:
         """Do nothing, unless the broker is unavailable."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -276,17 +275,6 @@ def failed(order: Order, worker: str = "w1", *, code: str = "render-failed", per
 
 def declined(order: Order, worker: str = "w1") -> Event:
     return event(order, EventKind.DECLINED, worker)
-
-
-def until(question: Any, *, within_s: float = 10.0) -> Any:
-    """Ask until the answer is yes; for things that other threads and processes do."""
-    end_s = time.monotonic() + within_s
-    while time.monotonic() < end_s:
-        answer = question()
-        if answer:
-            return answer
-        time.sleep(0.01)
-    raise AssertionError(f"expected a yes within {within_s} s")
 
 
 def canonical(row: Job | Task) -> str:

@@ -42,6 +42,11 @@ class WorkerSettings(BaseSettings):
         return self.data_dir / "scratch"
 
     @property
+    def attempts_dir(self) -> Path:
+        """Where each attempt has its folder."""
+        return self.scratch_dir / "attempts"
+
+    @property
     def stopping_file(self) -> Path:
         """What is there while the worker is being shut down."""
         return self.scratch_dir / f"stopping-{self.worker_name}"

@@ -14,8 +14,9 @@ from playwright.sync_api import Browser, Page, Playwright, Request, sync_playwri
 
 from service.schemas.access import Role
 from service.settings import Settings
+from tests.broker import Broker
 from tests.browser.studio import SPEC, Studio, parts
-from tests.integration.service.conftest import Broker, FakeWorker, Service
+from tests.integration.service.conftest import FakeWorker, Service
 from worker.job.events import Event
 from worker.job.orders import Order
 

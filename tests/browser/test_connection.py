@@ -7,7 +7,7 @@ from collections.abc import Callable
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Farm, Watch
-from tests.builders_service import until
+from tests.waiting import until
 
 
 def test_a_lost_connection_is_said_nothing_is_forgotten_and_it_comes_back(

@@ -9,7 +9,7 @@ from playwright.sync_api import Locator, Page, expect
 
 from tests.browser.conftest import Farm
 from tests.browser.studio import LENSES, PX
-from tests.builders_service import until
+from tests.waiting import until
 
 NATURAL_PX = "picture => picture.complete && picture.naturalWidth"
 

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from playwright.sync_api import Page, expect
 
 from tests.browser.conftest import Farm
-from tests.builders_service import until
+from tests.waiting import until
 from worker.job.orders import TaskKind
 
 POVRAY_SAYS = "File 'scene.inc' line 41: Parse Error:\nundeclared identifier 'fish_lenght' found instead"

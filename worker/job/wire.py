@@ -12,6 +12,9 @@ EVENTS_STREAM = PREFIX + "events"
 EVENTS_KEPT = 200_000
 """About how many events the stream keeps; a beat of 2,000 slots fills it in 8 minutes."""
 
+MARKER = PREFIX + "broker"
+"""There as long as the broker remembers; gone when it was wiped."""
+
 QUEUE = "lippmann"
 CARRIER_PREFIX = PREFIX + "celery:"
 """What Celery puts before every key of its own; both sides must say the same."""

@@ -5,15 +5,21 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
+from celery.signals import worker_ready
+
 from worker.app import app, settings
 from worker.job.orders import Order, TaskKind
 from worker.job.wire import task_name
+from worker.store.local import LocalStore
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.attempt import attempt
 from worker.tasks.encode import encode_output
 from worker.tasks.probe import probe_job
 from worker.tasks.render import render_tile
-from worker.tasks.workplace import Workplace, workplace
+from worker.tasks.workplace import Workplace, sweep_scratch, workplace
+
+STALE_S = 86_400.0
+"""A half-written artifact older than this is nobody's."""
 
 
 @app.task(name=task_name(TaskKind.PROBE))
@@ -38,6 +44,13 @@ def assemble(order: dict[str, Any]) -> None:
 def encode(order: dict[str, Any]) -> None:
     """Make a job's frames into a video."""
     attempt(this_workplace(), Order.model_validate(order), encode_output)
+
+
+@worker_ready.connect
+def _sweep(**_: Any) -> None:
+    """Remove what killed workers left half done."""
+    sweep_scratch(settings)
+    LocalStore(settings.artifacts_dir).sweep(older_than_s=STALE_S)
 
 
 @cache

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
+import os
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -62,11 +64,38 @@ class Workplace:
 
     @contextlib.contextmanager
     def task_folder(self) -> Iterator[Path]:
-        """Lend an empty folder that is gone afterwards."""
-        root = self.settings.scratch_dir / "attempts"
+        """Lend an empty folder that is gone afterwards; `sweep_scratch` finds it if the worker is killed meanwhile."""
+        root = self.settings.attempts_dir
         root.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=root, ignore_cleanup_errors=True) as folder:
-            yield Path(folder).resolve()
+        with tempfile.TemporaryDirectory(dir=root, ignore_cleanup_errors=True) as name:
+            folder = Path(name).resolve()
+            with folder_lock(folder):
+                yield folder
+
+
+def sweep_scratch(settings: WorkerSettings) -> None:
+    """Remove the folders of attempts whose worker was killed; those of living workers are locked."""
+    for entry in settings.attempts_dir.glob("*"):
+        if entry.is_dir():
+            with contextlib.suppress(OSError), folder_lock(entry):
+                shutil.rmtree(entry)
+
+
+@contextlib.contextmanager
+def folder_lock(folder: Path) -> Iterator[None]:
+    """Hold a folder's lock, which the kernel drops when the process ends.
+
+    Raises
+    ------
+    BlockingIOError
+        If another process holds it.
+    """
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def workplace(settings: WorkerSettings) -> Workplace:

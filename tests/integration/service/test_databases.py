@@ -18,8 +18,9 @@ from service.db.migrations import migrate
 from service.db.tables import Base, ClerkRow, EventTopic, Job
 from service.jobs.cancel import cancel_job
 from service.jobs.retry import retry_job
-from tests.builders_service import SPEC, Farm, claimed, done, failed, until
+from tests.builders_service import SPEC, Farm, claimed, done, failed
 from tests.integration.service.conftest import FakeWorker, Service
+from tests.waiting import until
 from worker.job.statuses import JobStatus
 
 

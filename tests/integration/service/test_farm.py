@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from tests.builders_service import SPEC, until
+from tests.builders_service import SPEC
 from tests.integration.service.conftest import FakeWorker, Service
+from tests.waiting import until
 from worker.job.orders import TaskKind
 
 

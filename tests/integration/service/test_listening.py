@@ -10,8 +10,9 @@ from typing import Any
 
 import httpx
 
-from tests.builders_service import SPEC, until
+from tests.builders_service import SPEC
 from tests.integration.service.conftest import FakeWorker, Service
+from tests.waiting import until
 
 
 def _events(answer: httpx.Response) -> Iterator[tuple[int, str, Any]]:

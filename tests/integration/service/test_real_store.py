@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from service.parts import Parts
-from tests.builders_service import SPEC, FakePictures, FakeScenes, until
+from tests.builders_service import SPEC, FakePictures, FakeScenes
 from tests.integration.service.conftest import FakeWorker, Service
+from tests.waiting import until
 from worker.store.local import LocalStore
 
 DATA = bytes(range(256)) * 1000

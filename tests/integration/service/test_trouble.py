@@ -16,8 +16,10 @@ from service.errors import BrokerUnavailable
 from service.jobs.clerk import Clerk
 from service.queue import OrderQueue
 from service.stream import Stream
-from tests.builders_service import SPEC, claimed, done, parts, presence, until
-from tests.integration.service.conftest import ORDERS, Broker, FakeWorker, Service
+from tests.broker import Broker
+from tests.builders_service import SPEC, claimed, done, parts, presence
+from tests.integration.service.conftest import ORDERS, FakeWorker, Service
+from tests.waiting import until
 from worker.job import wire
 from worker.job.events import Event
 from worker.job.orders import Order, TaskKind

@@ -1,0 +1,90 @@
+"""Where the service is, and the key to it.
+
+In this order: the options `--url` and `--key`, the environment (`LIPPMANN_URL`, `LIPPMANN_KEY`), and `farm.json`, which
+`lippmann up` keeps in its data folder while it runs, readable by its user only.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from lippmann.errors import BadInput, NotAllowed, Unreachable
+
+FARM_FILE = "farm.json"
+
+
+@dataclass(frozen=True)
+class Address:
+    """A service and a key to it."""
+
+    url: str
+    key: str
+
+
+def find_address(*, url: str | None, key: str | None, data_dir: Path) -> Address:
+    """Return the service that the options name, or the one-machine farm of the data folder.
+
+    Raises
+    ------
+    BadInput
+        If the URL is none.
+    Unreachable
+        If neither is there.
+    NotAllowed
+        If there is a URL and no key to it.
+    """
+    farm = read_farm_file(data_dir)
+    if url is None:
+        if farm is None:
+            raise Unreachable(
+                f"expected --url, LIPPMANN_URL or a farm that runs (`lippmann up`), got no {data_dir / FARM_FILE}"
+            )
+        return Address(url=farm.url, key=key or farm.key)
+    url = url.rstrip("/")
+    if not url.startswith(("http://", "https://")):
+        raise BadInput(f"--url: expected http:// or https://, got {url!r}")
+    if key is None and farm is not None and farm.url == url:
+        key = farm.key
+    if key is None:
+        raise NotAllowed(f"expected a key to {url} in --key or LIPPMANN_KEY, got none")
+    return Address(url=url, key=key)
+
+
+def read_farm_file(data_dir: Path) -> Address | None:
+    """Return the farm that runs on a data folder, if one says so."""
+    path = data_dir / FARM_FILE
+    try:
+        data = json.loads(path.read_bytes())
+        return Address(url=str(data["url"]), key=str(data["key"]))
+    except (FileNotFoundError, NotADirectoryError):
+        return None
+    except PermissionError as error:
+        raise NotAllowed(f"expected a farm file of your own, got {path}: {error.strerror}") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise BadInput(f"{path}: expected JSON with url and key, got {error!r}") from error
+
+
+def write_farm_file(data_dir: Path, address: Address) -> None:
+    """Say where the farm is: whole or not at all, and for its user only."""
+    write_private(data_dir / FARM_FILE, json.dumps(asdict(address)) + "\n")
+
+
+def remove_farm_file(data_dir: Path) -> None:
+    """Say that the farm is gone."""
+    (data_dir / FARM_FILE).unlink(missing_ok=True)
+
+
+def write_private(path: Path, text: str) -> None:
+    """Write a file that only its user may read, whole or not at all."""
+    beside = path.with_name(f".{path.name}.{os.getpid()}")
+    descriptor = os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+    try:
+        with os.fdopen(descriptor, "w") as file:
+            file.write(text)
+        beside.replace(path)
+    except OSError:
+        beside.unlink(missing_ok=True)
+        raise

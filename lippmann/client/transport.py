@@ -1,0 +1,219 @@
+"""HTTP, only here: keys, repeats, problems, downloads that go on where they stopped.
+
+| answer | what we do |
+|---|---|
+| no connection | again, with pauses, until patience ends; then `Unreachable` |
+| connection lost after sending, 502, 503, 504 | again if the request may arrive twice; else `Unreachable` |
+| 401, 403 | `KeyRefused` |
+| other 4xx, 5xx | `Refused` with the fields that are wrong |
+| 206 | the rest of a download |
+| 200 to a request for the rest | the file changed, or ranges are not served: from the start |
+"""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import httpx
+
+from lippmann.address import Address
+from lippmann.client.errors import refusal
+from lippmann.client.stream import ServerEvent, parse_events
+from lippmann.errors import BadInput, LippmannError, Unreachable
+
+PATIENCE_S = 3.0
+"""How long a service that does not answer is tried."""
+SILENCE_S = 45.0
+"""A stream silent for longer is opened again; the service says something every 15 s."""
+
+_BUSY = frozenset({502, 503, 504})
+
+
+@dataclass(frozen=True)
+class Download:
+    """A file that was brought here."""
+
+    path: Path
+    size: int
+    etag: str
+    """As the service says it, quotes and all."""
+
+
+class Transport:
+    """One connection pool to one service."""
+
+    def __init__(
+        self, address: Address, *, patience_s: float = PATIENCE_S, sleep: Callable[[float], None] = time.sleep
+    ) -> None:
+        self.url = address.url.rstrip("/")
+        self._patience_s = patience_s
+        self._sleep = sleep
+        try:
+            self._http = httpx.Client(
+                base_url=self.url,
+                headers={"Authorization": f"Bearer {address.key}"} if address.key else {},
+                timeout=httpx.Timeout(30.0, connect=5.0),
+            )
+        except (httpx.InvalidURL, UnicodeEncodeError) as error:
+            raise BadInput(f"expected a URL and a key of plain letters, got {address.url!r}: {error}") from error
+
+    def close(self) -> None:
+        """Close every connection."""
+        self._http.close()
+
+    def ask(self, method: str, path: str, *, again: bool | None = None, **parts: Any) -> httpx.Response:
+        """Return the answer to a request.
+
+        Parameters
+        ----------
+        again
+            Whether the request may arrive twice; GET, HEAD, PATCH and DELETE may.
+        parts
+            As httpx.Client.request takes them.
+        """
+        may_repeat = method != "POST" if again is None else again
+        for pause_s in self._pauses():
+            try:
+                response = self._http.request(method, path, **parts)
+            except httpx.HTTPError as error:
+                if pause_s is None or not (may_repeat or isinstance(error, httpx.ConnectError | httpx.ConnectTimeout)):
+                    raise self._unreachable(error) from error
+            else:
+                if not (response.status_code in _BUSY and may_repeat and pause_s is not None):
+                    return _checked(response)
+            self._sleep(pause_s)
+        raise AssertionError("the last pause is None")
+
+    def events(self, path: str, *, params: Mapping[str, str], last_id: str | None = None) -> Iterator[ServerEvent]:
+        """Yield what the service tells, for ever; a stream that breaks is taken up after the last event."""
+        pauses = self._pauses()
+        while True:
+            headers = {"Accept": "text/event-stream"} | ({"Last-Event-ID": last_id} if last_id else {})
+            try:
+                timeout = httpx.Timeout(30.0, connect=5.0, read=SILENCE_S)
+                with self._streamed(path, params=params, headers=headers, timeout=timeout) as response:
+                    pauses = self._pauses()
+                    for event in parse_events(response.iter_lines()):
+                        last_id = event.id or last_id
+                        yield event
+            except httpx.HTTPError as error:
+                pause_s = next(pauses)
+                if pause_s is None:
+                    raise self._unreachable(error) from error
+                self._sleep(pause_s)
+            else:
+                self._sleep(next(pauses) or 0.0)  # it ended in order, as when the service goes down: come again
+
+    def download(self, path: str, target: Path, *, on_bytes: Callable[[int], None] | None = None) -> Download:
+        """Bring a file here: beside its place first, and what broke off goes on where it stopped.
+
+        The part that is here already is named after the entity tag, so that halves of two files never meet.
+        """
+        etag = _etag(self.ask("HEAD", path))
+        part = target.with_name(f".{target.name}.{hashlib.sha256(etag.encode()).hexdigest()[:12]}.part")
+        self._patiently(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes))
+        return _finished(part, target, etag)
+
+    def download_made(
+        self, path: str, target: Path, *, params: Mapping[str, str], on_bytes: Callable[[int], None] | None = None
+    ) -> Download:
+        """Bring a file here that the service makes when it is asked for: always from the start."""
+        part = target.with_name(f".{target.name}.{os.getpid()}.part")
+        etag = self._patiently(part, lambda: self._write(path, part, params=params, on_bytes=on_bytes))
+        return _finished(part, target, etag)
+
+    def _patiently(self, part: Path, bring: Callable[[], str]) -> str:
+        part.parent.mkdir(parents=True, exist_ok=True)
+        pauses, here = self._pauses(), -1
+        while True:
+            try:
+                return bring()
+            except httpx.HTTPError as error:
+                grown = part.stat().st_size if part.exists() else 0
+                if grown > here:  # something came: patience begins anew
+                    pauses, here = self._pauses(), grown
+                pause_s = next(pauses)
+                if pause_s is None:
+                    raise self._unreachable(error) from error
+                self._sleep(pause_s)
+
+    def _append(self, path: str, part: Path, *, etag: str, on_bytes: Callable[[int], None] | None) -> str:
+        here = part.stat().st_size if etag and part.exists() else 0
+        headers = {"Range": f"bytes={here}-", "If-Range": etag} if here else {}
+        with self._streamed(path, headers=headers, whole_at=here) as response:
+            if response.status_code != 416:  # else nothing is missing
+                _save(response, part, mode="ab" if response.status_code == 206 else "wb", on_bytes=on_bytes)
+        return etag
+
+    def _write(
+        self, path: str, part: Path, *, params: Mapping[str, str], on_bytes: Callable[[int], None] | None
+    ) -> str:
+        with self._streamed(path, params=params) as response:
+            _save(response, part, mode="wb", on_bytes=on_bytes)
+            return _etag(response)
+
+    @contextmanager
+    def _streamed(self, path: str, *, whole_at: int = 0, **parts: Any) -> Iterator[httpx.Response]:
+        with self._http.stream("GET", path, **parts) as response:
+            if response.status_code in _BUSY:
+                raise httpx.RemoteProtocolError(f"the service answered {response.status_code}")
+            if response.is_error and not (response.status_code == 416 and _is_whole(response, whole_at)):
+                response.read()
+                _checked(response)
+            yield response
+
+    def _pauses(self) -> Iterator[float | None]:
+        """Yield the pauses between tries, and None when patience ends."""
+        until = time.monotonic() + self._patience_s
+        for turn in itertools.count():
+            pause_s = min(0.1 * 2**turn, 2.0)
+            if time.monotonic() + pause_s > until:
+                break
+            yield pause_s
+        yield None
+
+    def _unreachable(self, error: Exception) -> Unreachable:
+        return Unreachable(f"expected a service at {self.url}, got: {str(error) or type(error).__name__}")
+
+
+def _save(
+    response: httpx.Response, part: Path, *, mode: Literal["ab", "wb"], on_bytes: Callable[[int], None] | None
+) -> None:
+    with part.open(mode) as file:
+        for data in response.iter_bytes():
+            file.write(data)
+            if on_bytes:
+                on_bytes(len(data))
+
+
+def _finished(part: Path, target: Path, etag: str) -> Download:
+    part.replace(target)
+    return Download(path=target, size=target.stat().st_size, etag=etag)
+
+
+def _etag(response: httpx.Response) -> str:
+    return str(response.headers.get("ETag", ""))
+
+
+def _is_whole(response: httpx.Response, size: int) -> bool:
+    return str(response.headers.get("Content-Range", "")).endswith(f"/{size}")
+
+
+def _checked(response: httpx.Response) -> httpx.Response:
+    if response.is_error:
+        try:
+            problem = response.json()
+        except ValueError:
+            problem = None
+        raise refusal(response.status_code, response.reason_phrase, problem)
+    if response.is_redirect:
+        raise LippmannError(f"expected an answer of the service, got a redirect to {response.headers.get('Location')}")
+    return response

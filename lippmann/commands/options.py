@@ -1,0 +1,41 @@
+"""What several sub-commands take."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+if TYPE_CHECKING:
+    from lippmann.client import Client
+
+RECONNECT_S = 60.0
+"""How long a command that waits for a job puts up with a service that is away."""
+
+AsJson = Annotated[bool, typer.Option("--json", help="Say it as JSON on stdout, for programs.")]
+Url = Annotated[
+    str | None, typer.Option("--url", envvar="LIPPMANN_URL", help="The service; else the farm of --data-dir.")
+]
+Key = Annotated[str | None, typer.Option("--key", envvar="LIPPMANN_KEY", help="A key to the service.")]
+DataDir = Annotated[Path, typer.Option("--data-dir", envvar="LIPPMANN_DATA_DIR", help="The farm's data folder.")]
+JobId = Annotated[str, typer.Argument(help="The job's id.", metavar="JOB")]
+Overrides = Annotated[
+    list[str] | None,
+    typer.Option("--set", help="Set a field of the job: rig.px_per_lens=4; may be repeated.", metavar="FIELD=VALUE"),
+]
+
+DATA_DIR = Path("data")
+
+
+@contextmanager
+def service(url: str | None, key: str | None, data_dir: Path, *, patience_s: float = 3.0) -> Iterator[Client]:
+    """Lend a client of the service that the options name."""
+    from lippmann.address import find_address
+    from lippmann.client import Client
+
+    address = find_address(url=url, key=key, data_dir=data_dir)
+    with Client(address.url, address.key, patience_s=patience_s) as client:
+        yield client

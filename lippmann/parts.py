@@ -1,0 +1,38 @@
+"""What the service is given: artifact store, pictures, scenes."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+
+from povtemplates.catalogue import scene_folders
+from service.parts import CheckedBundle, Parts
+from worker.images.convert import png
+from worker.povray.bundle import check_bundle, pack_folder
+from worker.store.local import LocalStore
+
+ARTIFACTS = "artifacts"
+"""Where they lie below the data folder, as workers know."""
+
+
+def make_parts(data_dir: Path) -> Parts:
+    """Return the parts of a service whose artifacts lie in a data folder."""
+    return Parts(store=LocalStore(data_dir / ARTIFACTS), pictures=_Pictures(), scenes=_Scenes())
+
+
+class _Pictures:
+    def png(self, path: Path, *, bits: int = 8) -> bytes:
+        return png(path, bits=16 if bits == 16 else 8)
+
+
+class _Scenes:
+    def builtin(self) -> dict[str, bytes]:
+        return dict(_builtin())
+
+    def check(self, data: bytes) -> CheckedBundle:
+        return check_bundle(data)
+
+
+@cache
+def _builtin() -> dict[str, bytes]:
+    return {name: pack_folder(folder) for name, folder in scene_folders().items()}

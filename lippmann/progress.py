@@ -1,0 +1,95 @@
+"""How far something is: a bar with time to go on a terminal, plain lines in a pipe, nothing for programs."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+if TYPE_CHECKING:
+    from rich.progress import Progress, TaskID
+
+LINE_EVERY_S = 5.0
+"""In a pipe, a line this often at most, unless it says something new."""
+
+
+def duration_text(seconds: float | None) -> str:
+    """Return a time to go as people say it.
+
+    >>> duration_text(8.2), duration_text(252), duration_text(7500), duration_text(None)
+    ('9 s', '4 min 12 s', '2 h 05 min', '?')
+    """
+    if seconds is None:
+        return "?"
+    whole = int(-(-seconds // 1))
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60:02d} s"
+    if whole < 100 * 3600:
+        return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
+    return f"{whole // 86_400} days"
+
+
+def size_text(count: float) -> str:
+    """Return bytes as people say them.
+
+    >>> size_text(999), size_text(1_250_000)
+    ('999 B', '1.2 MB')
+    """
+    for unit in ("B", "kB", "MB", "GB"):
+        if count < 1000:
+            return f"{count:.0f} {unit}" if unit == "B" else f"{count:.1f} {unit}"
+        count /= 1000
+    return f"{count:.1f} TB"
+
+
+class ProgressLine:
+    """Shows how far something is, on stderr. A context manager."""
+
+    def __init__(self, label: str, *, clock: Callable[[], float] = time.monotonic) -> None:
+        self._label = label
+        self._clock = clock
+        self._bar: Progress | None = None
+        self._task: TaskID | None = None
+        self._said = ""
+        self._said_at = float("-inf")
+
+    def __enter__(self) -> Self:
+        if sys.stderr.isatty():
+            self._bar = _rich_bar()
+            self._task = self._bar.add_task(self._label, total=1.0, words="")
+            self._bar.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def show(self, part: float, words: str, *, news: bool = False) -> None:
+        """Say that `part` (0 to 1) is done; `news` are said at once, also in a pipe."""
+        if self._bar is not None and self._task is not None:
+            self._bar.update(self._task, completed=part, words=words)
+            return
+        line = f"{self._label}: {part:4.0%} {words}"
+        now = self._clock()
+        if line != self._said and (news or now - self._said_at >= LINE_EVERY_S):
+            print(line, file=sys.stderr, flush=True)
+            self._said, self._said_at = line, now
+
+
+def _rich_bar() -> Progress:
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn
+
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        TextColumn("{task.percentage:3.0f} %"),
+        TextColumn("{task.fields[words]}", markup=False),
+    )
+    return Progress(*columns, console=Console(stderr=True), refresh_per_second=4)

@@ -1,0 +1,45 @@
+"""What a farm is: folder, address, slots."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Self
+
+
+@dataclass(frozen=True)
+class FarmPlan:
+    """A one-machine farm, as it was asked for."""
+
+    data_dir: Path
+    host: str = "127.0.0.1"
+    port: int = 8080
+    """0 takes a free one."""
+    slots: int = 1
+    public_url: str = ""
+
+    def to_json(self) -> str:
+        """Return the plan as text; the inverse of `from_json`."""
+        return json.dumps(asdict(self) | {"data_dir": str(self.data_dir)})
+
+    @classmethod
+    def from_json(cls, text: str) -> Self:
+        """Return the plan in a text."""
+        data = json.loads(text)
+        return cls(**(data | {"data_dir": Path(data["data_dir"])}))
+
+    @property
+    def log_dir(self) -> Path:
+        """Where the children's logs lie."""
+        return self.data_dir / "log"
+
+    @property
+    def broker_dir(self) -> Path:
+        """Where the broker remembers."""
+        return self.data_dir / "broker"
+
+    @property
+    def key_file(self) -> Path:
+        """Where the farm's own key lies."""
+        return self.data_dir / "admin.key"

@@ -1,0 +1,60 @@
+"""A worker as a process: Celery, told what it needs to know."""
+
+from __future__ import annotations
+
+import os
+import platform
+import shutil
+
+from lippmann.errors import LippmannError
+from worker.job import wire
+
+
+def check_povray(command: str) -> None:
+    """See that POV-Ray is there.
+
+    Raises
+    ------
+    LippmannError
+        If it is not.
+    """
+    if shutil.which(command) is None:
+        raise LippmannError(
+            f"expected POV-Ray as {command!r} on PATH, got none; install it (Debian: apt-get install povray "
+            "povray-includes) or name it in LIPPMANN_POVRAY"
+        )
+
+
+def worker_name() -> str:
+    """Return the name of the worker that this process becomes."""
+    return os.environ.get("LIPPMANN_WORKER_NAME") or f"{platform.node()}-{os.getpid()}"
+
+
+def worker_arguments(*, slots: int, name: str) -> list[str]:
+    """Return Celery's command line for one worker.
+
+    Gossip, mingle and heartbeats are Celery's own talk among workers, which nobody listens to here.
+    """
+    return [
+        "worker",
+        *("--pool", "prefork"),
+        *("--concurrency", str(slots)),
+        *("--queues", wire.QUEUE),
+        *("--hostname", name),
+        *("--loglevel", "INFO"),
+        *("-O", "fair"),
+        "--without-gossip",
+        "--without-mingle",
+        "--without-heartbeat",
+    ]
+
+
+def run_worker(*, slots: int) -> None:
+    """Become a worker, until told to stop; ends the process."""
+    name = worker_name()
+    # Before Celery and the worker's settings are imported: both read the environment then. SIGTERM lets running
+    # attempts say that they stop; Celery's own SIGTERM would wait for hours for them to end.
+    os.environ |= {"LIPPMANN_WORKER_NAME": name, "LIPPMANN_SLOTS": str(slots), "REMAP_SIGTERM": "SIGQUIT"}
+    from worker.app import app
+
+    app.worker_main(worker_arguments(slots=slots, name=name))

@@ -1,0 +1,24 @@
+"""Whether a folder can be written: asked before minutes are spent."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lippmann.errors import BadInput
+
+
+def check_writable(folder: Path) -> None:
+    """See that a folder can be written; made if it is not there.
+
+    Raises
+    ------
+    BadInput
+        If it cannot.
+    """
+    trial = folder / ".lippmann-trial"
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        trial.touch()
+        trial.unlink()
+    except OSError as error:
+        raise BadInput(f"expected a folder that can be written, got {folder}: {error.strerror}") from error

@@ -1,0 +1,258 @@
+"""The client against services that break off, hang up and refuse."""
+
+from __future__ import annotations
+
+import json
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+
+import pytest
+
+from lippmann.address import Address
+from lippmann.client import Client, Refused
+from lippmann.client.transport import Transport
+from lippmann.errors import BadInput, ExitCode, Unreachable
+
+Answer = Callable[["_Handler"], None]
+DATA = bytes(range(256)) * 400
+
+
+class _Handler(BaseHTTPRequestHandler):
+    protocol_version = "HTTP/1.1"
+    server: _Server
+
+    def handle_any(self) -> None:
+        length = int(self.headers.get("Content-Length") or 0)
+        self.body = self.rfile.read(length)
+        self.server.asked.append((self.command, dict(self.headers), self.body))
+        self.server.answer(self)
+
+    do_GET = do_HEAD = do_POST = do_DELETE = handle_any  # noqa: N815 - the library's names
+
+    def say(self, status: int, data: bytes = b"", **headers: str) -> None:
+        self.send_response(status)
+        for name, value in ({"Content-Length": str(len(data))} | headers).items():
+            self.send_header(name.replace("_", "-"), value)
+        self.end_headers()
+        if self.command != "HEAD":
+            self.wfile.write(data)
+
+    def hang_up(self) -> None:
+        self.close_connection = True
+        self.connection.shutdown(2)
+
+    def log_message(self, *_: object) -> None:
+        """Say nothing."""
+
+
+class _Server(ThreadingHTTPServer):
+    daemon_threads = True
+
+    def __init__(self, answer: Answer) -> None:
+        super().__init__(("127.0.0.1", 0), _Handler)
+        self.answer = answer
+        self.asked: list[tuple[str, dict[str, str], bytes]] = []
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.server_address[1]}"
+
+    def handle_error(self, *_: object) -> None:
+        """Say nothing: connections that break are what is tested."""
+
+
+@contextmanager
+def _serving(answer: Answer) -> Iterator[_Server]:
+    with _Server(answer) as server:
+        thread = threading.Thread(target=server.serve_forever, args=(0.01,))
+        thread.start()
+        try:
+            yield server
+        finally:
+            server.shutdown()
+            thread.join()
+
+
+def _transport(server: _Server, *, patience_s: float = 5.0) -> Transport:
+    return Transport(Address(server.url, "lip_a_b"), patience_s=patience_s, sleep=lambda _: None)
+
+
+@pytest.mark.parametrize("breaks", [0, 1, 5])
+def test_a_download_goes_on_where_it_broke_off_and_comes_whole(tmp_path: Path, breaks: int) -> None:
+    with _serving(_file(DATA, breaks=breaks)) as server:
+        came: list[int] = []
+        download = _transport(server).download("/file", tmp_path / "a" / "file", on_bytes=came.append)
+    assert download.path.read_bytes() == DATA
+    assert (download.size, download.etag, sum(came)) == (len(DATA), '"one"', len(DATA))
+    starts = [int(headers.get("Range", "bytes=0-")[6:-1]) for method, headers, _ in server.asked if method == "GET"]
+    assert len(starts) == breaks + 1
+    assert starts == sorted(set(starts))
+    assert [path.name for path in (tmp_path / "a").iterdir()] == ["file"]
+
+
+def test_a_download_that_another_run_left_goes_on(tmp_path: Path) -> None:
+    with _serving(_file(DATA, breaks=10**6, share=3)) as server, pytest.raises(Unreachable):
+        _transport(server, patience_s=0.0).download("/file", tmp_path / "file")
+    (part,) = tmp_path.iterdir()
+    here = part.stat().st_size
+    assert not (tmp_path / "file").exists()
+    with _serving(_file(DATA)) as server:
+        came: list[int] = []
+        _transport(server).download("/file", tmp_path / "file", on_bytes=came.append)
+    assert (tmp_path / "file").read_bytes() == DATA
+    assert sum(came) == len(DATA) - here < len(DATA)
+
+
+def test_halves_of_two_files_never_meet(tmp_path: Path) -> None:
+    with _serving(_file(DATA, breaks=10**6, share=3)) as server, pytest.raises(Unreachable):
+        _transport(server, patience_s=0.0).download("/file", tmp_path / "file")
+    other = bytes(reversed(DATA))
+    with _serving(_file(other, etag='"two"')) as server:
+        _transport(server).download("/file", tmp_path / "file")
+    assert (tmp_path / "file").read_bytes() == other
+
+
+def test_a_file_that_is_here_whole_but_was_not_renamed_is_not_brought_again(tmp_path: Path) -> None:
+    with _serving(_file(DATA)) as server:
+        download = _transport(server).download("/file", tmp_path / "file")
+        server.asked.clear()
+        part = _part_of(server, tmp_path)
+        download.path.rename(part)
+        came: list[int] = []
+        _transport(server).download("/file", tmp_path / "file", on_bytes=came.append)
+    assert (tmp_path / "file").read_bytes() == DATA
+    assert came == []
+
+
+def test_a_picture_that_is_made_when_asked_for_comes_from_the_start_each_time(tmp_path: Path) -> None:
+    with _serving(_file(DATA, breaks=2)) as server:
+        _transport(server).download_made("/file", tmp_path / "file", params={"format": "png"})
+    assert (tmp_path / "file").read_bytes() == DATA
+    assert [(method, "Range" in headers) for method, headers, _ in server.asked] == [("GET", False)] * 3
+
+
+def test_a_file_that_is_not_there_leaves_nothing(tmp_path: Path) -> None:
+    with _serving(lambda handler: handler.say(404)) as server, pytest.raises(Refused) as caught:
+        _transport(server).download("/file", tmp_path / "file")
+    assert caught.value.status == 404
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_job_is_sent_again_with_the_same_key_when_the_connection_breaks() -> None:
+    with _serving(_first(2, _Handler.hang_up, then=lambda handler: handler.say(422))) as server:
+        client = Client(server.url, "k", patience_s=5.0)
+        with client, pytest.raises(Refused):
+            client.submit({"scene": "fish"})
+    keys = [headers["Idempotency-Key"] for _, headers, _ in server.asked]
+    assert len(keys) == 3
+    assert len(set(keys)) == 1
+
+
+def test_a_move_that_may_have_arrived_is_not_sent_again() -> None:
+    with _serving(_Handler.hang_up) as server, Client(server.url, "k") as client:
+        with pytest.raises(Unreachable):
+            client.cancel("a")
+        assert len(server.asked) == 1
+
+
+def test_a_service_that_is_busy_is_asked_again_until_patience_ends() -> None:
+    busy = _first(2, lambda handler: handler.say(503), then=lambda handler: handler.say(200, b"{}"))
+    with _serving(busy) as server:
+        assert _transport(server).ask("GET", "/").json() == {}
+    with _serving(lambda handler: handler.say(503)) as server:
+        with pytest.raises(Refused) as caught:
+            _transport(server, patience_s=0.0).ask("GET", "/")
+        assert (caught.value.status, len(server.asked)) == (503, 1)
+
+
+def test_a_refusal_names_the_fields_and_the_exit_code() -> None:
+    problem = {"detail": "no", "code": "spec", "request_id": "r1",
+               "errors": [{"field": "frames", "expected": "a", "got": "b"}]}  # fmt: skip
+    refuse = lambda handler: handler.say(422, json.dumps(problem).encode())  # noqa: E731
+    with _serving(refuse) as server, pytest.raises(Refused) as caught:
+        _transport(server).ask("GET", "/")
+    assert str(caught.value.problems[0]) == "frames: expected a, got b"
+    assert (caught.value.request_id, caught.value.exit_code) == ("r1", ExitCode.BAD_INPUT)
+
+
+def test_a_stream_that_breaks_is_taken_up_after_the_last_event() -> None:
+    def answer(handler: _Handler) -> None:
+        seen = int(handler.headers.get("Last-Event-ID", "0"))
+        handler.send_response(200)
+        handler.send_header("Content-Type", "text/event-stream")
+        handler.end_headers()
+        handler.wfile.write(f"id: {seen + 1}\nevent: frame\ndata: {seen + 1}\n\nid: 99\ndata: half".encode())
+        handler.wfile.flush()
+        handler.hang_up()
+
+    with _serving(answer) as server:
+        events = _transport(server).events("/events", params={"job": "a"})
+        assert [next(events).data for _ in range(4)] == [1, 2, 3, 4]
+        events.close()  # type: ignore[attr-defined]
+
+
+def test_a_stream_of_a_service_that_is_gone_ends_when_patience_does() -> None:
+    with _serving(_Handler.hang_up) as server:
+        url = server.url
+    transport = Transport(Address(url, ""), patience_s=0.2)
+    with pytest.raises(Unreachable, match="expected a service at http://127"):
+        next(transport.events("/events", params={}))
+
+
+@pytest.mark.parametrize(("url", "key"), [("http://[", "k"), ("http://127.0.0.1", "schlüssel\n")])
+def test_a_url_or_key_that_cannot_be_is_refused(url: str, key: str) -> None:
+    with pytest.raises(BadInput, match="expected a URL and a key"):
+        Transport(Address(url, key))
+
+
+def _file(data: bytes, *, breaks: int = 0, etag: str = '"one"', share: int = 10) -> Answer:
+    """Serve a file with ranges; the first answers break off after a part of what was asked for."""
+    left = [breaks]
+
+    def answer(handler: _Handler) -> None:
+        asked = handler.headers.get("Range")
+        fresh = handler.headers.get("If-Range") in (None, etag)
+        start = int(asked[6:-1]) if asked and fresh else 0
+        if asked and start >= len(data):
+            handler.say(416, Content_Range=f"bytes */{len(data)}")
+            return
+        rest = data[start:]
+        handler.send_response(206 if asked and fresh else 200)
+        handler.send_header("ETag", etag)
+        handler.send_header("Content-Length", str(len(rest)))
+        handler.end_headers()
+        if handler.command == "HEAD":
+            return
+        if left[0] > 0:
+            left[0] -= 1
+            handler.wfile.write(rest[: len(rest) // share])
+            handler.hang_up()
+        else:
+            handler.wfile.write(rest)
+
+    return answer
+
+
+def _first(count: int, answer: Answer, *, then: Answer) -> Answer:
+    left = [count]
+
+    def both(handler: _Handler) -> None:
+        left[0] -= 1
+        (answer if left[0] >= 0 else then)(handler)
+
+    return both
+
+
+def _part_of(server: _Server, folder: Path) -> Path:
+    """Return where the part of a download of this server's file lies."""
+    breaking = _file(DATA, breaks=10**6, share=3)
+    right, server.answer = server.answer, breaking
+    with pytest.raises(Unreachable):
+        _transport(server, patience_s=0.0).download("/file", folder / "other")
+    server.answer = right
+    (part,) = folder.glob(".other.*.part")
+    part.unlink()
+    return part.with_name(part.name.replace("other", "file"))

@@ -1,0 +1,158 @@
+"""The one-machine farm: it comes up, goes on, and leaves nothing behind."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import socket
+import subprocess
+from pathlib import Path
+
+import httpx
+import pytest
+
+from tests.integration.lippmann.conftest import LIPPMANN, Up, alive, lippmann_up, needs_povray, run, until
+
+pytestmark = needs_povray
+
+LONG_JOB = {"scene": "fish", "rig": {"px_per_lens": 32}, "render": {"tiles": [2, 1]}}
+"""Minutes of work: two tiles, so that both slots render."""
+
+
+def test_it_answers_says_where_it_is_and_leaves_nothing_after_ctrl_c(tmp_path: Path) -> None:
+    data_dir = tmp_path / ("long" * 40)  # longer than the path of a Unix socket may be
+    with lippmann_up(data_dir) as up:
+        assert up.said.keys() == {"url", "login_url", "data_dir", "pid"}
+        assert httpx.get(f"{up.said['url']}/api/v1/health").json()["database"]["ok"]
+        with up.client() as client:
+            until(lambda: client.health().slots == 2)
+        login = httpx.get(up.said["login_url"])
+        assert (login.status_code, "lippmann_session" in login.cookies) == (303, True)
+        processes = set(up.below())
+        assert len(processes) >= 6  # keeper, broker, service, worker and its two slots
+        assert up.end() == 0
+        assert not alive(processes)
+    assert not (data_dir / "farm.json").exists()
+    assert not list(data_dir.rglob("*.sock"))
+    assert not list(Path("/tmp").glob(f"lippmann-{os.getuid()}-*/broker.sock"))
+    assert {path.name for path in (data_dir / "log").iterdir()} == {"broker.log", "service.log", "worker.log"}
+
+
+@pytest.mark.parametrize("victims", [{"up"}, {"keeper"}, {"up", "keeper"}], ids=" and ".join)
+def test_kill_9_in_the_middle_of_a_rendering_leaves_nothing(tmp_path: Path, victims: set[str]) -> None:
+    with lippmann_up(tmp_path) as up:
+        _render(up)
+        processes = set(up.below())
+        pids = {"up": up.process.pid, "keeper": up.one("lippmann.supervisor")}
+        for victim in sorted(victims, reverse=True):  # whoever looks after the other goes first
+            os.kill(pids[victim], signal.SIGKILL)
+        until(lambda: not alive(processes), within_s=10)
+        assert up.process.wait(timeout=10) == (-signal.SIGKILL if "up" in victims else 1)
+    with lippmann_up(tmp_path) as up, up.client() as client:  # and the next start goes on
+        assert [job.status for job in client.jobs()] == ["running"]
+
+
+def test_ctrl_c_in_the_middle_of_a_rendering_is_told_and_leaves_nothing(tmp_path: Path) -> None:
+    with lippmann_up(tmp_path) as up:
+        _render(up)
+        processes = set(up.below())
+        assert up.end() == 0
+        assert not alive(processes)
+    with lippmann_up(tmp_path) as up, up.client() as client:
+        (job,) = client.jobs()
+        assert job.status == "running"
+        assert not [task for task in client.tasks(job.id) if task.failures], "to be stopped is no failure"
+
+
+def test_a_second_ctrl_c_ends_everything_at_once(tmp_path: Path) -> None:
+    with lippmann_up(tmp_path) as up:
+        processes = set(up.below())
+        os.kill(up.one("lippmann.main worker"), signal.SIGSTOP)  # it will not hear that it should end
+        up.process.send_signal(signal.SIGINT)
+        until(lambda: "Shutting down" not in (tmp_path / "log" / "service.log").read_text())
+        up.process.send_signal(signal.SIGINT)
+        assert up.process.wait(timeout=8) in (0, 130)
+        assert not alive(processes)
+
+
+def test_what_dies_is_started_again_at_the_same_address_with_the_same_key(tmp_path: Path) -> None:
+    with lippmann_up(tmp_path) as up, up.client(patience_s=30) as client:
+        until(lambda: client.health().slots == 2)
+        for words in ("lippmann.main serve", "valkey-server", "lippmann.main worker"):
+            old = up.one(words)
+            os.kill(old, signal.SIGKILL)
+            until(
+                lambda words=words, old=old: any(words in line and pid != old for (pid, _), line in up.below().items())
+            )
+        job = client.submit({"scene": "target-white", "rig": {"lens_array": {"count": [4, 4]}}, "outputs": []})
+        until(lambda: client.job(job.id).status == "done", within_s=90)
+        workers = [line for line in up.below().values() if "lippmann.main worker" in line]
+        assert len(workers) == 3, "one parent and two slots; nothing of the old ones"
+
+
+def test_the_next_start_has_the_jobs_and_keys_of_the_last(tmp_path: Path) -> None:
+    with lippmann_up(tmp_path) as up, up.client() as client:
+        job = client.submit({"scene": "target-white"})
+        client.pause(job.id) if client.job(job.id).status == "running" else client.cancel(job.id)
+        key = client.create_key("alice", "viewer")
+    with lippmann_up(tmp_path) as up, up.client() as client:
+        assert [found.id for found in client.jobs()] == [job.id]
+        keys = client.keys()
+        assert [found.name for found in keys] == ["admin", "alice"]
+        assert run("jobs", "--url", up.said["url"], "--key", key.key).returncode == 0
+
+
+def test_a_second_farm_on_the_same_folder_is_refused_and_the_first_does_not_notice(farm: Up) -> None:
+    second = run("up", "--port", "0", "--data-dir", str(farm.data_dir))
+    assert second.returncode == 2
+    assert re.search(r"expected a data folder that no farm uses, got .*, where one runs \(process \d+\)", second.stderr)
+    with farm.client() as client:
+        assert client.health().database.ok
+
+
+def test_a_port_that_is_taken_is_refused_before_anything_starts(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        for arguments in (("up",), ("serve",), ("demo", "--out", str(tmp_path / "out"))):
+            ended = run(*arguments, "--port", port, "--data-dir", str(tmp_path / "data"))
+            assert ended.returncode == 2
+            assert f"expected a free port, got 127.0.0.1:{port}" in ended.stderr
+    assert not (tmp_path / "data" / "lippmann.db").exists()
+
+
+def test_a_read_only_data_folder_is_refused_by_name(tmp_path: Path) -> None:
+    folder = tmp_path / "data"
+    folder.mkdir()
+    # Mounted read-only: taking the right to write away does not stop root.
+    inside = ["bwrap", "--dev-bind", "/", "/", "--ro-bind", str(folder), str(folder), "--", *LIPPMANN]
+    for name in ("up", "serve", "worker"):
+        command = [*inside, name, "--data-dir", str(folder)]
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=60)
+        assert ended.returncode == 2, ended.stderr
+        assert re.search(f"folder that can be written, got {folder}: Read-only file system", ended.stderr)
+
+
+def test_the_service_alone_says_where_it_is_keeps_its_key_and_ends_when_told(tmp_path: Path) -> None:
+    key_file = tmp_path / "keys" / "admin.key"
+    arguments = ["serve", "--json", "--port", "0", "--data-dir", str(tmp_path), "--key-file", str(key_file)]
+    keys = set()
+    for _ in range(2):
+        with subprocess.Popen([*LIPPMANN, *arguments], stdout=subprocess.PIPE, text=True) as service:
+            assert service.stdout is not None
+            url = json.loads(service.stdout.readline())["url"]
+            assert "listens" in service.stdout.readline()
+            headers = {"Authorization": f"Bearer {key_file.read_text().strip()}"}
+            assert httpx.get(f"{url}/api/v1/jobs", headers=headers).status_code == 200
+            keys.add(key_file.read_text())
+            service.send_signal(signal.SIGTERM)
+            assert service.wait(timeout=30) == 0
+    assert len(keys) == 1
+
+
+def _render(up: Up) -> None:
+    """Bring POV-Ray to work in the farm."""
+    with up.client() as client:
+        client.submit(LONG_JOB)
+    until(lambda: sum(line.startswith("povray ") for line in up.below().values()) >= 2, within_s=60)

@@ -1,0 +1,17 @@
+"""Waiting for what other threads and processes do."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+
+def until(question: Any, *, within_s: float = 30.0) -> Any:
+    """Ask until the answer is yes; for things that other threads and processes do."""
+    end_s = time.monotonic() + within_s
+    while time.monotonic() < end_s:
+        answer = question()
+        if answer:
+            return answer
+        time.sleep(0.01)
+    raise AssertionError(f"expected a yes within {within_s} s")
