@@ -9,6 +9,8 @@ import sys
 import time
 from pathlib import Path
 
+import structlog
+
 from lippmann.address import write_private
 from lippmann.listen import url_of
 from lippmann.parts import make_parts
@@ -27,7 +29,7 @@ class _Announcing(Server):
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets=sockets)
         if self.started and sockets:
-            print(f"{SERVICE_READY} on {url_of(sockets[0])}", flush=True)
+            print(f"{SERVICE_READY} on {url_of(sockets[0])}", file=sys.stderr, flush=True)
 
 
 def run_service(settings: Settings, listening: socket.socket, *, key_file: Path | None) -> bool:
@@ -40,9 +42,7 @@ def run_service(settings: Settings, listening: socket.socket, *, key_file: Path 
     key_file
         Keeps an admin key of this service; written when it is not there or not known.
     """
-    # The server says what goes wrong to this log and nowhere else.
-    logging.basicConfig(stream=sys.stderr, level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
-    logging.getLogger("uvicorn.access").setLevel(logging.WARNING)
+    _log_to_stderr()
     if key_file is not None:
         keep_admin_key(settings, key_file)
     app = create_app(settings, make_parts(settings.data_dir))
@@ -52,6 +52,12 @@ def run_service(settings: Settings, listening: socket.socket, *, key_file: Path 
         signal.signal(number, lambda *_: None)
     server.run(sockets=[listening])
     return server.started
+
+
+def _log_to_stderr() -> None:
+    logging.basicConfig(stream=sys.stderr, level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    logging.getLogger("uvicorn.access").setLevel(logging.WARNING)
+    structlog.configure(logger_factory=structlog.PrintLoggerFactory(file=sys.stderr))
 
 
 def keep_admin_key(settings: Settings, key_file: Path) -> None:

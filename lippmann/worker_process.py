@@ -52,9 +52,8 @@ def worker_arguments(*, slots: int, name: str) -> list[str]:
 def run_worker(*, slots: int) -> None:
     """Become a worker, until told to stop; ends the process."""
     name = worker_name()
-    # Before Celery and the worker's settings are imported: both read the environment then. SIGTERM lets running
-    # attempts say that they stop; Celery's own SIGTERM would wait for hours for them to end.
-    os.environ |= {"LIPPMANN_WORKER_NAME": name, "LIPPMANN_SLOTS": str(slots), "REMAP_SIGTERM": "SIGQUIT"}
+    # Before the worker's settings are imported: they read the environment then.
+    os.environ |= {"LIPPMANN_WORKER_NAME": name, "LIPPMANN_SLOTS": str(slots)}
     from worker.app import app
 
     app.worker_main(worker_arguments(slots=slots, name=name))

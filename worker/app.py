@@ -18,13 +18,12 @@ from worker.job.events import Presence
 from worker.povray.sandbox import detect
 from worker.povray.version import povray_version
 from worker.report import Announcer, Wire
-from worker.settings import WorkerSettings
+from worker.settings import STOPPING, WorkerSettings
 
 REDELIVERY_S = 8 * 86_400
 """Above every time limit a job may set: the broker must not run an order twice; the service decides what is lost."""
 
-SHUTDOWN_S = 20.0
-"""How long running attempts have to say that they stop; they are told at once and need about two seconds."""
+STALE_STOPPING_S = 3600.0
 
 _PR_SET_PDEATHSIG = 1
 
@@ -58,7 +57,6 @@ def make_app(settings: WorkerSettings) -> Celery:
         worker_hijack_root_logger=False,
         worker_send_task_events=False,
         worker_enable_remote_control=False,
-        worker_soft_shutdown_timeout=SHUTDOWN_S,
     )
     return app
 
@@ -74,6 +72,10 @@ _announcer: Announcer | None = None
 @worker_init.connect
 def _start_afresh(**_: Any) -> None:
     settings.scratch_dir.mkdir(parents=True, exist_ok=True)
+    for left in settings.scratch_dir.glob(f"{STOPPING}*"):
+        # Of workers that were killed while they shut down: a name is not used twice.
+        if time.time() - left.stat().st_mtime > STALE_STOPPING_S:
+            left.unlink(missing_ok=True)
     settings.stopping_file.unlink(missing_ok=True)
 
 
@@ -99,6 +101,7 @@ def _be_there(**_: Any) -> None:
 
 @worker_shutting_down.connect
 def _tell_attempts_to_stop(**_: Any) -> None:
+    """Let running attempts end in about a second, by the warm shutdown of SIGTERM; a cold one would not let them say so."""
     settings.stopping_file.touch()
 
 

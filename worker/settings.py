@@ -10,6 +10,9 @@ from typing import Literal
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+STOPPING = "stopping-"
+"""What the names of stopping files begin with."""
+
 
 class WorkerSettings(BaseSettings):
     """Settings of one worker."""
@@ -49,4 +52,4 @@ class WorkerSettings(BaseSettings):
     @property
     def stopping_file(self) -> Path:
         """What is there while the worker is being shut down."""
-        return self.scratch_dir / f"stopping-{self.worker_name}"
+        return self.scratch_dir / f"{STOPPING}{self.worker_name}"

@@ -145,12 +145,16 @@ def _order(kind: TaskKind, frame: int, tile: Tile | None = None) -> Order:
 
 
 def _keep(place: Workplace, name: str, out: Path) -> tuple[Path, Path]:
-    target = out / name
+    target, beside = out / name, (out / name).with_suffix(".part")
+    picture = target.with_suffix(".png")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with place.store.local_path(names.job_artifact(JOB_ID, name)) as path:
-            shutil.copyfile(path, target)
-        target.with_suffix(".png").write_bytes(png(target))
+            shutil.copyfile(path, beside)
+        beside.replace(target)
+        beside.write_bytes(png(target))
+        beside.replace(picture)
     except OSError as error:
+        beside.unlink(missing_ok=True)
         raise SpecError(f"expected a folder that can be written to, got {out}: {error.strerror}") from error
-    return target.with_suffix(".png"), target
+    return picture, target

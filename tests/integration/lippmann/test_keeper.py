@@ -26,20 +26,20 @@ def test_children_start_in_order_and_end_in_the_other(tmp_path: Path) -> None:
 
 def test_a_child_that_does_not_come_up_ends_everything_with_its_last_words(tmp_path: Path) -> None:
     with _keeper(tmp_path, first=SLEEPS, second="echo no such thing >&2; exit 3") as keeper:
-        said, _ = keeper.communicate(timeout=20)
+        said = _to_the_end(keeper)
     assert "expected second to come up, got its end. Its last words:\\n  second: no such thing" in said
     assert keeper.returncode == 1
 
 
 def test_a_child_that_says_nothing_is_not_waited_for_for_ever(tmp_path: Path) -> None:
     with _keeper(tmp_path, first="exec sleep 1000", start_within_s=0.3) as keeper:
-        said, _ = keeper.communicate(timeout=20)
+        said = _to_the_end(keeper)
     assert "expected first to come up, got nothing for 0.3 s" in said
 
 
 def test_a_child_that_dies_again_and_again_ends_everything(tmp_path: Path) -> None:
-    with _keeper(tmp_path, first=SLEEPS, second="echo works; echo oh dear; exit 7", pause_s=0.01) as keeper:
-        said, _ = keeper.communicate(timeout=40)
+    with _keeper(tmp_path, first=SLEEPS, second="echo works; sleep 0.2; echo oh dear; exit 7", pause_s=0.01) as keeper:
+        said = _to_the_end(keeper)
     assert said.count('"event": "restarted"') == 5
     assert "got 6 quick ends (the last with 7). Its last words:" in said
     assert "second: oh dear" in said
@@ -132,6 +132,14 @@ def _keeper(
         finally:
             if keeper.poll() is None and keeper.stdin is not None and not keeper.stdin.closed:
                 keeper.stdin.close()
+
+
+def _to_the_end(keeper: subprocess.Popen[str]) -> str:
+    """Return everything that a keeper says; its stdin stays open, for that is its reason to live."""
+    assert keeper.stdout is not None
+    said = keeper.stdout.read()
+    keeper.wait(timeout=20)
+    return said
 
 
 def _events(keeper: subprocess.Popen[str], count: int) -> list[str]:

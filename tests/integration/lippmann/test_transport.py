@@ -76,15 +76,21 @@ def _serving(answer: Answer) -> Iterator[_Server]:
             thread.join()
 
 
-def _transport(server: _Server, *, patience_s: float = 5.0) -> Transport:
-    return Transport(Address(server.url, "lip_a_b"), patience_s=patience_s, sleep=lambda _: None)
+@contextmanager
+def _talking_to(server: _Server, *, patience_s: float = 5.0) -> Iterator[Transport]:
+    transport = Transport(Address(server.url, "lip_a_b"), patience_s=patience_s, sleep=lambda _: None)
+    try:
+        yield transport
+    finally:
+        transport.close()
 
 
 @pytest.mark.parametrize("breaks", [0, 1, 5])
 def test_a_download_goes_on_where_it_broke_off_and_comes_whole(tmp_path: Path, breaks: int) -> None:
     with _serving(_file(DATA, breaks=breaks)) as server:
         came: list[int] = []
-        download = _transport(server).download("/file", tmp_path / "a" / "file", on_bytes=came.append)
+        with _talking_to(server) as transport:
+            download = transport.download("/file", tmp_path / "a" / "file", on_bytes=came.append)
     assert download.path.read_bytes() == DATA
     assert (download.size, download.etag, sum(came)) == (len(DATA), '"one"', len(DATA))
     starts = [int(headers.get("Range", "bytes=0-")[6:-1]) for method, headers, _ in server.asked if method == "GET"]
@@ -94,49 +100,46 @@ def test_a_download_goes_on_where_it_broke_off_and_comes_whole(tmp_path: Path, b
 
 
 def test_a_download_that_another_run_left_goes_on(tmp_path: Path) -> None:
-    with _serving(_file(DATA, breaks=10**6, share=3)) as server, pytest.raises(Unreachable):
-        _transport(server, patience_s=0.0).download("/file", tmp_path / "file")
+    _break_off(tmp_path / "file")
     (part,) = tmp_path.iterdir()
     here = part.stat().st_size
     assert not (tmp_path / "file").exists()
-    with _serving(_file(DATA)) as server:
+    with _serving(_file(DATA)) as server, _talking_to(server) as transport:
         came: list[int] = []
-        _transport(server).download("/file", tmp_path / "file", on_bytes=came.append)
+        transport.download("/file", tmp_path / "file", on_bytes=came.append)
     assert (tmp_path / "file").read_bytes() == DATA
     assert sum(came) == len(DATA) - here < len(DATA)
 
 
 def test_halves_of_two_files_never_meet(tmp_path: Path) -> None:
-    with _serving(_file(DATA, breaks=10**6, share=3)) as server, pytest.raises(Unreachable):
-        _transport(server, patience_s=0.0).download("/file", tmp_path / "file")
+    _break_off(tmp_path / "file")
     other = bytes(reversed(DATA))
-    with _serving(_file(other, etag='"two"')) as server:
-        _transport(server).download("/file", tmp_path / "file")
+    with _serving(_file(other, etag='"two"')) as server, _talking_to(server) as transport:
+        transport.download("/file", tmp_path / "file")
     assert (tmp_path / "file").read_bytes() == other
 
 
 def test_a_file_that_is_here_whole_but_was_not_renamed_is_not_brought_again(tmp_path: Path) -> None:
-    with _serving(_file(DATA)) as server:
-        download = _transport(server).download("/file", tmp_path / "file")
-        server.asked.clear()
-        part = _part_of(server, tmp_path)
-        download.path.rename(part)
+    with _serving(_file(DATA)) as server, _talking_to(server) as transport:
+        download = transport.download("/file", tmp_path / "file")
+        download.path.rename(_part_of(tmp_path / "file"))
         came: list[int] = []
-        _transport(server).download("/file", tmp_path / "file", on_bytes=came.append)
+        transport.download("/file", tmp_path / "file", on_bytes=came.append)
     assert (tmp_path / "file").read_bytes() == DATA
     assert came == []
 
 
 def test_a_picture_that_is_made_when_asked_for_comes_from_the_start_each_time(tmp_path: Path) -> None:
-    with _serving(_file(DATA, breaks=2)) as server:
-        _transport(server).download_made("/file", tmp_path / "file", params={"format": "png"})
+    with _serving(_file(DATA, breaks=2)) as server, _talking_to(server) as transport:
+        transport.download_made("/file", tmp_path / "file", params={"format": "png"})
     assert (tmp_path / "file").read_bytes() == DATA
     assert [(method, "Range" in headers) for method, headers, _ in server.asked] == [("GET", False)] * 3
 
 
 def test_a_file_that_is_not_there_leaves_nothing(tmp_path: Path) -> None:
-    with _serving(lambda handler: handler.say(404)) as server, pytest.raises(Refused) as caught:
-        _transport(server).download("/file", tmp_path / "file")
+    missing: Answer = lambda handler: handler.say(404)  # noqa: E731
+    with _serving(missing) as server, _talking_to(server) as transport, pytest.raises(Refused) as caught:
+        transport.download("/file", tmp_path / "file")
     assert caught.value.status == 404
     assert list(tmp_path.iterdir()) == []
 
@@ -160,20 +163,20 @@ def test_a_move_that_may_have_arrived_is_not_sent_again() -> None:
 
 def test_a_service_that_is_busy_is_asked_again_until_patience_ends() -> None:
     busy = _first(2, lambda handler: handler.say(503), then=lambda handler: handler.say(200, b"{}"))
-    with _serving(busy) as server:
-        assert _transport(server).ask("GET", "/").json() == {}
-    with _serving(lambda handler: handler.say(503)) as server:
+    with _serving(busy) as server, _talking_to(server) as transport:
+        assert transport.ask("GET", "/").json() == {}
+    with _serving(lambda handler: handler.say(503)) as server, _talking_to(server, patience_s=0.0) as transport:
         with pytest.raises(Refused) as caught:
-            _transport(server, patience_s=0.0).ask("GET", "/")
+            transport.ask("GET", "/")
         assert (caught.value.status, len(server.asked)) == (503, 1)
 
 
 def test_a_refusal_names_the_fields_and_the_exit_code() -> None:
     problem = {"detail": "no", "code": "spec", "request_id": "r1",
                "errors": [{"field": "frames", "expected": "a", "got": "b"}]}  # fmt: skip
-    refuse = lambda handler: handler.say(422, json.dumps(problem).encode())  # noqa: E731
-    with _serving(refuse) as server, pytest.raises(Refused) as caught:
-        _transport(server).ask("GET", "/")
+    refuse: Answer = lambda handler: handler.say(422, json.dumps(problem).encode())  # noqa: E731
+    with _serving(refuse) as server, _talking_to(server) as transport, pytest.raises(Refused) as caught:
+        transport.ask("GET", "/")
     assert str(caught.value.problems[0]) == "frames: expected a, got b"
     assert (caught.value.request_id, caught.value.exit_code) == ("r1", ExitCode.BAD_INPUT)
 
@@ -188,8 +191,8 @@ def test_a_stream_that_breaks_is_taken_up_after_the_last_event() -> None:
         handler.wfile.flush()
         handler.hang_up()
 
-    with _serving(answer) as server:
-        events = _transport(server).events("/events", params={"job": "a"})
+    with _serving(answer) as server, _talking_to(server) as transport:
+        events = transport.events("/events", params={"job": "a"})
         assert [next(events).data for _ in range(4)] == [1, 2, 3, 4]
         events.close()  # type: ignore[attr-defined]
 
@@ -197,12 +200,11 @@ def test_a_stream_that_breaks_is_taken_up_after_the_last_event() -> None:
 def test_a_stream_of_a_service_that_is_gone_ends_when_patience_does() -> None:
     with _serving(_Handler.hang_up) as server:
         url = server.url
-    transport = Transport(Address(url, ""), patience_s=0.2)
-    with pytest.raises(Unreachable, match="expected a service at http://127"):
-        next(transport.events("/events", params={}))
+        with _talking_to(server, patience_s=0.2) as transport, pytest.raises(Unreachable, match=f"a service at {url}"):
+            next(transport.events("/events", params={}))
 
 
-@pytest.mark.parametrize(("url", "key"), [("http://[", "k"), ("http://127.0.0.1", "schlüssel\n")])
+@pytest.mark.parametrize(("url", "key"), [("http://[::1", "k"), ("http://127.0.0.1", "schlüssel\n")])
 def test_a_url_or_key_that_cannot_be_is_refused(url: str, key: str) -> None:
     with pytest.raises(BadInput, match="expected a URL and a key"):
         Transport(Address(url, key))
@@ -246,13 +248,19 @@ def _first(count: int, answer: Answer, *, then: Answer) -> Answer:
     return both
 
 
-def _part_of(server: _Server, folder: Path) -> Path:
-    """Return where the part of a download of this server's file lies."""
-    breaking = _file(DATA, breaks=10**6, share=3)
-    right, server.answer = server.answer, breaking
-    with pytest.raises(Unreachable):
-        _transport(server, patience_s=0.0).download("/file", folder / "other")
-    server.answer = right
-    (part,) = folder.glob(".other.*.part")
+def _break_off(path: Path) -> None:
+    """Begin to download the file, and be cut off for good after a third."""
+    with _serving(_file(DATA, breaks=10**6, share=3)) as server, _talking_to(server, patience_s=0.0) as transport:
+        try:
+            transport.download("/file", path)
+        except Unreachable:
+            return
+    raise AssertionError("it was not cut off")
+
+
+def _part_of(path: Path) -> Path:
+    """Return where the part of a download to `path` lies."""
+    _break_off(path)
+    (part,) = path.parent.glob(f".{path.name}.*.part")
     part.unlink()
-    return part.with_name(part.name.replace("other", "file"))
+    return part

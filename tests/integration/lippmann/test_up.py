@@ -8,12 +8,14 @@ import re
 import signal
 import socket
 import subprocess
+from functools import partial
 from pathlib import Path
 
 import httpx
 import pytest
 
-from tests.integration.lippmann.conftest import LIPPMANN, Up, alive, lippmann_up, needs_povray, run, until
+from lippmann.supervisor.kin import descendants
+from tests.integration.lippmann.conftest import LIPPMANN, Up, alive, born, lippmann_up, needs_povray, run, until
 
 pytestmark = needs_povray
 
@@ -60,6 +62,7 @@ def test_ctrl_c_in_the_middle_of_a_rendering_is_told_and_leaves_nothing(tmp_path
         processes = set(up.below())
         assert up.end() == 0
         assert not alive(processes)
+    assert (tmp_path / "log" / "worker.log").read_text().count("code=stopped") == 2, "both attempts had their last word"
     with lippmann_up(tmp_path) as up, up.client() as client:
         (job,) = client.jobs()
         assert job.status == "running"
@@ -69,11 +72,12 @@ def test_ctrl_c_in_the_middle_of_a_rendering_is_told_and_leaves_nothing(tmp_path
 def test_a_second_ctrl_c_ends_everything_at_once(tmp_path: Path) -> None:
     with lippmann_up(tmp_path) as up:
         processes = set(up.below())
-        os.kill(up.one("lippmann.main worker"), signal.SIGSTOP)  # it will not hear that it should end
+        worker = up.one("lippmann.main worker")
+        os.kill(worker, signal.SIGSTOP)  # it will not hear that it should end
         up.process.send_signal(signal.SIGINT)
-        until(lambda: "Shutting down" not in (tmp_path / "log" / "service.log").read_text())
+        until(lambda: _is_pending(worker, signal.SIGTERM))
         up.process.send_signal(signal.SIGINT)
-        assert up.process.wait(timeout=8) in (0, 130)
+        assert up.process.wait(timeout=8) == 0
         assert not alive(processes)
 
 
@@ -83,9 +87,7 @@ def test_what_dies_is_started_again_at_the_same_address_with_the_same_key(tmp_pa
         for words in ("lippmann.main serve", "valkey-server", "lippmann.main worker"):
             old = up.one(words)
             os.kill(old, signal.SIGKILL)
-            until(
-                lambda words=words, old=old: any(words in line and pid != old for (pid, _), line in up.below().items())
-            )
+            until(partial(_is_another, up, words, old))
         job = client.submit({"scene": "target-white", "rig": {"lens_array": {"count": [4, 4]}}, "outputs": []})
         until(lambda: client.job(job.id).status == "done", within_s=90)
         workers = [line for line in up.below().values() if "lippmann.main worker" in line]
@@ -134,15 +136,38 @@ def test_a_read_only_data_folder_is_refused_by_name(tmp_path: Path) -> None:
         assert re.search(f"folder that can be written, got {folder}: Read-only file system", ended.stderr)
 
 
+def test_a_disk_that_is_full_is_refused_with_numbers(tmp_path: Path) -> None:
+    small = ["bwrap", "--dev-bind", "/", "/", "--size", "5000000", "--tmpfs", str(tmp_path), "--", *LIPPMANN]
+    ended = subprocess.run([*small, "up", "--data-dir", str(tmp_path)], capture_output=True, text=True, timeout=60)
+    assert ended.returncode == 2
+    assert re.search(rf"expected at least 100 MB free in {tmp_path}, got [45] MB", ended.stderr)
+
+
+def test_ctrl_c_ends_a_demo_with_130_and_leaves_nothing(tmp_path: Path) -> None:
+    arguments = ["demo", "--data-dir", str(tmp_path / "data"), "--out", str(tmp_path / "out")]
+    with subprocess.Popen([*LIPPMANN, *arguments], stderr=subprocess.PIPE, text=True) as demo:
+        assert demo.stderr is not None
+        assert any("0 of 6 frames" in line for line in demo.stderr)
+        processes = {found for pid in descendants(demo.pid) if (found := born(pid))}
+        demo.send_signal(signal.SIGINT)
+        assert demo.wait(timeout=60) == 130
+    assert len(processes) >= 4
+    assert not alive(processes)
+    assert not list((tmp_path / "out").iterdir())
+
+
 def test_the_service_alone_says_where_it_is_keeps_its_key_and_ends_when_told(tmp_path: Path) -> None:
     key_file = tmp_path / "keys" / "admin.key"
     arguments = ["serve", "--json", "--port", "0", "--data-dir", str(tmp_path), "--key-file", str(key_file)]
     keys = set()
     for _ in range(2):
-        with subprocess.Popen([*LIPPMANN, *arguments], stdout=subprocess.PIPE, text=True) as service:
+        with subprocess.Popen(
+            [*LIPPMANN, *arguments], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        ) as service:
             assert service.stdout is not None
+            assert service.stderr is not None
             url = json.loads(service.stdout.readline())["url"]
-            assert "listens" in service.stdout.readline()
+            assert any(f"The service listens on {url}" in line for line in service.stderr)
             headers = {"Authorization": f"Bearer {key_file.read_text().strip()}"}
             assert httpx.get(f"{url}/api/v1/jobs", headers=headers).status_code == 200
             keys.add(key_file.read_text())
@@ -155,4 +180,15 @@ def _render(up: Up) -> None:
     """Bring POV-Ray to work in the farm."""
     with up.client() as client:
         client.submit(LONG_JOB)
-    until(lambda: sum(line.startswith("povray ") for line in up.below().values()) >= 2, within_s=60)
+    until(lambda: sum(line.split(" ")[0].endswith("/povray") for line in up.below().values()) >= 2, within_s=60)
+
+
+def _is_another(up: Up, words: str, old: int) -> bool:
+    """Return whether the farm has a process of these words that is not the old one."""
+    return any(words in line and pid != old for (pid, _), line in up.below().items())
+
+
+def _is_pending(pid: int, number: signal.Signals) -> bool:
+    """Return whether a signal waits for a process that is stopped."""
+    (line,) = [line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith("ShdPnd")]
+    return bool(int(line.split()[1], 16) >> (number - 1) & 1)
