@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from povtemplates.catalogue import scene_folders
 from worker.images.read import read_codes, read_rgb
 from worker.job.orders import Order, TaskKind
-from worker.job.sheet import JobSheet
+from worker.job.sheet import JobSheet, PlanSheet
 from worker.job.spec import JobSpec, parse_spec
 from worker.plan import names
 from worker.plan.sampling import Tile, cut_tiles, frame_size
@@ -21,7 +21,7 @@ from worker.povray.bundle import pack_folder
 from worker.povray.log import AttemptLog
 from worker.povray.render import RenderOutcome
 from worker.settings import WorkerSettings
-from worker.tasks.local import JOB_ID, local_job
+from worker.tasks.local import JOB_ID, local_job, store_plan
 from worker.tasks.picture import render_picture
 from worker.tasks.watch import Unwatched
 from worker.tasks.workplace import Workplace, workplace
@@ -48,8 +48,12 @@ def builtin_bundle(scene: str) -> bytes:
 
 
 def stored_job(place: Workplace, spec: JobSpec) -> JobSheet:
-    """Store a job of a builtin scene as the service would."""
-    return local_job(place, spec, builtin_bundle(spec.scene))
+    """Store a job of a builtin scene, with the tiles that it names, as the service would."""
+    sheet = local_job(place, spec, builtin_bundle(spec.scene))
+    assert spec.render.tiles != "auto"
+    rows, cols = spec.render.tiles
+    store_plan(place, PlanSheet(tile_rows=rows, tile_cols=cols, probe_start_s=0.0, probe_s_per_px=0.0))
+    return sheet
 
 
 def order_of(kind: TaskKind, *, frame: int | None = 1, tile: Tile | None = None, output: str | None = None) -> Order:

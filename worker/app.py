@@ -101,7 +101,7 @@ def _be_there(**_: Any) -> None:
 
 @worker_shutting_down.connect
 def _tell_attempts_to_stop(**_: Any) -> None:
-    """Let running attempts end in about a second, by the warm shutdown of SIGTERM; a cold one would not let them say so."""
+    """Let running attempts end within about a second; SIGTERM, the warm shutdown, waits for their last words."""
     settings.stopping_file.touch()
 
 

@@ -40,7 +40,7 @@ def started(tmp_path: Path) -> Iterator[Client]:
     """Every command with the environment the file gives it; only addresses and folders are this machine's."""
     services, broker, port = composed(), Broker(tmp_path), free_port()
     here = {"0.0.0.0": "127.0.0.1", "8080": str(port)}
-    processes = []
+    processes: list[subprocess.Popen[bytes]] = []
     for name in ("service", "worker", "worker"):
         env = services[name]["environment"] | {
             "LIPPMANN_REDIS_URL": broker.url,

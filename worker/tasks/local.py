@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shutil
 import tempfile
 from collections.abc import Callable
@@ -18,9 +17,11 @@ from worker.job.spec import JobSpec
 from worker.optics.check import check_rig
 from worker.plan import names
 from worker.plan.sampling import Tile, cut_tiles, frame_size
+from worker.plan.tasks import plan_sheet
 from worker.povray.bundle import check_bundle
 from worker.settings import WorkerSettings
 from worker.tasks.assemble import assemble_frame
+from worker.tasks.probe import probe_job
 from worker.tasks.render import render_tile
 from worker.tasks.watch import Unwatched
 from worker.tasks.workplace import Workplace, workplace
@@ -55,6 +56,8 @@ def capture_frame(
         place = workplace(settings.model_copy(update={"data_dir": Path(folder)}))
         sheet = local_job(place, spec.model_copy(update={"frames": str(frame)}), bundle)
         notes = check_rig(sheet.spec, sheet.stage)
+        on_progress("probe", 0.0)
+        store_plan(place, _probed_plan(place, sheet))
         _render(place, sheet, frame, on_progress)
         on_progress("assemble", 0.0)
         assemble_frame(place, _order(TaskKind.ASSEMBLE, frame), Unwatched())
@@ -65,7 +68,7 @@ def capture_frame(
 
 
 def local_job(place: Workplace, spec: JobSpec, bundle: bytes) -> JobSheet:
-    """Store a job, its scene and its plan as the service would, and return the job."""
+    """Store a job and its scene as the service would, and return the job."""
     checked = check_bundle(bundle)
     sheet = JobSheet(
         job_id=JOB_ID,
@@ -75,12 +78,20 @@ def local_job(place: Workplace, spec: JobSpec, bundle: bytes) -> JobSheet:
         clock=spec.clock or checked.card.clock,
         parameters=checked.card.resolve(spec.parameters),
     )
-    rows, cols = (os.cpu_count() or 1, 1) if spec.render.tiles == "auto" else spec.render.tiles
-    plan = PlanSheet(tile_rows=rows, tile_cols=cols, probe_start_s=0.0, probe_s_per_px=0.0)
     place.store.put_bytes(names.bundle_name(checked.digest), bundle)
     place.store.put_bytes(names.job_artifact(JOB_ID, names.JOB_SHEET), sheet.model_dump_json().encode())
-    place.store.put_bytes(names.job_artifact(JOB_ID, names.PLAN_SHEET), plan.model_dump_json().encode())
     return sheet
+
+
+def store_plan(place: Workplace, plan: PlanSheet) -> None:
+    """Store how the job is cut, as the service would."""
+    place.store.put_bytes(names.job_artifact(JOB_ID, names.PLAN_SHEET), plan.model_dump_json().encode())
+
+
+def _probed_plan(place: Workplace, sheet: JobSheet) -> PlanSheet:
+    work = probe_job(place, _order(TaskKind.PROBE, None), Unwatched())
+    assert work.probe is not None  # noqa: S101 - what a probe is for
+    return plan_sheet(sheet.spec, work.probe, slots=place.settings.slots)
 
 
 def _render(place: Workplace, sheet: JobSheet, frame: int, on_progress: OnProgress) -> None:
@@ -132,7 +143,7 @@ class _Told:
         return self.stopped
 
 
-def _order(kind: TaskKind, frame: int, tile: Tile | None = None) -> Order:
+def _order(kind: TaskKind, frame: int | None, tile: Tile | None = None) -> Order:
     return Order(
         kind=kind,
         job_id=JOB_ID,
