@@ -13,6 +13,7 @@ from typing import Any
 from celery import Celery
 from celery.signals import worker_init, worker_process_init, worker_ready, worker_shutdown, worker_shutting_down
 
+from worker.errors import SandboxMissing, WorkerError
 from worker.job import wire
 from worker.job.events import Presence
 from worker.povray.sandbox import detect
@@ -71,32 +72,50 @@ _announcer: Announcer | None = None
 
 @worker_init.connect
 def _start_afresh(**_: Any) -> None:
+    """Clear what is left of earlier workers, and see that this one can work."""
+    global _announcer
     settings.scratch_dir.mkdir(parents=True, exist_ok=True)
     for left in settings.scratch_dir.glob(f"{STOPPING}*"):
         # Of workers that were killed while they shut down: a name is not used twice.
         if time.time() - left.stat().st_mtime > STALE_STOPPING_S:
             left.unlink(missing_ok=True)
     settings.stopping_file.unlink(missing_ok=True)
+    try:
+        _announcer = Announcer(Wire(settings.redis_url, settings.worker_name), presence(), settings.heartbeat_file)
+    except WorkerError as error:
+        # Celery logs and forgets errors of signals; this one means that no order could be done here.
+        raise SystemExit(f"lippmann worker: {error.message}") from error
 
 
 @worker_ready.connect
 def _be_there(**_: Any) -> None:
-    """Say that the worker is there, until it is not."""
-    global _announcer
+    if _announcer:
+        _announcer.start()
+
+
+def presence() -> Presence:
+    """Return what this worker is, found by trying.
+
+    Raises
+    ------
+    PovrayMissing, SandboxMissing
+        If it could not do its work.
+    """
     now_s = time.time()
-    presence = Presence(
+    sandbox = detect(settings.sandbox, allow_none=settings.sandbox == "none")
+    if sandbox.mode == "none" and settings.sandbox != "none":
+        raise SandboxMissing("expected bubblewrap or Landlock to hold POV-Ray, got neither; install bubblewrap")
+    return Presence(
         name=settings.worker_name,
         host=platform.node(),
         pid=os.getpid(),
         slots=settings.slots,
-        sandbox=detect(settings.sandbox, allow_none=settings.sandbox == "none").mode,
+        sandbox=sandbox.mode,
         povray=povray_version(settings.povray),
         version=version("lippmann"),
         started_s=now_s,
         seen_s=now_s,
     )
-    _announcer = Announcer(Wire(settings.redis_url, settings.worker_name), presence, settings.heartbeat_file)
-    _announcer.start()
 
 
 @worker_shutting_down.connect

@@ -7,6 +7,8 @@ the service finds out by silence and by the artifact, and the work goes on meanw
 from __future__ import annotations
 
 import contextlib
+import os
+import signal
 import threading
 import time
 from collections.abc import Callable
@@ -94,11 +96,15 @@ class Wire:
 class Heart:
     """Beats while an attempt works: keeps its lease, tells its progress, hears the stop sign.
 
-    A context manager. `progress` may be set from the working thread at any time.
+    A context manager. `progress` may be set from the working thread at any time. Work without progress for `hung_s`
+    cannot be ended from beside it (a file system that does not answer): then the process is, and the service hears the
+    silence.
     """
 
-    def __init__(self, line: Wire, order: Order, *, worker_stopping: Callable[[], bool]) -> None:
+    def __init__(self, line: Wire, order: Order, *, worker_stopping: Callable[[], bool], hung_s: float) -> None:
         self.progress = 0.0
+        self._hung_s = hung_s
+        self._moved = (0.0, time.monotonic())
         self._line = line
         self._order = order
         self._worker_stopping = worker_stopping
@@ -120,9 +126,18 @@ class Heart:
         self._ended.set()
         self._thread.join()
 
+    def _hangs(self) -> bool:
+        progress, since_s = self._moved
+        if self.progress != progress:
+            self._moved = (self.progress, time.monotonic())
+            return False
+        return time.monotonic() - since_s > self._hung_s
+
     def _beat(self) -> None:
         next_beat = 0.0
         while not self._ended.wait(wire.STOP_POLL_S):
+            if self._hangs():
+                os.kill(os.getpid(), signal.SIGKILL)
             try:
                 if self._line.told_to_stop(self._order.attempt):
                     self._stop_seen.set()
@@ -151,7 +166,8 @@ class Announcer:
     def stop(self) -> None:
         """Say that the worker is gone."""
         self._ended.set()
-        self._thread.join()
+        if self._thread.is_alive():
+            self._thread.join()
         self._line.leave()
 
     def _announce(self) -> None:

@@ -50,6 +50,11 @@ class WorkerSettings(BaseSettings):
         return self.scratch_dir / "attempts"
 
     @property
+    def bundles_dir(self) -> Path:
+        """Where scene bundles are unpacked."""
+        return self.scratch_dir / "bundles"
+
+    @property
     def stopping_file(self) -> Path:
         """What is there while the worker is being shut down."""
         return self.scratch_dir / f"{STOPPING}{self.worker_name}"

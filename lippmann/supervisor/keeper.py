@@ -138,9 +138,10 @@ class Keeper:
 
     def _strays(self) -> set[int]:
         """Return what was left by children that ended: it came to us, or stands below what came to us."""
+        # All of them first: what a living child starts meanwhile is then no stray.
+        everything = descendants(os.getpid())
         own = {child.process.pid for child in self._children if child.process is not None}
-        kept = own.union(*(descendants(pid) for pid in own))
-        return descendants(os.getpid()) - kept
+        return everything - own.union(*(descendants(pid) for pid in own))
 
     def _restart_due(self) -> None:
         now_s = time.monotonic()

@@ -29,10 +29,11 @@ class Order(BaseModel):
     """One attempt of one task, as it travels to a worker.
 
     `attempt` is the fence: every event about the work carries it, and only the attempt that owns the task may change
-    the task. Workers named in `avoid` decline.
+    the task. Workers named in `avoid` decline. A worker leaves alone what a newer service says beside: a farm is
+    upgraded one host after the other.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="ignore")
 
     kind: TaskKind
     job_id: str

@@ -8,6 +8,7 @@ from __future__ import annotations
 import hashlib
 import io
 import zipfile
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
@@ -20,6 +21,14 @@ from worker.job.scene import SceneCard, parse_scene
 MAX_BYTES = 256 * 1024 * 1024
 """Of all files together, unpacked."""
 MAX_FILES = 2000
+MAX_POSTER_BYTES = 2 * 1024 * 1024
+MAX_MANIFEST_BYTES = 256 * 1024
+MAX_NAME_BYTES = 200
+"""Of one part of a name; file systems take 255."""
+
+_ENCRYPTED = 0x1
+_METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
+_CHUNK = 64 * 1024
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
@@ -67,10 +76,12 @@ def check_bundle(data: bytes) -> CheckedBundle:
             if needed not in names:
                 raise BundleError(f"expected {needed} at the top of the bundle, got {', '.join(sorted(names)[:8])}")
         try:
-            card = parse_scene(read_manifest(archive.read(MANIFEST)))
+            card = parse_scene(read_manifest(_read(archive, MANIFEST, at_most=MAX_MANIFEST_BYTES)))
         except ManifestError as error:
             raise BundleError(str(error)) from error
-        poster = archive.read(POSTER) if POSTER in names else None
+        poster = _read(archive, POSTER, at_most=MAX_POSTER_BYTES) if POSTER in names else None
+        for name in names:
+            _read(archive, name, at_most=MAX_BYTES)
     return CheckedBundle(card=card, digest=digest_of(data), poster=poster)
 
 
@@ -86,7 +97,7 @@ def unpack(data: bytes, folder: Path) -> None:
         for name in _checked_names(archive):
             target = folder / name
             target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_bytes(archive.read(name))
+            target.write_bytes(_read(archive, name, at_most=MAX_BYTES))
 
 
 def digest_of(data: bytes) -> str:
@@ -123,6 +134,36 @@ def _checked_names(archive: zipfile.ZipFile) -> list[str]:
         path = PurePosixPath(entry.filename)
         if path.is_absolute() or ".." in path.parts or "\\" in entry.filename or "\0" in entry.filename:
             raise BundleError(f"expected names inside the bundle, got {entry.filename!r}")
+        if any(len(part.encode()) > MAX_NAME_BYTES for part in path.parts):
+            raise BundleError(f"expected names of at most {MAX_NAME_BYTES} bytes, got {entry.filename[:80]!r}...")
+        if entry.compress_type not in _METHODS or entry.flag_bits & _ENCRYPTED:
+            raise BundleError(f"{entry.filename}: expected it stored or deflated and not encrypted")
         if entry.external_attr >> 16 & 0o170000 == 0o120000:
             raise BundleError(f"expected plain files, got a link: {entry.filename!r}")
-    return [entry.filename for entry in entries]
+    names = [entry.filename for entry in entries]
+    _check_no_conflict(names)
+    return names
+
+
+def _check_no_conflict(names: list[str]) -> None:
+    """Refuse a name that comes twice, or that is a file here and a folder there."""
+    folders = {str(parent) for name in names for parent in PurePosixPath(name).parents}
+    if len(set(names)) < len(names) or folders.intersection(names):
+        raise BundleError("expected every name once, and none both as a file and as a folder")
+
+
+def _read(archive: zipfile.ZipFile, name: str, *, at_most: int) -> bytes:
+    """Return a file of the zip, never holding more than it says it has: a small zip may unpack to anything."""
+    declared = archive.getinfo(name).file_size
+    if declared > at_most:
+        raise BundleError(f"{name}: expected at most {at_most} bytes, got {declared}")
+    data = bytearray()
+    try:
+        with archive.open(name) as file:
+            while chunk := file.read(_CHUNK):
+                data += chunk
+                if len(data) > declared:
+                    raise BundleError(f"{name}: expected the {declared} bytes that the zip says, got more")
+    except (zipfile.BadZipFile, zlib.error, EOFError, OSError) as error:
+        raise BundleError(f"{name}: damaged in the zip: {error}") from error
+    return bytes(data)

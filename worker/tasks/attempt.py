@@ -10,12 +10,24 @@ import structlog
 
 from worker.errors import NO_ROOM, Permanent, StoreFull, WorkerError
 from worker.job.events import EventKind, Failure, ProbeResult
-from worker.job.orders import Order
+from worker.job.orders import Order, TaskKind
 from worker.report import Heart, event_of
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
 
 log = structlog.get_logger()
+
+
+DECLINE_PAUSE_S = 1.0
+"""A worker that declines rests, so that it does not empty the queue before those that may take from it."""
+
+HUNG_S = {
+    TaskKind.PROBE: 90_000.0,
+    TaskKind.RENDER: 90_000.0,
+    TaskKind.ASSEMBLE: 3600.0,
+    TaskKind.ENCODE: 3600.0,
+}
+"""Work without progress for so long hangs beyond help. A render has its job's limits, a day at most, before that."""
 
 
 @dataclass(frozen=True)
@@ -38,12 +50,13 @@ def attempt(place: Workplace, order: Order, do: Doing) -> None:
     line, worker = place.line, place.line.worker
     if worker in order.avoid:
         line.say(event_of(order, EventKind.DECLINED, worker))
+        time.sleep(DECLINE_PAUSE_S)
         return
     if line.told_to_stop(order.attempt) or not line.take_lease(order.attempt):
         return
     line.say(event_of(order, EventKind.CLAIMED, worker))
     started_s, started_cpu_s = time.monotonic(), time.process_time()
-    with Heart(line, order, worker_stopping=place.stopping) as heart:
+    with Heart(line, order, worker_stopping=place.stopping, hung_s=HUNG_S[order.kind]) as heart:
         work, failure = _done_or_failed(place, order, do, heart)
     line.say_at_last(
         event_of(

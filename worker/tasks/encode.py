@@ -51,11 +51,13 @@ def encode_output(place: Workplace, order: Order, watch: Watch) -> Work:
             codes: NDArray[np.uint8] = srgb_codes(read_rgb(path, np.float16))
             return codes
 
+    count = made.count(sheet)
+
     def watched() -> Iterator[Frame]:
         for number, picture in enumerate(made.pictures(sheet, read)):
             if watch.should_stop():
                 raise Stopped
-            watch.progress = number / made.count(sheet)
+            watch.progress = number / count
             yield picture
 
     layout = frame_size(sheet.spec.rig)

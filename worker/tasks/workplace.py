@@ -7,6 +7,7 @@ import fcntl
 import os
 import shutil
 import tempfile
+import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
@@ -20,6 +21,9 @@ from worker.report import Wire
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
 from worker.store.protocol import ArtifactStore
+
+BUNDLE_KEPT_S = 14 * 86_400.0
+"""An unpacked bundle that no attempt asked for so long is removed at the next start; twice the longest attempt."""
 
 
 @dataclass(frozen=True)
@@ -49,8 +53,10 @@ class Workplace:
 
     def bundle_folder(self, digest: str) -> Path:
         """Return the folder with a scene bundle's files, unpacked once for all attempts."""
-        folder = self.settings.scratch_dir / "bundles" / digest
-        if not folder.is_dir():
+        folder = self.settings.bundles_dir / digest
+        if folder.is_dir():
+            os.utime(folder)
+        else:
             folder.parent.mkdir(parents=True, exist_ok=True)
             beside = Path(tempfile.mkdtemp(prefix=f".{digest[:8]}-", dir=folder.parent))
             try:
@@ -74,11 +80,17 @@ class Workplace:
 
 
 def sweep_scratch(settings: WorkerSettings) -> None:
-    """Remove the folders of attempts whose worker was killed; those of living workers are locked."""
-    for entry in settings.attempts_dir.glob("*"):
-        if entry.is_dir():
-            with contextlib.suppress(OSError), folder_lock(entry):
-                shutil.rmtree(entry)
+    """Remove what killed workers left: attempts' folders (those of the living are locked), their logs, old bundles."""
+    for folder in filter(Path.is_dir, settings.attempts_dir.glob("*")):
+        with contextlib.suppress(OSError), folder_lock(folder):
+            shutil.rmtree(folder)
+    for log in settings.attempts_dir.glob("*.txt"):
+        if not log.with_suffix("").exists():
+            log.unlink(missing_ok=True)
+    for bundle in filter(Path.is_dir, settings.bundles_dir.glob("*")):
+        with contextlib.suppress(OSError):
+            if time.time() - bundle.stat().st_mtime > BUNDLE_KEPT_S:
+                shutil.rmtree(bundle)
 
 
 @contextlib.contextmanager

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import signal
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -20,6 +23,15 @@ from worker.store.local import LocalStore
 from worker.tasks.attempt import Work, attempt
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
+
+_HANGS = """
+import sys, threading
+from worker.job.orders import Order
+from worker.report import Heart, Wire
+order = Order(kind="encode", job_id="j", task_id="t", attempt="a", attempt_number=1)
+with Heart(Wire(sys.argv[1], "w1"), order, worker_stopping=lambda: False, hung_s=2.0):
+    threading.Event().wait(60)
+"""
 
 
 @pytest.fixture(scope="module")
@@ -93,6 +105,15 @@ def test_a_failure_says_what_it_was_and_whether_to_try_again(
     assert failed.failure is not None
     assert (failed.failure.code, failed.failure.permanent) == (code, permanent)
     assert failed.failure.message
+
+
+def test_an_order_of_a_newer_service_is_understood() -> None:
+    assert Order.model_validate(order().model_dump() | {"colour": "red"}) == order()
+
+
+def test_a_process_whose_work_hangs_ends_itself(redis_url: str, tmp_path: Path) -> None:
+    ran = subprocess.run([sys.executable, "-c", _HANGS, redis_url], check=False, timeout=60)
+    assert ran.returncode == -signal.SIGKILL
 
 
 def test_an_order_for_others_is_declined_and_not_worked_on(place: Workplace, redis: Redis) -> None:

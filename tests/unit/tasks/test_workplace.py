@@ -17,6 +17,7 @@ from pathlib import Path
 from tests.builders import local_place
 with local_place(Path(sys.argv[1])).task_folder() as folder:
     (folder / "left").write_text("behind")
+    folder.with_name(folder.name + ".txt").write_text("a log")
     os.kill(os.getpid(), signal.SIGKILL)
 """
 
@@ -24,12 +25,13 @@ with local_place(Path(sys.argv[1])).task_folder() as folder:
 def test_the_folder_of_a_killed_worker_is_swept_and_of_a_living_one_kept(tmp_path: Path) -> None:
     settings = WorkerSettings(data_dir=tmp_path)
     subprocess.run([sys.executable, "-c", _KILLED, str(tmp_path)], check=False)
-    (dead,) = settings.attempts_dir.iterdir()
+    dead, log = sorted(settings.attempts_dir.iterdir())
     living = settings.attempts_dir / "living"
     living.mkdir()
     with folder_lock(living):
         sweep_scratch(settings)
         assert not dead.exists()
+        assert not log.exists()
         assert living.exists()
 
 
