@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
+from lippmann.main import app
 from povtemplates.catalogue import scene_folders
 from service.settings import Settings
 from worker.job.spec import JobSpec, parse_spec
@@ -83,3 +84,18 @@ def test_every_page_is_in_the_table_of_contents() -> None:
 def test_every_setting_is_documented_and_no_other(heading: str, settings: type[BaseModel]) -> None:
     section = (DOCS / "settings.md").read_text().split(f"## {heading}\n")[1].split("\n## ")[0]
     assert set(re.findall(r"LIPPMANN_(\w+)`", section)) == {name.upper() for name in settings.model_fields}
+
+
+def test_every_command_in_a_block_of_code_is_one_that_lippmann_has() -> None:
+    commands = {command.name or command.callback.__name__ for command in app.registered_commands if command.callback}
+    commands |= {group.name for group in app.registered_groups}
+    for page in PAGES:
+        for block in re.findall(r"```[a-z]*\n(.*?)```", page.read_text(), re.DOTALL):
+            for word in re.findall(r"^\s*(?:\$ )?lippmann ([a-z]+)", block, re.MULTILINE):
+                assert word in commands, f"{page.name}: lippmann {word}"
+
+
+def test_every_make_target_in_the_docs_is_in_the_makefile() -> None:
+    targets = set(re.findall(r"^([a-z-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    for page in PAGES:
+        assert set(re.findall(r"`make ([a-z-]+)`", page.read_text())) <= targets, page.name

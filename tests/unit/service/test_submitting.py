@@ -48,7 +48,7 @@ def test_notes_on_the_optics_are_kept_with_the_job(api: Client, monkeypatch: pyt
     [
         ({"colour": 1}, "colour", "no such field"),
         ({"rig": {"lens_array": {"pich_mm": 1}}}, "rig.lens_array.pich_mm", "no such field"),
-        ({"frames": "4-1"}, "frames", "a range that counts up, got '4-1' in '4-1'"),
+        ({"frames": "4-1"}, "frames", "a range that counts up"),
         ({"scene": "nowhere"}, "scene", "a scene of GET /api/v1/scenes"),
         ({"parameters": {"hue": 1}}, "parameters.hue", "no parameters"),
         ({"priority": 101}, "priority", "less than or equal to 100"),
