@@ -8,11 +8,13 @@ import socket
 import sys
 import time
 from pathlib import Path
+from typing import TextIO, cast
 
 import structlog
 
 from lippmann.address import write_private
 from lippmann.listen import url_of
+from lippmann.log_file import LogFile
 from lippmann.parts import make_parts
 from lippmann.supervisor.children import SERVICE_READY
 from service.db.engine import Database
@@ -55,9 +57,10 @@ def run_service(settings: Settings, listening: socket.socket, *, key_file: Path 
 
 
 def _log_to_stderr() -> None:
-    logging.basicConfig(stream=sys.stderr, level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    file = cast(TextIO, LogFile(sys.stderr))
+    logging.basicConfig(stream=file, level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
     logging.getLogger("uvicorn.access").setLevel(logging.WARNING)
-    structlog.configure(logger_factory=structlog.PrintLoggerFactory(file=sys.stderr))
+    structlog.configure(logger_factory=structlog.PrintLoggerFactory(file=file))
 
 
 def keep_admin_key(settings: Settings, key_file: Path) -> None:

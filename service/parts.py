@@ -74,14 +74,20 @@ class ArtifactStore(Protocol):
     def read_range(self, name: str, start: int, stop: int) -> Iterator[bytes]:
         """Yield bytes [start, stop) of an artifact in chunks."""
 
-    def list(self, prefix: str) -> Sequence[ArtifactInfo]:
-        """Return every artifact below a prefix, by name."""
+    def list(self, prefix: str, *, after: str = "", limit: int | None = None) -> Sequence[ArtifactInfo]:
+        """Return the artifacts below a prefix, by name: those after a name, and not more than `limit`."""
+
+    def folders(self) -> Sequence[str]:
+        """Return the first parts of all names that have several, sorted."""
 
     def delete(self, prefix: str) -> None:
         """Delete every artifact below a prefix."""
 
     def local_path(self, name: str) -> AbstractContextManager[Path]:
         """Lend an artifact as a readable file."""
+
+    def free_bytes(self) -> int | None:
+        """Return how much room is left; None for a store that has no end."""
 
 
 class Pictures(Protocol):

@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from sqlalchemy import func, or_, select, update
+from sqlalchemy import ColumnElement, func, or_, select, update
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
@@ -65,13 +65,27 @@ def shift(session: Session, job_id: str, tasks: Mapping[TaskStatus, int], **gain
         changed(session, update(Job).where(Job.id == job_id).values(values))
 
 
+def is_miscounted(session: Session, job_id: str) -> bool:
+    """Return whether a job's row is wrong about its tasks."""
+    return (
+        session.execute(select(Job.id).where(Job.id == job_id, _wrong(_counted(session, job_id)))).first() is not None
+    )
+
+
 def recount(session: Session, job_id: str) -> bool:
     """Count a job's tasks again, and return whether the row had been wrong."""
+    columns = _counted(session, job_id)
+    return changed(session, update(Job).where(Job.id == job_id, _wrong(columns)).values(columns)) > 0
+
+
+def _counted(session: Session, job_id: str) -> dict[str, int]:
     rows = session.execute(select(Task.status, func.count()).where(Task.job_id == job_id).group_by(Task.status))
     counted: Counter[TaskStatus] = Counter(dict(rows.all()))
-    columns = {status.value: counted[status] for status in TaskStatus}
-    wrong = or_(*(getattr(Job, name) != n for name, n in columns.items()))
-    return changed(session, update(Job).where(Job.id == job_id, wrong).values(columns)) > 0
+    return {status.value: counted[status] for status in TaskStatus}
+
+
+def _wrong(columns: Mapping[str, int]) -> ColumnElement[bool]:
+    return or_(*(getattr(Job, name) != n for name, n in columns.items()))
 
 
 def _check(was: TaskStatus, to: TaskStatus) -> None:

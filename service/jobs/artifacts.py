@@ -4,14 +4,10 @@ from __future__ import annotations
 
 import mimetypes
 import re
-from bisect import bisect_right
 from dataclasses import dataclass
-
-from sqlalchemy.orm import Session
 
 from service.errors import NotFound, RangeNotSatisfiable
 from service.jobs import show
-from service.jobs.moves import find_job
 from service.parts import ArtifactStore
 from service.schemas import artifact as schema
 from service.schemas.answer import utc
@@ -44,13 +40,11 @@ class File:
 
 
 def page_artifacts(
-    session: Session, store: ArtifactStore, job_id: str, *, prefix: str, cursor: str | None, limit: int
+    store: ArtifactStore, job_id: str, *, prefix: str, cursor: str | None, limit: int
 ) -> schema.ArtifactPage:
     """Return files of a job by name."""
-    find_job(session, job_id)
     below = names.job_artifact(job_id, _clean(prefix) if prefix else "")
-    found = sorted(store.list(below), key=lambda info: info.name)
-    start = bisect_right(found, names.job_artifact(job_id, cursor), key=lambda info: info.name) if cursor else 0
+    found = store.list(below, after=names.job_artifact(job_id, cursor) if cursor else "", limit=limit + 1)
     items = tuple(
         schema.Artifact(
             name=(name := info.name.removeprefix(f"{job_id}/")),
@@ -60,10 +54,9 @@ def page_artifacts(
             url=show.artifact_url(job_id, name),
             media_type=media_type(name),
         )
-        for info in found[start : start + limit]
+        for info in found[:limit]
     )
-    more = start + limit < len(found)
-    return schema.ArtifactPage(items=items, next_cursor=items[-1].name if more else None)
+    return schema.ArtifactPage(items=items, next_cursor=items[-1].name if len(found) > limit else None)
 
 
 def find_file(store: ArtifactStore, job_id: str, name: str) -> File:

@@ -11,6 +11,7 @@ from service.db import job_rows, task_rows
 from service.db.tables import Task
 from service.errors import Invalid, NotFound
 from service.jobs import show
+from service.jobs.frame_status import frame_status
 from service.jobs.ids import parse_task_id
 from service.jobs.moves import find_job
 from service.schemas import frame as frame_schema
@@ -67,27 +68,17 @@ def find_task(session: Session, job_id: str, task_id: str) -> Task:
 
 def page_frames(session: Session, job_id: str, *, cursor: str | None, limit: int) -> frame_schema.FramePage:
     """Return frames of a job in order."""
-    numbers = show.spec_of(find_job(session, job_id)).frame_numbers
+    row = find_job(session, job_id)
+    numbers = show.spec_of(row).frame_numbers
     start = bisect_right(numbers, number_in(cursor))
     shown = numbers[start : start + limit]
-    standing: dict[int, dict[tuple[TaskKind, TaskStatus], int]] = defaultdict(dict)
-    for number, kind, status, tasks in task_rows.frames(session, job_id, shown):
+    standing: dict[int, set[tuple[TaskKind, TaskStatus]]] = defaultdict(set)
+    for number, kind, status, _ in task_rows.frames(session, job_id, shown):
         if number is not None:
-            standing[number][kind, status] = tasks
-    items = tuple(_frame(job_id, number, frame_status(standing[number])) for number in shown)
+            standing[number].add((kind, status))
+    items = tuple(_frame(job_id, number, frame_status(standing[number], row.status)) for number in shown)
     more = start + limit < len(numbers)
     return frame_schema.FramePage(items=items, next_cursor=str(shown[-1]) if more else None)
-
-
-def frame_status(standing: dict[tuple[TaskKind, TaskStatus], int]) -> FrameStatus:
-    """Return where a frame stands, from where its tasks stand."""
-    statuses = {status for _, status in standing}
-    if (TaskKind.ASSEMBLE, TaskStatus.DONE) in standing:
-        return FrameStatus.DONE
-    if TaskStatus.FAILED in statuses:
-        return FrameStatus.FAILED
-    begun = statuses & {TaskStatus.RUNNING, TaskStatus.DONE}
-    return FrameStatus.RENDERING if begun else FrameStatus.WAITING
 
 
 def number_in(cursor: str | None) -> int:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
 from typing import TypeVar
@@ -14,7 +13,6 @@ from service.db import clerk_rows, job_rows, task_rows
 from service.db.engine import Database
 from service.parts import ArtifactStore
 from service.schemas.farm import ClerkPart, Health, Part, StorePart, Worker, WorkerList
-from service.settings import Settings
 from service.stream import Stream
 from worker.job.events import Presence
 
@@ -29,15 +27,14 @@ T = TypeVar("T")
 class Checks:
     """Asks the things that the service needs how they are."""
 
-    def __init__(self, database: Database, store: ArtifactStore, stream: Stream, settings: Settings) -> None:
+    def __init__(self, database: Database, store: ArtifactStore, stream: Stream) -> None:
         self._database = database
         self._store = store
         self._stream = stream
-        self._settings = settings
         self._limiter: anyio.CapacityLimiter | None = None
 
-    async def health(self, *, now_s: float) -> Health:
-        """Return how everything is, all asked at once."""
+    async def health(self, *, now_s: float, is_known: Callable[[], bool]) -> Health:
+        """Return how everything is, all asked at once; who leads only for a caller who `is_known`."""
         answers: dict[str, object] = {}
 
         async def ask(name: str, question: Callable[[], object]) -> None:
@@ -47,7 +44,11 @@ class Checks:
             group.start_soon(ask, "clerk", lambda: self._clerk(now_s))
             group.start_soon(ask, "workers", self._stream.presences)
             group.start_soon(ask, "free", self._free_bytes)
-        return _health(answers["clerk"], answers["workers"], answers["free"])
+            group.start_soon(ask, "known", is_known)
+        health = _health(answers["clerk"], answers["workers"], answers["free"])
+        # The leader's name tells machine and process; a key that is none, or an unknown one, is nobody's.
+        hidden = health.clerk.model_copy(update={"leader": None})
+        return health if answers["known"] is True else health.model_copy(update={"clerk": hidden})
 
     async def workers(self) -> WorkerList:
         """Return who is there, and how much each does."""
@@ -77,8 +78,7 @@ class Checks:
 
     def _free_bytes(self) -> int | None:
         self._store.exists("scenes/none.zip")
-        folder = self._settings.data_dir
-        return shutil.disk_usage(folder).free if folder.exists() else None
+        return self._store.free_bytes()
 
     def _running(self) -> dict[str, int]:
         with self._database.reading() as session:

@@ -20,6 +20,15 @@ def new_job_id(now_s: float) -> str:
     return digits + "".join(secrets.choice(_DIGITS) for _ in range(_RANDOM_DIGITS))
 
 
+def is_job_id(name: str) -> bool:
+    """Return whether a name is one that `new_job_id` gives.
+
+    >>> is_job_id("scenes")
+    False
+    """
+    return len(name) == _TIME_DIGITS + _RANDOM_DIGITS and set(name) <= set(_DIGITS)
+
+
 def new_attempt() -> str:
     """Return a token that nobody guesses and nothing repeats."""
     return secrets.token_hex(12)

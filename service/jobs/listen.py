@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Callable
 from typing import Any
 
 from starlette.concurrency import run_in_threadpool
@@ -24,17 +24,30 @@ GATHER_S = 0.05
 
 
 async def listen(
-    database: Database, bell: Bell, *, job_id: str | None, position: int | None, keepalive_s: float
+    database: Database,
+    bell: Bell,
+    *,
+    job_id: str | None,
+    position: int | None,
+    keepalive_s: float,
+    may_listen: Callable[[], bool] = lambda: True,
 ) -> AsyncIterator[bytes]:
-    """Yield server-sent events; without a position, first how the job stands and then what is new."""
+    """Yield server-sent events; without a position, first how the job stands and then what is new.
+
+    `may_listen` is asked every `keepalive_s`, also when there is much to say; who no longer may hears no more.
+    """
     reached: int = position or 0
     if position is None:
         reached, first = await run_in_threadpool(_beginning, database, job_id)
         yield first
-    said_s = time.monotonic()
+    said_s = asked_s = time.monotonic()
     with bell.in_stream() as woken:
         while not bell.closed:
             woken.clear()
+            if time.monotonic() - asked_s >= keepalive_s:
+                asked_s = time.monotonic()
+                if not await run_in_threadpool(may_listen):
+                    return
             events = await run_in_threadpool(_after, database, reached, job_id)
             for identifier, topic, data in events:
                 yield encode(identifier, topic, data)

@@ -19,6 +19,7 @@ from worker.job.statuses import JobStatus, TaskStatus
 _FORGIVEN = {
     "failures": 0,
     "failed_on": [],
+    "rests": 0,
     "error_code": None,
     "error_message": None,
     "permanent": False,

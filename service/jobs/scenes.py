@@ -59,7 +59,10 @@ def upload_scene(
     _keep(parts, bundle.digest, data)
     with database.writing() as session:
         row = session.merge(_row(name, bundle, builtin=False, now_s=now_s))
-        return _show(row), True
+        shown = _show(row)
+    # Once more: a bundle that lay there unused may have been swept away before the row said that it is used.
+    _keep(parts, bundle.digest, data)
+    return shown, True
 
 
 def list_scenes(session: Session, *, after: str, limit: int) -> Sequence[schema.Scene]:

@@ -7,6 +7,7 @@ from sqlalchemy.orm import Session
 from service.db import event_rows, task_rows
 from service.db.tables import EventTopic, Job, Task
 from service.jobs import show
+from service.jobs.frame_status import frame_status
 from service.jobs.ids import task_id
 from service.schemas.frame import FrameStatus
 from worker.job.orders import TaskKind
@@ -47,13 +48,14 @@ def tell_task(session: Session, row: Task) -> None:
         "attempt_number": row.attempt_number,
     }
     event_rows.announce(session, row.job_id, EventTopic.TASK, data)
-    status = _frame_status(row)
+    status = _frame_status(session, row)
     if status is not None:
         frame = {"job": row.job_id, "frame": row.frame, "status": status.value}
         event_rows.announce(session, row.job_id, EventTopic.FRAME, frame)
 
 
-def _frame_status(row: Task) -> FrameStatus | None:
+def _frame_status(session: Session, row: Task) -> FrameStatus | None:
+    """Return where a task's frame stands now, if that is new by its move."""
     if row.frame is None:
         return None
     if row.status is TaskStatus.FAILED:
@@ -62,4 +64,9 @@ def _frame_status(row: Task) -> FrameStatus | None:
         return FrameStatus.DONE
     if row.status is TaskStatus.RUNNING and row.kind is TaskKind.RENDER:
         return FrameStatus.RENDERING
+    if row.kind is TaskKind.RENDER and row.status in (TaskStatus.READY, TaskStatus.CANCELLED):
+        # Taken from its attempt: whether the frame has begun depends on its other tiles.
+        standing = task_rows.frames(session, row.job_id, [row.frame])
+        job = session.get_one(Job, row.job_id)
+        return frame_status({(kind, status) for _, kind, status, _ in standing}, job.status)
     return None

@@ -8,7 +8,7 @@ import anyio
 from fastapi import APIRouter, Header, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
-from service.dependencies import CursorQuery, House, HouseDep, LimitQuery, SessionDep, ViewerDep
+from service.dependencies import CursorQuery, House, HouseDep, LimitQuery, ViewerDep
 from service.errors import Invalid
 from service.jobs import artifacts
 from service.jobs.artifacts import File
@@ -27,7 +27,6 @@ _FILE: _Responses = {200: {"content": {"application/octet-stream": {}}}, 206: {"
 @router.get("")
 def list_artifacts(
     job_id: str,
-    session: SessionDep,
     house: HouseDep,
     _caller: ViewerDep,
     prefix: Annotated[str, Query(max_length=200, description="Such as `integral/`.")] = "",
@@ -35,7 +34,8 @@ def list_artifacts(
     cursor: CursorQuery = None,
 ) -> ArtifactPage:
     """List files of a job by name."""
-    return artifacts.page_artifacts(session, house.parts.store, job_id, prefix=prefix, cursor=cursor, limit=limit)
+    _check(house, job_id)
+    return artifacts.page_artifacts(house.parts.store, job_id, prefix=prefix, cursor=cursor, limit=limit)
 
 
 @router.get("/{name:path}", response_class=StreamingResponse, responses=_FILE)
@@ -52,7 +52,10 @@ async def fetch_artifact(
     if_range: Annotated[str | None, Header(include_in_schema=False)] = None,
     byte_range: Annotated[str | None, Header(alias="Range", include_in_schema=False)] = None,
 ) -> Response:
-    """Fetch a file: strong ETag, If-None-Match, Range, If-Range; `format=png` converts an EXR."""
+    """Fetch a file: strong ETag, If-None-Match, Range, If-Range.
+
+    `format=png` converts an EXR; nobody knows how long the PNG is before it is made, so HEAD says no Content-Length.
+    """
     file = await anyio.to_thread.run_sync(_find, house, job_id, name)
     if as_format == "png":
         return await _picture(house, job_id, file, int(bits), request.method, if_none_match)
@@ -62,9 +65,14 @@ async def fetch_artifact(
     return _stream(house, job_id, file, artifacts.parse_range(wanted, file.size), request.method)
 
 
-def _find(house: House, job_id: str, name: str) -> File:
+def _check(house: House, job_id: str) -> None:
+    # Given back at once: a slow store holds no connection.
     with house.database.reading() as session:
         find_job(session, job_id)
+
+
+def _find(house: House, job_id: str, name: str) -> File:
+    _check(house, job_id)
     return artifacts.find_file(house.parts.store, job_id, name)
 
 
@@ -90,9 +98,10 @@ async def _picture(
     headers = _headers(job_id, file.name.removesuffix(".exr") + ".png", etag)
     if artifacts.is_fresh(if_none_match, etag):
         return Response(status_code=304, headers=headers)
-    data = await anyio.to_thread.run_sync(_convert, house, file, bits, limiter=CONVERSIONS)
     if method == "HEAD":
-        return Response(headers=headers | {"Content-Length": str(len(data))}, media_type="image/png")
+        # A plain Response would say that the picture has 0 bytes.
+        return StreamingResponse(iter(()), headers=headers, media_type="image/png")
+    data = await anyio.to_thread.run_sync(_convert, house, file, bits, limiter=CONVERSIONS)
     return Response(data, headers=headers, media_type="image/png")
 
 

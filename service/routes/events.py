@@ -10,6 +10,7 @@ from starlette.concurrency import run_in_threadpool
 
 from service.dependencies import House, HouseDep, ViewerDep
 from service.jobs.browse import number_in
+from service.jobs.keys import Caller, is_good
 from service.jobs.listen import listen
 from service.jobs.moves import find_job
 
@@ -23,31 +24,41 @@ LastEventId = Annotated[str | None, Header(alias="Last-Event-ID", description="G
 @router.get("/events", response_class=StreamingResponse, responses=_STREAM)
 async def listen_to_farm(
     house: HouseDep,
-    _caller: ViewerDep,
+    caller: ViewerDep,
     job: Annotated[str | None, Query(description="Only of this job.")] = None,
     last_event_id: LastEventId = None,
 ) -> StreamingResponse:
     """Listen to everything, or to one job."""
-    return await _listen(house, job, last_event_id)
+    return await _listen(house, caller, job, last_event_id)
 
 
 @router.get("/jobs/{job_id}/events", response_class=StreamingResponse, responses=_STREAM)
 async def listen_to_job(
-    job_id: str, house: HouseDep, _caller: ViewerDep, last_event_id: LastEventId = None
+    job_id: str, house: HouseDep, caller: ViewerDep, last_event_id: LastEventId = None
 ) -> StreamingResponse:
     """Listen to one job."""
-    return await _listen(house, job_id, last_event_id)
+    return await _listen(house, caller, job_id, last_event_id)
 
 
-async def _listen(house: House, job_id: str | None, last_event_id: str | None) -> StreamingResponse:
+async def _listen(house: House, caller: Caller, job_id: str | None, last_event_id: str | None) -> StreamingResponse:
     if job_id is not None:
         await run_in_threadpool(_check, house, job_id)
     position = number_in(last_event_id) if last_event_id else None
     events = listen(
-        house.database, house.bell, job_id=job_id, position=position, keepalive_s=house.settings.keepalive_s
+        house.database,
+        house.bell,
+        job_id=job_id,
+        position=position,
+        keepalive_s=house.settings.keepalive_s,
+        may_listen=lambda: _is_good(house, caller),
     )
     headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
     return StreamingResponse(events, media_type="text/event-stream", headers=headers)
+
+
+def _is_good(house: House, caller: Caller) -> bool:
+    with house.database.reading() as session:
+        return is_good(session, caller, now_s=house.now_s())
 
 
 def _check(house: House, job_id: str) -> None:

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Body, Header, Response
 from service.dependencies import CursorQuery, HouseDep, LimitQuery, SessionDep, SubmitterDep, ViewerDep
 from service.jobs import browse, show
 from service.jobs.cancel import cancel_job
+from service.jobs.mend import mend_job
 from service.jobs.moves import find_job
 from service.jobs.pause import pause_job, resume_job
 from service.jobs.prioritise import prioritise_job
@@ -106,8 +107,9 @@ def resume(job_id: str, house: HouseDep, _caller: SubmitterDep) -> Job:
 
 @router.post("/{job_id}/retry")
 def retry(job_id: str, house: HouseDep, _caller: SubmitterDep) -> Job:
-    """Let a failed or cancelled job go on with what is not done."""
+    """Let a failed or cancelled job go on with what is not done, and with what can no longer be read."""
     share = house.settings.failed_share
+    mend_job(house.database, house.parts.store, job_id)
     with house.database.writing() as session:
         job = show.show_job(session, retry_job(session, job_id, now_s=house.now_s(), failed_share=share))
     house.bell.ring()

@@ -11,6 +11,8 @@ from service.errors import TooLarge
 
 TEXT_LIMIT_BYTES = 2_000_000
 """The largest request that is not an upload: the longest job file is far smaller."""
+_UPLOAD_PATH = "/api/v1/scenes"
+_UPLOAD_TYPE = b"multipart/form-data"
 _REQUEST_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
 
 
@@ -60,6 +62,9 @@ class BodyLimit:
         await self._app(scope, count if scope["type"] == "http" else receive, send)
 
     def _limit_of(self, scope: Scope) -> int:
-        # Uploads go through a file, everything else through memory.
-        kind = dict(scope.get("headers", ())).get(b"content-type", b"")
-        return self._limit_bytes if kind.startswith(b"multipart/") else min(self._limit_bytes, TEXT_LIMIT_BYTES)
+        # The one upload is read by its route, into a file and only for who may; everything else goes through memory.
+        kind = dict(scope.get("headers", ())).get(b"content-type", b"").lower()
+        is_upload = (
+            scope.get("method") == "POST" and scope.get("path") == _UPLOAD_PATH and kind.startswith(_UPLOAD_TYPE)
+        )
+        return self._limit_bytes if is_upload else min(self._limit_bytes, TEXT_LIMIT_BYTES)

@@ -2,15 +2,36 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Any, BinaryIO
 
-from fastapi import APIRouter, File, Query, Response, UploadFile
+import anyio
+from fastapi import APIRouter, Query, Request, Response
+from starlette.datastructures import UploadFile
 
-from service.dependencies import CursorQuery, HouseDep, LimitQuery, SessionDep, SubmitterDep, ViewerDep
+from service.dependencies import CursorQuery, House, HouseDep, LimitQuery, SessionDep, SubmitterDep, ViewerDep
+from service.errors import Invalid
 from service.jobs import scenes
 from service.schemas.scene import Scene, SceneList
+from worker.errors import FieldProblem
 
 router = APIRouter(prefix="/scenes", tags=["scenes"])
+
+UPLOADS = anyio.CapacityLimiter(2)
+"""Bundles looked through at once: each is held in memory for that."""
+_BUNDLE = {
+    "type": "object",
+    "required": ["bundle"],
+    "properties": {
+        "bundle": {
+            "type": "string",
+            "contentMediaType": "application/octet-stream",
+            "description": "A zip with scene.toml and scene.inc.",
+        }
+    },
+}
+_UPLOAD: dict[str, Any] = {
+    "requestBody": {"required": True, "content": {"multipart/form-data": {"schema": _BUNDLE}}},
+}
 
 
 @router.get("")
@@ -37,16 +58,31 @@ def show_poster(name: str, session: SessionDep, _caller: ViewerDep) -> Response:
     return Response(data, media_type="image/png", headers=headers)
 
 
-@router.post("", status_code=201, responses={200: {"description": "This very bundle was there already."}})
-def upload_scene(
+@router.post(
+    "",
+    status_code=201,
+    responses={200: {"description": "This very bundle was there already."}},
+    openapi_extra=_UPLOAD,
+)
+async def upload_scene(
+    request: Request,
     house: HouseDep,
     _caller: SubmitterDep,
     name: Annotated[str, Query(max_length=100)],
-    bundle: Annotated[UploadFile, File(description="A zip with scene.toml and scene.inc.")],
     response: Response,
 ) -> Scene:
     """Store a scene bundle under a name."""
-    scene, is_new = scenes.upload_scene(house.database, house.parts, name, bundle.file.read(), now_s=house.now_s())
+    # Read here, not declared as a parameter: FastAPI would read it before it asks who is calling.
+    async with request.form(max_files=1, max_fields=10) as form:
+        bundle = form.get("bundle")
+        if not isinstance(bundle, UploadFile):
+            problem = FieldProblem(field="bundle", expected="a file in multipart/form-data", got=repr(bundle)[:120])
+            raise Invalid(str(problem), problems=[problem])
+        scene, is_new = await anyio.to_thread.run_sync(_store, house, name, bundle.file, limiter=UPLOADS)
     response.status_code = 201 if is_new else 200
     response.headers["Location"] = f"/api/v1/scenes/{scene.name}"
     return scene
+
+
+def _store(house: House, name: str, file: BinaryIO) -> tuple[Scene, bool]:
+    return scenes.upload_scene(house.database, house.parts, name, file.read(), now_s=house.now_s())

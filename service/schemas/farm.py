@@ -27,6 +27,7 @@ class ClerkPart(Answer):
 
     ok: bool
     leader: str | None
+    """Null without a key."""
 
 
 class Health(Answer):

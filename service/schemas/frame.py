@@ -8,7 +8,12 @@ from service.schemas.answer import Answer
 
 
 class FrameStatus(StrEnum):
-    """Where a frame stands."""
+    """Where a frame stands.
+
+    `waiting`: nothing of it is being made, because nothing was begun or because the job has ended without it.
+    `rendering`: some of its tasks run or are done. `done`: its pictures are there. `failed`: one of its tasks has
+    failed.
+    """
 
     WAITING = "waiting"
     RENDERING = "rendering"

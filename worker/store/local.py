@@ -16,6 +16,7 @@ import time
 import uuid
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
@@ -76,11 +77,16 @@ class LocalStore:
         next(chunks)
         return chunks
 
-    def list(self, prefix: str) -> builtins.list[ArtifactInfo]:
-        """Return every artifact below a prefix, sorted by name."""
+    def list(self, prefix: str, *, after: str = "", limit: int | None = None) -> builtins.list[ArtifactInfo]:
+        """Return the artifacts below a prefix, sorted by name: those after a name, and not more than `limit`."""
         top = self._root / check_prefix(prefix)
         with _translated(prefix):
-            return sorted(_infos(top, top.relative_to(self._root).as_posix()))
+            return [*islice(_infos(top, top.relative_to(self._root).as_posix(), after), limit)]
+
+    def folders(self) -> builtins.list[str]:
+        """Return the first parts of all names that have several, sorted."""
+        with _translated("its folder"), os.scandir(self._root) as entries:
+            return sorted(entry.name for entry in entries if _is_folder(entry) and not entry.name.startswith("."))
 
     def delete(self, prefix: str) -> None:
         """Delete every artifact below a prefix: all are out of sight at once."""
@@ -100,6 +106,11 @@ class LocalStore:
         """Lend an artifact as a readable file: its own, so do not write to it."""
         self._status(name)
         yield self._path(name)
+
+    def free_bytes(self) -> int | None:
+        """Return how much room is left on the disk."""
+        with _translated("its folder"):
+            return shutil.disk_usage(self._root).free
 
     def sweep(self, older_than_s: float) -> int:
         """Take away what dead processes left half-written more than `older_than_s` ago; returns how much it was.
@@ -164,24 +175,35 @@ def _chunks(file: BinaryIO, name: str, start: int, stop: int) -> Iterator[bytes]
             yield chunk
 
 
-def _infos(top: Path, name: str) -> Iterator[ArtifactInfo]:
-    """Yield what is at `top`, an artifact or a folder of them, called `name`; what goes away meanwhile is left out."""
-    folders = [(top, "" if name == "." else name + "/")]
-    if top.is_file():
+def _infos(top: Path, name: str, after: str) -> Iterator[ArtifactInfo]:
+    """Yield what is at `top`, an artifact or a folder of them, called `name`, in the order of names.
+
+    What goes away meanwhile is left out.
+    """
+    if not top.is_file():
+        yield from _infos_in(top, "" if name == "." else name + "/", after)
+    elif name > after:
         with _gone_is_fine():
             yield _info(name, top.stat())
-        return
-    while folders:
-        folder, prefix = folders.pop()
-        with _gone_is_fine(), os.scandir(folder) as entries:
-            for entry in entries:
-                if entry.name.startswith("."):
-                    continue
-                if entry.is_dir(follow_symlinks=False):
-                    folders.append((Path(entry.path), f"{prefix}{entry.name}/"))
-                    continue
-                with _gone_is_fine():
-                    yield _info(prefix + entry.name, entry.stat())
+
+
+def _infos_in(folder: Path, prefix: str, after: str) -> Iterator[ArtifactInfo]:
+    # A folder stands where its names do, at its own name with the slash: `a-b` comes before what is in `a`.
+    found: dict[str, os.DirEntry[str]] = {}
+    with _gone_is_fine(), os.scandir(folder) as entries:
+        shown = (entry for entry in entries if not entry.name.startswith("."))
+        found = {prefix + entry.name + ("/" if _is_folder(entry) else ""): entry for entry in shown}
+    for name, entry in sorted(found.items()):
+        if name.endswith("/"):
+            if name > after or after.startswith(name):
+                yield from _infos_in(Path(entry.path), name, after)
+        elif name > after:
+            with _gone_is_fine():
+                yield _info(name, entry.stat())
+
+
+def _is_folder(entry: os.DirEntry[str]) -> bool:
+    return entry.is_dir(follow_symlinks=False)
 
 
 def _info(name: str, status: os.stat_result) -> ArtifactInfo:

@@ -56,11 +56,17 @@ class ArtifactStore(Protocol):
         ArtifactMissing comes at once, not with the first chunk. What is replaced meanwhile is read on as it was.
         """
 
-    def list(self, prefix: str) -> builtins.list[ArtifactInfo]:
-        """Return every artifact below a prefix, sorted by name."""
+    def list(self, prefix: str, *, after: str = "", limit: int | None = None) -> builtins.list[ArtifactInfo]:
+        """Return the artifacts below a prefix, sorted by name: those after a name, and not more than `limit`."""
+
+    def folders(self) -> builtins.list[str]:
+        """Return the first parts of all names that have several, sorted."""
 
     def delete(self, prefix: str) -> None:
         """Delete every artifact below a prefix, which must not be empty; nothing there is no error."""
 
     def local_path(self, name: str) -> AbstractContextManager[Path]:
         """Lend an artifact as a readable file; ArtifactMissing if it is not there."""
+
+    def free_bytes(self) -> int | None:
+        """Return how much room is left; None for a store that has no end."""

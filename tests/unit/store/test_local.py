@@ -71,6 +71,46 @@ def test_a_list_is_sorted_and_holds_whole_parts_below_the_prefix(
         assert (info.size, info.etag) == (store.size(info.name), store.etag(info.name))
 
 
+@given(names=st.sets(NAMES, max_size=8), after=NAMES, limit=st.integers(0, 4))
+def test_pages_of_a_list_are_the_list(
+    tmp_path_factory: pytest.TempPathFactory, names: set[str], after: str, limit: int
+) -> None:
+    store = LocalStore(tmp_path_factory.mktemp("pages"))
+    kept = {name for name in names if not any(other.startswith(name + "/") for other in names)}
+    for name in kept:
+        store.put_bytes(name, b"x")
+    following = sorted(name for name in kept if name > after)
+    assert [info.name for info in store.list("", after=after)] == following
+    assert [info.name for info in store.list("", after=after, limit=limit)] == following[:limit]
+    assert store.folders() == sorted({name.partition("/")[0] for name in kept if "/" in name})
+
+
+def test_a_page_of_a_list_looks_into_no_folder_that_it_does_not_show(store: LocalStore) -> None:
+    for name in ("a/1", "b/1", "b/2", "c/1", "d/1"):
+        store.put_bytes(name, b"x")
+    seen: list[str] = []
+    scandir = os.scandir
+
+    def seeing(path: Path) -> object:
+        seen.append(Path(path).name)
+        return scandir(path)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "scandir", seeing)
+        assert [info.name for info in store.list("", after="b/1", limit=2)] == ["b/2", "c/1"]
+    assert seen == ["artifacts", "b", "c"]
+
+
+def test_the_room_that_is_left_is_that_of_the_disk(tiny_disk: Path) -> None:
+    store = LocalStore(tiny_disk / "artifacts")
+    before = store.free_bytes()
+    store.put_bytes("a", b"x" * 100_000)
+    after = store.free_bytes()
+    assert before is not None
+    assert after is not None
+    assert 90_000 < before - after < 256 * 1024
+
+
 def test_a_large_artifact_is_read_in_chunks(store: LocalStore) -> None:
     data = os.urandom(2 * CHUNK_BYTES + 17)
     store.put_bytes("a", data)
