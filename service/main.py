@@ -71,7 +71,7 @@ class Server(uvicorn.Server):
 def _furnish(settings: Settings, parts: Parts, clock: Callable[[], float]) -> House:
     database = Database(settings.database)
     stream = Stream(settings.redis_url, timeout_s=settings.broker_timeout_s)
-    checks = Checks(database, parts.store, stream, settings)
+    checks = Checks(database, parts.store, stream)
     return House(settings, parts, database, Bell(), stream, checks, clock)
 
 

@@ -55,6 +55,10 @@ class Settings(BaseSettings):
     """How long a failed task rests before its next attempt; twice as long after the second failure."""
     decline_pause_s: float = Field(default=1.0, ge=0)
     """How long a declined task rests."""
+    rest_s: float = Field(default=15.0, gt=0)
+    """How long a task rests that failed for the store, the sandbox or POV-Ray: no failure of the task."""
+    rests_allowed: int = Field(default=40, ge=0)
+    """A task that rested so often fails for that reason after all."""
     avoid_after: int = Field(default=3, ge=1)
     """A worker that fails so many tasks of a job is avoided for that job."""
     avoid_s: float = Field(default=300.0, gt=0)

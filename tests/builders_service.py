@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -71,6 +71,8 @@ class DictStore:
     files: dict[str, bytes] = field(default_factory=dict)
     full: bool = False
     asked: list[str] = field(default_factory=list)
+    written_s: dict[str, float] = field(default_factory=dict)
+    """When files were written that were not at T0."""
 
     def put_bytes(self, name: str, data: bytes) -> None:
         if self.full:
@@ -98,12 +100,18 @@ class DictStore:
     def read_range(self, name: str, start: int, stop: int) -> Iterator[bytes]:
         yield self.get_bytes(name)[start:stop]
 
-    def list(self, prefix: str) -> list[Any]:
-        return [
-            Info(name, len(data), T0, self.etag(name))
-            for name, data in sorted(self.files.items())
-            if name.startswith(prefix)
-        ]
+    def list(self, prefix: str, *, after: str = "", limit: int | None = None) -> list[Any]:
+        names = sorted(name for name in self.files if name.startswith(prefix) and name > after)
+        return [Info(name, self.size(name), self.modified_s(name), self.etag(name)) for name in names[:limit]]
+
+    def modified_s(self, name: str) -> float:
+        return self.written_s.get(name, T0)
+
+    def folders(self) -> Sequence[str]:
+        return sorted({name.partition("/")[0] for name in self.files if "/" in name})
+
+    def free_bytes(self) -> int | None:
+        return 10**12
 
     def delete(self, prefix: str) -> None:
         for name in [name for name in self.files if name.startswith(prefix)]:

@@ -9,4 +9,6 @@ task_rows    named queries about tasks
 event_rows   what listeners hear
 clerk_rows   leader, position in the stream, idle clock, attempts to stop
 access_rows  keys, login tokens, browser sessions, idempotency keys
+mend_rows    what cannot be read any more
+sweep_rows   what artifacts belong to
 """

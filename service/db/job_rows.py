@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sqlalchemy import func, select
+from sqlalchemy import ColumnElement, func, or_, select
 from sqlalchemy.orm import Session
 
-from service.db.tables import Chore, Job
-from worker.job.statuses import ENDED_JOBS, JobStatus
+from service.db.tables import Chore, Job, Task
+from worker.job.statuses import JobStatus, TaskStatus
 
 DISPATCHING = (JobStatus.QUEUED, JobStatus.PROBING, JobStatus.RUNNING)
 """Jobs whose tasks may go out."""
@@ -31,16 +31,37 @@ def page(session: Session, *, status: JobStatus | None, before: str | None, limi
     return session.scalars(query.order_by(Job.id.desc()).limit(limit)).all()
 
 
-def dispatchable(session: Session) -> Sequence[Job]:
-    """Return the jobs that have something to send out."""
-    query = select(Job).where(Job.status.in_(DISPATCHING), Job.ready > 0, Job.chore.is_(None))
-    return session.scalars(query.order_by(Job.id), execution_options={"populate_existing": True}).all()
+def can_dispatch(session: Session, *, now_s: float) -> bool:
+    """Return whether some task may go out now."""
+    query = select(Job.id).where(*_dispatchable(now_s))
+    return session.execute(query.limit(1)).first() is not None
+
+
+def claims(session: Session, *, now_s: float) -> Sequence[tuple[str, int, int, int]]:
+    """Return the jobs whose tasks may go out now: (id, priority, orders out, tasks ready)."""
+    query = select(Job.id, Job.priority, (Job.dispatched + Job.running).label("outstanding"), Job.ready)
+    return session.execute(query.where(*_dispatchable(now_s)).order_by(Job.id)).all()
 
 
 def outstanding(session: Session) -> int:
     """Return how many orders are out, over all jobs."""
-    query = select(func.coalesce(func.sum(Job.dispatched + Job.running), 0)).where(Job.status.not_in(ENDED_JOBS))
+    query = select(func.coalesce(func.sum(Job.dispatched + Job.running), 0)).where(Job.status.in_(OPEN))
     return int(session.scalar(query) or 0)
+
+
+def busy_ids(session: Session) -> Sequence[str]:
+    """Return the jobs that have orders out; the shallow queue keeps them few."""
+    query = select(Job.id).where(Job.status.in_(OPEN), Job.dispatched + Job.running > 0)
+    return session.scalars(query.order_by(Job.id)).all()
+
+
+def restless(session: Session, *, after: str, limit: int) -> Sequence[str]:
+    """Return jobs whose rows may have to be made right: something waits or failed, or nothing is left to do."""
+    left = Job.waiting + Job.ready + Job.dispatched + Job.running + Job.cancelled
+    is_over = Job.planned_s.is_not(None) & (left == 0)
+    query = select(Job.id).where(Job.status.in_(OPEN), Job.chore.is_(None), Job.id > after)
+    query = query.where(or_(Job.waiting > 0, Job.failed > 0, is_over))
+    return session.scalars(query.order_by(Job.id).limit(limit)).all()
 
 
 def open_ids(session: Session) -> Sequence[str]:
@@ -52,3 +73,9 @@ def chores(session: Session) -> Sequence[tuple[str, Chore]]:
     """Return the jobs whose rows are being worked on, and how."""
     rows = session.execute(select(Job.id, Job.chore).where(Job.chore.is_not(None)).order_by(Job.id))
     return [(job_id, chore) for job_id, chore in rows if chore is not None]
+
+
+def _dispatchable(now_s: float) -> tuple[ColumnElement[bool], ...]:
+    task = select(Task.sequence).where(Task.job_id == Job.id, Task.status == TaskStatus.READY)
+    may_go = task.where(or_(Task.not_before_s.is_(None), Task.not_before_s <= now_s)).correlate(Job).exists()
+    return Job.status.in_(DISPATCHING), Job.ready > 0, Job.chore.is_(None), may_go

@@ -130,6 +130,7 @@ class Task(Base):
     attempt_number: Mapped[int] = mapped_column(default=0)
     failures: Mapped[int] = mapped_column(default=0)
     failed_on: Mapped[list[str]] = mapped_column(default=list)
+    rests: Mapped[int] = mapped_column(default=0, server_default="0")
     worker: Mapped[str | None] = mapped_column(String(200))
     progress: Mapped[float | None]
     not_before_s: Mapped[float | None]

@@ -1,4 +1,4 @@
-"""The threads that keep jobs going while this process leads: lead, follow, dispatch, reconcile.
+"""The threads that keep jobs going while this process leads: lead, follow, dispatch, reconcile, sweep.
 
 Each is a loop of short rounds. A round that fails is said and the next one comes; a dead broker or a slow disk stops
 no request, since no request waits for the clerk.
@@ -22,8 +22,10 @@ from service.jobs.bell import Bell
 from service.jobs.chores import Chores
 from service.jobs.dispatch import ROUND, dispatch
 from service.jobs.follow import follow
+from service.jobs.hearing import Hearing
 from service.jobs.lead import Leadership
 from service.jobs.reconcile import Reconciler, Sight
+from service.jobs.sweep import sweep_orphans
 from service.parts import ArtifactStore
 from service.queue import OrderQueue
 from service.settings import Settings
@@ -36,6 +38,7 @@ PRESENCE_S = 1.0
 """How long it is believed who is there."""
 JOIN_S = 5.0
 TIDY_S = 300.0
+SWEEP_S = 3600.0
 
 log = structlog.get_logger("service.clerk")
 
@@ -45,10 +48,11 @@ class Clerk:
 
     def __init__(
         self, database: Database, store: ArtifactStore, settings: Settings, bell: Bell,
-        *, clock: Callable[[], float] = time.time,
+        *, clock: Callable[[], float] = time.time, steady: Callable[[], float] = time.monotonic,
     ) -> None:  # fmt: skip
         self.leadership = Leadership(database, ttl_s=settings.leader_ttl_s)
         self._database = database
+        self._store = store
         self._settings = settings
         self._bell = bell
         self._clock = clock
@@ -58,7 +62,7 @@ class Clerk:
         self._chores = Chores(database, store, settings)
         self._workers: tuple[Presence, ...] = ()
         self._workers_s = float("-inf")
-        self._listening_since_s: float | None = None
+        self._hearing = Hearing(gap_s=settings.lease_ttl_s / 3, clock=clock, steady=steady)
         self._tidied_s = clock()
         self._stopping = threading.Event()
         self._threads: list[threading.Thread] = []
@@ -70,6 +74,7 @@ class Clerk:
             "follow": (self.follow_round, 0.0),
             "dispatch": (self.dispatch_round, self._settings.tick_s),
             "reconcile": (self.reconcile_round, self._settings.reconcile_s),
+            "sweep": (self.sweep_round, SWEEP_S),
         }
         for name, (run, pause_s) in loops.items():
             thread = threading.Thread(target=self._loop, args=(name, run, pause_s), name=f"clerk-{name}", daemon=True)
@@ -93,7 +98,7 @@ class Clerk:
         """Become or stay the leader; a new leader first makes the rows right."""
         led = self.leadership.is_held
         if self.leadership.renew(now_s=self._clock()) and not led:
-            self._listening_since_s = None
+            self._hearing.miss()
             wrong = self._reconciler.start()
             log.info("leads", clerk=self.leadership.name, rows_recounted=wrong)
             self._bell.ring()
@@ -103,20 +108,22 @@ class Clerk:
         if not self.leadership.is_held:
             self._stopping.wait(self._settings.tick_s)
             return
+        try:
+            heard = self._follow_some()
+        except Exception:
+            # Whatever kept the clerk from hearing or from writing down, no attempt is silent because of it.
+            self._hearing.miss()
+            raise
+        self._hearing.hear(all_of_it=heard < FOLLOW_COUNT)
+
+    def _follow_some(self) -> int:
         with self._database.reading() as session:
             was = clerk_rows.clerk(session).position
-        try:
-            entries = self._stream.read(was, count=FOLLOW_COUNT, block_s=self._settings.tick_s)
-        except BrokerUnavailable:
-            self._listening_since_s = None
-            raise
+        entries = self._stream.read(was, count=FOLLOW_COUNT, block_s=self._settings.tick_s)
         if entries:
             follow(self._database, entries, was=was, now_s=self._clock(), settings=self._settings)
             self._bell.ring()
-        if len(entries) == FOLLOW_COUNT:
-            self._listening_since_s = None
-        elif self._listening_since_s is None:
-            self._listening_since_s = self._clock()
+        return len(entries)
 
     def dispatch_round(self) -> None:
         """Send out what there is room for, tell attempts to stop, and do chores while there are any."""
@@ -124,8 +131,10 @@ class Clerk:
             return
         more = True
         while more and not self._stopping.is_set() and self.leadership.is_held:
-            slots = sum(worker.slots for worker in self._workers)
-            more = self._chores.do_some(slots=slots, now_s=self._clock())
+            # Chores are done while the broker is away too; a plan counts the slots that were there last.
+            with suppress(BrokerUnavailable):
+                self._present()
+            more = self._chores.do_some(slots=self._slots(), now_s=self._clock())
             self._tell_stopped()
             sent = dispatch(self._database, self._queue, self._present(), now_s=self._clock(), settings=self._settings)
             if sent or more:
@@ -136,18 +145,26 @@ class Clerk:
         """Make the rows right."""
         if not self.leadership.is_held:
             return
-        slots = sum(worker.slots for worker in self._workers)
         try:
             if self._stream.is_new():
                 sent_back = self._reconciler.broker_is_new(now_s=self._clock())
                 log.info("the broker is new", orders_sent_back=sent_back)
         except BrokerUnavailable:
-            self._listening_since_s = None
-        sight = Sight(now_s=self._clock(), slots=slots, listening_since_s=self._listening_since_s)
-        self._reconciler.run(sight)
+            self._hearing.miss()
+        # The time before the hearing: a clock that is set between the two is noticed.
+        now_s = self._clock()
+        self._reconciler.run(Sight(now_s=now_s, slots=self._slots(), listening_since_s=self._hearing.since_s()))
         if self._clock() - self._tidied_s > TIDY_S:
             self._tidied_s = self._clock()
             self._database.tidy()
+
+    def sweep_round(self) -> None:
+        """Take away what removed jobs left; on a thread of its own, since a large store takes its time."""
+        if self.leadership.is_held:
+            sweep_orphans(self._database, self._store, now_s=self._clock())
+
+    def _slots(self) -> int:
+        return sum(worker.slots for worker in self._workers)
 
     def _present(self) -> tuple[Presence, ...]:
         if self._clock() - self._workers_s > PRESENCE_S:

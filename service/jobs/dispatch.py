@@ -41,7 +41,7 @@ def dispatch(
         After the tasks are ready again.
     """
     with database.reading() as session:
-        if _room(session, workers, settings) <= 0 or not job_rows.dispatchable(session):
+        if _room(session, workers, settings) <= 0 or not job_rows.can_dispatch(session, now_s=now_s):
             return 0
     with database.writing() as session:
         orders = assign(session, workers, now_s=now_s, settings=settings)
@@ -62,7 +62,8 @@ def assign(session: Session, workers: Sequence[Presence], *, now_s: float, setti
     present = {worker.name for worker in workers}
     avoided: dict[str, set[str]] = {}
     orders = []
-    for row, task in _best(session, room, now_s):
+    for task in _best(session, room, now_s):
+        row = session.get_one(Job, task.job_id, populate_existing=task.job_id not in avoided)
         if row.status is JobStatus.QUEUED:
             move_job(session, row, JobStatus.PROBING, started_s=now_s)
         moved = move_task(
@@ -93,15 +94,14 @@ def _room(session: Session, workers: Sequence[Presence], settings: Settings) -> 
     return min(settings.orders_per_slot * slots - job_rows.outstanding(session), ROUND)
 
 
-def _best(session: Session, room: int, now_s: float) -> list[tuple[Job, Task]]:
-    rows = {row.id: row for row in job_rows.dispatchable(session)}
-    claims = {row.id: Claim(row.id, row.priority, row.dispatched + row.running, row.ready) for row in rows.values()}
-    reached = dict.fromkeys(rows, -1)
-    best: list[tuple[Job, Task]] = []
+def _best(session: Session, room: int, now_s: float) -> list[Task]:
+    claims = {claim[0]: Claim(*claim) for claim in job_rows.claims(session, now_s=now_s)}
+    reached = dict.fromkeys(claims, -1)
+    best: list[Task] = []
     while claims and len(best) < room:
         for job_id, wanted in share_out(claims.values(), room - len(best)).items():
             tasks = task_rows.ready(session, job_id, now_s=now_s, after=reached[job_id], limit=wanted)
-            best += [(rows[job_id], task) for task in tasks]
+            best += tasks
             claim = claims.pop(job_id)
             if len(tasks) == wanted < claim.ready:
                 reached[job_id] = tasks[-1].sequence

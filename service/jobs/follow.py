@@ -1,14 +1,18 @@
 """Events become rows: once each, and only while their attempt still owns its task.
 
 The position in the stream moves in the same transaction as the rows, so an event counts once however often it is read.
+An event that cannot be written down is said, counted as late and passed over: the stream never stands still for one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
 
+import structlog
 from sqlalchemy import update
+from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
 
 from service.db import clerk_rows, job_rows, task_rows
@@ -36,6 +40,10 @@ _AFTER = {
     EventKind.DECLINED: (TaskStatus.READY,),
 }
 """Where a task stands after an event: what finds it there, from the same attempt, has been said before."""
+_AT_WORK = frozenset({EventKind.CLAIMED, EventKind.BEAT})
+"""What an attempt says while it works."""
+
+log = structlog.get_logger("service.follow")
 
 
 @dataclass
@@ -50,24 +58,56 @@ class Batch:
 
 def follow(database: Database, entries: Sequence[Entry], *, was: str, now_s: float, settings: Settings) -> bool:
     """Write down a piece of the stream that begins after `was`; False if another clerk did."""
+    events = _without_old_beats(event for _, event in entries if event is not None)
+    try:
+        with database.writing() as session:
+            if not clerk_rows.advance(session, was, entries[-1][0]):
+                return False
+            batch = Batch(session, now_s, settings)
+            for event in events:
+                apply_event(batch, event)
+            close_batch(batch)
+    except OperationalError:
+        raise  # the database is away, which is no event's fault
+    except Exception as error:
+        log.warning("a piece of the stream is followed one by one", after=was, error=repr(error))
+        return _follow_singly(database, events, was=was, to=entries[-1][0], now_s=now_s, settings=settings)
+    return True
+
+
+def _follow_singly(
+    database: Database, events: Iterable[Event], *, was: str, to: str, now_s: float, settings: Settings
+) -> bool:
     with database.writing() as session:
-        if not clerk_rows.advance(session, was, entries[-1][0]):
+        if not clerk_rows.advance(session, was, to):
             return False
         batch = Batch(session, now_s, settings)
-        for event in _without_old_beats(event for _, event in entries if event is not None):
-            apply_event(batch, event)
-        close_batch(batch)
+        for event in events:
+            if not _is_written(session, partial(apply_event, batch, event), said=event):
+                _is_written(session, partial(shift, session, event.job_id, {}, late_events=1), job=event.job_id)
+        for job_id in sorted(batch.touched):
+            _is_written(session, partial(close_batch, replace(batch, touched={job_id})), job=job_id)
+    return True
+
+
+def _is_written(session: Session, write: Callable[[], None], **what: object) -> bool:
+    """Write inside a savepoint; False, and said, if that cannot be done."""
+    try:
+        with session.begin_nested():
+            write()
+    except OperationalError:
+        raise
+    except Exception as error:
+        log.warning("passed over", **what, error=repr(error))
+        return False
     return True
 
 
 def apply_event(batch: Batch, event: Event) -> None:
     """Write down one event."""
     task = _task_of(batch.session, event)
-    if task is None:
-        return
-    if task.attempt != event.attempt or task.status not in HELD_TASKS:
-        if not _was_said(task, event):
-            shift(batch.session, task.job_id, {}, late_events=1)
+    if task is None or task.attempt != event.attempt or task.status not in HELD_TASKS:
+        _come_late(batch, task, event)
         return
     batch.touched.add(task.job_id)
     was = task.status
@@ -152,6 +192,16 @@ def _task_of(session: Session, event: Event) -> Task | None:
     except NotFound:
         return None
     return task_rows.task(session, job_id, sequence) if job_id == event.job_id else None
+
+
+def _come_late(batch: Batch, task: Task | None, event: Event) -> None:
+    if task is not None and _was_said(task, event):
+        return
+    if task is not None:
+        shift(batch.session, task.job_id, {}, late_events=1)
+    if event.kind in _AT_WORK:
+        # It has been told to stop, and the broker may have forgotten that.
+        clerk_rows.stop(batch.session, [event.attempt], now_s=batch.now_s)
 
 
 def _was_said(task: Task, event: Event) -> bool:

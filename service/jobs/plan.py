@@ -51,16 +51,20 @@ class Planner:
         if sheet is None:
             self._decide(job_id, plan_sheet(spec, probe, slots=max(1, slots)))
             return True
-        chunk = self._next_chunk(job_id, reached, spec, PlanSheet.model_validate(sheet))
+        decided = PlanSheet.model_validate(sheet)
+        if reached == 0:  # only the probe is there: nobody has needed the artifact yet
+            self._store_sheet(job_id, decided)
+        chunk = self._next_chunk(job_id, reached, spec, decided)
         return self._write(job_id, chunk, now_s)
 
     def _decide(self, job_id: str, sheet: PlanSheet) -> None:
-        # The artifact before the row: who reads the row finds the artifact, and who crashed in between decides again.
-        name = names.job_artifact(job_id, names.PLAN_SHEET)
-        self._store.put_bytes(name, sheet.model_dump_json(indent=2).encode())
         with self._database.writing() as session:
             statement = update(Job).where(Job.id == job_id, Job.chore == Chore.PLAN, Job.plan.is_(None))
             changed(session, statement.values(plan=sheet.model_dump()))
+
+    def _store_sheet(self, job_id: str, sheet: PlanSheet) -> None:
+        # After the row and from the row, so that a clerk that no longer leads writes the same; before the first task.
+        self._store.put_bytes(names.job_artifact(job_id, names.PLAN_SHEET), sheet.model_dump_json(indent=2).encode())
 
     def _next_chunk(self, job_id: str, reached: int, spec: JobSpec, sheet: PlanSheet) -> list[PlannedTask]:
         at, iterator = self._going.pop(job_id, (-1, iter(())))

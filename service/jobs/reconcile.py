@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from typing import TypeVar
+
+import structlog
+from sqlalchemy.exc import OperationalError
 
 from service.db import access_rows, clerk_rows, event_rows, job_rows, task_rows
 from service.db.engine import Database
 from service.db.tables import Task
-from service.db.tally import move_task, move_tasks, recount
+from service.db.tally import is_miscounted, move_task, move_tasks, recount
 from service.jobs.failure import LOST, fail_attempt
 from service.jobs.follow import Batch, close_batch, finish_task, hold
-from service.jobs.settle import settle
+from service.jobs.settle import has_ended, settle
 from service.jobs.tell import tell_task
 from service.parts import ArtifactStore
 from service.settings import Settings
@@ -19,7 +23,12 @@ from worker.job.events import Failure
 from worker.job.statuses import TaskStatus
 from worker.plan import names
 
+T = TypeVar("T")
 PRUNE_ROUNDS = 20
+JOBS = 500
+"""Jobs that one run looks at: with more, each has its turn in one of the next."""
+
+log = structlog.get_logger("service.reconcile")
 
 
 @dataclass(frozen=True)
@@ -41,11 +50,12 @@ class Reconciler:
     settings: Settings
     _last_s: float | None = None
     _reached: dict[str, int] = field(default_factory=dict)
+    _reached_job: str = ""
 
     def start(self) -> int:
         """Count every open job's tasks again, and return how many rows were wrong."""
         with self.database.reading() as session:
-            job_ids = job_rows.open_ids(session)
+            job_ids = [job_id for job_id in job_rows.open_ids(session) if is_miscounted(session, job_id)]
         wrong = 0
         for job_id in job_ids:
             with self.database.writing() as session:
@@ -55,21 +65,19 @@ class Reconciler:
     def run(self, sight: Sight) -> None:
         """Make everything right that can be."""
         with self.database.reading() as session:
-            job_ids = job_rows.open_ids(session)
-            held = task_rows.held(session, job_ids)
+            held = task_rows.held(session, job_rows.busy_ids(session))
         idle_s = self._tick_idle(sight, held)
         unclaimed = [task for task in held if self._is_unclaimed(task, idle_s)]
         lost = [task for task in held if self._is_lost(task, sight)]
         self.send_back(unclaimed, now_s=sight.now_s)
         self.give_up(lost, now_s=sight.now_s)
-        for job_id in job_ids:
-            self._walk(job_id, sight.now_s)
+        self._each(self._next_jobs(), lambda job_id: self._walk(job_id, sight.now_s))
         self._forget_old(sight.now_s)
 
     def broker_is_new(self, *, now_s: float) -> int:
         """Send back every order: a broker that was wiped has none of them; returns how many."""
         with self.database.reading() as session:
-            orders = task_rows.held(session, job_rows.open_ids(session), status=TaskStatus.DISPATCHED)
+            orders = task_rows.held(session, job_rows.busy_ids(session), status=TaskStatus.DISPATCHED)
         with self.database.writing() as session:
             clerk_rows.rewind(session)
         self.send_back(orders, now_s=now_s)
@@ -77,14 +85,29 @@ class Reconciler:
 
     def send_back(self, tasks: Iterable[Task], *, now_s: float) -> None:
         """Take orders back that nobody claims: done if the artifact is there, ready otherwise."""
-        for task in tasks:
-            self._end(task, None, now_s)
+        self._each(tasks, lambda task: self._end(task, None, now_s))
 
     def give_up(self, tasks: Iterable[Task], *, now_s: float) -> None:
         """Take tasks from silent attempts: done if the artifact is there, otherwise a failure of the task."""
-        for task in tasks:
+
+        def end(task: Task) -> None:
             said = f"worker {task.worker} went silent"
             self._end(task, Failure(code=LOST, message=said, permanent=False), now_s)
+
+        self._each(tasks, end)
+
+    def _each(self, items: Iterable[T], make_right: Callable[[T], None]) -> None:
+        """Make each right; one that cannot be, as its folder cannot be read, keeps no other from it."""
+        errors = []
+        for item in items:
+            try:
+                make_right(item)
+            except OperationalError:
+                raise  # the database is away, which is no job's fault
+            except Exception as error:
+                errors.append(error)
+        if errors:
+            log.warning("rows could not be made right", rows=len(errors), first=repr(errors[0]))
 
     def _end(self, seen: Task, failure: Failure | None, now_s: float) -> None:
         # The store may be slow, so it is asked before the transaction; the attempt's fence holds what was seen.
@@ -128,14 +151,31 @@ class Reconciler:
         # Silence counts only while someone listened: an outage of the broker silences every attempt.
         if task.status is not TaskStatus.RUNNING or sight.listening_since_s is None:
             return False
-        heard_s = max(task.beat_s or 0.0, sight.listening_since_s)
+        beat_s = task.beat_s or 0.0
+        if beat_s > sight.now_s + self.settings.lease_ttl_s:  # written before the clock was set back
+            beat_s = 0.0
+        heard_s = max(beat_s, sight.listening_since_s)
         return sight.now_s - heard_s > self.settings.lease_ttl_s
 
+    def _next_jobs(self) -> Sequence[str]:
+        """Return the next jobs to look at; all have their turn."""
+        with self.database.reading() as session:
+            job_ids = job_rows.restless(session, after=self._reached_job, limit=JOBS)
+        self._reached_job = job_ids[-1] if len(job_ids) == JOBS else ""
+        return job_ids
+
     def _walk(self, job_id: str, now_s: float) -> None:
-        """Look at the next chunk of a job's waiting tasks, and whether the job has ended."""
+        """Look at the next chunk of a job's waiting tasks, and whether the job has ended; write only what is wrong."""
+        share = self.settings.failed_share
         with self.database.reading() as session:
             free, reached = task_rows.overdue(session, job_id, after=self._reached.get(job_id, -1))
-        self._reached[job_id] = -1 if reached is None else reached
+            row = job_rows.job(session, job_id)
+            is_right = not free and (row is None or not has_ended(session, row, failed_share=share))
+        self._reached.pop(job_id, None)
+        if reached is not None:
+            self._reached[job_id] = reached
+        if is_right:
+            return
         with self.database.writing() as session:
             row = job_rows.job(session, job_id)
             if row is None or row.chore is not None:
@@ -143,7 +183,7 @@ class Reconciler:
             move_tasks(session, job_id, free, TaskStatus.WAITING, TaskStatus.READY)
             close_batch(Batch(session, now_s, self.settings, {job_id} if free else set()))
             session.refresh(row)
-            settle(session, row, now_s=now_s, failed_share=self.settings.failed_share)
+            settle(session, row, now_s=now_s, failed_share=share)
 
     def _forget_old(self, now_s: float) -> None:
         with self.database.writing() as session:

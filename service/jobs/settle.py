@@ -13,17 +13,23 @@ from worker.job.statuses import JobStatus, TaskStatus
 
 def settle(session: Session, row: Job, *, now_s: float, failed_share: float) -> bool:
     """End a job if its rows say that it has ended; True if so."""
+    if not has_ended(session, row, failed_share=failed_share):
+        return False
+    cause = _cause(session, row, failed_share) if row.failed else None
+    if cause is not None:
+        fail_job(session, row, *cause, now_s=now_s)
+    else:
+        move_job(session, row, JobStatus.DONE, ended_s=now_s)
+    return True
+
+
+def has_ended(session: Session, row: Job, *, failed_share: float) -> bool:
+    """Return whether a job's rows say that it has ended, though it does not say so itself."""
     if row.status not in (JobStatus.PROBING, JobStatus.RUNNING) or row.chore is not None:
         return False
     if row.failed:
-        cause = _cause(session, row, failed_share)
-        if cause is not None:
-            fail_job(session, row, *cause, now_s=now_s)
-        return cause is not None
-    if row.planned_s is None or _left(row):
-        return False
-    move_job(session, row, JobStatus.DONE, ended_s=now_s)
-    return True
+        return _cause(session, row, failed_share) is not None
+    return row.planned_s is not None and not _left(row)
 
 
 def fail_job(session: Session, row: Job, code: str, message: str, *, now_s: float) -> None:

@@ -27,14 +27,18 @@ class Failure(BaseModel):
     permanent: bool
 
 
+LONGEST_PROBE_S = 1e6
+"""12 days: a probe is ended long before, and plans are made of what it says."""
+
+
 class ProbeResult(BaseModel):
     """What the small first frame measured."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    start_s: float
+    start_s: float = Field(ge=0, le=LONGEST_PROBE_S)
     """Seconds of a POV-Ray run that do not grow with pixels: start and parse."""
-    s_per_px: float
+    s_per_px: float = Field(ge=0, le=LONGEST_PROBE_S)
     """CPU seconds of one rendered pixel."""
     tileable: bool
     """Whether tiles equal the whole (radiosity differs a tile)."""

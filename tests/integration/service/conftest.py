@@ -64,7 +64,7 @@ class FakeWorker:
         while not self._stopping.is_set():
             try:
                 client.set(wire.presence_key(self._name), presence(self._name).model_dump_json(), ex=20)
-                message = client.blpop([ORDERS], timeout=0.2)
+                message = client.brpop([ORDERS], timeout=0.2)  # the end that Celery takes from: first in, first out
                 if message is not None:
                     self._do(client, message[1])
             except redis.RedisError:

@@ -113,3 +113,23 @@ def test_open_streams_end_at_once_when_the_service_stops(service: Service) -> No
     assert ended.wait(3)
     service.stop()
     assert time.monotonic() - begun_s < 6
+
+
+def test_a_stream_ends_when_its_key_is_revoked(make_service: Callable[..., Service]) -> None:
+    service = make_service(keepalive_s=0.1)
+    made = service.client.post("/keys", json={"name": "lab", "role": "viewer"}).json()
+    ended = threading.Event()
+
+    def listen() -> None:
+        headers = {"Authorization": f"Bearer {made['key']}"}
+        with httpx.stream("GET", f"{service.url}/api/v1/events", headers=headers, timeout=20) as answer:
+            for _ in answer.iter_raw():
+                began.set()
+        ended.set()
+
+    began = threading.Event()
+    threading.Thread(target=listen, daemon=True).start()
+    assert began.wait(10)
+    assert not ended.wait(0.5)
+    assert service.client.delete(f"/keys/{made['id']}").status_code == 204
+    assert ended.wait(10)

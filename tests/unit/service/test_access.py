@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 
+from service.db import clerk_rows
 from service.db.tables import Credential
 from service.jobs.keys import create_key, create_login_token
 from service.schemas.access import Role
@@ -76,6 +77,24 @@ def test_a_key_with_one_letter_changed_is_refused(anyone: Client, api_farm: Farm
     wrong = right[:-1] + ("A" if right[-1] != "A" else "B")
     assert anyone.get(JOBS, headers={"Authorization": right}).status_code == 200
     assert anyone.get(JOBS, headers={"Authorization": wrong}).status_code == 401
+
+
+@pytest.mark.parametrize("shown", [{}, {"Authorization": "Bearer lip_0_0"}, {"Authorization": ""}])
+def test_health_tells_who_leads_only_to_who_shows_a_key(api: Client, api_farm: Farm, shown: dict[str, str]) -> None:
+    with api_farm.writing() as session:
+        clerk_rows.lead(session, "machine-7-abc", now_s=T0, until_s=T0 + 10)
+    health = "/api/v1/health"
+    assert api.get(health).json()["clerk"] == {"ok": True, "leader": "machine-7-abc"}
+    del api.headers["Authorization"]
+    answer = api.get(health, headers=shown)
+    assert (answer.status_code, answer.json()["clerk"]) == (200, {"ok": True, "leader": None})
+    assert "machine" not in answer.text
+
+
+def test_health_says_how_much_room_the_store_has_left_and_not_the_disk_of_the_data_folder(
+    api: Client, api_farm: Farm
+) -> None:
+    assert api.get("/api/v1/health").json()["store"]["free_bytes"] == api_farm.store.free_bytes()
 
 
 def test_keys_are_made_listed_without_secrets_and_revoked(api: Client) -> None:

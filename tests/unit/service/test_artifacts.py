@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any, cast
+
 import pytest
+from fastapi import FastAPI
 from hypothesis import given
 from hypothesis import strategies as st
 
 from service.errors import RangeNotSatisfiable
 from service.jobs.artifacts import parse_range
-from tests.builders_service import Client, Farm
+from tests.builders_service import Client, FakePictures, Farm, claimed, done, failed
 
 DATA = bytes(range(256)) * 4
 
@@ -99,6 +102,18 @@ def test_an_exr_becomes_a_png_on_the_way(api: Client, url: str) -> None:
     assert other.content == b"png of 0001.exr, 8 bits"
 
 
+def test_head_of_a_picture_converts_nothing_and_says_no_length(
+    api: Client, api_farm: Farm, url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    get = api.get(f"{url}/integral/0001.exr", params={"format": "png"})
+    monkeypatch.setattr(FakePictures, "png", None)
+    head = api.head(f"{url}/integral/0001.exr", params={"format": "png"})
+    assert (head.status_code, head.content) == (200, b"")
+    assert "Content-Length" not in head.headers
+    for name in ("ETag", "Content-Type", "Content-Disposition"):
+        assert head.headers[name] == get.headers[name]
+
+
 @pytest.mark.parametrize(
     ("path", "field"), [("video/views.mp4?format=png", "format"), ("integral/0001.exr?format=png&bits=9", "bits")]
 )
@@ -137,6 +152,22 @@ def test_files_are_listed_in_pages_below_a_prefix(api: Client, url: str) -> None
     assert ([item["name"] for item in page["items"]], page["next_cursor"]) == (["integral/0002.exr"], None)
 
 
+def test_a_page_of_files_asks_the_store_for_no_more_than_it_shows(
+    api: Client, api_farm: Farm, url: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+    house = cast(FastAPI, api.app).state.house
+    whole = api_farm.store.list
+
+    def listing(prefix: str, *, after: str = "", limit: int | None = None) -> Any:
+        asked.append((limit, house.database._engine.pool.checkedout()))
+        return whole(prefix, after=after, limit=limit)
+
+    monkeypatch.setattr(api_farm.store, "list", listing)
+    api.get(url, params={"limit": 2})
+    assert asked == [(3, 0)]
+
+
 def test_a_job_sees_no_other_jobs_files(api: Client, api_farm: Farm, url: str) -> None:
     api_farm.store.files["other/secret.txt"] = b"x"
     names = [item["name"] for item in api.get(url, params={"limit": 500}).json()["items"]]
@@ -145,8 +176,6 @@ def test_a_job_sees_no_other_jobs_files(api: Client, api_farm: Farm, url: str) -
 
 
 def test_frames_carry_the_places_of_their_pictures_once_they_are_done(api: Client, api_farm: Farm, url: str) -> None:
-    from tests.builders_service import done
-
     job_url = url.removesuffix("/artifacts")
     for order in api_farm.dispatch()[:2]:
         api_farm.say(done(order))
@@ -160,6 +189,21 @@ def test_frames_carry_the_places_of_their_pictures_once_they_are_done(api: Clien
         "orthoscopic": f"{url}/orthoscopic/0001.exr", "views": f"{url}/views/0001.exr",
     }  # fmt: skip
     assert page["next_cursor"] == "2"
+
+
+def test_in_a_job_that_has_ended_nothing_is_being_rendered(api: Client, api_farm: Farm, url: str) -> None:
+    job_url = url.removesuffix("/artifacts")
+    first, second, other, _ = api_farm.dispatch()
+    api_farm.say(done(first), done(second))
+    api_farm.say(claimed(other))
+
+    def statuses() -> list[str]:
+        return [frame["status"] for frame in api.get(f"{job_url}/frames").json()["items"]]
+
+    assert statuses() == ["rendering", "rendering", "waiting"]
+    api_farm.say(failed(other, permanent=True))
+    assert api.get(job_url).json()["status"] == "failed"
+    assert statuses() == ["waiting", "failed", "waiting"]
 
 
 def test_the_latest_log_is_shown_and_any_other_on_demand(api: Client, api_farm: Farm, url: str) -> None:

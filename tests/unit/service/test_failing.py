@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+from service.jobs.failure import INFRASTRUCTURE
+from service.jobs.retry import retry_job
 from tests.builders_service import Farm, claimed, done, failed, presence
 from worker.job.orders import Order
 from worker.job.statuses import JobStatus, TaskStatus
@@ -137,3 +139,51 @@ def test_when_every_worker_is_to_be_avoided_none_is(farm: Farm) -> None:
     order, *_ = farm.dispatch()
     farm.say(failed(order, "w1"))
     assert _again(farm, order.task_id).avoid == ()
+
+
+@pytest.mark.parametrize("code", sorted(INFRASTRUCTURE))
+def test_a_farm_that_is_broken_for_a_while_fails_no_task(farm: Farm, code: str) -> None:
+    farm.workers = [presence(slots=50)]
+    job_id = farm.planned()
+    order, *_ = farm.dispatch()
+    for rests in range(1, 9):
+        farm.say(claimed(order), failed(order, code=code))
+        task = farm.task(order)
+        assert (task.status, task.failures, task.failed_on, task.rests) == (TaskStatus.READY, 0, [], rests)
+        assert (task.error_code, task.error_message) == (code, f"{code} happened")
+        assert task.not_before_s == farm.now_s + farm.settings.rest_s
+        assert order.task_id not in [other.task_id for other in farm.dispatch()]
+        order = _again(farm, order.task_id)
+    farm.say(done(order))
+    assert (farm.task(order).status, farm.task(order).error_message) == (TaskStatus.DONE, None)
+    assert farm.job(job_id).status is JobStatus.RUNNING
+
+
+def test_a_farm_that_stays_broken_fails_the_task_at_last_with_the_reason(farm: Farm) -> None:
+    farm.settings = farm.settings.model_copy(update={"rests_allowed": 2})
+    job_id = farm.planned(frames="1", outputs=[])
+    order, *_ = farm.dispatch()
+    for _ in range(2):
+        farm.say(claimed(order), failed(order, code="store-full"))
+        assert farm.task(order).status is TaskStatus.READY
+        order = _again(farm, order.task_id)
+    farm.say(claimed(order), failed(order, code="store-full"))
+    task = farm.task(order)
+    assert (task.status, task.error_message) == (TaskStatus.FAILED, "store-full happened")
+    assert farm.job(job_id).status is JobStatus.FAILED
+    with farm.writing() as session:
+        retry_job(session, job_id, now_s=farm.now_s, failed_share=farm.settings.failed_share)
+    assert (farm.task(order).status, farm.task(order).rests) == (TaskStatus.READY, 0)
+
+
+@pytest.mark.parametrize(
+    ("code", "avoid"), [("sandbox-missing", ("w1",)), ("povray-missing", ("w1",)), ("store-full", ())]
+)
+def test_a_worker_that_lacks_something_is_avoided_at_once_and_one_without_a_store_is_not(
+    farm: Farm, code: str, avoid: tuple[str, ...]
+) -> None:
+    farm.workers = [presence("w1"), presence("w2")]
+    farm.planned(**MANY)
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order, "w1"), failed(order, "w1", code=code))
+    assert _again(farm, order.task_id).avoid == avoid

@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from service.db.clerk_rows import clerk
+from collections.abc import Callable
+
+import pytest
+from sqlalchemy.exc import OperationalError
+
+from service.db.clerk_rows import clerk, stopped, to_stop
 from service.db.tables import JobEvent
+from service.jobs import follow as following
+from service.jobs.cancel import cancel_job
 from service.jobs.follow import follow
+from service.jobs.pause import pause_job
 from tests.builders_service import T0, Farm, beat, canonical, claimed, declined, done, event, failed
-from worker.job.events import EventKind
-from worker.job.orders import TaskKind
+from worker.job.events import Event, EventKind
+from worker.job.orders import Order, TaskKind
 from worker.job.statuses import TaskStatus
 
 
@@ -151,3 +159,67 @@ def test_of_many_beats_of_an_attempt_only_the_last_is_written(farm: Farm) -> Non
     order, *_ = farm.dispatch()
     farm.say(claimed(order), *(beat(order, i / 100) for i in range(100)))
     assert farm.task(order).progress == 0.99
+
+
+def _stops(farm: Farm) -> set[str]:
+    with farm.database.reading() as session:
+        return set(to_stop(session))
+
+
+@pytest.mark.parametrize(("say", "stops"), [(claimed, True), (beat, True), (done, False), (failed, False)])
+def test_who_works_on_what_is_no_longer_theirs_is_told_to_stop_again(
+    farm: Farm, say: Callable[[Order], Event], stops: bool
+) -> None:
+    job_id = farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order))
+    with farm.writing() as session:
+        pause_job(session, job_id, now_s=farm.now_s)
+        cancel_job(session, job_id, now_s=farm.now_s)
+        stopped(session, [*to_stop(session)])  # told, and then the broker was wiped
+    assert _stops(farm) == set()
+    farm.say(say(order))
+    assert _stops(farm) == ({order.attempt} if stops else set())
+
+
+def test_an_attempt_of_a_job_that_was_removed_is_told_to_stop(farm: Farm) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(beat(order.model_copy(update={"job_id": "gone", "task_id": "gone-7"})))
+    assert _stops(farm) == {order.attempt}
+
+
+def test_who_says_twice_that_it_is_done_is_not_told_to_stop(farm: Farm) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order), beat(order), done(order))
+    farm.say(claimed(order), beat(order), done(order))
+    assert _stops(farm) == set()
+
+
+def test_one_event_that_cannot_be_written_down_is_passed_over_and_counted(farm: Farm) -> None:
+    job_id = farm.planned()
+    first, second, third, *_ = farm.dispatch()
+    assert farm.say(claimed(first), done(first, cpu_s=float("nan")), done(second), beat(third, 0.25))
+    assert [farm.task(order).status for order in (first, second, third)] == [
+        TaskStatus.RUNNING, TaskStatus.DONE, TaskStatus.RUNNING,
+    ]  # fmt: skip
+    job = farm.job(job_id)
+    assert (job.late_events, job.running, job.done, job.dispatched) == (1, 2, 2, 1)
+    assert farm.task(third).progress == 0.25
+
+
+def test_a_database_that_is_away_passes_over_nothing(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+
+    def away(*_: object) -> None:
+        raise OperationalError("UPDATE", {}, Exception("database is locked"))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(following, "apply_event", away)
+        with pytest.raises(OperationalError):
+            farm.say(done(order))
+    assert farm.task(order).status is TaskStatus.DISPATCHED
+    farm.say(done(order))
+    assert farm.task(order).status is TaskStatus.DONE

@@ -6,16 +6,21 @@ import json
 from typing import Any
 
 import pytest
+from sqlalchemy import update
 
 from service.db import task_rows
+from service.db.tables import Job
 from service.jobs import plan
-from service.jobs.chores import Chores
+from service.jobs.chores import FIRST_REST_S, LONGEST_REST_S, Chores
+from service.jobs.remove import remove_job
+from service.jobs.retry import retry_job
 from tests.builders_service import PROBE, Farm, done
 from worker.errors import StoreUnavailable
+from worker.job.events import ProbeResult
 from worker.job.sheet import PlanSheet
 from worker.job.spec import JobSpec
 from worker.job.statuses import JobStatus, TaskStatus
-from worker.plan.tasks import plan_tasks
+from worker.plan.tasks import plan_sheet, plan_tasks
 
 LONG = {"frames": "1-8", "outputs": ["views.mp4"]}
 """25 tasks after the probe: three chunks of ten."""
@@ -26,8 +31,8 @@ def _small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(task_rows, "CHUNK", 10)
 
 
-class Crash(Exception):
-    pass
+class Crash(BaseException):
+    """The end of the process: nobody catches it."""
 
 
 def _probed(farm: Farm, **changes: Any) -> str:
@@ -116,18 +121,81 @@ def test_a_plan_once_decided_stays_though_the_farm_has_grown(farm: Farm) -> None
     assert _rows(farm, job_id) == _expected(farm, job_id)
 
 
+def _away(*_: Any) -> None:
+    raise StoreUnavailable
+
+
 def test_a_store_that_is_away_only_delays_the_plan(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
     job_id = _probed(farm)
-
-    def away(*_: Any) -> None:
-        raise StoreUnavailable
-
     with monkeypatch.context() as patched:
-        patched.setattr(farm.store, "put_bytes", away)
-        with pytest.raises(StoreUnavailable):
-            farm.plan()
+        patched.setattr(farm.store, "put_bytes", _away)
+        farm.plan()
+    assert farm.job(job_id).status is JobStatus.PROBING
+    farm.now_s += FIRST_REST_S
     farm.plan()
     assert farm.job(job_id).status is JobStatus.RUNNING
+
+
+def test_a_chore_that_fails_rests_longer_each_time_and_keeps_no_other_job_waiting(
+    farm: Farm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stuck = farm.planned()
+    farm.work()
+    tries = []
+
+    def refuse(name: str) -> None:
+        tries.append(farm.now_s)
+        raise PermissionError(name)
+
+    monkeypatch.setattr(farm.store, "delete", refuse)
+    with farm.writing() as session:
+        remove_job(session, stuck)
+    begun_s = farm.now_s
+    other = _probed(farm)
+    for _ in range(20):
+        farm.plan()
+        farm.now_s += 1
+    assert farm.job(other).status is JobStatus.RUNNING
+    assert len(farm.dispatch()) == 4
+    assert [at_s - begun_s for at_s in tries] == [0, 1, 3, 7, 15]
+    monkeypatch.undo()
+    monkeypatch.setattr(task_rows, "CHUNK", 10)
+    farm.now_s += LONGEST_REST_S
+    farm.plan()
+    with farm.database.reading() as session:
+        assert session.get(Job, stuck) is None
+
+
+def test_a_job_whose_numbers_cannot_be_planned_fails_and_says_so(farm: Farm) -> None:
+    job_id = _probed(farm)
+    with farm.writing() as session:  # as an older release could have written it
+        session.execute(update(Job).values(probe={"start_s": 0.5, "s_per_px": 8.5e303, "tileable": True}))
+    farm.plan()
+    job = farm.job(job_id)
+    assert (job.status, job.error_code, job.chore) == (JobStatus.FAILED, "unplannable", None)
+    assert "s_per_px" in (job.error_message or "")
+    with farm.writing() as session:
+        retry_job(session, job_id, now_s=farm.now_s, failed_share=0.1)
+    farm.now_s += LONGEST_REST_S
+    farm.plan()
+    assert farm.job(job_id).status is JobStatus.FAILED
+
+
+def test_a_leader_that_was_replaced_does_not_write_over_the_plan(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The old leader has just read that nothing is decided when the new one decides, and plans everything."""
+    job_id = _probed(farm, render={"tiles": "auto"})
+    decide, new = plan_sheet, Chores(farm.database, farm.store, farm.settings)
+
+    def late(spec: JobSpec, probe: ProbeResult, *, slots: int) -> PlanSheet:
+        monkeypatch.setattr(plan, "plan_sheet", decide)
+        while new.do_some(slots=1, now_s=farm.now_s):
+            pass
+        return decide(spec, probe, slots=slots).model_copy(update={"tile_rows": 7})
+
+    monkeypatch.setattr(plan, "plan_sheet", late)
+    farm.plan()
+    assert json.loads(farm.store.get_bytes(f"{job_id}/plan.json")) == farm.job(job_id).plan
+    assert _rows(farm, job_id) == _expected(farm, job_id)
 
 
 def test_stages_let_go_what_needs_them_when_all_of_their_tasks_are_done(farm: Farm) -> None:

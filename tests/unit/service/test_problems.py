@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 from typing import Any
 
 import pytest
@@ -91,11 +92,14 @@ def test_a_request_without_a_name_gets_one_and_an_unfit_name_is_replaced(api: Cl
     assert len(api.get("/api/v1/health", headers={"X-Request-Id": "a b;c"}).headers["X-Request-Id"]) == 16
 
 
+@pytest.mark.parametrize("kind", ["application/json", "multipart/form-data; boundary=x", "multipart/x"])
 @pytest.mark.parametrize("says_its_size", [True, False])
-def test_a_job_file_that_is_too_large_is_refused(api: Client, says_its_size: bool) -> None:
+def test_a_job_file_that_is_too_large_is_refused_whatever_it_says_it_is(
+    api: Client, says_its_size: bool, kind: str
+) -> None:
     data = b"x" * 100_000
     body: Any = data * 21 if says_its_size else iter([data] * 21)
-    answer = api.post("/api/v1/jobs", content=body, headers={"Content-Type": "application/json"})
+    answer = api.post("/api/v1/jobs", content=body, headers={"Content-Type": kind})
     assert (answer.status_code, answer.json()["code"]) == (413, "too-large")
 
 
@@ -104,6 +108,48 @@ def test_an_upload_that_is_too_large_is_refused(make_farm: Any, make_client: Any
     for size, status in ((90_000, 201), (110_000, 413)):
         files = {"bundle": ("scene.zip", b"PK" + b"x" * size)}
         assert client.post("/api/v1/scenes", params={"name": "mine"}, files=files).status_code == status
+
+
+def test_an_upload_that_is_no_form_has_the_limit_of_a_job_file(api: Client) -> None:
+    kind = {"Content-Type": "application/x-www-form-urlencoded"}
+    answer = api.post("/api/v1/scenes", params={"name": "mine"}, content=b"a=" + b"x" * 2_100_000, headers=kind)
+    assert (answer.status_code, answer.json()["code"]) == (413, "too-large")
+
+
+def _pieces_read(client: Client, path: str, headers: dict[str, str]) -> tuple[int, int]:
+    """Send a body that never ends; return the answer's status and how many pieces of 100 kB were taken."""
+    read, said = 0, []
+
+    async def receive() -> dict[str, Any]:
+        nonlocal read
+        read += 1
+        return {"type": "http.request", "body": b"x" * 100_000, "more_body": True}
+
+    async def send(message: Any) -> None:
+        said.append(message)
+
+    path, _, query = path.partition("?")
+    scope = {"type": "http", "asgi": {"version": "3.0"}, "http_version": "1.1", "method": "POST", "scheme": "http",
+             "path": path, "raw_path": path.encode(), "query_string": query.encode(), "root_path": "",
+             "headers": [(name.lower().encode(), value.encode()) for name, value in headers.items()],
+             "client": ("127.0.0.1", 1), "server": ("127.0.0.1", 1)}  # fmt: skip
+
+    async def ask() -> None:
+        await client.app(scope, receive, send)
+
+    asyncio.run(ask())
+    return said[0]["status"], read
+
+
+@pytest.mark.parametrize("key", [None, "Bearer lip_0_0"])
+def test_of_an_upload_nothing_is_read_before_it_is_known_who_sends_it(api: Client, key: str | None) -> None:
+    headers = {"Content-Type": "multipart/form-data; boundary=x"} | ({"Authorization": key} if key else {})
+    assert _pieces_read(api, "/api/v1/scenes?name=x", headers) == (401, 0)
+
+
+def test_of_anything_else_no_more_is_read_than_a_job_file_may_have(api: Client) -> None:
+    status, pieces = _pieces_read(api, "/api/v1/jobs", {"Content-Type": "multipart/x"})
+    assert (status, pieces) == (413, 21)
 
 
 def test_every_code_of_the_service_has_a_status() -> None:

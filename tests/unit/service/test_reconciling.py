@@ -9,6 +9,7 @@ from service.db.clerk_rows import clerk, to_stop
 from service.db.tables import Job, Task
 from service.jobs.reconcile import Reconciler, Sight
 from tests.builders_service import Farm, beat, claimed, done, presence
+from worker.errors import StoreUnavailable
 from worker.job.orders import Order
 from worker.job.statuses import JobStatus, TaskStatus
 from worker.plan import names
@@ -89,6 +90,39 @@ def test_a_lost_attempt_whose_artifact_is_there_was_done(farm: Farm, watch: Watc
     _store(farm, order)
     watch.wait(50)
     assert (farm.task(order).status, farm.job(job_id).done_px) == (TaskStatus.DONE, farm.task(order).weight_px)
+
+
+def test_one_folder_that_cannot_be_read_keeps_no_other_row_from_being_made_right(
+    farm: Farm, watch: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    farm.planned()
+    first, second, *_ = farm.dispatch()
+    farm.say(claimed(first), claimed(second))
+    unreadable = names.job_artifact(first.job_id, farm.task(first).artifact)
+
+    def exists(name: str) -> bool:
+        if name == unreadable:
+            raise StoreUnavailable
+        return False
+
+    monkeypatch.setattr(farm.store, "exists", exists)
+    watch.wait(50)
+    assert (farm.task(first).status, farm.task(second).status) == (TaskStatus.RUNNING, TaskStatus.READY)
+    monkeypatch.undo()
+    watch.wait(5)
+    assert farm.task(first).status is TaskStatus.READY
+
+
+def test_a_clock_that_was_set_back_hides_no_silent_attempt(farm: Farm, watch: Watch) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order))
+    farm.now_s -= 3600
+    watch.since_s = farm.now_s  # noticed, so it starts anew
+    watch.wait(40)
+    assert farm.task(order).status is TaskStatus.RUNNING
+    watch.wait(10)
+    assert farm.task(order).status is TaskStatus.READY
 
 
 def test_nobody_is_lost_while_nobody_listened(farm: Farm, watch: Watch) -> None:

@@ -69,3 +69,10 @@ def test_a_full_store_takes_no_scene(api: Client, api_farm: Farm) -> None:
     api_farm.store.full = True
     assert _upload(api, "mine").status_code == 507
     assert api.get(f"{SCENES}/mine").status_code == 404
+
+
+def test_an_upload_without_a_bundle_is_refused(api: Client) -> None:
+    answer = api.post(SCENES, params={"name": "mine"}, files={"other": ("scene.zip", b"PK")})
+    assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "bundle")
+    answer = api.post(SCENES, params={"name": "mine"}, data={"bundle": "text"})
+    assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "bundle")
