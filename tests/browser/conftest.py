@@ -89,13 +89,15 @@ def farm(tmp_path: Path, broker: Broker) -> Iterator[Farm]:
         service.stop()
 
 
-@pytest.fixture(scope="session")
+# Of the package, not of the session: while Playwright is open the thread has a running event loop, and tests elsewhere
+# that call asyncio.run would fail.
+@pytest.fixture(scope="package")
 def playwright() -> Iterator[Playwright]:
     with sync_playwright() as playwright:
         yield playwright
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="package")
 def chromium(playwright: Playwright) -> Iterator[Browser]:
     program = os.environ.get("LIPPMANN_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
     if program is None:
