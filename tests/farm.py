@@ -76,16 +76,3 @@ def until(client: Client, job_id: str, right: object, *, within_s: float) -> Job
             return job
         assert time.monotonic() < stop, f"expected the job to get there within {within_s} s, got {job}"
         time.sleep(0.1)
-
-
-def povrays_below(data_dir: Path) -> list[int]:
-    """Return the processes of POV-Ray that work in a farm's folder."""
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            words = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
-        except OSError:
-            continue
-        if any(word.endswith("povray") for word in words[:1]) and any(str(data_dir) in word for word in words):
-            found.append(int(folder.name))
-    return found

@@ -71,7 +71,7 @@ class Chores:
             more = self._do(job_id, chore, slots, now_s)
         except OperationalError:
             raise  # the database is away, which is no job's fault
-        except Exception as error:
+        except Exception as error:  # one job's trouble must not keep the others' orders from going out
             if chore is Chore.PLAN and isinstance(error, (ValueError, ArithmeticError)):
                 self._give_up(job_id, error, now_s)
             return self._rest(job_id, chore, error, now_s)

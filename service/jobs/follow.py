@@ -69,7 +69,7 @@ def follow(database: Database, entries: Sequence[Entry], *, was: str, now_s: flo
             close_batch(batch)
     except OperationalError:
         raise  # the database is away, which is no event's fault
-    except Exception as error:
+    except Exception as error:  # one event that cannot be written down must not hold up those behind it
         log.warning("a piece of the stream is followed one by one", after=was, error=repr(error))
         return _follow_singly(database, events, was=was, to=entries[-1][0], now_s=now_s, settings=settings)
     return True
@@ -97,7 +97,7 @@ def _is_written(session: Session, write: Callable[[], None], **what: object) -> 
             write()
     except OperationalError:
         raise
-    except Exception as error:
+    except Exception as error:  # said and counted; the next event is followed
         log.warning("passed over", **what, error=repr(error))
         return False
     return True

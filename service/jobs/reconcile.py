@@ -104,7 +104,7 @@ class Reconciler:
                 make_right(item)
             except OperationalError:
                 raise  # the database is away, which is no job's fault
-            except Exception as error:
+            except Exception as error:  # one row's trouble must not hide the others'; said together below
                 errors.append(error)
         if errors:
             log.warning("rows could not be made right", rows=len(errors), first=repr(errors[0]))

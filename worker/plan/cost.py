@@ -14,11 +14,6 @@ COMFORTABLE_S = 60.0
 """A longer task makes a lost worker or a late finish expensive."""
 
 
-def frame_seconds(size: CellLayout, probe: ProbeResult) -> float:
-    """Return the seconds that one frame takes on one slot."""
-    return probe.start_s + size.px * probe.s_per_px
-
-
 def tile_grid(
     size: CellLayout, probe: ProbeResult, settings: RenderSettings, *, frames: int, slots: int
 ) -> tuple[int, int]:

@@ -8,6 +8,7 @@ from typing import Any
 from celery.signals import worker_ready
 
 from worker.app import app, settings
+from worker.images.threads import limit_threads
 from worker.job.orders import Order, TaskKind
 from worker.job.wire import task_name
 from worker.store.local import LocalStore
@@ -56,4 +57,5 @@ def _sweep(**_: Any) -> None:
 @cache
 def this_workplace() -> Workplace:
     """Return the workplace of this process; made in the pool's process, never before its fork."""
+    limit_threads(1)  # a slot is a core, for pictures too
     return workplace(settings)
