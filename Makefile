@@ -43,7 +43,7 @@ setup: $(VENV)/.installed
 	@deploy/system-packages povray bwrap
 
 setup-test: $(VENV)/.installed
-	@deploy/system-packages povray bwrap chromium ffprobe
+	@deploy/system-packages povray bwrap chromium ffprobe examples
 
 $(VENV)/.installed: requirements.lock pyproject.toml
 	@deploy/system-packages venv

@@ -19,10 +19,10 @@ from worker.plan import names
 from worker.plan.sampling import Tile, cut_tiles, frame_size
 from worker.povray.bundle import pack_folder
 from worker.povray.log import AttemptLog
-from worker.povray.render import RenderOutcome
 from worker.settings import WorkerSettings
 from worker.tasks.local import JOB_ID, local_job, store_plan
-from worker.tasks.picture import render_picture
+from worker.tasks.picture import RenderedPicture
+from worker.tasks.render import render_region
 from worker.tasks.watch import Unwatched
 from worker.tasks.workplace import Workplace, workplace
 
@@ -30,10 +30,10 @@ from worker.tasks.workplace import Workplace, workplace
 def small_job(scene: str, *, count: tuple[int, int] = (30, 30), px_per_lens: int = 8, **more: Any) -> JobSpec:
     """Return a job of one small frame with the paper's optics.
 
-    `lens_array`, `camera` and `tiles` change that part of it; anything else is a field of the job.
+    `lens_array`, `camera`, `rig` and `tiles` change that part of it; anything else is a field of the job.
     """
     rig: dict[str, Any] = {"lens_array": {"count": list(count), **more.pop("lens_array", {})}}
-    rig |= {"px_per_lens": px_per_lens, "camera": more.pop("camera", {})}
+    rig |= {"px_per_lens": px_per_lens, "camera": more.pop("camera", {}), **more.pop("rig", {})}
     return parse_spec({"scene": scene, "rig": rig, "render": {"tiles": more.pop("tiles", [1, 1])}, **more})
 
 
@@ -72,28 +72,18 @@ def tiles_of(spec: JobSpec) -> tuple[Tile, ...]:
 
 
 @contextmanager
-def rendered(place: Workplace, sheet: JobSheet, *, tile: Tile | None, **more: Any) -> Iterator[RenderOutcome]:
-    """Lend one picture, rendered as a worker does."""
-    size = frame_size(sheet.spec.rig)
+def rendered(place: Workplace, sheet: JobSheet, *, tile: Tile | None, **more: Any) -> Iterator[RenderedPicture]:
+    """Lend one picture, rendered as a worker does; of a tile or of the whole frame."""
+    frame = sheet.spec.frame_numbers[0]
     with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
-        yield render_picture(
-            place,
-            sheet,
-            frame=sheet.spec.frame_numbers[0],
-            rows=size.rows,
-            cols=size.cols,
-            tile=tile,
-            folder=folder,
-            log=log,
-            watch=Unwatched(),
-            **more,
-        )
+        yield render_region(place, sheet, frame, tile, folder=folder, log=log, watch=Unwatched(), **more)
 
 
 def rendered_codes(place: Workplace, sheet: JobSheet, *, tile: Tile | None = None) -> NDArray[np.uint16]:
-    """Return a picture of 16-bit linear codes, whole size `(rows, cols, 3)`."""
-    with rendered(place, sheet, tile=tile, picture_format="png16") as outcome:
-        return read_codes(outcome.picture)
+    """Return 16-bit linear codes of a tile or the whole frame, `(rows, cols, 3)`."""
+    with rendered(place, sheet, tile=tile, picture_format="png16") as picture:
+        row_start, row_stop, col_start, col_stop = picture.wanted
+        return read_codes(picture.outcome.picture)[row_start:row_stop, col_start:col_stop]
 
 
 def stored_picture(place: Workplace, name: str) -> NDArray[np.float16]:

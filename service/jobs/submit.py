@@ -25,7 +25,7 @@ from worker.job.scene import SceneCard
 from worker.job.sheet import JobSheet
 from worker.job.spec import JobSpec, parse_spec
 from worker.job.statuses import JobStatus
-from worker.optics.check import check_rig
+from worker.optics.check import check_job
 from worker.plan import names
 from worker.plan.tasks import probe_task
 
@@ -51,7 +51,7 @@ def submit_job(
         if known is not None:
             return show.show_job(session, known), False
         sheet = _resolve(session, spec, new_job_id(now_s))
-    notes = check_rig(spec, sheet.stage)
+    notes = check_job(sheet)
     # The artifact first, the row last: a crash in between leaves a file nobody asks for, never a job without one.
     data = sheet.model_dump_json(indent=2).encode()
     parts.store.put_bytes(names.job_artifact(sheet.job_id, names.JOB_SHEET), data)
@@ -87,15 +87,7 @@ def _resolve(session: Session, spec: JobSpec, job_id: str) -> JobSheet:
     except NotFound as error:
         problem = FieldProblem(field="scene", expected="a scene of GET /api/v1/scenes", got=repr(spec.scene))
         raise SpecError.of([problem]) from error
-    card = SceneCard.model_validate(scene.card)
-    return JobSheet(
-        job_id=job_id,
-        spec=spec,
-        bundle=scene.digest,
-        stage=card.stage,
-        clock=spec.clock or card.clock,
-        parameters=card.resolve(spec.parameters),
-    )
+    return JobSheet.of(job_id, spec, SceneCard.model_validate(scene.card), bundle=scene.digest)
 
 
 def _remember(session: Session, sheet: JobSheet, caller: Caller, notes: list[str], now_s: float) -> Job:

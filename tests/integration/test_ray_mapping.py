@@ -8,6 +8,7 @@ it, so the pictures are 16-bit PNGs.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +26,11 @@ HALF_WIDTH_MM = 400.0
 MEDIAN_MM = 0.02
 LARGEST_MM = 0.1
 
+LEAST_SEEN = 0.25
+"""Of the pixels: stops and dead corners leave the rest dark, and black pixels prove little."""
+
+DOUBLE_GAUSS = {"name": "double-gauss-tronnier", "focal_length_mm": 300}
+
 
 def traced_mm(spec: JobSpec, *, distance_mm: float) -> NDArray[np.float64]:
     """Return where each pixel's ray meets the target, `(row, col, 2)`; NaN where an aperture stops it."""
@@ -37,30 +43,62 @@ def rendered_mm(folder: Path, spec: JobSpec) -> tuple[NDArray[np.float64], NDArr
     place = local_place(folder)
     sheet = stored_job(place, spec)
     tiles = [
-        (tile, rendered_codes(place, sheet, tile=tile)[tile.row_start : tile.row_stop, tile.col_start : tile.col_stop])
+        (tile, rendered_codes(place, sheet, tile=tile))
         for tile in tiles_of(spec)
     ]
     codes = assemble(frame_size(spec.rig), tiles)
     return codes[..., :2] / 65535 * 2 * HALF_WIDTH_MM - HALF_WIDTH_MM, codes[..., 2] > 32768
 
 
+ASPHERE: dict[str, Any] = {
+    # The conic sharpens the picture on the axis, the fourth-order term bends it away again: nothing a sphere can do.
+    "surfaces": [
+        {"radius_mm": 250, "thickness_mm": 30, "index": 1.5, "semi_aperture_mm": 90, "conic": -0.6, "aspheric": [2e-9]},
+        {"radius_mm": -400, "index": 1, "semi_aperture_mm": 90},
+    ]
+}
+BENCHES: dict[str, dict[str, Any]] = {
+    "square": {},
+    "square, perspective": {"camera": {"projection": "perspective"}},
+    "square, inscribed": {"lens_array": {"aperture": "inscribed"}},
+    "square, inscribed, perspective": {
+        "lens_array": {"aperture": "inscribed"},
+        "camera": {"projection": "perspective"},
+    },
+    "hexagonal": {"lens_array": {"lattice": "hexagonal"}},
+    "hexagonal, perspective": {"lens_array": {"lattice": "hexagonal"}, "camera": {"projection": "perspective"}},
+    "hexagonal, inscribed": {"lens_array": {"lattice": "hexagonal", "aperture": "inscribed"}},
+    "hexagonal, odd lens rows": {"lens_array": {"lattice": "hexagonal"}, "count": (27, 30)},
+    "the paper's lens stopped down": {"rig": {"f_number": 4.0}},
+    "double Gauss with a stop": {"rig": {"imaging_lens": DOUBLE_GAUSS, "f_number": 2.8}},
+    "direct pickup": {"rig": {"imaging_lens": None}, "lens_array": {"offset_mm": -200.0}},
+    "square, by the ray camera": {"capture": {"method": "ray_camera"}},
+    "hexagonal, inscribed, by the ray camera": {
+        "lens_array": {"lattice": "hexagonal", "aperture": "inscribed"},
+        "capture": {"method": "ray_camera"},
+    },
+    "an asphere, by the ray camera": {"rig": {"imaging_lens": ASPHERE}},
+    "direct pickup, by the ray camera": {
+        "rig": {"imaging_lens": None},
+        "lens_array": {"offset_mm": -200.0},
+        "capture": {"method": "ray_camera"},
+    },
+}
+
+
 @pytest.mark.parametrize("distance_mm", [1000.0, 2500.0])
-@pytest.mark.parametrize("projection", ["orthographic", "perspective"])
-@pytest.mark.parametrize("aperture", ["full", "inscribed"])
+@pytest.mark.parametrize("changes", BENCHES.values(), ids=BENCHES.keys())
 def test_glass_maps_every_pixel_where_the_exact_trace_does(
-    tmp_path: Path, projection: str, aperture: str, distance_mm: float
+    tmp_path: Path, changes: dict[str, Any], distance_mm: float
 ) -> None:
-    spec = small_job(
-        "target-position",
-        parameters={"distance_mm": distance_mm, "half_width_mm": HALF_WIDTH_MM},
-        camera={"projection": projection},
-        lens_array={"aperture": aperture},
-        tiles=[2, 2],
-    )
+    parameters = {"distance_mm": distance_mm, "half_width_mm": HALF_WIDTH_MM}
+    spec = small_job("target-position", parameters=parameters, tiles=[2, 2], **changes)
     found_mm, hit = rendered_mm(tmp_path, spec)
     expected_mm = traced_mm(spec, distance_mm=distance_mm)
-    assert (hit == ~np.isnan(expected_mm[..., 0])).all()
-    error_mm = np.hypot(*np.moveaxis(found_mm - expected_mm, -1, 0))
+    seen = (np.abs(expected_mm) < HALF_WIDTH_MM).all(axis=-1)
+    assert seen.mean() > LEAST_SEEN
+    assert (hit == seen).all()
+    error_mm = np.hypot(*np.moveaxis(found_mm - expected_mm, -1, 0))[seen]
     assert np.median(error_mm) <= MEDIAN_MM
     assert error_mm.max() <= LARGEST_MM
 

@@ -1,10 +1,17 @@
 """Integral images in pixels: pure NumPy, no input or output. In the order of the pipeline.
 
-layout        which pixel lies under which lens: the sheet and its cells
-assemble      tiles become the whole sheet, every lens covered once
-orthoscopic   the pseudoscopic capture becomes the orthoscopic integral image
-views         one pixel per lens: views, the grid of all of them and back, their order in a movie
+layout            which pixel lies under which lens, on the square and the hexagonal lattice
+hexagon           a hexagonal lens in pixels
+cells             the sheet into cells and back
+supersample       a rendering with k x k times the pixels becomes the sheet, averaged inside the cells
+assemble          tiles become the whole sheet, every lens covered once
+orthoscopic       the pseudoscopic capture becomes the orthoscopic integral image
+views             one pixel per lens: views, the grid of all of them and back, their order in a movie
+square_pixels     views of a hexagonal lattice on the square pixels of a screen
+device            the integral image on the pixel grid of a device, resampled cell by cell
+device_hexagons   the part of that which is the hexagonal lattice's own
+interpolation     between neighbours, linear
 
 A sheet is an integral image as `(rows, cols, channel)`; row 0 is the top and col 0 the left, as the observer of the
-display sees them. Its cells are `(lens_row, lens_col, row, col, channel)`.
+display sees them. Its cells are `(lens_row, lens_col, cell_row, cell_col, channel)`.
 """

@@ -42,7 +42,8 @@ def assemble(layout: CellLayout, tiles: Iterable[tuple[TilePlace, NDArray[Pixel]
     layout
         Of the whole sheet.
     tiles
-        Places, cut along lens edges, and their pixels `(rows, cols, channel)`, all of one dtype; in any order.
+        Places, cut along the layout's `row_edges` and `col_edges`, and their pixels `(rows, cols, channel)`, all of
+        one dtype; in any order.
 
     Returns
     -------
@@ -74,10 +75,9 @@ def assemble(layout: CellLayout, tiles: Iterable[tuple[TilePlace, NDArray[Pixel]
 
 
 def _check_place(place: TilePlace, layout: CellLayout) -> None:
-    n = layout.px_per_lens
-    edges = (place.row_start, place.row_stop, place.col_start, place.col_stop)
-    inside = 0 <= edges[0] < edges[1] <= layout.rows and 0 <= edges[2] < edges[3] <= layout.cols
-    if not inside or any(edge % n for edge in edges):
+    rows, cols = (place.row_start, place.row_stop), (place.col_start, place.col_stop)
+    on_edges = {*rows} <= {*layout.row_edges} and {*cols} <= {*layout.col_edges}
+    if not on_edges or rows[0] >= rows[1] or cols[0] >= cols[1]:
         raise LayoutError(f"expected a tile inside {layout} and cut along lens edges, got {_where(place)}")
 
 
@@ -90,8 +90,9 @@ def _check_pixels(place: TilePlace, pixels: NDArray[Any], sheet: NDArray[Any]) -
 
 
 def _cover(covered: NDArray[np.bool_], place: TilePlace, layout: CellLayout) -> None:
-    n = layout.px_per_lens
-    lenses = covered[place.row_start // n : place.row_stop // n, place.col_start // n : place.col_stop // n]
+    row, row_after = (layout.row_edges.index(edge) for edge in (place.row_start, place.row_stop))
+    col, col_after = (layout.col_edges.index(edge) for edge in (place.col_start, place.col_stop))
+    lenses = covered[row:row_after, col:col_after]
     if lenses.any():
         raise LayoutError(f"expected every lens in one tile, got a second tile over the lenses of {_where(place)}")
     lenses[:] = True

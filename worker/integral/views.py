@@ -3,28 +3,33 @@
 Views are numbered `(u, v)` from `(0, 0)`: **u grows as the eye moves to the right, v as it moves down**, as the
 observer of the display sees it. An eye at x_eye sees, under the lens at x_k, the pixel at
 u_k = -(g/P) (x_eye - x_k) / L from the lens's axis (g the reduced gap, P the pixel, L the distance): the further right
-the eye, the further *left* the pixel, and likewise the further down, the further up. So with n px per lens
+the eye, the further *left* the pixel, and likewise the further down, the further up. So in a cell of `cell_rows` x
+`cell_cols` px
 
-    row in cell = n - 1 - v,   col in cell = n - 1 - u.
+    row in cell = cell_rows - 1 - v,   col in cell = cell_cols - 1 - u.
 
-The grid of all views is one picture `(n lens_rows, n lens_cols, channel)` that shows view (u, v) at grid column u and
-grid row v: `grid[v * lens_rows + lens_row, u * lens_cols + lens_col]`. The leftmost eye is at the left, the
-uppermost at the top.
+On the hexagonal lattice only the views exist whose pixel lies in the cell's mask.
+
+The grid of all views is one picture `(cell_rows lens_rows, cell_cols lens_cols, channel)` that shows view (u, v) at
+grid column u and grid row v: `grid[v * lens_rows + lens_row, u * lens_cols + lens_col]`. The leftmost eye is at the
+left, the uppermost at the top; views that do not exist are black. The layout is always the orthoscopic sheet's.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
 
 from worker.errors import LayoutError
-from worker.integral.layout import CellLayout, Pixel, cells, check_sheet, sheet_of
+from worker.integral.cells import Run, cells, run_px, runs, sheet_of
+from worker.integral.layout import CellLayout, Pixel, check_sheet
 
 
 def view(ortho: NDArray[Pixel], layout: CellLayout, u: int, v: int) -> NDArray[Pixel]:
-    """Return one view, `(lens_rows, lens_cols, channel)`, without copying.
+    """Return one view, `(lens_rows, lens_cols, channel)`: of the square lattice without copying.
 
     Parameters
     ----------
@@ -33,7 +38,7 @@ def view(ortho: NDArray[Pixel], layout: CellLayout, u: int, v: int) -> NDArray[P
     layout
         How its pixels lie under the lenses.
     u, v
-        Which view, from 0 to n - 1: u from the left eye to the right, v from the top down.
+        Which view: u from the left eye to the right, v from the top down.
 
     Raises
     ------
@@ -41,12 +46,18 @@ def view(ortho: NDArray[Pixel], layout: CellLayout, u: int, v: int) -> NDArray[P
         If there is no such view, or the sheet is not of this layout.
     """
     _check_view(layout, u, v)
-    last = layout.px_per_lens - 1
-    return cells(ortho, layout)[:, :, last - v, last - u]
+    row, col = layout.cell_rows - 1 - v, layout.cell_cols - 1 - u
+    if layout.lattice == "square":
+        return cells(ortho, layout)[:, :, row, col]
+    check_sheet(ortho, layout)
+    gathered = np.empty((layout.lens_rows, layout.lens_cols, ortho.shape[2]), dtype=ortho.dtype)
+    for first in range(min(2, layout.lens_rows)):
+        gathered[first::2] = run_px(ortho, layout, Run(first, row, slice(col, col + 1)))[:, :, 0]
+    return gathered
 
 
 def views_grid(ortho: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
-    """Return all n x n views as one picture; the inverse of `interlace`.
+    """Return all views as one picture; the inverse of `interlace`.
 
     Parameters
     ----------
@@ -58,56 +69,97 @@ def views_grid(ortho: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
     Returns
     -------
     NDArray
-        `(n lens_rows, n lens_cols, channel)`, contiguous: as large as the sheet.
+        `(cell_rows lens_rows, cell_cols lens_cols, channel)`, contiguous; black where there is no view.
     """
-    by_view = cells(ortho, layout)[:, :, ::-1, ::-1].transpose(2, 0, 3, 1, 4)
-    return np.ascontiguousarray(by_view).reshape(layout.rows, layout.cols, ortho.shape[2])
+    if layout.lattice == "square":
+        by_view = cells(ortho, layout)[:, :, ::-1, ::-1].transpose(2, 0, 3, 1, 4)
+        return np.ascontiguousarray(by_view).reshape(layout.rows, layout.cols, ortho.shape[2])
+    check_sheet(ortho, layout)
+    grid = np.zeros((*grid_size(layout), ortho.shape[2]), dtype=ortho.dtype)
+    for run in runs(layout):
+        _views_of_run(grid, layout, run)[:] = run_px(ortho, layout, run)
+    return grid
+
+
+def grid_size(layout: CellLayout) -> tuple[int, int]:
+    """Return the (rows, cols) of the grid of views, px."""
+    return layout.cell_rows * layout.lens_rows, layout.cell_cols * layout.lens_cols
 
 
 def view_of_grid(grid: NDArray[Pixel], layout: CellLayout, u: int, v: int) -> NDArray[Pixel]:
     """Return one view, `(lens_rows, lens_cols, channel)`, of a grid of views without copying; see `view`."""
     _check_view(layout, u, v)
-    check_sheet(grid, layout)
+    _check_grid(grid, layout)
     row, col = v * layout.lens_rows, u * layout.lens_cols
     return grid[row : row + layout.lens_rows, col : col + layout.lens_cols]
 
 
 def interlace(grid: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
     """Return the orthoscopic sheet whose views a grid shows; the inverse of `views_grid`."""
-    check_sheet(grid, layout)
-    n = layout.px_per_lens
-    by_view = grid.reshape(n, layout.lens_rows, n, layout.lens_cols, grid.shape[2])
-    return sheet_of(by_view.transpose(1, 3, 0, 2, 4)[:, :, ::-1, ::-1])
+    _check_grid(grid, layout)
+    if layout.lattice == "square":
+        by_view = grid.reshape(layout.cell_rows, layout.lens_rows, layout.cell_cols, layout.lens_cols, grid.shape[2])
+        return sheet_of(by_view.transpose(1, 3, 0, 2, 4)[:, :, ::-1, ::-1], layout)
+    ortho = np.zeros((layout.rows, layout.cols, grid.shape[2]), dtype=grid.dtype)
+    for run in runs(layout):
+        run_px(ortho, layout, run)[:] = _views_of_run(grid, layout, run)
+    return ortho
+
+
+def view_numbers(layout: CellLayout) -> tuple[tuple[int, int], ...]:
+    """Return (u, v) of every view that exists, by rows.
+
+    >>> view_numbers(CellLayout(lens_rows=1, lens_cols=1, px_per_lens=2, lattice="hexagonal"))
+    ((0, 1), (1, 1), (0, 2), (1, 2))
+    """
+    # The mask is the same turned by 180 degrees, so it says of views what it says of pixels.
+    return tuple((int(u), int(v)) for v, u in np.argwhere(layout.mask))
 
 
 def successive_views(layout: CellLayout, *, backward: bool = False) -> Iterator[tuple[int, int]]:
-    """Yield (u, v) of all n x n views in the order of a movie without jumps: as one ploughs a field.
+    """Yield (u, v) of all views in the order of a movie without jumps: as one ploughs a field.
 
-    From (0, 0) to the right along the top row of views, back along the next, and so down; every step is to a
-    neighbour. `backward` walks the same way from its end, so a sequence whose every second frame goes backward has no
-    jump between frames either.
+    From the first view to the right along the top row of views, back along the next, and so down; every step is to a
+    neighbour. Rows of hexagonal views differ in length, so a step to the next row may go sideways as well, by at most
+    two. `backward` walks the same way from its end, so a sequence whose every second frame goes backward has no jump
+    between frames either.
 
     Examples
     --------
     >>> list(successive_views(CellLayout(lens_rows=1, lens_cols=1, px_per_lens=2)))
     [(0, 0), (1, 0), (1, 1), (0, 1)]
     """
-    n = layout.px_per_lens
-    for step in range(n * n):
-        v, along = divmod(n * n - 1 - step if backward else step, n)
-        yield (along if v % 2 == 0 else n - 1 - along), v
-
-
-def _check_view(layout: CellLayout, u: int, v: int) -> None:
-    n = layout.px_per_lens
-    if not (0 <= u < n and 0 <= v < n):
-        raise LayoutError(f"expected a view from (0, 0) to ({n - 1}, {n - 1}), got ({u}, {v})")
+    walk: list[tuple[int, int]] = []
+    for number, (_, row) in enumerate(groupby(view_numbers(layout), key=lambda view: view[1])):
+        walk.extend(row if number % 2 == 0 else reversed(list(row)))
+    yield from reversed(walk) if backward else walk
 
 
 def centre(layout: CellLayout) -> tuple[int, int]:
-    """Return the (u, v) of the view nearest the lenses' axes; for an even n, of four the one to the right and below.
+    """Return the (u, v) of the view nearest the lenses' axes; of two or four, the one to the right and below.
 
     >>> centre(CellLayout(lens_rows=1, lens_cols=1, px_per_lens=8))
     (4, 4)
     """
-    return layout.px_per_lens // 2, layout.px_per_lens // 2
+    return layout.cell_cols // 2, layout.cell_rows // 2
+
+
+def _views_of_run(grid: NDArray[Pixel], layout: CellLayout, run: Run) -> NDArray[Pixel]:
+    """Return where a grid shows the pixels of a run, `(lens_row, lens_col, px, channel)`: a view of its memory."""
+    by_view = grid.reshape(layout.cell_rows, layout.lens_rows, layout.cell_cols, layout.lens_cols, grid.shape[2])
+    shown = by_view[layout.cell_rows - 1 - run.cell_row, run.first_lens_row :: 2, ::-1]
+    return shown[:, run.cell_cols].transpose(0, 2, 1, 3)
+
+
+def _check_view(layout: CellLayout, u: int, v: int) -> None:
+    last_u, last_v = layout.cell_cols - 1, layout.cell_rows - 1
+    if not (0 <= u <= last_u and 0 <= v <= last_v):
+        raise LayoutError(f"expected a view from (0, 0) to ({last_u}, {last_v}), got ({u}, {v})")
+    if not layout.mask[v, u]:
+        raise LayoutError(f"expected a view whose pixel lies under a hexagonal lens, got ({u}, {v})")
+
+
+def _check_grid(grid: NDArray[Pixel], layout: CellLayout) -> None:
+    if grid.ndim != 3 or grid.shape[:2] != grid_size(layout):
+        rows, cols = grid_size(layout)
+        raise LayoutError(f"expected a grid of views of {rows} x {cols} px for {layout}, got shape {grid.shape}")

@@ -15,6 +15,11 @@ from worker.errors import BundleError, FieldProblem, SpecError
 from worker.job.spec import Clock, ParameterValue, problems_of
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
+_FILE = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.+-]*/)*[A-Za-z0-9_][A-Za-z0-9_. +-]*\.(?:pov|inc)", re.IGNORECASE)
+"""A path that leads nowhere upward and that POV-Ray needs no quotes for; only the file's own name may have blanks."""
+
+SCENE_FILE = "scene.inc"
+"""What POV-Ray reads of a bundle that names no other file."""
 
 RESERVED = frozenset(
     (
@@ -41,10 +46,12 @@ class Stage(_Part):
     look_at: Vector
     up: Vector = (0.0, 1.0, 0.0)
     mm_per_unit: float = Field(default=1.0, gt=0)
-    reference_mm: float = Field(gt=0)
-    """From surface 1 to the scene's reference plane."""
+    """Millimetres of the rig in one unit of the scene."""
     near_mm: float = Field(gt=0)
+    """From surface 1 to the nearest thing that should come out sharp."""
     far_mm: float = Field(gt=0)
+    reference_mm: float = Field(default_factory=lambda given: given["near_mm"], gt=0)
+    """From surface 1 to the scene's reference plane; near_mm when not given."""
 
     @model_validator(mode="after")
     def _spans_a_frame(self) -> Self:
@@ -100,12 +107,24 @@ class Parameter(_Part):
 class SceneCard(_Part):
     """What `scene.toml` says."""
 
-    title: str = Field(min_length=1, max_length=200)
+    file: str = Field(default=SCENE_FILE, max_length=200)
+    """The .inc or .pov that is the scene; a .pov is read as by itself, and its camera is overruled."""
+    title: str = Field(default_factory=lambda given: given["file"], min_length=1, max_length=200)
+    """The file's name when not given."""
     description: str = ""
     license: str = ""
     stage: Stage
     clock: Clock = Clock()
     parameters: dict[str, Parameter] = Field(default_factory=dict)
+
+    @field_validator("file")
+    @classmethod
+    def _usable_file(cls, file: str) -> str:
+        if not _FILE.fullmatch(file):
+            raise ValueError(
+                "a .pov or .inc inside the bundle, its path of letters, digits and _ . + - between slashes"
+            )
+        return file
 
     @field_validator("parameters")
     @classmethod

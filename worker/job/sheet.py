@@ -5,10 +5,14 @@
 
 from __future__ import annotations
 
-from pydantic import BaseModel, ConfigDict
+from dataclasses import replace
+from typing import Self
 
-from worker.job.scene import Stage
-from worker.job.spec import Clock, JobSpec, ParameterValue
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from worker.errors import SpecError
+from worker.job.scene import SCENE_FILE, SceneCard, Stage
+from worker.job.spec import Clock, JobSpec, ParameterValue, StageChange, problems_of
 
 
 class _Part(BaseModel):
@@ -23,9 +27,67 @@ class JobSheet(_Part):
     bundle: str
     """SHA-256 of the scene bundle's zip; the artifact is `scenes/<bundle>.zip`."""
     stage: Stage
+    """The scene's, with what the job says otherwise; at the first key where it is animated, see `at`."""
+    file: str = SCENE_FILE
+    """Of the bundle: the one that is the scene."""
     clock: Clock
     parameters: dict[str, ParameterValue]
     """Every parameter of the scene, defaults filled in."""
+
+    @classmethod
+    def of(cls, job_id: str, spec: JobSpec, card: SceneCard, *, bundle: str) -> Self:
+        """Return the sheet of a job of a scene.
+
+        Raises
+        ------
+        SpecError
+            If the scene does not have a parameter, or it or the stage is out of bounds, at any keyframe.
+        """
+        for frame, there in spec.at_keys():
+            try:
+                card.resolve(there.parameters)
+                changed_stage(card.stage, there.stage)
+            except SpecError as error:
+                raise _at_frame(error, frame) if spec.animation else error from error
+        return cls(
+            job_id=job_id,
+            spec=spec,
+            bundle=bundle,
+            stage=changed_stage(card.stage, spec.stage),
+            file=card.file,
+            clock=spec.clock or card.clock,
+            parameters=card.resolve(spec.parameters),
+        )
+
+    def at(self, frame: int) -> JobSheet:
+        """Return the job as it is at a frame: rig, stage and parameters without keyframes."""
+        there = self.spec.at(frame)
+        update = {
+            "spec": there,
+            "stage": changed_stage(self.stage, there.stage),
+            "parameters": self.parameters | there.parameters,
+        }
+        return self.model_copy(update=update)
+
+
+def changed_stage(stage: Stage, change: StageChange) -> Stage:
+    """Return a scene's stage with what a job says otherwise.
+
+    Raises
+    ------
+    SpecError
+        If the two do not go together: near beyond far, no way up.
+    """
+    try:
+        return Stage.model_validate(stage.model_dump() | change.model_dump(exclude_none=True))
+    except ValidationError as error:
+        raise SpecError.of(
+            replace(problem, field=f"stage.{problem.field}".removesuffix(".(whole)")) for problem in problems_of(error)
+        ) from error
+
+
+def _at_frame(error: SpecError, frame: int) -> SpecError:
+    return SpecError.of(replace(problem, got=f"{problem.got} at frame {frame}") for problem in error.problems)
 
 
 class PlanSheet(_Part):

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.job.spec import Rig
+from worker.job.rig import Rig
 from worker.optics import lattice
 from worker.optics.matrices import conjugate
 from worker.optics.microlens import Microlens, microlens
-from worker.optics.prescription import ImagingLens, imaging_lens
+from worker.optics.prescription import ImagingLens, rig_lens
 from worker.optics.trace import Rays, meet_plane, meet_sphere, refract, through_lens, unit
 
 ORTHOGRAPHIC_DISTANCE_MM = 20.0
@@ -23,8 +23,8 @@ ORTHOGRAPHIC_DISTANCE_MM = 20.0
 class Bench:
     """Everything that stands in the rig frame, mm."""
 
-    imaging_lens: ImagingLens
-    """As modelled: contact surfaces kept apart."""
+    imaging_lens: ImagingLens | None
+    """As modelled: contact surfaces kept apart. None: direct pickup, the origin stands for surface 1."""
     microlens: Microlens
     mla_z_mm: float
     """The flat side of the lenses."""
@@ -35,58 +35,85 @@ class Bench:
     rig: Rig
 
     @property
+    def lens_end_mm(self) -> float:
+        """The last vertex of the imaging lens; 0 without one."""
+        return self.imaging_lens.length_mm if self.imaging_lens else 0.0
+
+    @property
     def mla_behind_lens_mm(self) -> float:
         """From the last vertex of the imaging lens to the MLA."""
-        return self.mla_z_mm - self.imaging_lens.length_mm
+        return self.mla_z_mm - self.lens_end_mm
+
+    def image_z_mm(self, object_mm: float) -> float:
+        """Return where the plane `object_mm` before the origin is imaged (paraxial): itself, without imaging lens."""
+        if self.imaging_lens is None:
+            return -object_mm
+        return self.lens_end_mm + conjugate(self.imaging_lens, object_mm).image_mm
+
+    def s_mm(self, object_mm: float) -> float:
+        """Return the depth at which the plane `object_mm` before the origin is shown (paraxial)."""
+        return self.image_z_mm(object_mm) - self.mla_z_mm
 
 
 def bench(rig: Rig, *, reference_mm: float) -> Bench:
     """Put a rig together for a scene whose reference plane lies `reference_mm` before surface 1.
 
-    The MLA stands `offset_mm` from the paraxial image of the reference plane, toward the imaging lens.
+    The MLA stands `offset_mm` from the paraxial image of the reference plane, toward the imaging lens. Without imaging
+    lens that plane is its own image.
 
     Raises
     ------
     OpticsError, SpecError
         If a lens cannot be, or the imaging lens is unknown.
     """
-    lens = imaging_lens(rig.imaging_lens).built()
-    image_mm = conjugate(lens, reference_mm).image_mm
-    width_mm, height_mm = lattice.extent_mm(rig.lens_array)
-    mla_z_mm = lens.length_mm + image_mm - rig.lens_array.offset_mm
+    lens = rig_lens(rig)
+    image_z_mm = lens.length_mm + conjugate(lens, reference_mm).image_mm if lens else -reference_mm
+    width_mm, height_mm = lattice.window_mm(rig)
+    mla_z_mm = image_z_mm - rig.lens_array.offset_mm
     return Bench(
         imaging_lens=lens,
         microlens=microlens(rig.lens_array),
         mla_z_mm=mla_z_mm,
-        camera_z_mm=mla_z_mm + camera_distance_mm(rig, width_mm),
+        camera_z_mm=mla_z_mm + camera_distance_mm(rig),
         width_mm=width_mm,
         height_mm=height_mm,
         rig=rig,
     )
 
 
-def camera_distance_mm(rig: Rig, width_mm: float) -> float:
+def camera_distance_mm(rig: Rig) -> float:
     """Return the distance of the camera from the MLA plane.
 
-    A perspective camera stands where its angle just spans the array: L = width / (2 tan(angle / 2)), so that pixels
+    A perspective camera stands where its angle just spans the window: L = width / (2 tan(angle / 2)), so that pixels
     fall evenly under the lenses (Athineos 2006, section 4.1).
 
-    >>> from worker.job.spec import Camera
-    >>> round(camera_distance_mm(Rig(camera=Camera(projection="perspective")), 101.6), 1)
+    >>> from worker.job.rig import Camera, Device
+    >>> device = Device(dpi=600, window_px=(2400, 2400))
+    >>> round(camera_distance_mm(Rig(camera=Camera(projection="perspective"), device=device)), 1)
     862.9
     """
     if rig.camera.projection == "orthographic":
         return ORTHOGRAPHIC_DISTANCE_MM
-    return width_mm / (2 * math.tan(math.radians(rig.camera.angle_deg) / 2))
+    return perspective_distance_mm(rig)
 
 
-def pixel_centres_mm(bench: Bench) -> NDArray[np.float64]:
-    """Return where the pixels lie on the MLA plane, shape (row, col, 2), mm as (x, y); row 0 is the top."""
-    lens_rows, lens_cols = bench.rig.lens_array.count
-    n = bench.rig.px_per_lens
-    step = bench.rig.lens_array.pitch_mm / n
-    x = (np.arange(lens_cols * n) + 0.5) * step - bench.width_mm / 2
-    y = bench.height_mm / 2 - (np.arange(lens_rows * n) + 0.5) * step
+def perspective_distance_mm(rig: Rig) -> float:
+    """Return where a perspective camera of the rig's angle would stand, from the MLA plane."""
+    return lattice.view_width_mm(rig) / (2 * math.tan(math.radians(rig.camera.angle_deg) / 2))
+
+
+def pixel_centres_mm(bench: Bench, *, rows: int | None = None, cols: int | None = None) -> NDArray[np.float64]:
+    """Return where the pixels lie on the MLA plane, shape (row, col, 2), mm as (x, y); row 0 is the top.
+
+    Parameters
+    ----------
+    rows, cols
+        Of a picture of the whole window; those of the integral image when not given.
+    """
+    whole_rows, whole_cols = lattice.sheet_px(bench.rig)
+    rows, cols = rows or whole_rows, cols or whole_cols
+    x = (np.arange(cols) + 0.5) * (bench.width_mm / cols) - bench.width_mm / 2
+    y = bench.height_mm / 2 - (np.arange(rows) + 0.5) * (bench.height_mm / rows)
     return np.stack(np.meshgrid(x, y), axis=-1)
 
 
@@ -107,30 +134,22 @@ def through_array(rays: Rays, bench: Bench) -> Rays:
     """Trace camera rays through the lens they meet: convex side first, then the flat side.
 
     Each ray is given to the lens in whose cell it meets the array, found at the height of the rim's plane and then
-    where it really meets the sphere. Rays beside the glass (dead corners of an inscribed aperture) pass straight.
+    where it really meets the sphere. Rays beside the glass (dead corners of an inscribed aperture, gaps between
+    hexagons at the edge of the array) pass straight.
     """
-    shape = bench.microlens
-    centres = nearest_centre_mm(bench, rays.at_z(bench.mla_z_mm + shape.thickness_mm)[..., :2])
+    shape, array = bench.microlens, bench.rig.lens_array
     vertex = bench.mla_z_mm + shape.thickness_mm
+    met = rays.at_z(vertex)[..., :2]
+    centres = lattice.nearest_centre_mm(array, met)
     points, normals = meet_sphere(rays, vertex_z_mm=vertex, radius_mm=-shape.radius_mm, centre_xy_mm=centres)
-    inside = refract(rays.direction, normals, index_before=1.0, index_after=bench.rig.lens_array.index)
+    inside = refract(rays.direction, normals, index_before=1.0, index_after=array.index)
     flat, flat_normals = meet_plane(Rays(points, inside), bench.mla_z_mm)
-    outside = refract(inside, flat_normals, index_before=bench.rig.lens_array.index, index_after=1.0)
-    beside = ~(points[..., 2] >= bench.mla_z_mm)[..., np.newaxis]
+    outside = refract(inside, flat_normals, index_before=array.index, index_after=1.0)
+    in_glass = (points[..., 2] >= bench.mla_z_mm) & lattice.inside_cell(array, met - centres)
     return Rays(
-        np.where(beside, rays.at_z(bench.mla_z_mm), flat),
-        np.where(beside, rays.direction, outside),
+        np.where(in_glass[..., np.newaxis], flat, rays.at_z(bench.mla_z_mm)),
+        np.where(in_glass[..., np.newaxis], outside, rays.direction),
     )
-
-
-def nearest_centre_mm(bench: Bench, points_mm: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the centre of the lens in whose cell each point (..., 2) lies, shape (..., 2)."""
-    array = bench.rig.lens_array
-    lens_rows, lens_cols = array.count
-    half = np.array([bench.width_mm, bench.height_mm]) / 2
-    last = np.array([lens_cols - 1, lens_rows - 1])
-    cell = np.clip(np.floor((points_mm + half) / array.pitch_mm), 0, last)
-    return (cell + 0.5) * array.pitch_mm - half
 
 
 def object_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:
@@ -138,4 +157,5 @@ def object_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:
 
     This is the exact map that the modelled glass must reproduce. Rays stopped by an aperture are NaN.
     """
-    return through_lens(through_array(camera_rays(bench, points_mm), bench), bench.imaging_lens, backward=True)
+    rays = through_array(camera_rays(bench, points_mm), bench)
+    return through_lens(rays, bench.imaging_lens, backward=True) if bench.imaging_lens else rays

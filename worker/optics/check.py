@@ -3,73 +3,127 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
-from worker.errors import FieldProblem, OpticsError
+from worker.errors import FieldProblem, OpticsError, SpecError
 from worker.job.scene import Stage
+from worker.job.sheet import JobSheet
 from worker.job.spec import JobSpec
 from worker.optics.capture import Bench, bench
-from worker.optics.matrices import cardinal_points, conjugate
+from worker.optics.lattice import extent_mm
+from worker.optics.matrices import cardinal_points
+from worker.optics.method import capture_method
+
+
+def check_job(sheet: JobSheet) -> tuple[str, ...]:
+    """Return notes on the optics of a job, at every frame where they are keyed.
+
+    Raises
+    ------
+    OpticsError
+        As `check_rig`; the message names the frame.
+    """
+    notes: dict[str, int] = {}
+    for frame, _ in sheet.spec.at_keys():
+        there = sheet.at(frame)
+        try:
+            found = check_rig(there.spec, there.stage)
+        except SpecError as error:
+            if not sheet.spec.animation:
+                raise
+            problems = (replace(problem, got=f"{problem.got} at frame {frame}") for problem in error.problems)
+            raise OpticsError.of(problems) from error
+        for note in found:
+            notes.setdefault(note, frame)
+    return tuple(f"From frame {frame}: {note}" if sheet.spec.animation else note for note, frame in notes.items())
 
 
 def check_rig(spec: JobSpec, stage: Stage) -> tuple[str, ...]:
-    """Return notes on the optics of a job; what is allowed but worth saying.
+    """Return notes on the optics of a job without keyframes; what is allowed but worth saying.
 
     Raises
     ------
     OpticsError
         If they cannot be built: a lens wider than its sphere, the array inside the imaging lens, no real image.
     """
-    _check_real_image(spec, stage)
     stood = bench(spec.rig, reference_mm=stage.reference_mm)
-    _check_behind_lens(stood)
+    _check_window(stood)
+    capture_method(spec, stage)
+    if stood.imaging_lens is None:
+        _check_direct_pickup(stood)
+    else:
+        _check_real_image(stood, stage)
+        _check_behind_lens(stood)
     return (*_image_space_notes(stood, stage), *_f_number_notes(stood))
 
 
-def _check_real_image(spec: JobSpec, stage: Stage) -> None:
-    lens = bench(spec.rig, reference_mm=stage.reference_mm).imaging_lens
-    image_mm = conjugate(lens, stage.reference_mm).image_mm
+def _check_window(stood: Bench) -> None:
+    """Refuse a device's window that is smaller than the array."""
+    device = stood.rig.device
+    if device is None or device.window_px is None:
+        return
+    width_mm, height_mm = extent_mm(stood.rig.lens_array)
+    needed = (int(height_mm / device.pixel_mm), int(width_mm / device.pixel_mm))
+    if device.window_px[0] < needed[0] or device.window_px[1] < needed[1]:
+        expected = f"at least {needed[0]} x {needed[1]} px, the array's size on the device"
+        raise _refused("rig.device.window_px", expected, f"{device.window_px[0]} x {device.window_px[1]} px")
+
+
+def _check_direct_pickup(stood: Bench) -> None:
+    offset_mm = stood.rig.lens_array.offset_mm
+    if offset_mm >= 0:
+        expected = "a negative one without imaging lens: the array sees only what lies before it"
+        raise _refused("rig.lens_array.offset_mm", expected, f"{offset_mm:g} mm")
+
+
+def _check_real_image(stood: Bench, stage: Stage) -> None:
+    image_mm = stood.image_z_mm(stage.reference_mm) - stood.lens_end_mm
     if not (math.isfinite(image_mm) and image_mm > 0):
-        raise OpticsError.of(
-            [
-                FieldProblem(
-                    field="stage.reference_mm",
-                    expected="a reference plane that the imaging lens images behind itself",
-                    got=f"{stage.reference_mm:g} mm, imaged at {image_mm:.4g} mm",
-                )
-            ]
-        )
+        expected = "a reference plane that the imaging lens images behind itself"
+        raise _refused("stage.reference_mm", expected, f"{stage.reference_mm:g} mm, imaged at {image_mm:.4g} mm")
 
 
 def _check_behind_lens(stood: Bench) -> None:
     if stood.mla_behind_lens_mm <= 0:
         offset_mm = stood.rig.lens_array.offset_mm
-        raise OpticsError.of(
-            [
-                FieldProblem(
-                    field="rig.lens_array.offset_mm",
-                    expected=f"below {stood.mla_behind_lens_mm + offset_mm:.4g} mm, so that the array stands behind "
-                    "the imaging lens",
-                    got=f"{offset_mm:g} mm",
-                )
-            ]
-        )
+        most_mm = stood.mla_behind_lens_mm + offset_mm
+        expected = f"below {most_mm:.4g} mm, so that the array stands behind the imaging lens"
+        raise _refused("rig.lens_array.offset_mm", expected, f"{offset_mm:g} mm")
+
+
+def _refused(field: str, expected: str, got: str) -> OpticsError:
+    return OpticsError.of([FieldProblem(field=field, expected=expected, got=got)])
+
+
+def place_in_image_space(near_s_mm: float, far_s_mm: float) -> str:
+    """Return in one word how a scene is shown: real, mixed or virtual."""
+    if far_s_mm >= 0:
+        return "real"
+    return "virtual" if near_s_mm <= 0 else "mixed"
+
+
+_PLACES = {
+    "real": "The array stands outside the image space, on the lens's side: all is shown real",
+    "mixed": "The array stands in the image space: near parts are shown real, far ones virtual",
+    "virtual": "The array stands outside the image space, on the camera's side: all is shown virtual",
+}
 
 
 def _image_space_notes(stood: Bench, stage: Stage) -> tuple[str, ...]:
-    near_mm = conjugate(stood.imaging_lens, stage.near_mm).image_mm - stood.mla_behind_lens_mm
-    far_mm = conjugate(stood.imaging_lens, stage.far_mm).image_mm - stood.mla_behind_lens_mm
+    near_mm, far_mm = stood.s_mm(stage.near_mm), stood.s_mm(stage.far_mm)
     depth = f"s from {far_mm:+.1f} mm (far) to {near_mm:+.1f} mm (near)"
-    if far_mm >= 0:
-        return (f"The array stands outside the image space, on the lens's side: all is shown real, {depth}.",)
-    if near_mm <= 0:
-        return (f"The array stands outside the image space, on the camera's side: all is shown virtual, {depth}.",)
-    return (f"The array stands in the image space: near parts are shown real, far ones virtual, {depth}.",)
+    if stood.imaging_lens is None and near_mm > 0:
+        return (f"The array stands among the things it should show: what is nearer than it is not seen, {depth}.",)
+    if stood.imaging_lens is None:
+        return (f"Direct pickup: all is shown virtual, {depth}.",)
+    return (f"{_PLACES[place_in_image_space(near_mm, far_mm)]}, {depth}.",)
 
 
 def _f_number_notes(stood: Bench) -> tuple[str, ...]:
     lens, array = stood.imaging_lens, stood.rig.lens_array
-    focal_mm = cardinal_points(lens).effective_focal_length_mm
-    lens_f_number = focal_mm / (2 * lens.semi_aperture_mm)
+    if lens is None:
+        return ()
+    lens_f_number = cardinal_points(lens).effective_focal_length_mm / (2 * lens.semi_aperture_mm)
     mla_f_number = array.focal_length_mm / array.pitch_mm
     if lens_f_number <= mla_f_number:
         return ()

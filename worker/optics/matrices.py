@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.optics.prescription import ImagingLens, Surface
+from worker.optics.surfaces import ImagingLens, Surface
 
 _IN_FOCUS = 1e-12
 """|D| of an object plane that is the front focal plane but for rounding."""
@@ -60,10 +60,24 @@ def system_matrix(lens: ImagingLens) -> NDArray[np.float64]:
     return matrix
 
 
+def matrix_to(lens: ImagingLens, z_mm: float) -> NDArray[np.float64]:
+    """Return the matrix from the first vertex to a plane across the axis, in the medium there, shape (2, 2).
+
+    A plane before the first vertex is reached by going back, as an observer of the entrance pupil does.
+    """
+    matrix, index, here_mm = np.eye(2), 1.0, 0.0
+    for surface, vertex_mm in zip(lens.surfaces, lens.vertices_mm, strict=True):
+        if vertex_mm > z_mm:
+            break
+        matrix = refraction(surface, index) @ translation(vertex_mm - here_mm) @ matrix
+        index, here_mm = surface.index_after, vertex_mm
+    return translation(z_mm - here_mm) @ matrix
+
+
 def cardinal_points(lens: ImagingLens) -> CardinalPoints:
     """Return the focal length and focal distances.
 
-    >>> from worker.optics.prescription import ATHINEOS_2006
+    >>> from worker.optics.lenses import ATHINEOS_2006
     >>> round(cardinal_points(ATHINEOS_2006).effective_focal_length_mm, 6)
     300.467846
     """

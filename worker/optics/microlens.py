@@ -9,7 +9,8 @@ import math
 from dataclasses import dataclass
 
 from worker.errors import FieldProblem, OpticsError
-from worker.job.spec import LensArray
+from worker.job.rig import LensArray
+from worker.optics.lattice import HEXAGON_CORNER
 
 
 @dataclass(frozen=True)
@@ -30,10 +31,13 @@ class Microlens:
 def rim_radius_mm(array: LensArray) -> float:
     """Return the radius of the circle where the sphere meets the flat side.
 
-    `full`: through the corners of the cell, so that glass covers all of it. `inscribed`: inside the cell, which is the
-    equation (2) of Athineos 2006 as printed; it leaves the corners (21.5 % of a square cell) without glass.
+    `full`: through the corners of the cell, so that glass covers all of it; for hexagons the equation (3) of Athineos
+    2006. `inscribed`: inside the cell, which is the paper's equation (2), printed for squares; it leaves the corners
+    (21.5 % of a square cell, 9.3 % of a hexagonal one) without glass.
     """
-    return array.pitch_mm / math.sqrt(2) if array.aperture == "full" else array.pitch_mm / 2
+    if array.aperture == "inscribed":
+        return array.pitch_mm / 2
+    return array.pitch_mm * (HEXAGON_CORNER if array.lattice == "hexagonal" else 1 / math.sqrt(2))
 
 
 def microlens(array: LensArray) -> Microlens:

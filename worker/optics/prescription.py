@@ -1,108 +1,64 @@
-"""Imaging lenses as tables of surfaces, object side first, and the published ones by name."""
+"""The imaging lens of a rig: found by name, scaled, or taken surface by surface; checked, and with its stop set."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from types import MappingProxyType
+from typing import Any
 
 from worker.errors import FieldProblem, SpecError
+from worker.job.lens import LensSurface, NamedLens, Prescription
+from worker.job.rig import Rig
+from worker.optics import lattice
+from worker.optics.lens_check import check_lens
+from worker.optics.lenses import ATHINEOS_2006, IMAGING_LENSES
+from worker.optics.matrices import cardinal_points
+from worker.optics.stop import with_stop
+from worker.optics.surfaces import CONTACT_GAP_MM, ImagingLens, Stop, Surface
 
-CONTACT_GAP_MM = 1e-3
-"""Air kept between surfaces that touch: coincident surfaces are undefined in a ray tracer."""
-
-
-@dataclass(frozen=True)
-class Surface:
-    """A spherical or plane surface and the medium behind it."""
-
-    radius_mm: float
-    """Radius of curvature, positive when the centre lies behind (greater z); infinite for a plane."""
-    thickness_mm: float
-    """To the vertex of the next surface; 0 for the last."""
-    index_after: float
-    """Refractive index of the medium behind the surface."""
-    semi_aperture_mm: float
-
-    @property
-    def curvature_per_mm(self) -> float:
-        """1 / radius; 0 for a plane."""
-        return 0.0 if math.isinf(self.radius_mm) else 1.0 / self.radius_mm
-
-    def sag_mm(self, height_mm: float) -> float:
-        """Return how far the surface lies behind its vertex at a height above the axis.
-
-        >>> round(Surface(-300.0, 0.0, 1.0, 100.0).sag_mm(100.0), 4)
-        -17.1573
-        """
-        if math.isinf(self.radius_mm):
-            return 0.0
-        root = math.sqrt(self.radius_mm**2 - height_mm**2)
-        return self.radius_mm - math.copysign(root, self.radius_mm)
+__all__ = [
+    "ATHINEOS_2006",
+    "CONTACT_GAP_MM",
+    "IMAGING_LENSES",
+    "ImagingLens",
+    "Stop",
+    "Surface",
+    "chosen_lens",
+    "imaging_lens",
+    "lens_of",
+    "prescription_of",
+    "rig_lens",
+]
 
 
-@dataclass(frozen=True)
-class ImagingLens:
-    """A lens system in air."""
+def rig_lens(rig: Rig) -> ImagingLens | None:
+    """Return the imaging lens of a rig as it is built, its stop set; None for direct pickup.
 
-    name: str
-    title: str
-    source: str
-    surfaces: tuple[Surface, ...]
-
-    @property
-    def vertices_mm(self) -> tuple[float, ...]:
-        """The z of every surface's vertex; the first is 0."""
-        z, vertices = 0.0, []
-        for surface in self.surfaces:
-            vertices.append(z)
-            z += surface.thickness_mm
-        return tuple(vertices)
-
-    @property
-    def length_mm(self) -> float:
-        """From the first vertex to the last."""
-        return self.vertices_mm[-1]
-
-    @property
-    def semi_aperture_mm(self) -> float:
-        """The narrowest surface's."""
-        return min(surface.semi_aperture_mm for surface in self.surfaces)
-
-    def built(self) -> ImagingLens:
-        """Return the lens as it is modelled: surfaces in contact kept `CONTACT_GAP_MM` apart."""
-        *inner, last = self.surfaces
-        spaced = (
-            replace(surface, thickness_mm=max(surface.thickness_mm, CONTACT_GAP_MM))
-            if surface.index_after == 1.0
-            else surface
-            for surface in inner
-        )
-        return replace(self, surfaces=(*spaced, last))
+    Raises
+    ------
+    OpticsError, SpecError
+        If the lens is not known, cannot be built, or lets no light through.
+    """
+    if rig.imaging_lens is None:
+        return None
+    lens = chosen_lens(rig.imaging_lens)
+    check_lens(lens)
+    lens = with_stop(lens, rig)
+    check_lens(lens, field_height_mm=math.hypot(*lattice.extent_mm(rig.lens_array)) / 2)
+    return lens.built()
 
 
-_INF = math.inf
-
-ATHINEOS_2006 = ImagingLens(
-    name="athineos-2006",
-    title="Two plano-convex condenser lenses and a thick plano-convex lens, f/1.5",
-    source="Athineos et al., J. Electronic Imaging 15(3), 2006, Table 1, doi 10.1117/1.2360692",
-    surfaces=(
-        Surface(_INF, 84.28, 1.51, 100.0),
-        Surface(-242.38, 289.30, 1.0, 100.0),
-        Surface(_INF, 17.16, 1.50, 100.0),
-        Surface(-300.0, 0.0, 1.0, 100.0),
-        Surface(300.0, 17.16, 1.50, 100.0),
-        Surface(_INF, 0.0, 1.0, 100.0),
-    ),
-)
-
-IMAGING_LENSES = MappingProxyType({lens.name: lens for lens in (ATHINEOS_2006,)})
-"""The lenses that a job can name."""
+def chosen_lens(choice: str | NamedLens | Prescription) -> ImagingLens:
+    """Return the lens that a job chooses, at full aperture, not yet checked."""
+    if isinstance(choice, Prescription):
+        return lens_of(choice)
+    if isinstance(choice, NamedLens):
+        lens = imaging_lens(choice.name, field="rig.imaging_lens.name")
+        return lens.scaled(choice.focal_length_mm / cardinal_points(lens).effective_focal_length_mm)
+    return imaging_lens(choice)
 
 
-def imaging_lens(name: str) -> ImagingLens:
-    """Return the lens of that name.
+def imaging_lens(name: str, *, field: str = "rig.imaging_lens") -> ImagingLens:
+    """Return the published lens of that name.
 
     Raises
     ------
@@ -111,5 +67,48 @@ def imaging_lens(name: str) -> ImagingLens:
     """
     if name not in IMAGING_LENSES:
         known = ", ".join(sorted(IMAGING_LENSES))
-        raise SpecError.of([FieldProblem(field="rig.imaging_lens", expected=f"one of {known}", got=repr(name))])
+        raise SpecError.of([FieldProblem(field=field, expected=f"one of {known}", got=repr(name))])
     return IMAGING_LENSES[name]
+
+
+def lens_of(prescription: Prescription) -> ImagingLens:
+    """Return the lens that a prescription describes."""
+    return ImagingLens(
+        name="",
+        title=prescription.title,
+        source=prescription.source,
+        surfaces=tuple(map(_surface, prescription.surfaces)),
+        stop_z_mm=prescription.stop_z_mm,
+    )
+
+
+def _surface(row: LensSurface) -> Surface:
+    return Surface(
+        radius_mm=math.inf if row.radius_mm is None else row.radius_mm,
+        thickness_mm=row.thickness_mm,
+        index_after=row.index,
+        semi_aperture_mm=row.semi_aperture_mm,
+        conic=row.conic,
+        aspheric=row.aspheric,
+        abbe_after=row.abbe if row.index != 1.0 else None,
+    )
+
+
+def prescription_of(lens: ImagingLens) -> Prescription:
+    """Return the prescription of a lens, as a job may carry it: the inverse of `lens_of`."""
+    return Prescription(
+        title=lens.title, source=lens.source, surfaces=tuple(map(_row, lens.surfaces)), stop_z_mm=lens.stop_z_mm
+    )
+
+
+def _row(surface: Surface) -> LensSurface:
+    shown: dict[str, Any] = {
+        "radius_mm": None if math.isinf(surface.radius_mm) else surface.radius_mm,
+        "thickness_mm": surface.thickness_mm,
+        "index": surface.index_after,
+        "abbe": surface.abbe_after,
+        "semi_aperture_mm": surface.semi_aperture_mm,
+        "conic": surface.conic,
+        "aspheric": surface.aspheric,
+    }
+    return LensSurface(**shown)

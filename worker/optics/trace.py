@@ -1,4 +1,4 @@
-"""The exact trace of skew rays through spherical and plane surfaces, vectorised.
+"""The exact trace of skew rays through spheres, planes, aspheres and stops, vectorised.
 
 Positions and directions are arrays of shape (..., 3) in the rig frame, mm; directions are unit vectors. A ray that
 misses a surface, passes outside its aperture or is totally reflected becomes NaN and stays so.
@@ -7,12 +7,14 @@ misses a surface, passes outside its aperture or is totally reflected becomes Na
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.optics.prescription import ImagingLens
+from worker.optics.asphere import meet_profile
+from worker.optics.surfaces import ImagingLens, Stop, Surface
 
 Array = NDArray[np.float64]
 
@@ -93,21 +95,54 @@ def through_lens(rays: Rays, lens: ImagingLens, *, backward: bool = False, stopp
     backward
         From the camera's side to the scene's: the surfaces in reverse order, their media exchanged.
     stopped
-        Whether rays outside a surface's aperture end there.
+        Whether rays outside a surface's aperture, or the stop's hole, end there.
     """
-    before = [1.0, *(surface.index_after for surface in lens.surfaces[:-1])]
-    table = list(zip(lens.surfaces, lens.vertices_mm, before, strict=True))
-    axis = np.zeros(2)
-    for surface, z_mm, index_before in reversed(table) if backward else table:
-        if math.isinf(surface.radius_mm):
-            points, normals = meet_plane(rays, z_mm)
-        else:
-            points, normals = meet_sphere(rays, vertex_z_mm=z_mm, radius_mm=surface.radius_mm, centre_xy_mm=axis)
-        outside = stopped & (np.hypot(points[..., 0], points[..., 1]) > surface.semi_aperture_mm)
-        media = (surface.index_after, index_before) if backward else (index_before, surface.index_after)
-        direction = refract(rays.direction, normals, index_before=media[0], index_after=media[1])
-        rays = Rays(points, np.where(outside[..., np.newaxis], np.nan, direction))
+    for _, after in steps(rays, lens, backward=backward, stopped=stopped):
+        rays = after
     return rays
+
+
+def steps(
+    rays: Rays, lens: ImagingLens, *, backward: bool = False, stopped: bool = True
+) -> Iterator[tuple[int | Stop, Rays]]:
+    """Trace rays as `through_lens` does, and give them behind every surface, by its number, and the stop."""
+    table = list(zip(lens.surfaces, lens.vertices_mm, lens.indices_before, strict=True))
+    places: list[int | Stop] = list(range(len(table)))
+    if lens.stop is not None:
+        places.insert(lens.surfaces_before_stop, lens.stop)
+    for place in reversed(places) if backward else places:
+        if isinstance(place, Stop):
+            rays = _through_stop(rays, place, stopped=stopped)
+        else:
+            rays = _through_surface(rays, *table[place], backward=backward, stopped=stopped)
+        yield place, rays
+
+
+def _through_stop(rays: Rays, stop: Stop, *, stopped: bool) -> Rays:
+    points = rays.at_z(stop.z_mm)
+    return Rays(rays.position, _ended_outside(rays.direction, points, stop.semi_aperture_mm if stopped else math.inf))
+
+
+def _through_surface(
+    rays: Rays, surface: Surface, z_mm: float, index_before: float, *, backward: bool, stopped: bool
+) -> Rays:
+    points, normals = _meet(rays, surface, z_mm)
+    media = (surface.index_after, index_before) if backward else (index_before, surface.index_after)
+    direction = refract(rays.direction, normals, index_before=media[0], index_after=media[1])
+    return Rays(points, _ended_outside(direction, points, surface.semi_aperture_mm if stopped else math.inf))
+
+
+def _meet(rays: Rays, surface: Surface, z_mm: float) -> tuple[Array, Array]:
+    if not surface.is_spherical:
+        return meet_profile(rays.position, rays.direction, surface.profile, vertex_z_mm=z_mm)
+    if math.isinf(surface.radius_mm):
+        return meet_plane(rays, z_mm)
+    return meet_sphere(rays, vertex_z_mm=z_mm, radius_mm=surface.radius_mm, centre_xy_mm=np.zeros(2))
+
+
+def _ended_outside(direction: Array, points: Array, semi_aperture_mm: float) -> Array:
+    outside = np.hypot(points[..., 0], points[..., 1]) > semi_aperture_mm
+    return np.where(outside[..., np.newaxis], np.nan, direction)
 
 
 def axis_crossing_mm(lens: ImagingLens, *, object_mm: float, height_mm: float) -> float:
@@ -116,7 +151,7 @@ def axis_crossing_mm(lens: ImagingLens, *, object_mm: float, height_mm: float) -
     The ray leaves the axis `object_mm` before the first vertex and meets the plane of that vertex `height_mm` high;
     apertures do not stop it.
 
-    >>> from worker.optics.prescription import ATHINEOS_2006
+    >>> from worker.optics.lenses import ATHINEOS_2006
     >>> round(axis_crossing_mm(ATHINEOS_2006, object_mm=1000.0, height_mm=40.0), 6)
     177.995223
     """

@@ -23,7 +23,7 @@ def tile_grid(
     while a short sequence renders, but no tile is shorter than what is worthwhile. Scenes whose tiles would differ
     from the whole are not cut.
     """
-    if not probe.tileable:
+    if not probe.tileable or not settings.may_be_tiled:
         return (1, 1)
     if settings.tiles != "auto":
         rows, cols = settings.tiles

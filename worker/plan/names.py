@@ -56,6 +56,11 @@ def orthoscopic_name(frame: int) -> str:
     return f"orthoscopic/{frame_stem(frame)}.exr"
 
 
+def device_name(frame: int) -> str:
+    """Return the name of an orthoscopic integral image on the pixels of the device that shows it."""
+    return f"device/{frame_stem(frame)}.exr"
+
+
 def views_name(frame: int) -> str:
     """Return the name of all views of a frame, laid out as a grid."""
     return f"views/{frame_stem(frame)}.exr"

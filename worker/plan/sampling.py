@@ -8,8 +8,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from worker.integral.layout import CellLayout
+from worker.integral.orthoscopic import orthoscopic_layout
 from worker.job.orders import TileIndex
-from worker.job.spec import Rig
+from worker.job.rig import Rig
 
 
 @dataclass(frozen=True)
@@ -40,20 +41,30 @@ class Tile:
 
 def frame_size(rig: Rig) -> CellLayout:
     """Return the size of the integral images that a rig captures."""
-    lens_rows, lens_cols = rig.lens_array.count
-    return CellLayout(lens_rows=lens_rows, lens_cols=lens_cols, px_per_lens=rig.px_per_lens)
+    array = rig.lens_array
+    return CellLayout(*array.count, px_per_lens=rig.px_per_lens, lattice=array.lattice)
+
+
+def display_size(rig: Rig) -> CellLayout:
+    """Return the layout of a rig's orthoscopic integral images; its views are made with this one."""
+    return orthoscopic_layout(frame_size(rig), inverted=rig.imaging_lens is not None)
 
 
 def cut_tiles(size: CellLayout, *, tile_rows: int, tile_cols: int) -> tuple[Tile, ...]:
     """Cut a frame into about equal tiles along lens edges, row by row; no more tiles than lenses.
 
+    Hexagonal: along lens rows, half-way between their centres, and between the lenses of the rows that are not shifted.
+    What reaches beyond the lens rows belongs to the first and the last tile, likewise to the right.
+
     Examples
     --------
     >>> [(t.row_start, t.row_stop) for t in cut_tiles(CellLayout(5, 1, 8), tile_rows=2, tile_cols=1)]
     [(0, 16), (16, 40)]
+    >>> [(t.row_start, t.row_stop) for t in cut_tiles(CellLayout(5, 1, 8, "hexagonal"), tile_rows=2, tile_cols=1)]
+    [(0, 16), (16, 39)]
     """
-    row_edges = _edges(size.lens_rows, tile_rows, size.px_per_lens)
-    col_edges = _edges(size.lens_cols, tile_cols, size.px_per_lens)
+    row_edges = _shared_out(size.row_edges, tile_rows)
+    col_edges = _shared_out(size.col_edges, tile_cols)
     return tuple(
         Tile(TileIndex(row=row, col=col), row_edges[row], row_edges[row + 1], col_edges[col], col_edges[col + 1])
         for row in range(len(row_edges) - 1)
@@ -61,6 +72,7 @@ def cut_tiles(size: CellLayout, *, tile_rows: int, tile_cols: int) -> tuple[Tile
     )
 
 
-def _edges(lenses: int, parts: int, px_per_lens: int) -> list[int]:
+def _shared_out(edges: tuple[int, ...], parts: int) -> list[int]:
+    lenses = len(edges) - 1
     parts = min(parts, lenses)
-    return [(lenses * part // parts) * px_per_lens for part in range(parts + 1)]
+    return [edges[lenses * part // parts] for part in range(parts + 1)]

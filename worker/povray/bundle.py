@@ -1,4 +1,4 @@
-"""Scene bundles: a folder or a zip of scene.inc, scene.toml and what they use.
+"""Scene bundles: a folder or a zip of scene.toml, the .inc or .pov that it names, and what they use.
 
 The zip is deterministic, so that its SHA-256 names the scene: same files, same name.
 """
@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
-from povtemplates.catalogue import MANIFEST, POSTER, SCENE
+from povtemplates.catalogue import MANIFEST, POSTER
 from povtemplates.manifest import ManifestError, read_manifest
 from worker.errors import BundleError
 from worker.job.scene import SceneCard, parse_scene
@@ -52,7 +52,7 @@ def pack_folder(folder: Path) -> bytes:
         If the folder is not there, or a link in it leads out of it.
     """
     if not folder.is_dir():
-        raise BundleError(f"expected a folder with {SCENE} and {MANIFEST}, got {folder}")
+        raise BundleError(f"expected a folder with {MANIFEST} and a scene, got {folder}")
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in _files_of(folder):
@@ -68,17 +68,11 @@ def check_bundle(data: bytes) -> CheckedBundle:
     Raises
     ------
     BundleError
-        If it is no zip, too large, reaches outside its folder, or lacks scene.inc or a right scene.toml.
+        If it is no zip, too large, reaches outside its folder, or lacks a right scene.toml or the scene it names.
     """
     with _opened(data) as archive:
         names = _checked_names(archive)
-        for needed in (SCENE, MANIFEST):
-            if needed not in names:
-                raise BundleError(f"expected {needed} at the top of the bundle, got {', '.join(sorted(names)[:8])}")
-        try:
-            card = parse_scene(read_manifest(_read(archive, MANIFEST, at_most=MAX_MANIFEST_BYTES)))
-        except ManifestError as error:
-            raise BundleError(str(error)) from error
+        card = _card(archive, names)
         poster = _read(archive, POSTER, at_most=MAX_POSTER_BYTES) if POSTER in names else None
         for name in names:
             _read(archive, name, at_most=MAX_BYTES)
@@ -103,6 +97,26 @@ def unpack(data: bytes, folder: Path) -> None:
 def digest_of(data: bytes) -> str:
     """Return the name that a bundle's bytes give it."""
     return hashlib.sha256(data).hexdigest()
+
+
+def _card(archive: zipfile.ZipFile, names: list[str]) -> SceneCard:
+    if MANIFEST not in names:
+        raise BundleError(f"expected {MANIFEST} at the top of the bundle, got {_some(names)}")
+    try:
+        card = parse_scene(read_manifest(_read(archive, MANIFEST, at_most=MAX_MANIFEST_BYTES)))
+    except ManifestError as error:
+        raise BundleError(str(error)) from error
+    if card.file not in names:
+        raise BundleError(
+            f"{MANIFEST}: file: expected one that is in the bundle, got {card.file!r}; there are {_some(names)}"
+        )
+    return card
+
+
+def _some(names: list[str]) -> str:
+    """Return a few names, scenes first."""
+    ranked = sorted(names, key=lambda name: (not name.lower().endswith((".pov", ".inc")), name))
+    return ", ".join(ranked[:8])
 
 
 def _files_of(folder: Path) -> Iterator[Path]:

@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, NamedTuple
 
+from worker.job.spec import Antialias
+
 PictureFormat = Literal["png16", "exr"]
 
 SYSTEM_INCLUDE = Path("/usr/share/povray-3.7/include")
@@ -49,6 +51,7 @@ class RenderCommand:
     """POV-Ray keeps it as a 32-bit float."""
     declares: Mapping[str, float] = field(default_factory=dict)
     library_paths: tuple[Path, ...] = (SYSTEM_INCLUDE,)
+    antialias: Antialias | None = None
     threads: int = 1
     program: str = "povray"
 
@@ -75,7 +78,7 @@ class RenderCommand:
 
 
 def povray_argv(command: RenderCommand) -> list[str]:
-    """Return the exact command line: no window, no pause, no antialiasing, progress on stderr."""
+    """Return the exact command line: no window, no pause, progress on stderr."""
     return [
         command.program,
         f"+I{command.pov_file}",
@@ -86,7 +89,7 @@ def povray_argv(command: RenderCommand) -> list[str]:
         *_region_options(command.region),
         "-D",
         "-P",
-        "-A",
+        *_antialias_options(command.antialias),
         "+V",
         f"+WT{command.threads}",
         f"+K{_number(command.clock)}",
@@ -104,6 +107,13 @@ def _region_options(region: Region | None) -> list[str]:
         f"+SC{region.col_start + 1}",
         f"+EC{region.col_stop}",
     ]
+
+
+def _antialias_options(antialias: Antialias | None) -> list[str]:
+    """Return the options, without jitter: a picture must come out the same twice."""
+    if antialias is None:
+        return ["-A"]
+    return [f"+A{_number(antialias.threshold)}", f"+AM{antialias.method}", f"+R{antialias.depth}", "-J"]
 
 
 def _number(value: float) -> str:

@@ -5,58 +5,88 @@ from __future__ import annotations
 import math
 
 from povtemplates import literals, write
+from worker.job.scene import Stage
 from worker.job.sheet import JobSheet
 from worker.optics.capture import Bench, bench
+from worker.optics.dispersion import povray_dispersion
+from worker.optics.method import Method
+from worker.optics.surfaces import ImagingLens, Surface
 
 TRACE_LEVEL = 24
 """Refractions and reflections a ray may meet: 2 + 6 surfaces of the paper's rig, and 10 to 21 in all were seen."""
 
+BAFFLE_REACH = 20.0
+"""Of a plate with a hole, in semi-apertures of the widest surface: no ray of a camera comes out so far."""
 
-def pov_text(sheet: JobSheet) -> str:
-    """Return the .pov text of a job.
+RAYS_FILE = "rays.inc"
+"""What the text of a ray camera includes from beside itself."""
 
-    Frame, tile and size are not in it: POV-Ray gets them on its command line.
+_ARRAY_MACROS = {"square": "Lippmann_Lens_Array_Square", "hexagonal": "Lippmann_Lens_Array_Hexagonal"}
+_CAMERA_MACROS = {"orthographic": "Lippmann_Orthographic", "perspective": "Lippmann_Perspective"}
+
+
+def pov_text(sheet: JobSheet, method: Method) -> str:
+    """Return the .pov text of a job at a frame: see `JobSheet.at`.
+
+    Clock, tile and size are not in it: POV-Ray gets them on its command line. With the ray camera the rays are those
+    of one tile, in `rays.inc` beside it.
     """
     stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
-    stage = sheet.stage
-    surfaces = stood.imaging_lens.surfaces
+    modelled = stood.imaging_lens if method == "raytraced" else None
+    surfaces = modelled.surfaces if modelled else ()
     return write.write_capture(
         title=f"Scene {sheet.spec.scene}",
+        file=sheet.file.rpartition("/")[2],
+        as_itself=sheet.file.lower().endswith(".pov"),
         parameters=[(name, literals.parameter(value)) for name, value in sorted(sheet.parameters.items())],
         trace_level=TRACE_LEVEL + max(0, len(surfaces) - 6),
         surfaces=len(surfaces),
-        lens_rows=[
-            literals.numbers(
-                (
-                    0 if math.isinf(surface.radius_mm) else surface.radius_mm,
-                    surface.thickness_mm,
-                    surface.index_after,
-                    surface.semi_aperture_mm,
-                )
-            )
-            for surface in surfaces
-        ],
+        numbers_a_surface=5,
+        lens_rows=[_lens_row(surface, dispersion=sheet.spec.rig.dispersion) for surface in surfaces],
+        stop=_stop(modelled),
         lens_array=_lens_array(stood),
         mla_z_mm=literals.number(stood.mla_z_mm),
         camera=_camera(stood),
-        stage=", ".join(
-            (
-                literals.vector(stage.location),
-                literals.vector(stage.look_at),
-                literals.vector(stage.up),
-                literals.number(stage.mm_per_unit),
-            )
-        ),
+        rays_file=RAYS_FILE if method == "ray_camera" else None,
+        stage=_stage(sheet.stage),
     )
+
+
+def _lens_row(surface: Surface, *, dispersion: bool) -> str:
+    spread = povray_dispersion(surface.index_after, surface.abbe_after) if dispersion else 1.0
+    radius_mm = 0 if math.isinf(surface.radius_mm) else surface.radius_mm
+    return literals.numbers(
+        (radius_mm, surface.thickness_mm, surface.index_after, surface.semi_aperture_mm, spread),
+    )
+
+
+def _stop(lens: ImagingLens | None) -> str | None:
+    """Return place and radius of the stop's hole, and how far its plate reaches: as far as a baffle."""
+    if lens is None or lens.stop is None:
+        return None
+    reach_mm = BAFFLE_REACH * max(surface.semi_aperture_mm for surface in lens.surfaces)
+    return literals.numbers((lens.stop.z_mm, lens.stop.semi_aperture_mm, reach_mm))
 
 
 def _lens_array(stood: Bench) -> str:
     array, shape = stood.rig.lens_array, stood.microlens
-    return literals.numbers((*array.count, array.pitch_mm, shape.radius_mm, shape.displacement_mm, array.index))
+    arguments = literals.numbers((*array.count, array.pitch_mm, shape.radius_mm, shape.displacement_mm, array.index))
+    return f"{_ARRAY_MACROS[array.lattice]}({arguments})"
 
 
 def _camera(stood: Bench) -> str:
-    macro = {"orthographic": "Lippmann_Orthographic", "perspective": "Lippmann_Perspective"}
     distance_mm = stood.camera_z_mm - stood.mla_z_mm
     arguments = literals.numbers((stood.width_mm, stood.height_mm, stood.mla_z_mm, distance_mm))
-    return f"{macro[stood.rig.camera.projection]}({arguments})"
+    return f"{_CAMERA_MACROS[stood.rig.camera.projection]}({arguments})"
+
+
+def _stage(stage: Stage) -> str:
+    """Return the arguments of Lippmann_Stage."""
+    return ", ".join(
+        (
+            literals.vector(stage.location),
+            literals.vector(stage.look_at),
+            literals.vector(stage.up),
+            literals.number(stage.mm_per_unit),
+        )
+    )

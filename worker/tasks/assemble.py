@@ -12,12 +12,16 @@ from worker.errors import Stopped
 from worker.images.read import read_rgb
 from worker.images.write import write_exr, write_thumbnail
 from worker.integral.assemble import assemble
+from worker.integral.device import to_device
+from worker.integral.layout import CellLayout
 from worker.integral.orthoscopic import orthoscopic
+from worker.integral.square_pixels import as_square
 from worker.integral.views import centre, view, views_grid
 from worker.job.orders import Order
+from worker.job.rig import Device
 from worker.job.sheet import JobSheet, PlanSheet
 from worker.plan import names
-from worker.plan.sampling import Tile, cut_tiles, frame_size
+from worker.plan.sampling import Tile, cut_tiles, display_size, frame_size
 from worker.tasks.attempt import Work
 from worker.tasks.render import header
 from worker.tasks.watch import Watch
@@ -34,17 +38,38 @@ def assemble_frame(place: Workplace, order: Order, watch: Watch) -> Work:
     if place.store.exists(thumb):
         return Work()
     sheet = place.job_sheet(order.job_id)
-    layout = frame_size(sheet.spec.rig)
-    captured = assemble(layout, _tiles(place, sheet, place.plan_sheet(order.job_id), order.frame, watch))
+    rig, frame = sheet.at(order.frame).spec.rig, order.frame
+    captured = assemble(frame_size(rig), _tiles(place, sheet, place.plan_sheet(order.job_id), frame, watch))
     with place.task_folder() as folder:
-        _store(place, sheet, order.frame, names.integral_name(order.frame), captured, folder)
-        upright = orthoscopic(captured, layout)
+
+        def store(name: str, linear: NDArray[np.float16]) -> None:
+            _store(place, sheet, frame, name, linear, folder)
+
+        store(names.integral_name(frame), captured)
+        upright = orthoscopic(captured, frame_size(rig), inverted=rig.imaging_lens is not None)
         del captured
-        _store(place, sheet, order.frame, names.orthoscopic_name(order.frame), upright, folder)
-        _store(place, sheet, order.frame, names.views_name(order.frame), views_grid(upright, layout), folder)
-        write_thumbnail(folder / "thumb.webp", view(upright, layout, *centre(layout)), longest_px=THUMB_PX)
+        store(names.orthoscopic_name(frame), upright)
+        layout = display_size(rig)
+        if rig.device is not None:
+            store(names.device_name(frame), on_device(upright, layout, rig.device, pitch_mm=rig.lens_array.pitch_mm))
+        store(names.views_name(frame), views_grid(upright, layout))
+        middle = as_square(view(upright, layout, *centre(layout)), layout)
+        write_thumbnail(folder / "thumb.webp", middle, longest_px=THUMB_PX)
         place.store.put_file(thumb, folder / "thumb.webp")
     return Work()
+
+
+def on_device(
+    upright: NDArray[np.float16], layout: CellLayout, device: Device, *, pitch_mm: float
+) -> NDArray[np.float16]:
+    """Return an orthoscopic integral image on the pixels of the device that shows it."""
+    return to_device(
+        upright,
+        layout,
+        px_per_lens_device=pitch_mm / device.pixel_mm,
+        window=device.window_px,
+        margin_px=device.margin_px,
+    )
 
 
 def _tiles(

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 from worker.errors import Stopped
 from worker.images.colour import srgb_codes
 from worker.images.read import read_rgb
-from worker.integral.views import centre, successive_views, view_of_grid
+from worker.integral.square_pixels import as_square, square_size
+from worker.integral.views import centre, successive_views, view_numbers, view_of_grid
 from worker.job.orders import Order
 from worker.job.sheet import JobSheet
 from worker.plan import names
-from worker.plan.sampling import frame_size
+from worker.plan.sampling import display_size
 from worker.tasks.attempt import Work
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
@@ -25,8 +26,8 @@ from worker.video.size import screen_scale
 VIEWS_FPS = 24.0
 """Views a second of `views.mp4`: a frame of 8 x 8 views takes 2.7 s."""
 
-Read = Callable[[str], NDArray[np.uint8]]
-"""Returns a master of the job as sRGB codes."""
+Read = Callable[[str], NDArray[np.float16]]
+"""Returns a master of the job."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +47,9 @@ def encode_output(place: Workplace, order: Order, watch: Watch) -> Work:
         return Work()
     sheet, made = place.job_sheet(order.job_id), _VIDEOS[order.output]
 
-    def read(name: str) -> NDArray[np.uint8]:
+    def read(name: str) -> NDArray[np.float16]:
         with place.store.local_path(names.job_artifact(order.job_id, name)) as path:
-            codes: NDArray[np.uint8] = srgb_codes(read_rgb(path, np.float16))
-            return codes
+            return read_rgb(path, np.float16)
 
     count = made.count(sheet)
 
@@ -60,8 +60,7 @@ def encode_output(place: Workplace, order: Order, watch: Watch) -> Work:
             watch.progress = number / count
             yield picture
 
-    layout = frame_size(sheet.spec.rig)
-    scale = screen_scale(layout.lens_rows, layout.lens_cols) if made.kind is H264 else 1
+    scale = screen_scale(*square_size(display_size(sheet.spec.rig))) if made.kind is H264 else 1
     with place.task_folder() as folder:
         video = folder / order.output
         encode(video, watched(), kind=made.kind, fps=made.fps(sheet), scale=scale)
@@ -71,28 +70,33 @@ def encode_output(place: Workplace, order: Order, watch: Watch) -> Work:
 
 def _all_views(sheet: JobSheet, read: Read) -> Iterator[Frame]:
     """Every view of every frame; every second frame backward, so that nothing jumps."""
-    layout = frame_size(sheet.spec.rig)
+    layout = display_size(sheet.spec.rig)
     for number, frame in enumerate(sheet.spec.frame_numbers):
         grid = read(names.views_name(frame))
         for u, v in successive_views(layout, backward=number % 2 == 1):
-            yield view_of_grid(grid, layout, u, v)
+            yield srgb_codes(as_square(view_of_grid(grid, layout, u, v), layout))
 
 
 def _centre_views(sheet: JobSheet, read: Read) -> Iterator[Frame]:
     """Return the centre view in time."""
-    layout = frame_size(sheet.spec.rig)
+    layout = display_size(sheet.spec.rig)
     for frame in sheet.spec.frame_numbers:
-        yield view_of_grid(read(names.views_name(frame)), layout, *centre(layout))
+        grid = read(names.views_name(frame))
+        yield srgb_codes(as_square(view_of_grid(grid, layout, *centre(layout)), layout))
 
 
 def _orthoscopic(sheet: JobSheet, read: Read) -> Iterator[Frame]:
     """Return the integral video itself, pixel for pixel."""
     for frame in sheet.spec.frame_numbers:
-        yield read(names.orthoscopic_name(frame))
+        yield srgb_codes(read(names.orthoscopic_name(frame)))
 
 
 def _frames(sheet: JobSheet) -> int:
     return len(sheet.spec.frame_numbers)
+
+
+def _views(sheet: JobSheet) -> int:
+    return _frames(sheet) * len(view_numbers(display_size(sheet.spec.rig)))
 
 
 def _fps(sheet: JobSheet) -> float:
@@ -100,9 +104,7 @@ def _fps(sheet: JobSheet) -> float:
 
 
 _VIDEOS: dict[str, _Video] = {
-    "views.mp4": _Video(
-        _all_views, lambda sheet: _frames(sheet) * sheet.spec.rig.px_per_lens**2, lambda _: VIEWS_FPS, H264
-    ),
+    "views.mp4": _Video(_all_views, _views, lambda _: VIEWS_FPS, H264),
     "centre.mp4": _Video(_centre_views, _frames, _fps, H264),
     "orthoscopic.mkv": _Video(_orthoscopic, _frames, _fps, FFV1),
 }

@@ -14,7 +14,7 @@ from worker.images.convert import png
 from worker.job.orders import Order, TaskKind
 from worker.job.sheet import JobSheet, PlanSheet
 from worker.job.spec import JobSpec
-from worker.optics.check import check_rig
+from worker.optics.check import check_job
 from worker.plan import names
 from worker.plan.sampling import Tile, cut_tiles, frame_size
 from worker.plan.tasks import plan_sheet
@@ -55,13 +55,15 @@ def capture_frame(
     with tempfile.TemporaryDirectory(prefix="lippmann-capture-") as folder:
         place = workplace(settings.model_copy(update={"data_dir": Path(folder)}))
         sheet = local_job(place, spec.model_copy(update={"frames": str(frame)}), bundle)
-        notes = check_rig(sheet.spec, sheet.stage)
+        notes = check_job(sheet)
         on_progress("probe", 0.0)
         store_plan(place, _probed_plan(place, sheet))
         _render(place, sheet, frame, on_progress)
         on_progress("assemble", 0.0)
         assemble_frame(place, _order(TaskKind.ASSEMBLE, frame), Unwatched())
-        kept = (names.integral_name(frame), names.orthoscopic_name(frame), names.views_name(frame))
+        kept = [names.integral_name(frame), names.orthoscopic_name(frame), names.views_name(frame)]
+        if spec.rig.device is not None:
+            kept.append(names.device_name(frame))
         pictures = [picture for name in kept for picture in _keep(place, name, out)]
         on_progress("assemble", 1.0)
     return CapturedFrame(pictures=tuple(pictures), notes=notes)
@@ -70,14 +72,7 @@ def capture_frame(
 def local_job(place: Workplace, spec: JobSpec, bundle: bytes) -> JobSheet:
     """Store a job and its scene as the service would, and return the job."""
     checked = check_bundle(bundle)
-    sheet = JobSheet(
-        job_id=JOB_ID,
-        spec=spec,
-        bundle=checked.digest,
-        stage=checked.card.stage,
-        clock=spec.clock or checked.card.clock,
-        parameters=checked.card.resolve(spec.parameters),
-    )
+    sheet = JobSheet.of(JOB_ID, spec, checked.card, bundle=checked.digest)
     place.store.put_bytes(names.bundle_name(checked.digest), bundle)
     place.store.put_bytes(names.job_artifact(JOB_ID, names.JOB_SHEET), sheet.model_dump_json().encode())
     return sheet

@@ -1,18 +1,22 @@
-"""One POV-Ray picture of a job: a whole frame, or a tile of it."""
+"""One POV-Ray picture of a job: a whole frame, or a tile of it, by glass or by the ray camera."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 from povtemplates.catalogue import INCLUDE_FOLDER
 from worker.job.sheet import JobSheet
-from worker.plan.sampling import Tile
+from worker.optics.capture import bench
+from worker.optics.method import capture_method
+from worker.optics.pixel_rays import front_mm, pixel_rays
 from worker.povray.command import SYSTEM_INCLUDE, PictureFormat, Region, RenderCommand
 from worker.povray.limits import Limits
 from worker.povray.log import AttemptLog
 from worker.povray.progress import Progress
+from worker.povray.ray_camera import ray_camera_include
 from worker.povray.render import RenderOutcome, render
-from worker.povray.scene import pov_text
+from worker.povray.scene import RAYS_FILE, pov_text
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
 
@@ -22,6 +26,14 @@ CPU_PER_SECOND = 4.0
 """Photons are shot by 4 threads whatever +WT says, so CPU may run that much faster than the clock."""
 
 
+@dataclass(frozen=True)
+class RenderedPicture:
+    """A picture and where in it the wanted pixels are."""
+
+    outcome: RenderOutcome
+    wanted: Region
+
+
 def render_picture(
     place: Workplace,
     sheet: JobSheet,
@@ -29,48 +41,57 @@ def render_picture(
     frame: int,
     rows: int,
     cols: int,
-    tile: Tile | None,
+    region: Region | None,
     folder: Path,
     log: AttemptLog,
     watch: Watch,
     picture_format: PictureFormat = "exr",
-) -> RenderOutcome:
+) -> RenderedPicture:
     """Render one picture into a folder, by way of `frame.pov` there.
 
     Parameters
     ----------
     rows, cols
-        Size of the whole picture, px; its window is the lens array, whatever its size.
-    tile
-        The part to render; the rest stays black.
+        Size of the whole picture, px; its window is that of the integral image, whatever its size.
+    region
+        The part to render, None for all.
     log
         Where POV-Ray's words go.
     picture_format
         EXR half floats, or PNG of 16 bits in linear light, for targets that code positions.
     """
+    there = sheet.at(frame)
+    wanted = region or Region(0, rows, 0, cols)
+    method = capture_method(there.spec, there.stage)
+    (folder / POV_FILE).write_text(pov_text(there, method))
+    if method == "ray_camera":
+        # Its rays are those of the region alone, and so is its picture.
+        (folder / RAYS_FILE).write_bytes(_rays_text(there, rows=rows, cols=cols, region=wanted))
+        rows, cols = wanted.row_stop - wanted.row_start, wanted.col_stop - wanted.col_start
+        region, wanted = None, Region(0, rows, 0, cols)
     bundle = place.bundle_folder(sheet.bundle)
-    (folder / POV_FILE).write_text(pov_text(sheet))
-    readable = (bundle, INCLUDE_FOLDER.resolve())
+    readable = (bundle / Path(sheet.file).parent, bundle, INCLUDE_FOLDER.resolve())
+    settings = there.spec.render
     command = RenderCommand(
         pov_file=POV_FILE,
         picture=f"picture.{'exr' if picture_format == 'exr' else 'png'}",
         cols=cols,
         rows=rows,
         picture_format=picture_format,
-        region=Region(tile.row_start, tile.row_stop, tile.col_start, tile.col_stop) if tile else None,
+        region=region,
         clock=sheet.clock.at(frame),
-        library_paths=(*readable, SYSTEM_INCLUDE),
+        library_paths=(*dict.fromkeys(readable), SYSTEM_INCLUDE),
+        antialias=None if settings.antialias == "off" else settings.antialias,
         program=place.settings.povray,
     )
-    settings = sheet.spec.render
 
     def progressed(progress: Progress) -> None:
         watch.progress = progress.fraction
 
-    return render(
+    outcome = render(
         command,
         task_dir=folder,
-        readable=readable,
+        readable=tuple(dict.fromkeys(readable)),
         sandbox=place.sandbox,
         limits=Limits(cpu_s=CPU_PER_SECOND * settings.timeout_s, memory_mb=settings.memory_mb),
         timeout_s=settings.timeout_s,
@@ -79,3 +100,11 @@ def render_picture(
         should_stop=watch.should_stop,
         log=log,
     )
+    return RenderedPicture(outcome, wanted)
+
+
+def _rays_text(sheet: JobSheet, *, rows: int, cols: int, region: Region) -> bytes:
+    stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
+    wanted = slice(region.row_start, region.row_stop), slice(region.col_start, region.col_stop)
+    rays = pixel_rays(stood, rows=rows, cols=cols, region=wanted)
+    return ray_camera_include(rays, front_mm=front_mm(stood), mm_per_unit=sheet.stage.mm_per_unit)

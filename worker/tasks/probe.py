@@ -23,20 +23,21 @@ def probe_job(place: Workplace, order: Order, watch: Watch) -> Work:
     sheet = place.job_sheet(order.job_id)
     rows, cols = probe_size(frame_size(sheet.spec.rig))
     with place.task_folder() as folder, kept_log(place, order, folder) as log:
-        outcome = render_picture(
+        picture = render_picture(
             place,
             sheet,
             frame=sheet.spec.frame_numbers[0],
             rows=rows,
             cols=cols,
-            tile=None,
+            region=None,
             folder=folder,
             log=log,
             watch=watch,
         )
+    outcome = picture.outcome
     result = ProbeResult(
         start_s=max(0.0, outcome.wall_s - outcome.statistics.trace_s),
-        s_per_px=outcome.statistics.trace_cpu_s / (rows * cols),
+        s_per_px=outcome.statistics.trace_cpu_s / (rows * cols) * sheet.spec.capture.supersample**2,
         tileable=not outcome.radiosity_seen,
     )
     return Work(cpu_s=outcome.cpu_s, probe=result)

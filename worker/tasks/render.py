@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
+from numpy.typing import NDArray
 
 from worker.images.read import read_region
 from worker.images.write import write_exr
+from worker.integral.supersample import average_in_cells
 from worker.job.orders import Order, TileIndex
 from worker.job.sheet import JobSheet, PlanSheet
 from worker.plan import names
 from worker.plan.sampling import Tile, cut_tiles, frame_size
+from worker.povray.command import PictureFormat, Region
+from worker.povray.log import AttemptLog
 from worker.tasks.attempt import Work
 from worker.tasks.logs import kept_log
-from worker.tasks.picture import POV_FILE, render_picture
+from worker.tasks.picture import POV_FILE, RenderedPicture, render_picture
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
 
@@ -25,27 +31,54 @@ def render_tile(place: Workplace, order: Order, watch: Watch) -> Work:
     if place.store.exists(artifact):
         return Work()
     sheet = place.job_sheet(order.job_id)
-    size = frame_size(sheet.spec.rig)
     tile = tile_of(sheet, place.plan_sheet(order.job_id), order.tile)
     with place.task_folder() as folder:
         with kept_log(place, order, folder) as log:
-            outcome = render_picture(
-                place,
-                sheet,
-                frame=order.frame,
-                rows=size.rows,
-                cols=size.cols,
-                tile=tile,
-                folder=folder,
-                log=log,
-                watch=watch,
-            )
+            picture = render_region(place, sheet, order.frame, tile, folder=folder, log=log, watch=watch)
         cropped = folder / "tile.exr"
-        write_exr(cropped, read_region(outcome.picture, tile, np.float16), attributes=header(sheet, order.frame))
+        write_exr(cropped, _pixels(picture, sheet, tile), attributes=header(sheet, order.frame))
         text = names.job_artifact(order.job_id, names.pov_name(order.frame, order.tile))
         place.store.put_file(text, folder / POV_FILE)
         place.store.put_file(artifact, cropped)
-    return Work(cpu_s=outcome.cpu_s)
+    return Work(cpu_s=picture.outcome.cpu_s)
+
+
+def render_region(
+    place: Workplace,
+    sheet: JobSheet,
+    frame: int,
+    tile: Tile | None,
+    *,
+    folder: Path,
+    log: AttemptLog,
+    watch: Watch,
+    picture_format: PictureFormat = "exr",
+) -> RenderedPicture:
+    """Render a tile, or the whole frame, with as many pixels as the job supersamples by."""
+    size, k = frame_size(sheet.spec.rig), sheet.spec.capture.supersample
+    edges = (tile.row_start, tile.row_stop, tile.col_start, tile.col_stop) if tile else None
+    return render_picture(
+        place,
+        sheet,
+        frame=frame,
+        rows=size.rows * k,
+        cols=size.cols * k,
+        region=Region(*(edge * k for edge in edges)) if edges else None,
+        folder=folder,
+        log=log,
+        watch=watch,
+        picture_format=picture_format,
+    )
+
+
+def _pixels(picture: RenderedPicture, sheet: JobSheet, tile: Tile) -> NDArray[np.float16]:
+    """Return a tile's pixels: cropped, and averaged inside their cells if there are more than one for each."""
+    k = sheet.spec.capture.supersample
+    fine = read_region(picture.outcome.picture, picture.wanted, np.float16)
+    if k == 1:
+        return fine
+    layout = frame_size(sheet.spec.rig)
+    return average_in_cells(fine, layout, k, row_start=tile.row_start, col_start=tile.col_start)
 
 
 def tile_of(sheet: JobSheet, plan: PlanSheet, index: TileIndex) -> Tile:
@@ -56,11 +89,12 @@ def tile_of(sheet: JobSheet, plan: PlanSheet, index: TileIndex) -> Tile:
 
 def header(sheet: JobSheet, frame: int) -> dict[str, str]:
     """Return what a master says about itself: the rig and the stage as JSON, the job and the frame."""
+    there = sheet.at(frame)
     return {
         "job": sheet.job_id,
         "frame": str(frame),
         "scene": sheet.spec.scene,
         "bundle": sheet.bundle,
-        "rig": sheet.spec.rig.model_dump_json(),
-        "stage": sheet.stage.model_dump_json(),
+        "rig": there.spec.rig.model_dump_json(),
+        "stage": there.stage.model_dump_json(),
     }

@@ -37,8 +37,7 @@ def test_planned_tiles_in_any_order_give_the_whole_back(
     layout: CellLayout, tile_rows: int, tile_cols: int, data: st.DataObject
 ) -> None:
     sheet = numbered_sheet(layout)
-    size = CellLayout(layout.lens_rows, layout.lens_cols, layout.px_per_lens)
-    places = data.draw(st.permutations(cut_tiles(size, tile_rows=tile_rows, tile_cols=tile_cols)))
+    places = data.draw(st.permutations(cut_tiles(layout, tile_rows=tile_rows, tile_cols=tile_cols)))
     whole = assemble(layout, ((p, sheet[p.row_start : p.row_stop, p.col_start : p.col_stop]) for p in places))
     assert whole.dtype == sheet.dtype
     np.testing.assert_array_equal(whole, sheet)
@@ -76,6 +75,18 @@ def test_a_gap_names_its_first_lens() -> None:
 def test_no_tiles_are_a_gap() -> None:
     with pytest.raises(LayoutError, match="none over 20 of them"):
         assemble(LAYOUT, [])
+
+
+def test_a_hexagonal_tile_takes_what_reaches_beyond_the_outer_lens_rows() -> None:
+    layout = CellLayout(lens_rows=3, lens_cols=2, px_per_lens=8, lattice="hexagonal")
+    sheet = numbered_sheet(layout)
+    places = [tile(0, 16, 0, 8), tile(0, 16, 8, 20), tile(16, 25, 0, 20)]
+    cut_sheet = [(place, sheet[place.row_start : place.row_stop, place.col_start : place.col_stop]) for place in places]
+    np.testing.assert_array_equal(assemble(layout, cut_sheet), sheet)
+    with pytest.raises(LayoutError, match="none over 2 of them, the first at row 2, col 0"):
+        assemble(layout, cut_sheet[:2])
+    with pytest.raises(LayoutError, match="cut along lens edges, got rows 2 to 16, cols 0 to 8"):
+        assemble(layout, [(tile(2, 16, 0, 8), sheet[2:16, 0:8])])
 
 
 @pytest.mark.parametrize(

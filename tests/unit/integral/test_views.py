@@ -9,26 +9,28 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.unit.integral.sheets import CHANNELS, DTYPES, LAYOUTS, numbered_sheet
+from tests.unit.integral.sheets import CHANNELS, DTYPES, HEXAGONAL_LAYOUTS, LAYOUTS, SQUARE_LAYOUTS, numbered_sheet
 from worker.errors import LayoutError
-from worker.integral.layout import CellLayout, cells
+from worker.integral.cells import cells
+from worker.integral.layout import CellLayout
 from worker.integral.orthoscopic import half_turn_cells
-from worker.integral.views import centre, interlace, successive_views, view, view_of_grid, views_grid
+from worker.integral.views import centre, interlace, successive_views, view, view_numbers, view_of_grid, views_grid
 
 
 @given(layout=LAYOUTS, channels=CHANNELS, dtype=DTYPES)
 def test_interlace_is_the_inverse_of_views_grid(layout: CellLayout, channels: int, dtype: type) -> None:
     ortho = numbered_sheet(layout, channels, dtype)
     grid = views_grid(ortho, layout)
+    assert grid.flags.c_contiguous
     np.testing.assert_array_equal(interlace(grid, layout), ortho)
-    np.testing.assert_array_equal(views_grid(interlace(ortho, layout), layout), ortho)
+    np.testing.assert_array_equal(views_grid(interlace(grid, layout), layout), grid)
 
 
 @given(layout=LAYOUTS)
 def test_the_grid_shows_view_u_v_at_column_u_and_row_v(layout: CellLayout) -> None:
     ortho = numbered_sheet(layout)
     grid = views_grid(ortho, layout)
-    for u, v in np.ndindex(layout.px_per_lens, layout.px_per_lens):
+    for u, v in view_numbers(layout):
         one = view(ortho, layout, u, v)
         np.testing.assert_array_equal(view_of_grid(grid, layout, u, v), one)
         for lens_row, lens_col in np.ndindex(layout.lens_rows, layout.lens_cols):
@@ -38,13 +40,19 @@ def test_the_grid_shows_view_u_v_at_column_u_and_row_v(layout: CellLayout) -> No
 
 
 @given(layout=LAYOUTS)
+def test_where_there_is_no_view_the_grid_is_black(layout: CellLayout) -> None:
+    grid = views_grid(np.ones((layout.rows, layout.cols, 2)), layout)
+    lit = grid.reshape(layout.cell_rows, layout.lens_rows, layout.cell_cols, layout.lens_cols, 2)
+    expected = layout.mask[:, np.newaxis, :, np.newaxis, np.newaxis]
+    np.testing.assert_array_equal(lit, np.broadcast_to(expected, lit.shape))
+
+
+@given(layout=LAYOUTS)
 def test_the_further_right_and_down_the_eye_the_further_left_and_up_the_pixel(layout: CellLayout) -> None:
     ortho = numbered_sheet(layout)
     by_lens = cells(ortho, layout)
-    last = layout.px_per_lens - 1
-    np.testing.assert_array_equal(view(ortho, layout, 0, 0), by_lens[:, :, last, last])
-    np.testing.assert_array_equal(view(ortho, layout, last, 0), by_lens[:, :, last, 0])
-    np.testing.assert_array_equal(view(ortho, layout, 0, last), by_lens[:, :, 0, last])
+    for u, v in view_numbers(layout):
+        np.testing.assert_array_equal(view(ortho, layout, u, v), by_lens[:, :, -1 - v, -1 - u])
 
 
 def spot_in_front(*, rises_px_per_lens: int) -> tuple[np.ndarray, CellLayout]:
@@ -73,6 +81,11 @@ def test_a_half_turn_of_the_cells_turns_front_into_back() -> None:
 
 
 @given(layout=LAYOUTS)
+def test_there_are_as_many_views_as_pixels_under_a_lens(layout: CellLayout) -> None:
+    assert len(view_numbers(layout)) == len(set(view_numbers(layout))) == layout.row_px * layout.px_per_lens
+
+
+@given(layout=SQUARE_LAYOUTS)
 def test_the_movie_shows_every_view_once_and_never_jumps(layout: CellLayout) -> None:
     n = layout.px_per_lens
     order = list(successive_views(layout))
@@ -83,11 +96,29 @@ def test_the_movie_shows_every_view_once_and_never_jumps(layout: CellLayout) -> 
     assert list(successive_views(layout, backward=True)) == order[::-1]
 
 
+@given(st.integers(1, 32).map(lambda half: 2 * half))
+def test_the_movie_of_hexagonal_views_shows_each_once_and_goes_sideways_by_two_at_most(n: int) -> None:
+    layout = CellLayout(lens_rows=1, lens_cols=1, px_per_lens=n, lattice="hexagonal")
+    order = list(successive_views(layout))
+    assert sorted(order, key=lambda step: step[::-1]) == list(view_numbers(layout))
+    for (u0, v0), (u1, v1) in pairwise(order):
+        assert (v1 - v0, abs(u1 - u0)) in {(0, 1), (1, 0), (1, 1), (1, 2)}
+    assert list(successive_views(layout, backward=True)) == order[::-1]
+
+
 @given(st.integers(1, 20))
 def test_the_centre_view_is_at_most_half_a_pixel_off_the_axis(n: int) -> None:
     u, v = centre(CellLayout(lens_rows=1, lens_cols=1, px_per_lens=n))
     assert abs(u - (n - 1) / 2) <= 0.5
     assert abs(v - (n - 1) / 2) <= 0.5
+
+
+@given(layout=HEXAGONAL_LAYOUTS)
+def test_the_centre_view_of_hexagons_is_there_and_half_a_pixel_off_the_axis_at_most(layout: CellLayout) -> None:
+    u, v = centre(layout)
+    assert (u, v) in view_numbers(layout)
+    assert u - (layout.cell_cols - 1) / 2 == 0.5
+    assert v - (layout.cell_rows - 1) / 2 in {0.0, 0.5}
 
 
 @pytest.mark.parametrize(("u", "v"), [(-1, 0), (0, -1), (4, 0), (0, 4)])
@@ -97,3 +128,21 @@ def test_a_view_that_is_not_there_is_refused(u: int, v: int) -> None:
         view(np.zeros((4, 4, 3)), layout, u, v)
     with pytest.raises(LayoutError, match=r"from \(0, 0\) to \(3, 3\)"):
         view_of_grid(np.zeros((4, 4, 3)), layout, u, v)
+
+
+def test_a_view_outside_the_hexagon_is_refused_by_its_number() -> None:
+    layout = CellLayout(lens_rows=2, lens_cols=2, px_per_lens=8, lattice="hexagonal")
+    assert (2, 1) not in view_numbers(layout)
+    with pytest.raises(LayoutError, match=r"pixel lies under a hexagonal lens, got \(2, 1\)"):
+        view(np.zeros((layout.rows, layout.cols, 3)), layout, 2, 1)
+    with pytest.raises(LayoutError, match=r"from \(0, 0\) to \(7, 10\), got \(0, 11\)"):
+        view(np.zeros((layout.rows, layout.cols, 3)), layout, 0, 11)
+
+
+def test_a_grid_of_another_size_is_refused_with_both_sizes() -> None:
+    layout = CellLayout(lens_rows=2, lens_cols=2, px_per_lens=8, lattice="hexagonal")
+    sheet = np.zeros((layout.rows, layout.cols, 3))
+    with pytest.raises(LayoutError, match=r"grid of views of 22 x 16 px for .*, got shape \(18, 20, 3\)"):
+        interlace(sheet, layout)
+    with pytest.raises(LayoutError, match="grid of views of 22 x 16 px"):
+        view_of_grid(sheet, layout, 4, 4)

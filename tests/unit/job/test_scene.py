@@ -52,6 +52,14 @@ def test_a_parameter_out_of_bounds_is_named(parameter: dict[str, Any], value: An
         ({"stage": STAGE | {"up": [0, 0, 5]}}, "up that span a plane"),
         ({"stage": STAGE | {"look_at": [0, 0, -1000]}}, "up that span a plane"),
         ({"title": ""}, "title"),
+        ({"file": "../woodbox.pov"}, r"file: expected a \.pov or \.inc inside the bundle.* got '\.\./woodbox\.pov'"),
+        ({"file": "a/../../b.pov"}, "file: expected"),
+        ({"file": "/etc/motd.inc"}, "file: expected"),
+        ({"file": 'a".pov'}, "file: expected"),
+        ({"file": "a.pov\n"}, "file: expected"),
+        ({"file": "two words/a.pov"}, "file: expected"),
+        ({"file": "picture.png"}, "file: expected"),
+        ({"stage": STAGE | {"reference_mm": 0}}, r"stage\.reference_mm: expected greater than 0"),
         ({"colour": "red"}, "colour: expected no such field"),
         ({"parameters": {"clock": TURN}}, "that POV-Ray does not keep, got 'clock'"),
         ({"parameters": {"Turn-x": TURN}}, "lower snake case"),
@@ -61,3 +69,28 @@ def test_a_parameter_out_of_bounds_is_named(parameter: dict[str, Any], value: An
 def test_a_wrong_scene_toml_names_its_field(change: dict[str, Any], message: str) -> None:
     with pytest.raises(BundleError, match=message):
         parse_scene({"title": "A scene", "stage": STAGE} | change)
+
+
+@pytest.mark.parametrize("file", ["woodbox.pov", "scenes-1.2/a.POV", "advanced/wood box.pov", "shapes.inc"])
+def test_a_scene_may_be_any_pov_or_inc_of_the_bundle(file: str) -> None:
+    assert parse_scene({"file": file, "stage": STAGE}).file == file
+
+
+def test_a_scene_toml_that_only_says_where_the_rig_stands_is_enough() -> None:
+    stage = {"location": [0, 3, -90], "look_at": [0, 0, 0], "near_mm": 1000, "far_mm": 2000}
+    scene = parse_scene({"file": "drums.pov", "stage": stage})
+    assert scene.title == "drums.pov"
+    assert scene.stage.reference_mm == 1000
+    assert scene.stage.mm_per_unit == 1
+    assert scene.stage.up == (0, 1, 0)
+
+
+def test_without_a_file_the_scene_is_scene_inc() -> None:
+    assert parse_scene({"stage": STAGE}).file == "scene.inc"
+
+
+def test_a_wrong_field_is_named_alone() -> None:
+    """What would have been taken from it is not complained of as well."""
+    with pytest.raises(BundleError) as refused:
+        parse_scene({"file": "a.txt", "stage": STAGE})
+    assert str(refused.value).count("expected") == 1

@@ -8,6 +8,7 @@ from typing import Any
 import pytest
 
 from worker.errors import SpecError
+from worker.job.presets import JOBS
 from worker.job.spec import JobSpec, parse_spec
 
 PAPER_IV: dict[str, Any] = {
@@ -64,8 +65,30 @@ def test_writing_and_reading_a_job_are_inverse() -> None:
         ({"fps": 0}, "fps", "greater than 0", "0"),
         ({"rig": {"lens_array": {"count": [4000, 90]}, "px_per_lens": 20}}, "rig", "at most 32768 px a side", "80000"),
         ({"rig": {"lens_array": {"index": 0.9}}}, "rig.lens_array.index", "greater than 1", "0.9"),
+        ({"rig": {"lens_array": {"preset": "630"}}}, "rig.lens_array", "fresnel-technologies-630", "'630'"),
+        ({"rig": {"lens_array": {"lattice": "hexagonal"}, "px_per_lens": 7}}, "rig", "even px_per_lens", "got 7"),
+        ({"rig": {"device": {}}}, "rig.device", "either dpi or pitch_um", "neither"),
+        ({"rig": {"device": {"dpi": 600, "pitch_um": 42}}}, "rig.device", "either dpi or pitch_um", "both"),
+        ({"rig": {"device": {"dpi": 600, "window_px": [9, 9], "margin_px": 1}}}, "rig.device", "margin_px", "both"),
+        ({"rig": {"f_number": 2, "stop_mm": 50}}, "rig", "either f_number or stop_mm", "both"),
+        ({"rig": {"imaging_lens": None, "f_number": 2}}, "rig", "an imaging lens for the stop", "null"),
+        ({"rig": {"imaging_lens": {"name": "x"}}}, "rig.imaging_lens.focal_length_mm", "a value", "nothing"),
+        ({"rig": {"imaging_lens": 3}}, "rig.imaging_lens", "string", "3"),
+        ({"capture": {"supersample": 9}}, "capture.supersample", "less than or equal to 8", "9"),
+        ({"capture": {"method": "magic"}}, "capture.method", "'ray_camera'", "'magic'"),
+        ({"render": {"antialias": "on"}}, "render.antialias", "'off'", "'on'"),
+        ({"render": {"antialias": {"threshold": 3}}}, "render.antialias.threshold", "less than or equal to 1", "3"),
+        ({"render": {"antialias": {"method": 1}, "tiles": [2, 1]}}, "render", "method 1, which leaves seams", "(2, 1)"),
+        (
+            {"capture": {"method": "ray_camera"}, "render": {"antialias": {}}},
+            "(whole)", "supersample in place of render.antialias", "antialias",
+        ),
+        ({"capture": {"method": "ray_camera"}, "rig": {"dispersion": True}}, "(whole)", "raytraced", "ray_camera"),
+        ({"rig": {"px_per_lens": 200}, "capture": {"supersample": 2}}, "(whole)", "supersample of at most", "36000 px"),
+        ({"stage": {"near_mm": -1}}, "stage.near_mm", "greater than 0", "-1"),
+        ({"display": {"viewing_distance_mm": 0}}, "display.viewing_distance_mm", "greater than 0", "0"),
     ],
-)
+)  # fmt: skip
 def test_a_wrong_field_is_named(change: dict[str, Any], field: str, expected: str, got: str) -> None:
     with pytest.raises(SpecError) as caught:
         parse_spec({"scene": "fish"} | change)
@@ -74,6 +97,36 @@ def test_a_wrong_field_is_named(change: dict[str, Any], field: str, expected: st
     assert expected in problem.expected
     assert got in problem.got + problem.expected
     assert field in caught.value.message
+
+
+def test_a_preset_gives_what_is_not_said() -> None:
+    spec = parse_spec({"scene": "fish", "rig": {"lens_array": {"preset": "fresnel-technologies-630", "index": 1.5}}})
+    array = spec.rig.lens_array
+    assert (array.pitch_mm, array.focal_length_mm, array.substrate_mm, array.index) == (1.0, 3.3, 3.3, 1.5)
+    assert parse_spec(spec.model_dump(mode="json")) == spec
+
+
+@pytest.mark.parametrize(
+    ("rig", "px_per_lens"),
+    [
+        ({}, 8),
+        ({"device": {"dpi": 600}}, 24),
+        ({"device": {"dpi": 203}}, 8),
+        ({"device": {"pitch_um": 42.3}}, 24),
+        ({"device": {"dpi": 600}, "px_per_lens": 12}, 12),
+        ({"device": {"dpi": 600}, "lens_array": {"pitch_mm": 2}}, 48),
+        ({"device": {"dpi": 600}, "lens_array": {"lattice": "hexagonal", "pitch_mm": 1.05}}, 26),
+    ],
+)
+def test_a_device_says_how_many_pixels_a_lens_needs(rig: dict[str, Any], px_per_lens: int) -> None:
+    assert parse_spec({"scene": "fish", "rig": rig}).rig.px_per_lens == px_per_lens
+
+
+@pytest.mark.parametrize("name", JOBS)
+def test_the_jobs_of_the_paper_are_right(name: str) -> None:
+    spec = parse_spec(JOBS[name])
+    assert spec.rig.lens_array.preset == "fresnel-technologies-630"
+    assert spec.rig.px_per_lens == {"paper-still": 24, "paper-iv": 8}[name]
 
 
 def test_all_wrong_fields_are_named_at_once() -> None:

@@ -9,7 +9,8 @@ from lippmann.capture_here import wanted_job
 from lippmann.demo import FULL_TURN, demo_job
 from lippmann.errors import BadInput
 from povtemplates.catalogue import scene_folders
-from worker.job.spec import Rig, parse_spec
+from worker.job.rig import Rig
+from worker.job.spec import parse_spec
 from worker.plan.sampling import frame_size
 from worker.povray.bundle import check_bundle, pack_folder
 

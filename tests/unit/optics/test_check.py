@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from worker.errors import OpticsError, SpecError
-from worker.job.scene import Stage
+from worker.job.scene import SceneCard, Stage
+from worker.job.sheet import JobSheet
 from worker.job.spec import JobSpec, parse_spec
-from worker.optics.check import check_rig
+from worker.optics.check import check_job, check_rig
+from worker.optics.method import capture_method
 
 STAGE = Stage(location=(0, 0, -1000), look_at=(0, 0, 0), reference_mm=1000.0, near_mm=1000.0, far_mm=2500.0)
 
@@ -36,7 +40,7 @@ def test_an_array_inside_the_imaging_lens_is_refused_by_name() -> None:
 
 def test_an_unknown_imaging_lens_is_refused_with_the_known_ones() -> None:
     spec = parse_spec({"scene": "fish", "rig": {"imaging_lens": "petzval"}})
-    with pytest.raises(SpecError, match=r"rig\.imaging_lens: expected one of athineos-2006, got 'petzval'"):
+    with pytest.raises(SpecError, match=r"rig\.imaging_lens: expected one of athineos-2006, .*, got 'petzval'"):
         check_rig(spec, STAGE)
 
 
@@ -44,3 +48,77 @@ def test_a_slow_imaging_lens_is_said() -> None:
     notes = check_rig(job(focal_length_mm=1.5, pitch_mm=1.0), STAGE)
     assert any("slower than the array" in note for note in notes)
     assert not any("slower" in note for note in check_rig(job(), STAGE))
+
+
+ASPHERE: dict[str, Any] = {
+    "surfaces": [
+        {"radius_mm": 250, "thickness_mm": 30, "index": 1.5, "semi_aperture_mm": 90, "conic": -0.6},
+        {"radius_mm": -400, "index": 1, "semi_aperture_mm": 90},
+    ]
+}
+
+
+def rig(**fields: Any) -> JobSpec:
+    return parse_spec({"scene": "fish", "rig": fields})
+
+
+def test_direct_pickup_shows_all_behind_the_display() -> None:
+    (note,) = check_rig(rig(imaging_lens=None, lens_array={"offset_mm": -200}), STAGE)
+    assert note == "Direct pickup: all is shown virtual, s from -1700.0 mm (far) to -200.0 mm (near)."
+
+
+def test_direct_pickup_behind_what_it_should_see_is_refused() -> None:
+    with pytest.raises(OpticsError, match=r"rig\.lens_array\.offset_mm: expected a negative one .* got 40 mm"):
+        check_rig(rig(imaging_lens=None), STAGE)
+
+
+def test_an_array_larger_than_the_devices_window_is_refused() -> None:
+    with pytest.raises(
+        OpticsError, match=r"rig\.device\.window_px: expected at least 2125 x 2125 px.* got 2000 x 2400"
+    ):
+        check_rig(rig(device={"dpi": 600, "window_px": [2000, 2400]}), STAGE)
+
+
+def test_an_asphere_goes_by_the_ray_camera() -> None:
+    assert capture_method(rig(imaging_lens=ASPHERE), STAGE) == "ray_camera"
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (
+            {"capture": {"method": "raytraced"}},
+            r"capture\.method: expected ray_camera, because .*aspheric.* got raytraced",
+        ),
+        ({"render": {"antialias": {}}}, r"render\.antialias: expected off, because .*aspheric.* got on"),
+    ],
+)
+def test_an_asphere_of_glass_is_refused_by_name(more: dict[str, Any], message: str) -> None:
+    spec = parse_spec({"scene": "fish", "rig": {"imaging_lens": ASPHERE}} | more)
+    with pytest.raises(OpticsError, match=message):
+        check_rig(spec, STAGE)
+
+
+@pytest.mark.parametrize(("mm_per_unit", "method"), [(1.0, "raytraced"), (1000.0, "ray_camera"), (0.001, "ray_camera")])
+def test_a_scene_of_another_scale_goes_by_the_ray_camera(mm_per_unit: float, method: str) -> None:
+    assert capture_method(job(), STAGE.model_copy(update={"mm_per_unit": mm_per_unit})) == method
+
+
+def test_a_sweep_is_checked_at_its_keys() -> None:
+    card = SceneCard(title="A", stage=STAGE)
+
+    def sweep(last_mm: float) -> JobSheet:
+        spec = parse_spec(
+            {
+                "scene": "fish",
+                "frames": "1-9",
+                "rig": {"lens_array": {"offset_mm": {"keyframes": [[1, 60], [9, last_mm]]}}},
+            }
+        )
+        return JobSheet.of("j", spec, card, bundle="b")
+
+    notes = check_job(sweep(-10))
+    assert notes[0].startswith("From frame 1: The array stands outside the image space, on the lens's side")
+    assert notes[1].startswith("From frame 9: The array stands outside the image space, on the camera's side")
+    with pytest.raises(OpticsError, match=r"rig\.lens_array\.offset_mm: .* got 200 mm at frame 9"):
+        check_job(sweep(200))

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from worker.errors import OpticsError
-from worker.job.spec import Camera, LensArray, Rig
+from worker.job.rig import Camera, LensArray, Rig
 from worker.optics.capture import Bench, bench, camera_rays, pixel_centres_mm, through_array
 from worker.optics.lattice import lens_centres_mm
 from worker.optics.microlens import microlens

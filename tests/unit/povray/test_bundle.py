@@ -77,3 +77,33 @@ def test_a_link_that_leads_out_of_the_folder_is_refused(tmp_path: Path) -> None:
 def test_what_is_unpacked_is_what_was_packed(tmp_path: Path) -> None:
     unpack(zipped({"textures/a.png": b"abc"}), tmp_path)
     assert (tmp_path / "textures" / "a.png").read_bytes() == b"abc"
+
+
+OWN = b"""file = "old/wood box.pov"
+[stage]
+location = [0, 0, -20]
+look_at = [0, 0, 0]
+near_mm = 1000
+far_mm = 2000
+mm_per_unit = 50
+"""
+
+
+def test_a_scene_toml_may_name_any_file_of_the_bundle(tmp_path: Path) -> None:
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "wood box.pov").write_text("sphere { 0, 1 }")
+    (tmp_path / "scene.toml").write_bytes(OWN)
+    assert check_bundle(pack_folder(tmp_path)).card.file == "old/wood box.pov"
+
+
+def test_a_named_file_that_is_not_in_the_bundle_is_refused_with_those_that_are() -> None:
+    message = r"file: expected one that is in the bundle, got 'old/wood box\.pov'; there are scene\.inc, woodbox\.pov, "
+    with pytest.raises(BundleError, match=message):
+        check_bundle(zipped({"scene.toml": OWN, "woodbox.pov": b"", "a.png": b""}))
+
+
+def test_without_a_name_the_scene_is_scene_inc(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_bytes(SCENE_TOML)
+    (tmp_path / "woodbox.pov").write_text("")
+    with pytest.raises(BundleError, match=r"got 'scene\.inc'; there are woodbox\.pov"):
+        check_bundle(pack_folder(tmp_path))

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from worker.job.spec import Antialias
 from worker.povray.command import Region, RenderCommand, povray_argv
 
 
@@ -92,3 +93,9 @@ def test_the_first_block_is_smaller_in_a_small_picture() -> None:
     assert RenderCommand("a.pov", "a.exr", cols=100, rows=100).first_block_px == 1024
     assert RenderCommand("a.pov", "a.exr", cols=100, rows=8).first_block_px == 256
     assert RenderCommand("a.pov", "a.exr", cols=100, rows=100, region=Region(0, 8, 90, 100)).first_block_px == 80
+
+
+def test_antialiasing_is_told_without_jitter() -> None:
+    command = RenderCommand("a.pov", "a.exr", cols=8, rows=8, antialias=Antialias(threshold=0.25, method=2, depth=3))
+    argv = povray_argv(command)
+    assert argv[argv.index("-P") + 1 : argv.index("+V")] == ["+A0.25", "+AM2", "+R3", "-J"]

@@ -38,7 +38,7 @@ def test_the_sheet_is_stored_for_workers_with_the_scene_resolved(api: Client, ap
 
 
 def test_notes_on_the_optics_are_kept_with_the_job(api: Client, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(submit, "check_rig", lambda _spec, _stage: ("the array stands close",))
+    monkeypatch.setattr(submit, "check_job", lambda _sheet: ("the array stands close",))
     job_id = api.post(JOBS, json=SPEC).json()["id"]
     assert api.get(f"{JOBS}/{job_id}").json()["notes"] == ["the array stands close"]
 
@@ -69,7 +69,7 @@ def test_optics_that_cannot_be_built_are_a_problem_and_no_job(
     def refuse(*_: Any) -> tuple[str, ...]:
         raise OpticsError.of([FieldProblem(field="rig.lens_array.pitch_mm", expected="less", got="99")])
 
-    monkeypatch.setattr(submit, "check_rig", refuse)
+    monkeypatch.setattr(submit, "check_job", refuse)
     answer = api.post(JOBS, json=SPEC)
     assert (answer.status_code, answer.json()["code"]) == (422, "optics")
     assert answer.json()["errors"][0]["field"] == "rig.lens_array.pitch_mm"

@@ -1,0 +1,49 @@
+"""Linear interpolation between neighbours in one line of pixels."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+Light = TypeVar("Light", bound=np.floating[Any])
+
+SNAP = 2.0**20
+"""Positions are rounded to 1 / SNAP px, so that equal grids give equal pixels whatever the rounding errors."""
+
+ON_THE_BORDER = 1e-9
+"""A place so near a border between lenses, in pitches, lies on it."""
+
+
+def working(light: NDArray[Light]) -> NDArray[np.floating[Any]]:
+    """Return light in single precision, or its own if that is higher: half floats are for keeping."""
+    return light.astype(np.result_type(light.dtype, np.float32))
+
+
+def neighbours(
+    at: NDArray[np.float64], low: ArrayLike, high: ArrayLike
+) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
+    """Return the (first, second, weight of the second) pixels about positions, held between two pixels.
+
+    Parameters
+    ----------
+    at
+        Positions, px; whole numbers are centres of pixels.
+    low, high
+        The first and the last pixel that may be taken; they broadcast with the positions.
+    """
+    held = np.clip(np.round(at * SNAP) / SNAP, low, high)
+    first = np.floor(held).astype(np.intp)
+    weight = held - first
+    return first, first + (weight > 0), weight
+
+
+def between(
+    first: NDArray[np.floating[Any]], second: NDArray[np.floating[Any]], weight: NDArray[np.float64]
+) -> NDArray[np.floating[Any]]:
+    """Return first + (second - first) weight, in the pixels' own precision; of equal pixels exactly these."""
+    if not weight.any():
+        return first
+    step: NDArray[np.floating[Any]] = (second - first) * weight.astype(first.dtype)
+    return first + step

@@ -1,0 +1,73 @@
+"""Views of a hexagonal lattice on the square pixels of a screen."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.errors import LayoutError
+from worker.integral.hexagon import ROW_PITCH
+from worker.integral.interpolation import Light, between, neighbours, working
+from worker.integral.layout import CellLayout
+
+
+def square_size(layout: CellLayout) -> tuple[int, int]:
+    """Return the (rows, cols) of a view on square pixels: one a lens across, and as high as the array is.
+
+    >>> square_size(CellLayout(lens_rows=90, lens_cols=90, px_per_lens=8, lattice="hexagonal"))
+    (78, 90)
+    """
+    if layout.lattice == "square":
+        return layout.lens_rows, layout.lens_cols
+    return max(1, round(layout.lens_rows * ROW_PITCH)), layout.lens_cols
+
+
+def as_square(view: NDArray[Light], layout: CellLayout) -> NDArray[Light]:
+    """Return a view on square pixels, one pitch wide, that lie about the middle of the array.
+
+    In pitches from the middle, output pixel (i, j) of R x C is at x = j - (C - 1) / 2, y = i - (R - 1) / 2. Lens (r, c)
+    stands at x = c - (lens_cols - 1) / 2 - 1/4, or + 1/4 in a shifted row (0 if there is one row only), y = (r -
+    (lens_rows - 1) / 2) sqrt(3) / 2. So every lens row is interpolated a quarter of a lens along, to the one side or
+    the other, then between rows; linearly, and at the borders by the outermost lens. Turning the array by 180 degrees
+    turns the result.
+
+    Parameters
+    ----------
+    view
+        `(lens_rows, lens_cols, channel)`, linear light.
+    layout
+        Of the sheet that it is a view of.
+
+    Returns
+    -------
+    NDArray
+        `(*square_size(layout), channel)` in the view's dtype; the view itself when the lattice is square.
+
+    Raises
+    ------
+    LayoutError
+        If there are not as many pixels as lenses.
+    """
+    if view.ndim != 3 or view.shape[:2] != (layout.lens_rows, layout.lens_cols):
+        raise LayoutError(f"expected a view of {layout}, got an array of shape {view.shape}")
+    if layout.lattice == "square":
+        return view
+    aligned = working(view)
+    if layout.lens_rows > 1:
+        for first in range(2):
+            quarter = -0.25 if layout.shift_px(first) else 0.25
+            aligned[first::2] = _interpolated(
+                aligned[first::2], np.arange(layout.lens_cols, dtype=np.float64) + quarter, axis=1
+            )
+    rows, _ = square_size(layout)
+    at = (np.arange(rows, dtype=np.float64) - (rows - 1) / 2) / ROW_PITCH + (layout.lens_rows - 1) / 2
+    return _interpolated(aligned, at, axis=0).astype(view.dtype)
+
+
+def _interpolated(picture: NDArray[Light], at: NDArray[np.float64], *, axis: int) -> NDArray[np.floating[Any]]:
+    """Return a picture at other places along an axis, held to the outermost pixels."""
+    first, second, weight = neighbours(at, 0, picture.shape[axis] - 1)
+    weights = weight.reshape(-1, *[1] * (picture.ndim - 1 - axis))
+    return between(picture.take(first, axis), picture.take(second, axis), weights)

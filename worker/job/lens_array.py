@@ -1,0 +1,34 @@
+"""How whole pixels lie under a hexagonal lens: the same numbers for the optics and for the pixels.
+
+The hexagons stand on a corner. Lens rows are pitch sqrt(3) / 2 apart, so a lens of n pixels across has m = about
+n sqrt(3) / 2 pixel rows to the next lens row, and pixels are nearly square.
+"""
+
+from __future__ import annotations
+
+import math
+
+
+def hexagonal_rows(px_per_lens: int) -> int:
+    """Return the pixel rows from one lens row to the next, m, for an even number of pixels across a lens, n.
+
+    The integer nearest n sqrt(3) / 2 whose parity differs from that of n / 2. Then no centre of a pixel lies on a
+    border between lenses, nor does one when every pixel is divided into k x k: with a / 2 and b / 2 the offsets from
+    the lens's centre, such a tie would need m a + 3 (n / 2) b = 2 m n k. There a is odd, and b is odd where k m is
+    even, else even: the left side is odd and the right one even.
+
+    >>> [hexagonal_rows(n) for n in (2, 4, 8, 10, 16, 24)]
+    [2, 3, 7, 8, 13, 21]
+    """
+    half = px_per_lens // 2
+    below = math.isqrt(3 * half * half)
+    return below if (below + half) % 2 else below + 1
+
+
+def overhang_rows(row_px: int) -> int:
+    """Return the pixel rows by which hexagons reach beyond the first and the last lens row: a sixth of m, or more.
+
+    >>> [overhang_rows(m) for m in (2, 7, 12, 13)]
+    [1, 2, 2, 3]
+    """
+    return -(-row_px // 6)

@@ -1,0 +1,96 @@
+"""Rotationally symmetric aspheres: how deep they are, how steep, and where rays meet them.
+
+The sag of an even asphere of curvature c, conic constant k and terms a_4, a_6, ... at a distance r from the axis is
+
+    z(r) = c r^2 / (1 + sqrt(1 - (1 + k) c^2 r^2)) + a_4 r^4 + a_6 r^6 + ...
+
+(ISO 10110-12; k = 0 is a sphere, -1 a paraboloid, below -1 a hyperboloid).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+STEPS = 30
+"""Newton's method doubles its digits a step: rays that need more have no crossing."""
+
+CLOSE_MM = 1e-9
+"""How near to the surface a crossing must lie."""
+
+
+@dataclass(frozen=True)
+class Profile:
+    """The form of a surface of rotation."""
+
+    curvature_per_mm: float
+    conic: float = 0.0
+    aspheric: tuple[float, ...] = ()
+    """Terms of r^4, r^6, ..."""
+
+    def sag_mm(self, square_mm2: Array) -> Array:
+        """Return the sag at squared distances from the axis, same shape; NaN where the surface has ended.
+
+        >>> paraboloid = Profile(0.02, conic=-1.0, aspheric=(1e-4,))
+        >>> paraboloid.sag_mm(np.array([100.0])).tolist()  # c r^2 / 2 + a_4 r^4
+        [2.0]
+        """
+        sag: Array = self.curvature_per_mm * square_mm2 / (1.0 + self._root(square_mm2))
+        for order, term in enumerate(self.aspheric, start=2):
+            sag = sag + term * square_mm2**order
+        return sag
+
+    def steepness_per_mm(self, square_mm2: Array) -> Array:
+        """Return dz/d(r^2) at squared distances from the axis, same shape."""
+        with np.errstate(divide="ignore"):
+            steepness: Array = self.curvature_per_mm / 2.0 / self._root(square_mm2)
+        for order, term in enumerate(self.aspheric, start=2):
+            steepness = steepness + order * term * square_mm2 ** (order - 1)
+        return steepness
+
+    def just_within(self, square_mm2: Array) -> Array:
+        """Return squared distances brought back inside the rim where an ellipsoid ends."""
+        bulge = (1.0 + self.conic) * self.curvature_per_mm**2
+        return square_mm2 if bulge <= 0 else np.minimum(square_mm2, 0.999 / bulge)
+
+    def _root(self, square_mm2: Array) -> Array:
+        inside = 1.0 - (1.0 + self.conic) * self.curvature_per_mm**2 * square_mm2
+        root: Array = np.sqrt(np.where(inside >= 0, inside, np.nan))
+        return root
+
+
+def meet_profile(position: Array, direction: Array, profile: Profile, *, vertex_z_mm: float) -> tuple[Array, Array]:
+    """Return where rays meet a surface of rotation around the axis, and the unit normals toward +z, each (..., 3).
+
+    Newton's method along the ray, from its crossing with the plane of the vertex (Spencer, Murty, J. Opt. Soc. Am. 52,
+    672 (1962)). Rays that leave the surface's domain or do not settle become NaN.
+    """
+    step = (vertex_z_mm - position[..., 2]) / direction[..., 2]
+    with np.errstate(invalid="ignore", over="ignore"):
+        for _ in range(STEPS):
+            points = position + step[..., np.newaxis] * direction
+            square = profile.just_within(_square(points))
+            miss = points[..., 2] - vertex_z_mm - profile.sag_mm(square)
+            across = 2.0 * np.sum(points[..., :2] * direction[..., :2], axis=-1)
+            step = step - miss / (direction[..., 2] - profile.steepness_per_mm(square) * across)
+        points = position + step[..., np.newaxis] * direction
+        miss = points[..., 2] - vertex_z_mm - profile.sag_mm(_square(points))
+        points = np.where((np.abs(miss) < CLOSE_MM)[..., np.newaxis], points, np.nan)
+        return points, _normals(points, profile)
+
+
+def _square(points: Array) -> Array:
+    square: Array = np.sum(points[..., :2] ** 2, axis=-1)
+    return square
+
+
+def _normals(points: Array, profile: Profile) -> Array:
+    normals = np.empty_like(points)
+    normals[..., :2] = -2.0 * profile.steepness_per_mm(_square(points))[..., np.newaxis] * points[..., :2]
+    normals[..., 2] = 1.0
+    scaled: Array = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
+    return scaled

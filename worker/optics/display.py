@@ -1,0 +1,121 @@
+"""The display side: lenses over a print or a panel, and what an eye before them sees.
+
+A gap is the distance from the pixels to the lenses: *physical* as built, substrate included, or *reduced*, as light
+feels it, g = t / index + air. All formulas take the reduced one. Depths are as `s_mm`: positive before the display.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+LEAST_MAGNIFICATION = 1.0
+"""Nearer real images than 2 f have no gap worth building: at 2 f pixels are shown as large as they are."""
+
+
+def reduced_gap_mm(physical_mm: float, *, substrate_mm: float, index: float) -> float:
+    """Return the reduced gap: glass up to the substrate's thickness counts by its index, air above it as it is.
+
+    >>> round(reduced_gap_mm(4.8, substrate_mm=3.3, index=1.49), 5)
+    3.71477
+    """
+    glass_mm = min(physical_mm, substrate_mm)
+    return glass_mm / index + (physical_mm - glass_mm)
+
+
+def physical_gap_mm(reduced_mm: float, *, substrate_mm: float, index: float) -> float:
+    """Return the physical gap; the inverse of `reduced_gap_mm`.
+
+    >>> round(physical_gap_mm(3.3, substrate_mm=3.3, index=1.49), 3)
+    4.385
+    """
+    glass_mm = min(reduced_mm * index, substrate_mm)
+    return glass_mm + (reduced_mm - glass_mm / index)
+
+
+def central_depth_plane_mm(*, focal_length_mm: float, gap_mm: float) -> float:
+    """Return the depth l at which the lenses image the pixels, 1 / f = 1 / g + 1 / l; infinite at g = f.
+
+    >>> round(central_depth_plane_mm(focal_length_mm=3.3, gap_mm=4.8 - 3.3 + 3.3 / 1.49), 3)
+    29.556
+    """
+    beyond_mm = gap_mm - focal_length_mm
+    # Closer than rounding of a gap that was reckoned to be the focal length: light leaves the lenses parallel.
+    if abs(beyond_mm) <= 1e-12 * focal_length_mm:
+        return math.inf
+    return focal_length_mm * gap_mm / beyond_mm
+
+
+def gap_of_plane_mm(*, focal_length_mm: float, plane_mm: float) -> float:
+    """Return the reduced gap that puts the central depth plane there; the inverse of `central_depth_plane_mm`.
+
+    Raises
+    ------
+    ValueError
+        If the plane lies less than a focal length before the lenses: no gap puts it there.
+    """
+    if math.isinf(plane_mm):
+        return focal_length_mm
+    if 0 <= plane_mm <= focal_length_mm:
+        raise ValueError(f"expected a plane behind the lenses or over {focal_length_mm:g} mm before, got {plane_mm:g}")
+    return focal_length_mm * plane_mm / (plane_mm - focal_length_mm)
+
+
+def chosen_gap_mm(shallow_mm: float, deep_mm: float, *, focal_length_mm: float, contact_mm: float) -> float:
+    """Return the reduced gap that serves depths between two, both of one sign.
+
+    The central depth plane comes to the middle of them, but no nearer before the lenses than 2 f; the gap is never
+    smaller than `contact_mm`, the reduced thickness of the substrate. An empty range is served by parallel light.
+    """
+    if shallow_mm == deep_mm == 0:
+        return max(focal_length_mm, contact_mm)
+    plane_mm = (shallow_mm + deep_mm) / 2
+    if plane_mm > 0:
+        plane_mm = max(plane_mm, (1 + LEAST_MAGNIFICATION) * focal_length_mm)
+    return max(gap_of_plane_mm(focal_length_mm=focal_length_mm, plane_mm=plane_mm), contact_mm)
+
+
+def viewing_angle_deg(*, pitch_mm: float, gap_mm: float) -> float:
+    """Return the full angle in which a lens shows its own cell, 2 atan(p / 2 g).
+
+    >>> round(viewing_angle_deg(pitch_mm=1.0, gap_mm=3.3), 2)
+    17.23
+    """
+    return math.degrees(2 * math.atan(pitch_mm / (2 * gap_mm)))
+
+
+def viewing_zone_mm(*, pitch_mm: float, gap_mm: float, distance_mm: float, apart_mm: float = 0.0) -> float:
+    """Return how far an eye can move to the side at a distance before it sees a neighbour's cell, p L / g.
+
+    Parameters
+    ----------
+    apart_mm
+        Between the axes of the outermost lenses that must all show their own cells: as cells and lenses have one
+        pitch, the zones of lenses lie as far apart as the lenses.
+    """
+    return max(0.0, pitch_mm * distance_mm / gap_mm - apart_mm)
+
+
+@dataclass(frozen=True)
+class Resolvable:
+    """Depths between which a display can show as much detail as it has lenses."""
+
+    front_mm: float
+    """Before the display."""
+    back_mm: float
+    """Behind it, as a positive length; infinite where there is no limit."""
+
+
+def resolvable_depth_mm(*, pitch_mm: float, gap_mm: float, pixel_mm: float, distance_mm: float) -> Resolvable:
+    """Return the depths that a display can resolve: H. Hoshino, F. Okano, H. Isono, I. Yuyama, JOSA A 15, 2059 (1998).
+
+    A lens projects a pixel P as an angle P / g, and at a viewing distance L no detail finer than the pitch p comes
+    through: z_front = g p L / (L P + g p), z_back = g p L / (L P - g p).
+
+    >>> found = resolvable_depth_mm(pitch_mm=1.0, gap_mm=3.3, pixel_mm=25.4 / 600, distance_mm=1000.0)
+    >>> round(found.front_mm, 1), round(found.back_mm, 1)
+    (72.3, 84.5)
+    """
+    area, spread = gap_mm * pitch_mm, distance_mm * pixel_mm
+    back_mm = area * distance_mm / (spread - area) if spread > area else math.inf
+    return Resolvable(front_mm=area * distance_mm / (spread + area), back_mm=back_mm)

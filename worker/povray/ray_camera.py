@@ -1,0 +1,187 @@
+"""Rays as a POV-Ray camera: a mesh whose face k gives pixel k its start (the centroid) and direction (the normal).
+
+What this costs is its parsing, so a face is told by four numbers. All faces share one vertex, the apex. The second one
+stands on the rail, a line along the axis, and is told by its height alone; the third one then follows from start and
+direction of the ray. The mesh's own coordinates are (x + z, y + z, z), so that a point of the rail is (s, s, s), which
+POV-Ray reads from the bare number s. Coordinates are whole and positive numbers of one width: a sign is a word more to
+read, and NumPy writes such numbers fast. POV-Ray keeps vertices as 32-bit floats, therefore faces are large, six times
+the bundle's radius: what is rounded turns no ray by more than about 1e-6.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from povtemplates import literals
+from worker.optics.trace import Rays
+from worker.povray.command import Region
+
+FIRST_ROW = 1
+"""Of the picture that shows the first row of rays. POV-Ray 3.7 takes for row r of a mesh camera the faces of row r - 1,
+and for row 0 those of row 0 once more; columns, and other cameras, are not shifted (measured)."""
+
+FIGURES = 7
+"""Of a coordinate: 32-bit floats keep whole numbers up to 16,777,216."""
+
+LEAST_RADIUS_MM = 1.0
+"""Of a bundle: a single ray has no width of its own."""
+
+BLIND_UNITS = 0.01
+"""Radius of the ball that dead pixels see from inside, in units of the scene: POV-Ray overlooks what is nearer than
+1e-4."""
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RayMesh:
+    """The faces of rays."""
+
+    codes: NDArray[np.int32]
+    """(face, 4): height of the second vertex, then the third vertex; steps from the origin, mesh coordinates."""
+    apex_codes: tuple[int, int, int]
+    origin_mm: tuple[float, float, float]
+    """The foot of the rail, in the rig frame."""
+    step_mm: float
+    blind_mm: tuple[float, float, float]
+    """Where the rays of dead pixels start, behind all others; in the rig frame."""
+    blind_radius_mm: float
+
+
+def ray_camera_region(*, rows: int, cols: int) -> Region:
+    """Return where rows x cols rays are in a picture of `FIRST_ROW` rows more; only these are to be rendered."""
+    return Region(FIRST_ROW, rows + FIRST_ROW, 0, cols)
+
+
+def ray_camera_include(rays: Rays, *, front_mm: float, mm_per_unit: float) -> bytes:
+    """Return an include file that declares rays as the mesh `Lippmann_Rays`.
+
+    With dead rays it also declares `Lippmann_Blind`, the black object that they see and that must stand in the scene.
+
+    Parameters
+    ----------
+    rays
+        Of all pixels of a picture, (row, col, 3), rig frame; NaN where one is dead. See `ray_camera_region`.
+    front_mm
+        The z before which no ray starts. Starts lie behind it by no more than the bundle's width times its slopes.
+    mm_per_unit
+        Of the stage.
+    """
+    mesh = ray_mesh(rays, front_mm=front_mm, least_blind_mm=BLIND_UNITS * mm_per_unit)
+    count = len(mesh.codes)
+    parts = [
+        f"// {count} rays in the rig frame. Written by Lippmann.\n".encode(),
+        # k times this is <0, 2 k, 2 k - 1> when POV-Ray has cut off the fraction: the vertices of face k.
+        f"#local F = <0, 2, {2 - 0.5 / count!r}>;\n".encode(),
+        b"#declare Lippmann_Rays = mesh2 {\n",
+        f"vertex_vectors {{ {2 * count + 1}, {literals.vector(mesh.apex_codes)}\n".encode(),
+        _text(mesh.codes, FIGURES, before=("", "<", " ", " "), end=">\n"),
+        f"}}\nface_indices {{ {count},\n".encode(),
+        _text(np.arange(1, count + 1)[:, np.newaxis], len(str(count)), before=("F*",), end="\n"),
+        # No ray meets this mesh, so it needs no bounding boxes.
+        b"}\nhierarchy off\n",
+        f"matrix <1, 0, 0, 0, 1, 0, -1, -1, 1, 0, 0, 0> scale {literals.number(mesh.step_mm)} ".encode(),
+        f"translate {literals.vector(mesh.origin_mm)}\n}};\n".encode(),
+    ]
+    if np.isnan(rays.direction).any():
+        parts.append(_blind(mesh))
+    return b"".join(parts)
+
+
+def ray_mesh(rays: Rays, *, front_mm: float, least_blind_mm: float) -> RayMesh:
+    """Return the faces of rays.
+
+    The plane of a face stands on its ray and goes through the apex: this tells where the ray starts and where the plane
+    meets the rail. Seen along the axis the apex A and the rail's foot O lie at two corners before the bundle, so that
+    the third vertex 3 C - A - O is far from both for every start C.
+    """
+    start, direction = _components(rays.at_z(front_mm)), _components(rays.direction)
+    dead = np.isnan(start[0]) | np.isnan(direction[0])
+    middle, radius = _footprint(start[:2, ~dead])
+    apex = np.array([middle[0] + 3 * radius, middle[1] - 2 * radius, front_mm])
+    foot = np.array([middle[0] - 3 * radius, middle[1] - 2 * radius])
+
+    moved = start + _dot(direction, apex[:, np.newaxis] - start) * direction
+    # Moving the apex along the axis by a moves the starts by a times the square of the direction's z.
+    lift = np.max((front_mm - moved[2]) / direction[2] ** 2, where=~dead, initial=-np.inf) if not dead.all() else 0.0
+    apex[2] += lift
+    moved += lift * direction[2] * direction
+
+    blind_radius_mm = max(least_blind_mm, 1e-3 * radius)
+    highest = np.max(moved[2], where=~dead, initial=front_mm)
+    blind = np.array([*middle, highest + 2 * blind_radius_mm])
+    moved[:, dead], direction[:, dead] = blind[:, np.newaxis], _square_to(blind - apex)[:, np.newaxis]
+
+    height = apex[2] - (foot[0] - apex[0]) * direction[0] / direction[2]
+    third = 3 * moved - apex[:, np.newaxis]  # less the second vertex, and told from the foot of the rail
+    third[:2] -= 2 * foot[:, np.newaxis]
+    third[2] -= height
+    return _coded(height, third, apex=apex, foot=foot, blind=blind, blind_radius_mm=blind_radius_mm)
+
+
+def _components(vectors: Array) -> Array:
+    """Return vectors (..., 3) as rows x, y, z, shape (3, ray): NumPy is several times faster along them."""
+    return np.ascontiguousarray(vectors.reshape(-1, 3).T)
+
+
+def _dot(a: Array, b: Array) -> Array:
+    product: Array = np.einsum("ir,ir->r", a, b)
+    return product
+
+
+def _footprint(points: Array) -> tuple[Array, float]:
+    """Return the middle of points (2, ray) and half the side of a square around them, with room for moved starts."""
+    if points.shape[1] == 0:
+        return np.zeros(2), LEAST_RADIUS_MM
+    low, high = points.min(axis=1), points.max(axis=1)
+    return (low + high) / 2, max(1.5 * float(np.max(high - low)) / 2, LEAST_RADIUS_MM)
+
+
+def _square_to(vector: Array) -> Array:
+    """Return the direction nearest to -z at a right angle to a vector."""
+    along = vector / np.linalg.norm(vector)
+    across = along[2] * along - np.array([0.0, 0.0, 1.0])
+    direction: Array = across / np.linalg.norm(across)
+    return direction
+
+
+def _coded(height: Array, third: Array, *, apex: Array, foot: Array, blind: Array, blind_radius_mm: float) -> RayMesh:
+    """Return vertices as codes; `third` is given from the rail in x and y."""
+    x, y, z = third
+    sheared = np.stack([height, x + z, y + z, z])
+    apex_sheared = np.array([apex[0] - foot[0] + apex[2], apex[1] - foot[1] + apex[2], apex[2]])
+    low = min(sheared.min(), apex_sheared.min())
+    step_mm = float(max(sheared.max(), apex_sheared.max()) - low) / (10**FIGURES - 1)
+    return RayMesh(
+        codes=np.rint((sheared - low) / step_mm).astype(np.int32).T,
+        apex_codes=tuple(np.rint((apex_sheared - low) / step_mm).astype(int).tolist()),
+        origin_mm=(float(foot[0]), float(foot[1]), float(low)),
+        step_mm=step_mm,
+        blind_mm=tuple(blind.tolist()),
+        blind_radius_mm=blind_radius_mm,
+    )
+
+
+def _blind(mesh: RayMesh) -> bytes:
+    ball = f"{literals.vector(mesh.blind_mm)}, {literals.number(mesh.blind_radius_mm)}"
+    black = "texture { Lippmann_Black } Lippmann_Invisible_To_The_Scene()"
+    return f"#declare Lippmann_Blind = sphere {{ {ball} {black} }};\n".encode()
+
+
+def _text(numbers: NDArray[np.integer], figures: int, *, before: tuple[str, ...], end: str) -> bytes:
+    """Return rows of whole numbers (row, number) as text, every number at full width behind its word."""
+    text = np.empty((len(numbers), sum(map(len, before)) + len(before) * figures + len(end)), np.uint8)
+    at = 0
+    for column, word in zip(numbers.T, before, strict=True):
+        text[:, at : at + len(word)] = np.frombuffer(word.encode(), np.uint8)
+        at += len(word) + figures
+        rest = column.astype(np.int32)
+        for place in range(at - 1, at - 1 - figures, -1):
+            tens = rest // 10
+            text[:, place] = rest - 10 * tens + ord("0")
+            rest = tens
+    text[:, at:] = np.frombuffer(end.encode(), np.uint8)
+    return text.tobytes()
