@@ -10,7 +10,7 @@ from typing import Any
 
 from lippmann.bundle_file import find_bundle
 from lippmann.errors import BadInput
-from lippmann.job_file import read_job, set_field
+from lippmann.job_file import read_job, set_field, take_in_lens
 from lippmann.progress import ProgressLine
 from lippmann.worker_process import check_povray
 from lippmann.writable import check_writable
@@ -60,6 +60,7 @@ def wanted_job(scene: str | None, job_file: str | None, overrides: Sequence[str]
     job: dict[str, Any] = read_job(job_file) if job_file else {}
     for override in overrides:
         set_field(job, override)
+    take_in_lens(job, Path())
     wanted = scene or job.get("scene")
     if not isinstance(wanted, str):
         raise BadInput("expected a SCENE or a job with one in --job, got neither")

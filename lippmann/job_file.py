@@ -22,7 +22,24 @@ def read_job(source: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
     job = _parse(_read(source), source)
     for override in overrides:
         set_field(job, override)
+    take_in_lens(job, Path() if source == "-" else Path(source).parent)
     return job
+
+
+def take_in_lens(job: dict[str, Any], folder: Path) -> None:
+    """Put a lens's prescription in place of the name of its file, `{"file": "my-lens.zmx"}`, beside the job.
+
+    Raises
+    ------
+    BadInput, SpecError
+        If the file cannot be read, or is no prescription.
+    """
+    rig = job.get("rig")
+    lens = rig.get("imaging_lens") if isinstance(rig, dict) else None
+    if isinstance(rig, dict) and isinstance(lens, dict) and set(lens) == {"file"}:
+        from lippmann.lens_file import read_lens
+
+        rig["imaging_lens"] = read_lens(folder / str(lens["file"]))
 
 
 def set_field(job: dict[str, Any], override: str) -> None:

@@ -20,7 +20,7 @@ from collections.abc import Callable
 
 import typer
 
-from lippmann.commands import capture, farm, jobs, keys, scenes
+from lippmann.commands import capture, farm, jobs, keys, lens, paper, scenes
 from lippmann.errors import ExitCode, LippmannError
 from worker.errors import BundleError, SpecError, WorkerError
 
@@ -45,12 +45,14 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
         jobs.retry,
     ),
     "Scenes": (capture.capture,),
+    "Optics": (lens.lens,),
 }
 for panel, commands in COMMANDS.items():
     for command in commands:
         app.command(rich_help_panel=panel)(command)
 app.add_typer(scenes.app, name="scenes", rich_help_panel="Scenes")
 app.add_typer(keys.app, name="keys", rich_help_panel="Run a farm")
+app.add_typer(paper.app, name="paper", rich_help_panel="Optics")
 
 
 def main() -> None:

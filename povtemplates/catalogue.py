@@ -11,7 +11,6 @@ RIGS_FOLDER = _ROOT / "rigs"
 SCENES_FOLDER = _ROOT / "scenes"
 
 MANIFEST = "scene.toml"
-SCENE = "scene.inc"
 POSTER = "poster.png"
 
 

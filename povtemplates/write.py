@@ -15,6 +15,11 @@ def write_capture(**fields: Any) -> str:
     return _environment().get_template("capture.pov.j2").render(fields)
 
 
+def write_lens_image(**fields: Any) -> str:
+    """Return the .pov text of rigs/lens_image.pov.j2: a perspective camera, with or without the imaging lens before it."""
+    return _environment().get_template("lens_image.pov.j2").render(fields)
+
+
 @cache
 def _environment() -> Environment:
     # SDL is not HTML: nothing to escape. What goes in is numbers, and names that were checked.

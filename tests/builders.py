@@ -34,7 +34,9 @@ def small_job(scene: str, *, count: tuple[int, int] = (30, 30), px_per_lens: int
     """
     rig: dict[str, Any] = {"lens_array": {"count": list(count), **more.pop("lens_array", {})}}
     rig |= {"px_per_lens": px_per_lens, "camera": more.pop("camera", {}), **more.pop("rig", {})}
-    return parse_spec({"scene": scene, "rig": rig, "render": {"tiles": more.pop("tiles", [1, 1])}, **more})
+    return parse_spec(
+        {"scene": scene, "rig": rig, "render": {"tiles": more.pop("tiles", [1, 1]), **more.pop("render", {})}, **more}
+    )
 
 
 def local_place(folder: Path) -> Workplace:

@@ -191,7 +191,7 @@ class Client:
         return self._get(Scene, f"/scenes/{name}")
 
     def upload_scene(self, name: str, bundle_zip: bytes) -> Scene:
-        """Give the service a scene: a zip of scene.inc, scene.toml and what they use."""
+        """Give the service a scene: a zip of scene.toml, the scene it names and what they use."""
         files = {"bundle": (f"{name}.zip", bundle_zip, "application/zip")}
         # The same content again is answered with the same scene, so it may arrive twice.
         answer = self._transport.ask("POST", f"{_API}/scenes", params={"name": name}, files=files, again=True)

@@ -25,7 +25,7 @@ _BUNDLE = {
         "bundle": {
             "type": "string",
             "contentMediaType": "application/octet-stream",
-            "description": "A zip with scene.toml and scene.inc.",
+            "description": "A zip with scene.toml and the scene it names.",
         }
     },
 }

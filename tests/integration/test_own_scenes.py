@@ -6,8 +6,10 @@ What POV-Ray shows of the same files by a pinhole at the entrance pupil is the o
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
+import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,6 +21,7 @@ from numpy.typing import NDArray
 from tests.builders import small_job
 from worker.images.read import read_rgb
 from worker.integral.views import view
+from worker.job.scene import parse_scene
 from worker.job.spec import JobSpec
 from worker.plan.sampling import frame_size
 from worker.povray.bundle import pack_folder
@@ -28,6 +31,8 @@ from worker.tasks.local import capture_frame
 
 EXAMPLES = Path("/usr/share/doc/povray/examples")
 """Of Debian's povray-examples."""
+
+TUTORIAL = Path(__file__).parents[2] / "docs" / "own-scenes.md"
 
 LENSES = 40
 ENTRANCE_PUPIL_MM = 56.56
@@ -100,15 +105,15 @@ def bundle_of(example: Example, folder: Path) -> bytes:
     return pack_folder(folder)
 
 
-def job() -> JobSpec:
-    return small_job("own", count=(LENSES, LENSES), px_per_lens=3)
+def job(method: str = "auto") -> JobSpec:
+    return small_job("own", count=(LENSES, LENSES), px_per_lens=3, capture={"method": method})
 
 
-def centre_view(example: Example, folder: Path, *, frame: int = 1) -> Picture:
+def centre_view(example: Example, folder: Path, *, frame: int = 1, method: str = "auto") -> Picture:
     """Return the centre view of a captured frame, linear `(row, col, channel)`."""
     folder.mkdir(exist_ok=True)
     captured = capture_frame(
-        job(),
+        job(method),
         bundle_of(example, folder / "bundle"),
         frame=frame,
         out=folder / "out",
@@ -156,7 +161,21 @@ def likenesses(found: Picture, expected: Picture) -> Mapping[str, float]:
 
 @pytest.mark.parametrize("name", EXAMPLES_TRIED)
 def test_an_unmodified_example_shows_what_a_pinhole_at_the_same_place_does(tmp_path: Path, name: str) -> None:
-    example = EXAMPLES_TRIED[name]
+    assert_shown(EXAMPLES_TRIED[name], tmp_path)
+
+
+def test_the_scene_toml_of_the_tutorial_works_as_printed(tmp_path: Path) -> None:
+    (printed,) = re.findall(r"```toml\n(file = .*?)```", TUTORIAL.read_text(), re.DOTALL)
+    card = parse_scene(tomllib.loads(printed))
+    stage = card.stage
+    assert_shown(
+        Example(f"advanced/{card.file}", stage.location, stage.look_at, stage.mm_per_unit, stage.near_mm, stage.far_mm),
+        tmp_path,
+    )
+
+
+def assert_shown(example: Example, tmp_path: Path) -> None:
+    """Compare the centre view with the pinhole's picture: place, sides and brightness."""
     found = luminance(centre_view(example, tmp_path))
     expected = luminance(pinhole_picture(example, tmp_path))
     alike = likenesses(found, expected)
@@ -164,6 +183,13 @@ def test_an_unmodified_example_shows_what_a_pinhole_at_the_same_place_does(tmp_p
     assert alike["upright"] > 0.05 + max(likeness for flip, likeness in alike.items() if flip != "upright")
     # Own assumed_gamma, #version and lights: as bright as by itself.
     assert found.mean() == pytest.approx(expected.mean(), rel=0.05)
+
+
+def test_an_example_looks_the_same_by_glass_and_by_the_ray_camera(tmp_path: Path) -> None:
+    example = EXAMPLES_TRIED["version 3.6, image map and include"]
+    glass, rays = (centre_view(example, tmp_path / method, method=method) for method in ("raytraced", "ray_camera"))
+    assert np.median(np.abs(glass - rays)) < 0.001
+    assert np.corrcoef(glass.ravel(), rays.ravel())[0, 1] > 0.99
 
 
 def test_the_clock_moves_an_unmodified_animation(tmp_path: Path) -> None:
@@ -209,8 +235,33 @@ def test_a_scene_may_have_any_name_and_includes_beside_it(tmp_path: Path, file: 
     assert small_capture(tmp_path, text, file=file) == pytest.approx(0.5, abs=0.001)
 
 
-def small_capture(folder: Path, text: str, *, file: str = "scene.pov") -> float:
+@pytest.mark.parametrize(("method", "fog_mm"), [("raytraced", 1454), ("ray_camera", 1000)])
+def test_fog_fills_a_rig_of_glass_and_ends_at_the_lens_of_the_ray_camera(
+    tmp_path: Path, method: str, fog_mm: float
+) -> None:
+    """The camera stands 572 mm behind surface 1, 118 mm of them glass, and the black wall 1000 mm before it."""
+    text = """#version 3.7; global_settings { assumed_gamma 1 } fog { distance 500 rgb 1 }
+    plane { -z, 0 hollow pigment { rgb 0 } }"""
+    seen = small_picture(tmp_path, text, method=method)
+    assert seen.mean() == pytest.approx(1 - np.exp(-fog_mm / 500), abs=0.01)
+
+
+@pytest.mark.parametrize(("method", "seen"), [("raytraced", 1.0), ("ray_camera", 0.5)])
+def test_a_wall_behind_the_lens_hides_the_scene_from_glass_alone(tmp_path: Path, method: str, seen: float) -> None:
+    text = """#version 3.7; global_settings { assumed_gamma 1 } background { rgb 0.5 }
+    box { <-500, -500, -1500>, <500, 500, -1490> pigment { rgb 1 } finish { ambient 0 diffuse 0 emission 1 } }"""
+    assert small_capture(tmp_path, text, method=method) == pytest.approx(seen, abs=0.001)
+
+
+def small_capture(folder: Path, text: str, *, file: str = "scene.pov", method: str = "auto") -> float:
     """Return the mean of a captured scene; every pixel must be what every other is."""
+    linear = small_picture(folder, text, file=file, method=method)
+    assert (linear == linear[0, 0]).all()
+    return float(linear.mean())
+
+
+def small_picture(folder: Path, text: str, *, file: str = "scene.pov", method: str = "auto") -> NDArray[np.float64]:
+    """Return the sheet of a captured scene in millimetres, linear."""
     scene = folder / "bundle" / file
     scene.parent.mkdir(parents=True, exist_ok=True)
     scene.write_text(text)
@@ -218,7 +269,7 @@ def small_capture(folder: Path, text: str, *, file: str = "scene.pov") -> float:
         f'file = "{file}"\n[stage]\nlocation = [0, 0, -1000]\nlook_at = [0, 0, 0]\nnear_mm = 1000\nfar_mm = 2000\n'
     )
     captured = capture_frame(
-        small_job("own", count=(6, 6), px_per_lens=4),
+        small_job("own", count=(6, 6), px_per_lens=4, capture={"method": method}),
         pack_folder(folder / "bundle"),
         frame=1,
         out=folder / "out",
@@ -226,6 +277,4 @@ def small_capture(folder: Path, text: str, *, file: str = "scene.pov") -> float:
         settings=WorkerSettings(data_dir=folder / "data", slots=1, worker_name="test"),
     )
     (picture,) = (path for path in captured.pictures if path.suffix == ".exr" and "orthoscopic" in str(path))
-    linear = read_rgb(picture, np.float16)
-    assert (linear == linear[0, 0]).all()
-    return float(linear.mean())
+    return read_rgb(picture, np.float16).astype(np.float64)

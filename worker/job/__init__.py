@@ -1,6 +1,13 @@
 """What was asked for, and the words service and worker share. Pure: no input or output.
 
 frames     `1-48:2, 60` and the numbers it stands for
+glasses    materials by name: index and Abbe number
+lens       an imaging lens, surface by surface
+lens_array whole pixels under hexagons
+presets    arrays and jobs by name
+rig        imaging lens, microlens array, camera, device
+keyframes  numbers that change with the frame
+tagged     fields with several forms
 spec       the job as it was asked for, and the one door that checks it
 scene      the scene as a job sees it: stage, clock, parameters
 sheet      the job as it is stored for workers

@@ -19,6 +19,9 @@ Array = NDArray[np.float64]
 STEPS = 30
 """Newton's method doubles its digits a step: rays that need more have no crossing."""
 
+SETTLED_MM = 1e-7
+"""A miss before the last step of the search: that step squares it."""
+
 CLOSE_MM = 1e-9
 """How near to the surface a crossing must lie."""
 
@@ -77,6 +80,8 @@ def meet_profile(position: Array, direction: Array, profile: Profile, *, vertex_
             miss = points[..., 2] - vertex_z_mm - profile.sag_mm(square)
             across = 2.0 * np.sum(points[..., :2] * direction[..., :2], axis=-1)
             step = step - miss / (direction[..., 2] - profile.steepness_per_mm(square) * across)
+            if not np.any(np.abs(miss) > SETTLED_MM):
+                break
         points = position + step[..., np.newaxis] * direction
         miss = points[..., 2] - vertex_z_mm - profile.sag_mm(_square(points))
         points = np.where((np.abs(miss) < CLOSE_MM)[..., np.newaxis], points, np.nan)

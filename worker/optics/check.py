@@ -11,8 +11,8 @@ from worker.job.sheet import JobSheet
 from worker.job.spec import JobSpec
 from worker.optics.capture import Bench, bench
 from worker.optics.lattice import extent_mm
-from worker.optics.matrices import cardinal_points
 from worker.optics.method import capture_method
+from worker.optics.stop import f_number
 
 
 def check_job(sheet: JobSheet) -> tuple[str, ...]:
@@ -63,7 +63,7 @@ def _check_window(stood: Bench) -> None:
     if device is None or device.window_px is None:
         return
     width_mm, height_mm = extent_mm(stood.rig.lens_array)
-    needed = (int(height_mm / device.pixel_mm), int(width_mm / device.pixel_mm))
+    needed = (math.floor(height_mm / device.pixel_mm + 0.5), math.floor(width_mm / device.pixel_mm + 0.5))
     if device.window_px[0] < needed[0] or device.window_px[1] < needed[1]:
         expected = f"at least {needed[0]} x {needed[1]} px, the array's size on the device"
         raise _refused("rig.device.window_px", expected, f"{device.window_px[0]} x {device.window_px[1]} px")
@@ -123,7 +123,7 @@ def _f_number_notes(stood: Bench) -> tuple[str, ...]:
     lens, array = stood.imaging_lens, stood.rig.lens_array
     if lens is None:
         return ()
-    lens_f_number = cardinal_points(lens).effective_focal_length_mm / (2 * lens.semi_aperture_mm)
+    lens_f_number = f_number(lens)
     mla_f_number = array.focal_length_mm / array.pitch_mm
     if lens_f_number <= mla_f_number:
         return ()

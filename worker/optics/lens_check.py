@@ -58,8 +58,8 @@ def _crossings(lens: ImagingLens) -> Iterator[FieldProblem]:
         if closest_mm < -TOUCHING_MM:
             yield FieldProblem(
                 field=f"{_LENS}.surfaces.{place}.thickness_mm",
-                expected=f"at least {front.thickness_mm - closest_mm:.4g} mm, where surfaces {place} and {place + 1} "
-                "do not cross inside their apertures",
+                expected=f"at least {front.thickness_mm - closest_mm:.4g} mm, where this surface and "
+                "the next do not cross inside their apertures",
                 got=f"{front.thickness_mm:g} mm",
             )
 
@@ -86,18 +86,18 @@ def _stop(lens: ImagingLens) -> Iterator[FieldProblem]:
 
 def _stands_in_glass(lens: ImagingLens, z_mm: float) -> str:
     spaces = zip(lens.surfaces, lens.vertices_mm, lens.vertices_mm[1:], strict=False)
-    for place, (surface, start_mm, end_mm) in enumerate(spaces):
+    for surface, start_mm, end_mm in spaces:
         if surface.index_after != 1.0 and start_mm < z_mm < end_mm:
-            return f", not in the glass from {start_mm:.4g} to {end_mm:.4g} mm behind surface {place}"
+            return f", not in the glass from {start_mm:.4g} to {end_mm:.4g} mm"
     return ""
 
 
 def _cuts_a_surface(lens: ImagingLens, stop: Stop) -> str:
-    square = np.linspace(0.0, stop.semi_aperture_mm, HEIGHTS) ** 2
-    for place, (surface, vertex_mm) in enumerate(zip(lens.surfaces, lens.vertices_mm, strict=True)):
+    for surface, vertex_mm in zip(lens.surfaces, lens.vertices_mm, strict=True):
+        square = np.linspace(0.0, min(stop.semi_aperture_mm, surface.semi_aperture_mm), HEIGHTS) ** 2
         beyond = vertex_mm + surface.profile.sag_mm(square) - stop.z_mm
         if np.nanmax(beyond if vertex_mm <= stop.z_mm else -beyond) > TOUCHING_MM:
-            return f" whose hole is clear of surface {place}"
+            return f" whose hole is clear of the surface with its vertex at {vertex_mm:.4g} mm"
     return ""
 
 

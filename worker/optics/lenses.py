@@ -12,7 +12,7 @@ _INF = math.inf
 ATHINEOS_2006 = ImagingLens(
     name="athineos-2006",
     title="Two plano-convex condenser lenses and a thick plano-convex lens, 300 mm f/1.5",
-    source="Athineos et al., J. Electronic Imaging 15(3), 2006, Table 1, doi 10.1117/1.2360692",
+    source="Athineos et al., J. Electronic Imaging 15(4), 2006, Table 1, doi 10.1117/1.2360692",
     surfaces=(
         Surface(_INF, 84.28, 1.51, 100.0),
         Surface(-242.38, 289.30, 1.0, 100.0),
@@ -27,18 +27,18 @@ ATHINEOS_2006 = ImagingLens(
 TRONNIER_1954 = ImagingLens(
     name="double-gauss-tronnier",
     title="Double Gauss, 50 mm f/2, 22 degrees half field",
-    source="US patent 2,673,491 (Tronnier, 1954); table of W. J. Smith, Modern Lens Design (1992), p. 312, scaled from "
-    "100 to 50 mm; Abbe numbers of the patent",
+    source="US patent 2,673,491 (Tronnier, 1954): radii, thicknesses, indices and Abbe numbers, times 50 mm; clear "
+    "apertures and the place of the stop as in W. J. Smith, Modern Lens Design (1992), p. 312",
     surfaces=(
-        Surface(29.475, 3.76, 1.67, 12.6, abbe_after=47.1),
+        Surface(29.475, 3.76, 1.67125, 12.6, abbe_after=47.1),
         Surface(84.83, 0.12, 1.0, 12.6),
-        Surface(19.275, 4.025, 1.67, 11.5, abbe_after=47.1),
-        Surface(40.77, 3.275, 1.699, 11.5, abbe_after=30.1),
+        Surface(19.275, 4.025, 1.67125, 11.5, abbe_after=47.1),
+        Surface(40.77, 3.275, 1.69842, 11.5, abbe_after=30.1),
         Surface(12.75, 10.205, 1.0, 9.0),
-        Surface(-14.495, 1.18, 1.603, 8.5, abbe_after=38.4),
-        Surface(40.77, 6.065, 1.658, 10.0, abbe_after=57.0),
+        Surface(-14.495, 1.18, 1.60266, 8.5, abbe_after=38.4),
+        Surface(40.77, 6.065, 1.65953, 10.0, abbe_after=57.0),
         Surface(-20.385, 0.19, 1.0, 10.0),
-        Surface(437.065, 3.22, 1.717, 10.0, abbe_after=48.1),
+        Surface(437.065, 3.22, 1.7174, 10.0, abbe_after=48.1),
         Surface(-39.73, 0.0, 1.0, 10.0),
     ),
     stop_z_mm=16.885,

@@ -8,11 +8,18 @@ from worker.errors import FieldProblem, OpticsError
 from worker.job.scene import Stage
 from worker.job.spec import JobSpec
 from worker.optics.prescription import rig_lens
+from worker.optics.surfaces import ImagingLens
 
 Method = Literal["raytraced", "ray_camera"]
 
-GLASS_MM_PER_UNIT = (0.3, 30.0)
-"""Scales at which POV-Ray's own tolerances leave modelled glass exact (measured: docs/scenes.md)."""
+LEAST_GLASS_MM_PER_UNIT = 0.001
+"""Below it glass was not exact any more (measured; a rig of kilometres in its scene's units)."""
+
+LEAST_AIR_UNITS = 1e-4
+"""Of the air between two surfaces: POV-Ray takes nearer ones for one (measured: exact to 10 mm a unit with 0.001 mm)."""
+
+LEAST_PITCH_UNITS = 0.005
+"""Of the microlenses: smaller ones are missed (measured: pitch 1 mm is right to 300 mm a unit and fails at 500)."""
 
 
 def capture_method(spec: JobSpec, stage: Stage) -> Method:
@@ -42,10 +49,20 @@ def _obstacle_to_glass(spec: JobSpec, stage: Stage) -> str | None:
     lens = rig_lens(spec.rig)
     if lens is not None and not lens.is_spherical:
         return "rig.imaging_lens has aspheric surfaces, and glass is modelled with spherical ones"
-    least, most = GLASS_MM_PER_UNIT
+    least, most = LEAST_GLASS_MM_PER_UNIT, _most_mm_per_unit(lens, spec.rig.lens_array.pitch_mm)
     if not least <= stage.mm_per_unit <= most:
-        return f"stage.mm_per_unit is {stage.mm_per_unit:g}, and POV-Ray's tolerances spoil glass beyond {least:g} to {most:g}"
+        return (
+            f"stage.mm_per_unit is {stage.mm_per_unit:g}, and POV-Ray's tolerances spoil glass of this rig outside "
+            f"{least:g} to {most:g}"
+        )
     return None
+
+
+def _most_mm_per_unit(lens: ImagingLens | None, pitch_mm: float) -> float:
+    """Return how small a rig may be built: up to where its narrowest air and its lenses are still seen."""
+    inner = lens.surfaces[:-1] if lens else ()
+    airs_mm = [surface.thickness_mm for surface in inner if surface.index_after == 1.0]
+    return min([pitch_mm / LEAST_PITCH_UNITS, *(air_mm / LEAST_AIR_UNITS for air_mm in airs_mm)])
 
 
 def _field_that_needs_glass(spec: JobSpec) -> str | None:

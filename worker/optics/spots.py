@@ -22,6 +22,8 @@ LOOKS = 3
 """How often they are aimed anew at the part of the aperture that counts."""
 ENOUGH = 9
 """Fewer rays make no spot."""
+FAN = 401
+"""Rays of a fan in one plane."""
 
 
 @dataclass(frozen=True)
@@ -57,6 +59,20 @@ def focus_at(bench: Bench, object_mm: float, *, height_mm: float, image_mm: floa
     return None if used is None else spot(used, bench, image_mm=image_mm)
 
 
+def working_f_number(bench: Bench, object_mm: float) -> float | None:
+    """Return the f-number of the whole cone in the image of an axis point: 1 / (2 x the steepest slope)."""
+    lens = bench.imaging_lens
+    if lens is None:
+        return None
+    reach_mm = lens.surfaces[0].semi_aperture_mm
+    aims = np.stack((np.zeros(FAN), np.linspace(-reach_mm, reach_mm, FAN), np.zeros(FAN)), axis=-1)
+    point = np.array([0.0, 0.0, -object_mm])
+    rays = through_lens(Rays(np.broadcast_to(point, aims.shape), unit(aims - point)), lens)
+    slopes = np.abs(rays.direction[:, 1] / rays.direction[:, 2])
+    passed = slopes[np.isfinite(slopes)]
+    return float(1 / (2 * passed.max())) if passed.size and passed.max() > 0 else None
+
+
 def spot(rays: Rays, bench: Bench, *, image_mm: float) -> Focus:
     """Return what a bundle makes of a point on a plane behind the last vertex."""
     points = rays.at_z(bench.lens_end_mm + image_mm)[:, :2]
@@ -89,7 +105,7 @@ def used_rays(bench: Bench, *, object_mm: float, height_mm: float) -> Rays | Non
     for _ in range(LOOKS):
         aims = _grid(low, high)
         rays = through_lens(Rays(np.broadcast_to(point, aims.shape), unit(aims - point)), lens)
-        taken = _taken(bench, rays)
+        taken = taken_by_array(bench, rays)
         if not taken.any():
             break
         used = Rays(rays.position[taken], rays.direction[taken])
@@ -104,8 +120,8 @@ def _grid(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.flo
     return np.concatenate((across, np.zeros((len(across), 1))), axis=1)
 
 
-def _taken(bench: Bench, rays: Rays) -> NDArray[np.bool_]:
-    """Return which rays, shape (ray, 3), the array sends to a pixel."""
+def taken_by_array(bench: Bench, rays: Rays) -> NDArray[np.bool_]:
+    """Return which rays behind the imaging lens, shape (ray, 3), the array sends to a pixel, shape (ray,)."""
     array = bench.rig.lens_array
     with np.errstate(invalid="ignore"):
         met = rays.at_z(bench.mla_z_mm)[:, :2]
@@ -113,4 +129,4 @@ def _taken(bench: Bench, rays: Rays) -> NDArray[np.bool_]:
         if bench.rig.camera.projection == "perspective":  # its rays come together at the camera
             slope = slope + met / (bench.camera_z_mm - bench.mla_z_mm)
         inside = np.all(np.abs(met) <= np.array(lattice.extent_mm(array)) / 2, axis=1)
-        return inside & lattice.inside_cell(array, slope * array.focal_length_mm)
+        return np.asarray(inside & lattice.inside_cell(array, slope * array.focal_length_mm))

@@ -14,13 +14,14 @@ from worker.povray.command import SYSTEM_INCLUDE, PictureFormat, Region, RenderC
 from worker.povray.limits import Limits
 from worker.povray.log import AttemptLog
 from worker.povray.progress import Progress
-from worker.povray.ray_camera import ray_camera_include
+from worker.povray.ray_camera import ray_camera_include, ray_camera_region
 from worker.povray.render import RenderOutcome, render
 from worker.povray.scene import RAYS_FILE, pov_text
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
 
-POV_FILE = "frame.pov"
+POV_FILE = "lippmann-frame.pov"
+"""Not the name of a scene: POV-Ray looks in its own folder first, and would find this one."""
 
 CPU_PER_SECOND = 4.0
 """Photons are shot by 4 threads whatever +WT says, so CPU may run that much faster than the clock."""
@@ -47,7 +48,7 @@ def render_picture(
     watch: Watch,
     picture_format: PictureFormat = "exr",
 ) -> RenderedPicture:
-    """Render one picture into a folder, by way of `frame.pov` there.
+    """Render one picture into a folder, by way of `POV_FILE` there.
 
     Parameters
     ----------
@@ -67,8 +68,9 @@ def render_picture(
     if method == "ray_camera":
         # Its rays are those of the region alone, and so is its picture.
         (folder / RAYS_FILE).write_bytes(_rays_text(there, rows=rows, cols=cols, region=wanted))
-        rows, cols = wanted.row_stop - wanted.row_start, wanted.col_stop - wanted.col_start
-        region, wanted = None, Region(0, rows, 0, cols)
+        cols = wanted.col_stop - wanted.col_start
+        region = wanted = ray_camera_region(rows=wanted.row_stop - wanted.row_start, cols=cols)
+        rows = wanted.row_stop
     bundle = place.bundle_folder(sheet.bundle)
     readable = (bundle / Path(sheet.file).parent, bundle, INCLUDE_FOLDER.resolve())
     settings = there.spec.render

@@ -156,6 +156,60 @@ def _line_mm(index: float) -> float:
     return (500 - 990 * bend) / (1 - bend * math.tan(wedge))
 
 
+DOUBLET = ImagingLens(
+    "doublet",
+    "A cemented pair that spreads colours widely",
+    "",
+    (
+        Surface(150.0, 40.0, 1.7, 50.0, abbe_after=14.0),
+        Surface(-300.0, 10.0, 1.6, 50.0, abbe_after=40.0),
+        Surface(math.inf, 0.0, 1.0, 50.0),
+    ),
+)
+
+SPECTRUM = """
+#include "lippmann/glass.inc"
+#include "lippmann/imaging_lens.inc"
+#declare Surfaces = array[3][5] {{ {rows} }};
+object {{ Lippmann_Imaging_Lens(Surfaces) }}
+box {{ <99.9, -1000, -1000.001>, <100.1, 1000, -1000> pigment {{ rgb 1 }} finish {{ ambient 0 diffuse 0 emission 1 }} }}
+background {{ rgb 0 }}
+global_settings {{ max_trace_level 20 }}
+camera {{ orthographic location <-25, 0, 90> direction -z right 40 * x up 0.02 * y }}
+"""
+
+
+def test_cemented_glass_spreads_colours_as_its_abbe_numbers_say(best: Room) -> None:
+    shutil.copytree(INCLUDE_FOLDER, best.bundle, dirs_exist_ok=True)
+    spread = [povray_dispersion(one.index_after, one.abbe_after) for one in DOUBLET.surfaces]
+    rows = ", ".join(
+        f"{{ {0 if math.isinf(one.radius_mm) else one.radius_mm}, {one.thickness_mm}, {one.index_after}, 50, {wide} }}"
+        for one, wide in zip(DOUBLET.surfaces, spread, strict=True)
+    )
+    outcome = best.render(SPECTRUM.format(rows=rows), cols=4000, rows=2, picture="doublet.png", picture_format="png16")
+    light = read_codes(outcome.picture)[0].sum(axis=-1, dtype=np.float64)
+    lit = np.nonzero(light)[0]
+    lines = np.split(lit, np.nonzero(np.diff(lit) > 1)[0] + 1)
+    found_mm = [-45 + 40 / 4000 * (np.average(line, weights=light[line]) + 0.5) for line in lines]
+    bands_nm = 380 + 350 * (np.arange(7) + 0.5) / 7
+    expected_mm = [_camera_x_mm(float(band), spread) for band in bands_nm]
+    assert sorted(found_mm) == pytest.approx(sorted(expected_mm), abs=0.02)
+    assert abs(expected_mm[-1] - expected_mm[0]) > 1
+
+
+def _camera_x_mm(wavelength_nm: float, spread: list[float]) -> float:
+    """Return the x whose ray of one colour, parallel to the axis, meets x = 100 at z = -1000."""
+    surfaces = tuple(
+        replace(one, index_after=povray_index(one.index_after, wide, wavelength_nm) if wide != 1.0 else one.index_after)
+        for one, wide in zip(DOUBLET.surfaces, spread, strict=True)
+    )
+    x = np.linspace(-45, -5, 2001)
+    start = np.stack([x, np.zeros_like(x), np.full_like(x, 90.0)], axis=-1)
+    down = np.broadcast_to([0.0, 0.0, -1.0], start.shape)
+    met = through_lens(Rays(start, down), replace(DOUBLET, surfaces=surfaces), backward=True).at_z(-1000.0)[:, 0]
+    return float(np.interp(-100.0, -met, x))
+
+
 @pytest.mark.parametrize("rig", [{}, {"f_number": 4.0}], ids=["open", "stopped"])
 def test_a_whole_rig_with_a_well_corrected_lens_maps_every_pixel(tmp_path: Path, rig: dict[str, float]) -> None:
     lens = {"name": "double-gauss-tronnier", "focal_length_mm": 300}
@@ -172,6 +226,6 @@ def test_a_whole_rig_with_a_well_corrected_lens_maps_every_pixel(tmp_path: Path,
     found_mm = codes[..., :2] / 65535 * 2 * HALF_WIDTH_MM - HALF_WIDTH_MM
     assert ((codes[..., 2] > 32768) == ~np.isnan(expected_mm[..., 0])).all()
     error_mm = np.hypot(*np.moveaxis(found_mm - expected_mm, -1, 0))
-    assert np.isnan(error_mm).any() == bool(rig)
+    assert (np.isnan(error_mm).mean() > 0.2) == bool(rig)
     assert np.nanmedian(error_mm) <= MEDIAN_MM
     assert np.nanmax(error_mm) <= LARGEST_MM

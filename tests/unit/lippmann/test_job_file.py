@@ -1,3 +1,4 @@
+import json
 from pathlib import Path
 
 import pytest
@@ -62,3 +63,18 @@ def test_a_job_file_that_is_none_is_refused_by_name(tmp_path: Path, text: str, s
 def test_a_job_file_that_is_not_there_is_refused_by_name(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match=r"nowhere\.json: No such file"):
         read_job(str(tmp_path / "nowhere.json"))
+
+
+def test_a_lens_may_be_a_file_beside_the_job(tmp_path: Path) -> None:
+    (tmp_path / "lens.csv").write_text("radius;thickness;material;index;v-no;sa\n100;5;;1.5;;20\n-100;0;;1;;20\n")
+    job = tmp_path / "job.json"
+    job.write_text(json.dumps({"scene": "fish", "rig": {"imaging_lens": {"file": "lens.csv"}}}))
+    surfaces = read_job(str(job))["rig"]["imaging_lens"]["surfaces"]
+    assert [surface["radius_mm"] for surface in surfaces] == [100, -100]
+
+
+def test_a_lens_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    job = tmp_path / "job.json"
+    job.write_text(json.dumps({"scene": "fish", "rig": {"imaging_lens": {"file": "gone.csv"}}}))
+    with pytest.raises(BadInput, match=r"gone\.csv"):
+        read_job(str(job))

@@ -35,7 +35,8 @@ COMMANDS = dict(_commands(typer.main.get_command(main.app)))
 def test_there_are_the_commands_that_were_promised() -> None:
     farm = {"up", "serve", "worker", "demo", "keys"}
     jobs = {"submit", "jobs", "show", "watch", "fetch", "cancel", "pause", "resume", "retry"}
-    assert {path[0] for path in COMMANDS} == farm | jobs | {"scenes", "capture"}
+    optics = {"design", "lens", "paper"}
+    assert {path[0] for path in COMMANDS} == farm | jobs | optics | {"scenes", "capture"}
 
 
 @pytest.mark.parametrize("path", COMMANDS, ids=" ".join)

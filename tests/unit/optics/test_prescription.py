@@ -17,7 +17,7 @@ from worker.optics.prescription import CONTACT_GAP_MM, ImagingLens, lens_of, pre
 from worker.optics.stop import f_number, stop_place_mm
 from worker.optics.trace import Rays, through_lens
 
-BICONVEX = [
+BICONVEX: list[dict[str, Any]] = [
     {"radius_mm": 60.0, "thickness_mm": 8.0, "material": "BK7", "semi_aperture_mm": 15.0},
     {"radius_mm": -60.0, "index": 1.0, "semi_aperture_mm": 15.0},
 ]
@@ -102,7 +102,7 @@ def test_a_stop_moves_with_the_gaps_before_it() -> None:
         (
             changed(0, thickness_mm=3.0),
             {},
-            "surfaces.0.thickness_mm: expected at least 3.81 mm, where surfaces 0 and 1",
+            "surfaces.0.thickness_mm: expected at least 3.81 mm, where this surface and the next",
         ),
         (
             {"surfaces": [{**row, "radius_mm": None} for row in BICONVEX]},

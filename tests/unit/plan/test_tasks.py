@@ -55,6 +55,12 @@ def test_a_short_frame_of_a_sequence_is_not_cut() -> None:
     assert (sheet.tile_rows, sheet.tile_cols) == (1, 1)
 
 
+def test_antialiasing_that_leaves_seams_is_never_cut() -> None:
+    spec = parse_spec({"scene": "fish", "render": {"antialias": {"method": 1}}})
+    sheet = plan_sheet(spec, probed(600.0), slots=2)
+    assert (sheet.tile_rows, sheet.tile_cols) == (1, 1)
+
+
 @pytest.mark.parametrize("tiles", ["auto", [4, 4]])
 def test_a_scene_whose_tiles_differ_from_the_whole_is_never_cut(tiles: object) -> None:
     sheet = plan_sheet(job("1", tiles), probed(600.0, tileable=False), slots=8)

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from povtemplates.catalogue import SCENE, scene_folders
+from povtemplates.catalogue import scene_folders
 from worker.errors import BundleError
+from worker.job.scene import SCENE_FILE
 from worker.job.spec import JobSpec
 from worker.optics.check import check_rig
 from worker.povray.bundle import check_bundle, digest_of, pack_folder, unpack
@@ -30,7 +31,7 @@ def test_a_scene_is_a_right_bundle_for_the_papers_rig(name: str) -> None:
 @pytest.mark.parametrize("name", SCENES)
 def test_a_scene_declares_a_default_for_each_of_its_parameters(name: str) -> None:
     card = check_bundle(pack_folder(SCENES[name])).card
-    text = (SCENES[name] / SCENE).read_text()
+    text = (SCENES[name] / SCENE_FILE).read_text()
     assert all(f"#ifndef ({parameter})" in text for parameter in card.parameters)
 
 
@@ -45,6 +46,6 @@ def test_unpacking_gives_back_every_file(tmp_path: Path) -> None:
 
 
 def test_a_bundle_without_scene_toml_is_refused_by_name(tmp_path: Path) -> None:
-    (tmp_path / SCENE).write_text("sphere { 0, 1 }")
+    (tmp_path / SCENE_FILE).write_text("sphere { 0, 1 }")
     with pytest.raises(BundleError, match=r"expected scene\.toml at the top of the bundle"):
         check_bundle(pack_folder(tmp_path))

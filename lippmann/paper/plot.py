@@ -1,0 +1,51 @@
+"""Axes, points and lines: one plain style, on white, legible at 800 px."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from lippmann.errors import LippmannError
+from lippmann.paper.machine import Machine
+
+SIZE_IN = (8.0, 5.4)
+DPI = 120
+BLUE, ORANGE, GREEN = "#0b5fa5", "#c4500c", "#2c7a3f"
+
+
+def check_plots() -> None:
+    """See that matplotlib is there.
+
+    Raises
+    ------
+    LippmannError
+        If it is not.
+    """
+    if find_spec("matplotlib") is None:
+        raise LippmannError("expected matplotlib for the paper's figures, got none; pip install 'lippmann[plots]'")
+
+
+@contextmanager
+def axes(*, title: str, x: str, y: str, machine: Machine, files: tuple[Path, ...]) -> Iterator[Any]:
+    """Lend axes with their labels; when done with, the plot is written to every file, named .png or .svg."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=SIZE_IN, dpi=DPI, facecolor="white")
+    FigureCanvasAgg(figure)
+    drawn = figure.add_subplot()
+    drawn.set_title(title, fontsize=13)
+    drawn.set_xlabel(x, fontsize=12)
+    drawn.set_ylabel(y, fontsize=12)
+    drawn.tick_params(labelsize=11)
+    drawn.grid(visible=True, color="#d8d8d8", linewidth=0.8)
+    drawn.set_axisbelow(True)
+    yield drawn
+    drawn.legend(fontsize=11, frameon=True)
+    figure.text(0.99, 0.012, str(machine), ha="right", va="bottom", fontsize=9, color="#444444")
+    figure.tight_layout(rect=(0, 0.03, 1, 1))
+    for file in files:
+        figure.savefig(file, metadata={"Date": None} if file.suffix == ".svg" else None)

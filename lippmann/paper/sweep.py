@@ -1,0 +1,205 @@
+"""Fig. 7: the array at four places of the image space, in one job of four frames, and what comes out real or virtual.
+
+Depth is measured in the views and compared with the exact trace. s is the place of an image against the array of the
+capture, as the paper's captions have it. A display whose array stands one focal length before its pixels shows
+everything one focal length nearer to the observer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.paper import settings
+from lippmann.paper.depth import Patch, depth_mm, lenses_a_view, movement
+from lippmann.paper.frames import Light, LocalJob, prepared
+from lippmann.paper.landmarks import LANDMARKS, Landmark, rig_place_mm, traced
+from lippmann.paper.panels import Codes, Panel, cut, enlarged, fitted, write_panels
+from lippmann.paper.request import Made, Request
+from worker.errors import RenderFailed
+from worker.images.write import write_png
+from worker.integral.views import centre, view
+from worker.optics.capture import bench
+from worker.optics.matrices import conjugate
+from worker.plan import names
+
+QUICK_PX_PER_LENS = 4
+CELL_PX = 384
+"""Width of a panel."""
+CELLS_SHOWN = 8
+TRIED_MM = (-90.0, 90.0)
+"""Depths among which the one of a patch is looked for."""
+TRIED_STEP_MM = 0.5
+_BRIGHTNESS = (0.2126, 0.7152, 0.0722)
+
+
+@dataclass(frozen=True)
+class Caption:
+    """What the paper says of one position."""
+
+    letter: str
+    words: str
+    fish_real: bool
+    stems_real: bool
+    each_stem: bool = True
+    """False: the stems as a group; they stand on both sides of the array."""
+
+
+CAPTIONS = (
+    Caption("a", "the whole image is formed in front of the array: real", fish_real=True, stems_real=True),
+    Caption("b", "the fish in front, the stems just behind", fish_real=True, stems_real=False, each_stem=False),
+    Caption("c", "the fish just in front, the stems behind", fish_real=True, stems_real=False),
+    Caption("d", "the whole image is formed behind the array: virtual", fish_real=False, stems_real=False),
+)
+
+
+@dataclass(frozen=True)
+class Depth:
+    """Where one thing comes out, mm from the array of the capture, + toward the observer."""
+
+    name: str
+    by_small_angles_mm: float
+    by_exact_trace_mm: float
+    measured_mm: float
+    likeness: float
+    """Of the views' patches to each other, at most 1."""
+
+    @property
+    def is_real(self) -> bool:
+        """Whether it was measured in front of the array."""
+        return self.measured_mm > 0
+
+
+def fig7(request: Request) -> Made:
+    """Capture the four positions, show them, and measure the depths of fish and stems."""
+    spec = settings.sweep(px_per_lens=QUICK_PX_PER_LENS if request.quick else None)
+    with prepared(spec, request) as job:
+        cpu_s = job.render(request.tell)
+        depths = [measured_depths(job, frame) for frame in spec.frame_numbers]
+        figure, *pictures = (request.file(f"{ending}.png") for ending in ("", "a", "b", "c", "d"))
+        rows = []
+        for frame, caption, seen, picture in zip(spec.frame_numbers, CAPTIONS, depths, pictures, strict=True):
+            shown = _shown(job, frame)
+            write_png(picture, shown)
+            rows.append(_panels(job, frame, caption, seen, shown))
+        write_panels(figure, rows)
+    measured = {"positions": list(map(_position, CAPTIONS, settings.POSITIONS_MM, depths)), "cpu_s": cpu_s}
+    text = "\n".join(map(_line, CAPTIONS, settings.POSITIONS_MM, depths))
+    return Made(files=(figure, *pictures), settings=settings.shown(spec), measured=measured, text=text)
+
+
+def measured_depths(job: LocalJob, frame: int) -> tuple[Depth, ...]:
+    """Return the depths of the fish and the stems in a frame: by small angles, by exact rays, and in its views.
+
+    Raises
+    ------
+    RenderFailed
+        If one of them is not in the picture.
+    """
+    upright, layout = job.picture(names.orthoscopic_name(frame)), job.layout
+    row = [view(upright, layout, u, centre(layout)[1]) for u in range(layout.px_per_lens)]
+    views = np.stack([_brightness(picture) for picture in row])
+    return tuple(_depth(job, frame, views, landmark) for landmark in LANDMARKS)
+
+
+def agrees(caption: Caption, depths: Sequence[Depth]) -> bool:
+    """Return whether what was measured is on the side of the array where the caption has it."""
+    fish, *stems = depths
+    if caption.each_stem:
+        right = all(stem.is_real == caption.stems_real for stem in stems)
+    else:
+        right = (mean_mm(stems) > 0) == caption.stems_real
+    return fish.is_real == caption.fish_real and right
+
+
+def mean_mm(depths: Sequence[Depth]) -> float:
+    """Return the mean of measured depths."""
+    return sum(depth.measured_mm for depth in depths) / len(depths)
+
+
+def _depth(job: LocalJob, frame: int, views: NDArray[np.float64], landmark: Landmark) -> Depth:
+    there = job.sheet.at(frame)
+    array, n = there.spec.rig.lens_array, there.spec.rig.px_per_lens
+    optics = {"px_per_lens": n, "focal_length_mm": array.focal_length_mm}
+    stood = bench(there.spec.rig, reference_mm=there.stage.reference_mm)
+    place_mm = rig_place_mm(landmark.place, there.stage)
+    exact = traced(stood, place_mm)
+    assert stood.imaging_lens is not None  # noqa: S101 - the paper's job has one
+    lenses_a_mm = abs(conjugate(stood.imaging_lens, -float(place_mm[2])).magnification) / array.pitch_mm
+    patch = Patch(
+        float(exact.lens_row.mean()),
+        float(exact.lens_col.mean()),
+        max(1, round(landmark.half_height_mm * lenses_a_mm)),
+        max(1, round(landmark.half_width_mm * lenses_a_mm)),
+    )
+    tried = np.arange(TRIED_MM[0], TRIED_MM[1], TRIED_STEP_MM)
+    moved = movement(views, patch, np.array([lenses_a_view(float(s_mm), **optics) for s_mm in tried]))
+    if moved is None:
+        raise RenderFailed(f"expected {landmark.name} in the picture of frame {frame}, got nothing to measure")
+    return Depth(
+        name=landmark.name,
+        by_small_angles_mm=stood.s_mm(-float(place_mm[2])),
+        by_exact_trace_mm=depth_mm(exact.lenses_a_view, **optics),
+        measured_mm=depth_mm(moved.lenses_a_view, **optics),
+        likeness=moved.likeness,
+    )
+
+
+def _shown(job: LocalJob, frame: int) -> Light:
+    """Return what is printed: on the device's pixels, if the job has one."""
+    has_device = job.sheet.spec.rig.device is not None
+    return job.picture(names.device_name(frame) if has_device else names.orthoscopic_name(frame))
+
+
+def _panels(job: LocalJob, frame: int, caption: Caption, depths: Sequence[Depth], shown: Light) -> list[Panel]:
+    upright, layout = job.picture(names.orthoscopic_name(frame)), job.layout
+    u, v = centre(layout)
+    quarter = layout.px_per_lens // 4
+    left, right = (view(upright, layout, eye, v) for eye in (quarter, layout.px_per_lens - 1 - quarter))
+    side = CELLS_SHOWN * layout.px_per_lens
+    part = cut(shown, middle=(shown.shape[0] // 2, shown.shape[1] // 3), side_px=side)
+    fish, *stems = (depth.measured_mm for depth in depths)
+    offset_mm = settings.POSITIONS_MM[frame - 1]
+    side_of = "toward the imaging lens" if offset_mm > 0 else "toward the camera"
+    return [
+        Panel(fitted(shown, CELL_PX), f"({caption.letter}) array {abs(offset_mm)} mm {side_of}\nthe integral image"),
+        Panel(enlarged(part, max(1, CELL_PX // side)), f"part of it, {CELLS_SHOWN} lenses across"),
+        Panel(
+            fitted(view(upright, layout, u, v), CELL_PX),
+            f"the middle view; fish {fish:+.0f} mm,\nstems {', '.join(f'{stem:+.0f}' for stem in stems)} mm",
+        ),
+        Panel(_anaglyph(left, right), "left eye red, right eye cyan\nred to the right: in front of the array"),
+    ]
+
+
+def _anaglyph(left: Light, right: Light) -> Codes:
+    """Return two views in one picture, the left one in red."""
+    grey_left, grey_right = _brightness(left), _brightness(right)
+    both = np.stack((grey_left, grey_right, grey_right), axis=-1).astype(np.float32)
+    return fitted(both, CELL_PX)
+
+
+def _brightness(linear: Light) -> NDArray[np.float64]:
+    grey: NDArray[np.float64] = np.clip(linear.astype(np.float64), 0.0, 1.0) @ _BRIGHTNESS
+    return grey
+
+
+def _position(caption: Caption, offset_mm: float, depths: Sequence[Depth]) -> Mapping[str, Any]:
+    return {
+        "letter": caption.letter,
+        "offset_mm": offset_mm,
+        "the_paper_says": caption.words,
+        "agrees": agrees(caption, depths),
+        "mean_of_the_stems_mm": mean_mm(depths[1:]),
+        "depths": [{**asdict(depth), "is": "real" if depth.is_real else "virtual"} for depth in depths],
+    }
+
+
+def _line(caption: Caption, offset_mm: float, depths: Sequence[Depth]) -> str:
+    shown = "  ".join(f"{depth.name} {depth.measured_mm:+6.1f} ({depth.by_exact_trace_mm:+6.1f})" for depth in depths)
+    verdict = "as the paper says" if agrees(caption, depths) else "NOT as the paper says"
+    return f"({caption.letter}) array at {offset_mm:+} mm: s measured (exact trace), mm: {shown}  {verdict}: {caption.words}"

@@ -1,0 +1,155 @@
+"""Drawings to scale as SVG text: elements, panels that turn millimetres into pixels, labels that keep apart."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from xml.sax.saxutils import escape, quoteattr
+
+LETTER_PX = 6.7
+"""Mean width of a letter of the labels, whose size is 12 px."""
+LABEL_ROW_PX = 16.0
+
+
+def element(name: str, *inside: str, text: str = "", **attributes: str | float) -> str:
+    """Return an element; numbers keep two decimals, a trailing underscore in a name falls, others become dashes.
+
+    >>> element("text", text="a < b", x=1.0, class_="label")
+    '<text x="1" class="label">a &lt; b</text>'
+    """
+    said = "".join(
+        f" {key.rstrip('_').replace('_', '-')}={quoteattr(number(value))}" for key, value in attributes.items()
+    )
+    within = escape(_legal(text)) + "".join(inside)
+    return f"<{name}{said}>{within}</{name}>" if within else f"<{name}{said}/>"
+
+
+def number(value: str | float) -> str:
+    """Return a number with at most two decimals, and text as it is."""
+    return _legal(value) if isinstance(value, str) else f"{value + 0.0:.2f}".rstrip("0").rstrip(".")
+
+
+def _legal(text: str) -> str:
+    """Return text without the characters that XML cannot hold."""
+    return "".join(
+        letter for letter in text if letter in "\t\n" or (letter >= " " and letter not in "\x7f\ufffe\uffff")
+    )
+
+
+@dataclass(frozen=True)
+class Panel:
+    """A part of a drawing: one scale for both directions, the optical axis at `axis_px`."""
+
+    left_px: float
+    axis_px: float
+    px_per_mm: float
+    from_mm: float
+    """The z at the left edge."""
+    to_mm: float
+    half_mm: float
+    """Half its height."""
+
+    def x(self, z_mm: float) -> float:
+        """Return where a z lies, px from the left."""
+        return self.left_px + (z_mm - self.from_mm) * self.px_per_mm
+
+    def y(self, height_mm: float) -> float:
+        """Return where a height over the axis lies, px from the top."""
+        return self.axis_px - height_mm * self.px_per_mm
+
+    @property
+    def top_px(self) -> float:
+        """Its upper edge."""
+        return self.y(self.half_mm)
+
+    @property
+    def bottom_px(self) -> float:
+        """Its lower edge."""
+        return self.y(-self.half_mm)
+
+    def points(self, points_mm: Iterable[tuple[float, float]]) -> str:
+        """Return (z, height) points as SVG writes them."""
+        return " ".join(f"{number(self.x(z))},{number(self.y(height))}" for z, height in points_mm)
+
+    def line(self, points_mm: Iterable[tuple[float, float]], class_: str) -> str:
+        """Return a line through (z, height) points."""
+        return element("polyline", points=self.points(points_mm), class_=class_)
+
+
+@dataclass(frozen=True)
+class _Label:
+    """A text over a panel with the leader that goes down from it."""
+
+    x_px: float
+    left_px: float
+    right_px: float
+    row: int
+
+    def is_clear_of(self, other: _Label) -> bool:
+        """Whether neither text lies on the other, nor on the other's leader."""
+        together = self.left_px < other.right_px + 8 and other.left_px < self.right_px + 8
+        if self.row == other.row:
+            return not together
+        higher, lower = (self, other) if self.row > other.row else (other, self)
+        return not lower.left_px - 3 < higher.x_px < lower.right_px + 3
+
+
+def labels(panel: Panel, marks: Sequence[tuple[float, str]], *, width_px: float) -> list[str]:
+    """Return labels over a panel at z places, each with a leader down to it; none lies on another or on its leader."""
+    wanted = [(panel.x(z_mm), text) for z_mm, text in sorted(marks)]
+    rows = range(1, len(wanted) + 1)
+    placed = next((found for most in rows if (found := _placed(wanted, (), most, width_px)) is not None), None)
+    if placed is None:  # more at one place than there is room for: each in a row of its own
+        placed = [_starts(x_px, text, row, width_px)[0] for row, (x_px, text) in enumerate(wanted)]
+    shown: list[str] = []
+    for label, (x_px, text) in zip(placed, wanted, strict=True):
+        base_px = panel.top_px - 8 - label.row * LABEL_ROW_PX
+        shown.append(element("text", text=text, x=label.left_px, y=base_px, class_="label"))
+        leader = {"x1": x_px, "x2": x_px, "y1": base_px + 4, "y2": panel.top_px + 2}
+        shown.append(element("line", class_="leader", **leader))
+    return shown
+
+
+def _placed(
+    wanted: Sequence[tuple[float, str]], before: tuple[_Label, ...], most_rows: int, width_px: float
+) -> list[_Label] | None:
+    """Return places for the labels that follow `before`, or None if that many rows do not do."""
+    if len(before) == len(wanted):
+        return list(before)
+    x_px, text = wanted[len(before)]
+    for row in range(most_rows):
+        for place in _starts(x_px, text, row, width_px):
+            if all(map(place.is_clear_of, before)):
+                found = _placed(wanted, (*before, place), most_rows, width_px)
+                if found is not None:
+                    return found
+    return None
+
+
+def _starts(x_px: float, text: str, row: int, width_px: float) -> list[_Label]:
+    """Return the places of a text in a row: over its leader, to the left of it, to the right; inside the drawing."""
+    length_px = len(text) * LETTER_PX
+    starts = [x_px - length_px / 2, x_px - length_px + 4, x_px - 4]
+    inside = [start for start in starts if 8 <= start <= width_px - length_px - 8] or [max(8.0, starts[1])]
+    return [_Label(x_px, start, start + length_px, row) for start in inside]
+
+
+def scale_bar(panel: Panel) -> list[str]:
+    """Return a bar of a round length at the panel's lower left."""
+    length_mm = round_length_mm(100 / panel.px_per_mm)
+    y_px, start_px = panel.bottom_px + 14, panel.left_px
+    end_px = start_px + length_mm * panel.px_per_mm
+    ticks = f"M{number(start_px)} {number(y_px - 4)}v8M{number(start_px)} {number(y_px)}H{number(end_px)}m0 -4v8"
+    text = element("text", text=f"{length_mm:g} mm", x=end_px + 8, y=y_px + 4, class_="label")
+    return [element("path", d=ticks, class_="bar"), text]
+
+
+def round_length_mm(about_mm: float) -> float:
+    """Return the greatest of 1, 2, 5, 10, ... that is not above a length.
+
+    >>> round_length_mm(73.0), round_length_mm(0.3)
+    (50.0, 0.2)
+    """
+    power = 10.0 ** math.floor(math.log10(about_mm))
+    return max(step * power for step in (1.0, 2.0, 5.0) if step * power <= about_mm * (1 + 1e-9))

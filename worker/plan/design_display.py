@@ -1,0 +1,81 @@
+"""The part of a design that is the display's: device, gaps, viewing angle and zone, and the depth that it resolves."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from worker.integral.device import device_size
+from worker.job.rig import Rig
+from worker.job.scene import Stage
+from worker.job.spec import JobSpec
+from worker.optics import display
+from worker.optics.capture import Bench
+from worker.optics.lattice import extent_mm
+from worker.plan import design_words
+from worker.plan.sampling import frame_size
+
+
+def device_numbers(rig: Rig) -> dict[str, Any]:
+    size, device, array = frame_size(rig), rig.device, rig.lens_array
+    pixel_mm = device.pixel_mm if device else array.pitch_mm / rig.px_per_lens
+    d = array.pitch_mm / pixel_mm
+    margin_px = device.margin_px if device else 0
+    window = device.window_px if device else None
+    rows, cols = device_size(size, px_per_lens_device=d, window=window, margin_px=margin_px)
+    array_width_mm, _ = extent_mm(array)
+    return {
+        "display_pixel_mm": pixel_mm,
+        "px_per_lens_device": d,
+        "device_cells_px": device_cells_px(array.count[1], cols_px=cols, px_per_lens_device=d),
+        "device_rows_px": rows,
+        "device_cols_px": cols,
+        "margin_px": max(0, (cols - math.floor(array_width_mm / pixel_mm + 0.5)) // 2),
+        "width_mm": cols * pixel_mm,
+        "height_mm": rows * pixel_mm,
+    }
+
+
+def device_cells_px(lens_cols: int, *, cols_px: int, px_per_lens_device: float) -> tuple[int, ...]:
+    """Return how many columns of a device's pixels lie under a lens, every number that occurs once, rising.
+
+    >>> device_cells_px(100, cols_px=2400, px_per_lens_device=600 / 25.4)
+    (23, 24)
+    """
+    edges = cols_px / 2 + (np.arange(lens_cols + 1) - lens_cols / 2) * px_per_lens_device
+    # A pixel belongs to the lens over its centre, half a pixel in; on the border itself to the one on the right.
+    first = np.ceil(edges - 0.5 - 1e-9)
+    return tuple(int(width) for width in np.unique(np.diff(first)))
+
+
+def display_numbers(spec: JobSpec, stood: Bench, stage: Stage) -> dict[str, Any]:
+    array, wanted, rig = spec.rig.lens_array, spec.display, spec.rig
+    f_mm, p_mm, distance_mm = array.focal_length_mm, array.pitch_mm, wanted.viewing_distance_mm
+    glass = {"substrate_mm": array.substrate_mm, "index": array.index}
+    near_mm, far_mm = stood.s_mm(stage.near_mm), stood.s_mm(stage.far_mm)
+    contact_mm = array.substrate_mm / array.index
+    ranges = {"real": (max(0.0, far_mm), max(0.0, near_mm)), "virtual": (min(0.0, near_mm), min(0.0, far_mm))}
+    asked = {"real": wanted.gap_real_mm, "virtual": wanted.gap_virtual_mm}
+    numbers: dict[str, Any] = {"viewing_distance_mm": distance_mm, "gap_collimated_mm": f_mm}
+    numbers["gap_collimated_physical_mm"] = display.physical_gap_mm(f_mm, **glass)
+    numbers["viewing_angle_collimated_deg"] = display.viewing_angle_deg(pitch_mm=p_mm, gap_mm=f_mm)
+    for side, depths_mm in ranges.items():
+        physical_mm = asked[side]
+        chosen = display.chosen_gap_mm(*depths_mm, focal_length_mm=f_mm, contact_mm=contact_mm)
+        gap_mm = chosen if physical_mm is None else display.reduced_gap_mm(physical_mm, **glass)
+        numbers[f"gap_{side}_mm"] = gap_mm
+        numbers[f"gap_{side}_physical_mm"] = physical_mm or display.physical_gap_mm(gap_mm, **glass)
+        plane_mm = display.central_depth_plane_mm(focal_length_mm=f_mm, gap_mm=gap_mm)
+        numbers[f"central_depth_plane_{side}_mm"] = plane_mm
+        numbers[f"viewing_angle_{side}_deg"] = display.viewing_angle_deg(pitch_mm=p_mm, gap_mm=gap_mm)
+    in_use = "real" if stood.s_mm(stage.reference_mm) >= 0 else "virtual"
+    numbers["viewing_angle_deg"] = numbers[f"viewing_angle_{in_use}_deg"]
+    zone = {"pitch_mm": p_mm, "gap_mm": numbers[f"gap_{in_use}_mm"], "distance_mm": distance_mm}
+    numbers["viewing_zone_mm"] = display.viewing_zone_mm(**zone)
+    numbers["viewing_zone_whole_mm"] = display.viewing_zone_mm(**zone, apart_mm=extent_mm(array)[0] - p_mm)
+    pixel_mm = rig.device.pixel_mm if rig.device else p_mm / rig.px_per_lens
+    found = display.resolvable_depth_mm(pitch_mm=p_mm, gap_mm=f_mm, pixel_mm=pixel_mm, distance_mm=distance_mm)
+    numbers |= {"resolvable_front_mm": found.front_mm, "resolvable_back_mm": found.back_mm}
+    return numbers | design_words.depth_budget(found, near_mm=near_mm, far_mm=far_mm, distance_mm=distance_mm)
