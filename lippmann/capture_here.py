@@ -61,6 +61,11 @@ def wanted_job(scene: str | None, job_file: str | None, overrides: Sequence[str]
     for override in overrides:
         set_field(job, override)
     take_in_lens(job, Path())
+    return job_of(job, scene)
+
+
+def job_of(job: dict[str, Any], scene: str | None) -> tuple[JobSpec, bytes]:
+    """Return a job as it was read, checked, and its scene's bundle: `scene` goes before the job's own."""
     wanted = scene or job.get("scene")
     if not isinstance(wanted, str):
         raise BadInput("expected a SCENE or a job with one in --job, got neither")

@@ -20,7 +20,7 @@ from service.schemas.artifact import Artifact
 from worker.job.frames import parse_frames
 
 RECORD = ".fetched.json"
-PICTURES = ("integral", "orthoscopic", "views")
+PICTURES = ("integral", "orthoscopic", "device", "views")
 VIDEOS = "video"
 
 

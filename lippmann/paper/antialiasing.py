@@ -46,7 +46,9 @@ def fig9(request: Request) -> Made:
         "part_of_the_frame": f"strip {MIDDLE + 1} of {STRIPS}",
         "off": off.data(),
         **{
-            f"method_{method}": [{"threshold": t, **run.data()} for t, run in zip(thresholds, runs[method], strict=True)]
+            f"method_{method}": [
+                {"threshold": t, **run.data()} for t, run in zip(thresholds, runs[method], strict=True)
+            ]
             for method in METHODS
         },
         "fit": {"y": "cpu_s", "x": "samples", **line.data()},
@@ -72,9 +74,7 @@ def _samples_and_times(off: Timed, runs: Runs) -> tuple[list[float], list[float]
     return [float(run.samples) for run in everything], [run.cpu_s for run in everything]
 
 
-def _text(
-    thresholds: Sequence[float], off: Timed, runs: Runs, line: Line, powers: Mapping[int, float]
-) -> str:
+def _text(thresholds: Sequence[float], off: Timed, runs: Runs, line: Line, powers: Mapping[int, float]) -> str:
     rows = [
         f"threshold {threshold:4g}  method 1 {runs[1][number].cpu_s:7.2f} s  method 2 {runs[2][number].cpu_s:7.2f} s"
         for number, threshold in enumerate(thresholds)
@@ -89,9 +89,7 @@ def _text(
     )
 
 
-def _plot(
-    thresholds: Sequence[float], off: Timed, runs: Runs, request: Request, files: tuple[Any, ...]
-) -> None:
+def _plot(thresholds: Sequence[float], off: Timed, runs: Runs, request: Request, files: tuple[Any, ...]) -> None:
     with axes(
         title="Rendering time and antialiasing threshold: depth 3, a sixth of the video frame",
         x="antialiasing threshold",

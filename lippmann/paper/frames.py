@@ -118,9 +118,7 @@ class _Watched:
         return self.stopped
 
 
-def _order(
-    kind: TaskKind, *, frame: int | None = None, tile: Tile | None = None, output: str | None = None
-) -> Order:
+def _order(kind: TaskKind, *, frame: int | None = None, tile: Tile | None = None, output: str | None = None) -> Order:
     index = tile.index if tile else None
     return Order(
         kind=kind, job_id=JOB_ID, task_id=kind.value, attempt="local", attempt_number=1, frame=frame, tile=index,

@@ -52,9 +52,7 @@ def _text(chosen: Sequence[int], runs: Sequence[Timed], line: Line) -> str:
     return "\n".join([*times, fit])
 
 
-def _plot(
-    chosen: Sequence[int], runs: Sequence[Timed], line: Line, request: Request, files: tuple[Any, ...]
-) -> None:
+def _plot(chosen: Sequence[int], runs: Sequence[Timed], line: Line, request: Request, files: tuple[Any, ...]) -> None:
     size = frame_size(settings.pixels_per_lens(chosen[-1], quick=request.quick).rig)
     lenses = f"{size.lens_rows} x {size.lens_cols} lenses"
     with axes(
@@ -67,7 +65,7 @@ def _plot(
         fine = [chosen[0] + (chosen[-1] - chosen[0]) * part / 100 for part in range(101)]
         pixels = size.lens_rows * size.lens_cols
         fitted = [line.at(pixels * n * n) for n in fine]
-        label = f"{line.constant:.2f} s + {1e6 * line.slope:.2f} µs x pixels (within {line.largest_deviation:.1%})"
+        label = f"{line.constant:.2f} s + {1e6 * line.slope:.2f} µs a pixel (within {line.largest_deviation:.1%})"
         drawn.plot(fine, fitted, color=BLUE, linewidth=1.5, label=label)
         drawn.plot(chosen, [run.cpu_s for run in runs], "o", color=BLUE, markersize=7, label="CPU time")
         drawn.plot(chosen, [run.wall_s for run in runs], "x", color=ORANGE, markersize=7, label="on the clock")

@@ -76,7 +76,9 @@ def fig5(request: Request) -> Made:
         files[0],
         [
             [
-                Panel(fitted(scene, SHOWN_PX), f"(a) the scene by an ordinary camera\nwindow {before.window_mm:.0f} mm"),
+                Panel(
+                    fitted(scene, SHOWN_PX), f"(a) the scene by an ordinary camera\nwindow {before.window_mm:.0f} mm"
+                ),
                 Panel(fitted(image, SHOWN_PX), words),
             ]
         ],

@@ -19,7 +19,7 @@ from worker.plan import names
 from worker.plan.sampling import frame_size
 
 WHOLE_PX = 720
-CELLS_SHOWN = 12
+CELLS_SHOWN = 10
 """Across the enlarged part."""
 
 

@@ -31,6 +31,8 @@ QUICK_PX_PER_LENS = 4
 CELL_PX = 384
 """Width of a panel."""
 CELLS_SHOWN = 8
+EYE = (0.45, 0.28)
+"""Where the eye of the fish is, of the picture's height and width: the part that is enlarged."""
 TRIED_MM = (-90.0, 90.0)
 """Depths among which the one of a patch is looked for."""
 TRIED_STEP_MM = 0.5
@@ -161,7 +163,7 @@ def _panels(job: LocalJob, frame: int, caption: Caption, depths: Sequence[Depth]
     quarter = layout.px_per_lens // 4
     left, right = (view(upright, layout, eye, v) for eye in (quarter, layout.px_per_lens - 1 - quarter))
     side = CELLS_SHOWN * layout.px_per_lens
-    part = cut(shown, middle=(shown.shape[0] // 2, shown.shape[1] // 3), side_px=side)
+    part = cut(shown, middle=(int(EYE[0] * shown.shape[0]), int(EYE[1] * shown.shape[1])), side_px=side)
     fish, *stems = (depth.measured_mm for depth in depths)
     offset_mm = settings.POSITIONS_MM[frame - 1]
     side_of = "toward the imaging lens" if offset_mm > 0 else "toward the camera"
@@ -172,7 +174,7 @@ def _panels(job: LocalJob, frame: int, caption: Caption, depths: Sequence[Depth]
             fitted(view(upright, layout, u, v), CELL_PX),
             f"the middle view; fish {fish:+.0f} mm,\nstems {', '.join(f'{stem:+.0f}' for stem in stems)} mm",
         ),
-        Panel(_anaglyph(left, right), "left eye red, right eye cyan\nred to the right: in front of the array"),
+        Panel(_anaglyph(left, right), "two views for red-cyan glasses\n(red: left eye)"),
     ]
 
 

@@ -89,7 +89,9 @@ def _parts(first: Light, second: Light, n: int) -> list[Panel]:
     middle = (first.shape[0] // 2 // n * n, first.shape[1] // 2 // n * n)
     side = min(CELLS_SHOWN * n, *first.shape[:2])
     return [
-        Panel(enlarged(cut(frame, middle=middle, side_px=side), WHOLE_PX // side), f"The middle of ({letter}), enlarged")
+        Panel(
+            enlarged(cut(frame, middle=middle, side_px=side), WHOLE_PX // side), f"The middle of ({letter}), enlarged"
+        )
         for letter, frame in (("a", first), ("b", second))
     ]
 
@@ -114,7 +116,7 @@ def _six(row: Sequence[Light], chosen: Sequence[int], first_letter: int) -> list
 
 
 def _sixteen(row: Sequence[Light], frame: int) -> list[Panel]:
-    return [Panel(fitted(picture, SIXTEEN_PX), f"{frame}, u {u}") for u, picture in enumerate(row)]
+    return [Panel(fitted(picture, SIXTEEN_PX), f"frame {frame}, u {u}") for u, picture in enumerate(row)]
 
 
 def _mean_step(row: Sequence[Light]) -> float:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import pairwise
 
 from worker.job.scene import Stage
 from worker.optics.capture import Bench
@@ -95,8 +96,8 @@ def _described(bench: Bench, stage: Stage) -> str:
     return (
         f"{planes}, surface 1 of the imaging lens. The lens images it from "
         f"{bench.image_z_mm(stage.far_mm) - lens.length_mm:.4g} to "
-        f"{bench.image_z_mm(stage.near_mm) - lens.length_mm:.4g} mm behind its last surface; the microlens array stands "
-        f"{bench.mla_behind_lens_mm:.4g} mm behind it."
+        f"{bench.image_z_mm(stage.near_mm) - lens.length_mm:.4g} mm behind its last surface; the microlens array "
+        f"stands {bench.mla_behind_lens_mm:.4g} mm behind it."
     )
 
 
@@ -260,7 +261,7 @@ def _glass(panel: Panel, bench: Bench) -> Iterator[str]:
     if lens is None:
         return
     rows = list(zip(lens.surfaces, lens.vertices_mm, strict=True))
-    for (front, front_z), (back, back_z) in zip(rows, rows[1:], strict=False):
+    for (front, front_z), (back, back_z) in pairwise(rows):
         if front.index_after != 1.0:
             outline = [*_profile(front, front_z), *reversed([*_profile(back, back_z)])]
             yield element("polygon", points=panel.points(outline), class_="glass")

@@ -70,8 +70,9 @@ def _traced(bench: Bench, rays: Rays, *, backward: bool = False) -> tuple[list[N
     """Return where rays start and meet every surface, and how they leave the last one."""
     points = [rays.position]
     if bench.imaging_lens is not None:
-        for _, rays in steps(rays, bench.imaging_lens, backward=backward):
-            points.append(rays.position)
+        for _, behind in steps(rays, bench.imaging_lens, backward=backward):
+            points.append(behind.position)
+            rays = behind
     return points, rays
 
 

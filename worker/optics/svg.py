@@ -31,10 +31,8 @@ def number(value: str | float) -> str:
 
 
 def _legal(text: str) -> str:
-    """Return text without the characters that XML cannot hold."""
-    return "".join(
-        letter for letter in text if letter in "\t\n" or (letter >= " " and letter not in "\x7f\ufffe\uffff")
-    )
+    """Return text without what cannot be printed: XML cannot hold some of it."""
+    return "".join(letter for letter in text if letter.isprintable())
 
 
 @dataclass(frozen=True)
@@ -106,8 +104,7 @@ def labels(panel: Panel, marks: Sequence[tuple[float, str]], *, width_px: float)
     for label, (x_px, text) in zip(placed, wanted, strict=True):
         base_px = panel.top_px - 8 - label.row * LABEL_ROW_PX
         shown.append(element("text", text=text, x=label.left_px, y=base_px, class_="label"))
-        leader = {"x1": x_px, "x2": x_px, "y1": base_px + 4, "y2": panel.top_px + 2}
-        shown.append(element("line", class_="leader", **leader))
+        shown.append(element("line", x1=x_px, x2=x_px, y1=base_px + 4, y2=panel.top_px + 2, class_="leader"))
     return shown
 
 

@@ -19,6 +19,7 @@ from worker.plan.sampling import frame_size
 
 
 def device_numbers(rig: Rig) -> dict[str, Any]:
+    """Return the pixels of the device, or of the sheet as rendered when there is none."""
     size, device, array = frame_size(rig), rig.device, rig.lens_array
     pixel_mm = device.pixel_mm if device else array.pitch_mm / rig.px_per_lens
     d = array.pitch_mm / pixel_mm
@@ -51,31 +52,47 @@ def device_cells_px(lens_cols: int, *, cols_px: int, px_per_lens_device: float) 
 
 
 def display_numbers(spec: JobSpec, stood: Bench, stage: Stage) -> dict[str, Any]:
-    array, wanted, rig = spec.rig.lens_array, spec.display, spec.rig
-    f_mm, p_mm, distance_mm = array.focal_length_mm, array.pitch_mm, wanted.viewing_distance_mm
-    glass = {"substrate_mm": array.substrate_mm, "index": array.index}
+    """Return gaps, viewing angle and zone, and whether the image is as deep as the display resolves."""
+    array, distance_mm = spec.rig.lens_array, spec.display.viewing_distance_mm
+    f_mm, p_mm = array.focal_length_mm, array.pitch_mm
     near_mm, far_mm = stood.s_mm(stage.near_mm), stood.s_mm(stage.far_mm)
-    contact_mm = array.substrate_mm / array.index
-    ranges = {"real": (max(0.0, far_mm), max(0.0, near_mm)), "virtual": (min(0.0, near_mm), min(0.0, far_mm))}
-    asked = {"real": wanted.gap_real_mm, "virtual": wanted.gap_virtual_mm}
-    numbers: dict[str, Any] = {"viewing_distance_mm": distance_mm, "gap_collimated_mm": f_mm}
-    numbers["gap_collimated_physical_mm"] = display.physical_gap_mm(f_mm, **glass)
-    numbers["viewing_angle_collimated_deg"] = display.viewing_angle_deg(pitch_mm=p_mm, gap_mm=f_mm)
-    for side, depths_mm in ranges.items():
-        physical_mm = asked[side]
-        chosen = display.chosen_gap_mm(*depths_mm, focal_length_mm=f_mm, contact_mm=contact_mm)
-        gap_mm = chosen if physical_mm is None else display.reduced_gap_mm(physical_mm, **glass)
-        numbers[f"gap_{side}_mm"] = gap_mm
-        numbers[f"gap_{side}_physical_mm"] = physical_mm or display.physical_gap_mm(gap_mm, **glass)
-        plane_mm = display.central_depth_plane_mm(focal_length_mm=f_mm, gap_mm=gap_mm)
-        numbers[f"central_depth_plane_{side}_mm"] = plane_mm
-        numbers[f"viewing_angle_{side}_deg"] = display.viewing_angle_deg(pitch_mm=p_mm, gap_mm=gap_mm)
+    numbers = _gaps(spec, near_mm=near_mm, far_mm=far_mm)
     in_use = "real" if stood.s_mm(stage.reference_mm) >= 0 else "virtual"
-    numbers["viewing_angle_deg"] = numbers[f"viewing_angle_{in_use}_deg"]
     zone = {"pitch_mm": p_mm, "gap_mm": numbers[f"gap_{in_use}_mm"], "distance_mm": distance_mm}
-    numbers["viewing_zone_mm"] = display.viewing_zone_mm(**zone)
-    numbers["viewing_zone_whole_mm"] = display.viewing_zone_mm(**zone, apart_mm=extent_mm(array)[0] - p_mm)
-    pixel_mm = rig.device.pixel_mm if rig.device else p_mm / rig.px_per_lens
+    pixel_mm = spec.rig.device.pixel_mm if spec.rig.device else p_mm / spec.rig.px_per_lens
     found = display.resolvable_depth_mm(pitch_mm=p_mm, gap_mm=f_mm, pixel_mm=pixel_mm, distance_mm=distance_mm)
-    numbers |= {"resolvable_front_mm": found.front_mm, "resolvable_back_mm": found.back_mm}
-    return numbers | design_words.depth_budget(found, near_mm=near_mm, far_mm=far_mm, distance_mm=distance_mm)
+    return {
+        **numbers,
+        "viewing_distance_mm": distance_mm,
+        "viewing_angle_deg": numbers[f"viewing_angle_{in_use}_deg"],
+        "viewing_zone_mm": display.viewing_zone_mm(**zone),
+        "viewing_zone_whole_mm": display.viewing_zone_mm(**zone, apart_mm=extent_mm(array)[0] - p_mm),
+        "resolvable_front_mm": found.front_mm,
+        "resolvable_back_mm": found.back_mm,
+        **design_words.depth_budget(found, near_mm=near_mm, far_mm=far_mm, distance_mm=distance_mm),
+    }
+
+
+def _gaps(spec: JobSpec, *, near_mm: float, far_mm: float) -> dict[str, float]:
+    """Return the gap for what is shown before the display, for what is shown behind it, and for parallel light."""
+    array = spec.rig.lens_array
+    glass = {"substrate_mm": array.substrate_mm, "index": array.index}
+    f_mm, contact_mm = array.focal_length_mm, array.substrate_mm / array.index
+    chosen = {"focal_length_mm": f_mm, "contact_mm": contact_mm}
+    gaps_mm = {
+        "real": display.chosen_gap_mm(max(0.0, far_mm), max(0.0, near_mm), **chosen),
+        "virtual": display.chosen_gap_mm(min(0.0, near_mm), min(0.0, far_mm), **chosen),
+        "collimated": f_mm,
+    }
+    asked_mm = {"real": spec.display.gap_real_mm, "virtual": spec.display.gap_virtual_mm}
+    numbers = {}
+    for side, gap_mm in gaps_mm.items():
+        asked = asked_mm.get(side)
+        reduced_mm = gap_mm if asked is None else display.reduced_gap_mm(asked, **glass)
+        numbers[f"gap_{side}_mm"] = reduced_mm
+        numbers[f"gap_{side}_physical_mm"] = display.physical_gap_mm(gap_mm, **glass) if asked is None else asked
+        numbers[f"viewing_angle_{side}_deg"] = display.viewing_angle_deg(pitch_mm=array.pitch_mm, gap_mm=reduced_mm)
+        if side != "collimated":
+            plane_mm = display.central_depth_plane_mm(focal_length_mm=f_mm, gap_mm=reduced_mm)
+            numbers[f"central_depth_plane_{side}_mm"] = plane_mm
+    return numbers

@@ -72,6 +72,7 @@ _NO_LENS: dict[str, Any] = dict.fromkeys(
 
 
 def lens_numbers(stood: Bench, stage: Stage) -> dict[str, Any]:
+    """Return what `LensDesign` says, and the depths of the exact images."""
     lens = stood.imaging_lens
     if lens is None:
         return _NO_LENS

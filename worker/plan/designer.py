@@ -12,6 +12,7 @@ from worker.job.sheet import JobSheet
 from worker.job.spec import JobSpec
 from worker.optics.capture import Bench, bench, camera_distance_mm, perspective_distance_mm
 from worker.optics.check import check_job, check_rig, place_in_image_space
+from worker.optics.diagram import draw_bench
 from worker.optics.disparity import exact_disparity, small_angle_disparity
 from worker.optics.matrices import conjugate
 from worker.optics.method import capture_method
@@ -51,6 +52,20 @@ def design(sheet: JobSheet, *, frame: int | None = None) -> Design:
     warnings = (*notes, *design_words.warnings(spec, stage, numbers))
     shown = {name: ended(value) for name, value in numbers.items()}
     return Design(scene=spec.scene, title=spec.title, frame=frame, warnings=warnings, **shown)
+
+
+def drawing(sheet: JobSheet, *, frame: int | None = None) -> str:
+    """Return the drawing of a job's bench at a frame, the first one when not said, as SVG.
+
+    Raises
+    ------
+    OpticsError, SpecError
+        As `design`.
+    """
+    check_job(sheet)
+    there = sheet.at(sheet.spec.frame_numbers[0] if frame is None else frame)
+    stood = bench_as_written(there.spec.rig, there.stage)
+    return draw_bench(stood, there.stage, title=there.spec.title or there.spec.scene)
 
 
 def bench_as_written(rig: Rig, stage: Stage) -> Bench:

@@ -154,7 +154,8 @@ def _frame(reformatter: VideoReformatter, picture: NDArray[np.uint8], kind: Kind
     if kind is not H264:
         codes = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
         return reformatter.reformat(codes, format=kind.pixel_format)
-    codes = av.VideoFrame.from_ndarray(np.ascontiguousarray(even_sided(picture)), format="rgb24")
+    even = picture if scale % 2 == 0 else even_sided(picture)  # an even scale makes sides even by itself
+    codes = av.VideoFrame.from_ndarray(np.ascontiguousarray(even), format="rgb24")
     return reformatter.reformat(
         codes,
         width=codes.width * scale,
