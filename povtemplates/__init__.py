@@ -1,7 +1,7 @@
 """What POV-Ray is told. Text only; imports nothing of ours.
 
-include/lippmann/  plain SDL macros that a person can #include by hand: stage, glass, imaging lens, lens array, capture, ray
-                   camera
+include/lippmann/  plain SDL macros that a person can #include by hand: stage, glass, imaging lens, lens array, capture,
+                   ray camera
 include/examples/  one scene by hand for each of them
 rigs/              the heads of the .pov files that the farm renders: numbers and no loops
 scenes/<name>/     scene.inc, scene.toml, textures, poster.png

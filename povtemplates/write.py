@@ -16,7 +16,7 @@ def write_capture(**fields: Any) -> str:
 
 
 def write_lens_image(**fields: Any) -> str:
-    """Return the .pov text of rigs/lens_image.pov.j2: a perspective camera, with or without the imaging lens before it."""
+    """Return the .pov text of rigs/lens_image.pov.j2: a camera with or without the imaging lens before it."""
     return _environment().get_template("lens_image.pov.j2").render(fields)
 
 

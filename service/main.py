@@ -21,7 +21,7 @@ from service.jobs.clerk import Clerk
 from service.jobs.health import Checks, package_version
 from service.jobs.scenes import sync_builtin
 from service.parts import Parts
-from service.routes import artifacts, events, health, jobs, keys, login, problems, scenes, tasks, workers
+from service.routes import artifacts, design, events, health, jobs, keys, login, problems, scenes, tasks, workers
 from service.routes.middleware import BodyLimit, RequestId
 from service.settings import Settings
 from service.stream import Stream
@@ -43,7 +43,7 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
         separate_input_output_schemas=False,
     )
     app.state.house = _furnish(settings, parts, clock)
-    for module in (health, scenes, jobs, tasks, artifacts, events, workers, keys):
+    for module in (health, scenes, design, jobs, tasks, artifacts, events, workers, keys):
         app.include_router(module.router, prefix=API)
     app.include_router(login.api, prefix=API)
     app.include_router(login.router, include_in_schema=False)

@@ -41,7 +41,9 @@ def show(
 
 @app.command()
 def upload(
-    bundle: Annotated[Path, typer.Argument(metavar="BUNDLE", help="A folder or zip with scene.toml and the scene it names.")],
+    bundle: Annotated[
+        Path, typer.Argument(metavar="BUNDLE", help="A folder or zip with scene.toml and the scene it names.")
+    ],
     name: Annotated[str | None, typer.Option(help="Its name for jobs; else that of the folder.")] = None,
     as_json: AsJson = False,
     url: Url = None,

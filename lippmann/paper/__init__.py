@@ -16,7 +16,9 @@ frames           a job's frames by the steps that a worker takes
 timing           one picture on one thread, timed
 depth            depth measured in the views
 landmarks        points of the fish scene, and where the exact trace has them in every view
+captions         what the captions of Fig. 7 say, against measured depths
 fits             straight lines through measured times
+plain_camera     a camera without the array: of the scene, or behind the imaging lens
 panels           pictures side by side, pixel for pixel, with words
 plot             axes, points and lines
 """

@@ -1,7 +1,8 @@
 """Depth measured in the views: how far a patch moves over the lenses as the eye moves.
 
-A point at depth s before the array of the capture moves by (s + f) / (n f) lenses from one view to the next, to the left
-as the eye moves right: rays parallel to the axis meet in the front focal plane of each lens (docs/optics.md, Depth).
+A point at depth s before the array of the capture moves by (s + f) / (n f) lenses from one view to the next, to the
+left as the eye moves right: rays parallel to the axis meet in the front focal plane of each lens (docs/optics.md,
+Depth).
 """
 
 from __future__ import annotations

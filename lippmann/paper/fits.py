@@ -39,7 +39,7 @@ def line_through(x: Sequence[float], y: Sequence[float]) -> Line:
     y
         Positive.
 
-    >>> line_through([1, 2, 3], [5, 7, 9]).at(10)
+    >>> round(line_through([1, 2, 3], [5, 7, 9]).at(10), 9)
     23.0
     """
     xs, ys = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
@@ -48,7 +48,7 @@ def line_through(x: Sequence[float], y: Sequence[float]) -> Line:
     slope, constant = np.polyfit(xs / scale, ys, 1, w=1 / ys)
     on_line = constant + slope * xs / scale
     deviation = float(np.abs(ys / on_line - 1).max())
-    return Line(round(float(constant), 9), float(slope / scale), deviation)
+    return Line(float(constant), float(slope / scale), deviation)
 
 
 def power(x: Sequence[float], y: Sequence[float]) -> float:

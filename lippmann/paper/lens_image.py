@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,190 +17,111 @@ from numpy.typing import NDArray
 from lippmann.paper import settings
 from lippmann.paper.frames import LocalJob, prepared
 from lippmann.paper.panels import Panel, fitted, write_panels
+from lippmann.paper.plain_camera import PlainCamera, Shot, take
 from lippmann.paper.request import Made, Request
-from povtemplates import literals, write
-from povtemplates.catalogue import INCLUDE_FOLDER, scene_folders
 from worker.images.read import read_codes, read_rgb
 from worker.images.write import write_png
 from worker.job.rig import PAPER_CAMERA_ANGLE_DEG
-from worker.job.scene import Stage, parse_scene
 from worker.job.spec import Antialias
-from worker.optics.matrices import cardinal_points, conjugate
+from worker.optics.matrices import Conjugate, cardinal_points, conjugate
 from worker.optics.prescription import ImagingLens, rig_lens
-from worker.povray.command import SYSTEM_INCLUDE, PictureFormat, RenderCommand
-from worker.povray.limits import Limits
-from worker.povray.log import AttemptLog
-from worker.povray.render import render
 
 SIDE_PX, QUICK_PX = 720, 120
 SHOWN_PX = 640
 SMOOTH = Antialias(threshold=0.05, method=2, depth=2)
-TRACE_LEVEL = 24
-CODED_HALF_WIDTH_MM = 400.0
+CODED_PX, CODED_HALF_WIDTH_MM = 200, 400.0
+"""The target codes x from -400 to 400 mm with 16 bits: a quantum is 0.012 mm."""
 NEAR_AXIS = 0.1
 """Of the window: where the magnification is taken, so that distortion does not count."""
 
-
-@dataclass(frozen=True)
-class View:
-    """A perspective camera in the rig frame, looking along -z."""
-
-    lens: ImagingLens | None
-    """In its way."""
-    window_mm: float
-    window_z_mm: float
-    distance_mm: float
-    """From the window to the camera."""
+Light = NDArray[np.float32]
 
 
 def fig5(request: Request) -> Made:
     """Render both pictures, and measure how the image lies and how small it is."""
-    spec, side = settings.still(lattice="square", quick=False), QUICK_PX if request.quick else SIDE_PX
-    with prepared(spec, request) as job:
-        lens, stage = rig_lens(spec.rig), job.sheet.stage
+    shot = Shot("fish", QUICK_PX if request.quick else SIDE_PX, antialias=SMOOTH)
+    with prepared(settings.still(lattice="square", quick=False), request) as job:
+        lens, reference_mm = rig_lens(job.sheet.spec.rig), job.sheet.stage.reference_mm
         assert lens is not None  # noqa: S101 - the paper's job has one
-        before, behind = ordinary_view(lens, stage), image_view(lens, stage)
+        ordinary, behind = ordinary_camera(lens, reference_mm), image_camera(lens, reference_mm)
         request.tell(0.1, "the scene")
-        scene = _picture(job, "fish", before, side)
+        scene = _picture(job, ordinary, shot)
         request.tell(0.4, "its image")
-        image = _picture(job, "fish", behind, side)
+        image = _picture(job, behind, shot)
         request.tell(0.9, "its magnification")
-        measured = _alike(scene, image) | {"magnification": _magnification(job, behind)}
-    paraxial = conjugate(lens, stage.reference_mm)
+        measured = likeness(scene, image) | {"magnification": _magnification(job, behind)}
+    paraxial = conjugate(lens, reference_mm)
     measured |= {"magnification_paraxial": paraxial.magnification, "image_behind_the_lens_mm": paraxial.image_mm}
     files = (request.file(".png"), request.file("a.png"), request.file("b.png"))
-    words = f"(b) its real image behind the imaging lens\nwindow {behind.window_mm:.0f} mm, {paraxial.image_mm:.0f} mm behind the lens"
-    write_panels(
-        files[0],
-        [
-            [
-                Panel(
-                    fitted(scene, SHOWN_PX), f"(a) the scene by an ordinary camera\nwindow {before.window_mm:.0f} mm"
-                ),
-                Panel(fitted(image, SHOWN_PX), words),
-            ]
-        ],
-    )
+    write_panels(files[0], [_panels(scene, image, ordinary, behind, paraxial)])
     for file, picture in zip(files[1:], (scene, image), strict=True):
         write_png(file, picture)
-    shown = {"side_px": side, "antialias": SMOOTH.model_dump(), "scene": "fish", "camera_deg": PAPER_CAMERA_ANGLE_DEG}
+    shown = {
+        "scene": shot.scene,
+        "side_px": shot.side_px,
+        "antialias": SMOOTH.model_dump(),
+        "camera_deg": PAPER_CAMERA_ANGLE_DEG,
+    }
     return Made(files=files, settings=shown, measured=measured, text=_text(measured))
 
 
-def ordinary_view(lens: ImagingLens, stage: Stage) -> View:
-    """Return the camera that sees the scene as the capture's centre view does."""
+def ordinary_camera(lens: ImagingLens, reference_mm: float) -> PlainCamera:
+    """Return the camera that sees the scene as the capture's middle view does."""
     focus_mm = cardinal_points(lens).front_focal_distance_mm
-    window_mm = settings.ARRAY_MM / abs(conjugate(lens, stage.reference_mm).magnification)
-    return View(None, window_mm, -stage.reference_mm, focus_mm + stage.reference_mm)
+    window_mm = settings.ARRAY_MM / abs(conjugate(lens, reference_mm).magnification)
+    return PlainCamera(None, window_mm, -reference_mm, focus_mm + reference_mm)
 
 
-def image_view(lens: ImagingLens, stage: Stage) -> View:
+def image_camera(lens: ImagingLens, reference_mm: float) -> PlainCamera:
     """Return the paper's camera behind the imaging lens."""
-    window_z_mm = lens.length_mm + conjugate(lens, stage.reference_mm).image_mm
+    window_z_mm = lens.length_mm + conjugate(lens, reference_mm).image_mm
     distance_mm = settings.ARRAY_MM / (2 * math.tan(math.radians(PAPER_CAMERA_ANGLE_DEG) / 2))
-    return View(lens, settings.ARRAY_MM, window_z_mm, distance_mm)
+    return PlainCamera(lens, settings.ARRAY_MM, window_z_mm, distance_mm)
 
 
-def _text(measured: Mapping[str, Any]) -> str:
-    likeness = ", ".join(f"{name} {value:.2f}" for name, value in measured["likeness"].items())
-    return (
-        f"the image is {measured['orientation']} (correlation with the scene: {likeness})\n"
-        f"magnification near the axis {measured['magnification']:.4f}, by small angles"
-        f" {measured['magnification_paraxial']:.4f}"
-    )
-
-
-def _picture(job: LocalJob, scene: str, view: View, side: int) -> NDArray[np.float32]:
-    with job.place.task_folder() as folder:
-        return read_rgb(_render(job, scene, view, side, folder, {}, "exr", SMOOTH), np.float32)
-
-
-def _alike(scene: NDArray[np.float32], image: NDArray[np.float32]) -> dict[str, Any]:
-    """Return how much the image is like the scene as it is, and like its flips."""
-    seen, flips = scene.mean(axis=-1).ravel(), image.mean(axis=-1)
-    turned = {
-        "upright": flips,
-        "mirrored": flips[:, ::-1],
-        "upside down": flips[::-1],
-        "upside down and mirrored": flips[::-1, ::-1],
+def likeness(scene: Light, image: Light) -> dict[str, Any]:
+    """Return how the image lies: the flip of it that correlates best with the scene, and all of them."""
+    seen, found = scene.mean(axis=-1).ravel(), image.mean(axis=-1)
+    flips = {
+        "upright": found,
+        "mirrored": found[:, ::-1],
+        "upside down": found[::-1],
+        "turned by 180 degrees": found[::-1, ::-1],
     }
-    likeness = {name: float(np.corrcoef(seen, flip.ravel())[0, 1]) for name, flip in turned.items()}
-    return {"orientation": max(likeness, key=lambda name: likeness[name]), "likeness": likeness}
+    alike = {name: float(np.corrcoef(seen, flip.ravel())[0, 1]) for name, flip in flips.items()}
+    return {"orientation": max(alike, key=lambda name: alike[name]), "likeness": alike}
 
 
-def _magnification(job: LocalJob, view: View) -> float:
-    """Return how large the image of the reference plane is, from a plane whose colour codes the place that was hit."""
-    side, coded = 200, {"half_width_mm": CODED_HALF_WIDTH_MM}
+def _picture(job: LocalJob, camera: PlainCamera, shot: Shot) -> Light:
     with job.place.task_folder() as folder:
-        codes = read_codes(_render(job, "target-position", view, side, folder, coded, "png16", None))
-    x_mm = codes[side // 2, :, 0] / 65535 * 2 * CODED_HALF_WIDTH_MM - CODED_HALF_WIDTH_MM
-    window_mm = ((np.arange(side) + 0.5) / side - 0.5) * view.window_mm
-    near = np.abs(window_mm) < NEAR_AXIS * view.window_mm
+        return read_rgb(take(job, camera, shot, folder=folder), np.float32)
+
+
+def _magnification(job: LocalJob, camera: PlainCamera) -> float:
+    """Return how large the image of the reference plane is, from a plane whose colour codes the place that was hit."""
+    parameters = {"half_width_mm": CODED_HALF_WIDTH_MM}
+    shot = Shot("target-position", CODED_PX, parameters=parameters, picture_format="png16")
+    with job.place.task_folder() as folder:
+        codes = read_codes(take(job, camera, shot, folder=folder))
+    x_mm = codes[CODED_PX // 2, :, 0] / 65535 * 2 * CODED_HALF_WIDTH_MM - CODED_HALF_WIDTH_MM
+    window_mm = ((np.arange(CODED_PX) + 0.5) / CODED_PX - 0.5) * camera.window_mm
+    near = np.abs(window_mm) < NEAR_AXIS * camera.window_mm
     return float(1 / np.polyfit(window_mm[near], x_mm[near], 1)[0])
 
 
-def _render(
-    job: LocalJob,
-    scene: str,
-    view: View,
-    side: int,
-    folder: Path,
-    parameters: Mapping[str, float],
-    picture_format: PictureFormat,
-    antialias: Antialias | None,
-) -> Path:
-    bundle = scene_folders()[scene].resolve()
-    (folder / "view.pov").write_text(_text_of(scene, view, parameters), encoding="utf-8")
-    command = RenderCommand(
-        pov_file="view.pov",
-        picture="view.exr" if picture_format == "exr" else "view.png",
-        cols=side,
-        rows=side,
-        picture_format=picture_format,
-        library_paths=(bundle, INCLUDE_FOLDER.resolve(), SYSTEM_INCLUDE),
-        antialias=antialias,
-        program=job.place.settings.povray,
+def _panels(scene: Light, image: Light, ordinary: PlainCamera, behind: PlainCamera, paraxial: Conjugate) -> list[Panel]:
+    where = f"window {behind.window_mm:.0f} mm, {paraxial.image_mm:.0f} mm behind the lens"
+    words = (
+        f"(a) the scene by an ordinary camera\nwindow {ordinary.window_mm:.0f} mm",
+        f"(b) its real image behind the imaging lens\n{where}",
     )
-    limits = job.sheet.spec.render
-    with AttemptLog(folder / "log.txt") as log:
-        outcome = render(
-            command,
-            task_dir=folder,
-            readable=(bundle, INCLUDE_FOLDER.resolve()),
-            sandbox=job.place.sandbox,
-            limits=Limits(cpu_s=limits.timeout_s, memory_mb=limits.memory_mb),
-            timeout_s=limits.timeout_s,
-            stall_s=limits.stall_s,
-            on_progress=lambda _: None,
-            should_stop=lambda: False,
-            log=log,
-        )
-    return outcome.picture
+    return [Panel(fitted(picture, SHOWN_PX), said) for picture, said in zip((scene, image), words, strict=True)]
 
 
-def _text_of(scene: str, view: View, parameters: Mapping[str, float]) -> str:
-    stage = _stage_of(scene)
-    surfaces = view.lens.surfaces if view.lens else ()
-    return write.write_lens_image(
-        title=f"Scene {scene}, {'behind the imaging lens' if view.lens else 'by an ordinary camera'}",
-        file="scene.inc",
-        parameters=[(name, literals.number(value)) for name, value in sorted(parameters.items())],
-        trace_level=TRACE_LEVEL,
-        surfaces=len(surfaces),
-        lens_rows=[
-            literals.numbers((0 if math.isinf(s.radius_mm) else s.radius_mm, s.thickness_mm, s.index_after,
-                              s.semi_aperture_mm))
-            for s in surfaces
-        ],
-        camera=literals.numbers((view.window_mm, view.window_mm, view.window_z_mm, view.distance_mm)),
-        stage=", ".join(
-            (*map(literals.vector, (stage.location, stage.look_at, stage.up)), literals.number(stage.mm_per_unit))
-        ),
-    )  # fmt: skip
-
-
-def _stage_of(scene: str) -> Stage:
-    from povtemplates.catalogue import MANIFEST
-    from povtemplates.manifest import read_manifest
-
-    return parse_scene(read_manifest((scene_folders()[scene] / MANIFEST).read_bytes())).stage
+def _text(measured: Mapping[str, Any]) -> str:
+    alike = ", ".join(f"{name} {value:.2f}" for name, value in measured["likeness"].items())
+    return (
+        f"the image is {measured['orientation']} (correlation with the scene of each flip: {alike})\n"
+        f"magnification near the axis {measured['magnification']:.4f}, by small angles"
+        f" {measured['magnification_paraxial']:.4f}"
+    )

@@ -47,9 +47,9 @@ def this_machine(povray: str) -> Machine:
 
 
 def cpu_model(cpuinfo: str) -> str | None:
-    """Return the processor that the text of /proc/cpuinfo names.
+    r"""Return the processor that the text of /proc/cpuinfo names.
 
-    >>> cpu_model("processor : 0\\nmodel name\\t: Pentium 4 CPU 3.00GHz\\n")
+    >>> cpu_model("processor : 0\nmodel name\t: Pentium 4 CPU 3.00GHz\n")
     'Pentium 4 CPU 3.00GHz'
     """
     for line in cpuinfo.splitlines():

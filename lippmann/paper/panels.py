@@ -1,4 +1,4 @@
-"""Pictures side by side, pixel for pixel, with words under each. Cells of an integral image are never resampled here."""
+"""Pictures side by side, pixel for pixel, with words under each."""
 
 from __future__ import annotations
 

@@ -8,26 +8,28 @@ everything one focal length nearer to the observer.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
+from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.paper import settings
+from lippmann.paper.captions import CAPTIONS, Caption, Depth, agrees, mean_mm
 from lippmann.paper.depth import Patch, depth_mm, lenses_a_view, movement
 from lippmann.paper.frames import Light, LocalJob, prepared
-from lippmann.paper.landmarks import LANDMARKS, Landmark, rig_place_mm, traced
+from lippmann.paper.landmarks import LANDMARKS, Landmark, Traced, rig_place_mm, traced
 from lippmann.paper.panels import Codes, Panel, cut, enlarged, fitted, write_panels
 from lippmann.paper.request import Made, Request
 from worker.errors import RenderFailed
 from worker.images.write import write_png
 from worker.integral.views import centre, view
-from worker.optics.capture import bench
+from worker.optics.capture import Bench, bench
 from worker.optics.matrices import conjugate
 from worker.plan import names
 
-QUICK_PX_PER_LENS = 4
+QUICK_PX_PER_LENS = 6
 CELL_PX = 384
 """Width of a panel."""
 CELLS_SHOWN = 8
@@ -37,43 +39,6 @@ TRIED_MM = (-90.0, 90.0)
 """Depths among which the one of a patch is looked for."""
 TRIED_STEP_MM = 0.5
 _BRIGHTNESS = (0.2126, 0.7152, 0.0722)
-
-
-@dataclass(frozen=True)
-class Caption:
-    """What the paper says of one position."""
-
-    letter: str
-    words: str
-    fish_real: bool
-    stems_real: bool
-    each_stem: bool = True
-    """False: the stems as a group; they stand on both sides of the array."""
-
-
-CAPTIONS = (
-    Caption("a", "the whole image is formed in front of the array: real", fish_real=True, stems_real=True),
-    Caption("b", "the fish in front, the stems just behind", fish_real=True, stems_real=False, each_stem=False),
-    Caption("c", "the fish just in front, the stems behind", fish_real=True, stems_real=False),
-    Caption("d", "the whole image is formed behind the array: virtual", fish_real=False, stems_real=False),
-)
-
-
-@dataclass(frozen=True)
-class Depth:
-    """Where one thing comes out, mm from the array of the capture, + toward the observer."""
-
-    name: str
-    by_small_angles_mm: float
-    by_exact_trace_mm: float
-    measured_mm: float
-    likeness: float
-    """Of the views' patches to each other, at most 1."""
-
-    @property
-    def is_real(self) -> bool:
-        """Whether it was measured in front of the array."""
-        return self.measured_mm > 0
 
 
 def fig7(request: Request) -> Made:
@@ -108,46 +73,36 @@ def measured_depths(job: LocalJob, frame: int) -> tuple[Depth, ...]:
     return tuple(_depth(job, frame, views, landmark) for landmark in LANDMARKS)
 
 
-def agrees(caption: Caption, depths: Sequence[Depth]) -> bool:
-    """Return whether what was measured is on the side of the array where the caption has it."""
-    fish, *stems = depths
-    if caption.each_stem:
-        right = all(stem.is_real == caption.stems_real for stem in stems)
-    else:
-        right = (mean_mm(stems) > 0) == caption.stems_real
-    return fish.is_real == caption.fish_real and right
-
-
-def mean_mm(depths: Sequence[Depth]) -> float:
-    """Return the mean of measured depths."""
-    return sum(depth.measured_mm for depth in depths) / len(depths)
-
-
 def _depth(job: LocalJob, frame: int, views: NDArray[np.float64], landmark: Landmark) -> Depth:
     there = job.sheet.at(frame)
     array, n = there.spec.rig.lens_array, there.spec.rig.px_per_lens
-    optics = {"px_per_lens": n, "focal_length_mm": array.focal_length_mm}
     stood = bench(there.spec.rig, reference_mm=there.stage.reference_mm)
     place_mm = rig_place_mm(landmark.place, there.stage)
     exact = traced(stood, place_mm)
-    assert stood.imaging_lens is not None  # noqa: S101 - the paper's job has one
-    lenses_a_mm = abs(conjugate(stood.imaging_lens, -float(place_mm[2])).magnification) / array.pitch_mm
-    patch = Patch(
-        float(exact.lens_row.mean()),
-        float(exact.lens_col.mean()),
-        max(1, round(landmark.half_height_mm * lenses_a_mm)),
-        max(1, round(landmark.half_width_mm * lenses_a_mm)),
-    )
-    tried = np.arange(TRIED_MM[0], TRIED_MM[1], TRIED_STEP_MM)
-    moved = movement(views, patch, np.array([lenses_a_view(float(s_mm), **optics) for s_mm in tried]))
+    to_depth_mm = partial(depth_mm, px_per_lens=n, focal_length_mm=array.focal_length_mm)
+    to_lenses = partial(lenses_a_view, px_per_lens=n, focal_length_mm=array.focal_length_mm)
+    tried = np.array([to_lenses(float(s_mm)) for s_mm in np.arange(*TRIED_MM, TRIED_STEP_MM)])
+    moved = movement(views, _patch(stood, landmark, exact, float(place_mm[2])), tried)
     if moved is None:
         raise RenderFailed(f"expected {landmark.name} in the picture of frame {frame}, got nothing to measure")
     return Depth(
         name=landmark.name,
         by_small_angles_mm=stood.s_mm(-float(place_mm[2])),
-        by_exact_trace_mm=depth_mm(exact.lenses_a_view, **optics),
-        measured_mm=depth_mm(moved.lenses_a_view, **optics),
+        by_exact_trace_mm=to_depth_mm(exact.lenses_a_view),
+        measured_mm=to_depth_mm(moved.lenses_a_view),
         likeness=moved.likeness,
+    )
+
+
+def _patch(stood: Bench, landmark: Landmark, exact: Traced, z_mm: float) -> Patch:
+    """Return the landmark's own part of the middle view."""
+    assert stood.imaging_lens is not None  # noqa: S101 - the paper's job has one
+    lenses_a_mm = abs(conjugate(stood.imaging_lens, -z_mm).magnification) / stood.rig.lens_array.pitch_mm
+    return Patch(
+        lens_row=float(exact.lens_row.mean()),
+        lens_col=float(exact.lens_col.mean()),
+        half_rows=max(1, round(landmark.half_height_mm * lenses_a_mm)),
+        half_cols=max(1, round(landmark.half_width_mm * lenses_a_mm)),
     )
 
 
@@ -204,4 +159,5 @@ def _position(caption: Caption, offset_mm: float, depths: Sequence[Depth]) -> Ma
 def _line(caption: Caption, offset_mm: float, depths: Sequence[Depth]) -> str:
     shown = "  ".join(f"{depth.name} {depth.measured_mm:+6.1f} ({depth.by_exact_trace_mm:+6.1f})" for depth in depths)
     verdict = "as the paper says" if agrees(caption, depths) else "NOT as the paper says"
-    return f"({caption.letter}) array at {offset_mm:+} mm: s measured (exact trace), mm: {shown}  {verdict}: {caption.words}"
+    where = f"({caption.letter}) array at {offset_mm:+} mm: s measured (exact trace), mm"
+    return f"{where}: {shown}  {verdict}: {caption.words}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,9 +68,10 @@ def fig11(request: Request) -> Made:
         "mean_difference": steps,
         "cpu_s": cpu_s,
     }
+    rows, cols = views[0][0].shape[:2]
     text = (
-        f"{2 * n} views of {views[0][0].shape[1]} x {views[0][0].shape[0]} px in a row of two frames, {2 * n * n} in the"
-        f" movie; from one view to the next they differ by {steps['between neighbours']:.3f} of white on average"
+        f"{2 * n} views of {cols} x {rows} px in a row of two frames, {2 * n * n} in the movie;"
+        f" from one view to the next they differ by {steps['between neighbours']:.3f} of white on average"
     )
     return Made(files=(figure, sheet, movie), settings=settings.shown(spec), measured=measured, text=text)
 
@@ -120,7 +122,7 @@ def _sixteen(row: Sequence[Light], frame: int) -> list[Panel]:
 
 
 def _mean_step(row: Sequence[Light]) -> float:
-    return float(np.mean([_difference(left, right) for left, right in zip(row, row[1:], strict=False)]))
+    return float(np.mean([_difference(left, right) for left, right in pairwise(row)]))
 
 
 def _difference(one: Light, other: Light) -> float:

@@ -12,6 +12,7 @@ live      keeps what the page knows true; store holds it
 header    the farm's health; jobs: the list
 job       one job, with rig, videos, frames, lightbox and failures
 submit    a new job, with field and parameters
+design    what a job will give
 format    words for numbers; html: the markup
 vendor/   what others wrote
 """

@@ -3,6 +3,7 @@
 ids         names of jobs, tasks and attempts
 scenes      scenes that come along, and scenes of users
 submit      a job file becomes a job
+design      what a job will give, before it is one
 show        a job or task as the API says it
 browse      pages of jobs, tasks and frames
 frame_status   where a frame stands: pure

@@ -50,7 +50,7 @@ def submit_job(
         known = _known(session, caller, idempotency_key, fingerprint)
         if known is not None:
             return show.show_job(session, known), False
-        sheet = _resolve(session, spec, new_job_id(now_s))
+        sheet = resolved(session, spec, new_job_id(now_s))
     notes = check_job(sheet)
     # The artifact first, the row last: a crash in between leaves a file nobody asks for, never a job without one.
     data = sheet.model_dump_json(indent=2).encode()
@@ -81,7 +81,14 @@ def _known(session: Session, caller: Caller, key: str | None, fingerprint: str) 
     return row
 
 
-def _resolve(session: Session, spec: JobSpec, job_id: str) -> JobSheet:
+def resolved(session: Session, spec: JobSpec, job_id: str) -> JobSheet:
+    """Return a job with its scene looked up.
+
+    Raises
+    ------
+    SpecError
+        If there is no such scene, or it does not take what the job says.
+    """
     try:
         scene = find_scene(session, spec.scene)
     except NotFound as error:

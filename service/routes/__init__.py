@@ -2,6 +2,7 @@
 
 health     how the farm is; who works
 scenes     scenes that jobs can ask for
+design     what a job will give
 jobs       submit, list, show, move, remove
 tasks      tasks and their logs; frames
 artifacts  files, whole and in part

@@ -6,6 +6,7 @@ task       a task of a job
 frame      a frame of a job
 artifact   a file of a job
 scene      a scene that jobs can ask for
+design     what a job will give
 farm       health and workers
 access     keys and login links
 problem    every error

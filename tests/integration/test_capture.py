@@ -186,7 +186,8 @@ BALL_MM = 10.0
 def lens_x(layout: CellLayout) -> NDArray[np.float64]:
     """Return where the lenses stand, (lens_row, lens_col), in pitches to the right."""
     shift = np.array([layout.shift_px(row) / layout.px_per_lens for row in range(layout.lens_rows)])
-    return np.arange(layout.lens_cols) + shift[:, np.newaxis]
+    places: NDArray[np.float64] = np.arange(layout.lens_cols) + shift[:, np.newaxis]
+    return places
 
 
 def lit_lens_x(picture: NDArray[np.float64], layout: CellLayout) -> float:

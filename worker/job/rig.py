@@ -131,7 +131,7 @@ class Rig(_Part):
     @model_validator(mode="before")
     @classmethod
     def _fill_in_px_per_lens(cls, data: Any) -> Any:
-        """A device that is given says how many pixels a lens needs: not fewer than the device has."""
+        """Take as many pixels a lens as the device has, when nothing is said."""
         if not isinstance(data, Mapping) or "px_per_lens" in data or not data.get("device"):
             return data
         try:

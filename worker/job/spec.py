@@ -151,7 +151,7 @@ class JobSpec(_Part):
     """Higher goes first."""
     outputs: tuple[Output, ...] = OUTPUTS
     animation: dict[str, Keyframes] = Field(default_factory=dict)
-    """Keyframes by the path of the number that they move, `rig.lens_array.offset_mm`; that number itself is the first."""
+    """Keyframes by the path of the number that they move, as `rig.lens_array.offset_mm`; it holds the first value."""
 
     @model_validator(mode="before")
     @classmethod

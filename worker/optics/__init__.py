@@ -22,6 +22,8 @@ method         modelled glass or ray camera
 check          whether a job's optics can be, and what its maker should know
 disparity      how far a point moves from view to view
 display        the array on the display: gaps, depths, viewing angle
+drawn_rays     the rays that a drawing shows
+svg            panels, scale bars and labels of a drawing
 diagram        the bench drawn to scale, as SVG
 
 The rig frame: z is the optical axis and grows from the scene through the imaging lens and the microlens array (MLA) to

@@ -16,7 +16,7 @@ LEAST_GLASS_MM_PER_UNIT = 0.001
 """Below it glass was not exact any more (measured; a rig of kilometres in its scene's units)."""
 
 LEAST_AIR_UNITS = 1e-4
-"""Of the air between two surfaces: POV-Ray takes nearer ones for one (measured: exact to 10 mm a unit with 0.001 mm)."""
+"""Of the air between two surfaces: POV-Ray takes nearer ones for one (measured: 0.001 mm is right to 10 mm a unit)."""
 
 LEAST_PITCH_UNITS = 0.005
 """Of the microlenses: smaller ones are missed (measured: pitch 1 mm is right to 300 mm a unit and fails at 500)."""

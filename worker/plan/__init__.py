@@ -4,4 +4,7 @@ names      the names of artifacts
 sampling   where mm meet px: frame size, tiles along lens edges
 cost       how long a frame takes, and how finely it is cut
 tasks      every task, its stage and what it needs
+estimate   memory and time before anything is measured
+design     what a job will give: the numbers
+designer   from a job to its design, with design_lens, design_display, design_words
 """

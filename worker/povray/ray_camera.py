@@ -34,6 +34,8 @@ BLIND_UNITS = 0.01
 1e-4."""
 
 Array = NDArray[np.float64]
+Ball = tuple[float, float, float, float]
+"""Middle x, y, z, and radius."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +48,8 @@ class RayMesh:
     origin_mm: tuple[float, float, float]
     """The foot of the rail, in the rig frame."""
     step_mm: float
-    blind_mm: tuple[float, float, float]
-    """Where the rays of dead pixels start, behind all others; in the rig frame."""
-    blind_radius_mm: float
+    blind_mm: Ball | None
+    """Where the rays of dead pixels start, behind all others; in the rig frame. None without dead pixels."""
 
 
 def ray_camera_region(*, rows: int, cols: int) -> Region:
@@ -86,8 +87,8 @@ def ray_camera_include(rays: Rays, *, front_mm: float, mm_per_unit: float) -> by
         f"matrix <1, 0, 0, 0, 1, 0, -1, -1, 1, 0, 0, 0> scale {literals.number(mesh.step_mm)} ".encode(),
         f"translate {literals.vector(mesh.origin_mm)}\n}};\n".encode(),
     ]
-    if np.isnan(rays.direction).any():
-        parts.append(_blind(mesh))
+    if mesh.blind_mm is not None:
+        parts.append(_blind(mesh.blind_mm))
     return b"".join(parts)
 
 
@@ -99,27 +100,28 @@ def ray_mesh(rays: Rays, *, front_mm: float, least_blind_mm: float) -> RayMesh:
     the third vertex 3 C - A - O is far from both for every start C.
     """
     start, direction = _components(rays.at_z(front_mm)), _components(rays.direction)
-    dead = np.isnan(start[0]) | np.isnan(direction[0])
+    dead = np.isnan(start).any(axis=0)
     middle, radius = _footprint(start[:2, ~dead])
     apex = np.array([middle[0] + 3 * radius, middle[1] - 2 * radius, front_mm])
     foot = np.array([middle[0] - 3 * radius, middle[1] - 2 * radius])
 
-    moved = start + _dot(direction, apex[:, np.newaxis] - start) * direction
+    _go(start, direction, apex @ direction - np.einsum("ir,ir->r", direction, start))
     # Moving the apex along the axis by a moves the starts by a times the square of the direction's z.
-    lift = np.max((front_mm - moved[2]) / direction[2] ** 2, where=~dead, initial=-np.inf) if not dead.all() else 0.0
+    lift = 0.0 if dead.all() else np.max((front_mm - start[2]) / direction[2] ** 2, where=~dead, initial=-np.inf)
     apex[2] += lift
-    moved += lift * direction[2] * direction
+    _go(start, direction, lift * direction[2])
 
     blind_radius_mm = max(least_blind_mm, 1e-3 * radius)
-    highest = np.max(moved[2], where=~dead, initial=front_mm)
-    blind = np.array([*middle, highest + 2 * blind_radius_mm])
-    moved[:, dead], direction[:, dead] = blind[:, np.newaxis], _square_to(blind - apex)[:, np.newaxis]
+    blind = np.array([*middle, np.max(start[2], where=~dead, initial=front_mm) + 2 * blind_radius_mm])
+    start[:, dead], direction[:, dead] = blind[:, np.newaxis], _square_to(blind - apex)[:, np.newaxis]
 
     height = apex[2] - (foot[0] - apex[0]) * direction[0] / direction[2]
-    third = 3 * moved - apex[:, np.newaxis]  # less the second vertex, and told from the foot of the rail
-    third[:2] -= 2 * foot[:, np.newaxis]
+    third = start
+    third *= 3
+    third -= apex[:, np.newaxis]
+    third[:2] -= 2 * foot[:, np.newaxis]  # once for the second vertex, and once to be told from the rail
     third[2] -= height
-    return _coded(height, third, apex=apex, foot=foot, blind=blind, blind_radius_mm=blind_radius_mm)
+    return _coded(height, third, apex=apex, foot=foot, blind=(*blind.tolist(), blind_radius_mm) if dead.any() else None)
 
 
 def _components(vectors: Array) -> Array:
@@ -127,9 +129,10 @@ def _components(vectors: Array) -> Array:
     return np.ascontiguousarray(vectors.reshape(-1, 3).T)
 
 
-def _dot(a: Array, b: Array) -> Array:
-    product: Array = np.einsum("ir,ir->r", a, b)
-    return product
+def _go(points: Array, direction: Array, distance: Array) -> None:
+    """Move points (3, ray) along their rays, in place: a large tile has millions of them."""
+    for coordinate, slope in zip(points, direction, strict=True):
+        coordinate += distance * slope
 
 
 def _footprint(points: Array) -> tuple[Array, float]:
@@ -148,27 +151,30 @@ def _square_to(vector: Array) -> Array:
     return direction
 
 
-def _coded(height: Array, third: Array, *, apex: Array, foot: Array, blind: Array, blind_radius_mm: float) -> RayMesh:
-    """Return vertices as codes; `third` is given from the rail in x and y."""
-    x, y, z = third
-    sheared = np.stack([height, x + z, y + z, z])
+def _coded(height: Array, third: Array, *, apex: Array, foot: Array, blind: Ball | None) -> RayMesh:
+    """Return vertices as codes; `third` is told from the rail in x and y, and is used up."""
+    third[:2] += third[2]
     apex_sheared = np.array([apex[0] - foot[0] + apex[2], apex[1] - foot[1] + apex[2], apex[2]])
-    low = min(sheared.min(), apex_sheared.min())
-    step_mm = float(max(sheared.max(), apex_sheared.max()) - low) / (10**FIGURES - 1)
+    low = min(height.min(), third.min(), apex_sheared.min())
+    high = max(height.max(), third.max(), apex_sheared.max())
+    step_mm = float(high - low) / (10**FIGURES - 1)
+
+    def code(coordinates: Array) -> NDArray[np.int32]:
+        return np.rint((coordinates - low) / step_mm).astype(np.int32)
+
     return RayMesh(
-        codes=np.rint((sheared - low) / step_mm).astype(np.int32).T,
-        apex_codes=tuple(np.rint((apex_sheared - low) / step_mm).astype(int).tolist()),
+        codes=np.stack([code(height), *map(code, third)], axis=-1),
+        apex_codes=tuple(code(apex_sheared).tolist()),
         origin_mm=(float(foot[0]), float(foot[1]), float(low)),
         step_mm=step_mm,
-        blind_mm=tuple(blind.tolist()),
-        blind_radius_mm=blind_radius_mm,
+        blind_mm=blind,
     )
 
 
-def _blind(mesh: RayMesh) -> bytes:
-    ball = f"{literals.vector(mesh.blind_mm)}, {literals.number(mesh.blind_radius_mm)}"
+def _blind(ball: Ball) -> bytes:
+    shape = f"{literals.vector(ball[:3])}, {literals.number(ball[3])}"
     black = "texture { Lippmann_Black } Lippmann_Invisible_To_The_Scene()"
-    return f"#declare Lippmann_Blind = sphere {{ {ball} {black} }};\n".encode()
+    return f"#declare Lippmann_Blind = sphere {{ {shape} {black} }};\n".encode()
 
 
 def _text(numbers: NDArray[np.integer], figures: int, *, before: tuple[str, ...], end: str) -> bytes:

@@ -27,6 +27,8 @@ export const getScenes = () => get("/scenes", { limit: 200 });
 export const getHealth = () => get("/health");
 export const getSession = () => get("/session");
 export const postJob = (spec, key) => send("POST", "/jobs", spec, { "Idempotency-Key": key });
+export const postDesign = (spec) => send("POST", "/design", spec);
+export const postDrawing = (spec) => send("POST", "/design", spec, { Accept: "image/svg+xml" });
 export const moveJob = (id, move) => send("POST", `/jobs/${encodeURIComponent(id)}/${move}`);
 export const eventsUrl = `${BASE}/events`;
 
@@ -63,8 +65,8 @@ async function answered(url, request) {
   } catch {
     throw new Unreachable();
   }
-  const isJson = /json/.test(response.headers.get("Content-Type") || "");
-  const body = isJson ? await response.json() : {};
+  const type = response.headers.get("Content-Type") || "";
+  const body = /json/.test(type) ? await response.json() : /svg/.test(type) ? await response.text() : {};
   if (response.status === 401 && url !== "/login") location.reload(); // The session ended: the service asks for a key.
   if (!response.ok && response.type !== "opaqueredirect") throw new Problem(response.status, body);
   return body;

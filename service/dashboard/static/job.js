@@ -1,6 +1,7 @@
 // One job: where it stands, what it made, what went wrong, and what can be done about it.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { moveJob } from "./api.js";
+import { Design } from "./design.js";
 import { Failures } from "./failures.js";
 import { count, duration, jobName, many, percent, secondsBetween } from "./format.js";
 import { Frames } from "./frames.js";
@@ -51,6 +52,7 @@ export function Job({ id }) {
           <${Videos} job=${job} />
           <${Frames} job=${job} />
           <${Failures} job=${job} />
+          <${Optics} job=${job} />
         </div>
         <${Rig} job=${job} />
       </div>
@@ -84,6 +86,19 @@ function Progress({ job }) {
       <span>submitted <${Ago} time=${job.created_at} /> by ${job.owner}</span>
     </p>
     <p class="unseen" aria-live="polite">${spoken}</p>
+  `;
+}
+
+// Asked for when it is looked at, not for every job that is opened.
+function Optics({ job }) {
+  const [isOpen, setOpen] = useState(false);
+  return html`
+    <section>
+      <details class="optics" key=${job.id} onToggle=${(event) => setOpen(event.target.open)}>
+        <summary>Optics and display</summary>
+        ${isOpen && html`<${Design} spec=${job.spec} />`}
+      </details>
+    </section>
   `;
 }
 

@@ -1,6 +1,7 @@
 // A new job: pick a scene, say which frames and which optics. What the service refuses is said beside its field.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { getScenes, postJob } from "./api.js";
+import { Design } from "./design.js";
 import { by, many } from "./format.js";
 import { Field, numberOr } from "./field.js";
 import { html } from "./html.js";
@@ -92,6 +93,7 @@ export function Submit() {
         ${input("offset_mm", "Offset", { inputmode: "decimal", unit: "mm" })}
         <p class="sum numbers">${sum(values)}</p>
       </fieldset>
+      <${Design} spec=${scene ? opticsOf(scene.name, values) : null} />
       ${scene && html`<${Parameters} scene=${scene} values=${parameters} set=${setParameters} faults=${said} />`}
       <fieldset>
         <legend>Job</legend>
@@ -139,6 +141,14 @@ function specOf(scene, values, parameters) {
       px_per_lens: numberOr(px_per_lens),
     },
   };
+}
+
+// The part of a job that its design needs; none while a number is no number yet.
+function opticsOf(scene, values) {
+  const { rig } = specOf(scene, values, {});
+  const [rows, cols, px] = [...rig.lens_array.count, rig.px_per_lens];
+  const isWhole = [rows, cols, px - 1].every((value) => Number.isInteger(value) && value > 0);
+  return isWhole && Number.isFinite(rig.lens_array.offset_mm) ? { scene, rig } : null;
 }
 
 // What the service said, by the input it belongs to; the rest is said of the whole.

@@ -88,19 +88,38 @@ def test_surfaces_of_a_lens_may_move() -> None:
     [
         (
             {"lens_array": {"offset_mm": {"keyframes": [[3, 1], [2, 2]]}}},
-            "rig.lens_array.offset_mm.keyframes", "frames that rise", "frame 2 after frame 3",
+            "rig.lens_array.offset_mm.keyframes",
+            "frames that rise",
+            "frame 2 after frame 3",
         ),
-        ({"lens_array": {"pitch_mm": {"keyframes": [[1, 1], [2, -1]]}}}, "rig.lens_array.pitch_mm", "greater than 0", "-1 at frame 2"),
-        ({"lens_array": {"offset_mm": {"keyframes": []}}}, "rig.lens_array.offset_mm.keyframes", "at least 1 item", "[]"),
+        (
+            {"lens_array": {"pitch_mm": {"keyframes": [[1, 1], [2, -1]]}}},
+            "rig.lens_array.pitch_mm",
+            "greater than 0",
+            "-1 at frame 2",
+        ),
+        (
+            {"lens_array": {"offset_mm": {"keyframes": []}}},
+            "rig.lens_array.offset_mm.keyframes",
+            "at least 1 item",
+            "[]",
+        ),
         ({"lens_array": {"offset_mm": {"keyframes": "fast"}}}, "rig.lens_array.offset_mm.keyframes", "tuple", "'fast'"),
-        ({"lens_array": {"count": [{"keyframes": [[1, 8], [2, 9]]}, 8]}}, "rig.lens_array.count.0", "how many pixels", "keyframes"),
+        (
+            {"lens_array": {"count": [{"keyframes": [[1, 8], [2, 9]]}, 8]}},
+            "rig.lens_array.count.0",
+            "how many pixels",
+            "keyframes",
+        ),
         ({"px_per_lens": {"keyframes": [[1, 8], [2, 9]]}}, "rig.px_per_lens", "how many pixels", "keyframes"),
         (
             {"lens_array": {"offset_mm": {"keyframes": [[1, 2]], "interpolation": "bouncy"}}},
-            "rig.lens_array.offset_mm.interpolation", "'linear' or 'smooth'", "'bouncy'",
+            "rig.lens_array.offset_mm.interpolation",
+            "'linear' or 'smooth'",
+            "'bouncy'",
         ),
     ],
-)  # fmt: skip
+)
 def test_keyframes_that_cannot_be_are_named(rig: dict[str, Any], field: str, expected: str, got: str) -> None:
     with pytest.raises(SpecError) as caught:
         parse_spec(job(rig=rig))

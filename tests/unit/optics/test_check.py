@@ -99,7 +99,9 @@ def test_an_asphere_of_glass_is_refused_by_name(more: dict[str, Any], message: s
         check_rig(spec, STAGE)
 
 
-@pytest.mark.parametrize(("mm_per_unit", "method"), [(1.0, "raytraced"), (1000.0, "ray_camera"), (0.0001, "ray_camera")])
+@pytest.mark.parametrize(
+    ("mm_per_unit", "method"), [(1.0, "raytraced"), (1000.0, "ray_camera"), (0.0001, "ray_camera")]
+)
 def test_a_scene_of_another_scale_goes_by_the_ray_camera(mm_per_unit: float, method: str) -> None:
     assert capture_method(job(), STAGE.model_copy(update={"mm_per_unit": mm_per_unit})) == method
 

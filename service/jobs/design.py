@@ -1,0 +1,39 @@
+"""What a job will give, before it is submitted; nothing is kept."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from sqlalchemy.orm import Session
+
+from service.jobs.submit import resolved
+from service.schemas.design import Design
+from worker.job.sheet import JobSheet
+from worker.job.spec import parse_spec
+from worker.plan.designer import design, drawing
+
+
+def design_job(session: Session, body: Any, *, frame: int | None) -> Design:
+    """Return the design of a job file at a frame, the first one when not said.
+
+    Raises
+    ------
+    SpecError
+        Naming every field that cannot be, as when it is submitted.
+    """
+    return design(_sheet(session, body), frame=frame)
+
+
+def draw_job(session: Session, body: Any, *, frame: int | None) -> str:
+    """Return the drawing of a job file's bench as SVG.
+
+    Raises
+    ------
+    SpecError
+        As `design_job`.
+    """
+    return drawing(_sheet(session, body), frame=frame)
+
+
+def _sheet(session: Session, body: Any) -> JobSheet:
+    return resolved(session, parse_spec(body), "design")

@@ -1,0 +1,34 @@
+"""Tell what a job will give."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Header, Query, Response
+from fastapi.responses import JSONResponse
+
+from service.dependencies import SessionDep, ViewerDep
+from service.jobs.design import design_job, draw_job
+from service.routes.jobs import JOB_FILE
+from service.schemas.design import Design
+
+SVG = "image/svg+xml"
+DRAWING: dict[str, Any] = {"content": {SVG: {"schema": {"type": "string"}}}}
+
+router = APIRouter(prefix="/design", tags=["design"])
+
+
+@router.post("", response_model=Design, openapi_extra=JOB_FILE, responses={200: DRAWING})
+def design(
+    session: SessionDep,
+    _caller: ViewerDep,
+    body: Annotated[Any, Body()],
+    frame: Annotated[int | None, Query(ge=1, le=999_999, description="The job's first one when not said.")] = None,
+    accept: Annotated[str, Header(include_in_schema=False)] = "",
+) -> Response:
+    """Tell what a job file will give: numbers as JSON, or with `Accept: image/svg+xml` a drawing; nothing is kept."""
+    headers = {"Vary": "Accept", "Cache-Control": "no-store", "X-Content-Type-Options": "nosniff"}
+    if SVG in accept:
+        return Response(draw_job(session, body, frame=frame), media_type=SVG, headers=headers)
+    found = design_job(session, body, frame=frame)
+    return JSONResponse(found.model_dump(mode="json"), headers=headers)
