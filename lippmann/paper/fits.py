@@ -49,12 +49,3 @@ def line_through(x: Sequence[float], y: Sequence[float]) -> Line:
     on_line = constant + slope * xs / scale
     deviation = float(np.abs(ys / on_line - 1).max())
     return Line(float(constant), float(slope / scale), deviation)
-
-
-def power(x: Sequence[float], y: Sequence[float]) -> float:
-    """Return the exponent k of the power law y ~ x^k nearest to points: the slope of their logarithms.
-
-    >>> round(power([1, 2, 4], [3, 12, 48]), 9)
-    2.0
-    """
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])

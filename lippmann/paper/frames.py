@@ -84,8 +84,9 @@ class LocalJob:
             try:
                 return sum(future.result() for future in running)
             except BaseException:
-                for watch in watches:
+                for watch, future in zip(watches, running, strict=True):
                     watch.stopped = True
+                    future.cancel()
                 raise
 
 

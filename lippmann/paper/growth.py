@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from lippmann.paper import settings
@@ -52,7 +53,7 @@ def _text(chosen: Sequence[int], runs: Sequence[Timed], line: Line) -> str:
     return "\n".join([*times, fit])
 
 
-def _plot(chosen: Sequence[int], runs: Sequence[Timed], line: Line, request: Request, files: tuple[Any, ...]) -> None:
+def _plot(chosen: Sequence[int], runs: Sequence[Timed], line: Line, request: Request, files: tuple[Path, ...]) -> None:
     size = frame_size(settings.pixels_per_lens(chosen[-1], quick=request.quick).rig)
     lenses = f"{size.lens_rows} x {size.lens_cols} lenses"
     with axes(

@@ -35,6 +35,7 @@ NEAR_AXIS = 0.1
 """Of the window: where the magnification is taken, so that distortion does not count."""
 
 Light = NDArray[np.float32]
+Places = NDArray[np.float64]
 
 
 def fig5(request: Request) -> Made:
@@ -49,7 +50,7 @@ def fig5(request: Request) -> Made:
         request.tell(0.4, "its image")
         image = _picture(job, behind, shot)
         request.tell(0.9, "its magnification")
-        measured = likeness(scene, image) | {"magnification": _magnification(job, behind)}
+        measured = likeness(scene, image) | image_size(*_seen_places_mm(job, behind))
     paraxial = conjugate(lens, reference_mm)
     measured |= {"magnification_paraxial": paraxial.magnification, "image_behind_the_lens_mm": paraxial.image_mm}
     files = (request.file(".png"), request.file("a.png"), request.file("b.png"))
@@ -97,16 +98,29 @@ def _picture(job: LocalJob, camera: PlainCamera, shot: Shot) -> Light:
         return read_rgb(take(job, camera, shot, folder=folder), np.float32)
 
 
-def _magnification(job: LocalJob, camera: PlainCamera) -> float:
-    """Return how large the image of the reference plane is, from a plane whose colour codes the place that was hit."""
+def image_size(window_mm: Places, seen_mm: Places) -> dict[str, float]:
+    """Return how large an image is near the axis, and how much of that is missing or too much at its edge.
+
+    Parameters
+    ----------
+    window_mm, seen_mm
+        Places along a line through the middle of the window, and what is seen there of the object plane.
+    """
+    near = np.abs(window_mm) < NEAR_AXIS * 2 * np.abs(window_mm).max()
+    magnification = float(1 / np.polyfit(window_mm[near], seen_mm[near], 1)[0])
+    edge = float((window_mm[-1] - window_mm[0]) / (seen_mm[-1] - seen_mm[0]))
+    return {"magnification": magnification, "distortion_at_the_edge": edge / magnification - 1}
+
+
+def _seen_places_mm(job: LocalJob, camera: PlainCamera) -> tuple[Places, Places]:
+    """Return x in the window, and x of the reference plane seen there: a plane whose colour codes what was hit."""
     parameters = {"half_width_mm": CODED_HALF_WIDTH_MM}
     shot = Shot("target-position", CODED_PX, parameters=parameters, picture_format="png16")
     with job.place.task_folder() as folder:
         codes = read_codes(take(job, camera, shot, folder=folder))
     x_mm = codes[CODED_PX // 2, :, 0] / 65535 * 2 * CODED_HALF_WIDTH_MM - CODED_HALF_WIDTH_MM
     window_mm = ((np.arange(CODED_PX) + 0.5) / CODED_PX - 0.5) * camera.window_mm
-    near = np.abs(window_mm) < NEAR_AXIS * camera.window_mm
-    return float(1 / np.polyfit(window_mm[near], x_mm[near], 1)[0])
+    return window_mm, x_mm
 
 
 def _panels(scene: Light, image: Light, ordinary: PlainCamera, behind: PlainCamera, paraxial: Conjugate) -> list[Panel]:
@@ -123,5 +137,5 @@ def _text(measured: Mapping[str, Any]) -> str:
     return (
         f"the image is {measured['orientation']} (correlation with the scene of each flip: {alike})\n"
         f"magnification near the axis {measured['magnification']:.4f}, by small angles"
-        f" {measured['magnification_paraxial']:.4f}"
+        f" {measured['magnification_paraxial']:.4f}; distortion at the edge {measured['distortion_at_the_edge']:+.1%}"
     )

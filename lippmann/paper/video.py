@@ -58,7 +58,10 @@ def fig11(request: Request) -> Made:
     six = [0, n // 2, n - 1]
     write_panels(figure, [_six(row, six, start) for row, start in zip(views, (0, 3), strict=True)])
     write_panels(sheet, [_sixteen(row, number) for number, row in enumerate(views, start=1)])
-    steps = {"between neighbours": _mean_step(views[0]), "between frames": _difference(views[0][-1], views[1][0])}
+    steps = {
+        "to_the_next_view": _mean_step(views[0]),
+        "to_the_next_frame": _difference(views[0][n // 2], views[1][n // 2]),
+    }
     measured = {
         "views_in_a_row_of_two_frames": 2 * n,
         "views_in_the_movie": 2 * n * n,
@@ -71,7 +74,8 @@ def fig11(request: Request) -> Made:
     rows, cols = views[0][0].shape[:2]
     text = (
         f"{2 * n} views of {cols} x {rows} px in a row of two frames, {2 * n * n} in the movie;"
-        f" from one view to the next they differ by {steps['between neighbours']:.3f} of white on average"
+        f" from one view to the next they differ by {steps['to_the_next_view']:.3f} of white on average,"
+        f" from one frame to the next by {steps['to_the_next_frame']:.3f}"
     )
     return Made(files=(figure, sheet, movie), settings=settings.shown(spec), measured=measured, text=text)
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.benchmarks import command, farm, memory
+from tests.benchmarks import command, farm, memory, optics
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,9 @@ class Line:
 LINES = (
     Line("frames through the farm on 2 slots / plain povray, two at a time: wall", "<= 1.10", farm.wall_ratio),
     Line("assemble / render: CPU", "<= 5 %", farm.assemble_share),
+    Line("optics by ray camera / pinhole camera, fish, 90 x 90 lenses of 8 px: CPU", "<= 2.0", optics.ray_camera_ratio),
+    Line("optics as glass / pinhole camera, the same: CPU", "-", optics.glass_ratio),
+    Line("growth with pixels per lens (Fig. 8): largest deviation from linear", "<= 10 %", optics.growth),
     Line("start of `up` to its first answer", "<= 5 s", command.start_s),
     Line("`lippmann --help`", "<= 0.5 s", command.help_s),
     Line("`up` idle, all processes: memory (PSS)", "<= 600 MB", command.idle_mb),

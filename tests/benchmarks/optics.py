@@ -18,15 +18,15 @@ from povtemplates.catalogue import INCLUDE_FOLDER, scene_folders
 from tests.builders import local_place, small_job, stored_job
 from worker.job.sheet import JobSheet
 from worker.optics.capture import bench
-from worker.optics.pixel_rays import front_mm, pixel_rays
-from worker.povray.ray_camera import ray_camera_include, ray_camera_region
+from worker.optics.pixel_rays import front_mm, outer_rays, pixel_rays
+from worker.povray.ray_camera import ray_camera_include, ray_camera_region, scaffold
 from worker.povray.scene import RAYS_FILE, pov_text
 
 ROUNDS = 3
 """Each camera is taken so often, in turn, and its least time counts."""
 
 LENSES = 90
-GROWTH_LENSES = 40
+GROWTH_LENSES = 50
 GROWTH_PX = (4, 8, 12, 16, 24)
 """Pixels per lens of the growth, as far as the paper's Fig. 8 goes."""
 
@@ -133,7 +133,8 @@ def ray_camera_s(folder: Path, sheet: JobSheet) -> float:
     def write() -> None:
         stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
         rays = pixel_rays(stood, rows=side, cols=side)
-        text = ray_camera_include(rays, front_mm=front_mm(stood), mm_per_unit=sheet.stage.mm_per_unit)
+        shared = scaffold(outer_rays(stood), front_mm=front_mm(stood), mm_per_unit=sheet.stage.mm_per_unit)
+        text = ray_camera_include(rays, shared)
         (folder / RAYS_FILE).write_bytes(text)
         (folder / "frame.pov").write_text(pov_text(sheet, "ray_camera"))
 

@@ -23,6 +23,7 @@ check          whether a job's optics can be, and what its maker should know
 disparity      how far a point moves from view to view
 display        the array on the display: gaps, depths, viewing angle
 drawn_rays     the rays that a drawing shows
+drawn_bench    the elements, as a drawing shows them
 svg            panels, scale bars and labels of a drawing
 diagram        the bench drawn to scale, as SVG
 

@@ -9,15 +9,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from itertools import pairwise
 
 from worker.job.scene import Stage
 from worker.optics.capture import Bench
+from worker.optics.drawn_bench import array, camera, glass, image_space, image_z, stop
 from worker.optics.drawn_rays import Drawn, Path, fan, view_of_lens
 from worker.optics.lattice import extent_mm
 from worker.optics.matrices import conjugate
-from worker.optics.microlens import rim_radius_mm
-from worker.optics.surfaces import ImagingLens, Surface
+from worker.optics.surfaces import ImagingLens
 from worker.optics.svg import LABEL_ROW_PX, LETTER_PX, Panel, element, labels, scale_bar
 
 WIDTH_PX = 1200.0
@@ -25,10 +24,6 @@ MARGIN_PX = 24.0
 LEGEND_ROW_PX = 22.0
 MOST_PX = 420.0
 """A panel is at most so high; a higher one is drawn smaller."""
-SAG_STEPS = 24
-LEAST_LENS_PX = 5.0
-"""Smaller lenses are drawn as a line."""
-LENS_STEPS = 4
 
 STYLE = """
 svg{font:12px system-ui,"Segoe UI","Liberation Sans","DejaVu Sans",sans-serif;
@@ -102,7 +97,7 @@ def _described(bench: Bench, stage: Stage) -> str:
 
 
 def _fans(bench: Bench, stage: Stage) -> tuple[_Fan, ...]:
-    near_z, far_z = _image_z(bench, stage.near_mm), _image_z(bench, stage.far_mm)
+    near_z, far_z = image_z(bench, stage.near_mm), image_z(bench, stage.far_mm)
     near = fan(bench, object_mm=stage.near_mm, height_mm=0.0, image_mm=near_z)
     far = fan(bench, object_mm=stage.far_mm, height_mm=0.0, image_mm=far_z)
     edge = fan(bench, object_mm=stage.near_mm, height_mm=_edge_mm(bench, stage), image_mm=near_z)
@@ -111,12 +106,6 @@ def _fans(bench: Bench, stage: Stage) -> tuple[_Fan, ...]:
         _Fan("far", "Point of the far plane on the axis", far),
         _Fan("edge", "Point of the near plane shown near the array's edge", edge),
     )
-
-
-def _image_z(bench: Bench, object_mm: float) -> float | None:
-    """Return where the plane has a real image behind the lens; None where it has none."""
-    z_mm = bench.image_z_mm(object_mm)
-    return z_mm if math.isfinite(z_mm) and z_mm > bench.lens_end_mm else None
 
 
 def _edge_mm(bench: Bench, stage: Stage) -> float:
@@ -145,7 +134,7 @@ def _whole_panel(
     body: list[str], bench: Bench, stage: Stage, fans: tuple[_Fan, ...], views: tuple[Path, ...], half_mm: float
 ) -> float:
     """Draw from the far plane to the camera; return where the panel ends, px."""
-    first_mm, last_mm = -stage.far_mm, max(bench.camera_z_mm, _image_z(bench, stage.near_mm) or -math.inf)
+    first_mm, last_mm = -stage.far_mm, max(bench.camera_z_mm, image_z(bench, stage.near_mm) or -math.inf)
     beside_mm = 0.02 * (last_mm - first_mm)
     panel = _panel(top_px=114, from_mm=first_mm - beside_mm, to_mm=last_mm + beside_mm, half_mm=half_mm)
     body.append(element("text", text="The whole bench", x=MARGIN_PX, y=54.0, class_="head"))
@@ -173,7 +162,7 @@ def _lens_panel(
     top_px: float,
 ) -> float:
     """Draw the lens and the image space; return where the panel ends, px."""
-    near_z, far_z = _image_z(bench, stage.near_mm), _image_z(bench, stage.far_mm)
+    near_z, far_z = image_z(bench, stage.near_mm), image_z(bench, stage.far_mm)
     ends = [z for z in (near_z, far_z) if z is not None and z < bench.mla_z_mm + 2 * lens.length_mm + 1e3]
     last_mm = max([bench.mla_z_mm, *ends])
     before_mm = min(
@@ -214,37 +203,18 @@ def _draw(
     width_px = (panel.to_mm - panel.from_mm) * panel.px_per_mm
     frame = element("rect", x=panel.left_px, y=panel.top_px, width=width_px, height=panel.bottom_px - panel.top_px)
     parts = [
-        *_image_space(panel, bench, stage),
+        *image_space(panel, bench, stage),
         panel.line([(panel.from_mm, 0.0), (panel.to_mm, 0.0)], "axis"),
-        *_glass(panel, bench),
+        *glass(panel, bench),
         *(panel.line(path, "ray view") for path in views),
         *_drawn_fans(panel, fans),
-        *_stop(panel, bench),
-        *_array(panel, bench),
-        *_camera(panel, bench),
+        *stop(panel, bench),
+        *array(panel, bench),
+        *camera(panel, bench),
     ]
     body.append(element("clipPath", frame, id=clip))
     body.append(element("g", *(f"\n{part}" for part in parts), clip_path=f"url(#{clip})"))
     body += [*labels(panel, marks, width_px=WIDTH_PX), *scale_bar(panel)]
-
-
-def _image_space(panel: Panel, bench: Bench, stage: Stage) -> Iterator[str]:
-    far_z, near_z = _image_z(bench, stage.far_mm), _image_z(bench, stage.near_mm)
-    if bench.imaging_lens is None or far_z is None:
-        return
-    end_z = panel.to_mm if near_z is None else near_z
-    half_mm = extent_mm(bench.rig.lens_array)[1] / 2
-    yield element(
-        "rect",
-        x=panel.x(far_z),
-        y=panel.y(half_mm),
-        width=max(1.0, (end_z - far_z) * panel.px_per_mm),
-        height=2 * half_mm * panel.px_per_mm,
-        class_="space",
-    )
-    for z_mm in (far_z, near_z):
-        if z_mm is not None:
-            yield panel.line([(z_mm, half_mm), (z_mm, -half_mm)], "plane")
 
 
 def _drawn_fans(panel: Panel, fans: tuple[_Fan, ...]) -> Iterator[str]:
@@ -253,61 +223,6 @@ def _drawn_fans(panel: Panel, fans: tuple[_Fan, ...]) -> Iterator[str]:
             yield panel.line(ray.way, f"ray {group.class_}")
             if ray.beyond[0] != ray.beyond[1]:
                 yield panel.line(ray.beyond, f"beyond {group.class_}")
-
-
-def _glass(panel: Panel, bench: Bench) -> Iterator[str]:
-    """Yield the outlines of the imaging lens's elements."""
-    lens = bench.imaging_lens
-    if lens is None:
-        return
-    rows = list(zip(lens.surfaces, lens.vertices_mm, strict=True))
-    for (front, front_z), (back, back_z) in pairwise(rows):
-        if front.index_after != 1.0:
-            outline = [*_profile(front, front_z), *reversed([*_profile(back, back_z)])]
-            yield element("polygon", points=panel.points(outline), class_="glass")
-
-
-def _profile(surface: Surface, vertex_mm: float) -> Iterator[tuple[float, float]]:
-    for step in range(-SAG_STEPS, SAG_STEPS + 1):
-        height_mm = surface.semi_aperture_mm * step / SAG_STEPS
-        yield vertex_mm + surface.sag_mm(abs(height_mm)), height_mm
-
-
-def _stop(panel: Panel, bench: Bench) -> Iterator[str]:
-    lens = bench.imaging_lens
-    if lens is None or lens.stop is None:
-        return
-    outer_mm = 1.05 * max(surface.semi_aperture_mm for surface in lens.surfaces)
-    for side in (1, -1):
-        hole = (lens.stop.z_mm, side * lens.stop.semi_aperture_mm)
-        yield panel.line([hole, (lens.stop.z_mm, side * outer_mm)], "stop")
-
-
-def _array(panel: Panel, bench: Bench) -> Iterator[str]:
-    """Yield the flat side of the array, and its lenses where they are large enough to be seen."""
-    array = bench.rig.lens_array
-    half_mm = extent_mm(array)[1] / 2
-    yield panel.line([(bench.mla_z_mm, half_mm), (bench.mla_z_mm, -half_mm)], "mla")
-    if array.pitch_mm * panel.px_per_mm < LEAST_LENS_PX or array.lattice == "hexagonal":
-        return
-    shape, rim_mm = bench.microlens, min(rim_radius_mm(array), array.pitch_mm / 2)
-    for row in range(array.count[0]):
-        middle_mm = ((array.count[0] - 1) / 2 - row) * array.pitch_mm
-        across = [rim_mm * step / LENS_STEPS for step in range(-LENS_STEPS, LENS_STEPS + 1)]
-        sphere_mm = bench.mla_z_mm - shape.displacement_mm
-        arc = [(sphere_mm + math.sqrt(shape.radius_mm**2 - h**2), middle_mm + h) for h in across]
-        yield panel.line(arc, "lenses")
-
-
-def _camera(panel: Panel, bench: Bench) -> Iterator[str]:
-    z_mm, half_mm = bench.camera_z_mm, bench.height_mm / 2
-    if bench.rig.camera.projection == "perspective":
-        yield panel.line([(bench.mla_z_mm, half_mm), (z_mm, 0.0), (bench.mla_z_mm, -half_mm)], "plane")
-        yield element("circle", cx=panel.x(z_mm), cy=panel.y(0.0), r=3.5, class_="camera")
-        return
-    yield panel.line([(z_mm, half_mm), (z_mm, -half_mm)], "camera")
-    for height_mm in (half_mm, -half_mm):
-        yield panel.line([(z_mm, height_mm), (bench.mla_z_mm, height_mm)], "plane")
 
 
 def _legend(body: list[str], fans: tuple[_Fan, ...], *, has_views: bool, top_px: float) -> float:

@@ -5,12 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from worker.optics import lattice
 from worker.optics.capture import Bench, object_rays, pixel_centres_mm
+from worker.optics.lattice import HEXAGON_CORNER
 from worker.optics.trace import Rays
 
 BAND_PX = 50_000
 """Pixels that are traced at once: few enough that they stay in the processor's cache (twice as fast as a whole frame)
 and that a large frame needs little memory."""
+
+OUTER_LENSES = 16
+OUTER_POINTS = 9
+"""Lenses, and points of each of their cells, in either direction, whose rays stand for all."""
 
 
 def pixel_rays(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice] = (slice(None), slice(None))) -> Rays:
@@ -32,6 +38,20 @@ def pixel_rays(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice
         rays = object_rays(bench, points[band])
         position[band], direction[band] = rays.position, rays.direction
     return Rays(position, direction)
+
+
+def outer_rays(bench: Bench) -> Rays:
+    """Return rays that reach about as far and as steeply as any pixel's, (lens, ray, 3); NaN where one is dead.
+
+    Those of a grid over the cells of some lenses, the outermost ones among them. What they span does not depend on how
+    a picture is cut.
+    """
+    array = bench.rig.lens_array
+    rows, cols = (np.unique(np.linspace(0, count - 1, OUTER_LENSES).round().astype(int)) for count in array.count)
+    centres = lattice.lens_centres_mm(array)[np.ix_(rows, cols)].reshape(-1, 1, 2)
+    half_mm = np.array([array.pitch_mm, array.pitch_mm * (1 if array.lattice == "square" else 2 * HEXAGON_CORNER)]) / 2
+    across = np.stack(np.meshgrid(*[np.linspace(-1, 1, OUTER_POINTS)] * 2), axis=-1).reshape(-1, 2)
+    return object_rays(bench, centres + across * half_mm)
 
 
 def dead_pixels(rays: Rays) -> NDArray[np.bool_]:

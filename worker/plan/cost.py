@@ -4,25 +4,26 @@ from __future__ import annotations
 
 import math
 
-from worker.integral.layout import CellLayout
 from worker.job.events import ProbeResult
-from worker.job.spec import RenderSettings
+from worker.job.spec import JobSpec
+from worker.plan.sampling import frame_size
 
 WORTHWHILE_S = 5.0
 """A shorter task is mostly POV-Ray's start (0.67 s, measured)."""
 COMFORTABLE_S = 60.0
 """A longer task makes a lost worker or a late finish expensive."""
+COMFORTABLE_PX = 3_000_000
+"""Rendered pixels of a larger tile, as rays of the ray camera, take more than half a GB in the worker and in POV-Ray."""
 
 
-def tile_grid(
-    size: CellLayout, probe: ProbeResult, settings: RenderSettings, *, frames: int, slots: int
-) -> tuple[int, int]:
+def tile_grid(spec: JobSpec, probe: ProbeResult, *, slots: int) -> tuple[int, int]:
     """Return (tile_rows, tile_cols) for every frame of a job.
 
-    What the job says goes. Otherwise a frame is cut so that no tile is much longer than a minute and no slot idles
-    while a short sequence renders, but no tile is shorter than what is worthwhile. Scenes whose tiles would differ
-    from the whole are not cut.
+    What the job says goes. Otherwise a frame is cut so that no tile is much longer than a minute or larger than is
+    comfortable and no slot idles while a short sequence renders, but no tile is shorter than what is worthwhile.
+    Scenes whose tiles would differ from the whole are not cut.
     """
+    size, settings = frame_size(spec.rig), spec.render
     if not probe.tileable or not settings.may_be_tiled:
         return (1, 1)
     if settings.tiles != "auto":
@@ -30,6 +31,7 @@ def tile_grid(
         return (min(rows, size.lens_rows), min(cols, size.lens_cols))
     pixels_s = size.px * probe.s_per_px
     for_length = math.ceil(pixels_s / COMFORTABLE_S)
-    for_slots = math.ceil(slots / frames)
-    at_most = max(1, int(pixels_s / WORTHWHILE_S))
-    return (min(max(for_length, for_slots), at_most, size.lens_rows, 100), 1)
+    for_slots = math.ceil(slots / len(spec.frame_numbers))
+    for_memory = math.ceil(size.px * spec.capture.supersample**2 / COMFORTABLE_PX)
+    worthwhile = max(1, int(pixels_s / WORTHWHILE_S))
+    return (min(max(min(max(for_length, for_slots), worthwhile), for_memory), size.lens_rows, 100), 1)

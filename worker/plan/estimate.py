@@ -1,6 +1,6 @@
 """What a job will take, before anything was measured on it: memory of a slot, CPU time of a frame.
 
-Estimates, from the fish scene at three sizes (57,600 to 5,760,000 px) on one core of a 2-vCPU AMD EPYC cloud machine
+Estimates, right within 15 % for the fish scene at 57,600 to 5,760,000 px on one core of a 2-vCPU AMD EPYC cloud machine
 that others used too, POV-Ray 3.7; a heavier scene takes longer. What counts in the farm is what its probe measures.
 """
 
@@ -10,19 +10,23 @@ from dataclasses import dataclass
 
 from worker.job.spec import JobSpec
 from worker.optics.method import Method
+from worker.plan.cost import COMFORTABLE_PX
 from worker.plan.sampling import frame_size
 
 MEASURED_ON = "one core of a 2-vCPU AMD EPYC cloud machine, fish scene"
 
-START_S = 1.2
+START_S = 1.0
 """POV-Ray's start, and reading the scene with its pictures."""
-S_PER_PX = {"raytraced": 1.02e-5, "ray_camera": 1.2e-5}
-"""CPU seconds a rendered pixel: glass 59.8 s for 5.76 million; the ray camera's file is parsed anew for every tile."""
+S_PER_PX = {"raytraced": 1.1e-5, "ray_camera": 8.5e-6}
+"""CPU seconds a rendered pixel: glass 6.7, 25.8 and 59.8 s for 0.52, 2.07 and 5.76 million; the ray camera 4.7 and
+18.4 s for the first two, its trace (1.2e-6) included."""
 
-RENDER_MB, RENDER_B_PER_PX = 86.0, 19.0
-"""Resident memory of POV-Ray: 95 MB for 0.5 million pixels, 194 MB for 5.76 million."""
+START_MB = {"raytraced": 86.0, "ray_camera": 190.0}
+B_PER_PX = {"raytraced": 19.0, "ray_camera": 344.0}
+"""Resident memory while a tile is rendered: POV-Ray with glass took 95 MB for 0.5 million pixels and 194 MB for 5.76;
+rays take 184 bytes a pixel in the worker and about 160 in POV-Ray."""
 ASSEMBLE_MB, ASSEMBLE_B_PER_PX = 105.0, 69.0
-"""Resident memory of a worker that assembles: 141 MB and 500 MB."""
+"""Resident memory of a worker that assembles: 141 MB for 0.5 million pixels, 500 MB for 5.76."""
 MASTER_B_PER_PX = 6
 """Three channels of half-floats, before compression."""
 
@@ -35,7 +39,7 @@ class Estimate:
     sheet_mb: float
     """One integral image in half-floats."""
     memory_mb: float
-    """The most that one slot takes, frames not cut into tiles."""
+    """The most that one slot takes."""
     frame_cpu_s: float
     """To render one frame."""
     cpu_s: float
@@ -47,13 +51,16 @@ def estimate(spec: JobSpec, method: Method) -> Estimate:
 
     >>> from worker.job.spec import parse_spec
     >>> round(estimate(parse_spec({"scene": "fish"}), "raytraced").frame_cpu_s, 1)
-    6.5
+    6.7
     """
     px = frame_size(spec.rig).px
     rendered_px = px * spec.capture.supersample**2
     frames = len(spec.frame_numbers)
     frame_cpu_s = START_S + rendered_px * S_PER_PX[method]
-    memory_mb = max(RENDER_MB + rendered_px * RENDER_B_PER_PX / 1e6, ASSEMBLE_MB + px * ASSEMBLE_B_PER_PX / 1e6)
+    # Frames that the farm may cut are cut at least this small.
+    tile_px = min(rendered_px, COMFORTABLE_PX) if spec.render.tiles == "auto" else rendered_px
+    render_mb = START_MB[method] + tile_px * B_PER_PX[method] / 1e6
+    memory_mb = max(render_mb, ASSEMBLE_MB + px * ASSEMBLE_B_PER_PX / 1e6)
     return Estimate(
         frames=frames,
         sheet_mb=px * MASTER_B_PER_PX / 1e6,

@@ -47,7 +47,7 @@ def probe_task() -> PlannedTask:
 
 def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int) -> PlanSheet:
     """Return how the job is cut, given what its probe measured and how many slots the farm has."""
-    rows, cols = tile_grid(frame_size(spec.rig), probe, spec.render, frames=len(spec.frame_numbers), slots=slots)
+    rows, cols = tile_grid(spec, probe, slots=slots)
     return PlanSheet(tile_rows=rows, tile_cols=cols, probe_start_s=probe.start_s, probe_s_per_px=probe.s_per_px)
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from povtemplates import literals
+from worker.errors import RenderFailed
 from worker.optics.trace import Rays
 from worker.povray.command import Region
 
@@ -25,6 +26,9 @@ and for row 0 those of row 0 once more; columns, and other cameras, are not shif
 
 FIGURES = 7
 """Of a coordinate: 32-bit floats keep whole numbers up to 16,777,216."""
+
+ROOM = 0.25
+"""Of what the outermost rays span, kept free on each side for those between them that go further."""
 
 LEAST_RADIUS_MM = 1.0
 """Of a bundle: a single ray has no width of its own."""
@@ -39,17 +43,18 @@ Ball = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
-class RayMesh:
-    """The faces of rays."""
+class Scaffold:
+    """What the faces of all tiles of a picture share, so that a pixel has the same face in whatever tile it is."""
 
-    codes: NDArray[np.int32]
-    """(face, 4): height of the second vertex, then the third vertex; steps from the origin, mesh coordinates."""
-    apex_codes: tuple[int, int, int]
-    origin_mm: tuple[float, float, float]
-    """The foot of the rail, in the rig frame."""
+    apex_mm: Array
+    foot_mm: Array
+    """Of the rail, x and y."""
+    low_mm: float
+    """The least coordinate of the mesh's own frame: code 0."""
     step_mm: float
-    blind_mm: Ball | None
-    """Where the rays of dead pixels start, behind all others; in the rig frame. None without dead pixels."""
+    """Between two codes."""
+    blind_mm: Ball
+    """Where the rays of dead pixels start, behind all others."""
 
 
 def ray_camera_region(*, rows: int, cols: int) -> Region:
@@ -57,7 +62,7 @@ def ray_camera_region(*, rows: int, cols: int) -> Region:
     return Region(FIRST_ROW, rows + FIRST_ROW, 0, cols)
 
 
-def ray_camera_include(rays: Rays, *, front_mm: float, mm_per_unit: float) -> bytes:
+def ray_camera_include(rays: Rays, scaffold: Scaffold) -> bytes:
     """Return an include file that declares rays as the mesh `Lippmann_Rays`.
 
     With dead rays it also declares `Lippmann_Blind`, the black object that they see and that must stand in the scene.
@@ -65,63 +70,125 @@ def ray_camera_include(rays: Rays, *, front_mm: float, mm_per_unit: float) -> by
     Parameters
     ----------
     rays
-        Of all pixels of a picture, (row, col, 3), rig frame; NaN where one is dead. See `ray_camera_region`.
-    front_mm
-        The z before which no ray starts. Starts lie behind it by no more than the bundle's width times its slopes.
-    mm_per_unit
-        Of the stage.
+        Of all pixels of a tile, (row, col, 3), rig frame; NaN where one is dead. See `ray_camera_region`.
+    scaffold
+        Of the whole picture.
+
+    Raises
+    ------
+    RenderFailed
+        If a ray lies outside what the scaffold was made for.
     """
-    mesh = ray_mesh(rays, front_mm=front_mm, least_blind_mm=BLIND_UNITS * mm_per_unit)
-    count = len(mesh.codes)
+    codes, some_dead = face_codes(rays, scaffold)
+    count = len(codes)
+    origin_mm = (*scaffold.foot_mm.tolist(), scaffold.low_mm)
     parts = [
         f"// {count} rays in the rig frame. Written by Lippmann.\n".encode(),
         # k times this is <0, 2 k, 2 k - 1> when POV-Ray has cut off the fraction: the vertices of face k.
         f"#local F = <0, 2, {2 - 0.5 / count!r}>;\n".encode(),
         b"#declare Lippmann_Rays = mesh2 {\n",
-        f"vertex_vectors {{ {2 * count + 1}, {literals.vector(mesh.apex_codes)}\n".encode(),
-        _text(mesh.codes, FIGURES, before=("", "<", " ", " "), end=">\n"),
+        f"vertex_vectors {{ {2 * count + 1}, {literals.vector(_apex_codes(scaffold))}\n".encode(),
+        _text(codes, FIGURES, before=("", "<", " ", " "), end=">\n"),
         f"}}\nface_indices {{ {count},\n".encode(),
         _text(np.arange(1, count + 1)[:, np.newaxis], len(str(count)), before=("F*",), end="\n"),
         # No ray meets this mesh, so it needs no bounding boxes.
         b"}\nhierarchy off\n",
-        f"matrix <1, 0, 0, 0, 1, 0, -1, -1, 1, 0, 0, 0> scale {literals.number(mesh.step_mm)} ".encode(),
-        f"translate {literals.vector(mesh.origin_mm)}\n}};\n".encode(),
+        f"matrix <1, 0, 0, 0, 1, 0, -1, -1, 1, 0, 0, 0> scale {literals.number(scaffold.step_mm)} ".encode(),
+        f"translate {literals.vector(origin_mm)}\n}};\n".encode(),
     ]
-    if mesh.blind_mm is not None:
-        parts.append(_blind(mesh.blind_mm))
+    if some_dead:
+        parts.append(_blind(scaffold.blind_mm))
     return b"".join(parts)
 
 
-def ray_mesh(rays: Rays, *, front_mm: float, least_blind_mm: float) -> RayMesh:
-    """Return the faces of rays.
+def scaffold(outer: Rays, *, front_mm: float, mm_per_unit: float) -> Scaffold:
+    """Return what the faces of a picture share.
+
+    Parameters
+    ----------
+    outer
+        Rays (..., 3) about as far apart and as steep as any of the picture; NaN where one is dead.
+    front_mm
+        The z before which no ray starts. Starts lie behind it by no more than the bundle's width times its slopes.
+    mm_per_unit
+        Of the stage.
+    """
+    start, direction = _components(outer.at_z(front_mm)), _components(outer.direction)
+    alive = ~np.isnan(start).any(axis=0)
+    start, direction = start[:, alive], direction[:, alive]
+    middle, radius = _footprint(start[:2])
+    apex = np.array([middle[0] + 3 * radius, middle[1] - 2 * radius, front_mm])
+    foot = np.array([middle[0] - 3 * radius, middle[1] - 2 * radius])
+    _go(start, direction, apex @ direction - np.einsum("ir,ir->r", direction, start))
+    # Moving the apex along the axis by a moves the starts by a times the square of the direction's z.
+    lift = float(np.max((front_mm - start[2]) / direction[2] ** 2, initial=0.0)) * (1 + ROOM)
+    apex[2] += lift
+    _go(start, direction, lift * direction[2])
+    deep = float(np.max(start[2], initial=front_mm) - front_mm) * (1 + ROOM)
+    blind_radius_mm = max(BLIND_UNITS * mm_per_unit, 1e-3 * radius)
+    blind = np.array([*middle, front_mm + deep + 2 * blind_radius_mm])
+    start = np.concatenate((start, blind[:, np.newaxis]), axis=1)
+    direction = np.concatenate((direction, _square_to(blind - apex)[:, np.newaxis]), axis=1)
+    height, third = _vertices(start, direction, apex, foot)
+    low = min(height.min(), third.min(), _sheared_apex(apex, foot).min())
+    high = max(height.max(), third.max(), _sheared_apex(apex, foot).max())
+    room = ROOM * (high - low)
+    return Scaffold(
+        apex_mm=apex,
+        foot_mm=foot,
+        low_mm=float(low - room),
+        step_mm=float(high - low + 2 * room) / (10**FIGURES - 1),
+        blind_mm=(*blind.tolist(), blind_radius_mm),
+    )
+
+
+def face_codes(rays: Rays, scaffold: Scaffold) -> tuple[NDArray[np.int32], bool]:
+    """Return the faces of rays, and whether some are dead.
 
     The plane of a face stands on its ray and goes through the apex: this tells where the ray starts and where the plane
     meets the rail. Seen along the axis the apex A and the rail's foot O lie at two corners before the bundle, so that
     the third vertex 3 C - A - O is far from both for every start C.
+
+    Returns
+    -------
+    NDArray
+        (face, 4): height of the second vertex, then the third vertex; steps from `low_mm`, mesh coordinates.
     """
-    start, direction = _components(rays.at_z(front_mm)), _components(rays.direction)
-    dead = np.isnan(start).any(axis=0)
-    middle, radius = _footprint(start[:2, ~dead])
-    apex = np.array([middle[0] + 3 * radius, middle[1] - 2 * radius, front_mm])
-    foot = np.array([middle[0] - 3 * radius, middle[1] - 2 * radius])
-
+    apex, blind = scaffold.apex_mm, np.array(scaffold.blind_mm[:3])
+    start, direction = _components(rays.position), _components(rays.direction)
+    dead = np.isnan(start).any(axis=0) | np.isnan(direction).any(axis=0)
     _go(start, direction, apex @ direction - np.einsum("ir,ir->r", direction, start))
-    # Moving the apex along the axis by a moves the starts by a times the square of the direction's z.
-    lift = 0.0 if dead.all() else np.max((front_mm - start[2]) / direction[2] ** 2, where=~dead, initial=-np.inf)
-    apex[2] += lift
-    _go(start, direction, lift * direction[2])
-
-    blind_radius_mm = max(least_blind_mm, 1e-3 * radius)
-    blind = np.array([*middle, np.max(start[2], where=~dead, initial=front_mm) + 2 * blind_radius_mm])
     start[:, dead], direction[:, dead] = blind[:, np.newaxis], _square_to(blind - apex)[:, np.newaxis]
+    height, third = _vertices(start, direction, apex, scaffold.foot_mm)
+    codes = np.stack([_coded(height, scaffold), *(_coded(row, scaffold) for row in third)], axis=-1)
+    if codes.min() < 0 or codes.max() >= 10**FIGURES:
+        raise RenderFailed("A ray of this tile lies outside what the picture's outermost rays span.")
+    return codes, bool(dead.any())
 
+
+def _vertices(start: Array, direction: Array, apex: Array, foot: Array) -> tuple[Array, Array]:
+    """Return the heights of the second vertices and the third ones (3, ray), in mesh coordinates; uses `start` up."""
     height = apex[2] - (foot[0] - apex[0]) * direction[0] / direction[2]
     third = start
     third *= 3
     third -= apex[:, np.newaxis]
     third[:2] -= 2 * foot[:, np.newaxis]  # once for the second vertex, and once to be told from the rail
     third[2] -= height
-    return _coded(height, third, apex=apex, foot=foot, blind=(*blind.tolist(), blind_radius_mm) if dead.any() else None)
+    third[:2] += third[2]
+    return height, third
+
+
+def _sheared_apex(apex: Array, foot: Array) -> Array:
+    return np.array([apex[0] - foot[0] + apex[2], apex[1] - foot[1] + apex[2], apex[2]])
+
+
+def _apex_codes(scaffold: Scaffold) -> list[int]:
+    return _coded(_sheared_apex(scaffold.apex_mm, scaffold.foot_mm), scaffold).tolist()
+
+
+def _coded(coordinates: Array, scaffold: Scaffold) -> NDArray[np.int32]:
+    codes: NDArray[np.int32] = np.rint((coordinates - scaffold.low_mm) / scaffold.step_mm).astype(np.int32)
+    return codes
 
 
 def _components(vectors: Array) -> Array:
@@ -149,26 +216,6 @@ def _square_to(vector: Array) -> Array:
     across = along[2] * along - np.array([0.0, 0.0, 1.0])
     direction: Array = across / np.linalg.norm(across)
     return direction
-
-
-def _coded(height: Array, third: Array, *, apex: Array, foot: Array, blind: Ball | None) -> RayMesh:
-    """Return vertices as codes; `third` is told from the rail in x and y, and is used up."""
-    third[:2] += third[2]
-    apex_sheared = np.array([apex[0] - foot[0] + apex[2], apex[1] - foot[1] + apex[2], apex[2]])
-    low = min(height.min(), third.min(), apex_sheared.min())
-    high = max(height.max(), third.max(), apex_sheared.max())
-    step_mm = float(high - low) / (10**FIGURES - 1)
-
-    def code(coordinates: Array) -> NDArray[np.int32]:
-        return np.rint((coordinates - low) / step_mm).astype(np.int32)
-
-    return RayMesh(
-        codes=np.stack([code(height), *map(code, third)], axis=-1),
-        apex_codes=tuple(code(apex_sheared).tolist()),
-        origin_mm=(float(foot[0]), float(foot[1]), float(low)),
-        step_mm=step_mm,
-        blind_mm=blind,
-    )
 
 
 def _blind(ball: Ball) -> bytes:

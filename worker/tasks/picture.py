@@ -9,12 +9,12 @@ from povtemplates.catalogue import INCLUDE_FOLDER
 from worker.job.sheet import JobSheet
 from worker.optics.capture import bench
 from worker.optics.method import capture_method
-from worker.optics.pixel_rays import front_mm, pixel_rays
+from worker.optics.pixel_rays import front_mm, outer_rays, pixel_rays
 from worker.povray.command import SYSTEM_INCLUDE, PictureFormat, Region, RenderCommand
 from worker.povray.limits import Limits
 from worker.povray.log import AttemptLog
 from worker.povray.progress import Progress
-from worker.povray.ray_camera import ray_camera_include, ray_camera_region
+from worker.povray.ray_camera import ray_camera_include, ray_camera_region, scaffold
 from worker.povray.render import RenderOutcome, render
 from worker.povray.scene import RAYS_FILE, pov_text
 from worker.tasks.watch import Watch
@@ -109,4 +109,5 @@ def _rays_text(sheet: JobSheet, *, rows: int, cols: int, region: Region) -> byte
     stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
     wanted = slice(region.row_start, region.row_stop), slice(region.col_start, region.col_stop)
     rays = pixel_rays(stood, rows=rows, cols=cols, region=wanted)
-    return ray_camera_include(rays, front_mm=front_mm(stood), mm_per_unit=sheet.stage.mm_per_unit)
+    shared = scaffold(outer_rays(stood), front_mm=front_mm(stood), mm_per_unit=sheet.stage.mm_per_unit)
+    return ray_camera_include(rays, shared)

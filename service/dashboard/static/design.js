@@ -43,12 +43,13 @@ export function Design({ spec }) {
   `;
 }
 
-// The drawing's own colours are for where it stands alone; here the page's sheet colours it.
+// The drawing's own colours are for where it stands alone; here the page's sheet colours it. The policy of the page
+// complains about a style element even when it is only parsed, so it is taken out of the text.
 function Drawing({ svg }) {
   const frame = useRef(null);
   useEffect(() => {
-    const drawing = new DOMParser().parseFromString(svg, "image/svg+xml").documentElement;
-    for (const style of drawing.querySelectorAll("style")) style.remove();
+    const bare = svg.replace(/<style>.*?<\/style>/s, "");
+    const drawing = new DOMParser().parseFromString(bare, "image/svg+xml").documentElement;
     frame.current.replaceChildren(document.importNode(drawing, true));
   }, [svg]);
   return html`<div class="bench" ref=${frame}></div>`;

@@ -12,7 +12,7 @@ export function Rig({ job }) {
     ["Pitch", `${quantity(array.pitch_mm)} mm`],
     ["Focal length", `${quantity(array.focal_length_mm)} mm`],
     ["Offset", `${quantity(array.offset_mm)} mm`],
-    ["Imaging lens", spec.rig.imaging_lens],
+    ["Imaging lens", lensName(spec.rig.imaging_lens)],
     ["Camera", camera.projection],
     ["Scene", job.scene],
     ["Frames", job.frames.text],
@@ -30,6 +30,13 @@ export function Rig({ job }) {
       <p><a href="/api/v1/jobs/${job.id}" target="_blank">The job as JSON</a></p>
     </aside>
   `;
+}
+
+// By name, by name and focal length, surface by surface, or none.
+function lensName(lens) {
+  if (lens === null) return "none (direct pickup)";
+  if (typeof lens === "string") return lens;
+  return lens.name ? `${lens.name}, ${quantity(lens.focal_length_mm)} mm` : lens.title || "own prescription";
 }
 
 const pair = ([name, value]) => html`<div><dt>${name}</dt><dd>${String(value)}</dd></div>`;

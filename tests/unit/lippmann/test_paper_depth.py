@@ -67,7 +67,7 @@ def fish_stage() -> Stage:
 
 
 def test_a_place_of_the_scene_comes_to_the_rig_frame() -> None:
-    """The lens of the fish scene stands at (0, 60, -1000) and looks along +z; the rig's z points back at the observer."""
+    """The lens of the fish scene stands at (0, 60, -1000) and looks along +z; the z of the rig points back."""
     assert rig_place_mm((10.0, 80.0, 375.0), fish_stage()) == pytest.approx([10.0, 20.0, -1375.0])
 
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lippmann.paper.fits import line_through, power
+from lippmann.paper.fits import line_through
 from lippmann.paper.timing import read_samples
 
 SIZES = [16e4, 64e4, 256e4, 576e4]
@@ -31,12 +30,6 @@ def test_the_largest_deviation_is_that_of_the_point_farthest_off() -> None:
 
 def test_time_that_grows_with_the_square_is_seen_not_to_be_a_line() -> None:
     assert line_through(SIZES, [1e-12 * size**2 for size in SIZES]).largest_deviation > 0.5
-
-
-@given(exponent=st.floats(-3, 3), factor=st.floats(0.1, 100))
-def test_a_power_law_gives_its_exponent(exponent: float, factor: float) -> None:
-    x = np.array([0.02, 0.1, 0.4, 0.8])
-    assert power(x.tolist(), (factor * x**exponent).tolist()) == pytest.approx(exponent, abs=1e-6)
 
 
 def test_samples_that_antialiasing_adds_count_with_one_a_pixel() -> None:

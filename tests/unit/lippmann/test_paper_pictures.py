@@ -9,6 +9,7 @@ import pytest
 
 from lippmann.errors import LippmannError
 from lippmann.paper import plot
+from lippmann.paper.lens_image import image_size, likeness
 from lippmann.paper.machine import Machine
 from lippmann.paper.panels import GAP_PX, Panel, cut, enlarged, fitted, write_panels
 from lippmann.paper.run import FIGURES, run_figure
@@ -74,3 +75,18 @@ def test_every_figure_has_its_function(name: str) -> None:
     from importlib import import_module
 
     assert callable(getattr(import_module(f"lippmann.paper.{FIGURES[name]}"), name))
+
+
+def test_size_and_distortion_of_an_image_are_read_off_its_places() -> None:
+    """A barrel: the image of x is m x (1 - 0.04 (x / 176)^2), so the edge is 4 % too near to the axis."""
+    seen = np.linspace(-176, 176, 201)
+    window = -0.28 * seen * (1 - 0.04 * (seen / 176) ** 2)
+    found = image_size(window, seen)
+    assert found["magnification"] == pytest.approx(-0.28, rel=2e-3)
+    assert found["distortion_at_the_edge"] == pytest.approx(-0.04, abs=2e-3)
+
+
+def test_of_the_flips_of_a_picture_the_right_one_is_told() -> None:
+    scene = noise(40, 50).astype(np.float32)
+    assert likeness(scene, scene[::-1, ::-1])["orientation"] == "turned by 180 degrees"
+    assert likeness(scene, scene)["orientation"] == "upright"

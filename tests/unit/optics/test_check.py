@@ -100,10 +100,23 @@ def test_an_asphere_of_glass_is_refused_by_name(more: dict[str, Any], message: s
 
 
 @pytest.mark.parametrize(
-    ("mm_per_unit", "method"), [(1.0, "raytraced"), (1000.0, "ray_camera"), (0.0001, "ray_camera")]
+    ("more", "method"),
+    [
+        ({}, "ray_camera"),
+        ({"capture": {"method": "raytraced"}}, "raytraced"),
+        ({"render": {"antialias": {}}}, "raytraced"),
+        ({"rig": {"dispersion": True}}, "raytraced"),
+    ],
 )
-def test_a_scene_of_another_scale_goes_by_the_ray_camera(mm_per_unit: float, method: str) -> None:
-    assert capture_method(job(), STAGE.model_copy(update={"mm_per_unit": mm_per_unit})) == method
+def test_the_cheaper_road_is_taken_that_can_do_it(more: dict[str, Any], method: str) -> None:
+    assert capture_method(parse_spec({"scene": "fish"} | more), STAGE) == method
+
+
+@pytest.mark.parametrize("mm_per_unit", [1000.0, 0.0001])
+def test_glass_at_a_scale_that_spoils_it_is_refused(mm_per_unit: float) -> None:
+    spec = parse_spec({"scene": "fish", "capture": {"method": "raytraced"}})
+    with pytest.raises(OpticsError, match=r"capture\.method: expected ray_camera, because stage\.mm_per_unit is .*"):
+        capture_method(spec, STAGE.model_copy(update={"mm_per_unit": mm_per_unit}))
 
 
 def test_a_sweep_is_checked_at_its_keys() -> None:

@@ -88,9 +88,7 @@ def test_the_viewing_zone_spans_the_viewing_angle(gap_mm: float) -> None:
     assert viewing_zone_mm(pitch_mm=1.0, gap_mm=gap_mm, distance_mm=10.0, apart_mm=99.0) == 0.0
 
 
-@pytest.mark.parametrize(
-    ("pixel_mm", "front_mm", "back_mm"), [(DPI_600_MM, 72.0, 85.0), (DPI_203_MM, 26.0, 27.0)]
-)
+@pytest.mark.parametrize(("pixel_mm", "front_mm", "back_mm"), [(DPI_600_MM, 72.0, 85.0), (DPI_203_MM, 26.0, 27.0)])
 def test_a_print_and_a_panel_resolve_what_is_published_at_one_metre(
     pixel_mm: float, front_mm: float, back_mm: float
 ) -> None:

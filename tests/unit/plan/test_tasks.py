@@ -9,7 +9,7 @@ import pytest
 from worker.job.events import ProbeResult
 from worker.job.orders import TaskKind
 from worker.job.spec import JobSpec, parse_spec
-from worker.plan.cost import COMFORTABLE_S, WORTHWHILE_S
+from worker.plan.cost import COMFORTABLE_PX, COMFORTABLE_S, WORTHWHILE_S
 from worker.plan.sampling import frame_size
 from worker.plan.tasks import plan_sheet, plan_tasks
 
@@ -53,6 +53,13 @@ def test_a_still_is_cut_for_all_slots_but_not_below_what_is_worthwhile() -> None
 def test_a_short_frame_of_a_sequence_is_not_cut() -> None:
     sheet = plan_sheet(job(), probed(6.0), slots=2)
     assert (sheet.tile_rows, sheet.tile_cols) == (1, 1)
+
+
+def test_a_large_tile_is_cut_for_memory_even_when_it_is_quick() -> None:
+    rig = {"lens_array": {"count": [100, 100]}, "px_per_lens": 24}
+    spec = parse_spec({"scene": "fish", "rig": rig, "capture": {"supersample": 2}})
+    sheet = plan_sheet(spec, ProbeResult(start_s=0.7, s_per_px=1e-9, tileable=True), slots=1)
+    assert 4 * 2400 * 2400 / sheet.tile_rows <= COMFORTABLE_PX
 
 
 def test_antialiasing_that_leaves_seams_is_never_cut() -> None:
