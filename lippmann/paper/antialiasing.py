@@ -1,6 +1,6 @@
 """Fig. 9: rendering time against the antialiasing threshold, sampling methods 1 and 2, depth 3.
 
-At threshold 0.02 a frame takes 8 to 16 times as long as without antialiasing. So a sixth of the video frame is timed,
+At threshold 0.02 a frame takes 12 to 26 times as long as without antialiasing. So a sixth of the video frame is timed,
 15 of its 90 columns of lenses from top to bottom: each of its pixels is what it is in the whole frame.
 """
 

@@ -182,8 +182,8 @@ def _sheared_apex(apex: Array, foot: Array) -> Array:
     return np.array([apex[0] - foot[0] + apex[2], apex[1] - foot[1] + apex[2], apex[2]])
 
 
-def _apex_codes(scaffold: Scaffold) -> list[int]:
-    return _coded(_sheared_apex(scaffold.apex_mm, scaffold.foot_mm), scaffold).tolist()
+def _apex_codes(scaffold: Scaffold) -> NDArray[np.int32]:
+    return _coded(_sheared_apex(scaffold.apex_mm, scaffold.foot_mm), scaffold)
 
 
 def _coded(coordinates: Array, scaffold: Scaffold) -> NDArray[np.int32]:
