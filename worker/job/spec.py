@@ -53,8 +53,8 @@ class Capture(_Part):
 class Antialias(_Part):
     """POV-Ray's antialiasing over the whole image; it blurs the borders of the cells."""
 
-    threshold: float = Field(default=0.3, gt=0, le=1)
-    """Neighbours that differ by more are sampled again."""
+    threshold: float = Field(default=0.3, gt=0, lt=1)
+    """Neighbours that differ by more are sampled again; POV-Ray 3.7 takes 1 for none."""
     method: Literal[1, 2] = 2
     """1: not recursive, never tiled. 2: adaptive and recursive."""
     depth: int = Field(default=3, ge=1, le=9)

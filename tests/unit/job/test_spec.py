@@ -77,7 +77,7 @@ def test_writing_and_reading_a_job_are_inverse() -> None:
         ({"capture": {"supersample": 9}}, "capture.supersample", "less than or equal to 8", "9"),
         ({"capture": {"method": "magic"}}, "capture.method", "'ray_camera'", "'magic'"),
         ({"render": {"antialias": "on"}}, "render.antialias", "'off'", "'on'"),
-        ({"render": {"antialias": {"threshold": 3}}}, "render.antialias.threshold", "less than or equal to 1", "3"),
+        ({"render": {"antialias": {"threshold": 3}}}, "render.antialias.threshold", "less than 1", "3"),
         ({"render": {"antialias": {"method": 1}, "tiles": [2, 1]}}, "render", "method 1, which leaves seams", "(2, 1)"),
         (
             {"capture": {"method": "ray_camera"}, "render": {"antialias": {}}},

@@ -18,7 +18,7 @@ from lippmann.client.errors import refusal
 from worker.errors import BundleError, RenderFailed, SpecError
 
 ROOT = Path(__file__).parents[3]
-HEAVY = ("numpy", "celery", "fastapi", "httpx", "pydantic", "sqlalchemy", "OpenImageIO", "av", "redis")
+HEAVY = ("numpy", "celery", "fastapi", "httpx", "pydantic", "sqlalchemy", "OpenImageIO", "av", "redis", "matplotlib")
 
 
 def _commands(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
