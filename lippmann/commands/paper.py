@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated
 
@@ -18,55 +19,27 @@ app = typer.Typer(
 Out = Annotated[Path, typer.Option(help="The folder to write to.")]
 Quick = Annotated[bool, typer.Option("--quick", help="Small, in seconds, in place of the paper's settings.")]
 
-OUT = Path("out/paper")
+FIGURES = {
+    "fig3": "Make a sample capture with the square array, and part of it enlarged.",
+    "fig4": "Make a sample capture with the hexagonal array, and part of it enlarged.",
+    "fig5": "Show the scene, and its image behind the imaging lens.",
+    "fig7": "Capture with four positions of the array, from real to virtual, and measure the depths.",
+    "fig8": "Measure rendering time against pixels per lens.",
+    "fig9": "Measure rendering time against the antialiasing threshold, with both sampling methods.",
+    "fig10": "Make two successive frames of an integral video.",
+    "fig11": "Make the 16 views of these frames, and the movie of all views.",
+}
 
 
-@app.command()
-def fig3(out: Out = OUT, quick: Quick = False, as_json: AsJson = False) -> None:
-    """Make a sample capture with the square array, and part of it enlarged."""
-    _make("fig3", out, quick, as_json)
+def _command(name: str) -> Callable[..., None]:
+    def figure(out: Out = Path("out/paper"), quick: Quick = False, as_json: AsJson = False) -> None:
+        _make(name, out, quick, as_json)
+
+    return figure
 
 
-@app.command()
-def fig4(out: Out = OUT, quick: Quick = False, as_json: AsJson = False) -> None:
-    """Make a sample capture with the hexagonal array, and part of it enlarged."""
-    _make("fig4", out, quick, as_json)
-
-
-@app.command()
-def fig5(out: Out = OUT, quick: Quick = False, as_json: AsJson = False) -> None:
-    """Show the scene, and its image behind the imaging lens."""
-    _make("fig5", out, quick, as_json)
-
-
-@app.command()
-def fig7(out: Out = OUT, quick: Quick = False, as_json: AsJson = False) -> None:
-    """Capture with four positions of the array, from real to virtual, and measure the depths."""
-    _make("fig7", out, quick, as_json)
-
-
-@app.command()
-def fig8(out: Out = OUT, quick: Quick = False, as_json: AsJson = False) -> None:
-    """Measure rendering time against pixels per lens."""
-    _make("fig8", out, quick, as_json)
-
-
-@app.command()
-def fig9(out: Out = OUT, quick: Quick = False, as_json: AsJson = False) -> None:
-    """Measure rendering time against the antialiasing threshold, with both sampling methods."""
-    _make("fig9", out, quick, as_json)
-
-
-@app.command()
-def fig10(out: Out = OUT, quick: Quick = False, as_json: AsJson = False) -> None:
-    """Make two successive frames of an integral video."""
-    _make("fig10", out, quick, as_json)
-
-
-@app.command()
-def fig11(out: Out = OUT, quick: Quick = False, as_json: AsJson = False) -> None:
-    """Make the 16 views of these frames, and the movie of all views."""
-    _make("fig11", out, quick, as_json)
+for _name, _help in FIGURES.items():
+    app.command(_name, help=_help)(_command(_name))
 
 
 def _make(name: str, out: Path, quick: bool, as_json: bool) -> None:
