@@ -49,7 +49,7 @@ def _read_json(path: Path, text: str) -> Prescription:
 
     from worker.errors import SpecError
     from worker.job.lens import Prescription
-    from worker.job.spec import problems_of
+    from worker.job.problems import problems_of
 
     try:
         return Prescription.model_validate(json.loads(text))

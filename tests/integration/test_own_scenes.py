@@ -235,6 +235,32 @@ def test_a_scene_may_have_any_name_and_includes_beside_it(tmp_path: Path, file: 
     assert small_capture(tmp_path, text, file=file) == pytest.approx(0.5, abs=0.001)
 
 
+GREY = "#version 3.7; global_settings { assumed_gamma 1 } background { rgb 0.5 }\n"
+TAKES_GREY = '#include "rays.inc"\nbackground { Grey }'
+METHODS = pytest.mark.parametrize("method", ["raytraced", "ray_camera"])
+
+
+@METHODS
+@pytest.mark.parametrize("file", ["rays.inc", "lippmann/stage.inc", "lippmann.pov"])
+def test_a_scene_may_be_named_as_a_file_of_the_rig_is(tmp_path: Path, file: str, method: str) -> None:
+    assert small_capture(tmp_path, GREY, file=file, method=method) == pytest.approx(0.5, abs=0.001)
+
+
+@METHODS
+@pytest.mark.parametrize("file", ["scene.pov", "sub/scene.inc"])
+def test_a_scene_includes_its_own_file_of_any_name_and_the_rig_its_own(
+    tmp_path: Path, file: str, method: str
+) -> None:
+    """The rig's includes of a bundle may be old copies, or broken: only the scene's own business."""
+    beside = tmp_path / "bundle" / Path(file).parent
+    (beside / "lippmann").mkdir(parents=True)
+    (beside / "rays.inc").write_text("#declare Grey = rgb 0.5;")
+    for name in ("stage.inc", "glass.inc", "capture.inc", "ray_camera.inc"):
+        (beside / "lippmann" / name).write_text("#error")
+    text = "#version 3.7; global_settings { assumed_gamma 1 }\n" + TAKES_GREY
+    assert small_capture(tmp_path, text, file=file, method=method) == pytest.approx(0.5, abs=0.001)
+
+
 @pytest.mark.parametrize(("method", "fog_mm"), [("raytraced", 1454), ("ray_camera", 1000)])
 def test_fog_fills_a_rig_of_glass_and_ends_at_the_lens_of_the_ray_camera(
     tmp_path: Path, method: str, fog_mm: float

@@ -16,7 +16,14 @@ from pydantic import BaseModel, ConfigDict, Field, field_validator
 ANIMATED_PARTS = ("rig", "stage", "parameters")
 """The parts of a job whose numbers may change with the frame."""
 
-Key = tuple[Annotated[int, Field(ge=1)], float]
+MAX_FRAME_NUMBER = 999_999
+MAX_KEYS = 1000
+"""Of a job, all numbers together."""
+MAX_VALUE = 1e15
+MAX_DEPTH = 20
+"""Of a job's JSON: what lies deeper is no number of a job."""
+
+Key = tuple[Annotated[int, Field(ge=1, le=MAX_FRAME_NUMBER)], Annotated[float, Field(ge=-MAX_VALUE, le=MAX_VALUE)]]
 """A frame and the value there."""
 
 
@@ -25,7 +32,7 @@ class Keyframes(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
-    keyframes: Annotated[tuple[Key, ...], Field(min_length=1, max_length=10_000)]
+    keyframes: Annotated[tuple[Key, ...], Field(min_length=1, max_length=MAX_KEYS)]
     """(frame, value), frames rising."""
     interpolation: Literal["linear", "smooth"] = "linear"
     """`smooth`: a cubic without overshoot, its slope continuous."""
@@ -44,42 +51,42 @@ class Keyframes(BaseModel):
         >>> Keyframes(keyframes=((1, 60.0), (3, 40.0))).at(2)
         50.0
         """
-        frames = [key[0] for key in self.keyframes]
-        values = [key[1] for key in self.keyframes]
-        after = bisect_right(frames, frame)
+        keys = self.keyframes
+        after = bisect_right(keys, frame, key=lambda key: key[0])
         if after == 0:
-            return values[0]
-        if after == len(frames):
-            return values[-1]
-        part = (frame - frames[after - 1]) / (frames[after] - frames[after - 1])
+            return keys[0][1]
+        if after == len(keys):
+            return keys[-1][1]
+        (begin, low), (end, high) = keys[after - 1], keys[after]
+        part = (frame - begin) / (end - begin)
         if self.interpolation == "linear":
-            return values[after - 1] + part * (values[after] - values[after - 1])
-        return _cubic(frames, values, after - 1, part)
+            return (1 - part) * low + part * high
+        return _cubic(keys, after - 1, part)
 
 
-def _cubic(frames: Sequence[int], values: Sequence[float], left: int, part: float) -> float:
+def _cubic(keys: Sequence[Key], left: int, part: float) -> float:
     """Return the monotone cubic of Fritsch and Carlson (SIAM J. Numer. Anal. 17, 238 (1980)) between two keys."""
-    width = frames[left + 1] - frames[left]
-    begin, end = (width * _slope(frames, values, key) for key in (left, left + 1))
+    (begin, low), (end, high) = keys[left], keys[left + 1]
+    slope_left, slope_right = ((end - begin) * _slope(keys, key) for key in (left, left + 1))
     rest = 1.0 - part
     return (
-        values[left] * (1 + 2 * part) * rest**2
-        + values[left + 1] * part**2 * (3 - 2 * part)
-        + begin * part * rest**2
-        - end * part**2 * rest
+        low * (1 + 2 * part) * rest**2
+        + high * part**2 * (3 - 2 * part)
+        + slope_left * part * rest**2
+        - slope_right * part**2 * rest
     )
 
 
-def _slope(frames: Sequence[int], values: Sequence[float], key: int) -> float:
+def _slope(keys: Sequence[Key], key: int) -> float:
     """Return the slope at a key: none at ends and turning points, else the weighted harmonic mean of its neighbours.
 
     Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5, 300 (1984).
     """
-    if key in (0, len(frames) - 1):
+    if key in (0, len(keys) - 1):
         return 0.0
-    before, after = frames[key] - frames[key - 1], frames[key + 1] - frames[key]
-    rise_before = (values[key] - values[key - 1]) / before
-    rise_after = (values[key + 1] - values[key]) / after
+    before, after = keys[key][0] - keys[key - 1][0], keys[key + 1][0] - keys[key][0]
+    rise_before = (keys[key][1] - keys[key - 1][1]) / before
+    rise_after = (keys[key + 1][1] - keys[key][1]) / after
     if rise_before * rise_after <= 0:
         return 0.0
     weight_before, weight_after = 2 * after + before, after + 2 * before
@@ -93,18 +100,20 @@ def lift(job: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     ({'rig': {'lens_array': {'offset_mm': 60}}}, {'rig.lens_array.offset_mm': {'keyframes': [[1, 60], [2, 40]]}})
     """
     found: dict[str, Any] = {}
-    parts = {name: _lifted(value, name, found) if name in ANIMATED_PARTS else value for name, value in job.items()}
+    parts = {name: _lifted(value, name, found, 1) if name in ANIMATED_PARTS else value for name, value in job.items()}
     return parts, found
 
 
-def _lifted(value: Any, path: str, found: dict[str, Any]) -> Any:
+def _lifted(value: Any, path: str, found: dict[str, Any], depth: int) -> Any:
+    if depth > MAX_DEPTH:
+        return value
     if isinstance(value, Mapping):
         if "keyframes" in value:
             found[path] = value
             return _first_of(value["keyframes"])
-        return {name: _lifted(inner, f"{path}.{name}", found) for name, inner in value.items()}
+        return {name: _lifted(inner, f"{path}.{name}", found, depth + 1) for name, inner in value.items()}
     if isinstance(value, list | tuple):
-        return [_lifted(inner, f"{path}.{number}", found) for number, inner in enumerate(value)]
+        return [_lifted(inner, f"{path}.{number}", found, depth + 1) for number, inner in enumerate(value)]
     return value
 
 
@@ -116,8 +125,8 @@ def _first_of(keys: Any) -> Any:
         return 1.0
 
 
-def put(job: dict[str, Any], path: str, value: float) -> None:
-    """Set a number in a job's JSON.
+def put(job: dict[str, Any], path: str, value: float) -> Any:
+    """Set a number in a job's JSON, and return what stood there.
 
     Raises
     ------
@@ -127,10 +136,22 @@ def put(job: dict[str, Any], path: str, value: float) -> None:
     *above, last = path.split(".")
     place: Any = job
     for name in above:
-        place = place[int(name)] if isinstance(place, list) else place[name]
-        if not isinstance(place, dict | list):
-            raise KeyError(path)
-    if isinstance(place, list):
-        place[int(last)] = value
-    else:
-        place[last] = value
+        place = _inner(place, name)
+    before = _inner(place, last)
+    place[_index(place, last)] = value
+    return before
+
+
+def _inner(place: Any, name: str) -> Any:
+    try:
+        return place[_index(place, name)]
+    except (IndexError, TypeError) as error:
+        raise KeyError(name) from error
+
+
+def _index(place: Any, name: str) -> str | int:
+    if not isinstance(place, list):
+        return name
+    if not (name.isascii() and name.isdigit() and len(name) < 5):
+        raise KeyError(name)
+    return int(name)

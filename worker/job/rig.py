@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, Tag, model_validator
 
 from worker.job.lens import NamedLens, Prescription
+from worker.job.misfit import Misfit
 from worker.job.presets import LENS_ARRAYS
 from worker.job.tagged import told_by
 
@@ -60,7 +61,7 @@ class LensArray(_Part):
     index: float = Field(default=1.49, gt=1, le=4)
     aperture: Literal["full", "inscribed"] = "full"
     """Where the rim of a lens lies: through the corners of its cell, or on the circle inside it."""
-    offset_mm: float = 40.0
+    offset_mm: float = Field(default=40.0, ge=-1e6, le=1e6)
     """From the image of the scene's reference plane to the MLA, positive toward the imaging lens."""
     substrate_mm: float = Field(default=0.0, ge=0, le=1000)
     """Glass below the lenses of the array on the display; the array of the capture is thin."""
@@ -72,7 +73,7 @@ class LensArray(_Part):
             return data
         if data["preset"] not in LENS_ARRAYS:
             known = ", ".join(sorted(LENS_ARRAYS))
-            raise ValueError(f"a preset of {known}, got {data['preset']!r}")
+            raise Misfit("preset", expected=f"one of {known}", got=repr(data["preset"]))
         return {**LENS_ARRAYS[data["preset"]], **data}
 
 
@@ -80,8 +81,11 @@ class Camera(_Part):
     """The camera behind the MLA."""
 
     projection: Literal["orthographic", "perspective"] = "orthographic"
-    angle_deg: float = Field(default=PAPER_CAMERA_ANGLE_DEG, gt=0, lt=90)
+    angle_deg: float = Field(default=PAPER_CAMERA_ANGLE_DEG, ge=0.001, lt=90)
     """Full angle of view of the perspective camera; its distance follows from it."""
+
+
+WindowPx = Annotated[int, Field(ge=1, le=MAX_FRAME_PX)]
 
 
 class Device(_Part):
@@ -92,15 +96,15 @@ class Device(_Part):
     """Of pixels; either this or `dpi`."""
     margin_px: int = Field(default=0, ge=0, le=MAX_FRAME_PX)
     """Dark pixels around the array."""
-    window_px: tuple[Annotated[int, Field(ge=1, le=65_536)], Annotated[int, Field(ge=1, le=65_536)]] | None = None
+    window_px: tuple[WindowPx, WindowPx] | None = None
     """(rows, cols) of the whole picture, the array in its middle; either this or `margin_px`."""
 
     @model_validator(mode="after")
     def _said_once(self) -> Self:
         if (self.dpi is None) == (self.pitch_um is None):
-            raise ValueError(f"either dpi or pitch_um, got {'neither' if self.dpi is None else 'both'}")
+            raise Misfit("dpi", expected="either this or pitch_um", got="neither" if self.dpi is None else "both")
         if self.window_px is not None and self.margin_px:
-            raise ValueError("either window_px or margin_px, got both")
+            raise Misfit("margin_px", expected="either this or window_px", got="both")
         return self
 
     @property
@@ -146,22 +150,22 @@ class Rig(_Part):
     def _fits_in_a_picture(self) -> Self:
         longest = max(self.lens_array.count) * self.px_per_lens
         if longest > MAX_FRAME_PX:
-            raise ValueError(f"count x px_per_lens of at most {MAX_FRAME_PX} px a side, got {longest} px")
+            expected = f"count x px_per_lens of at most {MAX_FRAME_PX} px a side"
+            raise Misfit("px_per_lens", expected=expected, got=f"{longest} px")
         return self
 
     @model_validator(mode="after")
     def _one_stop(self) -> Self:
         if self.f_number is not None and self.stop_mm is not None:
-            raise ValueError("either f_number or stop_mm, got both")
+            raise Misfit("f_number", expected="either this or stop_mm", got="both")
         if self.imaging_lens is None and (self.f_number is not None or self.stop_mm is not None):
-            raise ValueError("an imaging lens for the stop to stand in, got imaging_lens null")
+            field = "f_number" if self.f_number is not None else "stop_mm"
+            raise Misfit(field, expected="an imaging lens for the stop to stand in", got="imaging_lens null")
         return self
 
     @model_validator(mode="after")
     def _even_under_hexagons(self) -> Self:
         if self.lens_array.lattice == "hexagonal" and self.px_per_lens % 2:
-            raise ValueError(
-                "an even px_per_lens on a hexagonal lattice, whose rows are shifted by half a lens, "
-                f"got {self.px_per_lens}"
-            )
+            expected = "an even number on a hexagonal lattice, whose rows are shifted by half a lens"
+            raise Misfit("px_per_lens", expected=expected, got=self.px_per_lens)
         return self

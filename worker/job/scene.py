@@ -12,7 +12,8 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from worker.errors import BundleError, FieldProblem, SpecError
-from worker.job.spec import Clock, ParameterValue, problems_of
+from worker.job.problems import problems_of
+from worker.job.spec import Clock, Mm, MmPerUnit, ParameterValue, Vector
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _FILE = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.+-]*/)*[A-Za-z0-9_][A-Za-z0-9_. +-]*\.(?:pov|inc)", re.IGNORECASE)
@@ -21,21 +22,21 @@ _FILE = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.+-]*/)*[A-Za-z0-9_][A-Za-z0-9_. 
 SCENE_FILE = "scene.inc"
 """What POV-Ray reads of a bundle that names no other file."""
 
+MAX_PARAMETER = 1e15
+"""POV-Ray reckons in 64-bit floats, which tell whole numbers apart up to here."""
+
 RESERVED = frozenset(
     (
-        *("clock", "version", "pi", "tau", "x", "y", "z", "t", "u", "v"),
+        *("keyframes", "clock", "version", "pi", "tau", "x", "y", "z", "t", "u", "v"),
         *("red", "green", "blue", "filter", "transmit"),
         *("image_width", "image_height", "frame_number", "initial_clock", "final_clock", "clock_delta"),
     )
 )
-"""Words that POV-Ray keeps for itself and that a parameter might be named by."""
+"""Words that POV-Ray, or a job, keeps for itself and that a parameter might be named by."""
 
 
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-Vector = tuple[float, float, float]
 
 
 class Stage(_Part):
@@ -45,12 +46,12 @@ class Stage(_Part):
     """The vertex of surface 1 of the imaging lens."""
     look_at: Vector
     up: Vector = (0.0, 1.0, 0.0)
-    mm_per_unit: float = Field(default=1.0, gt=0)
+    mm_per_unit: MmPerUnit = 1.0
     """Millimetres of the rig in one unit of the scene."""
-    near_mm: float = Field(gt=0)
+    near_mm: Mm
     """From surface 1 to the nearest thing that should come out sharp."""
-    far_mm: float = Field(gt=0)
-    reference_mm: float = Field(default_factory=lambda given: given["near_mm"], gt=0)
+    far_mm: Mm
+    reference_mm: Mm = Field(default_factory=lambda given: given["near_mm"])
     """From surface 1 to the scene's reference plane; near_mm when not given."""
 
     @model_validator(mode="after")
@@ -95,6 +96,8 @@ class Parameter(_Part):
             return None if right else "a colour like '#20a0ff'"
         if isinstance(value, bool) or not isinstance(value, int | float):
             return f"{'an integer' if self.type == 'integer' else 'a number'}"
+        if abs(value) > MAX_PARAMETER:
+            return f"{self.type} from {-MAX_PARAMETER:g} to {MAX_PARAMETER:g}"
         if self.type == "integer" and not float(value).is_integer():
             return "an integer"
         below = self.minimum is not None and value < self.minimum

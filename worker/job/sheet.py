@@ -10,9 +10,10 @@ from typing import Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from worker.errors import SpecError
+from worker.errors import FieldProblem, SpecError
+from worker.job.problems import problems_of
 from worker.job.scene import SCENE_FILE, SceneCard, Stage
-from worker.job.spec import Clock, JobSpec, ParameterValue, StageChange, problems_of
+from worker.job.spec import Clock, JobSpec, ParameterValue, StageChange
 
 
 class _Part(BaseModel):
@@ -43,12 +44,14 @@ class JobSheet(_Part):
         SpecError
             If the scene does not have a parameter, or it or the stage is out of bounds, at any keyframe.
         """
-        for frame, there in spec.at_keys():
+        _check_moving_parameters(spec, card)
+        for frame in spec.tried_frames():
             try:
+                there = spec.at(frame)
                 card.resolve(there.parameters)
                 changed_stage(card.stage, there.stage)
             except SpecError as error:
-                raise _at_frame(error, frame) if spec.animation else error from error
+                raise at_frame(error, frame) if spec.animation else error from error
         return cls(
             job_id=job_id,
             spec=spec,
@@ -86,8 +89,25 @@ def changed_stage(stage: Stage, change: StageChange) -> Stage:
         ) from error
 
 
-def _at_frame(error: SpecError, frame: int) -> SpecError:
-    return SpecError.of(replace(problem, got=f"{problem.got} at frame {frame}") for problem in error.problems)
+def _check_moving_parameters(spec: JobSpec, card: SceneCard) -> None:
+    """Refuse keyframes on parameters that know no values between two others."""
+    problems = []
+    for path in spec.animation:
+        part, _, name = path.partition(".")
+        if part == "parameters" and name in card.parameters and card.parameters[name].type != "number":
+            got = f"type {card.parameters[name].type}"
+            problems.append(FieldProblem(field=path, expected="a parameter of type number for keyframes", got=got))
+    if problems:
+        raise SpecError.of(problems)
+
+
+def at_frame(error: SpecError, frame: int) -> SpecError:
+    """Return the error with the frame at which it came, if it does not say so yet."""
+    where = f" at frame {frame}"
+    return type(error).of(
+        problem if problem.got.endswith(where) else replace(problem, got=problem.got + where)
+        for problem in error.problems
+    )
 
 
 class PlanSheet(_Part):

@@ -6,7 +6,8 @@ field that is wrong, what was expected there and what came.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Annotated, Any, Literal, Self, get_args
 
 from pydantic import (
@@ -22,9 +23,11 @@ from pydantic import (
 
 from worker.errors import FieldProblem, SpecError
 from worker.job.frames import parse_frames
-from worker.job.keyframes import ANIMATED_PARTS, Keyframes, lift, put
+from worker.job.keyframes import ANIMATED_PARTS, MAX_KEYS, Keyframes, lift, put
+from worker.job.misfit import Misfit
+from worker.job.problems import problems_of
 from worker.job.rig import MAX_FRAME_PX, Rig
-from worker.job.tagged import told_by, untagged
+from worker.job.tagged import told_by
 
 ParameterValue = bool | int | float | str
 
@@ -35,6 +38,18 @@ OUTPUTS: tuple[Output, ...] = get_args(Output)
 
 STILL_FIELDS = ("rig.lens_array.count", "rig.px_per_lens", "rig.device")
 """Numbers that say how many pixels a frame has: the same for every frame."""
+
+MAX_TRIED = 100
+"""Frames, and keyframes between them, at which an animated job is tried when it arrives: a third of a second."""
+
+MAX_MM = 1e9
+"""A thousand kilometres: more is a slip of units."""
+
+Mm = Annotated[float, Field(gt=0, le=MAX_MM)]
+Coordinate = Annotated[float, Field(ge=-MAX_MM, le=MAX_MM)]
+Vector = tuple[Coordinate, Coordinate, Coordinate]
+MmPerUnit = Annotated[float, Field(ge=1e-4, le=1e5)]
+"""From scenes in tenths of a micrometre to scenes in hundreds of metres; beyond, rays lose digits (measured)."""
 
 
 class _Part(BaseModel):
@@ -82,7 +97,7 @@ class RenderSettings(_Part):
     @model_validator(mode="after")
     def _method_1_whole(self) -> Self:
         if not self.may_be_tiled and self.tiles not in ("auto", (1, 1)):
-            raise ValueError(f"tiles auto or [1, 1] with antialias method 1, which leaves seams, got {self.tiles}")
+            raise Misfit("tiles", expected="auto or [1, 1] with antialias method 1, which leaves seams", got=self.tiles)
         return self
 
     @property
@@ -104,13 +119,13 @@ class Display(_Part):
 class StageChange(_Part):
     """What a job says otherwise about the scene's stage; see `worker.job.scene.Stage`."""
 
-    location: tuple[float, float, float] | None = None
-    look_at: tuple[float, float, float] | None = None
-    up: tuple[float, float, float] | None = None
-    mm_per_unit: float | None = Field(default=None, gt=0)
-    reference_mm: float | None = Field(default=None, gt=0)
-    near_mm: float | None = Field(default=None, gt=0)
-    far_mm: float | None = Field(default=None, gt=0)
+    location: Vector | None = None
+    look_at: Vector | None = None
+    up: Vector | None = None
+    mm_per_unit: MmPerUnit | None = None
+    reference_mm: Mm | None = None
+    near_mm: Mm | None = None
+    far_mm: Mm | None = None
 
 
 class Clock(_Part):
@@ -162,6 +177,21 @@ class JobSpec(_Part):
         given = constant.get("animation", {})
         return constant | {"animation": {**given, **found}} if found and isinstance(given, Mapping) else data
 
+    @model_validator(mode="after")
+    def _keyframes_are_meant(self) -> Self:
+        if sum(len(keyframes.keyframes) for keyframes in self.animation.values()) > MAX_KEYS:
+            raise Misfit("animation", expected=f"at most {MAX_KEYS} keyframes in all", got="more")
+        data = self.model_dump(mode="json", include=set(ANIMATED_PARTS)) if self.animation else {}
+        for path, keyframes in self.animation.items():
+            first = keyframes.keyframes[0][1]
+            try:
+                written = put(data, path, first)
+            except KeyError:
+                continue  # `parse_spec` says so
+            if written not in (None, first):
+                raise Misfit(path, expected=f"the first of its keyframes, {first:g}, or none of them", got=written)
+        return self
+
     @field_validator("outputs")
     @classmethod
     def _each_once(cls, outputs: tuple[str, ...]) -> tuple[str, ...]:
@@ -173,15 +203,17 @@ class JobSpec(_Part):
     def _fits_supersampled(self) -> Self:
         longest = max(self.rig.lens_array.count) * self.rig.px_per_lens * self.capture.supersample
         if longest > MAX_FRAME_PX:
-            raise ValueError(f"count x px_per_lens x supersample of at most {MAX_FRAME_PX} px a side, got {longest} px")
+            expected = f"count x px_per_lens x supersample of at most {MAX_FRAME_PX} px a side"
+            raise Misfit("capture.supersample", expected=expected, got=f"{longest} px")
         return self
 
     @model_validator(mode="after")
     def _ray_camera_alone(self) -> Self:
         if self.capture.method == "ray_camera" and self.render.antialias != "off":
-            raise ValueError("capture.supersample in place of render.antialias with the ray camera, got antialias")
+            expected = "off with capture.method ray_camera, which has one ray a pixel: capture.supersample is for it"
+            raise Misfit("render.antialias", expected=expected, got="on")
         if self.capture.method == "ray_camera" and self.rig.dispersion:
-            raise ValueError("capture.method raytraced with rig.dispersion, got ray_camera, whose rays have one colour")
+            raise Misfit("rig.dispersion", expected="false with capture.method ray_camera, of one colour", got="true")
         return self
 
     @property
@@ -194,22 +226,61 @@ class JobSpec(_Part):
 
         Raises
         ------
-        ValidationError
-            If a number is out of bounds there; `parse_spec` has tried every key.
+        SpecError
+            If a number is out of bounds there.
         """
         if not self.animation:
             return self
-        data = self.model_dump(mode="json", exclude={"animation"})
-        for path, keyframes in self.animation.items():
-            put(data, path, keyframes.at(frame))
-        return JobSpec.model_validate(data)
+        try:
+            return self.moved({path: keyframes.at(frame) for path, keyframes in self.animation.items()})
+        except ValidationError as error:
+            raise SpecError.of(
+                replace(problem, got=f"{problem.got} at frame {frame}") for problem in problems_of(error)
+            ) from error
 
-    def at_keys(self) -> Iterator[tuple[int, JobSpec]]:
-        """Yield (frame, job there) at the first frame, the last, and every key between them."""
-        first, *_, last = (*self.frame_numbers[:1], *self.frame_numbers[-1:])
-        keys = {key for keyframes in self.animation.values() for key, _ in keyframes.keyframes}
-        for frame in sorted({first, last} | {key for key in keys if first < key < last}):
-            yield frame, self.at(frame)
+    def moved(self, values: Mapping[str, float]) -> JobSpec:
+        """Return the job without keyframes, with other numbers at some paths.
+
+        Raises
+        ------
+        KeyError
+            If there is no such number.
+        ValidationError
+            If one is out of bounds.
+        """
+        data = self.model_dump(mode="json", include=set(ANIMATED_PARTS))
+        for path, value in values.items():
+            before = put(data, path, value)
+            if isinstance(before, bool | str | list | dict):
+                raise KeyError(path)
+        there = _Moving.model_validate(data)
+        update = {"rig": there.rig, "stage": there.stage, "parameters": there.parameters, "animation": {}}
+        return self.model_copy(update=update)
+
+    def tried_frames(self) -> tuple[int, ...]:
+        """Return the frames at which a job is tried before it is taken: all, or of many those that tell most."""
+        numbers = self.frame_numbers
+        if not self.animation:
+            return numbers[:1]
+        keyed = {key for keyframes in self.animation.values() for key, _ in keyframes.keyframes}
+        between = sorted(key for key in keyed if numbers[0] < key < numbers[-1])
+        return tuple(sorted({*_spread(numbers), *_spread(between)}))
+
+
+class _Moving(_Part):
+    """What of a job may change with the frame."""
+
+    rig: Rig
+    stage: StageChange
+    parameters: dict[str, ParameterValue]
+
+
+def _spread(numbers: Sequence[int]) -> Sequence[int]:
+    """Return at most `MAX_TRIED` of rising numbers, the first and the last among them."""
+    last = len(numbers) - 1
+    if last < MAX_TRIED:
+        return numbers
+    return [numbers[last * place // (MAX_TRIED - 1)] for place in range(MAX_TRIED)]
 
 
 def parse_spec(data: Any) -> JobSpec:
@@ -234,20 +305,15 @@ def parse_spec(data: Any) -> JobSpec:
 
 def _problems_of_animation(spec: JobSpec, path: str) -> Iterator[FieldProblem]:
     """Yield what is wrong with keyframes; each key is tried alone, so that the message names it."""
-    if path.partition(".")[0] not in ANIMATED_PARTS or any(
-        path == field or path.startswith(f"{field}.") for field in STILL_FIELDS
-    ):
-        parts = ", ".join(f"{part}.*" for part in ANIMATED_PARTS)
-        expected = f"a number of {parts} that does not change how many pixels a frame has"
+    if not _may_move(spec, path):
+        expected = f"a number of {', '.join(ANIMATED_PARTS)} that does not change how many pixels a frame has"
         yield FieldProblem(field=path, expected=expected, got="keyframes")
         return
     for frame, value in spec.animation[path].keyframes:
-        data = spec.model_dump(mode="json", exclude={"animation"})
         try:
-            put(data, path, value)
-            JobSpec.model_validate(data)
-        except (KeyError, IndexError, TypeError):
-            yield FieldProblem(field=path, expected="a field that is there to change", got="keyframes")
+            spec.moved({path: value})
+        except KeyError:
+            yield FieldProblem(field=path, expected="a number that is there to change", got="keyframes")
             return
         except ValidationError as error:
             for problem in problems_of(error):
@@ -255,30 +321,8 @@ def _problems_of_animation(spec: JobSpec, path: str) -> Iterator[FieldProblem]:
             return
 
 
-def problems_of(error: ValidationError) -> tuple[FieldProblem, ...]:
-    """Translate pydantic's errors: field, expected, got; not those of defaults that follow from what is wrong."""
-    errors = (item for item in error.errors(include_url=False) if item["type"] != "default_factory_not_called")
-    return tuple(_problem(item) for item in errors)
-
-
-def _problem(item: Any) -> FieldProblem:
-    field = ".".join(_place(untagged(item["loc"]))) or "(whole)"
-    kind, got = item["type"], item["input"]
-    if kind == "extra_forbidden":
-        return FieldProblem(field=field, expected="no such field", got=_short(got))
-    if kind == "missing":
-        return FieldProblem(field=field, expected="a value", got="nothing")
-    expected = str(item["msg"]).removeprefix("Value error, ")
-    for prefix in ("Input should be ", "Value should be "):
-        expected = expected.removeprefix(prefix)
-    return FieldProblem(field=field, expected=expected, got=_short(got))
-
-
-def _place(parts: tuple[str, ...]) -> tuple[str, ...]:
-    """Return where a user wrote what is wrong: keyframes stand in place of the number that they move."""
-    return parts[1:] if len(parts) > 1 and parts[0] == "animation" else parts
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 120 else text[:117] + "..."
+def _may_move(spec: JobSpec, path: str) -> bool:
+    still = (*STILL_FIELDS, "rig.lens_array.pitch_mm") if spec.rig.device else STILL_FIELDS
+    return path.partition(".")[0] in ANIMATED_PARTS and not any(
+        path == field or path.startswith(f"{field}.") for field in still
+    )

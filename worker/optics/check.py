@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 
 from worker.errors import FieldProblem, OpticsError, SpecError
+from worker.job.rig import MAX_FRAME_PX
 from worker.job.scene import Stage
-from worker.job.sheet import JobSheet
+from worker.job.sheet import JobSheet, at_frame
 from worker.job.spec import JobSpec
 from worker.optics.capture import Bench, bench
 from worker.optics.lattice import extent_mm
 from worker.optics.method import capture_method
 from worker.optics.stop import f_number
+
+_MEASURED = ", s from "
+"""Where a note begins to tell numbers."""
 
 
 def check_job(sheet: JobSheet) -> tuple[str, ...]:
@@ -23,19 +26,18 @@ def check_job(sheet: JobSheet) -> tuple[str, ...]:
     OpticsError
         As `check_rig`; the message names the frame.
     """
-    notes: dict[str, int] = {}
-    for frame, _ in sheet.spec.at_keys():
+    notes: dict[str, str] = {}
+    for frame in sheet.spec.tried_frames():
         there = sheet.at(frame)
         try:
             found = check_rig(there.spec, there.stage)
         except SpecError as error:
-            if not sheet.spec.animation:
-                raise
-            problems = (replace(problem, got=f"{problem.got} at frame {frame}") for problem in error.problems)
-            raise OpticsError.of(problems) from error
+            raise at_frame(error, frame) if sheet.spec.animation else error from error
         for note in found:
-            notes.setdefault(note, frame)
-    return tuple(f"From frame {frame}: {note}" if sheet.spec.animation else note for note, frame in notes.items())
+            said = f"From frame {frame}: {note}" if sheet.spec.animation else note
+            # What a note measures changes with every frame; what it says does not.
+            notes.setdefault(note.partition(_MEASURED)[0], said)
+    return tuple(notes.values())
 
 
 def check_rig(spec: JobSpec, stage: Stage) -> tuple[str, ...]:
@@ -54,19 +56,26 @@ def check_rig(spec: JobSpec, stage: Stage) -> tuple[str, ...]:
     else:
         _check_real_image(stood, stage)
         _check_behind_lens(stood)
+        _check_stop(stood, stage)
     return (*_image_space_notes(stood, stage), *_f_number_notes(stood))
 
 
 def _check_window(stood: Bench) -> None:
-    """Refuse a device's window that is smaller than the array."""
-    device = stood.rig.device
-    if device is None or device.window_px is None:
+    """Refuse a device's window that is smaller than the array, or a picture that no machine holds."""
+    device, array = stood.rig.device, stood.rig.lens_array
+    if device is None:
         return
-    width_mm, height_mm = extent_mm(stood.rig.lens_array)
-    needed = (math.floor(height_mm / device.pixel_mm + 0.5), math.floor(width_mm / device.pixel_mm + 0.5))
-    if device.window_px[0] < needed[0] or device.window_px[1] < needed[1]:
+    # In pitches first, as the picture itself is made: the same rounding.
+    width_mm, height_mm = extent_mm(array)
+    px_per_lens = array.pitch_mm / device.pixel_mm
+    needed = [max(1, math.floor(side / array.pitch_mm * px_per_lens + 0.5)) for side in (height_mm, width_mm)]
+    if max(needed) + 2 * device.margin_px > MAX_FRAME_PX:
+        got = f"{needed[0]} x {needed[1]} px and a margin of {device.margin_px} px"
+        raise _refused("rig.device", f"a picture of at most {MAX_FRAME_PX} px a side", got)
+    window = device.window_px
+    if window is not None and (window[0] < needed[0] or window[1] < needed[1]):
         expected = f"at least {needed[0]} x {needed[1]} px, the array's size on the device"
-        raise _refused("rig.device.window_px", expected, f"{device.window_px[0]} x {device.window_px[1]} px")
+        raise _refused("rig.device.window_px", expected, f"{window[0]} x {window[1]} px")
 
 
 def _check_direct_pickup(stood: Bench) -> None:
@@ -84,11 +93,22 @@ def _check_real_image(stood: Bench, stage: Stage) -> None:
 
 
 def _check_behind_lens(stood: Bench) -> None:
-    if stood.mla_behind_lens_mm <= 0:
+    """Refuse an array that stands in the imaging lens: its last surface may reach beyond its vertex."""
+    assert stood.imaging_lens is not None  # noqa: S101 - its caller's promise
+    last = stood.imaging_lens.surfaces[-1]
+    reach_mm = max(0.0, last.sag_mm(min(last.semi_aperture_mm, math.hypot(stood.width_mm, stood.height_mm) / 2)))
+    if stood.mla_behind_lens_mm <= reach_mm:
         offset_mm = stood.rig.lens_array.offset_mm
-        most_mm = stood.mla_behind_lens_mm + offset_mm
+        most_mm = stood.mla_behind_lens_mm - reach_mm + offset_mm
         expected = f"below {most_mm:.4g} mm, so that the array stands behind the imaging lens"
         raise _refused("rig.lens_array.offset_mm", expected, f"{offset_mm:g} mm")
+
+
+def _check_stop(stood: Bench, stage: Stage) -> None:
+    stop = stood.imaging_lens.stop if stood.imaging_lens else None
+    if stop is not None and not -stage.near_mm < stop.z_mm < stood.mla_z_mm:
+        expected = f"a stop between the scene and the array, from {-stage.near_mm:g} to {stood.mla_z_mm:.4g} mm"
+        raise _refused("rig.imaging_lens.stop_z_mm", expected, f"{stop.z_mm:g} mm")
 
 
 def _refused(field: str, expected: str, got: str) -> OpticsError:
@@ -111,12 +131,12 @@ _PLACES = {
 
 def _image_space_notes(stood: Bench, stage: Stage) -> tuple[str, ...]:
     near_mm, far_mm = stood.s_mm(stage.near_mm), stood.s_mm(stage.far_mm)
-    depth = f"s from {far_mm:+.1f} mm (far) to {near_mm:+.1f} mm (near)"
+    depth = f"{_MEASURED}{far_mm:+.1f} mm (far) to {near_mm:+.1f} mm (near)"
     if stood.imaging_lens is None and near_mm > 0:
-        return (f"The array stands among the things it should show: what is nearer than it is not seen, {depth}.",)
+        return (f"The array stands among the things it should show: what is nearer than it is not seen{depth}.",)
     if stood.imaging_lens is None:
-        return (f"Direct pickup: all is shown virtual, {depth}.",)
-    return (f"{_PLACES[place_in_image_space(near_mm, far_mm)]}, {depth}.",)
+        return (f"Direct pickup: all is shown virtual{depth}.",)
+    return (f"{_PLACES[place_in_image_space(near_mm, far_mm)]}{depth}.",)
 
 
 def _f_number_notes(stood: Bench) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from worker.errors import FieldProblem, SpecError
 from worker.job.lens import LensSurface, Prescription
-from worker.job.spec import problems_of
+from worker.job.problems import problems_of
 from worker.optics.surfaces import Surface
 
 

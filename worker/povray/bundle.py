@@ -26,6 +26,9 @@ MAX_MANIFEST_BYTES = 256 * 1024
 MAX_NAME_BYTES = 200
 """Of one part of a name; file systems take 255."""
 
+OURS = "lippmann-"
+"""Begins the names of what a worker writes beside the scene; POV-Ray would find those first."""
+
 _ENCRYPTED = 0x1
 _METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
 _CHUNK = 64 * 1024
@@ -110,7 +113,16 @@ def _card(archive: zipfile.ZipFile, names: list[str]) -> SceneCard:
         raise BundleError(
             f"{MANIFEST}: file: expected one that is in the bundle, got {card.file!r}; there are {_some(names)}"
         )
+    _check_not_ours(card.file, names)
     return card
+
+
+def _check_not_ours(scene: str, names: list[str]) -> None:
+    """Refuse a file in a folder that POV-Ray looks through whose name begins as ours do."""
+    searched = {PurePosixPath(scene).parent, PurePosixPath()}
+    for path in map(PurePosixPath, names):
+        if path.parent in searched and path.name.lower().startswith(OURS):
+            raise BundleError(f"expected no name beside the scene that begins with {OURS!r}, got {str(path)!r}")
 
 
 def _some(names: list[str]) -> str:

@@ -18,7 +18,7 @@ TRACE_LEVEL = 24
 BAFFLE_REACH = 20.0
 """Of a plate with a hole, in semi-apertures of the widest surface: no ray of a camera comes out so far."""
 
-RAYS_FILE = "rays.inc"
+RAYS_FILE = "lippmann-rays.inc"
 """What the text of a ray camera includes from beside itself."""
 
 _ARRAY_MACROS = {"square": "Lippmann_Lens_Array_Square", "hexagonal": "Lippmann_Lens_Array_Hexagonal"}
@@ -29,7 +29,7 @@ def pov_text(sheet: JobSheet, method: Method) -> str:
     """Return the .pov text of a job at a frame: see `JobSheet.at`.
 
     Clock, tile and size are not in it: POV-Ray gets them on its command line. With the ray camera the rays are those
-    of one tile, in `rays.inc` beside it.
+    of one tile, in `RAYS_FILE` beside it.
     """
     stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
     modelled = stood.imaging_lens if method == "raytraced" else None

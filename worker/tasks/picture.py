@@ -21,7 +21,7 @@ from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
 
 POV_FILE = "lippmann-frame.pov"
-"""Not the name of a scene: POV-Ray looks in its own folder first, and would find this one."""
+"""POV-Ray looks in its own folder first, so no file of ours there has a name that a bundle may have."""
 
 CPU_PER_SECOND = 4.0
 """Photons are shot by 4 threads whatever +WT says, so CPU may run that much faster than the clock."""
@@ -72,11 +72,12 @@ def render_picture(
         region = wanted = ray_camera_region(rows=wanted.row_stop - wanted.row_start, cols=cols)
         rows = wanted.row_stop
     bundle = place.bundle_folder(sheet.bundle)
-    readable = (bundle / Path(sheet.file).parent, bundle, INCLUDE_FOLDER.resolve())
+    # Our includes first: a bundle may hold copies of them, older ones too.
+    readable = (INCLUDE_FOLDER.resolve(), bundle / Path(sheet.file).parent, bundle)
     settings = there.spec.render
     command = RenderCommand(
         pov_file=POV_FILE,
-        picture=f"picture.{'exr' if picture_format == 'exr' else 'png'}",
+        picture=f"lippmann-picture.{'exr' if picture_format == 'exr' else 'png'}",
         cols=cols,
         rows=rows,
         picture_format=picture_format,

@@ -44,7 +44,7 @@ background {{ rgb 1 }}
 #include "lippmann/stage.inc"
 #include "lippmann/glass.inc"
 #include "lippmann/ray_camera.inc"
-#include "rays.inc"
+#include "lippmann-rays.inc"
 camera {{ Lippmann_Ray_Camera(Lippmann_Rays, {stage}, {mm_per_unit}) }}
 #ifdef (Lippmann_Blind) object {{ Lippmann_Blind Lippmann_Stage({stage}, {mm_per_unit}) }} #end
 """
@@ -54,7 +54,7 @@ def shown(room: Room, rays: Rays, *, distance_mm: float = 1000.0, mm_per_unit: f
     """Return codes of what the rays see, (row, col, 3): a plane that tells positions, and white behind it."""
     rows, cols = rays.position.shape[:2]
     shutil.copytree(INCLUDE_FOLDER / "lippmann", room.task_dir / "lippmann", dirs_exist_ok=True)
-    (room.task_dir / "rays.inc").write_bytes(
+    (room.task_dir / "lippmann-rays.inc").write_bytes(
         ray_camera_include(rays, scaffold(rays, front_mm=0.0, mm_per_unit=mm_per_unit))
     )
     (room.task_dir / "tile.pov").write_text(

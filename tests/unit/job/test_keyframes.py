@@ -159,3 +159,72 @@ def test_a_key_beyond_the_bounds_of_a_parameter_is_named_with_its_frame() -> Non
 def test_a_stage_that_a_job_spoils_is_named() -> None:
     with pytest.raises(SpecError, match="stage: expected near_mm <= far_mm"):
         JobSheet.of("j", parse_spec(job(stage={"near_mm": 3000})), CARD, bundle="b")
+
+
+@pytest.mark.parametrize(
+    ("animation", "field"),
+    [
+        ({"stage.location.x": {"keyframes": [[1, 1]]}}, "stage.location.x"),
+        ({"stage.location.-1": {"keyframes": [[1, 1]]}}, "stage.location.-1"),
+        ({"rig.nothing": {"keyframes": [[1, 1]]}}, "rig.nothing"),
+        ({"rig": {"keyframes": [[1, 1]]}}, "rig"),
+        ({"priority": {"keyframes": [[1, 1]]}}, "priority"),
+    ],
+)
+def test_keyframes_of_what_is_no_number_are_refused(animation: dict[str, Any], field: str) -> None:
+    with pytest.raises(SpecError) as caught:
+        parse_spec(job(stage={"location": [0, 0, -1000]}, animation=animation))
+    assert field in {problem.field for problem in caught.value.problems}
+
+
+@pytest.mark.parametrize(
+    "rig", [{"dispersion": {"keyframes": [[1, 1], [3, 0]]}}, {"imaging_lens": {"keyframes": [[1, 2]]}}]
+)
+def test_switches_and_names_do_not_move(rig: dict[str, Any]) -> None:
+    with pytest.raises(SpecError):
+        parse_spec(job(rig=rig))
+
+
+def test_a_constant_that_its_keyframes_would_overrule_is_refused() -> None:
+    shown = parse_spec(job(rig={"lens_array": {"pitch_mm": {"keyframes": [[1, 1], [2, 2]]}}})).model_dump(mode="json")
+    shown["rig"]["lens_array"]["pitch_mm"] = 1.5
+    with pytest.raises(
+        SpecError, match=r"rig\.lens_array\.pitch_mm: expected the first of its keyframes, 1, .* got 1\.5"
+    ):
+        parse_spec(shown)
+
+
+def test_a_pitch_that_changes_how_many_pixels_a_device_needs_is_refused() -> None:
+    pitch = {"keyframes": [[1, 1], [2, 2]]}
+    with pytest.raises(SpecError, match="does not change how many pixels"):
+        parse_spec(job(rig={"lens_array": {"pitch_mm": pitch}, "device": {"dpi": 300}}))
+
+
+@pytest.mark.parametrize(
+    ("keys", "expected"),
+    [
+        ([[1, 1], [10**400, 3]], "less than or equal to 999999"),
+        ([[1, 1e308], [2, -1e308]], "less than or equal to"),
+        ([[frame, 0] for frame in range(1, 1002)], "at most 1000 items"),
+    ],
+)
+def test_keys_out_of_all_bounds_are_refused(keys: list[Any], expected: str) -> None:
+    with pytest.raises(SpecError, match=expected):
+        parse_spec(job(rig={"lens_array": {"offset_mm": {"keyframes": keys}}}))
+
+
+def test_a_job_nested_without_end_is_refused() -> None:
+    nested: dict[str, Any] = {}
+    for _ in range(900):
+        nested = {"rig": nested}
+    with pytest.raises(SpecError):
+        parse_spec(job(rig=nested))
+
+
+@pytest.mark.parametrize("kind", ["integer", "boolean"])
+def test_parameters_without_values_between_do_not_move(kind: str) -> None:
+    default = 1 if kind == "integer" else True
+    card = parse_scene({"title": "A", "stage": STAGE, "parameters": {"n": {"type": kind, "default": default}}})
+    spec = parse_spec(job(parameters={"n": {"keyframes": [[1, 1], [4, 2]]}}))
+    with pytest.raises(SpecError, match=rf"parameters\.n: expected a parameter of type number .* got type {kind}"):
+        JobSheet.of("j", spec, card, bundle="b")

@@ -94,3 +94,9 @@ def test_a_wrong_field_is_named_alone() -> None:
     with pytest.raises(BundleError) as refused:
         parse_scene({"file": "a.txt", "stage": STAGE})
     assert str(refused.value).count("expected") == 1
+
+
+@pytest.mark.parametrize("kind", ["number", "integer"])
+def test_a_number_that_no_float_holds_is_refused(kind: str) -> None:
+    with pytest.raises(SpecError, match=r"parameters\.turn: expected"):
+        card(turn={"type": kind, "default": 1}).resolve({"turn": 10**400})

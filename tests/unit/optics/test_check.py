@@ -10,6 +10,7 @@ from worker.errors import OpticsError, SpecError
 from worker.job.scene import SceneCard, Stage
 from worker.job.sheet import JobSheet
 from worker.job.spec import JobSpec, parse_spec
+from worker.optics.capture import bench
 from worker.optics.check import check_job, check_rig
 from worker.optics.method import capture_method
 
@@ -132,8 +133,57 @@ def test_a_sweep_is_checked_at_its_keys() -> None:
         )
         return JobSheet.of("j", spec, card, bundle="b")
 
-    notes = check_job(sweep(-10))
-    assert notes[0].startswith("From frame 1: The array stands outside the image space, on the lens's side")
-    assert notes[1].startswith("From frame 9: The array stands outside the image space, on the camera's side")
+    assert [note.partition(", s from ")[0] for note in check_job(sweep(-10))] == [
+        "From frame 1: The array stands outside the image space, on the lens's side: all is shown real",
+        "From frame 3: The array stands in the image space: near parts are shown real, far ones virtual",
+        "From frame 8: The array stands outside the image space, on the camera's side: all is shown virtual",
+    ]
     with pytest.raises(OpticsError, match=r"rig\.lens_array\.offset_mm: .* got 200 mm at frame 9"):
         check_job(sweep(200))
+
+
+def test_what_is_wrong_between_two_keys_is_found_too() -> None:
+    """From one meniscus to another by way of a lens that is none."""
+    surfaces = [
+        {"radius_mm": {"keyframes": [[1, -200], [3, 200]]}, "thickness_mm": 9, "index": 1.6, "semi_aperture_mm": 40},
+        {"radius_mm": -90, "index": 1, "semi_aperture_mm": 40},
+    ]
+    spec = parse_spec({"scene": "fish", "frames": "1-3", "rig": {"imaging_lens": {"surfaces": surfaces}}})
+    with pytest.raises(SpecError, match=r"rig\.imaging_lens\.surfaces\.0\.radius_mm: .* at frame 2"):
+        check_job(JobSheet.of("j", spec, SceneCard(title="A", stage=STAGE), bundle="b"))
+
+
+def test_a_long_animation_is_checked_in_about_a_second() -> None:
+    """No timed test: what is counted is how many frames are tried."""
+    keys = [[frame, frame % 7] for frame in range(1, 1001)]
+    spec = parse_spec(
+        {"scene": "fish", "frames": "1-300000", "rig": {"lens_array": {"offset_mm": {"keyframes": keys}}}}
+    )
+    assert len(spec.tried_frames()) <= 200
+    assert {1, 300_000} <= set(spec.tried_frames())
+
+
+def test_an_array_inside_the_rim_of_the_last_surface_is_refused() -> None:
+    meniscus = {
+        "surfaces": [
+            {"radius_mm": 60, "thickness_mm": 25, "index": 1.7, "semi_aperture_mm": 40},
+            {"radius_mm": 120, "index": 1, "semi_aperture_mm": 40},
+        ]
+    }
+    image_mm = 40 + bench(rig(imaging_lens=meniscus).rig, reference_mm=1000.0).mla_behind_lens_mm
+    near_glass = rig(imaging_lens=meniscus, lens_array={"count": [40, 40], "offset_mm": image_mm - 2})
+    with pytest.raises(OpticsError, match=r"rig\.lens_array\.offset_mm: expected below .* behind the imaging lens"):
+        check_rig(near_glass, STAGE)
+
+
+@pytest.mark.parametrize("stop_z_mm", [2000, -2000])
+def test_a_stop_behind_the_array_or_in_the_scene_is_refused(stop_z_mm: float) -> None:
+    lens = ASPHERE | {"stop_z_mm": stop_z_mm}
+    with pytest.raises(OpticsError, match=r"rig\.imaging_lens\.stop_z_mm: expected a stop between the scene"):
+        check_rig(rig(imaging_lens=lens, stop_mm=20), STAGE)
+
+
+@pytest.mark.parametrize("device", [{"dpi": 1e5}, {"dpi": 600, "margin_px": 32_000}])
+def test_a_picture_for_a_device_that_no_machine_holds_is_refused(device: dict[str, Any]) -> None:
+    with pytest.raises(OpticsError, match=r"rig\.device: expected a picture of at most 32768 px a side"):
+        check_rig(rig(device=device, px_per_lens=8), STAGE)

@@ -102,6 +102,17 @@ def test_a_named_file_that_is_not_in_the_bundle_is_refused_with_those_that_are()
         check_bundle(zipped({"scene.toml": OWN, "woodbox.pov": b"", "a.png": b""}))
 
 
+@pytest.mark.parametrize("name", ["lippmann-rays.inc", "LIPPMANN-Frame.pov", "old/lippmann-picture.exr"])
+def test_a_name_that_a_worker_s_own_files_have_is_refused_where_povray_looks(name: str) -> None:
+    with pytest.raises(BundleError, match=f"expected no name .* 'lippmann-', got '{name}'"):
+        check_bundle(zipped({"scene.toml": OWN, "old/wood box.pov": b"", name: b""}))
+
+
+@pytest.mark.parametrize("name", ["lippmann/stage.inc", "pictures/lippmann-logo.png", "rays.inc"])
+def test_any_other_name_of_ours_is_free(name: str) -> None:
+    assert check_bundle(zipped({"scene.toml": OWN, "old/wood box.pov": b"", name: b""})).card.file
+
+
 def test_without_a_name_the_scene_is_scene_inc(tmp_path: Path) -> None:
     (tmp_path / "scene.toml").write_bytes(SCENE_TOML)
     (tmp_path / "woodbox.pov").write_text("")
