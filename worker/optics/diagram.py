@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from worker.job.scene import Stage
 from worker.optics.capture import Bench
@@ -17,11 +17,13 @@ from worker.optics.drawn_rays import Drawn, Path, fan, view_of_lens
 from worker.optics.lattice import extent_mm
 from worker.optics.matrices import conjugate
 from worker.optics.surfaces import ImagingLens
-from worker.optics.svg import LABEL_ROW_PX, LETTER_PX, Panel, element, labels, scale_bar
+from worker.optics.svg import LABEL_ROW_PX, LETTER_PX, Label, Panel, element, labels, placed_labels, scale_bar
 
 WIDTH_PX = 1200.0
 MARGIN_PX = 24.0
 LEGEND_ROW_PX = 22.0
+LABEL_ROWS = 3
+"""Of labels between a heading and its panel; where there are more, the panel stands lower."""
 MOST_PX = 420.0
 """A panel is at most so high; a higher one is drawn smaller."""
 
@@ -148,8 +150,16 @@ def _whole_panel(
     marks += [(bench.mla_z_mm, "array"), (bench.camera_z_mm, "camera")]
     for z_mm in {-stage.near_mm, -stage.far_mm, -stage.reference_mm}:
         body.append(panel.line([(z_mm, half_mm), (z_mm, -half_mm)], "plane"))
-    _draw(body, panel, bench, stage, fans, views, marks)
+    panel, placed = _labelled(panel, marks)
+    _draw(body, panel, bench, stage, fans, views, placed)
     return panel.bottom_px + 40
+
+
+def _labelled(panel: Panel, marks: list[tuple[float, str]]) -> tuple[Panel, tuple[Label, ...]]:
+    """Return a panel as far down as its labels need, and their places."""
+    placed = placed_labels(panel, marks, width_px=WIDTH_PX)
+    more = max(0, max(label.row for label in placed) + 1 - LABEL_ROWS)
+    return replace(panel, axis_px=panel.axis_px + more * LABEL_ROW_PX), placed
 
 
 def _lens_panel(
@@ -185,7 +195,8 @@ def _lens_panel(
         marks.append((lens.stop.z_mm, f"stop, diameter {2 * lens.stop.semi_aperture_mm:.4g} mm"))
     if bench.camera_z_mm <= panel.to_mm:
         marks.append((bench.camera_z_mm, "camera"))
-    _draw(body, panel, bench, stage, fans, views, marks)
+    panel, placed = _labelled(panel, marks)
+    _draw(body, panel, bench, stage, fans, views, placed)
     return panel.bottom_px + 40
 
 
@@ -196,7 +207,7 @@ def _draw(
     stage: Stage,
     fans: tuple[_Fan, ...],
     views: tuple[Path, ...],
-    marks: list[tuple[float, str]],
+    placed: tuple[Label, ...],
 ) -> None:
     """Draw everything that both panels show, what lies outside a panel cut off."""
     clip = f"clip-{panel.axis_px:.0f}"
@@ -214,7 +225,7 @@ def _draw(
     ]
     body.append(element("clipPath", frame, id=clip))
     body.append(element("g", *(f"\n{part}" for part in parts), clip_path=f"url(#{clip})"))
-    body += [*labels(panel, marks, width_px=WIDTH_PX), *scale_bar(panel)]
+    body += [*labels(panel, placed), *scale_bar(panel)]
 
 
 def _drawn_fans(panel: Panel, fans: tuple[_Fan, ...]) -> Iterator[str]:

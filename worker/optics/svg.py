@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from xml.sax.saxutils import escape, quoteattr
 
 LETTER_PX = 6.7
 """Mean width of a letter of the labels, whose size is 12 px."""
 LABEL_ROW_PX = 16.0
+BESIDE_PX = 4.5
+"""From a leader to a text beside it."""
+MOST_TRIES = 10_000
+"""Places that are tried for the labels of a panel, about 50 ms: to try all takes exponentially long."""
 
 
 def element(name: str, *inside: str, text: str = "", **attributes: str | float) -> str:
@@ -76,15 +80,22 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class _Label:
+class Label:
     """A text over a panel with the leader that goes down from it."""
 
+    text: str
     x_px: float
+    """Of the leader."""
     left_px: float
-    right_px: float
     row: int
+    """From the lowest one up."""
 
-    def is_clear_of(self, other: _Label) -> bool:
+    @property
+    def right_px(self) -> float:
+        """Where the text ends."""
+        return self.left_px + _length_px(self.text)
+
+    def is_clear_of(self, other: Label) -> bool:
         """Whether neither text lies on the other, nor on the other's leader."""
         together = self.left_px < other.right_px + 8 and other.left_px < self.right_px + 8
         if self.row == other.row:
@@ -93,43 +104,77 @@ class _Label:
         return not lower.left_px - 3 < higher.x_px < lower.right_px + 3
 
 
-def labels(panel: Panel, marks: Sequence[tuple[float, str]], *, width_px: float) -> list[str]:
-    """Return labels over a panel at z places, each with a leader down to it; none lies on another or on its leader."""
-    wanted = [(panel.x(z_mm), text) for z_mm, text in sorted(marks)]
-    rows = range(1, len(wanted) + 1)
-    placed = next((found for most in rows if (found := _placed(wanted, (), most, width_px)) is not None), None)
-    if placed is None:  # more at one place than there is room for: each in a row of its own
-        placed = [_starts(x_px, text, row, width_px)[0] for row, (x_px, text) in enumerate(wanted)]
+Wanted = Sequence[tuple[float, str]]
+"""Leaders and their texts, from left to right, px."""
+
+
+def placed_labels(panel: Panel, marks: Sequence[tuple[float, str]], *, width_px: float) -> tuple[Label, ...]:
+    """Return places for labels at z places so that none lies on another, and as good as always none on a leader."""
+    wanted = sorted((panel.x(z_mm), text) for z_mm, text in marks)
+    tries = iter(range(MOST_TRIES))
+    for rows in range(1, len(wanted) + 1):
+        found = _placed(wanted, (), rows, width_px, tries)
+        if found is not None:
+            return found
+    return _flags(wanted, width_px)
+
+
+def labels(panel: Panel, placed: Iterable[Label]) -> list[str]:
+    """Return placed labels over a panel, each with a leader down to it."""
     shown: list[str] = []
-    for label, (x_px, text) in zip(placed, wanted, strict=True):
+    for label in placed:
         base_px = panel.top_px - 8 - label.row * LABEL_ROW_PX
-        shown.append(element("text", text=text, x=label.left_px, y=base_px, class_="label"))
-        shown.append(element("line", x1=x_px, x2=x_px, y1=base_px + 4, y2=panel.top_px + 2, class_="leader"))
+        shown.append(element("text", text=label.text, x=label.left_px, y=base_px, class_="label"))
+        shown.append(
+            element("line", x1=label.x_px, x2=label.x_px, y1=base_px + 4, y2=panel.top_px + 2, class_="leader")
+        )
     return shown
 
 
 def _placed(
-    wanted: Sequence[tuple[float, str]], before: tuple[_Label, ...], most_rows: int, width_px: float
-) -> list[_Label] | None:
-    """Return places for the labels that follow `before`, or None if that many rows do not do."""
+    wanted: Wanted, before: tuple[Label, ...], rows: int, width_px: float, tries: Iterator[int]
+) -> tuple[Label, ...] | None:
+    """Return `before` and places for the labels that follow; None if the rows, or the tries, do not do."""
     if len(before) == len(wanted):
-        return list(before)
+        return before
     x_px, text = wanted[len(before)]
-    for row in range(most_rows):
-        for place in _starts(x_px, text, row, width_px):
+    for row in range(rows):
+        for start_px in _starts(x_px, text, width_px):
+            if next(tries, None) is None:
+                return None
+            place = Label(text, x_px, start_px, row)
             if all(map(place.is_clear_of, before)):
-                found = _placed(wanted, (*before, place), most_rows, width_px)
+                found = _placed(wanted, (*before, place), rows, width_px, tries)
                 if found is not None:
                     return found
     return None
 
 
-def _starts(x_px: float, text: str, row: int, width_px: float) -> list[_Label]:
-    """Return the places of a text in a row: over its leader, to the left of it, to the right; inside the drawing."""
-    length_px = len(text) * LETTER_PX
+def _starts(x_px: float, text: str, width_px: float) -> list[float]:
+    """Return where a text may start: over its leader, to the left of it, to the right; inside the drawing."""
+    length_px = _length_px(text)
     starts = [x_px - length_px / 2, x_px - length_px + 4, x_px - 4]
-    inside = [start for start in starts if 8 <= start <= width_px - length_px - 8] or [max(8.0, starts[1])]
-    return [_Label(x_px, start, start + length_px, row) for start in inside]
+    return [start for start in starts if 8 <= start <= width_px - length_px - 8] or [max(8.0, starts[1])]
+
+
+def _flags(wanted: Wanted, width_px: float) -> tuple[Label, ...]:
+    """Return places for labels that stand too close: texts beside their leaders, which so may stand at one place.
+
+    All fly to the right, and a leader farther left is higher: it passes all of them. Without room there they fly to
+    the left, and go first.
+    """
+    right = [(x_px, text) for x_px, text in wanted if x_px + BESIDE_PX + _length_px(text) <= width_px - 8]
+    left = [one for one in wanted if one not in right]
+    placed: list[Label] = []
+    for x_px, text in (*left, *reversed(right)):
+        start_px = x_px + BESIDE_PX if (x_px, text) in right else max(8.0, x_px - BESIDE_PX - _length_px(text))
+        tried = [Label(text, x_px, start_px, row) for row in range(len(placed) + 1)]
+        placed.append(next((one for one in tried if all(map(one.is_clear_of, placed))), tried[-1]))
+    return tuple(placed)
+
+
+def _length_px(text: str) -> float:
+    return len(text) * LETTER_PX
 
 
 def scale_bar(panel: Panel) -> list[str]:

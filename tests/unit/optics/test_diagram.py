@@ -16,7 +16,7 @@ from worker.optics.capture import Bench, bench, object_rays
 from worker.optics.diagram import WIDTH_PX, draw_bench
 from worker.optics.drawn_rays import fan, view_of_lens
 from worker.optics.surfaces import ImagingLens
-from worker.optics.svg import LETTER_PX, Panel, element, labels, round_length_mm
+from worker.optics.svg import LETTER_PX, Panel, element, labels, placed_labels, round_length_mm
 from worker.optics.trace import Rays, through_lens, unit
 
 SVG = "{http://www.w3.org/2000/svg}"
@@ -158,7 +158,7 @@ def test_rays_of_all_four_kinds_are_there_and_explained() -> None:
 def test_labels_lie_on_no_other_label_and_no_other_leader(places_mm: list[float]) -> None:
     panel = Panel(left_px=100, axis_px=300, px_per_mm=10, from_mm=0, to_mm=100, half_mm=10)
     marks = [(float(place), f"a label of number {number}") for number, place in enumerate(places_mm)]
-    shown = [ET.fromstring(part) for part in labels(panel, marks, width_px=WIDTH_PX)]
+    shown = [ET.fromstring(part) for part in labels(panel, placed_labels(panel, marks, width_px=WIDTH_PX))]
     texts, leaders = shown[::2], shown[1::2]
     boxes = [
         (float(t.get("x", 0)), float(t.get("x", 0)) + len(t.text or "") * LETTER_PX, float(t.get("y", 0)))
