@@ -30,7 +30,8 @@ from service.settings import Settings
 from worker.errors import ArtifactMissing, BundleError, StoreFull
 from worker.job.events import Event, EventKind, Failure, Presence, ProbeResult
 from worker.job.orders import Order, TaskKind
-from worker.job.scene import SceneCard, Stage
+from worker.job.scene import SceneCard
+from worker.job.stage import Stage
 
 with warnings.catch_warnings():
     # Starlette's client asks for httpx2, which nothing else here needs; with httpx it works as it always did.

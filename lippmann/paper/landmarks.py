@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from worker.errors import OpticsError
 from worker.integral.views import centre
-from worker.job.scene import Stage
+from worker.job.stage import Stage
 from worker.optics.capture import Bench, object_rays, pixel_centres_mm
 from worker.plan.sampling import display_size
 

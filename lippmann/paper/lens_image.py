@@ -21,8 +21,8 @@ from lippmann.paper.plain_camera import PlainCamera, Shot, take
 from lippmann.paper.request import Made, Request
 from worker.images.read import read_codes, read_rgb
 from worker.images.write import write_png
+from worker.job.render_settings import Antialias
 from worker.job.rig import PAPER_CAMERA_ANGLE_DEG
-from worker.job.spec import Antialias
 from worker.optics.matrices import Conjugate, cardinal_points, conjugate
 from worker.optics.prescription import ImagingLens, rig_lens
 

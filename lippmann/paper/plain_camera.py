@@ -11,8 +11,9 @@ from lippmann.paper.frames import LocalJob
 from povtemplates import literals, write
 from povtemplates.catalogue import INCLUDE_FOLDER, MANIFEST, scene_folders
 from povtemplates.manifest import read_manifest
-from worker.job.scene import SCENE_FILE, Stage, parse_scene
-from worker.job.spec import Antialias
+from worker.job.render_settings import Antialias
+from worker.job.scene import SCENE_FILE, parse_scene
+from worker.job.stage import Stage
 from worker.optics.prescription import ImagingLens
 from worker.optics.surfaces import Surface
 from worker.povray.command import SYSTEM_INCLUDE, PictureFormat, RenderCommand

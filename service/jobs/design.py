@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from sqlalchemy.orm import Session
-
+from service.db.engine import Database
 from service.jobs.submit import resolved
 from service.schemas.design import Design
 from worker.job.sheet import JobSheet
@@ -13,7 +12,7 @@ from worker.job.spec import parse_spec
 from worker.plan.designer import design, drawing
 
 
-def design_job(session: Session, body: Any, *, frame: int | None) -> Design:
+def design_job(database: Database, body: Any, *, frame: int | None) -> Design:
     """Return the design of a job file at a frame, the first one when not said.
 
     Raises
@@ -21,10 +20,10 @@ def design_job(session: Session, body: Any, *, frame: int | None) -> Design:
     SpecError
         Naming every field that cannot be, as when it is submitted.
     """
-    return design(_sheet(session, body), frame=frame)
+    return design(_sheet(database, body), frame=frame)
 
 
-def draw_job(session: Session, body: Any, *, frame: int | None) -> str:
+def draw_job(database: Database, body: Any, *, frame: int | None) -> str:
     """Return the drawing of a job file's bench as SVG.
 
     Raises
@@ -32,8 +31,11 @@ def draw_job(session: Session, body: Any, *, frame: int | None) -> str:
     SpecError
         As `design_job`.
     """
-    return drawing(_sheet(session, body), frame=frame)
+    return drawing(_sheet(database, body), frame=frame)
 
 
-def _sheet(session: Session, body: Any) -> JobSheet:
-    return resolved(session, parse_spec(body), "design")
+def _sheet(database: Database, body: Any) -> JobSheet:
+    spec = parse_spec(body)
+    # Given back before anything is computed: a design may take longer than many requests.
+    with database.reading() as session:
+        return resolved(session, spec, "design")

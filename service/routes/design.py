@@ -7,7 +7,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Header, Query, Response
 from fastapi.responses import JSONResponse
 
-from service.dependencies import SessionDep, ViewerDep
+from service.dependencies import HouseDep, ViewerDep
 from service.jobs.design import design_job, draw_job
 from service.routes.jobs import JOB_FILE
 from service.schemas.design import Design
@@ -20,7 +20,7 @@ router = APIRouter(prefix="/design", tags=["design"])
 
 @router.post("", response_model=Design, openapi_extra=JOB_FILE, responses={200: DRAWING})
 def design(
-    session: SessionDep,
+    house: HouseDep,
     _caller: ViewerDep,
     body: Annotated[Any, Body()],
     frame: Annotated[int | None, Query(ge=1, le=999_999, description="The job's first one when not said.")] = None,
@@ -29,6 +29,6 @@ def design(
     """Tell what a job file will give: numbers as JSON, or with `Accept: image/svg+xml` a drawing; nothing is kept."""
     headers = {"Vary": "Accept", "Cache-Control": "no-store", "X-Content-Type-Options": "nosniff"}
     if SVG in accept:
-        return Response(draw_job(session, body, frame=frame), media_type=SVG, headers=headers)
-    found = design_job(session, body, frame=frame)
+        return Response(draw_job(house.database, body, frame=frame), media_type=SVG, headers=headers)
+    found = design_job(house.database, body, frame=frame)
     return JSONResponse(found.model_dump(mode="json"), headers=headers)

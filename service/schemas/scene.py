@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from service.schemas.answer import Answer
-from worker.job.scene import Parameter, Stage
+from worker.job.scene import Parameter
 from worker.job.spec import Clock
+from worker.job.stage import Stage
 
 
 class Scene(Answer):

@@ -6,8 +6,12 @@ lens       an imaging lens, surface by surface
 lens_array whole pixels under hexagons
 presets    arrays and jobs by name
 rig        imaging lens, microlens array, camera, device
+stage      where the rig stands in a scene
+render_settings  the road through the optics, samples, tiles, limits
 keyframes  numbers that change with the frame
 tagged     fields with several forms
+misfit     fields that do not go together
+problems   what was found wrong, field by field
 spec       the job as it was asked for, and the one door that checks it
 scene      the scene as a job sees it: stage, clock, parameters
 sheet      the job as it is stored for workers

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Self
+from collections.abc import Mapping
+from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
 
 from worker.job.glasses import GLASSES, glass
 
+MIN_SURFACES = 2
 MAX_SURFACES = 60
 MAX_MM = 1e6
 """A kilometre: more is a slip of units."""
+MIN_MM = 1e-6
+"""A nanometre, of radii and focal lengths: less is one too."""
 
 
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+
+class _UnknownMaterial(str):
+    """The name of a material that is not known, of a surface that has no index either."""
+
+    __slots__ = ()
 
 
 class LensSurface(_Part):
@@ -37,24 +47,39 @@ class LensSurface(_Part):
     aspheric: tuple[float, ...] = Field(default=(), max_length=8)
     """Terms of r^4, r^6, ... of the sag, in mm^-3, mm^-5, ..."""
 
+    @model_validator(mode="before")
+    @classmethod
+    def _mark_unknown_material(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping) or not isinstance(data.get("material"), str) or data.get("index") is not None:
+            return data
+        return data if glass(data["material"]) else {**data, "material": _UnknownMaterial(data["material"])}
+
     @field_validator("radius_mm")
     @classmethod
     def _is_no_point(cls, radius_mm: float | None) -> float | None:
         if radius_mm == 0:
             raise ValueError("a radius other than 0, or null for a plane")
+        if radius_mm is not None and abs(radius_mm) < MIN_MM:
+            raise ValueError(f"a radius of at least {MIN_MM:g} mm, or null for a plane")
         return radius_mm
+
+    @field_validator("material", mode="before")
+    @classmethod
+    def _is_known(cls, name: object) -> object:
+        if isinstance(name, _UnknownMaterial):
+            raise ValueError(f"one of {', '.join(GLASSES)}, or an index of refraction beside it")
+        return name
 
     @field_validator("index", mode="before")
     @classmethod
     def _index_of_material(cls, index: object, info: ValidationInfo) -> object:
         if index is not None:
             return index
-        name = info.data.get("material")
-        if name is None:
-            raise ValueError("an index of refraction, or a material")
-        known = glass(name)
+        if "material" not in info.data:
+            return 1.0  # what is wrong is the material, and only that is said
+        known = glass(info.data["material"] or "")
         if known is None:
-            raise ValueError(f"an index of refraction, as material {name!r} is not one of {', '.join(GLASSES)}")
+            raise ValueError("an index of refraction, or a material")
         return known.index
 
     @field_validator("abbe", mode="before")
@@ -74,9 +99,17 @@ class Prescription(_Part):
     title: str = Field(default="", max_length=200)
     source: str = Field(default="", max_length=500)
     """Where the numbers come from."""
-    surfaces: Annotated[tuple[LensSurface, ...], Field(min_length=2, max_length=MAX_SURFACES)]
+    surfaces: tuple[LensSurface, ...] = Field(json_schema_extra={"minItems": MIN_SURFACES, "maxItems": MAX_SURFACES})
     stop_z_mm: float | None = Field(default=None, ge=-MAX_MM, le=MAX_MM)
     """Where a variable stop stands, from the vertex of surface 1."""
+
+    @field_validator("surfaces", mode="before")
+    @classmethod
+    def _has_so_many(cls, surfaces: object) -> object:
+        # Counted as they came: those that are wrong are named one by one.
+        if isinstance(surfaces, list | tuple) and not MIN_SURFACES <= len(surfaces) <= MAX_SURFACES:
+            raise ValueError(f"{MIN_SURFACES} to {MAX_SURFACES} surfaces, got {len(surfaces)}")
+        return surfaces
 
     @model_validator(mode="after")
     def _ends_in_air(self) -> Self:
@@ -92,4 +125,4 @@ class NamedLens(_Part):
     """A published lens made to a focal length: all its lengths scaled alike."""
 
     name: str = Field(min_length=1, max_length=100)
-    focal_length_mm: float = Field(gt=0, le=100_000)
+    focal_length_mm: float = Field(ge=MIN_MM, le=100_000)

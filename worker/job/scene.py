@@ -13,7 +13,8 @@ from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_valida
 
 from worker.errors import BundleError, FieldProblem, SpecError
 from worker.job.problems import problems_of
-from worker.job.spec import Clock, Mm, MmPerUnit, ParameterValue, Vector
+from worker.job.spec import Clock, ParameterValue
+from worker.job.stage import Stage
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _FILE = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.+-]*/)*[A-Za-z0-9_][A-Za-z0-9_. +-]*\.(?:pov|inc)", re.IGNORECASE)
@@ -37,37 +38,6 @@ RESERVED = frozenset(
 
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Stage(_Part):
-    """Where the rig stands in the scene (scene units) and the scale."""
-
-    location: Vector
-    """The vertex of surface 1 of the imaging lens."""
-    look_at: Vector
-    up: Vector = (0.0, 1.0, 0.0)
-    mm_per_unit: MmPerUnit = 1.0
-    """Millimetres of the rig in one unit of the scene."""
-    near_mm: Mm
-    """From surface 1 to the nearest thing that should come out sharp."""
-    far_mm: Mm
-    reference_mm: Mm = Field(default_factory=lambda given: given["near_mm"])
-    """From surface 1 to the scene's reference plane; near_mm when not given."""
-
-    @model_validator(mode="after")
-    def _spans_a_frame(self) -> Self:
-        if self.far_mm < self.near_mm:
-            raise ValueError(f"near_mm <= far_mm, got {self.near_mm} and {self.far_mm}")
-        look = [b - a for a, b in zip(self.location, self.look_at, strict=True)]
-        up = self.up
-        cross = (
-            look[1] * up[2] - look[2] * up[1],
-            look[2] * up[0] - look[0] * up[2],
-            look[0] * up[1] - look[1] * up[0],
-        )
-        if sum(c * c for c in cross) <= 1e-18 * sum(c * c for c in look) * sum(c * c for c in up):
-            raise ValueError("location, look_at and up that span a plane")
-        return self
 
 
 class Parameter(_Part):

@@ -8,12 +8,12 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Self
 
-from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic import BaseModel, ConfigDict
 
 from worker.errors import FieldProblem, SpecError
-from worker.job.problems import problems_of
-from worker.job.scene import SCENE_FILE, SceneCard, Stage
-from worker.job.spec import Clock, JobSpec, ParameterValue, StageChange
+from worker.job.scene import SCENE_FILE, SceneCard
+from worker.job.spec import Clock, JobSpec, ParameterValue
+from worker.job.stage import Stage, changed_stage
 
 
 class _Part(BaseModel):
@@ -71,22 +71,6 @@ class JobSheet(_Part):
             "parameters": self.parameters | there.parameters,
         }
         return self.model_copy(update=update)
-
-
-def changed_stage(stage: Stage, change: StageChange) -> Stage:
-    """Return a scene's stage with what a job says otherwise.
-
-    Raises
-    ------
-    SpecError
-        If the two do not go together: near beyond far, no way up.
-    """
-    try:
-        return Stage.model_validate(stage.model_dump() | change.model_dump(exclude_none=True))
-    except ValidationError as error:
-        raise SpecError.of(
-            replace(problem, field=f"stage.{problem.field}".removesuffix(".(whole)")) for problem in problems_of(error)
-        ) from error
 
 
 def _check_moving_parameters(spec: JobSpec, card: SceneCard) -> None:

@@ -15,7 +15,6 @@ from pydantic import (
     BaseModel,
     ConfigDict,
     Field,
-    Tag,
     ValidationError,
     field_validator,
     model_validator,
@@ -26,8 +25,9 @@ from worker.job.frames import parse_frames
 from worker.job.keyframes import ANIMATED_PARTS, MAX_KEYS, Keyframes, lift, put
 from worker.job.misfit import Misfit
 from worker.job.problems import problems_of
+from worker.job.render_settings import Capture, RenderSettings
 from worker.job.rig import MAX_FRAME_PX, Rig
-from worker.job.tagged import told_by
+from worker.job.stage import StageChange
 
 ParameterValue = bool | int | float | str
 
@@ -42,68 +42,9 @@ STILL_FIELDS = ("rig.lens_array.count", "rig.px_per_lens", "rig.device")
 MAX_TRIED = 100
 """Frames, and keyframes between them, at which an animated job is tried when it arrives: a third of a second."""
 
-MAX_MM = 1e9
-"""A thousand kilometres: more is a slip of units."""
-
-Mm = Annotated[float, Field(gt=0, le=MAX_MM)]
-Coordinate = Annotated[float, Field(ge=-MAX_MM, le=MAX_MM)]
-Vector = tuple[Coordinate, Coordinate, Coordinate]
-MmPerUnit = Annotated[float, Field(ge=1e-4, le=1e5)]
-"""From scenes in tenths of a micrometre to scenes in hundreds of metres; beyond, rays lose digits (measured)."""
-
 
 class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
-
-
-class Capture(_Part):
-    """How the rays of the camera find their way through the optics."""
-
-    method: Literal["auto", "raytraced", "ray_camera"] = "auto"
-    """`raytraced`: POV-Ray refracts them in modelled glass. `ray_camera`: they come from the exact trace."""
-    supersample: int = Field(default=1, ge=1, le=8)
-    """Rendered pixels in each direction that are averaged to one, inside their cell and in linear light."""
-
-
-class Antialias(_Part):
-    """POV-Ray's antialiasing over the whole image; it blurs the borders of the cells."""
-
-    threshold: float = Field(default=0.3, gt=0, lt=1)
-    """Neighbours that differ by more are sampled again; POV-Ray 3.7 takes 1 for none."""
-    method: Literal[1, 2] = 2
-    """1: not recursive, never tiled. 2: adaptive and recursive."""
-    depth: int = Field(default=3, ge=1, le=9)
-
-
-AntialiasChoice = Annotated[
-    Annotated[Literal["off"], Tag("(off)")] | Annotated[Antialias, Tag("(on)")],
-    told_by(lambda value: "on" if isinstance(value, Mapping) else "off"),
-]
-
-
-class RenderSettings(_Part):
-    """How POV-Ray renders, and when an attempt is given up."""
-
-    antialias: AntialiasChoice = "off"
-    tiles: Literal["auto"] | tuple[Annotated[int, Field(ge=1, le=64)], Annotated[int, Field(ge=1, le=64)]] = "auto"
-    """Tiles of a frame as (tile_rows, tile_cols), or cut by the measured cost."""
-    timeout_s: float = Field(default=6 * 3600.0, ge=1, le=7 * 86_400)
-    """An attempt that runs longer is ended."""
-    stall_s: float = Field(default=600.0, ge=1, le=86_400)
-    """An attempt without progress for longer is ended."""
-    memory_mb: int = Field(default=8192, ge=128, le=1_048_576)
-    """Address space that one POV-Ray process may take."""
-
-    @model_validator(mode="after")
-    def _method_1_whole(self) -> Self:
-        if not self.may_be_tiled and self.tiles not in ("auto", (1, 1)):
-            raise Misfit("tiles", expected="auto or [1, 1] with antialias method 1, which leaves seams", got=self.tiles)
-        return self
-
-    @property
-    def may_be_tiled(self) -> bool:
-        """Whether tiles put together are the whole, pixel for pixel: not under method 1 (measured)."""
-        return self.antialias == "off" or self.antialias.method == 2
 
 
 class Display(_Part):
@@ -114,18 +55,6 @@ class Display(_Part):
     gap_virtual_mm: float | None = Field(default=None, gt=0, le=10_000)
     """The same for images behind it."""
     viewing_distance_mm: float = Field(default=1000.0, gt=0, le=1e6)
-
-
-class StageChange(_Part):
-    """What a job says otherwise about the scene's stage; see `worker.job.scene.Stage`."""
-
-    location: Vector | None = None
-    look_at: Vector | None = None
-    up: Vector | None = None
-    mm_per_unit: MmPerUnit | None = None
-    reference_mm: Mm | None = None
-    near_mm: Mm | None = None
-    far_mm: Mm | None = None
 
 
 class Clock(_Part):

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from worker.errors import FieldProblem, OpticsError
 from worker.job.rig import Rig
 from worker.optics import lattice
 from worker.optics.matrices import conjugate
@@ -16,7 +17,10 @@ from worker.optics.prescription import ImagingLens, rig_lens
 from worker.optics.trace import Rays, meet_plane, meet_sphere, refract, through_lens, unit
 
 ORTHOGRAPHIC_DISTANCE_MM = 20.0
-"""From the MLA to an orthographic camera: anywhere behind the lenses will do."""
+"""From the MLA to an orthographic camera: anywhere behind the lenses will do; behind thick ones twice as far."""
+
+CLEAR_OF_LENSES = 1.01
+"""How far from the MLA a perspective camera stands at least, in thicknesses of its lenses."""
 
 
 @dataclass(frozen=True)
@@ -69,16 +73,27 @@ def bench(rig: Rig, *, reference_mm: float) -> Bench:
     lens = rig_lens(rig)
     image_z_mm = lens.length_mm + conjugate(lens, reference_mm).image_mm if lens else -reference_mm
     width_mm, height_mm = lattice.window_mm(rig)
+    shape = microlens(rig.lens_array)
+    _check_camera(rig, shape)
     mla_z_mm = image_z_mm - rig.lens_array.offset_mm
     return Bench(
         imaging_lens=lens,
-        microlens=microlens(rig.lens_array),
+        microlens=shape,
         mla_z_mm=mla_z_mm,
         camera_z_mm=mla_z_mm + camera_distance_mm(rig),
         width_mm=width_mm,
         height_mm=height_mm,
         rig=rig,
     )
+
+
+def _check_camera(rig: Rig, shape: Microlens) -> None:
+    least_mm = CLEAR_OF_LENSES * shape.thickness_mm
+    if rig.camera.projection == "perspective" and perspective_distance_mm(rig) < least_mm:
+        most_deg = 2 * math.degrees(math.atan(lattice.view_width_mm(rig) / (2 * least_mm)))
+        expected = f"at most {most_deg:.4g} degrees, so that the camera stands behind the lenses of the array"
+        got = f"{rig.camera.angle_deg:g} degrees, {perspective_distance_mm(rig):.4g} mm from their flat side"
+        raise OpticsError.of([FieldProblem(field="rig.camera.angle_deg", expected=expected, got=got)])
 
 
 def camera_distance_mm(rig: Rig) -> float:
@@ -93,7 +108,7 @@ def camera_distance_mm(rig: Rig) -> float:
     862.9
     """
     if rig.camera.projection == "orthographic":
-        return ORTHOGRAPHIC_DISTANCE_MM
+        return max(ORTHOGRAPHIC_DISTANCE_MM, 2 * microlens(rig.lens_array).thickness_mm)
     return perspective_distance_mm(rig)
 
 

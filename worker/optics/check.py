@@ -6,9 +6,9 @@ import math
 
 from worker.errors import FieldProblem, OpticsError, SpecError
 from worker.job.rig import MAX_FRAME_PX
-from worker.job.scene import Stage
 from worker.job.sheet import JobSheet, at_frame
 from worker.job.spec import JobSpec
+from worker.job.stage import Stage
 from worker.optics.capture import Bench, bench
 from worker.optics.lattice import extent_mm
 from worker.optics.method import capture_method

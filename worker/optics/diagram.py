@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
-from worker.job.scene import Stage
+from worker.job.stage import Stage
 from worker.optics.capture import Bench
 from worker.optics.drawn_bench import array, camera, glass, image_space, image_z, stop
 from worker.optics.drawn_rays import Drawn, Path, fan, view_of_lens
@@ -148,9 +148,9 @@ def _whole_panel(
     if bench.imaging_lens is not None:
         marks.append((0.0, "surface 1"))
     marks += [(bench.mla_z_mm, "array"), (bench.camera_z_mm, "camera")]
+    panel, placed = _labelled(panel, marks)
     for z_mm in {-stage.near_mm, -stage.far_mm, -stage.reference_mm}:
         body.append(panel.line([(z_mm, half_mm), (z_mm, -half_mm)], "plane"))
-    panel, placed = _labelled(panel, marks)
     _draw(body, panel, bench, stage, fans, views, placed)
     return panel.bottom_px + 40
 

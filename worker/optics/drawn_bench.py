@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from itertools import pairwise
 
-from worker.job.scene import Stage
+from worker.job.stage import Stage
 from worker.optics.capture import Bench
 from worker.optics.lattice import extent_mm
 from worker.optics.microlens import rim_radius_mm

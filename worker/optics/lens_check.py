@@ -36,7 +36,7 @@ def check_lens(lens: ImagingLens, *, field_height_mm: float = 0.0) -> None:
     OpticsError
         Naming every field of a surface or the stop that cannot be; or the surface that a ray does not pass.
     """
-    problems = [*_rims(lens), *_crossings(lens), *_stop(lens)] or [*_power(lens)] or [*_rays(lens, field_height_mm)]
+    problems = [*_rims(lens), *_thin_glass(lens), *_crossings(lens), *_stop(lens)] or [*_power(lens)] or [*_rays(lens, field_height_mm)]
     if problems:
         raise OpticsError.of(problems)
 
@@ -50,6 +50,13 @@ def _rims(lens: ImagingLens) -> Iterator[FieldProblem]:
                 expected=f"at most {ends_mm:.4g} mm, where a surface of radius {surface.radius_mm:g} mm ends",
                 got=f"{surface.semi_aperture_mm:g} mm",
             )
+
+
+def _thin_glass(lens: ImagingLens) -> Iterator[FieldProblem]:
+    for place, surface in enumerate(lens.surfaces[:-1]):
+        if surface.index_after != 1.0 and surface.thickness_mm <= 0:
+            field = f"{_LENS}.surfaces.{place}.thickness_mm"
+            yield FieldProblem(field=field, expected="glass above 0 mm", got=f"{surface.thickness_mm:g} mm")
 
 
 def _crossings(lens: ImagingLens) -> Iterator[FieldProblem]:

@@ -21,7 +21,8 @@ def read_lens_csv(text: str, *, title: str = "") -> Prescription:
 
     A line of column names may come first and set their order. `#` begins a comment. A radius that is blank, 0 or
     `inf` is a plane; a blank index without material is air. The row named STOP in its material, or else the one plane
-    with air on both sides, is where a variable stop stands.
+    with air on both sides between the surfaces, is where a variable stop stands. Planes in air before the first surface
+    and behind the last are object and image, and dropped.
 
     Raises
     ------
@@ -34,16 +35,30 @@ def read_lens_csv(text: str, *, title: str = "") -> Prescription:
     >>> lens.surfaces[0].index, lens.surfaces[1].radius_mm
     (1.5168, -50.0)
     """
-    rows = [Row(place, _surface(place, cells), _is_stop(cells)) for place, cells in _cells(text)]
-    in_air = [
-        before == 1.0 and _is_plane_in_air(row.surface) for row, before in zip(rows, _indices_before(rows), strict=True)
-    ]
+    rows = _without_ends([Row(place, _surface(place, cells), _is_stop(cells)) for place, cells in _cells(text)])
+    for row in rows:
+        if math.isinf(row.surface["thickness_mm"]):
+            raise _wrong(f"{row.place}, thickness", "a finite number", repr("inf"))
+    in_air = _are_planes_in_air(rows)
     for row, fits in zip(rows, in_air, strict=True):
         if row.is_stop and not fits:
             raise _wrong(f"{row.place}, material", "a stop as a plane with air on both sides", "a stop elsewhere")
     if not any(row.is_stop for row in rows):
         rows = [replace(row, is_stop=fits) for row, fits in zip(rows, in_air, strict=True)]
     return prescription_of_rows(rows, title=title)
+
+
+def _without_ends(rows: list[Row]) -> list[Row]:
+    """Return the rows without object and image: planes in air at both ends, but for one that is named the stop."""
+    in_air = _are_planes_in_air(rows)
+    kept = [place for place, row in enumerate(rows) if row.is_stop or not in_air[place]]
+    return rows[kept[0] : kept[-1] + 1] if kept else []
+
+
+def _are_planes_in_air(rows: list[Row]) -> list[bool]:
+    return [
+        before == 1.0 and _is_plane_in_air(row.surface) for row, before in zip(rows, _indices_before(rows), strict=True)
+    ]
 
 
 def _cells(text: str) -> Iterator[tuple[str, Mapping[str, str]]]:
@@ -100,7 +115,7 @@ def _number(place: str, name: str, cells: Mapping[str, str], *, blank: float) ->
         value = float(cell)
     except ValueError:
         raise _wrong(f"{place}, {name}", "a number", repr(cell)) from None
-    if math.isnan(value) or (math.isinf(value) and name != "radius"):
+    if math.isnan(value) or (math.isinf(value) and name not in ("radius", "thickness")):
         raise _wrong(f"{place}, {name}", "a finite number", repr(cell))
     return value
 

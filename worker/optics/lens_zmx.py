@@ -36,9 +36,13 @@ class _Line:
 
     def value(self, place: int = 0) -> float:
         try:
-            return float(self.values[place])
+            value = float(self.values[place])
         except (IndexError, ValueError):
             self.refuse("a number")
+        # An object or an image may lie at infinity.
+        if math.isnan(value) or (math.isinf(value) and self.word != "DISZ"):
+            self.refuse("a finite number")
+        return value
 
 
 @dataclass

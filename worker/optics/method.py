@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Literal
 
 from worker.errors import FieldProblem, OpticsError
-from worker.job.scene import Stage
 from worker.job.spec import JobSpec
+from worker.job.stage import Stage
 from worker.optics.prescription import rig_lens
 from worker.optics.surfaces import ImagingLens
 

@@ -12,7 +12,7 @@ from worker.optics import lattice
 from worker.optics.lens_check import check_lens
 from worker.optics.lenses import ATHINEOS_2006, IMAGING_LENSES
 from worker.optics.matrices import cardinal_points
-from worker.optics.stop import with_stop
+from worker.optics.stop import clear_of_glass, with_stop
 from worker.optics.surfaces import CONTACT_GAP_MM, ImagingLens, Stop, Surface
 
 __all__ = [
@@ -44,7 +44,7 @@ def rig_lens(rig: Rig) -> ImagingLens | None:
     check_lens(lens)
     lens = with_stop(lens, rig)
     check_lens(lens, field_height_mm=math.hypot(*lattice.extent_mm(rig.lens_array)) / 2)
-    return lens.built()
+    return clear_of_glass(lens.built())
 
 
 def chosen_lens(choice: str | NamedLens | Prescription) -> ImagingLens:

@@ -2,17 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from worker.errors import FieldProblem, OpticsError
 from worker.job.rig import Rig
 from worker.optics.matrices import cardinal_points, matrix_to
-from worker.optics.surfaces import ImagingLens, Stop, Surface
+from worker.optics.surfaces import CONTACT_GAP_MM, ImagingLens, Stop, Surface
 
 NOMINAL = 0.95
 """Printed f-numbers are rounded: one faster by 5 % than the glass allows is taken, and the glass limits it."""
+
+_AT_MM = 1e-9
+_HEIGHTS = 65
+"""At which the distance of a stop to a surface is measured."""
 
 
 def stop_place_mm(lens: ImagingLens) -> float:
@@ -82,6 +88,40 @@ def with_stop(lens: ImagingLens, rig: Rig) -> ImagingLens:
     semi_mm = float(abs(narrowing * focal_mm)) / (2 * rig.f_number)
     got = f"{rig.f_number:g}, a hole of {2 * semi_mm:.4g} mm"
     return _opened(lens, semi_mm, field="rig.f_number", got=got)
+
+
+def clear_of_glass(lens: ImagingLens) -> ImagingLens:
+    """Return a lens as built, its stop at least `CONTACT_GAP_MM` from the surfaces beside it; midway where that is less.
+
+    A plate on a plane surface would coincide with it, and a ray tracer see the one or the other.
+    """
+    if lens.stop is None:
+        return lens
+    behind = stop_space(lens, lens.stop)
+    least_mm, most_mm = -math.inf, math.inf
+    if behind > 0:
+        least_mm = float(np.nanmax(_profile_mm(lens, behind - 1, lens.stop))) + CONTACT_GAP_MM
+    if behind < len(lens.surfaces):
+        most_mm = float(np.nanmin(_profile_mm(lens, behind, lens.stop))) - CONTACT_GAP_MM
+    if least_mm > most_mm:
+        return replace(lens, stop=replace(lens.stop, z_mm=(least_mm + most_mm) / 2))
+    return replace(lens, stop=replace(lens.stop, z_mm=min(max(lens.stop.z_mm, least_mm), most_mm)))
+
+
+def stop_space(lens: ImagingLens, stop: Stop) -> int:
+    """Return how many surfaces stand before a stop; one at the very vertex of a front face stands before that."""
+    before = sum(vertex_mm <= stop.z_mm + _AT_MM for vertex_mm in lens.vertices_mm)
+    in_glass = before > 0 and lens.surfaces[before - 1].index_after != 1.0
+    return before - 1 if in_glass else before
+
+
+def _profile_mm(lens: ImagingLens, place: int, stop: Stop) -> NDArray[np.float64]:
+    """Return the z of a surface where a stop must be clear of it: within its hole, or everywhere if it is flat."""
+    surface = lens.surfaces[place]
+    reach_mm = surface.semi_aperture_mm
+    if not surface.is_flat:
+        reach_mm = min(reach_mm, stop.semi_aperture_mm)
+    return lens.vertices_mm[place] + surface.profile.sag_mm(np.linspace(0.0, reach_mm, _HEIGHTS) ** 2)
 
 
 def _opened(lens: ImagingLens, semi_mm: float, *, field: str, got: str) -> ImagingLens:

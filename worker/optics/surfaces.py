@@ -14,6 +14,10 @@ CONTACT_GAP_MM = 1e-3
 """Air kept between surfaces that touch: coincident surfaces are undefined in a ray tracer."""
 
 
+FLAT_MM = 0.01
+"""The sag of a surface that is as good as plane."""
+
+
 @dataclass(frozen=True)
 class Surface:
     """A surface of rotation and the medium behind it."""
@@ -46,6 +50,11 @@ class Surface:
     def is_spherical(self) -> bool:
         """Whether it is a sphere or a plane."""
         return not any(self.aspheric) and (self.conic == 0.0 or math.isinf(self.radius_mm))
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether it is a plane, or so nearly one that a plate beside its vertex would lie on it."""
+        return abs(self.sag_mm(self.semi_aperture_mm)) < FLAT_MM
 
     def sag_mm(self, height_mm: float) -> float:
         """Return how far the surface lies behind its vertex at a height above the axis; NaN where it has ended.

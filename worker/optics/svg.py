@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import combinations
 from xml.sax.saxutils import escape, quoteattr
 
 LETTER_PX = 6.7
@@ -160,17 +161,27 @@ def _starts(x_px: float, text: str, width_px: float) -> list[float]:
 def _flags(wanted: Wanted, width_px: float) -> tuple[Label, ...]:
     """Return places for labels that stand too close: texts beside their leaders, which so may stand at one place.
 
-    All fly to the right, and a leader farther left is higher: it passes all of them. Without room there they fly to
-    the left, and go first.
+    All fly to the right, and a leader farther left is higher: it passes all of them. Where there is no room they fly
+    to the left. Which of the two go lower is tried.
     """
-    right = [(x_px, text) for x_px, text in wanted if x_px + BESIDE_PX + _length_px(text) <= width_px - 8]
-    left = [one for one in wanted if one not in right]
+    to_right = [Label(text, x_px, x_px + BESIDE_PX, 0) for x_px, text in reversed(wanted)]
+    right = [flag for flag in to_right if flag.right_px <= width_px - 8]
+    away = [flag for flag in reversed(to_right) if flag not in right]
+    left = [replace(flag, left_px=max(8.0, flag.x_px - BESIDE_PX - _length_px(flag.text))) for flag in away]
+    return min((_stacked(left + right), _stacked(right + left)), key=_crossings)
+
+
+def _stacked(flags: Sequence[Label]) -> tuple[Label, ...]:
+    """Return labels in the lowest rows where they are clear of those before them; else above all of them."""
     placed: list[Label] = []
-    for x_px, text in (*left, *reversed(right)):
-        start_px = x_px + BESIDE_PX if (x_px, text) in right else max(8.0, x_px - BESIDE_PX - _length_px(text))
-        tried = [Label(text, x_px, start_px, row) for row in range(len(placed) + 1)]
+    for flag in flags:
+        tried = [replace(flag, row=row) for row in range(len(placed) + 1)]
         placed.append(next((one for one in tried if all(map(one.is_clear_of, placed))), tried[-1]))
     return tuple(placed)
+
+
+def _crossings(placed: Sequence[Label]) -> int:
+    return sum(not one.is_clear_of(other) for one, other in combinations(placed, 2))
 
 
 def _length_px(text: str) -> float:

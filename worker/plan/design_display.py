@@ -9,8 +9,8 @@ import numpy as np
 
 from worker.integral.device import device_size
 from worker.job.rig import Rig
-from worker.job.scene import Stage
 from worker.job.spec import JobSpec
+from worker.job.stage import Stage
 from worker.optics import display
 from worker.optics.capture import Bench
 from worker.optics.lattice import extent_mm

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-from worker.job.scene import Stage
+from worker.job.stage import Stage
 from worker.optics.capture import Bench
 from worker.optics.lattice import row_pitch_mm
 from worker.optics.matrices import cardinal_points, conjugate

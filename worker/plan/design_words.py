@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from worker.job.scene import Stage
 from worker.job.spec import JobSpec
+from worker.job.stage import Stage
 from worker.optics.capture import Bench
 from worker.optics.display import Resolvable
 

@@ -7,9 +7,9 @@ from typing import Any
 
 from worker.integral.square_pixels import square_size
 from worker.job.rig import Rig
-from worker.job.scene import Stage
 from worker.job.sheet import JobSheet
 from worker.job.spec import JobSpec
+from worker.job.stage import Stage
 from worker.optics.capture import Bench, bench, camera_distance_mm, perspective_distance_mm
 from worker.optics.check import check_job, check_rig, place_in_image_space
 from worker.optics.diagram import draw_bench

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal, NamedTuple
 
-from worker.job.spec import Antialias
+from worker.job.render_settings import Antialias
 
 PictureFormat = Literal["png16", "exr"]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from povtemplates import literals, write
-from worker.job.scene import Stage
 from worker.job.sheet import JobSheet
+from worker.job.stage import Stage
 from worker.optics.capture import Bench, bench
 from worker.optics.dispersion import povray_dispersion
 from worker.optics.method import Method
@@ -16,7 +16,7 @@ TRACE_LEVEL = 24
 """Refractions and reflections a ray may meet: 2 + 6 surfaces of the paper's rig, and 10 to 21 in all were seen."""
 
 BAFFLE_REACH = 20.0
-"""Of a plate with a hole, in semi-apertures of the widest surface: no ray of a camera comes out so far."""
+"""Of a plate with a hole, in semi-apertures of the surface; at least as far as rays of the camera come: `_rays_reach_mm`."""
 
 RAYS_FILE = "lippmann-rays.inc"
 """What the text of a ray camera includes from beside itself."""
@@ -41,9 +41,9 @@ def pov_text(sheet: JobSheet, method: Method) -> str:
         parameters=[(name, literals.parameter(value)) for name, value in sorted(sheet.parameters.items())],
         trace_level=TRACE_LEVEL + max(0, len(surfaces) - 6),
         surfaces=len(surfaces),
-        numbers_a_surface=5,
-        lens_rows=[_lens_row(surface, dispersion=sheet.spec.rig.dispersion) for surface in surfaces],
-        stop=_stop(modelled),
+        numbers_a_surface=6,
+        lens_rows=[_lens_row(surface, stood) for surface in surfaces],
+        stop=_stop(modelled, stood),
         lens_array=_lens_array(stood),
         mla_z_mm=literals.number(stood.mla_z_mm),
         camera=_camera(stood),
@@ -52,19 +52,41 @@ def pov_text(sheet: JobSheet, method: Method) -> str:
     )
 
 
-def _lens_row(surface: Surface, *, dispersion: bool) -> str:
-    spread = povray_dispersion(surface.index_after, surface.abbe_after) if dispersion else 1.0
+def _lens_row(surface: Surface, stood: Bench) -> str:
+    spread = povray_dispersion(surface.index_after, surface.abbe_after) if stood.rig.dispersion else 1.0
     radius_mm = 0 if math.isinf(surface.radius_mm) else surface.radius_mm
     return literals.numbers(
-        (radius_mm, surface.thickness_mm, surface.index_after, surface.semi_aperture_mm, spread),
+        (
+            radius_mm,
+            surface.thickness_mm,
+            surface.index_after,
+            surface.semi_aperture_mm,
+            spread,
+            _baffle_mm(surface.semi_aperture_mm, stood),
+        )
     )
 
 
-def _stop(lens: ImagingLens | None) -> str | None:
+def _baffle_mm(semi_aperture_mm: float, stood: Bench) -> float:
+    """Return how far a plate with a hole reaches from the axis: out to where no ray of the camera comes."""
+    return max(BAFFLE_REACH * semi_aperture_mm, _rays_reach_mm(stood))
+
+
+def _rays_reach_mm(stood: Bench) -> float:
+    """Return how far from the axis rays of the camera come on their way from the array to the imaging lens.
+
+    Twice the window's diagonal, and for every millimetre of the way twice what a lens of the array bends its corner ray.
+    """
+    array = stood.rig.lens_array
+    slope = array.pitch_mm / array.focal_length_mm
+    return 2 * (math.hypot(stood.width_mm, stood.height_mm) + abs(stood.mla_z_mm) * slope)
+
+
+def _stop(lens: ImagingLens | None, stood: Bench) -> str | None:
     """Return place and radius of the stop's hole, and how far its plate reaches: as far as a baffle."""
     if lens is None or lens.stop is None:
         return None
-    reach_mm = BAFFLE_REACH * max(surface.semi_aperture_mm for surface in lens.surfaces)
+    reach_mm = _baffle_mm(max(surface.semi_aperture_mm for surface in lens.surfaces), stood)
     return literals.numbers((lens.stop.z_mm, lens.stop.semi_aperture_mm, reach_mm))
 
 

@@ -13,7 +13,8 @@ from lippmann.paper.depth import Patch, depth_mm, lenses_a_view, movement
 from lippmann.paper.landmarks import LANDMARKS, rig_place_mm, traced
 from povtemplates.catalogue import MANIFEST, scene_folders
 from povtemplates.manifest import read_manifest
-from worker.job.scene import Stage, parse_scene
+from worker.job.scene import parse_scene
+from worker.job.stage import Stage
 from worker.optics.capture import bench
 from worker.optics.disparity import exact_disparity
 

@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 
 from worker.errors import OpticsError, SpecError
-from worker.job.scene import SceneCard, Stage
+from worker.job.scene import SceneCard
 from worker.job.sheet import JobSheet
 from worker.job.spec import JobSpec, parse_spec
+from worker.job.stage import Stage
 from worker.optics.capture import bench
 from worker.optics.check import check_job, check_rig
 from worker.optics.method import capture_method

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worker.job.spec import Antialias
+from worker.job.render_settings import Antialias
 from worker.povray.command import Region, RenderCommand, povray_argv
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections import Counter
+from typing import Any, cast
 from xml.etree import ElementTree as ET
 
 import pytest
 
+from service.jobs import design
 from service.jobs.keys import create_key
 from service.schemas.access import Role
 from tests.builders_service import SPEC, Client, Farm
@@ -64,6 +66,33 @@ def test_what_cannot_be_is_named_as_when_it_is_submitted(
     assert answer.headers["Content-Type"] == "application/problem+json"
     assert answer.json()["errors"] == api.post("/api/v1/jobs", json=SPEC | change).json()["errors"]
     assert answer.json()["errors"][0]["field"] == field
+
+
+def test_a_frame_between_keys_where_a_number_is_out_of_bounds_is_named(api: Client) -> None:
+    """Dispersion is off or on, and at frame 2 half-way."""
+    job = SPEC | {"rig": {"dispersion": {"keyframes": [[1, 1], [3, 0]]}}}
+    for headers in ({}, SVG):
+        answer = api.post(DESIGN, json=job, params={"frame": 2}, headers=headers)
+        assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "rig.dispersion")
+
+
+@pytest.mark.parametrize(("name", "headers"), [("design", {}), ("drawing", SVG)])
+def test_no_connection_is_held_while_a_design_is_computed(
+    api: Client, api_farm: Farm, monkeypatch: pytest.MonkeyPatch, name: str, headers: dict[str, str]
+) -> None:
+    computed, lent = getattr(design, name), Counter[str]()
+
+    def computes(*given: Any, **more: Any) -> Any:
+        lent["while computing"] += house_pool(api).checkedout()
+        return computed(*given, **more)
+
+    monkeypatch.setattr(design, name, computes)
+    assert api.post(DESIGN, json=SPEC, headers=headers).status_code == 200
+    assert lent == {"while computing": 0}
+
+
+def house_pool(api: Client) -> Any:
+    return cast(Any, api.app).state.house.database._engine.pool
 
 
 @pytest.mark.parametrize("body", [b"{", b"[]", b"null"])
