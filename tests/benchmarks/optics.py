@@ -19,7 +19,7 @@ from tests.builders import local_place, small_job, stored_job
 from worker.job.sheet import JobSheet
 from worker.optics.capture import bench
 from worker.optics.pixel_rays import front_mm, outer_rays, pixel_rays
-from worker.povray.ray_camera import ray_camera_include, ray_camera_region, scaffold
+from worker.povray.ray_camera import ray_camera_region, ray_camera_text, scaffold
 from worker.povray.scene import RAYS_FILE, pov_text
 
 ROUNDS = 3
@@ -134,7 +134,7 @@ def ray_camera_s(folder: Path, sheet: JobSheet) -> float:
         stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
         rays = pixel_rays(stood, rows=side, cols=side)
         shared = scaffold(outer_rays(stood), front_mm=front_mm(stood), mm_per_unit=sheet.stage.mm_per_unit)
-        text = ray_camera_include(rays, shared)
+        text = b"".join(ray_camera_text([rays], rays.position[..., 0].size, shared))
         (folder / RAYS_FILE).write_bytes(text)
         (folder / "frame.pov").write_text(pov_text(sheet, "ray_camera"))
 

@@ -248,9 +248,7 @@ def test_a_scene_may_be_named_as_a_file_of_the_rig_is(tmp_path: Path, file: str,
 
 @METHODS
 @pytest.mark.parametrize("file", ["scene.pov", "sub/scene.inc"])
-def test_a_scene_includes_its_own_file_of_any_name_and_the_rig_its_own(
-    tmp_path: Path, file: str, method: str
-) -> None:
+def test_a_scene_includes_its_own_file_of_any_name_and_the_rig_its_own(tmp_path: Path, file: str, method: str) -> None:
     """The rig's includes of a bundle may be old copies, or broken: only the scene's own business."""
     beside = tmp_path / "bundle" / Path(file).parent
     (beside / "lippmann").mkdir(parents=True)

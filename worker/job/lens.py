@@ -99,16 +99,16 @@ class Prescription(_Part):
     title: str = Field(default="", max_length=200)
     source: str = Field(default="", max_length=500)
     """Where the numbers come from."""
-    surfaces: tuple[LensSurface, ...] = Field(json_schema_extra={"minItems": MIN_SURFACES, "maxItems": MAX_SURFACES})
+    surfaces: tuple[LensSurface, ...] = Field(max_length=MAX_SURFACES, json_schema_extra={"minItems": MIN_SURFACES})
     stop_z_mm: float | None = Field(default=None, ge=-MAX_MM, le=MAX_MM)
     """Where a variable stop stands, from the vertex of surface 1."""
 
-    @field_validator("surfaces", mode="before")
+    @field_validator("surfaces")
     @classmethod
-    def _has_so_many(cls, surfaces: object) -> object:
-        # Counted as they came: those that are wrong are named one by one.
-        if isinstance(surfaces, list | tuple) and not MIN_SURFACES <= len(surfaces) <= MAX_SURFACES:
-            raise ValueError(f"{MIN_SURFACES} to {MAX_SURFACES} surfaces, got {len(surfaces)}")
+    def _are_enough(cls, surfaces: tuple[LensSurface, ...]) -> tuple[LensSurface, ...]:
+        # Not by min_length, which would count only those that are right, and say so beside what is wrong.
+        if len(surfaces) < MIN_SURFACES:
+            raise ValueError(f"at least {MIN_SURFACES} surfaces, got {len(surfaces)}")
         return surfaces
 
     @model_validator(mode="after")

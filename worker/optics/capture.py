@@ -22,6 +22,9 @@ ORTHOGRAPHIC_DISTANCE_MM = 20.0
 CLEAR_OF_LENSES = 1.01
 """How far from the MLA a perspective camera stands at least, in thicknesses of its lenses."""
 
+WHOLE = (slice(None), slice(None))
+"""The region that is all of a picture."""
+
 
 @dataclass(frozen=True)
 class Bench:
@@ -117,18 +120,22 @@ def perspective_distance_mm(rig: Rig) -> float:
     return lattice.view_width_mm(rig) / (2 * math.tan(math.radians(rig.camera.angle_deg) / 2))
 
 
-def pixel_centres_mm(bench: Bench, *, rows: int | None = None, cols: int | None = None) -> NDArray[np.float64]:
+def pixel_centres_mm(
+    bench: Bench, *, rows: int | None = None, cols: int | None = None, region: tuple[slice, slice] = WHOLE
+) -> NDArray[np.float64]:
     """Return where the pixels lie on the MLA plane, shape (row, col, 2), mm as (x, y); row 0 is the top.
 
     Parameters
     ----------
     rows, cols
         Of a picture of the whole window; those of the integral image when not given.
+    region
+        Rows and cols of it that are wanted.
     """
     whole_rows, whole_cols = lattice.sheet_px(bench.rig)
     rows, cols = rows or whole_rows, cols or whole_cols
-    x = (np.arange(cols) + 0.5) * (bench.width_mm / cols) - bench.width_mm / 2
-    y = bench.height_mm / 2 - (np.arange(rows) + 0.5) * (bench.height_mm / rows)
+    x = (np.arange(cols)[region[1]] + 0.5) * (bench.width_mm / cols) - bench.width_mm / 2
+    y = bench.height_mm / 2 - (np.arange(rows)[region[0]] + 0.5) * (bench.height_mm / rows)
     return np.stack(np.meshgrid(x, y), axis=-1)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from worker.errors import FieldProblem, OpticsError
 from worker.optics.matrices import system_matrix
-from worker.optics.stop import marginal_height_mm
+from worker.optics.stop import marginal_height_mm, stop_space
 from worker.optics.surfaces import ImagingLens, Stop, Surface
 from worker.optics.trace import Rays, steps
 
@@ -36,7 +36,8 @@ def check_lens(lens: ImagingLens, *, field_height_mm: float = 0.0) -> None:
     OpticsError
         Naming every field of a surface or the stop that cannot be; or the surface that a ray does not pass.
     """
-    problems = [*_rims(lens), *_thin_glass(lens), *_crossings(lens), *_stop(lens)] or [*_power(lens)] or [*_rays(lens, field_height_mm)]
+    shape = [*_rims(lens), *_thin_glass(lens), *_crossings(lens), *_stop(lens)]
+    problems = shape or [*_power(lens)] or [*_rays(lens, field_height_mm)]
     if problems:
         raise OpticsError.of(problems)
 
@@ -100,10 +101,11 @@ def _stands_in_glass(lens: ImagingLens, z_mm: float) -> str:
 
 
 def _cuts_a_surface(lens: ImagingLens, stop: Stop) -> str:
-    for surface, vertex_mm in zip(lens.surfaces, lens.vertices_mm, strict=True):
+    behind = stop_space(lens, stop)
+    for place, (surface, vertex_mm) in enumerate(zip(lens.surfaces, lens.vertices_mm, strict=True)):
         square = np.linspace(0.0, min(stop.semi_aperture_mm, surface.semi_aperture_mm), HEIGHTS) ** 2
         beyond = vertex_mm + surface.profile.sag_mm(square) - stop.z_mm
-        if np.nanmax(beyond if vertex_mm <= stop.z_mm else -beyond) > TOUCHING_MM:
+        if np.nanmax(beyond if place < behind else -beyond) > TOUCHING_MM:
             return f" whose hole is clear of the surface with its vertex at {vertex_mm:.4g} mm"
     return ""
 

@@ -2,24 +2,35 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 from numpy.typing import NDArray
 
 from worker.optics import lattice
-from worker.optics.capture import Bench, object_rays, pixel_centres_mm
+from worker.optics.capture import WHOLE, Bench, object_rays, pixel_centres_mm
 from worker.optics.lattice import HEXAGON_CORNER
 from worker.optics.trace import Rays
 
 BAND_PX = 50_000
 """Pixels that are traced at once: few enough that they stay in the processor's cache (twice as fast as a whole frame)
-and that a large frame needs little memory."""
+and that a frame of any size needs little memory."""
 
 OUTER_LENSES = 16
 OUTER_POINTS = 9
 """Lenses, and points of each of their cells, in either direction, whose rays stand for all."""
 
 
-def pixel_rays(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice] = (slice(None), slice(None))) -> Rays:
+def ray_bands(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice] = WHOLE) -> Iterator[Rays]:
+    """Yield the rays that pixels see in the scene's space, some rows at a time, as `pixel_rays` returns them all."""
+    wanted, across = range(rows)[region[0]], range(cols)[region[1]]
+    step = max(1, BAND_PX // len(across))
+    for start in range(wanted.start, wanted.stop, step):
+        band = slice(start, min(start + step, wanted.stop)), region[1]
+        yield object_rays(bench, pixel_centres_mm(bench, rows=rows, cols=cols, region=band))
+
+
+def pixel_rays(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice] = WHOLE) -> Rays:
     """Return the rays that pixels see in the scene's space, each array (row, col, 3), mm; NaN where a pixel is dead.
 
     Parameters
@@ -29,15 +40,8 @@ def pixel_rays(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice
     region
         Rows and cols of it that are wanted.
     """
-    points = pixel_centres_mm(bench, rows=rows, cols=cols)[region]
-    height, width = points.shape[:2]
-    position, direction = np.empty((height, width, 3)), np.empty((height, width, 3))
-    step = max(1, BAND_PX // width)
-    for start in range(0, height, step):
-        band = slice(start, start + step)
-        rays = object_rays(bench, points[band])
-        position[band], direction[band] = rays.position, rays.direction
-    return Rays(position, direction)
+    bands = list(ray_bands(bench, rows=rows, cols=cols, region=region))
+    return Rays(np.concatenate([band.position for band in bands]), np.concatenate([band.direction for band in bands]))
 
 
 def outer_rays(bench: Bench) -> Rays:

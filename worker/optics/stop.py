@@ -91,7 +91,7 @@ def with_stop(lens: ImagingLens, rig: Rig) -> ImagingLens:
 
 
 def clear_of_glass(lens: ImagingLens) -> ImagingLens:
-    """Return a lens as built, its stop at least `CONTACT_GAP_MM` from the surfaces beside it; midway where that is less.
+    """Return a lens as built, its stop `CONTACT_GAP_MM` or more from the surfaces beside it; midway if it is narrower.
 
     A plate on a plane surface would coincide with it, and a ray tracer see the one or the other.
     """

@@ -13,7 +13,7 @@ WORTHWHILE_S = 5.0
 COMFORTABLE_S = 60.0
 """A longer task makes a lost worker or a late finish expensive."""
 COMFORTABLE_PX = 3_000_000
-"""More rendered pixels a tile, as rays, take over half a GB in the worker and again in POV-Ray (measured)."""
+"""More rendered pixels a tile, as rays of the ray camera, take over half a GB in POV-Ray (measured)."""
 
 
 def tile_grid(spec: JobSpec, probe: ProbeResult, *, slots: int) -> tuple[int, int]:

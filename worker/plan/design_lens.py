@@ -37,19 +37,28 @@ class _Traced:
 def _traced(stood: Bench, object_mm: float) -> _Traced:
     lens = _present(stood.imaging_lens)
     paraxial = conjugate(lens, object_mm)
-    axis = best_focus(stood, object_mm)
+    axis = _sharp(best_focus(stood, object_mm))
     # As the scene's image is inverted, the point below the axis is imaged to the array's upper edge.
     array = stood.rig.lens_array
-    edge_mm = (array.count[0] - 1) / 2 * row_pitch_mm(array) / paraxial.magnification
-    edge = focus_at(stood, object_mm, height_mm=edge_mm, image_mm=axis.image_mm) if axis and edge_mm else None
+    image_mm = (array.count[0] - 1) / 2 * row_pitch_mm(array)
+    # An image without any size, of what is too far away, has no point that is imaged to the edge.
+    edge_mm = image_mm / paraxial.magnification if paraxial.magnification else 0.0
+    edge = _sharp(focus_at(stood, object_mm, height_mm=edge_mm, image_mm=axis.image_mm)) if axis and edge_mm else None
     plane = PlaneImage(
         object_mm=object_mm,
         image_mm=ended(paraxial.image_mm),
         magnification=ended(paraxial.magnification),
         exact_image_mm=axis and axis.image_mm,
-        exact_magnification=edge.height_mm / edge_mm if edge else None,
+        exact_magnification=ended(edge.height_mm / edge_mm) if edge else None,
     )
     return _Traced(plane, axis, edge)
+
+
+def _sharp(focus: Focus | None) -> Focus | None:
+    """Return a focus, or None for rays that meet nowhere."""
+    if focus is None or not all(map(math.isfinite, (focus.image_mm, focus.rms_mm, focus.height_mm))):
+        return None
+    return focus
 
 
 def _present(lens: ImagingLens | None) -> ImagingLens:

@@ -22,9 +22,9 @@ S_PER_PX = {"raytraced": 1.1e-5, "ray_camera": 8.5e-6}
 18.4 s for the first two, its trace (1.2e-6) included."""
 
 START_MB = {"raytraced": 86.0, "ray_camera": 190.0}
-B_PER_PX = {"raytraced": 19.0, "ray_camera": 344.0}
+B_PER_PX = {"raytraced": 19.0, "ray_camera": 160.0}
 """Resident memory while a tile is rendered: POV-Ray with glass took 95 MB for 0.5 million pixels and 194 MB for 5.76;
-rays take 184 bytes a pixel in the worker and about 160 in POV-Ray."""
+rays take about 160 bytes a pixel in POV-Ray, and the worker 118 MB to write 5.76 million of them."""
 ASSEMBLE_MB, ASSEMBLE_B_PER_PX = 105.0, 69.0
 """Resident memory of a worker that assembles: 141 MB for 0.5 million pixels, 500 MB for 5.76."""
 MASTER_B_PER_PX = 6

@@ -10,6 +10,7 @@ the bundle's radius: what is rounded turns no ray by more than about 1e-6.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +27,9 @@ and for row 0 those of row 0 once more; columns, and other cameras, are not shif
 
 FIGURES = 7
 """Of a coordinate: 32-bit floats keep whole numbers up to 16,777,216."""
+
+FACES_AT_ONCE = 100_000
+"""Whose numbers are written together: a tile of any size needs little memory."""
 
 ROOM = 0.25
 """Of what the outermost rays span, kept free on each side for those between them that go further."""
@@ -62,15 +66,18 @@ def ray_camera_region(*, rows: int, cols: int) -> Region:
     return Region(FIRST_ROW, rows + FIRST_ROW, 0, cols)
 
 
-def ray_camera_include(rays: Rays, scaffold: Scaffold) -> bytes:
-    """Return an include file that declares rays as the mesh `Lippmann_Rays`.
+def ray_camera_text(bands: Iterable[Rays], count: int, scaffold: Scaffold) -> Iterator[bytes]:
+    """Yield an include file that declares rays as the mesh `Lippmann_Rays`, piece by piece.
 
     With dead rays it also declares `Lippmann_Blind`, the black object that they see and that must stand in the scene.
 
     Parameters
     ----------
-    rays
-        Of all pixels of a tile, (row, col, 3), rig frame; NaN where one is dead. See `ray_camera_region`.
+    bands
+        The rays of all pixels of a tile, (row, col, 3), some rows at a time; rig frame, NaN where one is dead. See
+        `ray_camera_region`.
+    count
+        Of all rays together.
     scaffold
         Of the whole picture.
 
@@ -79,26 +86,27 @@ def ray_camera_include(rays: Rays, scaffold: Scaffold) -> bytes:
     RenderFailed
         If a ray lies outside what the scaffold was made for.
     """
-    codes, some_dead = face_codes(rays, scaffold)
-    count = len(codes)
+    some_dead = False
+    yield f"// {count} rays in the rig frame. Written by Lippmann.\n".encode()
+    # k times this is <0, 2 k, 2 k - 1> when POV-Ray has cut off the fraction: the vertices of face k.
+    yield f"#local F = <0, 2, {2 - 0.5 / count!r}>;\n".encode()
+    yield b"#declare Lippmann_Rays = mesh2 {\n"
+    yield f"vertex_vectors {{ {2 * count + 1}, {literals.vector(_apex_codes(scaffold))}\n".encode()
+    for band in bands:
+        codes, dead = face_codes(band, scaffold)
+        some_dead |= dead
+        yield _text(codes, FIGURES, before=("", "<", " ", " "), end=">\n")
+    yield f"}}\nface_indices {{ {count},\n".encode()
+    for start in range(1, count + 1, FACES_AT_ONCE):
+        numbers = np.arange(start, min(start + FACES_AT_ONCE, count + 1))
+        yield _text(numbers[:, np.newaxis], len(str(count)), before=("F*",), end="\n")
+    # No ray meets this mesh, so it needs no bounding boxes.
+    yield b"}\nhierarchy off\n"
     origin_mm = (*scaffold.foot_mm.tolist(), scaffold.low_mm)
-    parts = [
-        f"// {count} rays in the rig frame. Written by Lippmann.\n".encode(),
-        # k times this is <0, 2 k, 2 k - 1> when POV-Ray has cut off the fraction: the vertices of face k.
-        f"#local F = <0, 2, {2 - 0.5 / count!r}>;\n".encode(),
-        b"#declare Lippmann_Rays = mesh2 {\n",
-        f"vertex_vectors {{ {2 * count + 1}, {literals.vector(_apex_codes(scaffold))}\n".encode(),
-        _text(codes, FIGURES, before=("", "<", " ", " "), end=">\n"),
-        f"}}\nface_indices {{ {count},\n".encode(),
-        _text(np.arange(1, count + 1)[:, np.newaxis], len(str(count)), before=("F*",), end="\n"),
-        # No ray meets this mesh, so it needs no bounding boxes.
-        b"}\nhierarchy off\n",
-        f"matrix <1, 0, 0, 0, 1, 0, -1, -1, 1, 0, 0, 0> scale {literals.number(scaffold.step_mm)} ".encode(),
-        f"translate {literals.vector(origin_mm)}\n}};\n".encode(),
-    ]
+    yield f"matrix <1, 0, 0, 0, 1, 0, -1, -1, 1, 0, 0, 0> scale {literals.number(scaffold.step_mm)} ".encode()
+    yield f"translate {literals.vector(origin_mm)}\n}};\n".encode()
     if some_dead:
-        parts.append(_blind(scaffold.blind_mm))
-    return b"".join(parts)
+        yield _blind(scaffold.blind_mm)
 
 
 def scaffold(outer: Rays, *, front_mm: float, mm_per_unit: float) -> Scaffold:

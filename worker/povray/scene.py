@@ -16,7 +16,7 @@ TRACE_LEVEL = 24
 """Refractions and reflections a ray may meet: 2 + 6 surfaces of the paper's rig, and 10 to 21 in all were seen."""
 
 BAFFLE_REACH = 20.0
-"""Of a plate with a hole, in semi-apertures of the surface; at least as far as rays of the camera come: `_rays_reach_mm`."""
+"""Of a plate with a hole, in semi-apertures of the surface; farther where rays of the camera come out so far."""
 
 RAYS_FILE = "lippmann-rays.inc"
 """What the text of a ray camera includes from beside itself."""
@@ -75,7 +75,8 @@ def _baffle_mm(semi_aperture_mm: float, stood: Bench) -> float:
 def _rays_reach_mm(stood: Bench) -> float:
     """Return how far from the axis rays of the camera come on their way from the array to the imaging lens.
 
-    Twice the window's diagonal, and for every millimetre of the way twice what a lens of the array bends its corner ray.
+    Twice the window's diagonal, and on the way to the lens twice what a lens of the array bends a ray, pitch by focal
+    length.
     """
     array = stood.rig.lens_array
     slope = array.pitch_mm / array.focal_length_mm

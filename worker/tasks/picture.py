@@ -6,15 +6,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from povtemplates.catalogue import INCLUDE_FOLDER
+from worker.errors import Stopped
 from worker.job.sheet import JobSheet
 from worker.optics.capture import bench
 from worker.optics.method import capture_method
-from worker.optics.pixel_rays import front_mm, outer_rays, pixel_rays
+from worker.optics.pixel_rays import front_mm, outer_rays, ray_bands
 from worker.povray.command import SYSTEM_INCLUDE, PictureFormat, Region, RenderCommand
 from worker.povray.limits import Limits
 from worker.povray.log import AttemptLog
 from worker.povray.progress import Progress
-from worker.povray.ray_camera import ray_camera_include, ray_camera_region, scaffold
+from worker.povray.ray_camera import ray_camera_region, ray_camera_text, scaffold
 from worker.povray.render import RenderOutcome, render
 from worker.povray.scene import RAYS_FILE, pov_text
 from worker.tasks.watch import Watch
@@ -67,7 +68,7 @@ def render_picture(
     (folder / POV_FILE).write_text(pov_text(there, method))
     if method == "ray_camera":
         # Its rays are those of the region alone, and so is its picture.
-        (folder / RAYS_FILE).write_bytes(_rays_text(there, rows=rows, cols=cols, region=wanted))
+        _write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=wanted, watch=watch)
         cols = wanted.col_stop - wanted.col_start
         region = wanted = ray_camera_region(rows=wanted.row_stop - wanted.row_start, cols=cols)
         rows = wanted.row_stop
@@ -106,9 +107,15 @@ def render_picture(
     return RenderedPicture(outcome, wanted)
 
 
-def _rays_text(sheet: JobSheet, *, rows: int, cols: int, region: Region) -> bytes:
+def _write_rays(path: Path, sheet: JobSheet, *, rows: int, cols: int, region: Region, watch: Watch) -> None:
+    """Write the rays of a region, some rows at a time: a tile of any size needs little memory here."""
     stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
     wanted = slice(region.row_start, region.row_stop), slice(region.col_start, region.col_stop)
-    rays = pixel_rays(stood, rows=rows, cols=cols, region=wanted)
+    count = (region.row_stop - region.row_start) * (region.col_stop - region.col_start)
+    bands = ray_bands(stood, rows=rows, cols=cols, region=wanted)
     shared = scaffold(outer_rays(stood), front_mm=front_mm(stood), mm_per_unit=sheet.stage.mm_per_unit)
-    return ray_camera_include(rays, shared)
+    with path.open("wb") as file:
+        for piece in ray_camera_text(bands, count, shared):
+            if watch.should_stop():
+                raise Stopped
+            file.write(piece)

@@ -6,6 +6,7 @@ import math
 import shutil
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -210,6 +211,65 @@ def _camera_x_mm(wavelength_nm: float, spread: list[float]) -> float:
     return float(np.interp(-100.0, -met, x))
 
 
+def surface(
+    radius_mm: float | None, thickness_mm: float, index: float = 1.0, semi_aperture_mm: float = 40.0
+) -> dict[str, Any]:
+    return {
+        "radius_mm": radius_mm,
+        "thickness_mm": thickness_mm,
+        "index": index,
+        "semi_aperture_mm": semi_aperture_mm,
+    }
+
+
+def of_surfaces(*surfaces: dict[str, Any], **rig: Any) -> dict[str, Any]:
+    return {"rig": {"imaging_lens": {"surfaces": surfaces}, **rig}}
+
+
+CONVEX_PLANO = surface(120, 20, 1.6), surface(None, 0)
+PLANO_CONVEX = surface(None, 20, 1.6), surface(-120, 0)
+COINCIDENCES: dict[str, dict[str, Any]] = {
+    "stop on a plane face": of_surfaces(*PLANO_CONVEX, f_number=8),
+    "stop on a nearly plane face": of_surfaces(surface(3e5, 20, 1.6), PLANO_CONVEX[1], stop_mm=10),
+    "stop between planes in contact": of_surfaces(*CONVEX_PLANO, *PLANO_CONVEX, stop_mm=20),
+    "baffle on a plane face": of_surfaces(surface(None, 20, 1.6, 12), PLANO_CONVEX[1]),
+    "baffle on a nearly plane face": of_surfaces(surface(1e6, 20, 1.6, 12), PLANO_CONVEX[1]),
+    "baffle on cemented planes": of_surfaces(CONVEX_PLANO[0], surface(None, 10, 1.7, 8), surface(-400, 0)),
+    "thin cement": of_surfaces(
+        surface(150, 30, 1.6), surface(-100, 0.02, 1.55), surface(-100, 10, 1.7), surface(-400, 0)
+    ),
+    "microlens thicker than the way to the camera": {
+        "count": (1, 1),
+        "px_per_lens": 80,
+        "lens_array": {"pitch_mm": 150, "focal_length_mm": 330, "offset_mm": 10},
+    },
+    "array wider than the baffles": {
+        "count": (31, 31),
+        "px_per_lens": 4,
+        "lens_array": {"pitch_mm": 3, "focal_length_mm": 9.9, "offset_mm": 0},
+        "rig": {"imaging_lens": {"name": "cooke-triplet", "focal_length_mm": 5}},
+    },
+}
+
+
+@pytest.mark.parametrize("changes", COINCIDENCES.values(), ids=COINCIDENCES.keys())
+def test_no_light_leaks_where_parts_of_a_rig_would_coincide_or_end(tmp_path: Path, changes: dict[str, Any]) -> None:
+    parameters = {"half_width_mm": HALF_WIDTH_MM}
+    rig = {"count": (16, 16), "capture": {"method": "raytraced"}} | changes
+    spec = small_job("target-position", parameters=parameters, **rig)
+    place = local_place(tmp_path)
+    codes = rendered_codes(place, stored_job(place, spec))
+    stood = bench(spec.rig, reference_mm=1000.0)
+    expected_mm = object_rays(stood, pixel_centres_mm(stood)).at_z(-1000.0)[..., :2]
+    seen = (np.abs(expected_mm) < HALF_WIDTH_MM).all(axis=-1)
+    found_mm = codes[..., :2] / 65535 * 2 * HALF_WIDTH_MM - HALF_WIDTH_MM
+    assert seen.any()
+    assert ((codes[..., 2] > 32768) == seen).all()
+    error_mm = np.hypot(*np.moveaxis(found_mm - expected_mm, -1, 0))[seen]
+    assert np.median(error_mm) <= MEDIAN_MM
+    assert error_mm.max() <= LARGEST_MM
+
+
 @pytest.mark.parametrize("rig", [{}, {"f_number": 4.0}], ids=["open", "stopped"])
 def test_a_whole_rig_with_a_well_corrected_lens_maps_every_pixel(tmp_path: Path, rig: dict[str, float]) -> None:
     lens = {"name": "double-gauss-tronnier", "focal_length_mm": 300}
@@ -218,6 +278,7 @@ def test_a_whole_rig_with_a_well_corrected_lens_maps_every_pixel(tmp_path: Path,
         parameters={"half_width_mm": HALF_WIDTH_MM},
         count=(20, 20),
         rig={"imaging_lens": lens, **rig},
+        capture={"method": "raytraced"},
     )
     place = local_place(tmp_path)
     codes = rendered_codes(place, stored_job(place, spec))

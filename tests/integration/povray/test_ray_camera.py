@@ -19,7 +19,7 @@ from worker.job.spec import JobSpec
 from worker.optics.capture import bench
 from worker.optics.pixel_rays import dead_pixels, pixel_rays
 from worker.optics.trace import Rays
-from worker.povray.ray_camera import ray_camera_include, ray_camera_region, scaffold
+from worker.povray.ray_camera import ray_camera_region, ray_camera_text, scaffold
 
 HALF_WIDTH_MM = 200.0
 MEDIAN_MM = 0.02
@@ -55,7 +55,7 @@ def shown(room: Room, rays: Rays, *, distance_mm: float = 1000.0, mm_per_unit: f
     rows, cols = rays.position.shape[:2]
     shutil.copytree(INCLUDE_FOLDER / "lippmann", room.task_dir / "lippmann", dirs_exist_ok=True)
     (room.task_dir / "lippmann-rays.inc").write_bytes(
-        ray_camera_include(rays, scaffold(rays, front_mm=0.0, mm_per_unit=mm_per_unit))
+        b"".join(ray_camera_text([rays], rows * cols, scaffold(rays, front_mm=0.0, mm_per_unit=mm_per_unit)))
     )
     (room.task_dir / "tile.pov").write_text(
         SCENE.format(half_width_mm=HALF_WIDTH_MM, distance_mm=distance_mm, mm_per_unit=mm_per_unit, stage=STAGE)

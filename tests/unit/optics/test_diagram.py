@@ -155,7 +155,9 @@ def test_rays_of_all_four_kinds_are_there_and_explained() -> None:
         assert [key for key in of_class(root, class_) if key.tag == f"{SVG}path"]
 
 
-@pytest.mark.parametrize("places_mm", [[0, 1, 2, 3, 4], [0, 30, 60, 61, 99], [98, 99, 100], [0, 0, 0], [80, 90, 105, 105]])
+@pytest.mark.parametrize(
+    "places_mm", [[0, 1, 2, 3, 4], [0, 30, 60, 61, 99], [98, 99, 100], [0, 0, 0], [80, 90, 105, 105]]
+)
 def test_labels_lie_on_no_other_label_and_no_other_leader(places_mm: list[float]) -> None:
     panel = Panel(left_px=100, axis_px=300, px_per_mm=10, from_mm=0, to_mm=100, half_mm=10)
     marks = [(float(place), f"a label of number {number}") for number, place in enumerate(places_mm)]

@@ -48,6 +48,19 @@ def test_an_unnamed_plane_in_air_is_the_stop_too() -> None:
     assert read_lens_csv(TRONNIER.replace("STOP", "")) == read_lens_csv(TRONNIER)
 
 
+@pytest.mark.parametrize("head", ["", "inf;1000;;;;10\n", ";inf;;;;\n"])
+@pytest.mark.parametrize("tail", ["", "\n;0;;;;10", "\n;5;;;;\n;0;;;;10"])
+def test_object_and_image_are_no_stops(head: str, tail: str) -> None:
+    lens = read_lens_csv(f"{head}50;5;BK7;;;10\n-50;95;;;;10{tail}")
+    assert lens == read_lens_csv("50;5;BK7;;;10\n-50;;;;;10")
+    assert lens.stop_z_mm is None
+
+
+def test_a_named_stop_beside_object_and_image_is_the_stop() -> None:
+    lens = read_lens_csv("inf;inf;;;;\n;3;STOP;;;5\n50;5;BK7;;;10\n-50;95;;;;10\n;0;;;;10")
+    assert (lens.stop_z_mm, len(lens.surfaces)) == (-3.0, 2)
+
+
 def test_a_stop_before_the_lens_has_a_negative_place() -> None:
     lens = read_lens_csv(";3;STOP;;;5\n50;5;BK7;;;10\n-50;;;;;10")
     assert (lens.stop_z_mm, len(lens.surfaces)) == (-3.0, 2)
@@ -58,7 +71,7 @@ def test_a_stop_before_the_lens_has_a_negative_place() -> None:
     [
         ("50,5;5;BK7;;;10", "line 1, radius: expected a number with a decimal point, got '50,5' with a comma"),
         ("50;5;BK7;;;", "line 1, semi_aperture_mm: expected a value, got nothing"),
-        ("50;5;XYZ1;;;10", "line 1, index: expected an index of refraction, as material 'XYZ1' is not one of N-FK5"),
+        ("50;5;XYZ1;;;10", "line 1, material: expected one of N-FK5, N-FK51A"),
         ("50;-5;BK7;;;10", "line 1, thickness_mm: expected greater than or equal to 0, got -5.0"),
         ("50;5;BK7;0.9;;10", "line 1, index: expected greater than or equal to 1, got 0.9"),
         ("50;5;BK7;10", "line 1: expected 6 cells, radius;thickness;material;index;v-no;sa, got 4 (50;5;BK7;10)"),

@@ -93,6 +93,18 @@ def test_units_scale_lengths_and_terms(unit: str, mm: float) -> None:
         ("  DIAM 9.5 1 0 0 1\n", "", "line 12, SURF 1, DIAM: expected a semi-diameter above 0"),
         ("MODE SEQ", "MODE NSC", "line 2, MODE: expected SEQ: a sequential system, got NSC"),
         ("UNIT MM", "UNIT FURLONG", "line 4, UNIT: expected one of MM, CM, IN"),
+        (
+            "SURF 3\n  TYPE STANDARD",
+            "SURF 3\n  TYPE EVENASPH\n  PARM nan 1",
+            "line 25, PARM: expected a finite number",
+        ),
+        (
+            "SURF 3\n  TYPE STANDARD",
+            "SURF 3\n  TYPE EVENASPH\n  PARM inf 1",
+            "line 25, PARM: expected a finite number",
+        ),
+        ("DISZ 0.999975", "DISZ nan", "line 26, DISZ: expected a finite number, got nan"),
+        ("CURV 4.5426485E-2", "CURV 1e308", "line 12, SURF 1, radius_mm: expected a radius of at least 1e-06 mm, or"),
         ("CURV 4.5426485E-2", "CURV much", "line 14, CURV: expected a number, got much"),
     ],
 )

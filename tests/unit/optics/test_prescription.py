@@ -93,6 +93,37 @@ def test_a_stop_moves_with_the_gaps_before_it() -> None:
     assert lens.stop.z_mm == pytest.approx(16.5 + CONTACT_GAP_MM)
 
 
+PLANE = {"radius_mm": None, "semi_aperture_mm": 15.0}
+
+
+def convex(radius_mm: float) -> dict[str, Any]:
+    return {"radius_mm": radius_mm, "semi_aperture_mm": 15.0}
+
+
+GLASS, AIR = {"thickness_mm": 8.0, "material": "BK7"}, {"index": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("surfaces", "asked_mm", "stands_mm"),
+    [
+        ([PLANE | GLASS, convex(-60) | AIR], None, -CONTACT_GAP_MM),
+        ([PLANE | GLASS, convex(-60) | AIR], -1e-4, -CONTACT_GAP_MM),
+        ([PLANE | GLASS, convex(-60) | AIR], -1.0, -1.0),
+        ([convex(1e5) | GLASS, convex(-60) | AIR], 0.0, -CONTACT_GAP_MM),
+        ([convex(60) | GLASS, PLANE | AIR], 0.0, -CONTACT_GAP_MM),
+        ([convex(60) | GLASS, PLANE | AIR], 8.0, 8.0 + CONTACT_GAP_MM),
+        ([convex(60) | GLASS, PLANE | AIR, PLANE | GLASS, convex(-60) | AIR], 8.0, 8.0 + CONTACT_GAP_MM / 2),
+    ],
+)
+def test_a_stop_is_built_clear_of_the_glass_beside_it(
+    surfaces: list[dict[str, Any]], asked_mm: float | None, stands_mm: float
+) -> None:
+    lens = found({"surfaces": surfaces, "stop_z_mm": asked_mm}, stop_mm=10.0)
+    assert lens.stop is not None
+    assert lens.stop.z_mm == pytest.approx(stands_mm, abs=1e-9)
+    assert lens.surfaces_before_stop == sum(z_mm < stands_mm for z_mm in lens.vertices_mm)
+
+
 @pytest.mark.parametrize(
     ("imaging_lens", "rig", "problem"),
     [
@@ -108,6 +139,11 @@ def test_a_stop_moves_with_the_gaps_before_it() -> None:
             {"surfaces": [{**row, "radius_mm": None} for row in BICONVEX]},
             {},
             "rig.imaging_lens: expected a lens that bends light",
+        ),
+        (
+            {"surfaces": [*BICONVEX[:1], {**BICONVEX[0], "thickness_mm": 0.0, "index": 1.7}, BICONVEX[1]]},
+            {},
+            "rig.imaging_lens.surfaces.1.thickness_mm: expected glass above 0 mm, got 0 mm",
         ),
         (
             {"surfaces": BICONVEX, "stop_z_mm": 4.0},
@@ -154,7 +190,10 @@ def test_total_reflection_of_the_marginal_ray_names_the_surface() -> None:
             {"index": 0.9, "material": None},
             "rig.imaging_lens.surfaces.0.index: expected greater than or equal to 1, got 0.9",
         ),
-        ({"material": "XYZ"}, "rig.imaging_lens.surfaces.0.index: expected an index of refraction, as material 'XYZ'"),
+        ({"material": "XYZ"}, "rig.imaging_lens.surfaces.0.material: expected one of N-FK5"),
+        ({"material": "XYZ", "index": None}, "or an index of refraction beside it, got 'XYZ'"),
+        ({"material": None}, "rig.imaging_lens.surfaces.0.index: expected an index of refraction, or a material"),
+        ({"radius_mm": 1e-200}, "rig.imaging_lens.surfaces.0.radius_mm: expected a radius of at least 1e-06 mm"),
         (
             {"radius_mm": 0},
             "rig.imaging_lens.surfaces.0.radius_mm: expected a radius other than 0, or null for a plane",
@@ -166,6 +205,20 @@ def test_a_surface_that_cannot_be_is_named(fields: dict[str, Any], problem: str)
     with pytest.raises(SpecError) as caught:
         found(changed(0, **fields))
     assert problem in caught.value.message
+    assert len(caught.value.problems) == 1
+
+
+@pytest.mark.parametrize("count", [0, 1])
+def test_a_lens_of_too_few_surfaces_is_named(count: int) -> None:
+    problem = rf"rig\.imaging_lens\.surfaces: expected at least 2 surfaces, got {count}$"
+    with pytest.raises(SpecError, match=problem):
+        found({"surfaces": [BICONVEX[0]] * count})
+
+
+def test_a_focal_length_that_no_number_can_hold_is_named() -> None:
+    problem = r"rig\.imaging_lens\.focal_length_mm: expected greater than or equal to 0\.000001, got 1e-300"
+    with pytest.raises(SpecError, match=problem):
+        found({"name": "cooke-triplet", "focal_length_mm": 1e-300})
 
 
 def test_the_last_medium_is_air() -> None:

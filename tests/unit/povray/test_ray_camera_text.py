@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from worker.errors import RenderFailed
 from worker.optics.trace import Rays, unit
-from worker.povray.ray_camera import FIGURES, face_codes, ray_camera_include, ray_camera_region, scaffold
+from worker.povray.ray_camera import FIGURES, face_codes, ray_camera_region, ray_camera_text, scaffold
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,9 @@ def bundle(*, rows: int = 7, cols: int = 11, width_mm: float = 200.0, slope: flo
 
 
 def included(rays: Rays, *, mm_per_unit: float = 1.0) -> bytes:
-    return ray_camera_include(rays, scaffold(rays, front_mm=FRONT_MM, mm_per_unit=mm_per_unit))
+    return b"".join(
+        ray_camera_text([rays], rays.position[..., 0].size, scaffold(rays, front_mm=FRONT_MM, mm_per_unit=mm_per_unit))
+    )
 
 
 def read_rays(text: bytes) -> tuple[Array, Array]:
@@ -124,4 +126,4 @@ def test_a_pixel_has_the_same_face_in_whatever_tile_it_is() -> None:
 def test_rays_outside_the_scaffold_are_refused() -> None:
     shared = scaffold(bundle(width_mm=10.0), front_mm=FRONT_MM, mm_per_unit=1.0)
     with pytest.raises(RenderFailed, match="outside"):
-        ray_camera_include(bundle(width_mm=2000.0), shared)
+        list(ray_camera_text([bundle(width_mm=2000.0)], 77, shared))
