@@ -11,6 +11,7 @@ square_pixels     views of a hexagonal lattice on the square pixels of a screen
 device            the integral image on the pixel grid of a device, resampled cell by cell
 device_hexagons   the part of that which is the hexagonal lattice's own
 interpolation     between neighbours, linear
+compare           PSNR and SSIM of two sheets and of every view
 
 A sheet is an integral image as `(rows, cols, channel)`; row 0 is the top and col 0 the left, as the observer of the
 display sees them. Its cells are `(lens_row, lens_col, cell_row, cell_col, channel)`.
