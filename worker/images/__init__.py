@@ -6,6 +6,7 @@ colour     linear light to sRGB codes
 resize     another size, by a named filter
 encode     pixels to a file that lives in memory, and from there to disk
 convert    a linear EXR as PNG bytes, for the service
+codes      a picture of either kind as 8-bit sRGB codes, for comparing
 threads    how many threads OpenImageIO takes
 
 Arrays are `(rows, cols, channel)`, row 0 at the top, with the three channels red, green and blue.

@@ -16,6 +16,7 @@ from hypothesis.extra import numpy as hnp
 
 from tests.unit.images.pictures import SHAPES, decoded, noise, srgb_formula
 from worker.errors import ArtifactBroken, ArtifactMissing, OutputError, StoreFull
+from worker.images.codes import picture_codes
 from worker.images.colour import srgb_codes
 from worker.images.convert import png
 from worker.images.encode import encoded, save
@@ -47,6 +48,24 @@ def test_all_16_bit_codes_come_back_exactly(tmp_path: Path) -> None:
     codes = np.arange(65536, dtype=np.uint16).reshape(256, 256, 1).repeat(3, axis=2)
     write_codes(tmp_path / "a.png", codes)
     np.testing.assert_array_equal(read_codes(tmp_path / "a.png"), codes)
+
+
+def test_all_16_bit_codes_are_rounded_to_8(tmp_path: Path) -> None:
+    codes = np.arange(65536, dtype=np.uint16).reshape(256, 256, 1).repeat(3, axis=2)
+    write_codes(tmp_path / "a.png", codes)
+    np.testing.assert_array_equal(picture_codes(tmp_path / "a.png"), np.rint(codes / 257))
+
+
+@pytest.mark.parametrize("bits", [8, 16])
+def test_a_master_and_its_png_are_the_same_codes(tmp_path: Path, bits: int) -> None:
+    linear = noise(23, 31).astype(np.float16)
+    write_exr(tmp_path / "a.exr", linear, attributes={})
+    write_png(tmp_path / "a.png", linear, bits=bits)
+    codes = picture_codes(tmp_path / "a.exr")
+    np.testing.assert_array_equal(codes, srgb_codes(linear))
+    assert codes.dtype == picture_codes(tmp_path / "a.png").dtype == np.uint8
+    # Rounded twice, a code between two may come to the other one.
+    assert np.abs(picture_codes(tmp_path / "a.png").astype(int) - codes).max() <= (bits == 16)
 
 
 @pytest.mark.parametrize("bits", [8, 16])
