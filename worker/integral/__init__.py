@@ -7,7 +7,9 @@ supersample       a rendering with k x k times the pixels becomes the sheet, ave
 assemble          tiles become the whole sheet, every lens covered once
 orthoscopic       the pseudoscopic capture becomes the orthoscopic integral image
 views             one pixel per lens: views, the grid of all of them and back, their order in a movie
+perspective       what an eye at a place sees
 square_pixels     views of a hexagonal lattice on the square pixels of a screen
+refocus           sharp at one depth, at many, at all
 device            the integral image on the pixel grid of a device, resampled cell by cell
 device_hexagons   the part of that which is the hexagonal lattice's own
 interpolation     between neighbours, linear

@@ -1,0 +1,166 @@
+"""What an eye at a place sees of a display: from under every lens the light that goes to it.
+
+The eye stands at (x, y, L) in millimetres from the middle of the display's array: x to the right, y upward, L in
+front. It sees under the lens at x_k the place u_k = -(g / P) (x - x_k) / L pixels from the lens's axis, g the reduced
+gap and P the pixel: the further right the eye, the further left. Between pixels light is interpolated linearly, inside
+the cell only; nearer to its border than the outermost pixels' centres these go on. A lens whose place lies outside its
+own cell is dark and marked: there an observer would see the neighbour's light.
+
+Each lens is one pixel of what is seen, and a pinhole: blur by the lenses is not modelled.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.errors import LayoutError
+from worker.integral.hexagon import ROW_PITCH
+from worker.integral.interpolation import ON_THE_BORDER, SNAP, Light
+from worker.integral.layout import CellLayout, check_sheet
+
+
+@dataclass(frozen=True)
+class Eye:
+    """Where an eye stands, mm from the middle of the display's array."""
+
+    x_mm: float
+    """To the right."""
+    y_mm: float
+    """Upward."""
+    distance_mm: float
+    """In front."""
+
+    def __post_init__(self) -> None:
+        """Refuse an eye that does not see the front of the display."""
+        numbers = (self.x_mm, self.y_mm, self.distance_mm)
+        if not all(map(math.isfinite, numbers)) or self.distance_mm <= 0:
+            raise LayoutError(f"expected an eye in front of the display, at a distance above 0 mm, got {self}")
+
+    def __str__(self) -> str:
+        return f"({self.x_mm:g}, {self.y_mm:g}, {self.distance_mm:g}) mm"
+
+
+@dataclass(frozen=True)
+class Perspective:
+    """What an eye sees, lens by lens."""
+
+    picture: NDArray[np.floating[Any]]
+    """`(lens_rows, lens_cols, channel)`; hexagonal: on the lattice's own places, as a view."""
+    seen: NDArray[np.bool_]
+    """`(lens_rows, lens_cols)`: which lenses show light of their own cell; the others are dark."""
+
+
+def perspective(ortho: NDArray[Light], layout: CellLayout, eye: Eye, *, pitch_mm: float, gap_mm: float) -> Perspective:
+    """Return what an eye sees of an orthoscopic integral image; see the module.
+
+    Parameters
+    ----------
+    ortho
+        Orthoscopic sheet `(rows, cols, channel)`, linear light.
+    layout
+        How its pixels lie under the lenses.
+    eye
+        Where it stands.
+    pitch_mm
+        Of the lenses, p.
+    gap_mm
+        Reduced gap between pixels and lenses, g.
+
+    Raises
+    ------
+    LayoutError
+        If the sheet is not of this layout, or pitch or gap are not positive.
+    """
+    check_sheet(ortho, layout)
+    if not (0 < pitch_mm < math.inf and 0 < gap_mm < math.inf):
+        raise LayoutError(f"expected a positive pitch and gap in mm, got {pitch_mm} and {gap_mm}")
+    right, down = places_px(layout, eye, pitch_mm=pitch_mm, gap_mm=gap_mm)
+    picture, lit = _interpolated(ortho, layout, right, down)
+    seen = lit & _inside(layout, right, down)
+    picture[~seen] = 0
+    return Perspective(picture=picture, seen=seen)
+
+
+def places_px(
+    layout: CellLayout, eye: Eye, *, pitch_mm: float, gap_mm: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where under each lens an eye looks, from the lens's axis, as (right, down) in pixels.
+
+    Each is `(lens_rows, lens_cols)`. They do not stop at the cell's border.
+    """
+    high_mm, wide_mm = _pixel_mm(layout, pitch_mm)
+    rows, cols = np.arange(layout.lens_rows), np.arange(layout.lens_cols)
+    x_px = _row_shifts(layout) + (cols + 0.5) * layout.px_per_lens - layout.cols / 2
+    down_px = layout.overhang_px + (rows[:, np.newaxis] + 0.5) * layout.row_px - layout.rows / 2
+    slope = gap_mm / eye.distance_mm
+    right = -slope * (eye.x_mm - x_px * wide_mm) / wide_mm
+    down = slope * (eye.y_mm + down_px * high_mm) / high_mm
+    rounded = (np.round(place * SNAP) / SNAP for place in np.broadcast_arrays(right, down))
+    return next(rounded), next(rounded)
+
+
+def _pixel_mm(layout: CellLayout, pitch_mm: float) -> tuple[float, float]:
+    """Return a pixel's (height, width)."""
+    row_pitch = 1.0 if layout.lattice == "square" else ROW_PITCH
+    return pitch_mm * row_pitch / layout.row_px, pitch_mm / layout.px_per_lens
+
+
+def _inside(layout: CellLayout, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which places lie in their own cell, or on its border."""
+    n, m = layout.px_per_lens, layout.row_px
+    x, y, border = np.abs(right), np.abs(down), 1 + ON_THE_BORDER
+    inside: NDArray[np.bool_] = 2 * x <= n * border
+    if layout.lattice == "square":
+        inside &= 2 * y <= m * border
+    else:  # as in hexagon_mask
+        inside &= 2 * m * x + 3 * n * y <= 2 * m * n * border
+    return inside
+
+
+def _interpolated(
+    ortho: NDArray[Light], layout: CellLayout, right: NDArray[np.float64], down: NDArray[np.float64]
+) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
+    """Return light between the pixels of each cell, and where there is any; others' pixels have no weight."""
+    row, col = down + (layout.cell_rows - 1) / 2, right + (layout.cell_cols - 1) / 2
+    first_row, first_col = np.floor(row).astype(np.intp), np.floor(col).astype(np.intp)
+    light = np.zeros((*row.shape, ortho.shape[2]), dtype=np.result_type(ortho.dtype, np.float32))
+    weights = np.zeros(row.shape)
+    for below, beside in product((0, 1), repeat=2):
+        cell_row, cell_col = first_row + below, first_col + beside
+        weight = (1 - np.abs(row - cell_row)) * (1 - np.abs(col - cell_col)) * _own(layout, cell_row, cell_col)
+        light += _taken(ortho, layout, cell_row, cell_col) * weight[..., np.newaxis].astype(light.dtype)
+        weights += weight
+    lit = weights > 0
+    light[lit] /= weights[lit, np.newaxis].astype(light.dtype)
+    return light, lit
+
+
+def _own(layout: CellLayout, row: NDArray[np.intp], col: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Return which places in the cells' boxes are pixels of the lens."""
+    own: NDArray[np.bool_] = layout.mask[_held(row, layout.cell_rows), _held(col, layout.cell_cols)]
+    own &= (row >= 0) & (row < layout.cell_rows) & (col >= 0) & (col < layout.cell_cols)
+    return own
+
+
+def _taken(ortho: NDArray[Light], layout: CellLayout, row: NDArray[np.intp], col: NDArray[np.intp]) -> NDArray[Light]:
+    """Return the pixel at a place of each cell's box, `(lens_rows, lens_cols, channel)`; held to the box."""
+    lens_rows, lens_cols = np.arange(layout.lens_rows)[:, np.newaxis], np.arange(layout.lens_cols)
+    sheet_row = lens_rows * layout.row_px + _held(row, layout.cell_rows)
+    sheet_col = lens_cols * layout.px_per_lens + _row_shifts(layout) + _held(col, layout.cell_cols)
+    taken: NDArray[Light] = ortho[sheet_row, sheet_col]
+    return taken
+
+
+def _row_shifts(layout: CellLayout) -> NDArray[np.intp]:
+    """Return how much further right each lens row stands, px, `(lens_rows, 1)`."""
+    return np.array([[layout.shift_px(lens_row)] for lens_row in range(layout.lens_rows)], dtype=np.intp)
+
+
+def _held(index: NDArray[np.intp], length: int) -> NDArray[np.intp]:
+    return np.clip(index, 0, length - 1)
