@@ -71,7 +71,7 @@ class Spread:
     deviation: float
     """Standard deviation, of the views as they are (divided by their count)."""
     worst: tuple[int, int] | None
-    """(u, v) of the view with the minimum, the first of several; None where no view has a finite number."""
+    """(u, v) of the view with the minimum, the first of several; None if all have the same number, or none."""
     infinite: int
     """How many views are identical, so that their PSNR is infinite; the other numbers leave them out."""
 
@@ -183,14 +183,16 @@ def spread(values: Values) -> Spread:
     >>> spread(np.array([[40.0, 42.0], [np.inf, np.nan]]))
     Spread(mean=41.0, minimum=40.0, deviation=1.0, worst=(0, 0), infinite=1)
     """
-    infinite = int(np.isinf(values).sum())
-    finite = values[np.isfinite(values)]
+    known = values[~np.isnan(values)]
+    if known.size == 0:
+        return Spread(math.nan, math.nan, math.nan, None, 0)
+    finite = known[np.isfinite(known)]
+    infinite = known.size - finite.size
     if finite.size == 0:
-        all_alike = infinite > 0
-        best = math.inf if all_alike else math.nan
-        return Spread(best, best, 0.0 if all_alike else math.nan, None, infinite)
+        return Spread(math.inf, math.inf, 0.0, None, infinite)
     v, u = np.unravel_index(int(np.nanargmin(values)), values.shape)
-    return Spread(float(finite.mean()), float(finite.min()), float(finite.std()), (int(u), int(v)), infinite)
+    worst = None if known.max() == known.min() else (int(u), int(v))
+    return Spread(float(finite.mean()), float(finite.min()), float(finite.std()), worst, infinite)
 
 
 def _ssim_map(x: Values, y: Values) -> Values:

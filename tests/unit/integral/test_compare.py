@@ -191,6 +191,7 @@ def test_identical_views_do_not_hide_the_others() -> None:
     assert (over.mean, over.minimum, over.deviation, over.worst, over.infinite) == (32.0, 30.0, 2.0, (1, 0), 1)
     alike = spread(np.array([[math.inf, math.nan]]))
     assert (alike.mean, alike.minimum, alike.deviation, alike.worst) == (math.inf, math.inf, 0.0, None)
+    assert spread(np.array([[1.0, 1.0]])).worst is None
     none = spread(np.array([[math.nan]]))
     assert math.isnan(none.mean)
     assert none.worst is None
