@@ -6,5 +6,6 @@ jobs     submit, jobs, show, watch, fetch, cancel, pause, resume, retry
 scenes   scenes list, show, upload
 keys     keys create, list, revoke, link
 capture  capture
+compare  compare
 shown    jobs, scenes and keys as text
 """

@@ -36,7 +36,7 @@ def test_there_are_the_commands_that_were_promised() -> None:
     farm = {"up", "serve", "worker", "demo", "keys"}
     jobs = {"submit", "jobs", "show", "watch", "fetch", "cancel", "pause", "resume", "retry"}
     optics = {"design", "lens", "paper"}
-    assert {path[0] for path in COMMANDS} == farm | jobs | optics | {"scenes", "capture"}
+    assert {path[0] for path in COMMANDS} == farm | jobs | optics | {"scenes", "capture", "compare"}
 
 
 @pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
@@ -129,6 +129,8 @@ def test_an_answer_that_is_no_problem_says_its_status() -> None:
         (["demo", "--frames", "6-1"], 2, "expected a range that counts up"),
         (["submit", "nowhere.json"], 2, "expected a job file, got nowhere.json"),
         (["capture"], 2, "expected a SCENE"),
+        (["compare", "a.exr", "b.exr"], 2, "expected a picture or a folder of pictures, got a.exr"),
+        (["compare", "a.exr", "b.exr", "--lens-count", "9", "9"], 2, "or neither, got only --lens-count"),
         (["capture", "nowhere"], 2, "one of fish, "),
         (["capture", "fish", "--set", "rig.px_per_lens=1"], 2, "rig.px_per_lens"),
         (["capture", "fish", "--out", "/proc/out"], 2, "expected a folder that can be written, got /proc/out"),
