@@ -13,6 +13,8 @@ fetch_job       a job's files brought here
 demo            the paper's integral video, from nothing
 capture_here    one frame without a farm
 compare_here    two integral images, or folders of them, compared
+master_file     an orthoscopic master from disk
+view_here       views and refocused pictures of it
 design_here     what a job will give, before it is rendered
 lens_file       imaging lenses from files
 paper           the paper's experiments, each a command

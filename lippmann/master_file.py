@@ -1,0 +1,70 @@
+"""An orthoscopic master from disk, with what its header says of the lenses over it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from lippmann.errors import BadInput
+from worker.errors import ArtifactBroken
+from worker.images.read import read_attributes, read_rgb
+from worker.integral.layout import CellLayout
+from worker.job.rig import Rig
+from worker.plan.sampling import display_size
+
+_OTHER_MASTERS = ("integral", "views", "device")
+"""Folders of masters with the same header that are something else; some have the same size."""
+
+
+@dataclass(frozen=True)
+class Orthoscopic:
+    """An orthoscopic integral image and its lenses."""
+
+    sheet: NDArray[np.float16]
+    """`(rows, cols, 3)`, linear light."""
+    layout: CellLayout
+    pitch_mm: float
+    focal_mm: float
+    """Of the lenses: the display's gap, too."""
+
+
+def read_orthoscopic(path: Path) -> Orthoscopic:
+    """Return an orthoscopic master, as `orthoscopic/0001.exr` of a job or a capture.
+
+    Raises
+    ------
+    BadInput
+        If there is no such file, it is no picture, has no rig in its header, or is another master than this.
+    worker.errors.ArtifactBroken
+        If it is cut short or damaged behind its header.
+    """
+    if not path.is_file():
+        raise BadInput(f"expected an orthoscopic master (EXR), got {path}, which is no file")
+    if path.absolute().parent.name in _OTHER_MASTERS:
+        raise BadInput(f"expected an orthoscopic master, as orthoscopic/{path.name}, got {path}")
+    rig = _rig(path)
+    layout, sheet = display_size(rig), read_rgb(path, np.float16)
+    if sheet.shape[:2] != (layout.rows, layout.cols):
+        raise BadInput(
+            f"{path}: expected an orthoscopic master of {layout.rows} x {layout.cols} px for {layout}, got"
+            f" {sheet.shape[0]} x {sheet.shape[1]} px"
+        )
+    array = rig.lens_array
+    return Orthoscopic(sheet=sheet, layout=layout, pitch_mm=array.pitch_mm, focal_mm=array.focal_length_mm)
+
+
+def _rig(path: Path) -> Rig:
+    try:
+        said = read_attributes(path).get("rig")
+    except ArtifactBroken as error:
+        raise BadInput(f"expected an orthoscopic master (EXR), got {error}") from error
+    if said is None:
+        raise BadInput(f"{path}: expected a master whose header names its rig, got a picture without lippmann:rig")
+    try:
+        return Rig.model_validate_json(said)
+    except ValidationError as error:
+        raise BadInput(f"{path}: expected a rig in the header, got {error.errors()[0]['msg']}") from error
