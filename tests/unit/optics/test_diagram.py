@@ -36,6 +36,9 @@ RIGS: dict[str, dict[str, Any]] = {
     "direct pickup": {"imaging_lens": None, "lens_array": {"count": [20, 20], "offset_mm": -20}},
 }
 
+DRAWING_S = 3.0
+"""CPU, thirty times what the longest takes: a search without end took ten times more than this."""
+
 
 def stood(**rig: Any) -> Bench:
     return bench(Rig.model_validate(rig), reference_mm=1000.0)
@@ -180,7 +183,7 @@ def test_labels_that_have_no_room_are_placed_at_once_and_the_panel_makes_way() -
     marks = [(0.3 * number, f"a label of {number} mm") for number in range(14)]
     begun_s = time.process_time()
     placed = placed_labels(panel, marks, width_px=WIDTH_PX)
-    assert time.process_time() - begun_s < 0.3
+    assert time.process_time() - begun_s < DRAWING_S
     assert all(one.is_clear_of(other) for one, other in combinations(placed, 2))
 
 
@@ -189,7 +192,7 @@ def test_a_drawing_of_planes_at_one_place_is_made_at_once_and_hides_no_heading()
     rig = {"imaging_lens": {"name": "double-gauss-tronnier", "focal_length_mm": 50}, "f_number": 4}
     begun_s = time.process_time()
     root = ET.fromstring(draw_bench(stood(**rig, lens_array={"offset_mm": 1}), stage))
-    assert time.process_time() - begun_s < 0.3
+    assert time.process_time() - begun_s < DRAWING_S
     heads = [(float(head.get("y", 0)), 24 + len(head.text or "") * LETTER_PX) for head in of_class(root, "head")]
     for label in of_class(root, "label"):
         x_px, y_px = float(label.get("x", 0)), float(label.get("y", 0))

@@ -26,7 +26,8 @@ from worker.plan.design_lens import lens_numbers
 from worker.plan.designer import design, drawing
 
 FISH = SceneCard.model_validate(tomllib.loads((scene_folders()["fish"] / "scene.toml").read_text()))
-DRAWING_S = 0.3
+DRAWING_S = 3.0
+"""CPU, thirty times what the longest takes: a search without end took ten times more than this."""
 
 HOLLOW = [
     {"radius_mm": -200, "thickness_mm": 5, "index": 1.5, "semi_aperture_mm": 40},
