@@ -7,23 +7,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from lippmann.errors import BadInput
+from lippmann.master_file import OTHER_MASTERS, rig_in
 from lippmann.progress import ProgressLine
 from worker.errors import ArtifactBroken, LayoutError
 from worker.images.codes import MASTER, SHOWN, picture_codes
-from worker.images.read import read_attributes
 from worker.integral.compare import Likeness, ViewLikeness, compare, compare_views
 from worker.integral.layout import CellLayout
-from worker.job.rig import Rig
 from worker.plan.sampling import display_size
 
 ORTHOSCOPIC = "orthoscopic"
 """The folder of a job or a capture that is compared."""
-
-_OTHERS = ("integral", "views", "device")
-"""The folders whose pictures have other views, or none; some are of the same size."""
 
 _SAID = "--px-per-lens and --lens-count"
 _NAMED_AT_MOST = 8
@@ -109,7 +103,7 @@ def _missing(frames: dict[str, Path], others: dict[str, Path], folder: Path) -> 
 def _checked(path: Path) -> Path:
     if path.suffix.lower() not in (MASTER, SHOWN):
         raise BadInput(f"expected an EXR or a PNG, got {path}")
-    if path.absolute().parent.name in _OTHERS:
+    if path.absolute().parent.name in OTHER_MASTERS:
         raise BadInput(f"expected an orthoscopic integral image, as {ORTHOSCOPIC}/{path.name}, got {path}")
     return path
 
@@ -144,12 +138,8 @@ def _layout(pair: Pair, said: CellLayout | None) -> CellLayout:
 def _layout_in(path: Path) -> CellLayout | None:
     if path.suffix.lower() != MASTER:
         return None
-    with _read(path):
-        rig = read_attributes(path).get("rig")
-    try:
-        return display_size(Rig.model_validate_json(rig)) if rig is not None else None
-    except ValidationError as error:
-        raise BadInput(f"{path}: expected a rig in the header, got {error.errors()[0]['msg']}") from error
+    rig = rig_in(path)
+    return None if rig is None else display_size(rig)
 
 
 @contextmanager

@@ -16,7 +16,7 @@ from worker.integral.layout import CellLayout
 from worker.job.rig import Rig
 from worker.plan.sampling import display_size
 
-_OTHER_MASTERS = ("integral", "views", "device")
+OTHER_MASTERS = ("integral", "views", "device")
 """Folders of masters with the same header that are something else; some have the same size."""
 
 
@@ -44,9 +44,11 @@ def read_orthoscopic(path: Path) -> Orthoscopic:
     """
     if not path.is_file():
         raise BadInput(f"expected an orthoscopic master (EXR), got {path}, which is no file")
-    if path.absolute().parent.name in _OTHER_MASTERS:
+    if path.absolute().parent.name in OTHER_MASTERS:
         raise BadInput(f"expected an orthoscopic master, as orthoscopic/{path.name}, got {path}")
-    rig = _rig(path)
+    rig = rig_in(path)
+    if rig is None:
+        raise BadInput(f"{path}: expected a master whose header names its rig, got a picture without lippmann:rig")
     layout, sheet = display_size(rig), read_rgb(path, np.float16)
     if sheet.shape[:2] != (layout.rows, layout.cols):
         raise BadInput(
@@ -57,14 +59,18 @@ def read_orthoscopic(path: Path) -> Orthoscopic:
     return Orthoscopic(sheet=sheet, layout=layout, pitch_mm=array.pitch_mm, focal_mm=array.focal_length_mm)
 
 
-def _rig(path: Path) -> Rig:
+def rig_in(path: Path) -> Rig | None:
+    """Return the rig that a master's header names; None if it names none.
+
+    Raises
+    ------
+    BadInput
+        If it is no whole picture, or the header names something else.
+    """
     try:
         said = read_attributes(path).get("rig")
+        return None if said is None else Rig.model_validate_json(said)
     except ArtifactBroken as error:
-        raise BadInput(f"expected an orthoscopic master (EXR), got {error}") from error
-    if said is None:
-        raise BadInput(f"{path}: expected a master whose header names its rig, got a picture without lippmann:rig")
-    try:
-        return Rig.model_validate_json(said)
+        raise BadInput(f"expected a whole picture at {path}, got {error.message}") from error
     except ValidationError as error:
         raise BadInput(f"{path}: expected a rig in the header, got {error.errors()[0]['msg']}") from error

@@ -6,7 +6,6 @@ cells             the sheet into cells and back
 supersample       a rendering with k x k times the pixels becomes the sheet, averaged inside the cells
 assemble          tiles become the whole sheet, every lens covered once
 orthoscopic       the pseudoscopic capture becomes the orthoscopic integral image
-spoc              the same for a display of another pitch, count, gap and place
 views             one pixel per lens: views, the grid of all of them and back, their order in a movie
 perspective       what an eye at a place sees
 square_pixels     views of a hexagonal lattice on the square pixels of a screen

@@ -17,7 +17,6 @@ LINE_D_NM = 587.5618
 LINE_C_NM = 656.2725
 """The Fraunhofer lines of the Abbe number Vd = (nd - 1) / (nF - nC)."""
 
-POVRAY_CENTRE_NM = 555.0
 POVRAY_WIDTH_NM = 350.0
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
 from worker.optics import lattice
 from worker.optics.capture import WHOLE, Bench, object_rays, pixel_centres_mm
@@ -56,11 +55,6 @@ def outer_rays(bench: Bench) -> Rays:
     half_mm = np.array([array.pitch_mm, array.pitch_mm * (1 if array.lattice == "square" else 2 * HEXAGON_CORNER)]) / 2
     across = np.stack(np.meshgrid(*[np.linspace(-1, 1, OUTER_POINTS)] * 2), axis=-1).reshape(-1, 2)
     return object_rays(bench, centres + across * half_mm)
-
-
-def dead_pixels(rays: Rays) -> NDArray[np.bool_]:
-    """Return which pixels see nothing: an aperture stops their rays, or glass reflects them; shape (row, col)."""
-    return np.isnan(rays.direction[..., 2])
 
 
 def front_mm(bench: Bench) -> float:
