@@ -46,7 +46,7 @@ def job_text(job: Job) -> str:
             ("by", job.owner),
             ("created", _time(job.created_at)),
             ("ended", _time(job.ended_at) if job.ended_at else None),
-            ("videos", ", ".join(output.name + ("" if output.ready else " (not yet)") for output in job.outputs)),
+            ("outputs", ", ".join(output.name + ("" if output.ready else " (not yet)") for output in job.outputs)),
         ]
     )
     return "\n".join([lines, *(f"note: {note}" for note in job.notes)])

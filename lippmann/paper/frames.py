@@ -18,6 +18,7 @@ from povtemplates.catalogue import scene_folders
 from worker.images.read import read_rgb
 from worker.integral.layout import CellLayout
 from worker.job.orders import Order, TaskKind
+from worker.job.outputs.choice import output_called
 from worker.job.sheet import JobSheet, PlanSheet
 from worker.job.spec import JobSpec
 from worker.optics.check import check_job
@@ -54,7 +55,8 @@ class LocalJob:
     def video(self, output: str, path: Path) -> None:
         """Encode a video of the job's frames, once they are rendered, into a file."""
         encode_output(self.place, _order(TaskKind.ENCODE, output=output), Unwatched())
-        with self.place.store.local_path(names.job_artifact(JOB_ID, names.video_name(output))) as encoded:
+        name = names.output_name(output_called(self.sheet.spec.outputs, output))
+        with self.place.store.local_path(names.job_artifact(JOB_ID, name)) as encoded:
             shutil.copyfile(encoded, path)
 
     def render(self, tell: Tell) -> float:

@@ -92,8 +92,9 @@ def last_sequence(session: Session, job_id: str) -> int:
 
 
 def permanent_failure(session: Session, job_id: str) -> Task | None:
-    """Return a task that no attempt can do."""
+    """Return a task that no attempt can do, and others need; an output is needed by none."""
     query = select(Task).where(Task.job_id == job_id, Task.status == TaskStatus.FAILED, Task.permanent.is_(True))
+    query = query.where(Task.kind != TaskKind.ENCODE)
     return session.scalars(query.order_by(Task.sequence).limit(1)).first()
 
 
@@ -101,6 +102,14 @@ def first_failure(session: Session, job_id: str) -> Task | None:
     """Return the first task that failed."""
     query = select(Task).where(Task.job_id == job_id, Task.status == TaskStatus.FAILED)
     return session.scalars(query.order_by(Task.sequence).limit(1)).first()
+
+
+def failed_outputs(session: Session, job_id: str) -> int:
+    """Return how many outputs of a job failed."""
+    query = select(func.count()).where(
+        Task.job_id == job_id, Task.kind == TaskKind.ENCODE, Task.status == TaskStatus.FAILED
+    )
+    return int(session.scalar(query) or 0)
 
 
 def done_outputs(session: Session, job_ids: Iterable[str]) -> set[tuple[str, str]]:

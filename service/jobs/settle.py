@@ -1,4 +1,4 @@
-"""A job ends when nothing is left to do, or nothing can go on."""
+"""A job ends when nothing is left to do, or nothing can go on: outputs that fail end it only after all others."""
 
 from __future__ import annotations
 
@@ -45,7 +45,8 @@ def _cause(session: Session, row: Job, failed_share: float) -> tuple[str, str] |
     if row.planned_s is None:
         return _of(task_rows.first_failure(session, row.id), "the probe failed")
     total = sum(getattr(row, status.value) for status in TaskStatus)
-    if row.failed > failed_share * total:
+    # One output that cannot be made keeps no other from being made.
+    if row.failed - task_rows.failed_outputs(session, row.id) > failed_share * total:
         what = f"{row.failed} of {total} tasks failed, more than {failed_share:.0%}"
         return _of(task_rows.first_failure(session, row.id), what)
     if not (row.ready or row.dispatched or row.running):

@@ -145,9 +145,11 @@ def _show(row: Job, running_px: float, outputs: set[str]) -> job_schema.Job:
         late_events=row.late_events,
         outputs=tuple(
             job_schema.OutputLink(
-                name=name, url=artifact_url(row.id, names.video_name(name)), ready=name in outputs
+                name=output.file_name,
+                url=artifact_url(row.id, names.output_name(output)),
+                ready=output.file_name in outputs,
             )
-            for name in spec.outputs
+            for output in spec.outputs
         ),
         size=job_schema.Size(
             rows=size.rows, cols=size.cols, lens_rows=size.lens_rows, lens_cols=size.lens_cols,

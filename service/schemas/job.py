@@ -39,7 +39,7 @@ class TaskCounts(Answer):
 
 
 class OutputLink(Answer):
-    """A video that was asked for."""
+    """An output that was asked for: a video, or what tells of the files of any other kind."""
 
     name: str
     url: str

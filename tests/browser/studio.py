@@ -110,7 +110,7 @@ class Studio:
                 assert order.output is not None
                 frames = (srgb_codes(self._picture(frame, 240)) for frame in range(1, 7))
                 encode(scratch, frames, kind=FFV1 if order.output.endswith("mkv") else H264, fps=8)
-                self._put(order.job_id, names.video_name(order.output), scratch)
+                self._put(order.job_id, f"video/{order.output}", scratch)
 
     def _assemble(self, job_id: str, frame: int, scratch: Path) -> None:
         picture = self._picture(frame, LENSES * PX)

@@ -16,6 +16,7 @@ from tests.builders import local_place, order_of, small_job, stored_job, stored_
 from tests.farm import Farm, ended, farm_up, until
 from worker.images.read import read_rgb
 from worker.job.orders import TaskKind
+from worker.job.outputs.videos import CentreVideo
 from worker.job.spec import JobSpec
 from worker.plan import names
 from worker.plan.sampling import cut_tiles, frame_size
@@ -31,7 +32,7 @@ pytestmark = pytest.mark.timeout(300)
 
 def fish(frames: str) -> JobSpec:
     spec = small_job("fish", count=(60, 60), frames=frames, tiles=[2, 1])
-    return spec.model_copy(update={"outputs": ("centre.mp4",)})
+    return spec.model_copy(update={"outputs": (CentreVideo(),)})
 
 
 @pytest.fixture(scope="module")

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Annotated, Any, Literal, Self, get_args
+from typing import Annotated, Any, Self
 
 from pydantic import (
     AfterValidator,
@@ -16,7 +16,6 @@ from pydantic import (
     ConfigDict,
     Field,
     ValidationError,
-    field_validator,
     model_validator,
 )
 
@@ -24,6 +23,7 @@ from worker.errors import FieldProblem, SpecError
 from worker.job.frames import parse_frames
 from worker.job.keyframes import ANIMATED_PARTS, MAX_KEYS, Keyframes, lift, put
 from worker.job.misfit import Misfit
+from worker.job.outputs.choice import DEFAULT_OUTPUTS, Output, check_names
 from worker.job.problems import problems_of
 from worker.job.render_settings import Capture, RenderSettings
 from worker.job.rig import MAX_FRAME_PX, Rig
@@ -31,13 +31,11 @@ from worker.job.stage import StageChange
 
 ParameterValue = bool | int | float | str
 
-Output = Literal["views.mp4", "centre.mp4", "orthoscopic.mkv"]
-
-OUTPUTS: tuple[Output, ...] = get_args(Output)
-"""The videos that a job can ask for."""
-
 STILL_FIELDS = ("rig.lens_array.count", "rig.px_per_lens", "rig.device")
 """Numbers that say how many pixels a frame has: the same for every frame."""
+
+MAX_OUTPUTS = 100
+"""Of one job: beyond it something writes job files that nobody reads."""
 
 MAX_TRIED = 100
 """Frames, and keyframes between them, at which an animated job is tried when it arrives: a third of a second."""
@@ -93,7 +91,7 @@ class JobSpec(_Part):
     display: Display = Display()
     priority: int = Field(default=50, ge=0, le=100)
     """Higher goes first."""
-    outputs: tuple[Output, ...] = OUTPUTS
+    outputs: Annotated[tuple[Output, ...], Field(max_length=MAX_OUTPUTS)] = DEFAULT_OUTPUTS
     animation: dict[str, Keyframes] = Field(default_factory=dict)
     """Keyframes by the path of the number that they move, as `rig.lens_array.offset_mm`; it holds the first value."""
 
@@ -121,12 +119,10 @@ class JobSpec(_Part):
                 raise Misfit(path, expected=f"the first of its keyframes, {first:g}, or none of them", got=written)
         return self
 
-    @field_validator("outputs")
-    @classmethod
-    def _each_once(cls, outputs: tuple[str, ...]) -> tuple[str, ...]:
-        if len(set(outputs)) < len(outputs):
-            raise ValueError("each output once")
-        return outputs
+    @model_validator(mode="after")
+    def _outputs_told_apart(self) -> Self:
+        check_names(self.outputs)
+        return self
 
     @model_validator(mode="after")
     def _fits_supersampled(self) -> Self:

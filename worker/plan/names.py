@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from worker.job.orders import TaskKind, TileIndex
+from worker.job.outputs.output import OutputOptions
 
 JOB_SHEET = "job.json"
 PLAN_SHEET = "plan.json"
@@ -71,9 +72,29 @@ def thumb_name(frame: int) -> str:
     return f"thumbs/{frame_stem(frame)}.webp"
 
 
-def video_name(output: str) -> str:
-    """Return the name of an encoded output."""
-    return f"video/{output}"
+def output_folder(output: OutputOptions) -> str:
+    """Return the folder that an output's files lie in."""
+    return "video" if output.IS_VIDEO else f"exports/{output.name}"
+
+
+def sidecar_name(output: OutputOptions) -> str:
+    """Return the name of what says, as JSON, how an output is to be read.
+
+    >>> from worker.job.outputs.videos import ViewsVideo
+    >>> sidecar_name(ViewsVideo())
+    'video/views.mp4.json'
+    """
+    return f"{'video' if output.IS_VIDEO else 'exports'}/{output.file_name}.json"
+
+
+def output_name(output: OutputOptions) -> str:
+    """Return the name of what is there once an output is whole: the video itself, else the sidecar of its files.
+
+    >>> from worker.job.outputs.videos import ViewsVideo
+    >>> output_name(ViewsVideo())
+    'video/views.mp4'
+    """
+    return f"{output_folder(output)}/{output.file_name}" if output.IS_VIDEO else sidecar_name(output)
 
 
 def log_name(kind: TaskKind, frame: int | None, tile: TileIndex | None, output: str | None, attempt_number: int) -> str:

@@ -68,7 +68,7 @@ def plan_tasks(spec: JobSpec, plan: PlanSheet) -> Iterator[PlannedTask]:
         sequence += 1
     for output in spec.outputs:
         yield PlannedTask(
-            TaskKind.ENCODE, ENCODE_STAGE, ASSEMBLE_STAGE, sequence, size.px // 20, names.video_name(output),
-            output=output,
+            TaskKind.ENCODE, ENCODE_STAGE, ASSEMBLE_STAGE, sequence, size.px // 20, names.output_name(output),
+            output=output.file_name,
         )  # fmt: skip
         sequence += 1

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 from lippmann.main import app
 from povtemplates.catalogue import scene_folders
 from service.settings import Settings
+from worker.job.outputs.choice import KINDS
 from worker.job.spec import JobSpec, parse_spec
 from worker.job.statuses import JOB_MOVES, TASK_MOVES
 from worker.settings import WorkerSettings
@@ -48,6 +49,14 @@ def test_the_documented_job_is_the_default_one() -> None:
     spec = parse_spec(json.loads(block))
     assert spec.rig == JobSpec(scene="fish").rig
     assert spec.outputs == JobSpec(scene="fish").outputs
+
+
+def test_every_kind_of_output_is_documented_with_its_options_and_no_other() -> None:
+    sections = (DOCS / "outputs.md").read_text().split("\n### ")[1:]
+    documented = {
+        section.split("\n")[0]: set(re.findall(r"^\| `(\w+)` \|", section, re.MULTILINE)) for section in sections
+    }
+    assert documented == {kind: set(options.model_fields) - {"kind"} for kind, options in KINDS.items()}
 
 
 def test_the_documented_moves_are_the_table() -> None:

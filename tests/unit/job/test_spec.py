@@ -60,7 +60,7 @@ def test_writing_and_reading_a_job_are_inverse() -> None:
         ({"rig": {"lens_array": {"pitch_mm": float("nan")}}}, "rig.lens_array.pitch_mm", "finite number", "nan"),
         ({"frames": "7-3"}, "frames", "a range that counts up", "'7-3'"),
         ({"outputs": ["views.gif"]}, "outputs.0", "'views.mp4'", "'views.gif'"),
-        ({"outputs": ["views.mp4", "views.mp4"]}, "outputs", "each output once", "views.mp4"),
+        ({"outputs": ["views.mp4", "views.mp4"]}, "outputs.1.name", "a name of its own", "'views'"),
         ({"scene": "../fish"}, "scene", "pattern", "'../fish'"),
         ({"fps": 0}, "fps", "greater than 0", "0"),
         (

@@ -7,7 +7,7 @@ import pytest
 from service.jobs.failure import INFRASTRUCTURE
 from service.jobs.retry import retry_job
 from tests.builders_service import Farm, claimed, done, failed, presence
-from worker.job.orders import Order
+from worker.job.orders import Order, TaskKind
 from worker.job.statuses import JobStatus, TaskStatus
 
 MANY = {"frames": "1-20", "outputs": []}
@@ -27,6 +27,20 @@ def test_a_permanent_failure_fails_the_job_at_once_with_its_message(farm: Farm) 
     assert (job.status, job.error_code, job.error_message) == (JobStatus.FAILED, "scene", "scene happened")
     assert farm.task(first).status is TaskStatus.FAILED
     assert farm.dispatch() == []
+
+
+def test_an_output_that_cannot_be_made_keeps_no_other_from_being_made(farm: Farm) -> None:
+    job_id = farm.planned(frames="1", outputs=["views.mp4", "centre.mp4", "orthoscopic.mkv"])
+    while (orders := farm.dispatch()) and orders[0].kind is not TaskKind.ENCODE:
+        farm.say(*(said for order in orders for said in (claimed(order), done(order))))
+    bad, *others = orders
+    farm.say(claimed(bad), failed(bad, code="output", permanent=True))
+    assert farm.job(job_id).status is JobStatus.RUNNING
+    for order in (*others, *farm.dispatch()):
+        farm.say(claimed(order), done(order))
+    job = farm.job(job_id)
+    assert (job.status, job.error_code, job.failed) == (JobStatus.FAILED, "tasks-failed", 1)
+    assert "output happened" in (job.error_message or "")
 
 
 def test_what_runs_is_told_to_stop_when_its_job_fails(farm: Farm) -> None:

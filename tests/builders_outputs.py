@@ -1,0 +1,75 @@
+"""A job whose masters are given, without POV-Ray, and its outputs as a worker makes them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tests.builders import local_place, order_of, small_job, stored_job
+from worker.images.write import write_exr
+from worker.integral.layout import CellLayout
+from worker.integral.views import views_grid
+from worker.job.orders import TaskKind
+from worker.job.outputs.choice import output_called
+from worker.job.sheet import JobSheet
+from worker.plan import names
+from worker.plan.sampling import display_size
+from worker.tasks.encode import encode_output
+from worker.tasks.local import JOB_ID
+from worker.tasks.render import header
+from worker.tasks.watch import Unwatched, Watch
+from worker.tasks.workplace import Workplace
+
+
+@dataclass(frozen=True)
+class GivenJob:
+    """A stored job with orthoscopic masters, and the grids of their views."""
+
+    place: Workplace
+    sheet: JobSheet
+
+    @property
+    def layout(self) -> CellLayout:
+        """Of the orthoscopic sheets."""
+        return display_size(self.sheet.spec.rig)
+
+    def make(self, file_name: str, watch: Watch | None = None) -> None:
+        """Make an output as an attempt on the farm does."""
+        encode_output(self.place, order_of(TaskKind.ENCODE, frame=None, output=file_name), watch or Unwatched())
+
+    def file(self, name: str) -> AbstractContextManager[Path]:
+        """Lend a file of the job by its name."""
+        return self.place.store.local_path(names.job_artifact(JOB_ID, name))
+
+    def sidecar(self, file_name: str) -> dict[str, Any]:
+        """Return what is told beside an output."""
+        name = names.sidecar_name(output_called(self.sheet.spec.outputs, file_name))
+        return dict(json.loads(self.place.store.get_bytes(names.job_artifact(JOB_ID, name))))
+
+
+def given_job(folder: Path, sheets: Mapping[int, NDArray[np.floating[Any]]] | None = None, **more: Any) -> GivenJob:
+    """Return a job with these orthoscopic sheets, linear light, by frame; of noise where none are given.
+
+    `more` is as in `small_job`; the scene is the white target.
+    """
+    place = local_place(folder)
+    spec = small_job("target-white", **{"count": (6, 5), "px_per_lens": 4, **more})
+    job = GivenJob(place, stored_job(place, spec))
+    noise = np.random.default_rng(1)
+    for frame in spec.frame_numbers:
+        layout = job.layout
+        sheet = sheets[frame] if sheets else noise.random((layout.rows, layout.cols, 3), dtype=np.float32)
+        for name, picture in (
+            (names.orthoscopic_name(frame), sheet),
+            (names.views_name(frame), views_grid(np.asarray(sheet), layout)),
+        ):
+            write_exr(folder / "given.exr", picture, attributes=header(job.sheet, frame))
+            place.store.put_file(names.job_artifact(JOB_ID, name), folder / "given.exr")
+    return job

@@ -1,0 +1,106 @@
+"""All kinds of output as one field of a job.
+
+An output is written as an object, `{"kind": "views", "codec": "ffv1", "name": "lossless"}`, or shortly by the name of
+its file, `views.mp4`: the kind, and a suffix that stands for options.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Tag
+
+from worker.job.misfit import Misfit
+from worker.job.outputs.output import OutputOptions
+from worker.job.outputs.pictures import ViewGrid
+from worker.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
+from worker.job.tagged import told_by
+
+_Kind = Annotated[
+    Annotated[ViewsVideo, Tag("(views)")]
+    | Annotated[CentreVideo, Tag("(centre)")]
+    | Annotated[OrthoscopicVideo, Tag("(orthoscopic)")]
+    | Annotated[ViewGrid, Tag("(view_grid)")],
+    told_by(lambda written: str(written.get("kind"))),
+]
+
+KINDS: Mapping[str, type[OutputOptions]] = {
+    options.model_fields["kind"].default: options
+    for options in (
+        ViewsVideo,
+        CentreVideo,
+        OrthoscopicVideo,
+        ViewGrid,
+    )
+}
+"""Every kind of output, by its word."""
+
+
+def spelled_out(written: Any) -> Any:
+    """Return an output as an object, whichever way it was written.
+
+    Raises
+    ------
+    ValueError
+        If there is no such kind, or it does not come in such a file.
+
+    Examples
+    --------
+    >>> spelled_out("views.mkv")
+    {'kind': 'views', 'codec': 'ffv1'}
+    """
+    if isinstance(written, str):
+        kind, dot, suffix = written.partition(".")
+        options = KINDS[kind].SPELLINGS.get(dot + suffix) if kind in KINDS else None
+        if options is None:
+            raise ValueError(f"an object with a kind, or one of {', '.join(map(repr, spellings()))}, got {written!r}")
+        return {"kind": kind, **options}
+    if isinstance(written, Mapping) and written.get("kind") not in KINDS:
+        kinds = ", ".join(KINDS)
+        raise Misfit("kind", expected=f"one of {kinds}", got=repr(written["kind"]) if "kind" in written else "nothing")
+    if not isinstance(written, Mapping | OutputOptions):
+        raise ValueError(f"an object with a kind, or the name of a file, got {written!r}")
+    return written
+
+
+def spellings() -> tuple[str, ...]:
+    """Return every short spelling of an output."""
+    return tuple(kind + suffix for kind, options in KINDS.items() for suffix in options.SPELLINGS)
+
+
+Output = Annotated[_Kind, BeforeValidator(spelled_out)]
+"""One output of a job."""
+
+DEFAULT_OUTPUTS: tuple[Output, ...] = (ViewsVideo(), CentreVideo(), OrthoscopicVideo())
+"""What a job leaves that says nothing of outputs."""
+
+
+def check_names(outputs: Iterable[OutputOptions]) -> None:
+    """Refuse two outputs that would be called the same.
+
+    Raises
+    ------
+    Misfit
+        Naming the second one, by its place among the outputs.
+    """
+    known: dict[str, int] = {}
+    for place, output in enumerate(outputs):
+        before = known.setdefault(output.file_name, place)
+        if before != place:
+            expected = f"a name of its own: outputs.{before} is {output.file_name} too"
+            raise Misfit(f"outputs.{place}.name", expected=expected, got=repr(output.name))
+
+
+def output_called(outputs: Iterable[OutputOptions], file_name: str) -> OutputOptions:
+    """Return the output of this file name.
+
+    Raises
+    ------
+    KeyError
+        If there is none.
+    """
+    for output in outputs:
+        if output.file_name == file_name:
+            return output
+    raise KeyError(file_name)

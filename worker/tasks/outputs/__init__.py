@@ -1,0 +1,11 @@
+"""Outputs: a job's masters made into what was asked for, one file of makers for each group of kinds.
+
+footage    what outputs are made of: frames, lenses, orthoscopic sheets
+making     one output being made: scratch folder, where files go, progress
+make       the table: which maker makes which kind; the sidecar
+sidecar    what is told beside an output, as JSON
+videos     moving pictures
+pictures   still pictures of every frame
+
+The same makers work on the farm (`worker.tasks.encode`) and for `lippmann export`.
+"""

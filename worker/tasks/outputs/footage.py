@@ -1,0 +1,61 @@
+"""What outputs are made of: the frames of a job, or of files from elsewhere.
+
+Everything is made from the orthoscopic sheets. What else there is (the capture as it was, all views, the sheet on a
+device's pixels) follows from them by the same functions that `worker.tasks.assemble` uses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.images.read import read_rgb
+from worker.integral.layout import CellLayout
+from worker.job.rig import Rig
+from worker.job.sheet import JobSheet
+from worker.job.spec import Display
+from worker.plan import names
+from worker.plan.sampling import display_size
+from worker.tasks.workplace import Workplace
+
+
+@dataclass(frozen=True)
+class Footage:
+    """Orthoscopic integral images in time, and what is known of them."""
+
+    frames: tuple[int, ...]
+    """Their numbers, rising."""
+    fps: float
+    layout: CellLayout
+    """Of every orthoscopic sheet."""
+    rig: Callable[[int], Rig]
+    """The rig at a frame, without keyframes."""
+    display: Display
+    facts: Mapping[str, str]
+    """What a sidecar says of where this comes from: job, scene, title."""
+    master: Callable[[str], AbstractContextManager[Path]]
+    """Lends a master by its name below the job, as `names.orthoscopic_name(frame)`; ArtifactMissing if not there."""
+
+    def orthoscopic(self, frame: int) -> NDArray[np.float16]:
+        """Return a frame's orthoscopic sheet, `(rows, cols, 3)`, linear light."""
+        with self.master(names.orthoscopic_name(frame)) as path:
+            return read_rgb(path, np.float16)
+
+
+def job_footage(place: Workplace, sheet: JobSheet) -> Footage:
+    """Return the footage of a job in the store."""
+    spec = sheet.spec
+    return Footage(
+        frames=spec.frame_numbers,
+        fps=spec.fps,
+        layout=display_size(spec.rig),
+        rig=lambda frame: sheet.at(frame).spec.rig,
+        display=spec.display,
+        facts={"job": sheet.job_id, "scene": spec.scene, "title": spec.title, "bundle": sheet.bundle},
+        master=lambda name: place.store.local_path(names.job_artifact(sheet.job_id, name)),
+    )
