@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from OpenImageIO import FLOAT, ROI, ImageBuf, ImageBufAlgo
 
 from worker.errors import OutputError
-
-Filter = Literal["box", "triangle", "mitchell", "lanczos3"]
-"""`lanczos3` is sharp and rings a little at edges; `triangle` is quick for thumbnails."""
+from worker.job.filters import Filter
 
 
 def resize(

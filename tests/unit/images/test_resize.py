@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from tests.unit.images.pictures import noise
 from worker.errors import OutputError
-from worker.images.resize import Filter, resize
+from worker.images.resize import resize
+from worker.job.filters import Filter
 
 FILTERS: tuple[Filter, ...] = ("box", "triangle", "mitchell", "lanczos3")
 
