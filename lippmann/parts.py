@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from functools import cache
 from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
 
 from povtemplates.catalogue import scene_folders
 from service.parts import CheckedBundle, Parts
-from worker.images.convert import png
+from worker.images.convert import png, shown
+from worker.images.read import read_rgb
+from worker.job.filters import Filter
 from worker.povray.bundle import check_bundle, pack_folder
 from worker.store.local import LocalStore
 
@@ -23,6 +29,19 @@ def make_parts(data_dir: Path) -> Parts:
 class _Pictures:
     def png(self, path: Path, *, bits: int = 8) -> bytes:
         return png(path, bits=16 if bits == 16 else 8)
+
+    def light(self, path: Path) -> NDArray[np.float16]:
+        return read_rgb(path, np.float16)
+
+    def shown(
+        self,
+        light: NDArray[np.floating[Any]],
+        *,
+        as_format: Literal["png", "webp"],
+        scale: int = 1,
+        filter_name: Filter = "lanczos3",
+    ) -> bytes:
+        return shown(light, as_format=as_format, scale=scale, filter_name=filter_name)
 
 
 class _Scenes:

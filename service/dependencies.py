@@ -16,6 +16,7 @@ from service.jobs import keys
 from service.jobs.bell import Bell
 from service.jobs.health import Checks
 from service.jobs.keys import Caller
+from service.jobs.look import Sheets
 from service.parts import Parts
 from service.schemas.access import Role
 from service.schemas.answer import MAX_LIMIT
@@ -36,6 +37,7 @@ class House:
     bell: Bell
     stream: Stream
     checks: Checks
+    sheets: Sheets
     clock: Callable[[], float] = field(default=time.time)
 
     def now_s(self) -> float:

@@ -19,9 +19,10 @@ from service.dependencies import House
 from service.jobs.bell import Bell
 from service.jobs.clerk import Clerk
 from service.jobs.health import Checks, package_version
+from service.jobs.look import Sheets
 from service.jobs.scenes import sync_builtin
 from service.parts import Parts
-from service.routes import artifacts, design, events, health, jobs, keys, login, problems, scenes, tasks, workers
+from service.routes import artifacts, design, events, health, jobs, keys, login, looks, problems, scenes, tasks, workers
 from service.routes.middleware import BodyLimit, RequestId
 from service.settings import Settings
 from service.stream import Stream
@@ -43,7 +44,7 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
         separate_input_output_schemas=False,
     )
     app.state.house = _furnish(settings, parts, clock)
-    for module in (health, scenes, design, jobs, tasks, artifacts, events, workers, keys):
+    for module in (health, scenes, design, jobs, tasks, looks, artifacts, events, workers, keys):
         app.include_router(module.router, prefix=API)
     app.include_router(login.api, prefix=API)
     app.include_router(login.router, include_in_schema=False)
@@ -72,7 +73,8 @@ def _furnish(settings: Settings, parts: Parts, clock: Callable[[], float]) -> Ho
     database = Database(settings.database)
     stream = Stream(settings.redis_url, timeout_s=settings.broker_timeout_s)
     checks = Checks(database, parts.store, stream)
-    return House(settings, parts, database, Bell(), stream, checks, clock)
+    sheets = Sheets(parts, room_bytes=int(settings.sheets_mb * 1e6))
+    return House(settings, parts, database, Bell(), stream, checks, sheets, clock)
 
 
 @asynccontextmanager

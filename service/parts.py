@@ -9,8 +9,12 @@ from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Any, Literal, Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.job.filters import Filter
 from worker.job.scene import SceneCard
 
 
@@ -91,10 +95,23 @@ class ArtifactStore(Protocol):
 
 
 class Pictures(Protocol):
-    """Converts masters to what people open."""
+    """Reads masters, and makes what people open."""
 
     def png(self, path: Path, *, bits: int = 8) -> bytes:
         """Return a linear EXR as an sRGB PNG of 8 or 16 bits."""
+
+    def light(self, path: Path) -> NDArray[np.float16]:
+        """Return a linear EXR, `(rows, cols, 3)`."""
+
+    def shown(
+        self,
+        light: NDArray[np.floating[Any]],
+        *,
+        as_format: Literal["png", "webp"],
+        scale: int = 1,
+        filter_name: Filter = "lanczos3",
+    ) -> bytes:
+        """Return linear light `(rows, cols, 3)`, enlarged, as an sRGB file."""
 
 
 class Scenes(Protocol):

@@ -76,6 +76,8 @@ class Settings(BaseSettings):
     """How often an idle stream says that it is alive."""
     body_limit_mb: float = Field(default=256.0, gt=0)
     """The largest request, which is a scene bundle."""
+    sheets_mb: float = Field(default=256.0, ge=0)
+    """How much memory may hold integral images that people are looking into; the last one stays, whatever its size."""
 
     @property
     def database(self) -> str:

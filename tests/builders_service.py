@@ -11,6 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
+import numpy as np
+from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
 from service.db.engine import Database
@@ -130,6 +132,12 @@ class FakePictures:
 
     def png(self, path: Path, *, bits: int = 8) -> bytes:
         return f"png of {path.name}, {bits} bits".encode()
+
+    def light(self, path: Path) -> NDArray[np.float16]:
+        raise NotImplementedError("no light in memory")
+
+    def shown(self, light: NDArray[np.floating[Any]], **how: Any) -> bytes:
+        return f"{light.shape} as {how}".encode()
 
 
 @dataclass(frozen=True)

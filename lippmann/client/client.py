@@ -18,6 +18,7 @@ from service.schemas.artifact import Artifact, ArtifactPage
 from service.schemas.farm import Health, WorkerList
 from service.schemas.frame import Frame, FramePage
 from service.schemas.job import Job, JobPage
+from service.schemas.look import Look
 from service.schemas.scene import Scene, SceneList
 from service.schemas.task import Task, TaskPage
 from worker.job.spec import JobSpec
@@ -25,6 +26,9 @@ from worker.job.statuses import ENDED_JOBS
 
 _PAGE = 200
 _API = "/api/v1"
+
+Sight = Literal["view", "perspective", "refocus", "views.atlas"]
+"""What a service makes of a frame when it is asked."""
 
 Shape = TypeVar("Shape", bound=BaseModel)
 
@@ -179,6 +183,25 @@ class Client:
             return self._transport.download(url, path, on_bytes=on_bytes)
         params = {"format": format, "bits": str(bits)}
         return self._transport.download_made(url, path, params=params, on_bytes=on_bytes)
+
+    # What can be seen of a frame
+
+    def look(self, job_id: str, frame: int) -> Look:
+        """Return which views a frame has."""
+        return self._get(Look, f"/jobs/{job_id}/frames/{frame}/look")
+
+    def see(self, job_id: str, frame: int, what: Sight, path: Path, **asked: str | float) -> Download:
+        """Bring a picture that the service makes of a frame to `path`, whole or not at all.
+
+        Parameters
+        ----------
+        what
+            `view`, `perspective`, `refocus`, `views.atlas`.
+        asked
+            Its parameters, by the service's names: `u=3, v=4`, `depth_mm=20`, `scale=4`, `format="webp"`.
+        """
+        url = f"{_API}/jobs/{job_id}/frames/{frame}/{what}"
+        return self._transport.download_made(url, path, params={name: f"{one}" for name, one in asked.items()})
 
     # Scenes
 

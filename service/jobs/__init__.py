@@ -8,6 +8,7 @@ show        a job or task as the API says it
 browse      pages of jobs, tasks and frames
 frame_status   where a frame stands: pure
 artifacts   files of a job
+look        what can be seen of a frame, made when it is asked for
 logs        the log of an attempt
 bell        wakes the clerk and the listeners
 tell        listeners are told, in the transaction that changes something

@@ -5,6 +5,7 @@ scenes     scenes that jobs can ask for
 design     what a job will give
 jobs       submit, list, show, move, remove
 tasks      tasks and their logs; frames
+looks      what can be seen of a frame
 artifacts  files, whole and in part
 events     what happens, as it happens
 workers    who is there

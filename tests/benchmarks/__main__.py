@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.benchmarks import command, farm, memory, optics
+from tests.benchmarks import command, farm, looks, memory, optics
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,7 @@ LINES = (
     Line("start of `up` to its first answer", "<= 5 s", command.start_s),
     Line("`lippmann --help`", "<= 0.5 s", command.help_s),
     Line("`up` idle, all processes: memory (PSS)", "<= 600 MB", command.idle_mb),
+    Line("a picture on demand, its sheet in memory: wall", "<= 50 ms", looks.slowest_ms),
     Line("assemble a 2400 x 2400 frame: peak memory", "<= 1 GiB", memory.assemble_mb),
 )
 

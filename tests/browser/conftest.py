@@ -76,7 +76,7 @@ def broker(tmp_path: Path) -> Iterator[Broker]:
 
 @pytest.fixture
 def farm(tmp_path: Path, broker: Broker) -> Iterator[Farm]:
-    given = parts()
+    given = parts(tmp_path)
     settings = Settings(data_dir=tmp_path, redis_url=broker.url, reconcile_s=0.2, tick_s=0.05, retry_pause_s=0.0)
     service = Service(settings, given)
     studio = Studio(given.store)

@@ -6,22 +6,21 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from povtemplates.catalogue import scene_folders
-from service.parts import CheckedBundle, Parts
+from lippmann.parts import make_parts
+from service.parts import Parts
 from tests.builders_service import DictStore, beat, claimed, done, event
 from worker.images.colour import srgb_codes
-from worker.images.convert import png
 from worker.images.write import write_exr, write_thumbnail
 from worker.job.events import Event, EventKind, Failure
 from worker.job.orders import Order, TaskKind
 from worker.plan import names
-from worker.povray.bundle import check_bundle, pack_folder
 from worker.video.encode import FFV1, H264, encode
 
 LENSES, PX = 12, 8
@@ -41,21 +40,8 @@ class FileStore(DictStore):
             yield Path(file.name)
 
 
-class _Pictures:
-    def png(self, path: Path, *, bits: int = 8) -> bytes:
-        return png(path, bits=16 if bits == 16 else 8)
-
-
-class _Scenes:
-    def builtin(self) -> dict[str, bytes]:
-        return {name: pack_folder(folder) for name, folder in scene_folders().items()}
-
-    def check(self, data: bytes) -> CheckedBundle:
-        return check_bundle(data)
-
-
-def parts() -> Parts:
-    return Parts(store=FileStore(), pictures=_Pictures(), scenes=_Scenes())
+def parts(folder: Path) -> Parts:
+    return replace(make_parts(folder), store=FileStore())
 
 
 def view(frame: int, px: int) -> NDArray[np.float32]:

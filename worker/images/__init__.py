@@ -5,7 +5,7 @@ write      linear EXR masters; sRGB PNG and WebP for people
 colour     linear light to sRGB codes
 resize     another size, by a named filter
 encode     pixels to a file that lives in memory, and from there to disk
-convert    a linear EXR as PNG bytes, for the service
+convert    a linear EXR, or light, as bytes of a file, for the service
 codes      a picture of either kind as 8-bit sRGB codes, for comparing
 threads    how many threads OpenImageIO takes
 

@@ -1,13 +1,17 @@
-"""A linear EXR as PNG bytes, for the service. Safe to call from any number of threads."""
+"""A linear EXR, or linear light, as bytes of a file, for the service. Safe to call from any number of threads."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
+from numpy.typing import NDArray
 
 from worker.images.read import read_rgb
-from worker.images.write import encoded_png
+from worker.images.resize import resize
+from worker.images.write import encoded_png, encoded_webp
+from worker.job.filters import Filter
 
 
 def png(path: Path, *, bits: int = 8) -> bytes:
@@ -28,4 +32,33 @@ def png(path: Path, *, bits: int = 8) -> bytes:
         If it cannot be converted, or `bits` is neither 8 nor 16.
     """
     with encoded_png(read_rgb(path, np.float32), bits=bits) as file:
+        return file.read()
+
+
+def shown(
+    linear: NDArray[np.floating[Any]], *, as_format: Literal["png", "webp"], scale: int, filter_name: Filter
+) -> bytes:
+    """Return linear light as an sRGB file of 8 bits.
+
+    Parameters
+    ----------
+    linear
+        `(rows, cols, 3)`.
+    as_format
+        PNG, or WebP, which is lossy and smaller.
+    scale
+        How many times larger each way, in linear light.
+    filter_name
+        By which filter.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be converted.
+    """
+    if scale > 1:
+        rows, cols = linear.shape[:2]
+        linear = resize(linear, rows=rows * scale, cols=cols * scale, filter_name=filter_name)
+    lent = encoded_png(linear, bits=8) if as_format == "png" else encoded_webp(linear)
+    with lent as file:
         return file.read()

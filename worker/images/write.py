@@ -80,9 +80,15 @@ def write_thumbnail(path: Path, linear: NDArray[np.floating[Any]], *, longest_px
     if shrink < 1.0:
         size = {"rows": max(1, round(rows * shrink)), "cols": max(1, round(cols * shrink))}
         linear = resize(linear, **size, filter_name="triangle")
-    settings = {"compression": f"webp:{_WEBP_QUALITY}"}
-    with encoded(srgb_codes(linear), to="webp", store_as="uint8", attributes=settings) as file:
+    with encoded_webp(linear) as file:
         save(file, path)
+
+
+def encoded_webp(linear: NDArray[np.floating[Any]]) -> AbstractContextManager[BinaryIO]:
+    """Lend linear light `(rows, cols, 3)` as a lossy sRGB WebP in memory; see `encoded`."""
+    _check_rgb(linear)
+    settings = {"compression": f"webp:{_WEBP_QUALITY}"}
+    return encoded(srgb_codes(linear), to="webp", store_as="uint8", attributes=settings)
 
 
 def _half(linear: NDArray[np.floating[Any]]) -> NDArray[np.float16]:

@@ -8,6 +8,7 @@ assemble          tiles become the whole sheet, every lens covered once
 orthoscopic       the pseudoscopic capture becomes the orthoscopic integral image
 views             one pixel per lens: views, the grid of all of them and back, their order in a movie
 perspective       what an eye at a place sees
+atlas             views in one picture for a graphics card
 square_pixels     views of a hexagonal lattice on the square pixels of a screen
 refocus           sharp at one depth, at many, at all
 device            the integral image on the pixel grid of a device, resampled cell by cell

@@ -23,7 +23,8 @@ FILTERS: tuple[Filter, ...] = ("box", "triangle", "mitchell", "lanczos3")
 def test_even_light_stays_even(filter_name: Filter, old: tuple[int, int], new: tuple[int, int]) -> None:
     resized = resize(np.full((*old, 3), 0.25, np.float16), rows=new[0], cols=new[1], filter_name=filter_name)
     assert resized.shape == (*new, 3)
-    np.testing.assert_allclose(resized, 0.25, rtol=1e-5)
+    # The weights of 900 pixels, added in single precision, come to 1 within 1.2e-5 (measured).
+    np.testing.assert_allclose(resized, 0.25, rtol=1e-4)
 
 
 @given(factor=st.integers(1, 5))

@@ -1,0 +1,215 @@
+"""Looking into a frame: its orthoscopic sheet, kept in memory while people look, and what can be seen of it."""
+
+from __future__ import annotations
+
+import hashlib
+import threading
+from collections import OrderedDict
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import BaseModel
+from sqlalchemy.orm import Session
+
+from service.errors import Invalid, NotFound
+from service.jobs import show
+from service.jobs.health import package_version
+from service.jobs.moves import find_job
+from service.parts import Parts
+from service.schemas import look as schema
+from worker.errors import ArtifactMissing, FieldProblem
+from worker.integral.atlas import Atlas, atlas_picture, plan_atlas
+from worker.integral.layout import CellLayout
+from worker.integral.perspective import Eye, perspective
+from worker.integral.refocus import refocus
+from worker.integral.square_pixels import as_square, square_size
+from worker.integral.views import centre, view, view_numbers
+from worker.job.spec import JobSpec
+from worker.plan import names
+from worker.plan.sampling import display_size
+
+MAX_SHOWN_PX = 8192
+"""The longest side of a picture that is made on demand."""
+
+Sheet = NDArray[np.float16]
+Light = NDArray[np.floating[Any]]
+
+
+@dataclass(frozen=True)
+class Sight:
+    """A frame that can be looked into."""
+
+    frame: int
+    spec: JobSpec
+    """At this frame."""
+    sheet_name: str
+    """Of its orthoscopic master, in the store."""
+    etag: str
+    """Of that, without quotes."""
+
+    @property
+    def layout(self) -> CellLayout:
+        """Of the orthoscopic sheet."""
+        return display_size(self.spec.rig)
+
+    @property
+    def gap_mm(self) -> float:
+        """From the pixels to the lenses: everything here is seen as under an array one focal length off."""
+        return self.spec.rig.lens_array.focal_length_mm
+
+
+class Sheets:
+    """Sheets that were looked into last, decoded; as many as there is room for, for any number of threads."""
+
+    def __init__(self, parts: Parts, *, room_bytes: int) -> None:
+        self._parts, self._room_bytes = parts, room_bytes
+        self._kept: OrderedDict[tuple[str, str], Sheet] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def sheet(self, sight: Sight) -> Sheet:
+        """Return a sheet `(rows, cols, 3)`, linear light, not to be written to.
+
+        Raises
+        ------
+        ArtifactMissing, ArtifactBroken
+            If it is gone meanwhile, or not whole.
+        """
+        key = (sight.sheet_name, sight.etag)
+        with self._lock:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+                return self._kept[key]
+        with self._parts.store.local_path(sight.sheet_name) as path:
+            sheet = self._parts.pictures.light(path)
+        with self._lock:
+            self._kept[key] = sheet
+            while len(self._kept) > 1 and sum(each.nbytes for each in self._kept.values()) > self._room_bytes:
+                self._kept.popitem(last=False)
+        return sheet
+
+
+def find_sight(session: Session, parts: Parts, job_id: str, frame: int) -> Sight:
+    """Return a frame that can be looked into.
+
+    Raises
+    ------
+    NotFound
+        If there is no such job, or it has no such frame.
+    ArtifactMissing
+        If the frame is not assembled yet.
+    """
+    spec = show.spec_of(find_job(session, job_id))
+    if frame not in spec.frame_numbers:
+        raise NotFound(f"job {job_id!r} has the frames {spec.frames}, not {frame}")
+    name = names.job_artifact(job_id, names.orthoscopic_name(frame))
+    try:
+        etag = parts.store.etag(name)
+    except ArtifactMissing as error:
+        raise ArtifactMissing(f"frame {frame} of job {job_id!r} is not assembled yet") from error
+    return Sight(frame, spec.at(frame), name, etag)
+
+
+def etag_of(sight: Sight, path: str, query: BaseModel) -> str:
+    """Return the entity tag, with its quotes, of a picture that is made of a sheet as a query asks."""
+    said = f"{sight.etag} {path} {query.model_dump_json()} {package_version()}"
+    return f'"{hashlib.sha256(said.encode()).hexdigest()[:32]}"'
+
+
+def describe(sight: Sight, job_id: str, *, max_px: int) -> schema.Look:
+    """Return what a frame shows to those who look into it."""
+    layout, spec = sight.layout, sight.spec
+    atlas = plan_atlas(layout, max_px=max_px)
+    rows, cols = square_size(layout)
+    there = set(view_numbers(layout))
+    every = ((u, v) for v in range(layout.cell_rows) for u in range(layout.cell_cols))
+    return schema.Look(
+        frame=sight.frame,
+        lattice=layout.lattice,
+        lens_rows=layout.lens_rows,
+        lens_cols=layout.lens_cols,
+        view_rows=rows,
+        view_cols=cols,
+        us=layout.cell_cols,
+        vs=layout.cell_rows,
+        missing=tuple(number for number in every if number not in there),
+        centre=centre(layout),
+        pitch_mm=spec.rig.lens_array.pitch_mm,
+        gap_mm=sight.gap_mm,
+        viewing_distance_mm=spec.display.viewing_distance_mm,
+        atlas=schema.AtlasPlan(
+            url=f"{show.API}/jobs/{job_id}/frames/{sight.frame}/views.atlas?max_px={max_px}",
+            us=atlas.us, vs=atlas.vs, rows=atlas.rows, cols=atlas.cols,
+        ),
+    )  # fmt: skip
+
+
+def see_view(sheet: Sheet, sight: Sight, query: schema.ViewQuery) -> Light:
+    """Return a view on square pixels.
+
+    Raises
+    ------
+    Invalid
+        Naming u or v, if there is no such view.
+    """
+    layout = sight.layout
+    middle_u, middle_v = centre(layout)
+    u = middle_u if query.u is None else query.u
+    v = middle_v if query.v is None else query.v
+    outside = [
+        FieldProblem(field=field, expected=f"0 to {count - 1}", got=str(number))
+        for field, number, count in (("u", u, layout.cell_cols), ("v", v, layout.cell_rows))
+        if not 0 <= number < count
+    ]
+    if outside:
+        raise Invalid("; ".join(map(str, outside)), problems=outside)
+    return as_square(view(sheet, layout, u, v), layout)
+
+
+def see_from(sheet: Sheet, sight: Sight, query: schema.PerspectiveQuery) -> Light:
+    """Return what an eye sees, on square pixels; lenses that show it another's light are dark."""
+    distance_mm = sight.spec.display.viewing_distance_mm if query.z is None else query.z
+    if distance_mm <= 0:
+        problem = FieldProblem(field="z", expected="an eye in front of the display, above 0", got=f"{distance_mm:g}")
+        raise Invalid(str(problem), problems=[problem])
+    eye = Eye(x_mm=query.x, y_mm=query.y, distance_mm=distance_mm)
+    pitch_mm = sight.spec.rig.lens_array.pitch_mm
+    seen = perspective(sheet, sight.layout, eye, pitch_mm=pitch_mm, gap_mm=sight.gap_mm)
+    return as_square(seen.picture, sight.layout)
+
+
+def see_focused(sheet: Sheet, sight: Sight, query: schema.RefocusQuery) -> Light:
+    """Return the picture that is sharp at a depth."""
+    return refocus(sheet, sight.layout, query.depth_mm, focal_mm=sight.gap_mm)
+
+
+def see_atlas(sheet: Sheet, sight: Sight, query: schema.AtlasQuery) -> Light:
+    """Return the views as one picture."""
+    return atlas_picture(sheet, sight.layout, _atlas(sight, query))
+
+
+def _atlas(sight: Sight, query: schema.AtlasQuery) -> Atlas:
+    return plan_atlas(sight.layout, max_px=query.max_px)
+
+
+See = Callable[[Sheet, Sight, Any], Light]
+
+
+def picture(parts: Parts, sheets: Sheets, sight: Sight, query: Any, see: See) -> bytes:
+    """Return what is seen as a file.
+
+    Raises
+    ------
+    Invalid
+        If the picture would be too large, or there is nothing to be seen.
+    """
+    light = see(sheets.sheet(sight), sight, query)
+    scale = query.scale if isinstance(query, schema.Shown) else 1
+    longest = max(light.shape[:2]) * scale
+    if scale > 1 and longest > MAX_SHOWN_PX:
+        problem = FieldProblem(field="scale", expected=f"a picture of at most {MAX_SHOWN_PX} px", got=f"{longest} px")
+        raise Invalid(str(problem), problems=[problem])
+    how = {"filter_name": query.filter} if isinstance(query, schema.Shown) else {}
+    return parts.pictures.shown(light, as_format=query.format, scale=scale, **how)

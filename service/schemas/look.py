@@ -1,0 +1,102 @@
+"""Looking into a frame: what can be seen of it, and how that is asked for."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from service.schemas.answer import Answer
+from worker.job.filters import Filter
+
+Depth = Annotated[float, Field(ge=-1e6, le=1e6)]
+Place = Annotated[float, Field(ge=-1e6, le=1e6)]
+
+
+class AtlasPlan(Answer):
+    """How views lie in `views.atlas`: view (us[i], vs[j]) at grid column i and grid row j."""
+
+    url: str
+    us: tuple[int, ...]
+    vs: tuple[int, ...]
+    rows: int
+    """Height of the whole picture, px."""
+    cols: int
+    """Width of the whole picture, px."""
+
+
+class Look(Answer):
+    """What a frame shows to those who look into it."""
+
+    frame: int
+    lattice: Literal["square", "hexagonal"]
+    lens_rows: int
+    lens_cols: int
+    view_rows: int
+    """Height of a view on square pixels, px."""
+    view_cols: int
+    """Width of a view, px."""
+    us: int
+    """Views from left to right: u from 0, rising as the eye moves to the right."""
+    vs: int
+    """Views from top to bottom: v from 0, rising as the eye moves down."""
+    missing: tuple[tuple[int, int], ...]
+    """Views (u, v) that a hexagonal lens does not have."""
+    centre: tuple[int, int]
+    """The (u, v) of the view in the middle."""
+    pitch_mm: float
+    """Of the lenses."""
+    gap_mm: float
+    """From the pixels to the lenses: their focal length, which all depths here are reckoned with."""
+    viewing_distance_mm: float
+    """Where the job's viewer stands."""
+    atlas: AtlasPlan
+
+
+class _Asked(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
+
+
+class Shown(_Asked):
+    """How a picture is to come."""
+
+    format: Literal["png", "webp"] = "png"
+    """WebP is lossy."""
+    scale: int = Field(default=1, ge=1, le=32)
+    """How many times larger, each way."""
+    filter: Filter = "lanczos3"
+    """By which filter, in linear light."""
+
+
+class ViewQuery(Shown):
+    """One view; the one in the middle when neither is said."""
+
+    u: int | None = None
+    v: int | None = None
+
+
+class PerspectiveQuery(Shown):
+    """Where an eye stands, mm from the middle of the display."""
+
+    x: Place = 0.0
+    """To the right."""
+    y: Place = 0.0
+    """Upward."""
+    z: float | None = None
+    """In front; the job's viewing distance when not said."""
+
+
+class RefocusQuery(Shown):
+    """Which depth is to be sharp."""
+
+    depth_mm: Depth
+    """Positive in front of the display."""
+
+
+class AtlasQuery(_Asked):
+    """How large a picture a graphics card takes."""
+
+    format: Literal["png", "webp"] = "png"
+    """WebP is lossy."""
+    max_px: int = Field(default=4096, ge=16, le=16_384)
+    """The longest side of the atlas; of views that do not all fit, evenly spread ones are taken."""
