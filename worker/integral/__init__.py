@@ -13,6 +13,9 @@ square_pixels     views of a hexagonal lattice on the square pixels of a screen
 refocus           sharp at one depth, at many, at all
 device            the integral image on the pixel grid of a device, resampled cell by cell
 device_hexagons   the part of that which is the hexagonal lattice's own
+lens_grid         where lenses lie on pixels that their pitch is no whole number of
+under_lenses      light at any place under a lens, of its own cell alone
+whole_cells       a sheet of such a pitch, a print or a scan, made into whole cells: the way back from `device`
 interpolation     between neighbours, linear
 compare           PSNR and SSIM of two sheets and of every view
 
