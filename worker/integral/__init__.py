@@ -9,6 +9,10 @@ orthoscopic       the pseudoscopic capture becomes the orthoscopic integral imag
 views             one pixel per lens: views, the grid of all of them and back, their order in a movie
 perspective       what an eye at a place sees
 atlas             views in one picture for a graphics card
+lens_display      a display in millimetres: pixels, gap, lenses
+observer          what an eye sees of it, with a pupil, device pixels and crosstalk
+window            the part of the display that it looks at, in pixels
+eye_rays          rays through the pupil
 square_pixels     views of a hexagonal lattice on the square pixels of a screen
 refocus           sharp at one depth, at many, at all
 device            the integral image on the pixel grid of a device, resampled cell by cell

@@ -61,7 +61,7 @@ def device_size(
             f"expected a positive number of device px per lens and no negative margin, got {px_per_lens_device} and"
             f" {margin_px}"
         )
-    rows, cols = (max(1, math.floor(side * px_per_lens_device + 0.5)) for side in _array_pitches(layout))
+    rows, cols = (max(1, math.floor(side * px_per_lens_device + 0.5)) for side in array_pitches(layout))
     if window is None:
         return rows + 2 * margin_px, cols + 2 * margin_px
     if window[0] < rows or window[1] < cols:
@@ -115,7 +115,7 @@ def _offsets(px: int) -> NDArray[np.float64]:
     return np.arange(px, dtype=np.float64) + 0.5 - px / 2
 
 
-def _array_pitches(layout: CellLayout) -> tuple[float, float]:
+def array_pitches(layout: CellLayout) -> tuple[float, float]:
     """Return the array's (height, width) in pitches, from the outermost border or corner to the other."""
     if layout.lattice == "square":
         return layout.lens_rows, layout.lens_cols

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.errors import LayoutError
-from worker.integral.hexagon import hexagon_mask
+from worker.integral.hexagon import ROW_PITCH, hexagon_mask
 from worker.job.lens_array import hexagonal_rows, overhang_rows
 
 Pixel = TypeVar("Pixel", bound=np.generic)
@@ -101,6 +101,11 @@ class CellLayout:
     def col_edges(self) -> tuple[int, ...]:
         """The pixel cols where tiles may be cut, lens_cols + 1: between lenses of the rows that are not shifted."""
         return (*(col * self.px_per_lens for col in range(self.lens_cols)), self.cols)
+
+    def pixel_mm(self, pitch_mm: float) -> tuple[float, float]:
+        """Return a pixel's (height, width) where lenses have this pitch."""
+        row_pitch = 1.0 if self.lattice == "square" else ROW_PITCH
+        return pitch_mm * row_pitch / self.row_px, pitch_mm / self.px_per_lens
 
     def shift_px(self, lens_row: int) -> int:
         """Return how much further right a lens row stands than the leftmost ones, px."""

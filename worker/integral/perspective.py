@@ -20,7 +20,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.errors import LayoutError
-from worker.integral.hexagon import ROW_PITCH
 from worker.integral.interpolation import ON_THE_BORDER, SNAP, Light
 from worker.integral.layout import CellLayout, check_sheet
 
@@ -82,7 +81,7 @@ def perspective(ortho: NDArray[Light], layout: CellLayout, eye: Eye, *, pitch_mm
         raise LayoutError(f"expected a positive pitch and gap in mm, got {pitch_mm} and {gap_mm}")
     right, down = places_px(layout, eye, pitch_mm=pitch_mm, gap_mm=gap_mm)
     picture, lit = _interpolated(ortho, layout, right, down)
-    seen = lit & _inside(layout, right, down)
+    seen = lit & inside_cells(layout, right, down)
     picture[~seen] = 0
     return Perspective(picture=picture, seen=seen)
 
@@ -94,7 +93,7 @@ def places_px(
 
     Each is `(lens_rows, lens_cols)`. They do not stop at the cell's border.
     """
-    high_mm, wide_mm = _pixel_mm(layout, pitch_mm)
+    high_mm, wide_mm = layout.pixel_mm(pitch_mm)
     rows, cols = np.arange(layout.lens_rows), np.arange(layout.lens_cols)
     x_px = _row_shifts(layout) + (cols + 0.5) * layout.px_per_lens - layout.cols / 2
     down_px = layout.overhang_px + (rows[:, np.newaxis] + 0.5) * layout.row_px - layout.rows / 2
@@ -105,13 +104,7 @@ def places_px(
     return next(rounded), next(rounded)
 
 
-def _pixel_mm(layout: CellLayout, pitch_mm: float) -> tuple[float, float]:
-    """Return a pixel's (height, width)."""
-    row_pitch = 1.0 if layout.lattice == "square" else ROW_PITCH
-    return pitch_mm * row_pitch / layout.row_px, pitch_mm / layout.px_per_lens
-
-
-def _inside(layout: CellLayout, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.bool_]:
+def inside_cells(layout: CellLayout, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which places lie in their own cell, or on its border."""
     n, m = layout.px_per_lens, layout.row_px
     x, y, border = np.abs(right), np.abs(down), 1 + ON_THE_BORDER
