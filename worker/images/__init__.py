@@ -4,6 +4,10 @@ read       EXR and PNG to arrays, whole or a region, every read checked
 write      linear EXR masters; sRGB PNG and WebP for people
 colour     linear light to sRGB codes
 resize     another size, by a named filter
+tiff       TIFF by bands of rows
+density    pixels an inch
+icc        sRGB as a profile
+lettering  words in pictures
 encode     pixels to a file that lives in memory, and from there to disk
 convert    a linear EXR, or light, as bytes of a file, for the service
 codes      a picture of either kind as 8-bit sRGB codes, for comparing

@@ -25,7 +25,7 @@ Format = Literal["openexr", "png", "webp"]
 
 @contextmanager
 def encoded(
-    pixels: NDArray[Any], *, to: Format, store_as: str, attributes: Mapping[str, str | int]
+    pixels: NDArray[Any], *, to: Format, store_as: str, attributes: Mapping[str, str | int | float]
 ) -> Iterator[BinaryIO]:
     """Lend a picture as an open file in memory, standing at its beginning.
 
@@ -64,13 +64,31 @@ def save(file: BinaryIO, path: Path) -> None:
     StoreUnavailable
         If the folder cannot be written to.
     """
+    with new_file(path) as target:
+        shutil.copyfileobj(file, target, 1 << 20)
+
+
+@contextmanager
+def new_file(path: Path) -> Iterator[BinaryIO]:
+    """Lend a file to write to; what could not be written whole is not left behind.
+
+    Raises
+    ------
+    StoreFull
+        If there is no room.
+    StoreUnavailable
+        If the folder cannot be written to.
+    """
     try:
         with path.open("wb") as target:
-            shutil.copyfileobj(file, target, 1 << 20)
+            yield target
     except OSError as error:
         path.unlink(missing_ok=True)
         family = StoreFull if error.errno in NO_ROOM else StoreUnavailable
         raise family(f"cannot write {path.name}: {error.strerror}") from error
+    except BaseException:
+        path.unlink(missing_ok=True)
+        raise
 
 
 def _write(path: str, spec: ImageSpec, pixels: NDArray[Any], to: Format) -> None:

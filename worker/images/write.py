@@ -1,4 +1,4 @@
-"""Linear EXR masters; sRGB PNG and WebP for people."""
+"""Linear EXR masters; sRGB PNG, TIFF and WebP for people."""
 
 from __future__ import annotations
 
@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 
 from worker.errors import OutputError
 from worker.images.colour import LINEAR, SRGB, srgb_codes
-from worker.images.encode import encoded, save
+from worker.images.density import Density
+from worker.images.encode import encoded, new_file, save
 from worker.images.read import ATTRIBUTE_PREFIX
 from worker.images.resize import resize
+from worker.images.tiff import write_tiff_bands
 
 _HALF_MAX = float(np.finfo(np.float16).max)
 _WEBP_QUALITY = 85
@@ -47,7 +49,7 @@ def write_exr(path: Path, linear: NDArray[np.floating[Any]], *, attributes: Mapp
         save(file, path)
 
 
-def write_png(path: Path, linear: NDArray[np.floating[Any]], *, bits: int = 8) -> None:
+def write_png(path: Path, linear: NDArray[np.floating[Any]], *, bits: int = 8, density: Density | None = None) -> None:
     """Write linear light `(rows, cols, 3)` as an sRGB PNG of 8 or 16 bits.
 
     Raises
@@ -55,15 +57,33 @@ def write_png(path: Path, linear: NDArray[np.floating[Any]], *, bits: int = 8) -
     OutputError, StoreFull, StoreUnavailable
         If it cannot be written, and then no part of it is left.
     """
-    with encoded_png(linear, bits=bits) as file:
+    with encoded_png(linear, bits=bits, density=density) as file:
         save(file, path)
 
 
-def encoded_png(linear: NDArray[np.floating[Any]], *, bits: int) -> AbstractContextManager[BinaryIO]:
+def encoded_png(
+    linear: NDArray[np.floating[Any]], *, bits: int, density: Density | None = None
+) -> AbstractContextManager[BinaryIO]:
     """Lend linear light `(rows, cols, 3)` as an sRGB PNG in memory; see `encoded`."""
     _check_rgb(linear)
-    settings: dict[str, str | int] = {"oiio:ColorSpace": SRGB, "png:compressionLevel": _PNG_LEVEL}
+    settings: dict[str, str | int | float] = {"oiio:ColorSpace": SRGB, "png:compressionLevel": _PNG_LEVEL}
+    if density is not None:
+        settings |= density.png_attributes()
     return encoded(srgb_codes(linear, bits=bits), to="png", store_as=f"uint{bits}", attributes=settings)
+
+
+def write_tiff(path: Path, linear: NDArray[np.floating[Any]], *, bits: int = 8, density: Density | None = None) -> None:
+    """Write linear light `(rows, cols, 3)` as an sRGB TIFF of 8 or 16 bits, deflated, with a profile; see `tiff`.
+
+    Raises
+    ------
+    OutputError, StoreFull, StoreUnavailable
+        If it cannot be written, and then no part of it is left.
+    """
+    _check_rgb(linear)
+    codes = srgb_codes(linear, bits=bits)
+    with new_file(path) as file:
+        write_tiff_bands(file, [codes], rows=codes.shape[0], cols=codes.shape[1], bits=bits, density=density)
 
 
 def write_thumbnail(path: Path, linear: NDArray[np.floating[Any]], *, longest_px: int = 256) -> None:

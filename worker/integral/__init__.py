@@ -7,6 +7,9 @@ supersample       a rendering with k x k times the pixels becomes the sheet, ave
 assemble          tiles become the whole sheet, every lens covered once
 orthoscopic       the pseudoscopic capture becomes the orthoscopic integral image
 views             one pixel per lens: views, the grid of all of them and back, their order in a movie
+between_views     a row of views in another number
+epi               epipolar slices: a line of lenses as the eye moves along it
+mosaic            pictures of one size put together into one
 perspective       what an eye at a place sees
 atlas             views in one picture for a graphics card
 lens_display      a display in millimetres: pixels, gap, lenses

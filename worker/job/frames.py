@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
 
 from worker.errors import SpecError
 
@@ -72,3 +75,15 @@ def _parse_part(part: str, whole: str) -> range:
     if step < 1:
         raise SpecError(f"expected a step of 1 or more, got {part!r} in {whole!r}")
     return range(first, last + 1, step)
+
+
+def _checked(text: str) -> str:
+    try:
+        parse_frames(text)
+    except SpecError as error:
+        raise ValueError(error.message.removeprefix("expected ").partition(", got ")[0]) from error
+    return text
+
+
+FrameList = Annotated[str, Field(max_length=1000), AfterValidator(_checked)]
+"""Frames as a field of a job: text that `parse_frames` takes."""

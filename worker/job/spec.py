@@ -11,7 +11,6 @@ from dataclasses import replace
 from typing import Annotated, Any, Self
 
 from pydantic import (
-    AfterValidator,
     BaseModel,
     ConfigDict,
     Field,
@@ -20,10 +19,10 @@ from pydantic import (
 )
 
 from worker.errors import FieldProblem, SpecError
-from worker.job.frames import parse_frames
+from worker.job.frames import FrameList, parse_frames
 from worker.job.keyframes import ANIMATED_PARTS, MAX_KEYS, Keyframes, lift, put
 from worker.job.misfit import Misfit
-from worker.job.outputs.choice import DEFAULT_OUTPUTS, Output, check_names
+from worker.job.outputs.choice import DEFAULT_OUTPUTS, Output, check_names, check_options
 from worker.job.problems import problems_of
 from worker.job.render_settings import Capture, RenderSettings
 from worker.job.rig import MAX_FRAME_PX, Rig
@@ -66,14 +65,6 @@ class Clock(_Part):
         return self.first + (frame - 1) * self.per_frame
 
 
-def _check_frames(text: str) -> str:
-    try:
-        parse_frames(text)
-    except SpecError as error:
-        raise ValueError(error.message.removeprefix("expected ").partition(", got ")[0]) from error
-    return text
-
-
 class JobSpec(_Part):
     """A job as it was asked for."""
 
@@ -83,7 +74,7 @@ class JobSpec(_Part):
     stage: StageChange = StageChange()
     clock: Clock | None = None
     """The scene's own clock when not given."""
-    frames: Annotated[str, Field(max_length=1000), AfterValidator(_check_frames)] = "1"
+    frames: FrameList = "1"
     fps: float = Field(default=8.0, gt=0, le=240)
     rig: Rig = Rig()
     capture: Capture = Capture()
@@ -122,6 +113,11 @@ class JobSpec(_Part):
     @model_validator(mode="after")
     def _outputs_told_apart(self) -> Self:
         check_names(self.outputs)
+        return self
+
+    @model_validator(mode="after")
+    def _outputs_fit(self) -> Self:
+        check_options(self.outputs, self.rig, self.frame_numbers)
         return self
 
     @model_validator(mode="after")

@@ -6,22 +6,27 @@ its file, `views.mp4`: the kind, and a suffix that stands for options.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Tag
 
 from worker.job.misfit import Misfit
 from worker.job.outputs.output import OutputOptions
-from worker.job.outputs.pictures import ViewGrid
+from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
 from worker.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
+from worker.job.rig import Rig
 from worker.job.tagged import told_by
 
 _Kind = Annotated[
     Annotated[ViewsVideo, Tag("(views)")]
     | Annotated[CentreVideo, Tag("(centre)")]
     | Annotated[OrthoscopicVideo, Tag("(orthoscopic)")]
-    | Annotated[ViewGrid, Tag("(view_grid)")],
+    | Annotated[ViewGrid, Tag("(view_grid)")]
+    | Annotated[Quilt, Tag("(quilt)")]
+    | Annotated[Epi, Tag("(epi)")]
+    | Annotated[ContactSheet, Tag("(contact_sheet)")]
+    | Annotated[Sheets, Tag("(sheets)")],
     told_by(lambda written: str(written.get("kind"))),
 ]
 
@@ -32,6 +37,10 @@ KINDS: Mapping[str, type[OutputOptions]] = {
         CentreVideo,
         OrthoscopicVideo,
         ViewGrid,
+        Quilt,
+        Epi,
+        ContactSheet,
+        Sheets,
     )
 }
 """Every kind of output, by its word."""
@@ -90,6 +99,21 @@ def check_names(outputs: Iterable[OutputOptions]) -> None:
         if before != place:
             expected = f"a name of its own: outputs.{before} is {output.file_name} too"
             raise Misfit(f"outputs.{place}.name", expected=expected, got=repr(output.name))
+
+
+def check_options(outputs: Iterable[OutputOptions], rig: Rig, frames: Sequence[int]) -> None:
+    """Refuse options that do not go with the rig or the frames.
+
+    Raises
+    ------
+    Misfit
+        Naming the option, by the output's place.
+    """
+    for place, output in enumerate(outputs):
+        try:
+            output.check(rig, frames)
+        except Misfit as wrong:
+            raise Misfit(f"outputs.{place}.{wrong.field}", expected=wrong.expected, got=wrong.got) from wrong
 
 
 def output_called(outputs: Iterable[OutputOptions], file_name: str) -> OutputOptions:

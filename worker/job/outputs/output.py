@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar
 
 from pydantic import BaseModel, ConfigDict, Field
+
+from worker.job.rig import Rig
 
 Name = Annotated[str, Field(min_length=1, max_length=60, pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 """Of a file, without its suffix, or of a folder."""
@@ -38,3 +40,12 @@ class OutputOptions(BaseModel):
     def file_name(self) -> str:
         """What the output is called wherever one is told from the other: its name and suffix."""
         return self.name + self.suffix
+
+    def check(self, rig: Rig, frames: Sequence[int]) -> None:
+        """Refuse options that do not go with the rig, or with the numbers of the frames; most kinds go with any.
+
+        Raises
+        ------
+        Misfit
+            Naming the option.
+        """

@@ -6,6 +6,7 @@ make       the table: which maker makes which kind; the sidecar
 sidecar    what is told beside an output, as JSON
 videos     moving pictures
 pictures   still pictures of every frame
+contact_sheet  small pictures side by side, one sheet for the job
 
 The same makers work on the farm (`worker.tasks.encode`) and for `lippmann export`.
 """

@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from worker.job.outputs.output import OutputOptions
-from worker.job.outputs.pictures import ViewGrid
+from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
 from worker.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
 from worker.plan import names
+from worker.tasks.outputs.contact_sheet import make_contact_sheet
 from worker.tasks.outputs.making import Making
-from worker.tasks.outputs.pictures import make_view_grid
+from worker.tasks.outputs.pictures import make_epi, make_quilt, make_sheets, make_view_grid
 from worker.tasks.outputs.sidecar import sidecar
 from worker.tasks.outputs.videos import make_centre, make_orthoscopic, make_views
 
@@ -19,6 +20,10 @@ MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
     CentreVideo: make_centre,
     OrthoscopicVideo: make_orthoscopic,
     ViewGrid: make_view_grid,
+    Quilt: make_quilt,
+    Epi: make_epi,
+    ContactSheet: make_contact_sheet,
+    Sheets: make_sheets,
 }
 
 

@@ -2,26 +2,142 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import Any, Protocol
 
-from worker.images.write import write_png
-from worker.integral.views import views_grid
-from worker.job.outputs.pictures import ViewGrid
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.images.density import Density
+from worker.images.resize import resize
+from worker.images.write import write_png, write_tiff
+from worker.integral.between_views import spread_views, views_in_row
+from worker.integral.epi import epi_of_col, epi_of_row
+from worker.integral.hexagon import ROW_PITCH
+from worker.integral.layout import CellLayout
+from worker.integral.mosaic import cut_to_aspect, mosaic
+from worker.integral.orthoscopic import orthoscopic
+from worker.integral.square_pixels import square_size
+from worker.integral.views import centre, views_grid
+from worker.job.outputs.pictures import Epi, PictureOptions, Quilt, Sheets, ViewGrid
 from worker.plan import names
+from worker.tasks.assemble import on_device
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
+
+Picture = NDArray[np.floating[Any]]
+
+
+class _Write(Protocol):
+    def __call__(self, path: Path, frame: int) -> None: ...
 
 
 def make_view_grid(making: Making, output: ViewGrid) -> None:
     """Make the picture of all views side by side."""
+
+    def write(path: Path, frame: int) -> None:
+        footage = making.footage
+        write_png(path, views_grid(footage.orthoscopic(frame), footage.layout), bits=output.bits)
+
+    _keep_of_every_frame(making, output.suffix, write)
+
+
+def make_sheets(making: Making, output: Sheets) -> None:
+    """Make masters into pictures for people."""
+    write_picture = write_png if output.file_format == "png" else write_tiff
+
+    def write(path: Path, frame: int) -> None:
+        picture = _master(making.footage, frame, output.of)
+        write_picture(path, picture, bits=output.bits, density=_density(making.footage, frame, output.of))
+
+    _keep_of_every_frame(making, output.suffix, write)
+
+
+def make_quilt(making: Making, output: Quilt) -> None:
+    """Make quilts, whose names say how they are laid out."""
+    layout = making.footage.layout
+    rows_of_views = quilt_rows(output, layout)
+    across = output.count or len(views_in_row(layout, rows_of_views[0]))
+    columns = across if output.views == "all" else output.tile_columns(across)
+    count = len(rows_of_views) * across
+
+    def tiles(frame: int) -> Iterator[Picture]:
+        ortho = making.footage.orthoscopic(frame)
+        for v in rows_of_views:
+            for seen in spread_views(ortho, layout, v, across):
+                yield scaled(seen if output.aspect is None else cut_to_aspect(seen, output.aspect), output)
+
+    def write(path: Path, frame: int) -> None:
+        write_png(path, mosaic(tiles(frame), count=count, columns=columns, upward=True), bits=output.bits)
+
+    high, wide = square_size(layout)
+    said = f"_qs{columns}x{count // columns}a{output.aspect or wide / high:.4g}"
+    _keep_of_every_frame(making, said + output.suffix, write)
+
+
+def quilt_rows(output: Quilt, layout: CellLayout) -> tuple[int, ...]:
+    """Return v of the rows of views that a quilt shows, from the lowest row of tiles upward."""
+    if output.views == "all":
+        return tuple(range(layout.cell_rows - 1, -1, -1))
+    return (centre(layout)[1] if output.view_row is None else output.view_row,)
+
+
+def make_epi(making: Making, output: Epi) -> None:
+    """Make epipolar slices: horizontal ones below each other in a picture, vertical ones side by side in another."""
+    layout, cols = making.footage.layout, output.lens_cols
+    rows = output.lens_rows or (() if cols else (layout.lens_rows // 2,))
+
+    def write_rows(path: Path, frame: int) -> None:
+        ortho = making.footage.orthoscopic(frame)
+        slices = (scaled(epi_of_row(ortho, layout, row).repeat(output.view_px, axis=0), output) for row in rows)
+        write_png(path, mosaic(slices, count=len(rows), columns=1, gap_px=output.gap_px), bits=output.bits)
+
+    def write_cols(path: Path, frame: int) -> None:
+        ortho = making.footage.orthoscopic(frame)
+        slices = (scaled(epi_of_col(ortho, layout, col).repeat(output.view_px, axis=1), output) for col in cols)
+        write_png(path, mosaic(slices, count=len(cols), columns=len(cols), gap_px=output.gap_px), bits=output.bits)
+
+    if rows:
+        _keep_of_every_frame(making, f"-rows{output.suffix}", write_rows)
+    if cols:
+        _keep_of_every_frame(making, f"-cols{output.suffix}", write_cols)
+
+
+def scaled(picture: Picture, output: PictureOptions) -> Picture:
+    """Return a picture `(rows, cols, 3)` in the size that an output asks for."""
+    if output.scale == 1.0:
+        return picture
+    rows, cols = (max(1, round(side * output.scale)) for side in picture.shape[:2])
+    return resize(picture, rows=rows, cols=cols, filter_name=output.filter)
+
+
+def _keep_of_every_frame(making: Making, ending: str, write: _Write) -> None:
     frames = making.footage.frames
     for frame in making.told(frames, len(frames)):
-        making.keep(
-            f"{names.frame_stem(frame)}{output.suffix}",
-            partial(_write_grid, footage=making.footage, frame=frame, bits=output.bits),
-        )
+        making.keep(names.frame_stem(frame) + ending, partial(write, frame=frame))
 
 
-def _write_grid(path: Path, *, footage: Footage, frame: int, bits: int) -> None:
-    write_png(path, views_grid(footage.orthoscopic(frame), footage.layout), bits=bits)
+def _master(footage: Footage, frame: int, which: str) -> NDArray[np.float16]:
+    ortho, layout = footage.orthoscopic(frame), footage.layout
+    rig = footage.rig(frame)
+    if which == "integral":
+        return orthoscopic(ortho, layout, inverted=rig.imaging_lens is not None)  # it is its own inverse
+    if which == "views":
+        return views_grid(ortho, layout)
+    if which == "device" and rig.device is not None:
+        return on_device(ortho, layout, rig.device, pitch_mm=rig.lens_array.pitch_mm)
+    return ortho
+
+
+def _density(footage: Footage, frame: int, which: str) -> Density | None:
+    """Return the density at which a sheet is as large as its array; of a grid of views there is none."""
+    rig, layout = footage.rig(frame), footage.layout
+    if which == "views":
+        return None
+    if which == "device" and rig.device is not None:
+        return Density.of_pixel(width_mm=rig.device.pixel_mm, height_mm=rig.device.pixel_mm)
+    pitch_mm = rig.lens_array.pitch_mm
+    row_pitch_mm = pitch_mm * (1 if layout.lattice == "square" else ROW_PITCH)
+    return Density.of_pixel(width_mm=pitch_mm / layout.px_per_lens, height_mm=row_pitch_mm / layout.row_px)
