@@ -66,6 +66,8 @@ def encoded_png(
 ) -> AbstractContextManager[BinaryIO]:
     """Lend linear light `(rows, cols, 3)` as an sRGB PNG in memory; see `encoded`."""
     _check_rgb(linear)
+    if bits not in (8, 16):
+        raise OutputError(f"expected a PNG of 8 or 16 bits, got {bits}")
     settings: dict[str, str | int | float] = {"oiio:ColorSpace": SRGB, "png:compressionLevel": _PNG_LEVEL}
     if density is not None:
         settings |= density.png_attributes()
