@@ -206,11 +206,11 @@ def test_the_index_of_an_mp4_stands_in_front(tmp_path: Path) -> None:
     assert 0 < data.index(b"moov") < data.index(b"mdat")
 
 
-@KINDS
-def test_the_same_frames_give_the_same_bytes(tmp_path: Path, kind: Kind) -> None:
+@pytest.mark.parametrize("codec", [codec for codec in CHOICES if codec != "h265"])  # x265 does not, see the module
+def test_the_same_frames_give_the_same_bytes(tmp_path: Path, codec: Codec) -> None:
     made = set()
     for _ in range(5):
-        encode(tmp_path / "a", waves(20, 64, 64), kind=kind, fps=8)
+        encode(tmp_path / "a", waves(20, 64, 64), kind=kind_of(codec), fps=8)
         made.add((tmp_path / "a").read_bytes())
     assert len(made) == 1
 
