@@ -16,6 +16,7 @@ lens_display      a display in millimetres: pixels, gap, lenses
 observer          what an eye sees of it, with a pupil, device pixels and crosstalk
 window            the part of the display that it looks at, in pixels
 eye_rays          rays through the pupil
+light_field       all views in one array
 square_pixels     views of a hexagonal lattice on the square pixels of a screen
 refocus           sharp at one depth, at many, at all
 device            the integral image on the pixel grid of a device, resampled cell by cell
