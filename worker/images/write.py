@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -46,6 +46,36 @@ def write_exr(path: Path, linear: NDArray[np.floating[Any]], *, attributes: Mapp
     # The empty date keeps OpenImageIO from putting in today's.
     settings = {"compression": "zip", "oiio:ColorSpace": LINEAR, "DateTime": ""}
     with encoded(_half(linear), to="openexr", store_as="half", attributes={**settings, **header}) as file:
+        save(file, path)
+
+
+def write_channels(
+    path: Path, values: NDArray[np.float32], names: Sequence[str], *, attributes: Mapping[str, str]
+) -> None:
+    """Write numbers as the channels of an EXR, in single precision, zip-compressed; `read_channels` gives them back.
+
+    Parameters
+    ----------
+    path
+        Where to; not atomic.
+    values
+        `(rows, cols, channel)`; NaN stays NaN.
+    names
+        Of the channels.
+    attributes
+        As in `write_exr`.
+
+    Raises
+    ------
+    OutputError, StoreFull, StoreUnavailable
+        If it cannot be written, and then no part of it is left.
+    """
+    if values.ndim != 3 or values.shape[2] != len(names) or values.dtype != np.float32 or not values.size:
+        raise OutputError(f"expected float32 values (rows, cols, {len(names)}), got {values.dtype} {values.shape}")
+    header = {ATTRIBUTE_PREFIX + name: text for name, text in attributes.items()}
+    settings = {"compression": "zip", "DateTime": ""}
+    pixels = encoded(values, to="openexr", store_as="float", attributes={**settings, **header}, channels=names)
+    with pixels as file:
         save(file, path)
 
 

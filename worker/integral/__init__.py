@@ -19,6 +19,7 @@ eye_rays          rays through the pupil
 light_field       all views in one array
 square_pixels     views of a hexagonal lattice on the square pixels of a screen
 refocus           sharp at one depth, at many, at all
+depth_map         how deep what every pixel of a sheet shows lies
 device            the integral image on the pixel grid of a device, resampled cell by cell
 device_hexagons   the part of that which is the hexagonal lattice's own
 lens_grid         where lenses lie on pixels that their pitch is no whole number of
