@@ -83,8 +83,8 @@ def test_a_plane_is_where_it_stands_and_moves_as_exact_rays_say(tmp_path: Path, 
     seen = (np.abs(hits[..., :2]) < 400).all(axis=-1)
     assert 0.3 < seen.mean() <= 1
     away_mm = np.linalg.norm(hits - rays.position, axis=-1)
-    error_mm = np.abs(found.z_mm - 1000.0)
-    met = np.isfinite(found.z_mm)
+    error_mm: NDArray[np.float32] = np.abs(found.z_mm - 1000.0)
+    met: NDArray[np.bool_] = np.isfinite(found.z_mm)
     np.testing.assert_array_equal(met, upright(seen[..., np.newaxis], spec)[..., 0])
     most_mm = precision_mm(upright(away_mm[..., np.newaxis], spec)[..., 0])
     np.testing.assert_array_less(error_mm[met], most_mm[met])
