@@ -17,6 +17,8 @@ observer          what an eye sees of it, with a pupil, device pixels and crosst
 window            the part of the display that it looks at, in pixels
 eye_rays          rays through the pupil
 light_field       all views in one array
+eye_path          the way of an eye that moves
+stereo            two eyes, and their pictures as one
 square_pixels     views of a hexagonal lattice on the square pixels of a screen
 refocus           sharp at one depth, at many, at all
 depth_map         how deep what every pixel of a sheet shows lies
