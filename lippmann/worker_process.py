@@ -54,6 +54,8 @@ def run_worker(*, slots: int) -> None:
     name = worker_name()
     # Before the worker's settings are imported: they read the environment then.
     os.environ |= {"LIPPMANN_WORKER_NAME": name, "LIPPMANN_SLOTS": str(slots)}
+    # Before NumPy is: a slot is a core, for matrix products too.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from worker.app import app
 
     app.worker_main(worker_arguments(slots=slots, name=name))

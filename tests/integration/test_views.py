@@ -10,7 +10,7 @@ import numpy as np
 from tests.integration.lippmann.conftest import needs_povray, run
 from worker.images.read import read_rgb
 from worker.images.write import write_png
-from worker.integral.refocus import sharpness
+from worker.integral.extended_focus import sharpness
 from worker.integral.views import view_of_grid
 from worker.job.rig import Rig
 from worker.plan.sampling import display_size

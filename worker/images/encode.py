@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
@@ -25,12 +25,7 @@ Format = Literal["openexr", "png", "webp"]
 
 @contextmanager
 def encoded(
-    pixels: NDArray[Any],
-    *,
-    to: Format,
-    store_as: str,
-    attributes: Mapping[str, str | int | float],
-    channels: Sequence[str] | None = None,
+    pixels: NDArray[Any], *, to: Format, store_as: str, attributes: Mapping[str, str | int | float]
 ) -> Iterator[BinaryIO]:
     """Lend a picture as an open file in memory, standing at its beginning.
 
@@ -41,21 +36,17 @@ def encoded(
     to
         The file format, by OpenImageIO's name.
     store_as
-        Its numbers, by OpenImageIO's name: `half`, `float`, `uint8`, `uint16`.
+        Its numbers, by OpenImageIO's name: `half`, `uint8`, `uint16`.
     attributes
         Header attributes and settings of the writer.
-    channels
-        Their names, where they are not red, green and blue.
 
     Raises
     ------
     OutputError
         If the picture cannot be written in this format.
     """
-    rows, cols, count = pixels.shape
-    spec = ImageSpec(cols, rows, count, store_as)
-    if channels is not None:
-        spec.channelnames = tuple(channels)
+    rows, cols, channels = pixels.shape
+    spec = ImageSpec(cols, rows, channels, store_as)
     for name, value in attributes.items():
         spec.attribute(name, value)
     with open(os.memfd_create("picture", os.MFD_CLOEXEC), "w+b") as file:

@@ -1,4 +1,4 @@
-"""Refocus: the views shifted by what a depth asks for, and added; stacks of depths, and the sharpest of each pixel.
+"""Refocus: the views shifted by what a depth asks for, and added; at one depth, or at many.
 
 Depths s are the **display's**: millimetres from its array, positive in front of it, on a display whose array stands one
 focal length f before its pixels (pinholes at gap f). What the capture's array saw at s lies at s + f there
@@ -10,14 +10,13 @@ view from where the point would have moved to and averages; the middle of the vi
 lenses are interpolated linearly, in linear light. Pixels of a view that would come from beyond the array do not count.
 
 On the hexagonal lattice the views are put on square pixels first (`as_square`), which lie a pitch apart both ways.
+`ciir` comes to the same picture by another road, and with more pixels.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -25,13 +24,11 @@ from numpy.typing import NDArray
 
 from worker.errors import LayoutError
 from worker.integral.hexagon import ROW_PITCH
-from worker.integral.interpolation import SNAP, Light, working
+from worker.integral.interpolation import SNAP, Light
 from worker.integral.layout import CellLayout, check_sheet
 from worker.integral.square_pixels import as_square, square_size
 from worker.integral.views import view, view_numbers
-
-LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""Of linear red, green and blue (ITU-R BT.709)."""
+from worker.integral.weighted_sums import Taps, taps, weighted_sums
 
 
 def shifts(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> tuple[float, float]:
@@ -92,7 +89,8 @@ def focal_stack(
 ) -> NDArray[np.floating[Any]]:
     """Return the pictures that are sharp at several depths.
 
-    The sheet is read view by view, once for all depths; memory beside it is twice the result.
+    The sheet is read once for all depths, a band of lens rows at a time. On the hexagonal lattice memory beside it and
+    the result is two to three times the sheet in single precision.
 
     Parameters
     ----------
@@ -112,82 +110,25 @@ def focal_stack(
         If the sheet is not of this layout, or a depth is so far off that neighbouring views do not overlap.
     """
     check_sheet(ortho, layout)
-    steps = [_checked_shifts(layout, depth_mm, focal_mm) for depth_mm in depths_mm]
+    steps = [checked_shifts(layout, depth_mm, focal_mm=focal_mm) for depth_mm in depths_mm]
     rows, cols = square_size(layout)
-    light = np.result_type(ortho.dtype, np.float32)
-    stack = np.zeros((len(steps), rows, cols, ortho.shape[2]), dtype=light)
-    counted = np.zeros((len(steps), rows, cols, 1), dtype=light)
-    for v, numbers in groupby(view_numbers(layout), key=lambda number: number[1]):
-        # Shifts across and down are separable: a row of views is summed across, and the sum goes down once.
-        across, count = np.zeros_like(stack), np.zeros((len(steps), 1, cols, 1), dtype=light)
-        for u, _ in numbers:
-            picture = as_square(working(view(ortho, layout, u, v)), layout)
-            for index, (_, step) in enumerate(steps):
-                shift = -step * (u - (layout.cell_cols - 1) / 2)
-                _add(across[index], picture, shift, axis=1)
-                _add(count[index], np.ones((1, cols, 1), dtype=light), shift, axis=1)
-        for index, (step, _) in enumerate(steps):
-            shift = -step * (v - (layout.cell_rows - 1) / 2)
-            _add(stack[index], across[index], shift, axis=0)
-            _add(counted[index], np.broadcast_to(count[index], (rows, cols, 1)), shift, axis=0)
+    down = [_view_taps(rows, layout.cell_rows, step) for step, _ in steps]
+    across = [_view_taps(cols, layout.cell_cols, step) for _, step in steps]
+    if layout.lattice == "square":
+        return weighted_sums(ortho, [one.shares() for one in down], [one.shares() for one in across])
+    stack = weighted_sums(_views_with_counts(ortho, layout), down, across)
     # Neighbouring views overlap, so every pixel is counted at least once.
-    stack /= counted
-    return stack
+    return stack[..., :-1] / stack[..., -1:]
 
 
-@dataclass(frozen=True)
-class ExtendedFocus:
-    """What is sharp at every depth."""
-
-    picture: NDArray[np.floating[Any]]
-    """`(row, col, channel)`."""
-    nearest: NDArray[np.intp]
-    """Which of the stack's pictures each pixel is of, `(row, col)`."""
-
-
-def extended_focus(stack: NDArray[Light], *, smooth_px: int = 2) -> ExtendedFocus:
-    """Return each pixel from the picture of a focal stack that is the sharpest about it.
-
-    Sharpness is local contrast: the modified Laplacian of the luminance, |d2/dx2| + |d2/dy2| (Nayar, Nakagawa 1994),
-    summed over a square of 2 `smooth_px` + 1. Of equally sharp ones the first is taken.
-
-    Parameters
-    ----------
-    stack
-        `(depth, row, col, channel)`, linear light; three channels are red, green and blue.
-    smooth_px
-        Half the side of the square; more gives calmer pictures with coarser borders between depths.
+def checked_shifts(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> tuple[float, float]:
+    """Return `shifts`, if neighbouring views overlap at that depth.
 
     Raises
     ------
     LayoutError
-        If there is no picture in the stack.
+        If they do not, naming the depth that fits; or as in `shifts`.
     """
-    if stack.ndim != 4 or not stack.shape[0]:
-        raise LayoutError(f"expected a stack (depth, row, col, channel), got an array of shape {stack.shape}")
-    best = np.full(stack.shape[1:3], -np.inf)
-    nearest = np.zeros(stack.shape[1:3], dtype=np.intp)
-    for index, picture in enumerate(stack):
-        sharp = sharpness(picture, smooth_px=smooth_px)
-        nearest[sharp > best] = index
-        np.maximum(best, sharp, out=best)
-    picture = np.take_along_axis(stack, nearest[np.newaxis, :, :, np.newaxis], axis=0)[0]
-    return ExtendedFocus(picture=picture, nearest=nearest)
-
-
-def sharpness(picture: NDArray[Light], *, smooth_px: int) -> NDArray[np.float64]:
-    """Return the local contrast of a picture `(row, col, channel)`, `(row, col)`; see `extended_focus`."""
-    weights = LUMINANCE if picture.shape[2] == len(LUMINANCE) else np.full(picture.shape[2], 1 / picture.shape[2])
-    light = np.pad(picture.astype(np.float64) @ np.asarray(weights), 1, mode="edge")
-    middle = 2 * light[1:-1, 1:-1]
-    contrast: NDArray[np.float64] = np.abs(middle - light[1:-1, :-2] - light[1:-1, 2:])
-    contrast += np.abs(middle - light[:-2, 1:-1] - light[2:, 1:-1])
-    for axis in (0, 1):
-        contrast = _box_sum(contrast, smooth_px, axis=axis)
-    return contrast
-
-
-def _checked_shifts(layout: CellLayout, depth_mm: float, focal_mm: float) -> tuple[float, float]:
     found = shifts(layout, depth_mm, focal_mm=focal_mm)
     for lenses, views, step in zip(square_size(layout), (layout.cell_rows, layout.cell_cols), found, strict=True):
         if views > 1 and abs(step) > lenses - 1:
@@ -198,32 +139,34 @@ def _checked_shifts(layout: CellLayout, depth_mm: float, focal_mm: float) -> tup
     return found
 
 
-def _add(total: NDArray[Any], picture: NDArray[Any], shift: float, *, axis: int) -> None:
-    """Add to every place of a total the picture `shift` pixels further along an axis, where there is one."""
-    shift = round(shift * SNAP) / SNAP
-    whole = math.floor(shift)
-    weight = shift - whole
-    length = picture.shape[axis]
-    first, last = max(0, -whole), min(length, length - whole - (weight > 0))
-    if first >= last:
-        return
-    place = _along(axis, first, last)
-    near = picture[_along(axis, first + whole, last + whole)]
-    if not weight:
-        total[place] += near
-        return
-    far = picture[_along(axis, first + whole + 1, last + whole + 1)]
-    total[place] += near + (far - near) * picture.dtype.type(weight)
+def _view_taps(lenses: int, views: int, step: float) -> Taps:
+    """Return, along one axis of the sheet, the pixels that make each lens of a picture: of every view one or two.
+
+    Of lens i, view u's pixel is i views + views - 1 - u.
+    """
+    number = np.arange(views)
+    shift = np.round(-step * (number - (views - 1) / 2) * SNAP) / SNAP
+    whole = np.floor(shift).astype(np.intp)
+    weight = np.broadcast_to(shift - whole, (lenses, views))
+    lens = np.arange(lenses)[:, np.newaxis]
+    near = lens + whole
+    far = near + (weight > 0)
+    there = (near >= 0) & (far < lenses)
+    return taps(
+        np.broadcast_to(lens, (2, lenses, views)),
+        np.stack((near, far)) * views + (views - 1 - number),
+        np.stack((1 - weight, weight)) * there,
+        pixels=lenses,
+    )
 
 
-def _along(axis: int, start: int, stop: int) -> tuple[slice, ...]:
-    return (slice(None),) * axis + (slice(start, stop),)
-
-
-def _box_sum(values: NDArray[np.float64], half: int, *, axis: int) -> NDArray[np.float64]:
-    """Return the sums over 2 half + 1 neighbours along an axis, beyond the border by the outermost ones."""
-    widths = [(0, 0)] * values.ndim
-    widths[axis] = (half, half)
-    windows = np.lib.stride_tricks.sliding_window_view(np.pad(values, widths, mode="edge"), 2 * half + 1, axis=axis)
-    total: NDArray[np.float64] = windows.sum(axis=-1)
-    return total
+def _views_with_counts(ortho: NDArray[Light], layout: CellLayout) -> NDArray[np.floating[Any]]:
+    """Return the views on square pixels as a sheet of square cells, and as its last channel which of them exist."""
+    rows, cols = square_size(layout)
+    light = np.result_type(ortho.dtype, np.float32)
+    cells = np.zeros((rows, layout.cell_rows, cols, layout.cell_cols, ortho.shape[2] + 1), dtype=light)
+    for u, v in view_numbers(layout):
+        place = cells[:, layout.cell_rows - 1 - v, :, layout.cell_cols - 1 - u]
+        place[..., :-1] = as_square(view(ortho, layout, u, v).astype(light), layout)
+        place[..., -1] = 1
+    return cells.reshape(rows * layout.cell_rows, cols * layout.cell_cols, ortho.shape[2] + 1)

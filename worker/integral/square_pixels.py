@@ -13,15 +13,15 @@ from worker.integral.interpolation import Light, between, neighbours, working
 from worker.integral.layout import CellLayout
 
 
-def square_size(layout: CellLayout) -> tuple[int, int]:
-    """Return the (rows, cols) of a view on square pixels: one a lens across, and as high as the array is.
+def square_size(layout: CellLayout, px_per_lens: int = 1) -> tuple[int, int]:
+    """Return the (rows, cols) of a picture of square pixels: so many a lens across, and as high as the array is.
 
     >>> square_size(CellLayout(lens_rows=90, lens_cols=90, px_per_lens=8, lattice="hexagonal"))
     (78, 90)
     """
     if layout.lattice == "square":
-        return layout.lens_rows, layout.lens_cols
-    return max(1, round(layout.lens_rows * ROW_PITCH)), layout.lens_cols
+        return layout.lens_rows * px_per_lens, layout.lens_cols * px_per_lens
+    return max(1, round(layout.lens_rows * ROW_PITCH * px_per_lens)), layout.lens_cols * px_per_lens
 
 
 def as_square(view: NDArray[Light], layout: CellLayout) -> NDArray[Light]:

@@ -6,15 +6,16 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import assume, given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from tests.unit.integral.sheets import LAYOUTS, numbered_sheet
 from tests.unit.integral.textures import sheet_of_texture, spot
 from worker.errors import LayoutError
+from worker.integral.extended_focus import extended_focus, sharpness
 from worker.integral.layout import CellLayout
 from worker.integral.orthoscopic import half_turn_cells
-from worker.integral.refocus import extended_focus, focal_stack, refocus, sharpness, shifts
+from worker.integral.refocus import focal_stack, refocus, shifts
 from worker.integral.square_pixels import as_square, square_size
 from worker.integral.views import view, view_numbers
 
@@ -52,13 +53,41 @@ def test_even_light_stays_even_at_every_depth(layout: CellLayout, depth_mm: floa
     np.testing.assert_allclose(picture, 0.25, rtol=1e-5)
 
 
+@settings(deadline=None)  # up to four refocused pictures of 200 views, also on a busy machine
 @given(layout=LAYOUTS, depths_mm=st.lists(DEPTHS_MM, min_size=1, max_size=3))
 def test_a_stack_is_its_depths_one_by_one(layout: CellLayout, depths_mm: list[float]) -> None:
     assume(all(overlap(layout, depth_mm) for depth_mm in depths_mm))
     ortho = numbered_sheet(layout)
     stack = focal_stack(ortho, layout, depths_mm, focal_mm=FOCAL_MM)
     for depth_mm, picture in zip(depths_mm, stack, strict=True):
-        np.testing.assert_array_equal(picture, refocus(ortho, layout, depth_mm, focal_mm=FOCAL_MM))
+        # Sums in another order.
+        np.testing.assert_allclose(picture, refocus(ortho, layout, depth_mm, focal_mm=FOCAL_MM), rtol=1e-6)
+
+
+@settings(deadline=None)  # as above
+@given(layout=LAYOUTS, depth_mm=DEPTHS_MM)
+def test_it_is_the_views_shifted_and_added_one_by_one(layout: CellLayout, depth_mm: float) -> None:
+    assume(overlap(layout, depth_mm))
+    ortho = numbered_sheet(layout, 2, np.float64)
+    down, across = shifts(layout, depth_mm, focal_mm=FOCAL_MM)
+    added, counted = 0.0, 0.0
+    for u, v in view_numbers(layout):
+        picture = as_square(view(ortho, layout, u, v), layout)
+        for axis, shift in enumerate(
+            (down * ((layout.cell_rows - 1) / 2 - v), across * ((layout.cell_cols - 1) / 2 - u))
+        ):
+            picture = shifted(picture, round(shift * 2**20) / 2**20, axis)
+        added = added + np.nan_to_num(picture)
+        counted = counted + ~np.isnan(picture)
+    np.testing.assert_allclose(refocus(ortho, layout, depth_mm, focal_mm=FOCAL_MM), added / counted, rtol=1e-9)
+
+
+def shifted(picture: np.ndarray, shift: float, axis: int) -> np.ndarray:
+    """Return a picture whose every pixel is what lies `shift` further along an axis; no number beyond the border."""
+    at = np.arange(picture.shape[axis]) + shift
+    lines = np.moveaxis(picture, axis, -1)
+    moved = [np.interp(at, np.arange(at.size), line, np.nan, np.nan) for line in lines.reshape(-1, at.size)]
+    return np.moveaxis(np.reshape(moved, lines.shape), -1, axis)
 
 
 @pytest.mark.parametrize("layout", [SQUARE, HEXAGONAL], ids=str)
