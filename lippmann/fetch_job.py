@@ -21,6 +21,8 @@ from worker.job.frames import parse_frames
 
 RECORD = ".fetched.json"
 PICTURES = ("integral", "orthoscopic", "device", "views")
+MASTERS_ONLY = ("depth",)
+"""Numbers: no pictures."""
 VIDEOS = "video"
 
 
@@ -54,7 +56,7 @@ def fetch_job(client: Client, job_id: str, folder: Path, *, frames: str | None =
     BadInput
         If the folder cannot be written.
     """
-    wanted = tuple(_wanted(client, job_id, frames))
+    wanted = tuple(_wanted(client, job_id, frames, masters=masters))
     record = _read_record(folder)
     brought: list[Fetched] = []
     with ProgressLine(f"fetch {job_id}") as line:
@@ -72,9 +74,9 @@ def fetch_job(client: Client, job_id: str, folder: Path, *, frames: str | None =
     return Haul(folder, files, brought=len(brought), bytes_brought=sum(one.size for one in brought))
 
 
-def _wanted(client: Client, job_id: str, frames: str | None) -> Iterator[Artifact]:
+def _wanted(client: Client, job_id: str, frames: str | None, *, masters: bool) -> Iterator[Artifact]:
     numbers = set(parse_frames(frames)) if frames else None
-    for kind in PICTURES:
+    for kind in (*PICTURES, *MASTERS_ONLY) if masters else PICTURES:
         for artifact in client.artifacts(job_id, prefix=f"{kind}/"):
             stem = Path(artifact.name).stem
             if artifact.name.endswith(".exr") and (numbers is None or (stem.isdigit() and int(stem) in numbers)):

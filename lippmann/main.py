@@ -20,7 +20,7 @@ from collections.abc import Callable
 
 import typer
 
-from lippmann.commands import capture, compare, design, farm, jobs, keys, lens, paper, scenes, views
+from lippmann.commands import capture, compare, design, farm, jobs, keys, lens, observe, paper, scenes, views
 from lippmann.errors import ExitCode, LippmannError
 from worker.errors import BundleError, SpecError, WorkerError
 
@@ -45,7 +45,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
         jobs.retry,
     ),
     "Scenes": (capture.capture,),
-    "Integral images": (views.view, views.refocus, compare.compare),
+    "Integral images": (views.view, views.refocus, observe.observe, compare.compare),
     "Optics": (design.design, lens.lens),
 }
 for panel, commands in COMMANDS.items():

@@ -16,7 +16,7 @@ from worker.integral.layout import CellLayout
 from worker.job.rig import Rig
 from worker.plan.sampling import display_size
 
-OTHER_MASTERS = ("integral", "views", "device")
+OTHER_MASTERS = ("integral", "views", "device", "depth")
 """Folders of masters with the same header that are something else; some have the same size."""
 
 

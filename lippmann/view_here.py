@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from lippmann.errors import BadInput
 from lippmann.master_file import read_orthoscopic
+from lippmann.numbers import numbers_of
 from lippmann.writable import check_writable
 from worker.errors import LayoutError
 from worker.images.write import write_png
@@ -63,14 +64,25 @@ def eye_here(file: Path, out: Path, *, place_mm: str) -> Seen:
         If the eye is not in front of the display, or as in `read_orthoscopic`.
     """
     _check_png(out)
-    numbers = _numbers(place_mm, ",", "an eye as X,Y,Z in mm")
-    try:
-        eye = Eye(x_mm=numbers[0], y_mm=numbers[1], distance_mm=numbers[2])
-    except LayoutError as error:
-        raise BadInput(error.message) from error
+    eye = eye_at(place_mm)
     master = read_orthoscopic(file)
     found = perspective(master.sheet, master.layout, eye, pitch_mm=master.pitch_mm, gap_mm=master.focal_mm)
     return _seen(out, as_square(found.picture, master.layout), dark_lenses=int((~found.seen).sum()))
+
+
+def eye_at(place_mm: str) -> Eye:
+    """Return the eye at "X,Y,Z", mm: to the right, upward, in front.
+
+    Raises
+    ------
+    BadInput
+        If it is not in front of the display.
+    """
+    right_mm, up_mm, distance_mm = numbers_of(place_mm, ",", count=3, wanted="an eye as X,Y,Z in mm")
+    try:
+        return Eye(x_mm=right_mm, y_mm=up_mm, distance_mm=distance_mm)
+    except LayoutError as error:
+        raise BadInput(error.message) from error
 
 
 def refocus_here(file: Path, out: Path, *, depths_mm: Sequence[float]) -> None:
@@ -117,7 +129,7 @@ def depths_of(stack: str) -> tuple[float, ...]:
     >>> depths_of("-10:10:5")
     (-10.0, -5.0, 0.0, 5.0, 10.0)
     """
-    first, last, step = _numbers(stack, ":", "depths as A:B:STEP in mm")
+    first, last, step = numbers_of(stack, ":", count=3, wanted="depths as A:B:STEP in mm")
     if last < first or step < 0.01:
         raise BadInput(f"expected depths that count up by 0.01 mm or more, got {stack}")
     count = math.floor((last - first) / step + 1e-9) + 1
@@ -132,16 +144,6 @@ def _stack(file: Path, depths_mm: Sequence[float]) -> NDArray[np.floating[Any]]:
         return focal_stack(master.sheet, master.layout, depths_mm, focal_mm=master.focal_mm)
     except LayoutError as error:
         raise BadInput(error.message) from error
-
-
-def _numbers(text: str, between: str, wanted: str) -> tuple[float, float, float]:
-    try:
-        first, second, third = map(float, text.split(between))
-    except ValueError as error:
-        raise BadInput(f"expected {wanted}, got {text}") from error
-    if not all(map(math.isfinite, (first, second, third))):
-        raise BadInput(f"expected {wanted}, got {text}")
-    return first, second, third
 
 
 def _check_png(out: Path) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.benchmarks import command, farm, looks, memory, optics, refocus
+from tests.benchmarks import command, farm, looks, memory, observer, optics, refocus
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ LINES = (
     Line("`lippmann --help`", "<= 0.5 s", command.help_s),
     Line("`up` idle, all processes: memory (PSS)", "<= 600 MB", command.idle_mb),
     Line("a picture on demand, its sheet in memory: wall", "<= 50 ms", looks.slowest_ms),
+    Line("what an eye sees, 90 x 90 lenses of 8 px to 720 px: one ray a pixel", "<= 50 ms", observer.one_ray_ms),
+    Line("what an eye sees, the same: 64 rays through the pupil", "<= 1000 ms", observer.pupil_ms),
     Line("assemble a 2400 x 2400 frame: peak memory", "<= 1 GiB", memory.assemble_mb),
     Line("refocus, 64 views of 1280 x 720: planes in a CPU second, a stack of 16", ">= 10", refocus.planes_per_s),
 )

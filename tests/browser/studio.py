@@ -21,7 +21,8 @@ from worker.images.write import write_exr, write_thumbnail
 from worker.job.events import Event, EventKind, Failure
 from worker.job.orders import Order, TaskKind
 from worker.plan import names
-from worker.video.encode import FFV1, H264, encode
+from worker.video.encode import encode
+from worker.video.kinds import FFV1, H264
 
 LENSES, PX = 12, 8
 RIG = {"lens_array": {"count": [LENSES, LENSES]}, "px_per_lens": PX}

@@ -13,7 +13,8 @@ convert    a linear EXR, or light, as bytes of a file, for the service
 codes      a picture of either kind as 8-bit sRGB codes, for comparing
 threads    how many threads OpenImageIO takes
 
-Arrays are `(rows, cols, channel)`, row 0 at the top, with the three channels red, green and blue.
+Arrays are `(rows, cols, channel)`, row 0 at the top, with the three channels red, green and blue; numbers that are not
+light have channels of their own names.
 
 Importing this package is safe anywhere. *Using* it starts OpenImageIO's threads, and a child forked after that hangs at
 its first picture: use it only in processes that do not fork workers later on (Celery's parent does). From threads of

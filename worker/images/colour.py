@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ SRGB = "srgb_rec709_scene"
 _CONFIG = "ocio://default"
 """The colour configuration inside OpenImageIO, whatever $OCIO says here."""
 
-_CODES = {8: np.uint8, 16: np.uint16}
+_CODES = {8: np.uint8, 10: np.uint16, 16: np.uint16}
 
 
 def srgb_codes(linear: NDArray[np.floating[Any]], *, bits: int = 8) -> NDArray[Any]:
@@ -27,12 +28,12 @@ def srgb_codes(linear: NDArray[np.floating[Any]], *, bits: int = 8) -> NDArray[A
         `(rows, cols, 3)`, floating, Rec. 709 primaries, 1 = white. Below 0 becomes black, above 1 white, and what is
         not a number black.
     bits
-        8 or 16.
+        8, 10 or 16.
 
     Returns
     -------
     NDArray
-        `(rows, cols, 3)`, uint8 or uint16.
+        `(rows, cols, 3)`, uint8, or uint16 for more than 8 bits.
 
     Raises
     ------
@@ -45,7 +46,22 @@ def srgb_codes(linear: NDArray[np.floating[Any]], *, bits: int = 8) -> NDArray[A
     array([[[188, 188, 188]]], dtype=uint8)
     """
     if bits not in _CODES:
-        raise OutputError(f"expected codes of 8 or 16 bits, got {bits}")
+        raise OutputError(f"expected codes of 8, 10 or 16 bits, got {bits}")
+    if linear.dtype == np.float16:
+        # There are only so many half floats: each is converted once, and a sheet is looked up 20 times as quickly.
+        found: NDArray[Any] = _codes_of_halves(bits)[linear.view(np.uint16)]
+        return found
+    return _converted(linear, bits)
+
+
+@lru_cache
+def _codes_of_halves(bits: int) -> NDArray[Any]:
+    """Return the code of every half float, by its bits as a whole number."""
+    halves = np.arange(2**16, dtype=np.uint16).view(np.float16).reshape(1, -1, 1)
+    return _converted(np.repeat(halves, 3, axis=2), bits)[0, :, 0]
+
+
+def _converted(linear: NDArray[np.floating[Any]], bits: int) -> NDArray[Any]:
     white = 2**bits - 1
     in_range = np.clip(np.nan_to_num(linear.astype(np.float32), nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
     converted = ImageBufAlgo.colorconvert(ImageBuf(in_range), LINEAR, SRGB, colorconfig=_CONFIG)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
@@ -25,7 +25,12 @@ Format = Literal["openexr", "png", "webp"]
 
 @contextmanager
 def encoded(
-    pixels: NDArray[Any], *, to: Format, store_as: str, attributes: Mapping[str, str | int | float]
+    pixels: NDArray[Any],
+    *,
+    to: Format,
+    store_as: str,
+    attributes: Mapping[str, str | int | float],
+    channels: Sequence[str] | None = None,
 ) -> Iterator[BinaryIO]:
     """Lend a picture as an open file in memory, standing at its beginning.
 
@@ -36,17 +41,21 @@ def encoded(
     to
         The file format, by OpenImageIO's name.
     store_as
-        Its numbers, by OpenImageIO's name: `half`, `uint8`, `uint16`.
+        Its numbers, by OpenImageIO's name: `half`, `float`, `uint8`, `uint16`.
     attributes
         Header attributes and settings of the writer.
+    channels
+        Their names, where they are not red, green and blue.
 
     Raises
     ------
     OutputError
         If the picture cannot be written in this format.
     """
-    rows, cols, channels = pixels.shape
-    spec = ImageSpec(cols, rows, channels, store_as)
+    rows, cols, count = pixels.shape
+    spec = ImageSpec(cols, rows, count, store_as)
+    if channels is not None:
+        spec.channelnames = tuple(channels)
     for name, value in attributes.items():
         spec.attribute(name, value)
     with open(os.memfd_create("picture", os.MFD_CLOEXEC), "w+b") as file:

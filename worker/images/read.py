@@ -5,7 +5,7 @@ Every read is checked: a file cut short opens, and then reads as nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, TypeVar
@@ -83,6 +83,24 @@ def read_region(path: Path, place: TilePlace, dtype: type[Light]) -> NDArray[Lig
         _check_inside(path, source.spec(), place)
         rows = _checked(path, source, source.read_scanlines(place.row_start, place.row_stop, 0, 0, 3, _name(dtype)))
         return np.ascontiguousarray(rows[:, place.col_start : place.col_stop])
+
+
+def read_channels(path: Path, names: Sequence[str]) -> NDArray[np.float32]:
+    """Return channels of an EXR by their names, `(rows, cols, channel)`: numbers, not light.
+
+    Raises
+    ------
+    ArtifactMissing
+        If there is no such file.
+    ArtifactBroken
+        If it is not a picture, is cut short or damaged, or does not have these channels.
+    """
+    with _opened(path) as source:
+        there = tuple(source.spec().channelnames)
+        if not set(names) <= set(there):
+            raise ArtifactBroken(f"{path.name}: expected channels {tuple(names)}, got {there}")
+        pixels = _checked(path, source, source.read_image(0, 0, 0, len(there), "float"))
+        return np.ascontiguousarray(pixels[..., [there.index(name) for name in names]])
 
 
 def read_codes(path: Path) -> NDArray[np.uint16]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -49,6 +49,36 @@ def write_exr(path: Path, linear: NDArray[np.floating[Any]], *, attributes: Mapp
         save(file, path)
 
 
+def write_channels(
+    path: Path, values: NDArray[np.float32], names: Sequence[str], *, attributes: Mapping[str, str]
+) -> None:
+    """Write numbers as the channels of an EXR, in single precision, zip-compressed; `read_channels` gives them back.
+
+    Parameters
+    ----------
+    path
+        Where to; not atomic.
+    values
+        `(rows, cols, channel)`; NaN stays NaN.
+    names
+        Of the channels.
+    attributes
+        As in `write_exr`.
+
+    Raises
+    ------
+    OutputError, StoreFull, StoreUnavailable
+        If it cannot be written, and then no part of it is left.
+    """
+    if values.ndim != 3 or values.shape[2] != len(names) or values.dtype != np.float32 or not values.size:
+        raise OutputError(f"expected float32 values (rows, cols, {len(names)}), got {values.dtype} {values.shape}")
+    header = {ATTRIBUTE_PREFIX + name: text for name, text in attributes.items()}
+    settings = {"compression": "zip", "DateTime": ""}
+    pixels = encoded(values, to="openexr", store_as="float", attributes={**settings, **header}, channels=names)
+    with pixels as file:
+        save(file, path)
+
+
 def write_png(path: Path, linear: NDArray[np.floating[Any]], *, bits: int = 8, density: Density | None = None) -> None:
     """Write linear light `(rows, cols, 3)` as an sRGB PNG of 8 or 16 bits.
 
@@ -66,6 +96,8 @@ def encoded_png(
 ) -> AbstractContextManager[BinaryIO]:
     """Lend linear light `(rows, cols, 3)` as an sRGB PNG in memory; see `encoded`."""
     _check_rgb(linear)
+    if bits not in (8, 16):
+        raise OutputError(f"expected a PNG of 8 or 16 bits, got {bits}")
     settings: dict[str, str | int | float] = {"oiio:ColorSpace": SRGB, "png:compressionLevel": _PNG_LEVEL}
     if density is not None:
         settings |= density.png_attributes()

@@ -16,11 +16,15 @@ lens_display      a display in millimetres: pixels, gap, lenses
 observer          what an eye sees of it, with a pupil, device pixels and crosstalk
 window            the part of the display that it looks at, in pixels
 eye_rays          rays through the pupil
+light_field       all views in one array
+eye_path          the way of an eye that moves
+stereo            two eyes, and their pictures as one
 square_pixels     views of a hexagonal lattice on the square pixels of a screen
 refocus           sharp at one depth or at many: the views shifted and added
 ciir              the same by cells magnified and laid over each other, with as many pixels as one likes
 extended_focus    sharp at all depths of a stack
 weighted_sums     pictures as weighted sums of a sheet's pixels, down and across: what both of these are
+depth_map         how deep what every pixel of a sheet shows lies
 device            the integral image on the pixel grid of a device, resampled cell by cell
 device_hexagons   the part of that which is the hexagonal lattice's own
 lens_grid         where lenses lie on pixels that their pitch is no whole number of

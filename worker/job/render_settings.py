@@ -22,6 +22,8 @@ class Capture(_Part):
     """`raytraced`: POV-Ray refracts them in modelled glass. `ray_camera`: they come from the exact trace."""
     supersample: int = Field(default=1, ge=1, le=8)
     """Rendered pixels in each direction that are averaged to one, inside their cell and in linear light."""
+    depth: bool = False
+    """Whether a second pass finds how deep what every pixel shows lies: `depth/0001.exr`."""
 
 
 class Antialias(_Part):

@@ -21,6 +21,7 @@ pixel_rays     the rays of a whole picture
 method         modelled glass or ray camera
 check          whether a job's optics can be, and what its maker should know
 disparity      how far a point moves from view to view
+parallax       the same for what every pixel shows
 display        the array on the display: gaps, depths, viewing angle
 drawn_rays     the rays that a drawing shows
 drawn_bench    the elements, as a drawing shows them

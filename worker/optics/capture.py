@@ -159,19 +159,32 @@ def through_array(rays: Rays, bench: Bench) -> Rays:
     where it really meets the sphere. Rays beside the glass (dead corners of an inscribed aperture, gaps between
     hexagons at the edge of the array) pass straight.
     """
-    shape, array = bench.microlens, bench.rig.lens_array
-    vertex = bench.mla_z_mm + shape.thickness_mm
-    met = rays.at_z(vertex)[..., :2]
+    array = bench.rig.lens_array
+    met = rays.at_z(bench.mla_z_mm + bench.microlens.thickness_mm)[..., :2]
     centres = lattice.nearest_centre_mm(array, met)
-    points, normals = meet_sphere(rays, vertex_z_mm=vertex, radius_mm=-shape.radius_mm, centre_xy_mm=centres)
-    inside = refract(rays.direction, normals, index_before=1.0, index_after=array.index)
-    flat, flat_normals = meet_plane(Rays(points, inside), bench.mla_z_mm)
-    outside = refract(inside, flat_normals, index_before=array.index, index_after=1.0)
-    in_glass = (points[..., 2] >= bench.mla_z_mm) & lattice.inside_cell(array, met - centres)
+    behind, convex_z_mm = through_microlens(rays, bench, centres)
+    in_glass = (convex_z_mm >= bench.mla_z_mm) & lattice.inside_cell(array, met - centres)
     return Rays(
-        np.where(in_glass[..., np.newaxis], flat, rays.at_z(bench.mla_z_mm)),
-        np.where(in_glass[..., np.newaxis], outside, rays.direction),
+        np.where(in_glass[..., np.newaxis], behind.position, rays.at_z(bench.mla_z_mm)),
+        np.where(in_glass[..., np.newaxis], behind.direction, rays.direction),
     )
+
+
+def through_microlens(rays: Rays, bench: Bench, centres_mm: NDArray[np.float64]) -> tuple[Rays, NDArray[np.float64]]:
+    """Trace camera rays through lenses of the array that stand at `centres_mm`, (..., 2), whatever is their rim.
+
+    Returns
+    -------
+    tuple
+        The rays behind the flat side, and the z at which each met the convex one, mm.
+    """
+    shape, index = bench.microlens, bench.rig.lens_array.index
+    vertex_mm = bench.mla_z_mm + shape.thickness_mm
+    points, normals = meet_sphere(rays, vertex_z_mm=vertex_mm, radius_mm=-shape.radius_mm, centre_xy_mm=centres_mm)
+    inside = refract(rays.direction, normals, index_before=1.0, index_after=index)
+    flat, flat_normals = meet_plane(Rays(points, inside), bench.mla_z_mm)
+    outside = refract(inside, flat_normals, index_before=index, index_after=1.0)
+    return Rays(flat, outside), points[..., 2]
 
 
 def object_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:

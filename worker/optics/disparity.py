@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.optics.capture import Bench, camera_rays
-from worker.optics.trace import Rays, meet_plane, meet_sphere, refract, through_lens
+from worker.optics.capture import Bench, camera_rays, through_microlens
+from worker.optics.trace import Rays, through_lens
 
 MAX_VIEWS = 32
 """Views in a row that are traced; of more, as many evenly among them."""
@@ -56,15 +56,22 @@ def _height_mm(
     bench: Bench, object_mm: float, lens_x_mm: NDArray[np.float64], offset_mm: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return how far from the axis pixels see the object plane under lenses that stand anywhere, apertures open."""
-    array, shape = bench.rig.lens_array, bench.microlens
     flat = np.zeros_like(offset_mm)
-    rays = camera_rays(bench, np.stack((lens_x_mm + offset_mm, flat), axis=-1))
-    vertex_mm = bench.mla_z_mm + shape.thickness_mm
-    centre = np.stack((lens_x_mm, flat), axis=-1)
-    points, normals = meet_sphere(rays, vertex_z_mm=vertex_mm, radius_mm=-shape.radius_mm, centre_xy_mm=centre)
-    inside = Rays(points, refract(rays.direction, normals, index_before=1.0, index_after=array.index))
-    points, normals = meet_plane(inside, bench.mla_z_mm)
-    rays = Rays(points, refract(inside.direction, normals, index_before=array.index, index_after=1.0))
-    if bench.imaging_lens is not None:
-        rays = through_lens(rays, bench.imaging_lens, backward=True, stopped=False)
-    return np.asarray(rays.at_z(-object_mm)[..., 0])
+    centre, offset = np.stack((lens_x_mm, flat), axis=-1), np.stack((offset_mm, flat), axis=-1)
+    return np.asarray(seen_under(bench, centre, offset).at_z(-object_mm)[..., 0])
+
+
+def seen_under(bench: Bench, centre_mm: NDArray[np.float64], offset_mm: NDArray[np.float64]) -> Rays:
+    """Return the rays in the scene's space that the camera sees under lenses that stand anywhere, apertures open.
+
+    Parameters
+    ----------
+    centre_mm
+        Of the lenses, (..., 2).
+    offset_mm
+        From the centre of the lens to where the camera's ray crosses the plane of the array, (..., 2).
+    """
+    rays, _ = through_microlens(camera_rays(bench, centre_mm + offset_mm), bench, centre_mm)
+    if bench.imaging_lens is None:
+        return rays
+    return through_lens(rays, bench.imaging_lens, backward=True, stopped=False)

@@ -7,4 +7,6 @@ tasks      every task, its stage and what it needs
 estimate   memory and time before anything is measured
 design     what a job will give: the numbers
 designer   from a job to its design, with design_lens, design_display, design_words
+display_gaps       the gap between pixels and lenses: what a job says, else what serves its depths
+observed_display   the display that an observer looks at, from a rig
 """

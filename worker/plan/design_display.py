@@ -15,6 +15,7 @@ from worker.optics import display
 from worker.optics.capture import Bench
 from worker.optics.lattice import extent_mm
 from worker.plan import design_words
+from worker.plan.display_gaps import gaps
 from worker.plan.sampling import frame_size
 
 
@@ -75,24 +76,12 @@ def display_numbers(spec: JobSpec, stood: Bench, stage: Stage) -> dict[str, Any]
 
 def _gaps(spec: JobSpec, *, near_mm: float, far_mm: float) -> dict[str, float]:
     """Return the gap for what is shown before the display, for what is shown behind it, and for parallel light."""
-    array = spec.rig.lens_array
-    glass = {"substrate_mm": array.substrate_mm, "index": array.index}
-    f_mm, contact_mm = array.focal_length_mm, array.substrate_mm / array.index
-    chosen = {"focal_length_mm": f_mm, "contact_mm": contact_mm}
-    gaps_mm = {
-        "real": display.chosen_gap_mm(max(0.0, far_mm), max(0.0, near_mm), **chosen),
-        "virtual": display.chosen_gap_mm(min(0.0, near_mm), min(0.0, far_mm), **chosen),
-        "collimated": f_mm,
-    }
-    asked_mm = {"real": spec.display.gap_real_mm, "virtual": spec.display.gap_virtual_mm}
-    numbers = {}
-    for side, gap_mm in gaps_mm.items():
-        asked = asked_mm.get(side)
-        reduced_mm = gap_mm if asked is None else display.reduced_gap_mm(asked, **glass)
-        numbers[f"gap_{side}_mm"] = reduced_mm
-        numbers[f"gap_{side}_physical_mm"] = display.physical_gap_mm(gap_mm, **glass) if asked is None else asked
-        numbers[f"viewing_angle_{side}_deg"] = display.viewing_angle_deg(pitch_mm=array.pitch_mm, gap_mm=reduced_mm)
+    array, numbers = spec.rig.lens_array, {}
+    for side, gap in gaps(array, spec.display, near_mm=near_mm, far_mm=far_mm).items():
+        numbers[f"gap_{side}_mm"] = gap.reduced_mm
+        numbers[f"gap_{side}_physical_mm"] = gap.physical_mm
+        numbers[f"viewing_angle_{side}_deg"] = display.viewing_angle_deg(pitch_mm=array.pitch_mm, gap_mm=gap.reduced_mm)
         if side != "collimated":
-            plane_mm = display.central_depth_plane_mm(focal_length_mm=f_mm, gap_mm=reduced_mm)
+            plane_mm = display.central_depth_plane_mm(focal_length_mm=array.focal_length_mm, gap_mm=gap.reduced_mm)
             numbers[f"central_depth_plane_{side}_mm"] = plane_mm
     return numbers

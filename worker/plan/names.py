@@ -47,6 +47,11 @@ def tile_name(frame: int, tile: TileIndex) -> str:
     return f"tiles/{frame_stem(frame)}/{tile_stem(tile)}.exr"
 
 
+def depth_tile_name(frame: int, tile: TileIndex) -> str:
+    """Return the name of a tile's depth, as captured."""
+    return f"depth-tiles/{frame_stem(frame)}/{tile_stem(tile)}.exr"
+
+
 def integral_name(frame: int) -> str:
     """Return the name of a pseudoscopic integral image, as captured."""
     return f"integral/{frame_stem(frame)}.exr"
@@ -65,6 +70,11 @@ def device_name(frame: int) -> str:
 def views_name(frame: int) -> str:
     """Return the name of all views of a frame, laid out as a grid."""
     return f"views/{frame_stem(frame)}.exr"
+
+
+def depth_name(frame: int) -> str:
+    """Return the name of the depth of every pixel of an orthoscopic integral image."""
+    return f"depth/{frame_stem(frame)}.exr"
 
 
 def thumb_name(frame: int) -> str:

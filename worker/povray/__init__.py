@@ -2,6 +2,8 @@
 
 bundle        scene bundles: folder or zip, checked, named by their content
 scene         the .pov text of a job
+ray_camera    rays as a camera, for optics traced elsewhere
+depth_codes   codes of a depth pass as distances
 command       the exact command line
 environment   what POV-Ray finds around it
 limits        CPU, memory and file sizes, held by the kernel

@@ -150,6 +150,13 @@ def scaffold(outer: Rays, *, front_mm: float, mm_per_unit: float) -> Scaffold:
     )
 
 
+def starts_mm(rays: Rays, scaffold: Scaffold) -> Array:
+    """Return where POV-Ray has rays (..., 3) start: each moved along itself to the plane that goes through the apex."""
+    along = np.sum((scaffold.apex_mm - rays.position) * rays.direction, axis=-1)
+    started: Array = rays.position + along[..., np.newaxis] * rays.direction
+    return started
+
+
 def face_codes(rays: Rays, scaffold: Scaffold) -> tuple[NDArray[np.int32], bool]:
     """Return the faces of rays, and whether some are dead.
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 from povtemplates import literals, write
 from worker.job.sheet import JobSheet
@@ -25,7 +26,24 @@ _ARRAY_MACROS = {"square": "Lippmann_Lens_Array_Square", "hexagonal": "Lippmann_
 _CAMERA_MACROS = {"orthographic": "Lippmann_Orthographic", "perspective": "Lippmann_Perspective"}
 
 
-def pov_text(sheet: JobSheet, method: Method) -> str:
+@dataclass(frozen=True)
+class DepthPass:
+    """A picture of distances instead of colours: see lippmann/depth.inc."""
+
+    outside: tuple[float, float, float]
+    """Where the first rays start, in units of the scene: inside no object."""
+    cols: int
+    """Of the picture."""
+    near_mm: float
+    """About the distances that matter most."""
+    amplitude: float = 1.0
+
+
+FAR = 50.0
+"""How many times farther the second scale of distances reaches than the first."""
+
+
+def pov_text(sheet: JobSheet, method: Method, *, depth: DepthPass | None = None) -> str:
     """Return the .pov text of a job at a frame: see `JobSheet.at`.
 
     Clock, tile and size are not in it: POV-Ray gets them on its command line. With the ray camera the rays are those
@@ -49,7 +67,19 @@ def pov_text(sheet: JobSheet, method: Method) -> str:
         camera=_camera(stood),
         rays_file=RAYS_FILE if method == "ray_camera" else None,
         stage=_stage(sheet.stage),
+        depth=_depth(depth, sheet.stage) if depth else None,
     )
+
+
+def _depth(depth: DepthPass, stage: Stage) -> dict[str, str]:
+    near = depth.near_mm / stage.mm_per_unit
+    return {
+        "outside": literals.vector(depth.outside),
+        "count": literals.number(depth.cols),
+        "amplitude": literals.number(depth.amplitude),
+        "near": literals.number(near),
+        "far": literals.number(FAR * near),
+    }
 
 
 def _lens_row(surface: Surface, stood: Bench) -> str:

@@ -5,6 +5,7 @@ attempt     one attempt: lease, work, report
 watch       how work tells its progress and hears that it should stop
 workplace   where a worker works: store, scratch folders, POV-Ray and its sandbox
 picture     one POV-Ray picture of a job, whole or a tile of it
+depth_pass  how deep what every pixel of a tile shows lies, by a second picture
 probe       the first frame, small: does the scene parse, and what does a pixel cost
 render      a tile into the store
 assemble    tiles -> integral image -> orthoscopic -> views -> thumbnail

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.errors import Stopped
-from worker.images.read import read_rgb
-from worker.images.write import write_exr, write_thumbnail
+from worker.images.read import read_channels, read_rgb
+from worker.images.write import write_channels, write_exr, write_thumbnail
 from worker.integral.assemble import assemble
+from worker.integral.depth_map import CHANNELS, orthoscopic_depth
 from worker.integral.device import to_device
 from worker.integral.layout import CellLayout
 from worker.integral.orthoscopic import orthoscopic
@@ -49,6 +50,8 @@ def assemble_frame(place: Workplace, order: Order, watch: Watch) -> Work:
         upright = orthoscopic(captured, frame_size(rig), inverted=rig.imaging_lens is not None)
         del captured
         store(names.orthoscopic_name(frame), upright)
+        if sheet.spec.capture.depth:
+            _store_depth(place, sheet, frame, watch, folder)
         layout = display_size(rig)
         if rig.device is not None:
             store(names.device_name(frame), on_device(upright, layout, rig.device, pitch_mm=rig.lens_array.pitch_mm))
@@ -82,6 +85,25 @@ def _tiles(
         watch.progress = number / len(tiles)
         with place.store.local_path(names.job_artifact(sheet.job_id, names.tile_name(frame, tile.index))) as path:
             yield tile, read_rgb(path, np.float16)
+
+
+def _store_depth(place: Workplace, sheet: JobSheet, frame: int, watch: Watch, folder: Path) -> None:
+    """Store the depth of a frame, which lies as the orthoscopic integral image does."""
+    rig = sheet.at(frame).spec.rig
+    plan = place.plan_sheet(sheet.job_id)
+
+    def tiles() -> Iterator[tuple[Tile, NDArray[np.float32]]]:
+        for tile in cut_tiles(frame_size(rig), tile_rows=plan.tile_rows, tile_cols=plan.tile_cols):
+            if watch.should_stop():
+                raise Stopped
+            name = names.job_artifact(sheet.job_id, names.depth_tile_name(frame, tile.index))
+            with place.store.local_path(name) as path:
+                yield tile, read_channels(path, CHANNELS)
+
+    captured = assemble(frame_size(rig), tiles())
+    upright = orthoscopic_depth(captured, frame_size(rig), inverted=rig.imaging_lens is not None)
+    write_channels(folder / "depth.exr", upright.values, CHANNELS, attributes=header(sheet, frame))
+    place.store.put_file(names.job_artifact(sheet.job_id, names.depth_name(frame)), folder / "depth.exr")
 
 
 def _store(place: Workplace, sheet: JobSheet, frame: int, name: str, linear: NDArray[np.float16], folder: Path) -> None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,6 +66,8 @@ def capture_frame(
         if spec.rig.device is not None:
             kept.append(names.device_name(frame))
         pictures = [picture for name in kept for picture in _keep(place, name, out)]
+        if spec.capture.depth:
+            pictures.append(_keep_master(place, names.depth_name(frame), out))
         on_progress("assemble", 1.0)
     return CapturedFrame(pictures=tuple(pictures), notes=notes)
 
@@ -151,16 +154,29 @@ def _order(kind: TaskKind, frame: int | None, tile: Tile | None = None) -> Order
 
 
 def _keep(place: Workplace, name: str, out: Path) -> tuple[Path, Path]:
-    target, beside = out / name, (out / name).with_suffix(".part")
-    picture = target.with_suffix(".png")
-    try:
+    target = _keep_master(place, name, out)
+    picture, beside = target.with_suffix(".png"), target.with_suffix(".part")
+    with _written_beside(beside, out):
+        beside.write_bytes(png(target))
+        beside.replace(picture)
+    return picture, target
+
+
+def _keep_master(place: Workplace, name: str, out: Path) -> Path:
+    target = out / name
+    beside = target.with_suffix(".part")
+    with _written_beside(beside, out):
         target.parent.mkdir(parents=True, exist_ok=True)
         with place.store.local_path(names.job_artifact(JOB_ID, name)) as path:
             shutil.copyfile(path, beside)
         beside.replace(target)
-        beside.write_bytes(png(target))
-        beside.replace(picture)
+    return target
+
+
+@contextmanager
+def _written_beside(beside: Path, out: Path) -> Iterator[None]:
+    try:
+        yield
     except OSError as error:
         beside.unlink(missing_ok=True)
         raise SpecError(f"expected a folder that can be written to, got {out}: {error.strerror}") from error
-    return picture, target

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from povtemplates.catalogue import INCLUDE_FOLDER
@@ -15,7 +15,7 @@ from worker.povray.command import SYSTEM_INCLUDE, PictureFormat, Region, RenderC
 from worker.povray.limits import Limits
 from worker.povray.log import AttemptLog
 from worker.povray.progress import Progress
-from worker.povray.ray_camera import ray_camera_region, ray_camera_text, scaffold
+from worker.povray.ray_camera import Scaffold, ray_camera_region, ray_camera_text, scaffold
 from worker.povray.render import RenderOutcome, render
 from worker.povray.scene import RAYS_FILE, pov_text
 from worker.tasks.watch import Watch
@@ -68,34 +68,47 @@ def render_picture(
     (folder / POV_FILE).write_text(pov_text(there, method))
     if method == "ray_camera":
         # Its rays are those of the region alone, and so is its picture.
-        _write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=wanted, watch=watch)
+        write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=wanted, watch=watch)
         cols = wanted.col_stop - wanted.col_start
         region = wanted = ray_camera_region(rows=wanted.row_stop - wanted.row_start, cols=cols)
         rows = wanted.row_stop
+    settings = there.spec.render
+    outcome = run_povray(
+        place,
+        there,
+        RenderCommand(
+            pov_file=POV_FILE,
+            picture=f"lippmann-picture.{'exr' if picture_format == 'exr' else 'png'}",
+            cols=cols,
+            rows=rows,
+            picture_format=picture_format,
+            region=region,
+            clock=sheet.clock.at(frame),
+            antialias=None if settings.antialias == "off" else settings.antialias,
+        ),
+        folder=folder,
+        log=log,
+        watch=watch,
+    )
+    return RenderedPicture(outcome, wanted)
+
+
+def run_povray(
+    place: Workplace, sheet: JobSheet, command: RenderCommand, *, folder: Path, log: AttemptLog, watch: Watch
+) -> RenderOutcome:
+    """Run a command on a .pov in a folder; it may read our includes and the scene's bundle."""
     bundle = place.bundle_folder(sheet.bundle)
     # Our includes first: a bundle may hold copies of them, older ones too.
-    readable = (INCLUDE_FOLDER.resolve(), bundle / Path(sheet.file).parent, bundle)
-    settings = there.spec.render
-    command = RenderCommand(
-        pov_file=POV_FILE,
-        picture=f"lippmann-picture.{'exr' if picture_format == 'exr' else 'png'}",
-        cols=cols,
-        rows=rows,
-        picture_format=picture_format,
-        region=region,
-        clock=sheet.clock.at(frame),
-        library_paths=(*dict.fromkeys(readable), SYSTEM_INCLUDE),
-        antialias=None if settings.antialias == "off" else settings.antialias,
-        program=place.settings.povray,
-    )
+    readable = tuple(dict.fromkeys((INCLUDE_FOLDER.resolve(), bundle / Path(sheet.file).parent, bundle)))
+    settings = sheet.spec.render
 
     def progressed(progress: Progress) -> None:
         watch.progress = progress.fraction
 
-    outcome = render(
-        command,
+    return render(
+        replace(command, library_paths=(*readable, SYSTEM_INCLUDE), program=place.settings.povray),
         task_dir=folder,
-        readable=tuple(dict.fromkeys(readable)),
+        readable=readable,
         sandbox=place.sandbox,
         limits=Limits(cpu_s=CPU_PER_SECOND * settings.timeout_s, memory_mb=settings.memory_mb),
         timeout_s=settings.timeout_s,
@@ -104,11 +117,16 @@ def render_picture(
         should_stop=watch.should_stop,
         log=log,
     )
-    return RenderedPicture(outcome, wanted)
 
 
-def _write_rays(path: Path, sheet: JobSheet, *, rows: int, cols: int, region: Region, watch: Watch) -> None:
-    """Write the rays of a region, some rows at a time: a tile of any size needs little memory here."""
+def write_rays(path: Path, sheet: JobSheet, *, rows: int, cols: int, region: Region, watch: Watch) -> Scaffold:
+    """Write the rays of a region, some rows at a time: a tile of any size needs little memory here.
+
+    Returns
+    -------
+    Scaffold
+        What they were written with.
+    """
     stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
     wanted = slice(region.row_start, region.row_stop), slice(region.col_start, region.col_stop)
     count = (region.row_stop - region.row_start) * (region.col_stop - region.col_start)
@@ -119,3 +137,4 @@ def _write_rays(path: Path, sheet: JobSheet, *, rows: int, cols: int, region: Re
             if watch.should_stop():
                 raise Stopped
             file.write(piece)
+    return shared

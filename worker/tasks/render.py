@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.images.read import read_region
-from worker.images.write import write_exr
+from worker.images.write import write_channels, write_exr
+from worker.integral.depth_map import CHANNELS
 from worker.integral.supersample import average_in_cells
 from worker.job.orders import Order, TileIndex
 from worker.job.sheet import JobSheet, PlanSheet
@@ -17,9 +18,10 @@ from worker.plan.sampling import Tile, cut_tiles, frame_size
 from worker.povray.command import PictureFormat, Region
 from worker.povray.log import AttemptLog
 from worker.tasks.attempt import Work
+from worker.tasks.depth_pass import depth_of_tile
 from worker.tasks.logs import kept_log
 from worker.tasks.picture import POV_FILE, RenderedPicture, render_picture
-from worker.tasks.watch import Watch
+from worker.tasks.watch import PartWatched, Watch
 from worker.tasks.workplace import Workplace
 
 
@@ -32,15 +34,32 @@ def render_tile(place: Workplace, order: Order, watch: Watch) -> Work:
         return Work()
     sheet = place.job_sheet(order.job_id)
     tile = tile_of(sheet, place.plan_sheet(order.job_id), order.tile)
+    depth = sheet.spec.capture.depth
+    cpu_s = 0.0
     with place.task_folder() as folder:
         with kept_log(place, order, folder) as log:
-            picture = render_region(place, sheet, order.frame, tile, folder=folder, log=log, watch=watch)
+            if depth:
+                cpu_s = _store_depth(place, sheet, order, tile, folder, log, PartWatched(watch, 0.0, 0.5))
+            rest = PartWatched(watch, 0.5, 1.0) if depth else watch
+            picture = render_region(place, sheet, order.frame, tile, folder=folder, log=log, watch=rest)
         cropped = folder / "tile.exr"
         write_exr(cropped, _pixels(picture, sheet, tile), attributes=header(sheet, order.frame))
         text = names.job_artifact(order.job_id, names.pov_name(order.frame, order.tile))
         place.store.put_file(text, folder / POV_FILE)
         place.store.put_file(artifact, cropped)
-    return Work(cpu_s=picture.outcome.cpu_s)
+    return Work(cpu_s=cpu_s + picture.outcome.cpu_s)
+
+
+def _store_depth(
+    place: Workplace, sheet: JobSheet, order: Order, tile: Tile, folder: Path, log: AttemptLog, watch: Watch
+) -> float:
+    """Store the depth of a tile; of the two the tile itself comes last and means both. Return the CPU seconds."""
+    assert order.frame is not None  # noqa: S101 - as in render_tile
+    found, cpu_s = depth_of_tile(place, sheet, order.frame, tile, folder=folder, log=log, watch=watch)
+    path = folder / "depth.exr"
+    write_channels(path, found.values, CHANNELS, attributes=header(sheet, order.frame))
+    place.store.put_file(names.job_artifact(order.job_id, names.depth_tile_name(order.frame, tile.index)), path)
+    return cpu_s
 
 
 def render_region(

@@ -16,6 +16,26 @@ class Watch(Protocol):
         ...
 
 
+class PartWatched:
+    """A watch over one part of the work: its progress is that of the whole, from one place to another."""
+
+    def __init__(self, whole: Watch, first: float, last: float) -> None:
+        self._whole, self._first, self._last = whole, first, last
+
+    @property
+    def progress(self) -> float:
+        """How far the whole work is."""
+        return self._whole.progress
+
+    @progress.setter
+    def progress(self, fraction: float) -> None:
+        self._whole.progress = self._first + fraction * (self._last - self._first)
+
+    def should_stop(self) -> bool:
+        """Return whether the work should end now."""
+        return self._whole.should_stop()
+
+
 class Unwatched:
     """Nobody looks: for tests and local work."""
 

@@ -1,68 +1,45 @@
 """Frames to a file, one at a time: never more than one frame and the encoder's own few are in memory.
 
-| kind | for | what is in it |
-|---|---|---|
-| `H264` | people: browsers, players | MP4, 4:2:0, BT.709 in video range: converted so, tagged so; index in front |
-| `FFV1` | work: the integral video | Matroska, 8-bit RGB, every code as it was given, checked by CRCs |
-
-The same frames give the same bytes: no dates, no random numbers, and a fixed number of threads, which x264's bits
-depend on.
+A codec in a container, and how it is set, is a `Kind`: see `kinds`. Red, green and blue become BT.709 in video range,
+and the stream and the container both say so; where they are kept (FFV1), both say that.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import chain
 from pathlib import Path
-from typing import Literal
 
 import av
 import numpy as np
+from av.packet import Packet
 from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTrc, Interpolation, VideoReformatter
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
 from worker.errors import NO_ROOM, OutputError, StoreFull, StoreUnavailable
+from worker.video.kinds import Kind
 from worker.video.size import even_sided
 
-Frame = NDArray[np.uint8]
-"""`(rows, cols, 3)`: sRGB codes."""
+Frame = NDArray[np.uint8] | NDArray[np.uint16]
+"""`(rows, cols, 3)`: sRGB codes, uint8 for 8 bits, uint16 for more."""
+
+_GIVEN = {8: "rgb24", 10: "gbrp10le", 16: "gbrp16le"}
+"""By bits, what FFmpeg calls codes as they are given."""
+
+_GBR = 0
+"""FFmpeg's AVCOL_SPC_RGB (H.273: identity), which PyAV has no name for."""
+
+_X265_REORDERS = 2
+"""By how many frames x265 decodes ahead (its B-frame pyramid): for clips of one or two frames it leaves the times of
+decoding to chance, and they cannot be written then (4.2, measured)."""
 
 _EXACT = Interpolation.BICUBIC | Interpolation.ACCURATE_RND | Interpolation.FULL_CHR_H_INP | Interpolation.BITEXACT
 
 
-@dataclass(frozen=True)
-class Kind:
-    """A container, a codec and how they are set."""
-
-    container: str
-    codec: Literal["libx264", "ffv1"]
-    pixel_format: str
-    settings: dict[str, str]
-    container_settings: dict[str, str] = field(default_factory=dict)
-
-
-H264 = Kind(
-    container="mp4",
-    codec="libx264",
-    pixel_format="yuv420p",
-    # x264's macroblock tree reads what it has not written when the picture is small (the bits differ from run to run,
-    # measured at 64 x 64 px), so it is off.
-    settings={"crf": "17", "preset": "fast", "x264-params": "mbtree=0", "threads": "2", "flags": "+bitexact"},
-    container_settings={"movflags": "+faststart", "fflags": "+bitexact"},
-)
-FFV1 = Kind(
-    container="matroska",
-    codec="ffv1",
-    pixel_format="bgr0",
-    settings={"level": "3", "g": "1", "slices": "4", "slicecrc": "1", "threads": "2", "flags": "+bitexact"},
-    container_settings={"fflags": "+bitexact"},
-)
-
-
-def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float, scale: int = 1) -> None:
+def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float, scale: int = 1) -> tuple[int, ...]:
     """Write frames as a video.
 
     Parameters
@@ -72,12 +49,18 @@ def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float, scale
     frames
         Taken one at a time; all of the first one's shape. In 4:2:0 an odd last row or col is shown twice.
     kind
-        `H264` or `FFV1`.
+        The codec, its container and settings.
     fps
         Frames a second; carried as the nearest fraction with a denominator of at most 1001.
     scale
-        How many times larger the video is than its frames, each way; only for people (`H264`). Enlarged by a bicubic
-        filter, on sRGB codes: a preview, and 40 times cheaper than in linear light (measured at 90 to 720 px).
+        How many times larger the video is than its frames, each way. Enlarged by a bicubic filter, on sRGB codes: a
+        preview, and 40 times cheaper than in linear light (measured at 90 to 720 px).
+
+    Returns
+    -------
+    tuple of int
+        The bytes of every frame as the encoder gives them, in the order in which they are shown. A container may frame
+        them by a few bytes more or less.
 
     Raises
     ------
@@ -87,12 +70,12 @@ def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float, scale
         If the disk is full, or the folder cannot be written to. Nothing is left behind then.
     """
     rate = frame_rate(fps)
-    pictures = _pictures(frames)
+    pictures = _pictures(frames, kind)
     first = next(pictures, None)
     if first is None:
         raise OutputError("expected at least one frame for a video, got none")
     try:
-        _write(path, chain([first], pictures), kind, rate, scale)
+        return _write(path, chain([first], pictures), kind, rate, scale)
     except BaseException as error:
         path.unlink(missing_ok=True)
         if not isinstance(error, av.FFmpegError):
@@ -114,57 +97,72 @@ def frame_rate(fps: float) -> Fraction:
     return rate
 
 
-def _pictures(frames: Iterable[Frame]) -> Iterator[NDArray[np.uint8]]:
+def _pictures(frames: Iterable[Frame], kind: Kind) -> Iterator[Frame]:
     shape: tuple[int, ...] | None = None
+    dtype = np.dtype(np.uint8 if kind.bits == 8 else np.uint16)
     for number, frame in enumerate(frames):
         shape = shape or frame.shape
         if frame.ndim != 3 or frame.shape[2] != 3 or frame.shape != shape or frame.size == 0:
             raise OutputError(f"expected frames {shape} like the first, (rows, cols, 3), got {frame.shape} as {number}")
-        if frame.dtype != np.uint8:
-            raise OutputError(f"expected sRGB codes as uint8, got {frame.dtype}")
+        if frame.dtype != dtype:
+            raise OutputError(f"expected sRGB codes of {kind.bits} bits as {dtype}, got {frame.dtype}")
         yield frame
 
 
-def _write(path: Path, pictures: Iterable[NDArray[np.uint8]], kind: Kind, rate: Fraction, scale: int) -> None:
-    reformatter = VideoReformatter()
-    with av.open(str(path), "w", format=kind.container, container_options=dict(kind.container_settings)) as container:
+def _write(path: Path, pictures: Iterable[Frame], kind: Kind, rate: Fraction, scale: int) -> tuple[int, ...]:
+    os.environ.setdefault("SVT_LOG", "1")  # SVT-AV1 tells of itself on stderr otherwise: now of errors only
+    converted, sizes = VideoReformatter(), dict[int, int]()
+    with av.open(str(path), "w", format=kind.muxer, container_options=dict(kind.muxer_settings)) as container:
         stream: VideoStream | None = None
+
+        def keep(packets: Iterable[Packet[VideoStream]]) -> None:
+            for packet in packets:
+                if kind.encoder == "libx265":
+                    packet.dts = len(sizes) - _X265_REORDERS
+                sizes[packet.pts or 0] = packet.size
+                container.mux(packet)
+
         for number, picture in enumerate(pictures):
-            frame = _frame(reformatter, picture, kind, scale)
+            frame = _frame(converted, picture, kind, scale)
             stream = stream or _stream(container, frame, kind, rate)
             frame.pts, frame.time_base = number, 1 / rate
-            container.mux(stream.encode(frame))
+            keep(stream.encode(frame))
         if stream is not None:
-            container.mux(stream.encode(None))
+            keep(stream.encode(None))
+    return tuple(size for _, size in sorted(sizes.items()))
 
 
 def _stream(container: av.container.OutputContainer, frame: av.VideoFrame, kind: Kind, rate: Fraction) -> VideoStream:
-    stream = container.add_stream(kind.codec, rate=rate, options=dict(kind.settings))
+    stream = container.add_stream(kind.encoder, rate=rate, options=dict(kind.settings))
+    assert isinstance(stream, VideoStream)  # noqa: S101 - all our encoders are
     stream.width, stream.height, stream.pix_fmt = frame.width, frame.height, kind.pixel_format
     stream.codec_context.time_base = 1 / rate
+    if (kind.encoder, kind.container) == ("libx265", "mp4"):
+        stream.codec_context.codec_tag = "hvc1"  # FFmpeg writes hev1, which Apple's players refuse
     stream.color_primaries = ColorPrimaries.BT709
-    if kind is H264:
-        stream.color_range, stream.colorspace, stream.color_trc = ColorRange.MPEG, Colorspace.ITU709, ColorTrc.BT709
+    if kind.is_rgb:
+        stream.color_range, stream.colorspace, stream.color_trc = ColorRange.JPEG, _GBR, ColorTrc.IEC61966_2_1
     else:
-        stream.color_range, stream.color_trc = ColorRange.JPEG, ColorTrc.IEC61966_2_1
+        stream.color_range, stream.colorspace, stream.color_trc = ColorRange.MPEG, Colorspace.ITU709, ColorTrc.BT709
     return stream
 
 
-def _frame(reformatter: VideoReformatter, picture: NDArray[np.uint8], kind: Kind, scale: int) -> av.VideoFrame:
-    if kind is not H264:
-        codes = av.VideoFrame.from_ndarray(np.ascontiguousarray(picture), format="rgb24")
-        return reformatter.reformat(codes, format=kind.pixel_format)
-    even = picture if scale % 2 == 0 else even_sided(picture)  # an even scale makes sides even by itself
-    codes = av.VideoFrame.from_ndarray(np.ascontiguousarray(even), format="rgb24")
-    return reformatter.reformat(
+def _frame(converted: VideoReformatter, picture: Frame, kind: Kind, scale: int) -> av.VideoFrame:
+    # An even scale makes sides even by itself.
+    even = even_sided(picture) if kind.needs_even_sides and scale % 2 else picture
+    codes = av.VideoFrame.from_ndarray(np.ascontiguousarray(even), format=_GIVEN[kind.bits])
+    if codes.format.name == kind.pixel_format and scale == 1:
+        return codes
+    matrix = {} if kind.is_rgb else {"dst_colorspace": Colorspace.ITU709}
+    return converted.reformat(
         codes,
         width=codes.width * scale,
         height=codes.height * scale,
         format=kind.pixel_format,
         src_color_range=ColorRange.JPEG,
-        dst_colorspace=Colorspace.ITU709,
-        dst_color_range=ColorRange.MPEG,
+        dst_color_range=ColorRange.JPEG if kind.is_rgb else ColorRange.MPEG,
         interpolation=_EXACT,
+        **matrix,
     )
 
 

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TypeVar
+
 import numpy as np
 from numpy.typing import NDArray
+
+Code = TypeVar("Code", bound=np.generic)
 
 SCREEN_PX = 720
 """About how long the longer side of a video of views should be: a view has one pixel a lens, and 90 px are a stamp."""
@@ -20,7 +24,7 @@ def screen_scale(rows: int, cols: int) -> int:
     return max(1, round(SCREEN_PX / max(rows, cols)))
 
 
-def even_sided(frame: NDArray[np.uint8]) -> NDArray[np.uint8]:
+def even_sided(frame: NDArray[Code]) -> NDArray[Code]:
     """Return a frame with even sides, as 4:2:0 needs them: an odd last row or col is shown twice."""
     rows, cols = frame.shape[:2]
     if rows % 2 == 0 and cols % 2 == 0:

@@ -79,9 +79,18 @@ def test_srgb_is_the_formula_to_one_code_for_every_half_float(bits: int) -> None
     assert codes.max() == 2**bits - 1
 
 
-def test_codes_of_other_than_8_or_16_bits_are_refused() -> None:
-    with pytest.raises(OutputError, match="8 or 16 bits, got 12"):
+def test_codes_of_other_than_8_10_or_16_bits_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(OutputError, match="8, 10 or 16 bits, got 12"):
         srgb_codes(noise(2, 2), bits=12)
+    with pytest.raises(OutputError, match="a PNG of 8 or 16 bits, got 10"):
+        write_png(tmp_path / "a.png", noise(2, 2), bits=10)
+
+
+@pytest.mark.parametrize("bits", [8, 10, 16])
+def test_every_half_float_has_the_code_of_the_same_light_in_single_precision(bits: int) -> None:
+    halves = np.arange(2**16, dtype=np.uint16).view(np.float16).reshape(256, 256, 1)
+    light = np.concatenate((halves, halves[::-1], halves[:, ::-1]), axis=2)
+    np.testing.assert_array_equal(srgb_codes(light, bits=bits), srgb_codes(light.astype(np.float32), bits=bits))
 
 
 def test_light_out_of_range_is_black_or_white() -> None:

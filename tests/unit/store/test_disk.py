@@ -15,7 +15,8 @@ from tests.unit.store.conftest import TINY_BYTES
 from worker.errors import StoreFull, StoreUnavailable
 from worker.images.write import write_exr
 from worker.store.local import LocalStore
-from worker.video.encode import FFV1, H264, encode
+from worker.video.encode import encode
+from worker.video.kinds import FFV1, H264
 
 
 def test_a_full_disk_is_said_and_the_old_artifact_stays(tiny_disk: Path, tmp_path: Path) -> None:
@@ -48,7 +49,7 @@ def test_a_disk_that_is_read_only_is_unavailable(tiny_disk: Path) -> None:
 def test_pictures_and_videos_on_any_nearly_full_disk_are_whole_or_refused(tiny_disk: Path, tmp_path: Path) -> None:
     frames = list(np.random.default_rng(1).integers(0, 256, (6, 64, 64, 3), dtype=np.uint8))
     light = frames[0].astype(np.float16) / 255
-    writers: dict[str, Callable[[Path], None]] = {
+    writers: dict[str, Callable[[Path], object]] = {
         "a.exr": partial(write_exr, linear=light, attributes={}),
         "a.mp4": partial(encode, frames=frames, kind=H264, fps=8),
         "a.mkv": partial(encode, frames=frames, kind=FFV1, fps=8),

@@ -8,7 +8,8 @@ import pytest
 
 from tests.unit.video.movies import noise
 from worker.errors import ArtifactBroken, ArtifactMissing
-from worker.video.encode import H264, encode
+from worker.video.encode import encode
+from worker.video.kinds import H264
 from worker.video.read import read_frames
 
 

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worker.video.encode import H264, encode
+from worker.video.encode import encode
+from worker.video.kinds import H264
 from worker.video.read import read_frames
 from worker.video.size import SCREEN_PX, even_sided, screen_scale
 

@@ -3,5 +3,7 @@
 output     what all kinds have: kind, name, file name
 videos     moving pictures
 pictures   still pictures of every frame
+datasets   folders and arrays for research on coding and depth
+view_block views about the middle one, of all that a lens has
 choice     all kinds as one field of a job, and their short spelling: `views.mp4`
 """

@@ -12,6 +12,7 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Tag
 
 from worker.job.misfit import Misfit
+from worker.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, SubapertureViews
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
 from worker.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
@@ -26,7 +27,11 @@ _Kind = Annotated[
     | Annotated[Quilt, Tag("(quilt)")]
     | Annotated[Epi, Tag("(epi)")]
     | Annotated[ContactSheet, Tag("(contact_sheet)")]
-    | Annotated[Sheets, Tag("(sheets)")],
+    | Annotated[Sheets, Tag("(sheets)")]
+    | Annotated[HciFolder, Tag("(hci)")]
+    | Annotated[SubapertureViews, Tag("(subaperture_ppm)")]
+    | Annotated[LensletVideo, Tag("(mpeg_lenslet)")]
+    | Annotated[NpzArrays, Tag("(npz)")],
     told_by(lambda written: str(written.get("kind"))),
 ]
 
@@ -41,6 +46,10 @@ KINDS: Mapping[str, type[OutputOptions]] = {
         Epi,
         ContactSheet,
         Sheets,
+        HciFolder,
+        SubapertureViews,
+        LensletVideo,
+        NpzArrays,
     )
 }
 """Every kind of output, by its word."""

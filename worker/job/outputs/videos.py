@@ -3,30 +3,53 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
+from worker.job.misfit import Misfit
+from worker.job.outputs.codecs import CHOICES, Bits, Chroma, Codec, Container
 from worker.job.outputs.output import Name, OutputOptions
-
-Codec = Literal["h264", "ffv1"]
-"""`h264` for people, `ffv1` without loss."""
-
-_SUFFIXES: Mapping[str, str] = {"h264": ".mp4", "ffv1": ".mkv"}
 
 
 class VideoOptions(OutputOptions):
     """What all videos have."""
 
-    SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {".mp4": {"codec": "h264"}, ".mkv": {"codec": "ffv1"}}
+    SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        ".mp4": {"codec": "h264"},
+        ".webm": {"codec": "vp9"},
+        ".mkv": {"codec": "ffv1"},
+    }
     IS_VIDEO: ClassVar[bool] = True
 
     codec: Codec = "h264"
+    container: Container | None = None
+    """The codec's first when not given."""
+    crf: int | None = Field(default=None, ge=1)
+    """The encoder's own constant rate factor: 1 is the best."""
+    chroma: Chroma | None = None
+    bits: Bits = 8
+
+    @model_validator(mode="after")
+    def _codec_can(self) -> Self:
+        choices, codec = CHOICES[self.codec], self.codec
+        no_chroma, no_crf = f"none for {codec}, which keeps RGB", f"none for {codec}, which loses nothing"
+        if self.container not in (None, *choices.containers):
+            raise Misfit("container", expected=f"{_one_of(choices.containers)} for {codec}", got=repr(self.container))
+        if self.bits not in choices.bits:
+            raise Misfit("bits", expected=f"{_one_of(choices.bits)} for {codec}", got=self.bits)
+        if self.chroma not in (None, *choices.chroma):
+            expected = f"{_one_of(choices.chroma)} for {codec}" if choices.chroma else no_chroma
+            raise Misfit("chroma", expected=expected, got=repr(self.chroma))
+        if self.crf is not None and self.crf > choices.worst_crf:
+            expected = f"1 to {choices.worst_crf} for {codec}" if choices.crf else no_crf
+            raise Misfit("crf", expected=expected, got=self.crf)
+        return self
 
     @property
     def suffix(self) -> str:
         """Of the container that the codec is put in."""
-        return _SUFFIXES[self.codec]
+        return f".{self.container or CHOICES[self.codec].containers[0]}"
 
 
 class ViewsVideo(VideoOptions):
@@ -51,3 +74,7 @@ class OrthoscopicVideo(VideoOptions):
     kind: Literal["orthoscopic"] = "orthoscopic"
     name: Name = "orthoscopic"
     codec: Codec = "ffv1"
+
+
+def _one_of(words: tuple[object, ...]) -> str:
+    return " or ".join(map(str, words))

@@ -7,6 +7,9 @@ sidecar    what is told beside an output, as JSON
 videos     moving pictures
 pictures   still pictures of every frame
 contact_sheet  small pictures side by side, one sheet for the job
+datasets   folders and arrays of views
+lenslet_video  raw sequences with a calibration file
+frame_views    the views of one frame
 
 The same makers work on the farm (`worker.tasks.encode`) and for `lippmann export`.
 """

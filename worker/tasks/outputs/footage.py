@@ -14,7 +14,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.images.read import read_rgb
+from worker.errors import ArtifactMissing, OutputError
+from worker.images.read import read_channels, read_rgb
+from worker.integral.depth_map import CHANNELS, DepthMap
 from worker.integral.layout import CellLayout
 from worker.job.rig import Rig
 from worker.job.sheet import JobSheet
@@ -45,6 +47,20 @@ class Footage:
         """Return a frame's orthoscopic sheet, `(rows, cols, 3)`, linear light."""
         with self.master(names.orthoscopic_name(frame)) as path:
             return read_rgb(path, np.float16)
+
+    def depth(self, frame: int) -> DepthMap:
+        """Return how deep what every pixel of a frame's orthoscopic sheet shows lies.
+
+        Raises
+        ------
+        OutputError
+            If the job did not ask for it.
+        """
+        try:
+            with self.master(names.depth_name(frame)) as path:
+                return DepthMap(read_channels(path, CHANNELS))
+        except ArtifactMissing as error:
+            raise OutputError(f"expected a job with capture.depth, got one without: no {error.message}") from error
 
 
 def job_footage(place: Workplace, sheet: JobSheet) -> Footage:

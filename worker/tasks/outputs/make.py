@@ -5,11 +5,22 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from worker.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, SubapertureViews
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
 from worker.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
 from worker.plan import names
 from worker.tasks.outputs.contact_sheet import make_contact_sheet
+from worker.tasks.outputs.datasets import (
+    about_hci,
+    about_npz,
+    about_subaperture_ppm,
+    make_hci,
+    make_npz,
+    make_subaperture_ppm,
+)
+from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.lenslet_video import about_mpeg_lenslet, make_mpeg_lenslet
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.pictures import make_epi, make_quilt, make_sheets, make_view_grid
 from worker.tasks.outputs.sidecar import sidecar
@@ -24,7 +35,19 @@ MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
     Epi: make_epi,
     ContactSheet: make_contact_sheet,
     Sheets: make_sheets,
+    HciFolder: make_hci,
+    SubapertureViews: make_subaperture_ppm,
+    LensletVideo: make_mpeg_lenslet,
+    NpzArrays: make_npz,
 }
+
+ABOUT: Mapping[type[OutputOptions], Callable[[Footage, Any], Mapping[str, Any]]] = {
+    HciFolder: about_hci,
+    SubapertureViews: about_subaperture_ppm,
+    LensletVideo: about_mpeg_lenslet,
+    NpzArrays: about_npz,
+}
+"""What a sidecar says of a kind's own files, where there is anything to say."""
 
 
 def make_output(making: Making) -> None:
@@ -49,6 +72,8 @@ def make_output(making: Making) -> None:
 
 def _put_sidecar(making: Making, files: list[str]) -> None:
     path = making.scratch / "sidecar.json"
-    path.write_bytes(sidecar(making.footage, making.output, files))
+    about = ABOUT.get(type(making.output))
+    said = about(making.footage, making.output) if about else None
+    path.write_bytes(sidecar(making.footage, making.output, files, said))
     making.put(names.sidecar_name(making.output), path)
     path.unlink()

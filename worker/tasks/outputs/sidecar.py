@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
+from worker.integral.layout import CellLayout
 from worker.job.outputs.output import OutputOptions
 from worker.tasks.outputs.footage import Footage
 
 MADE_WITH = ("lippmann", "numpy", "openimageio", "av")
 
 
-def sidecar(footage: Footage, output: OutputOptions, files: Sequence[str]) -> bytes:
+def sidecar(
+    footage: Footage, output: OutputOptions, files: Sequence[str], about: Mapping[str, Any] | None = None
+) -> bytes:
     """Return the sidecar of an output.
 
     Parameters
@@ -24,6 +27,8 @@ def sidecar(footage: Footage, output: OutputOptions, files: Sequence[str]) -> by
         What was asked for.
     files
         Names below the job.
+    about
+        What the kind of output says of its own files.
     """
     said = {
         "output": output.model_dump(mode="json"),
@@ -31,27 +36,42 @@ def sidecar(footage: Footage, output: OutputOptions, files: Sequence[str]) -> by
         "source": {name: text for name, text in footage.facts.items() if text},
         "frames": list(footage.frames),
         "fps": footage.fps,
-        "integral_image": _geometry(footage),
+        **({"format": dict(about)} if about else {}),
+        "integral_image": geometry(footage, footage.frames[0]),
+        "display": footage.display.model_dump(mode="json"),
         "made_with": {name: version(name) for name in MADE_WITH},
     }
     return json.dumps(said, indent=2).encode() + b"\n"
 
 
-def _geometry(footage: Footage) -> dict[str, Any]:
-    layout, rig = footage.layout, footage.rig(footage.frames[0])
+def geometry(footage: Footage, frame: int) -> dict[str, Any]:
+    """Return how the pixels of a frame's orthoscopic integral image lie, and by which conventions."""
+    layout, rig = footage.layout, footage.rig(frame)
     array = rig.lens_array
     return {
         "convention": "orthoscopic",
         "orientation": "upright: row 0 is the top and col 0 the left, as the observer sees the display",
         "views": "u grows as the eye moves to the right, v as it moves down; (0, 0) is the view from the upper left",
+        "depth": "s in mm from the array, positive in front, of a display whose array stands gap_mm before its pixels;"
+        " a point moves s / (gap_mm x pitch_px) lenses from a view to the next, against the eye",
         "lattice": layout.lattice,
         "lens_rows": layout.lens_rows,
         "lens_cols": layout.lens_cols,
         "pitch_px": layout.px_per_lens,
         "row_pitch_px": layout.row_px,
         "offset_px": [layout.overhang_px + layout.row_px / 2, layout.shift_px(0) + layout.px_per_lens / 2],
+        "shifted_rows": _shifted_rows(layout),
+        "rotation_deg": 0.0,
+        "size_px": [layout.rows, layout.cols],
         "pitch_mm": array.pitch_mm,
         "focal_length_mm": array.focal_length_mm,
         "gap_mm": array.focal_length_mm,
         "projection": rig.camera.projection,
     }
+
+
+def _shifted_rows(layout: CellLayout) -> str | None:
+    """Return which lens rows stand half a pitch further right, counted from 0 at the top."""
+    if layout.lattice == "square" or layout.lens_rows == 1:
+        return None
+    return "even" if layout.first_row_shifted else "odd"

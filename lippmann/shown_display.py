@@ -1,0 +1,98 @@
+"""The display that a master would be shown on: pixels, lenses, gap."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import ValidationError
+
+from lippmann.errors import BadInput
+from lippmann.master_file import read_orthoscopic, rig_in
+from worker.errors import LayoutError, OpticsError
+from worker.images.read import read_attributes, read_rgb
+from worker.integral.lens_display import Bare, LensDisplay
+from worker.job.rig import Rig
+from worker.job.spec import Display
+from worker.job.stage import Stage
+from worker.plan.display_gaps import GapUse
+from worker.plan.observed_display import observed_display, reduced_mm, used_gap_mm
+from worker.tasks.assemble import on_device
+
+DEVICE = "device"
+"""The folder of masters on a device's pixels."""
+
+
+@dataclass(frozen=True)
+class GapWish:
+    """Which gap, said in one of three ways; one focal length when in none."""
+
+    reduced_mm: float | None = None
+    physical_mm: float | None = None
+    """As built, substrate included."""
+    use: GapUse | None = None
+    """As `lippmann design` chooses it for the scene."""
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A display and what it shows."""
+
+    sheet: NDArray[np.float16]
+    """The display's pixels, `(rows, cols, 3)`, linear light."""
+    display: LensDisplay
+
+
+def read_shown(file: Path, *, gap: GapWish, device: bool, bare: Bare) -> Shown:
+    """Return what a master shows.
+
+    Parameters
+    ----------
+    file
+        `orthoscopic/0001.exr`, or `device/0001.exr`, which has the pixels of the rig's device.
+    gap
+        Which gap.
+    device
+        Whether an orthoscopic master is put on the device's pixels first.
+    bare
+        What is there where no lens is.
+
+    Raises
+    ------
+    BadInput
+        If the gap cannot be built, there is no device, or as in `read_orthoscopic`.
+    worker.errors.ArtifactBroken
+        If the file is cut short or damaged behind its header.
+    """
+    is_device = file.absolute().parent.name == DEVICE and file.is_file()
+    sheet = read_rgb(file, np.float16) if is_device else read_orthoscopic(file).sheet
+    rig = rig_in(file)
+    if rig is None:
+        raise BadInput(f"{file}: expected a master whose header names its rig, got a picture without lippmann:rig")
+    try:
+        gap_mm = _gap_mm(gap, rig, file)
+        display = observed_display(rig, gap_mm=gap_mm, on_device=is_device or device, bare=bare)
+        if device and not is_device and rig.device is not None:
+            sheet = on_device(sheet, display.layout, rig.device, pitch_mm=display.pitch_mm)
+        display.check(sheet)
+    except (LayoutError, OpticsError) as error:
+        raise BadInput(f"{file}: {error.message}") from error
+    return Shown(sheet=sheet, display=display)
+
+
+def _gap_mm(gap: GapWish, rig: Rig, file: Path) -> float | None:
+    if gap.physical_mm is not None:
+        return reduced_mm(rig.lens_array, gap.physical_mm)
+    if gap.use is not None:
+        return used_gap_mm(rig, Display(), gap.use, stage=_stage_in(file))
+    return gap.reduced_mm
+
+
+def _stage_in(file: Path) -> Stage | None:
+    said = read_attributes(file).get("stage")
+    try:
+        return None if said is None else Stage.model_validate_json(said)
+    except ValidationError as error:
+        raise BadInput(f"{file}: expected a stage in the header, got {error.errors()[0]['msg']}") from error

@@ -1,0 +1,37 @@
+"""What an eye sees: how long it takes."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+
+from worker.integral.layout import CellLayout
+from worker.integral.lens_display import LensDisplay
+from worker.integral.observer import observe
+from worker.integral.perspective import Eye
+
+REPEATS = 5
+
+
+def one_ray_ms(folder: Path) -> str:
+    """Return the time of a picture by one ray a pixel."""
+    return _ms(rays=1)
+
+
+def pupil_ms(folder: Path) -> str:
+    """Return the time of a picture by 64 rays through the pupil of every pixel."""
+    return _ms(rays=64)
+
+
+def _ms(*, rays: int) -> str:
+    layout = CellLayout(90, 90, 8)
+    sheet = np.random.default_rng(1).random((720, 720, 3)).astype(np.float16)
+    display = LensDisplay(layout=layout, pitch_mm=1.0, focal_mm=3.3, gap_mm=3.3)
+    times_s = []
+    for number in range(REPEATS):
+        began_s = time.perf_counter()
+        observe(sheet, display, Eye(10.0 * number, 5.0, 500.0), rays=rays)
+        times_s.append(time.perf_counter() - began_s)
+    return f"{min(times_s) * 1000:.0f} ms"

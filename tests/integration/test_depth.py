@@ -1,0 +1,163 @@
+"""The depth of every pixel, as the second pass finds it, against surfaces whose places are known exactly."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from tests.builders import local_place, order_of, small_job, stored_job, tiles_of
+from worker.errors import OutputError
+from worker.images.read import read_channels
+from worker.integral.depth_map import CHANNELS, DepthMap
+from worker.integral.orthoscopic import orthoscopic
+from worker.integral.refocus import shifts
+from worker.job.orders import TaskKind
+from worker.job.sheet import PlanSheet
+from worker.job.spec import JobSpec
+from worker.optics.capture import bench, object_rays, pixel_centres_mm
+from worker.optics.parallax import parallax
+from worker.optics.trace import Rays
+from worker.plan import names
+from worker.plan.sampling import display_size, frame_size
+from worker.povray.bundle import pack_folder
+from worker.tasks.assemble import assemble_frame
+from worker.tasks.local import JOB_ID, local_job, store_plan
+from worker.tasks.outputs.footage import job_footage
+from worker.tasks.render import render_tile
+from worker.tasks.watch import Unwatched
+from worker.tasks.workplace import Workplace
+
+NEAR_MM = 1000.0
+"""Of the scenes' stage, and so the scale D of the distances."""
+
+NOT_TOLD_MM = 2e-3
+"""Of a ray: how far POV-Ray's 32-bit vertices move where it starts."""
+
+
+def precision_mm(distance_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return half a step of the 16-bit codes of 1 - exp(-d / D) at a distance, with room for the ray's own error."""
+    step_mm: NDArray[np.float64] = NEAR_MM * np.exp(distance_mm / NEAR_MM) / 65535
+    return 0.55 * step_mm + NOT_TOLD_MM
+
+
+def depth_of(place: Workplace, spec: JobSpec) -> DepthMap:
+    """Return the depth of a stored job's first frame as it lies in the store."""
+    for tile in tiles_of(spec):
+        render_tile(place, order_of(TaskKind.RENDER, tile=tile), Unwatched())
+    assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())
+    with place.store.local_path(names.job_artifact(JOB_ID, names.depth_name(1))) as path:
+        return DepthMap(read_channels(path, CHANNELS))
+
+
+def upright(values: NDArray[Any], spec: JobSpec) -> NDArray[Any]:
+    return orthoscopic(values, frame_size(spec.rig), inverted=spec.rig.imaging_lens is not None)
+
+
+BENCHES: dict[str, dict[str, Any]] = {
+    "square, in tiles, supersampled": {"capture": {"supersample": 2}, "tiles": [1, 2]},
+    "hexagonal, odd lens rows, through glass": {
+        "lens_array": {"lattice": "hexagonal"},
+        "count": (13, 12),
+        "capture": {"method": "raytraced"},
+    },
+    "inscribed, stopped down": {"lens_array": {"aperture": "inscribed"}, "rig": {"f_number": 4.0}, "count": (40, 12)},
+    "direct pickup": {"rig": {"imaging_lens": None}, "lens_array": {"offset_mm": -200.0}},
+}
+
+
+@pytest.mark.parametrize("changes", BENCHES.values(), ids=BENCHES.keys())
+def test_a_plane_is_where_it_stands_and_moves_as_exact_rays_say(tmp_path: Path, changes: dict[str, Any]) -> None:
+    capture = {"depth": True, **changes.get("capture", {})}
+    spec = small_job("target-position", **{"count": (12, 12), **changes, "capture": capture})
+    place = local_place(tmp_path)
+    stored_job(place, spec)
+    found = depth_of(place, spec)
+    stood = bench(spec.rig, reference_mm=1000.0)
+    points = pixel_centres_mm(stood)
+    rays = object_rays(stood, points)
+    hits = rays.at_z(-1000.0)
+    seen = np.asarray((np.abs(hits[..., :2]) < 400).all(axis=-1))
+    assert 0.3 < seen.mean() <= 1
+    away_mm = np.linalg.norm(hits - rays.position, axis=-1)
+    error_mm = np.abs(found.z_mm - 1000.0)
+    met = np.isfinite(found.z_mm)
+    np.testing.assert_array_equal(met, upright(seen[..., np.newaxis], spec)[..., 0])
+    most_mm = precision_mm(upright(away_mm[..., np.newaxis], spec)[..., 0])
+    np.testing.assert_array_less(error_mm[met], most_mm[met])
+    moves = upright(parallax(stood, points, np.where(seen, -1000.0, np.nan)), spec)
+    # What half a step of z comes to: depth on the display goes with the square of the magnification, 0.28.
+    moves = np.where(met[..., np.newaxis], moves, np.nan)
+    np.testing.assert_allclose(found.values[..., 2:], moves, atol=4e-4, rtol=1e-4)
+    per_mm = np.array(shifts(display_size(spec.rig), 1.0, focal_mm=spec.rig.lens_array.focal_length_mm))
+    shown_mm = (found.values[..., 2:] / per_mm[::-1]).mean(axis=-1)
+    assert found.s_mm == pytest.approx(shown_mm, rel=1e-5, nan_ok=True)
+
+
+SCENE = """#version 3.6;
+global_settings { assumed_gamma 2.2 }
+camera { location -500 * z }
+light_source { <0, 500, -900>, rgb 4 }
+background { rgb <0.2, 0.9, 0.618> }
+sphere { <4, -2, 0>, 8 pigment { rgb <1, 0.5, 0.618> } finish { ambient 0.5 diffuse 1 specular 3 reflection 0.6 } }
+sphere { <14, 3, -6>, 4 pigment { rgbt 0.95 } interior { ior 1.5 } }
+"""
+MORE: dict[str, str] = {
+    "alone": "",
+    "inside a solid ball": "sphere { 0, 50000 pigment { rgb 1 } }",
+    "in a solid room and below a solid sky": "box { -3000, 3000 inverse pigment { rgb 1 } } plane { y, 4000 }",
+    "in fog": "fog { distance 700 color rgb <0.9, 0.8, 0.4> } fog { fog_type 2 distance 300 color rgb 0.2 fog_alt 10 }",
+}
+
+
+@pytest.mark.parametrize("more", MORE.values(), ids=MORE.keys())
+def test_a_ball_is_where_it_stands_whatever_else_the_scene_says(tmp_path: Path, more: str) -> None:
+    (tmp_path / "own").mkdir()
+    (tmp_path / "own" / "ball.pov").write_text(SCENE + more)
+    (tmp_path / "own" / "scene.toml").write_text(
+        'file = "ball.pov"\n[stage]\nlocation = [0.0, 0.0, -500.0]\nlook_at = [0.0, 0.0, 0.0]\nmm_per_unit = 2.0\n'
+        "near_mm = 1000.0\nfar_mm = 1500.0\n"
+    )
+    spec = small_job("own", count=(16, 16), px_per_lens=4, capture={"depth": True})
+    place = local_place(tmp_path / "data")
+    local_job(place, spec, pack_folder(tmp_path / "own"))
+    store_plan(place, PlanSheet(tile_rows=1, tile_cols=1, probe_start_s=0.0, probe_s_per_px=0.0))
+    z_mm = depth_of(place, spec).z_mm
+    stood = bench(spec.rig, reference_mm=1000.0)
+    rays = object_rays(stood, pixel_centres_mm(stood))
+    # In the rig's frame z grows toward the camera, and the observer's right is the scene's.
+    away_mm = np.fmin(to_ball(rays, (8, -4, -1000), 16.0), to_ball(rays, (28, 6, -988), 8.0))
+    expected = -(rays.position + away_mm[..., np.newaxis] * rays.direction)[..., 2:]
+    expected, away_mm = upright(expected, spec)[..., 0], upright(away_mm[..., np.newaxis], spec)[..., 0]
+    hit = np.isfinite(expected)
+    assert 0.2 < hit.mean() < 0.9
+    # Among fog of the scene, the difference of two codes of half the height.
+    steps = 4.0 if "fog" in more else 1.0
+    assert (np.abs(z_mm - expected) <= steps * precision_mm(away_mm))[hit].all()
+    if more in ("", MORE["in fog"]):
+        assert np.isnan(z_mm[~hit]).all(), "sky"
+    else:
+        assert (z_mm[~hit] > 2000).all()
+
+
+def to_ball(rays: Rays, middle: tuple[float, float, float], radius_mm: float) -> NDArray[np.float64]:
+    """Return how far along their ray a ball stands; NaN where it is missed."""
+    to_middle = np.array(middle) - rays.position
+    along = (to_middle * rays.direction).sum(axis=-1)
+    square = radius_mm**2 - (to_middle**2).sum(axis=-1) + along**2
+    return np.where(square >= 0, along - np.sqrt(np.maximum(square, 0)), np.nan)
+
+
+def test_footage_has_the_depth_of_a_job_that_asked_for_it_and_says_so_of_another(tmp_path: Path) -> None:
+    spec = small_job("target-letter", count=(4, 4), px_per_lens=2, capture={"depth": True})
+    place = local_place(tmp_path)
+    sheet = stored_job(place, spec)
+    found = depth_of(place, spec)
+    footage = job_footage(place, sheet)
+    np.testing.assert_array_equal(footage.depth(1).values, found.values)
+    assert footage.depth(1).view(footage.layout, 1, 0).s_mm.shape == (4, 4)
+    with pytest.raises(OutputError, match=r"expected a job with capture\.depth"):
+        footage.depth(2)

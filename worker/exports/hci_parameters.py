@@ -1,0 +1,110 @@
+"""`parameters.cfg` of the HCI 4D light field benchmark: the cameras of a light field.
+
+Honauer, Johannsen, Kondermann, Goldluecke, *A dataset and evaluation methodology for depth estimation on 4D light
+fields*, ACCV 2016. Sections and keys are those of the benchmark's own scenes; its tools reckon, with `depth` Z and
+`focus_distance_m` F in metres, disparity in pixels a camera,
+
+    disparity = (baseline_mm / 1000) focal_length_mm max(image_resolution) (1 / Z - 1 / F) / sensor_size_mm.
+
+Our views are parallel projections: cameras infinitely far off. They are told as cameras that stand `DISTANCE_MM` = D
+before the display and look at a window of it, with pixels one lens pitch p wide on it: focal length D, sensor W p (W
+the longer side in pixels), focus distance D. From one view to the next (P the pixel, g the gap) the eye moves by
+D P / g, the baseline. Then a point s before the display has Z = D - s and
+
+    disparity = (P s) / (g p) D / (D - s),
+
+which is the small-angle law s / (n f) but for the factor D / (D - s): 1.0004 at 40 mm. Clouds of points that the tools
+make of it are the display's volume in metres, parallel but for the same factor.
+"""
+
+from __future__ import annotations
+
+from configparser import ConfigParser
+from dataclasses import dataclass
+from io import StringIO
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+DISTANCE_MM = 1e5
+"""Of the cameras from the display. Further off the views would be parallel to more digits, and depths in single
+precision, counted from the cameras, would have fewer: 0.008 mm here."""
+
+
+@dataclass(frozen=True)
+class Cameras:
+    """What `parameters.cfg` says."""
+
+    rows_px: int
+    cols_px: int
+    """Of a view."""
+    views_down: int
+    views_across: int
+    pitch_mm: float
+    """On the display, from one pixel of a view to the next."""
+    pixel_mm: float
+    """On the display, from one view to the next on the right."""
+    gap_mm: float
+    scene: str
+    category: str
+    version: str
+    disparities: tuple[float, float]
+    """The least and the greatest; 0 and 0 where nothing is known of them."""
+
+    @property
+    def baseline_mm(self) -> float:
+        """From one camera to the next."""
+        return DISTANCE_MM * self.pixel_mm / self.gap_mm
+
+    @property
+    def sensor_mm(self) -> float:
+        """The longer side."""
+        return max(self.rows_px, self.cols_px) * self.pitch_mm
+
+    def depth_m(self, disparity: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
+        """Return depths as the benchmark's tools reckon them from disparities."""
+        factor = self.baseline_mm / 1000 * DISTANCE_MM / self.pitch_mm
+        depth: NDArray[np.float64] = 1 / (disparity.astype(np.float64) / factor + 1000 / DISTANCE_MM)
+        return depth
+
+
+def parameters_cfg(cameras: Cameras) -> str:
+    """Return the text of `parameters.cfg`."""
+    parser = ConfigParser(delimiters="=", interpolation=None)
+    parser["intrinsics"] = {
+        "focal_length_mm": _number(DISTANCE_MM),
+        "image_resolution_x_px": str(cameras.cols_px),
+        "image_resolution_y_px": str(cameras.rows_px),
+        "sensor_size_mm": _number(cameras.sensor_mm),
+        "fstop": "inf",
+    }
+    parser["extrinsics"] = {
+        "num_cams_x": str(cameras.views_across),
+        "num_cams_y": str(cameras.views_down),
+        "baseline_mm": _number(cameras.baseline_mm),
+        "focus_distance_m": _number(DISTANCE_MM / 1000),
+        **{f"center_cam_{name}": "0.0" for name in ("x_m", "y_m", "z_m", "rx_rad", "ry_rad", "rz_rad")},
+    }
+    low, high = (_number(disparity) for disparity in cameras.disparities)
+    parser["meta"] = {
+        "scene": cameras.scene,
+        "category": cameras.category,
+        "date": "",
+        "version": cameras.version,
+        "authors": "",
+        "contact": "",
+        "cycles_seed": "0",
+        "disp_min": low,
+        "disp_max": high,
+        "frustum_disp_min": low,
+        "frustum_disp_max": high,
+        "depth_map_scale": "1.0",
+    }
+    text = StringIO()
+    parser.write(text)
+    return text.getvalue()
+
+
+def _number(value: float) -> str:
+    return repr(float(value))

@@ -1,0 +1,33 @@
+"""PPM of more than 8 bits: `P6`, cols, rows and the highest code, then the codes, two bytes each, the high one first.
+
+netpbm's ppm(5). JPEG Pleno's light fields are such files of 10 bits (highest code 1023).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.errors import OutputError
+from worker.exports.written import written
+
+
+def write_ppm(path: Path, codes: NDArray[np.uint16], *, bits: int) -> None:
+    """Write codes `(rows, cols, 3)` of 9 to 16 bits.
+
+    Raises
+    ------
+    OutputError, StoreFull, StoreUnavailable
+        If it cannot be written, and then no part of it is left.
+    """
+    highest = 2**bits - 1
+    if codes.ndim != 3 or codes.shape[2] != 3 or codes.size == 0 or codes.dtype != np.uint16 or not 9 <= bits <= 16:
+        raise OutputError(f"expected codes (rows, cols, 3) of 9 to 16 bits, got {codes.dtype} {codes.shape} of {bits}")
+    if int(codes.max()) > highest:
+        raise OutputError(f"expected codes of at most {highest}, got {codes.max()}")
+    rows, cols = codes.shape[:2]
+    with written(path) as file:
+        file.write(f"P6\n{cols} {rows}\n{highest}\n".encode())
+        file.write(codes.astype(">u2").tobytes())

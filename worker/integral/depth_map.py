@@ -1,0 +1,80 @@
+"""How deep what every pixel of a sheet shows lies: in the scene, on the display, and as disparity.
+
+A depth map is a sheet `(rows, cols, 4)` in single precision, pixel for pixel with the integral image: it is cut into
+cells, turned and taken apart into views by the same functions. NaN where a pixel shows no surface (sky) or has no ray
+(dead corners of an array, apertures of the imaging lens).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.errors import LayoutError
+from worker.integral.layout import CellLayout
+from worker.integral.orthoscopic import orthoscopic
+from worker.integral.views import view
+
+CHANNELS = ("z_mm", "s_mm", "disparity_u", "disparity_v")
+"""Of the last axis, and of the file."""
+
+
+@dataclass(frozen=True)
+class DepthMap:
+    """The depth of a sheet, or of one of its views."""
+
+    values: NDArray[np.float32]
+    """`(row, col, 4)`, see `CHANNELS`."""
+
+    def __post_init__(self) -> None:
+        """Refuse another number of channels."""
+        if self.values.ndim != 3 or self.values.shape[2] != len(CHANNELS):
+            raise LayoutError(f"expected depths (rows, cols, {len(CHANNELS)}), got an array of {self.values.shape}")
+
+    @property
+    def z_mm(self) -> NDArray[np.float32]:
+        """From surface 1 of the imaging lens (of direct pickup: the rig's origin) to the surface, along the axis."""
+        return self.values[..., 0]
+
+    @property
+    def s_mm(self) -> NDArray[np.float32]:
+        """Where it is shown, positive in front of a display whose array stands a focal length before its pixels."""
+        return self.values[..., 1]
+
+    @property
+    def disparity_u(self) -> NDArray[np.float32]:
+        """How many lens pitches it moves to the left when the eye moves on to the next view on the right."""
+        return self.values[..., 2]
+
+    @property
+    def disparity_v(self) -> NDArray[np.float32]:
+        """How many lens pitches it moves up when the eye moves down to the next view."""
+        return self.values[..., 3]
+
+    def view(self, layout: CellLayout, u: int, v: int) -> DepthMap:
+        """Return the depth of view (u, v) of a sheet, one pixel a lens.
+
+        Raises
+        ------
+        LayoutError
+            If there is no such view, or this is no sheet of the layout.
+        """
+        return DepthMap(view(self.values, layout, u, v))
+
+
+def orthoscopic_depth(captured: NDArray[np.float32], layout: CellLayout, *, inverted: bool) -> DepthMap:
+    """Return the depth of an orthoscopic integral image from that of the capture; NaN where there is no lens.
+
+    Parameters
+    ----------
+    captured
+        `(rows, cols, 4)`, see `CHANNELS`.
+    layout, inverted
+        As in `orthoscopic`.
+    """
+    upright = orthoscopic(captured, layout, inverted=inverted)
+    under_a_lens = orthoscopic(np.ones((layout.rows, layout.cols, 1), dtype=np.bool_), layout, inverted=inverted)
+    upright[~under_a_lens[..., 0]] = np.nan
+    return DepthMap(upright)

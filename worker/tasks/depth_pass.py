@@ -1,0 +1,149 @@
+"""The second pass: how deep what every pixel of a tile shows lies.
+
+POV-Ray tells how far along its ray every pixel of a ray camera meets the scene (lippmann/depth.inc); where the rays go
+is known exactly. From the point that is met follow its place in the scene, and by exact rays its place on the display.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.errors import RenderFailed
+from worker.images.read import read_codes
+from worker.integral.depth_map import DepthMap
+from worker.job.sheet import JobSheet
+from worker.job.stage import Stage
+from worker.optics.capture import Bench, bench, pixel_centres_mm
+from worker.optics.lattice import sheet_px
+from worker.optics.parallax import parallax, shown_mm
+from worker.optics.pixel_rays import front_mm, ray_bands
+from worker.plan.sampling import Tile
+from worker.povray.command import Region, RenderCommand
+from worker.povray.depth_codes import FOGGY, FogLight, fog_light, fog_light_among_others
+from worker.povray.log import AttemptLog
+from worker.povray.ray_camera import FIRST_ROW, Scaffold, starts_mm
+from worker.povray.scene import RAYS_FILE, DepthPass, pov_text
+from worker.tasks.picture import run_povray, write_rays
+from worker.tasks.watch import Watch
+from worker.tasks.workplace import Workplace
+
+DEPTH_POV_FILE = "lippmann-depth.pov"
+
+FAR_AWAY = 1e9
+"""Where the first rays start, in units of the scene: beyond most things that a scene has."""
+
+LEADING_ROWS = FIRST_ROW + 1
+
+FOG = re.compile(rb"\bfog\b")
+SDL = (".pov", ".inc", ".mcr", ".mac")
+
+
+def depth_of_tile(
+    place: Workplace, sheet: JobSheet, frame: int, tile: Tile, *, folder: Path, log: AttemptLog, watch: Watch
+) -> tuple[DepthMap, float]:
+    """Return the depth of a tile, as captured, and the CPU seconds that POV-Ray took.
+
+    Raises
+    ------
+    RenderFailed
+        If the rays start inside objects that are not hollow, wherever the first one does.
+    WorkerError
+        Whatever the scene fails with.
+    """
+    there = sheet.at(frame)
+    stood = bench(there.spec.rig, reference_mm=there.stage.reference_mm)
+    rows, cols = sheet_px(there.spec.rig)
+    region = Region(tile.row_start, tile.row_stop, tile.col_start, tile.col_stop)
+    shared = write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=region, watch=watch)
+    spent_s = 0.0
+
+    def codes(depth: DepthPass) -> NDArray[np.uint16]:
+        nonlocal spent_s
+        (folder / DEPTH_POV_FILE).write_text(pov_text(there, "ray_camera", depth=depth))
+        command = _command(tile, clock=sheet.clock.at(frame))
+        outcome = run_povray(place, there, command, folder=folder, log=log, watch=watch)
+        spent_s += outcome.cpu_s
+        return read_codes(outcome.picture)[LEADING_ROWS:]
+
+    near_mm = _scale_mm(there.stage, stood)
+    first = DepthPass(outside=(0, 0, 0), cols=tile.cols, near_mm=near_mm)
+    light = _found_light(codes, first, there.stage, foggy=_has_fog(place.bundle_folder(sheet.bundle)))
+    return _depth_map(light.distance_mm(near_mm=near_mm), stood, tile, shared), spent_s
+
+
+def _command(tile: Tile, *, clock: float) -> RenderCommand:
+    rows = tile.rows + LEADING_ROWS
+    return RenderCommand(
+        pov_file=DEPTH_POV_FILE,
+        picture="lippmann-depth.png",
+        cols=tile.cols,
+        rows=rows,
+        picture_format="png16",
+        region=Region(FIRST_ROW, rows, 0, tile.cols),
+        clock=clock,
+    )
+
+
+def _scale_mm(stage: Stage, stood: Bench) -> float:
+    """Return about how far the rays go to what should come out sharp."""
+    deepest_mm = stage.far_mm + front_mm(stood)
+    return max(stage.near_mm + front_mm(stood), deepest_mm / 10, 1.0)
+
+
+def _found_light(
+    codes: Callable[[DepthPass], NDArray[np.uint16]], first: DepthPass, stage: Stage, *, foggy: bool
+) -> FogLight:
+    """Try places for the first ray until there is fog along all of them."""
+    for outside in _outside(stage):
+        depth = replace(first, outside=outside)
+        if foggy:
+            amplitudes = (0.0, FOGGY, -FOGGY)
+            light = fog_light_among_others(*(codes(replace(depth, amplitude=amplitude)) for amplitude in amplitudes))
+        else:
+            light = fog_light(codes(depth))
+        if light.is_whole:
+            return light
+    raise RenderFailed(
+        "expected a place outside of all objects that are not hollow, to measure depths from, got none: make the"
+        " objects that the rig stands in hollow"
+    )
+
+
+def _outside(stage: Stage) -> Iterator[tuple[float, float, float]]:
+    """Yield places where a first ray may start: far above, at the rig, and far away in other directions."""
+    up, here = np.array(stage.up), np.array(stage.location)
+    ahead = np.array(stage.look_at) - here
+    right = np.cross(up, ahead)
+    for way in (up, None, -up, right, -right, ahead, -ahead):
+        x, y, z = here if way is None else here + FAR_AWAY * way / np.linalg.norm(way)
+        yield float(x), float(y), float(z)
+
+
+def _has_fog(bundle: Path) -> bool:
+    """Return whether a scene speaks of fog: then it is told from ours, which takes three pictures instead of one."""
+    return any(FOG.search(path.read_bytes()) for path in bundle.rglob("*") if path.suffix.lower() in SDL)
+
+
+def _depth_map(distance_mm: NDArray[np.float64], stood: Bench, tile: Tile, shared: Scaffold) -> DepthMap:
+    rows, cols = sheet_px(stood.rig)
+    across = slice(tile.col_start, tile.col_stop)
+    values = np.empty((tile.rows, tile.cols, 4), dtype=np.float32)
+    start = 0
+    for rays in ray_bands(stood, rows=rows, cols=cols, region=(slice(tile.row_start, tile.row_stop), across)):
+        stop = start + len(rays.position)
+        along = distance_mm[start:stop, :, np.newaxis] * rays.direction
+        z_mm = (starts_mm(rays, shared) + along)[..., 2]
+        band = slice(tile.row_start + start, tile.row_start + stop)
+        moves = parallax(stood, pixel_centres_mm(stood, region=(band, across)), z_mm)
+        here = values[start:stop]
+        here[..., 0] = -z_mm
+        here[..., 1] = shown_mm(moves, stood.rig)
+        here[..., 2:] = moves
+        start = stop
+    return DepthMap(values)

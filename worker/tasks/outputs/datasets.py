@@ -1,0 +1,144 @@
+"""Makers of data sets made of views: HCI folders, sub-aperture PPMs, NPZ arrays."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.exports.hci_parameters import DISTANCE_MM, Cameras, parameters_cfg
+from worker.exports.npz import write_npz
+from worker.exports.ppm import write_ppm
+from worker.exports.written import write_bytes
+from worker.images.colour import srgb_codes
+from worker.images.write import write_png
+from worker.integral.light_field import eye_slopes, lens_places, square_places
+from worker.integral.square_pixels import square_size
+from worker.job.outputs.datasets import HciFolder, NpzArrays, SubapertureViews
+from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.frame_views import FrameViews, about_views, each_frame
+from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.sidecar import geometry
+
+PLENO_BITS = 10
+"""Of the light fields of JPEG Pleno's Common Test Conditions."""
+
+
+def make_hci(making: Making, output: HciFolder) -> None:
+    """Make a folder of the HCI benchmark for every frame."""
+    for views in each_frame(making, output):
+        for number, place in enumerate(np.ndindex(views.block.rows, views.block.cols)):
+            making.keep(f"{views.stem}/input_Cam{number:03d}.png", partial(_write_png, views=views, place=place))
+        text = parameters_cfg(_cameras(views))
+        making.keep(f"{views.stem}/parameters.cfg", partial(write_bytes, data=text.encode()))
+
+
+def about_hci(footage: Footage, output: HciFolder) -> Mapping[str, Any]:
+    """Return what a sidecar says of HCI folders."""
+    return {
+        **about_views(footage, output),
+        "cameras": "input_Cam000 is the upper left view; numbers grow along the row to the right, then downward",
+        "middle_camera": f"input_Cam{output.block(footage.rig(footage.frames[0])).middle:03d}",
+        "codes": "sRGB, 8 bits",
+        "parameters_cfg": f"parallel views, told as those of cameras {DISTANCE_MM:g} mm before the display",
+    }
+
+
+def make_subaperture_ppm(making: Making, output: SubapertureViews) -> None:
+    """Make a folder of 10-bit PPMs for every frame."""
+    for views in each_frame(making, output):
+        for v, u in np.ndindex(views.block.rows, views.block.cols):
+            making.keep(f"{views.stem}/{u:03d}_{v:03d}.ppm", partial(_write_ppm, views=views, place=(v, u)))
+
+
+def about_subaperture_ppm(footage: Footage, output: SubapertureViews) -> Mapping[str, Any]:
+    """Return what a sidecar says of sub-aperture PPMs."""
+    return {
+        **about_views(footage, output),
+        "names": "<col>_<row>.ppm: the first number grows as the eye moves to the right, the second as it moves down",
+        "codes": f"sRGB, {PLENO_BITS} bits, highest {2**PLENO_BITS - 1}, two bytes, the high one first",
+    }
+
+
+def make_npz(making: Making, output: NpzArrays) -> None:
+    """Make an NPZ of every frame."""
+    for views in each_frame(making, output):
+        making.keep(f"{views.stem}{output.suffix}", partial(_write_arrays, views=views, output=output))
+
+
+def about_npz(footage: Footage, output: NpzArrays) -> Mapping[str, Any]:
+    """Return what a sidecar says of NPZ arrays."""
+    light = "linear light" if output.dtype.startswith("float") else "sRGB codes"
+    return {
+        **about_views(footage, output),
+        "views": f"(v, u, lens_row, lens_col, channel), {output.dtype}, {light}",
+        "exists": "(v, u): which views have a pixel under the lens; the others are NaN, or 0 in whole numbers",
+        "right_pitches, down_pitches": "(lens_row, lens_col): where they lie, from the array's middle",
+        "slope_right, slope_down": "(u) and (v): tangent of the eye's direction, to the right and downward",
+        "meta_json": "what this file says, of the one frame",
+    }
+
+
+def _write_png(path: Path, *, views: FrameViews, place: tuple[int, ...]) -> None:
+    write_png(path, views.square[place])
+
+
+def _write_ppm(path: Path, *, views: FrameViews, place: tuple[int, ...]) -> None:
+    write_ppm(path, srgb_codes(views.square[place], bits=PLENO_BITS), bits=PLENO_BITS)
+
+
+def _cameras(views: FrameViews) -> Cameras:
+    footage, array = views.footage, views.footage.rig(views.frame).lens_array
+    rows, cols = square_size(footage.layout)
+    return Cameras(
+        rows_px=rows,
+        cols_px=cols,
+        views_down=views.block.rows,
+        views_across=views.block.cols,
+        pitch_mm=array.pitch_mm,
+        pixel_mm=array.pitch_mm / footage.layout.px_per_lens,
+        gap_mm=array.focal_length_mm,
+        scene=footage.facts.get("scene", ""),
+        category="lippmann",
+        version=version("lippmann"),
+        disparities=(0.0, 0.0),
+    )
+
+
+def _write_arrays(path: Path, *, views: FrameViews, output: NpzArrays) -> None:
+    footage, layout, square = views.footage, views.footage.layout, output.pixels == "square"
+    array = footage.rig(views.frame).lens_array
+    right, down = square_places(layout) if square else lens_places(layout)
+    slope_right, slope_down = eye_slopes(layout, gap_in_pitches=array.focal_length_mm / array.pitch_mm)
+    meta = {
+        "frame": views.frame,
+        "output": output.model_dump(mode="json"),
+        "source": dict(footage.facts),
+        "format": about_npz(footage, output),
+        "integral_image": geometry(footage, views.frame),
+    }
+    arrays = {
+        "views": _as_dtype(views.square if square else views.of_lenses, views.exists, output.dtype),
+        "exists": views.exists,
+        "right_pitches": right,
+        "down_pitches": down,
+        "slope_right": slope_right[views.cols],
+        "slope_down": slope_down[views.rows],
+        "meta_json": np.array(json.dumps(meta)),
+    }
+    write_npz(path, arrays, compress=output.compress)
+
+
+def _as_dtype(views: NDArray[np.float16], exists: NDArray[np.bool_], dtype: str) -> NDArray[Any]:
+    if dtype.startswith("uint"):
+        bits = np.dtype(dtype).itemsize * 8
+        return srgb_codes(views.reshape(-1, *views.shape[3:]), bits=bits).reshape(views.shape)
+    light = np.array(views, dtype=dtype, order="C")
+    light[~exists] = np.nan
+    return light

@@ -1,0 +1,83 @@
+"""The views of one frame that a data set has: made when first asked for, and then once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.integral.light_field import light_field, on_square_pixels
+from worker.integral.square_pixels import square_size
+from worker.job.outputs.datasets import ViewsOptions
+from worker.job.outputs.view_block import ViewBlock
+from worker.plan import names
+from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.making import Making
+
+
+@dataclass(frozen=True)
+class FrameViews:
+    """A block of the views of a frame."""
+
+    footage: Footage
+    frame: int
+    block: ViewBlock
+
+    @property
+    def stem(self) -> str:
+        """The frame's number as names carry it."""
+        return names.frame_stem(self.frame)
+
+    @property
+    def rows(self) -> slice:
+        """The block's among all v."""
+        return slice(self.block.first_v, self.block.first_v + self.block.rows)
+
+    @property
+    def cols(self) -> slice:
+        """The block's among all u."""
+        return slice(self.block.first_u, self.block.first_u + self.block.cols)
+
+    @property
+    def exists(self) -> NDArray[np.bool_]:
+        """Which views have a pixel under the lens, `(v, u)`."""
+        return self.footage.layout.mask[self.rows, self.cols]
+
+    @cached_property
+    def of_lenses(self) -> NDArray[np.float16]:
+        """One value a lens, `(v, u, lens_row, lens_col, 3)`, linear light; zero where there is no view."""
+        return light_field(self.footage.orthoscopic(self.frame), self.footage.layout)[self.rows, self.cols]
+
+    @cached_property
+    def square(self) -> NDArray[np.float16]:
+        """The same on square pixels."""
+        return on_square_pixels(self.of_lenses, self.footage.layout).astype(np.float16, copy=False)
+
+
+def each_frame(making: Making, output: ViewsOptions) -> Iterator[FrameViews]:
+    """Yield the views of every frame, and tell how far the work is.
+
+    Raises
+    ------
+    Stopped
+        Between two of them, if the work should end.
+    """
+    footage = making.footage
+    for frame in making.told(footage.frames, len(footage.frames)):
+        yield FrameViews(footage, frame, output.block(footage.rig(frame)))
+
+
+def about_views(footage: Footage, output: ViewsOptions) -> dict[str, Any]:
+    """Return what a sidecar says of which views there are."""
+    block = output.block(footage.rig(footage.frames[0]))
+    return {
+        "views_down": block.rows,
+        "views_across": block.cols,
+        "first_view": {"u": block.first_u, "v": block.first_v},
+        "missing_views": [[u, v] for u, v in block.numbers if not footage.layout.mask[v, u]],
+        "view_size_px": list(square_size(footage.layout)),
+    }

@@ -1,0 +1,125 @@
+"""Maker of lenslet sequences in the manner of MPEG: one file of raw frames, and a calibration file beside it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.exports.ray_calibration import calibration_xml, lens_grid
+from worker.exports.written import write_bytes, written
+from worker.exports.yuv import write_frame
+from worker.images.colour import srgb_codes
+from worker.integral.layout import CellLayout
+from worker.integral.orthoscopic import orthoscopic, orthoscopic_layout
+from worker.job.outputs.datasets import LensletVideo
+from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.making import Making
+from worker.video.size import even_sided
+
+LONGEST_NAME = 60
+
+
+@dataclass(frozen=True)
+class _Sequence:
+    """What is written: size, lenses, names."""
+
+    layout: CellLayout
+    """Of its sheets."""
+    stem: str
+
+    @property
+    def rows(self) -> int:
+        """Of a frame: the sheet's, made even."""
+        return self.layout.rows + self.layout.rows % 2
+
+    @property
+    def cols(self) -> int:
+        """Likewise."""
+        return self.layout.cols + self.layout.cols % 2
+
+
+def make_mpeg_lenslet(making: Making, output: LensletVideo) -> None:
+    """Make the sequence and its calibration file."""
+    footage = making.footage
+    sequence = _sequence(footage, output)
+    grid = lens_grid(sequence.layout, rows=sequence.rows, cols=sequence.cols)
+    ours = _ours(footage, output, sequence)
+    making.keep(f"{sequence.stem}.xml", partial(write_bytes, data=calibration_xml(grid, ours=ours)))
+    making.keep(f"{sequence.stem}.yuv", partial(_write_frames, making=making, output=output))
+
+
+def about_mpeg_lenslet(footage: Footage, output: LensletVideo) -> Mapping[str, Any]:
+    """Return what a sidecar says of a lenslet sequence."""
+    sequence = _sequence(footage, output)
+    return {
+        "convention": output.convention,
+        "frame_size_px": [sequence.rows, sequence.cols],
+        "pixel_format": "yuv420p, 8 bits, no header: frame after frame all of Y, all of Cb, all of Cr",
+        "colour": "BT.709 matrix, video range, of sRGB codes; chroma is the mean of 2 x 2 px",
+        "repeated_px": {"last_row": sequence.layout.rows % 2, "last_col": sequence.layout.cols % 2},
+    }
+
+
+def sequence_name(footage: Footage, output: LensletVideo) -> str:
+    """Return what a sequence is called: as asked, or by the title or the scene, in letters and digits."""
+    if output.sequence:
+        return output.sequence
+    for fact in ("title", "scene"):
+        words = re.findall(r"[A-Za-z0-9]+", footage.facts.get(fact, ""))
+        if words:
+            return "".join(word[0].upper() + word[1:] for word in words)[:LONGEST_NAME]
+    return "Lippmann"
+
+
+def _sequence(footage: Footage, output: LensletVideo) -> _Sequence:
+    layout = footage.layout
+    if output.convention == "pseudoscopic":
+        layout = orthoscopic_layout(layout, inverted=_inverted(footage, footage.frames[0]))
+    rows, cols = layout.rows + layout.rows % 2, layout.cols + layout.cols % 2
+    name = sequence_name(footage, output)
+    return _Sequence(layout, f"{name}_{cols}x{rows}_{footage.fps:g}fps_8bit")
+
+
+def _inverted(footage: Footage, frame: int) -> bool:
+    return footage.rig(frame).imaging_lens is not None
+
+
+def _write_frames(path: Path, *, making: Making, output: LensletVideo) -> None:
+    footage = making.footage
+    with written(path) as file:
+        for frame in making.told(footage.frames, len(footage.frames)):
+            sheet = footage.orthoscopic(frame)
+            write_frame(file, even_sided(srgb_codes(_turned(sheet, footage, frame, output))))
+
+
+def _turned(sheet: NDArray[np.float16], footage: Footage, frame: int, output: LensletVideo) -> NDArray[np.float16]:
+    """Return the sheet by the convention that is asked for: what made it orthoscopic undoes itself."""
+    if output.convention == "orthoscopic":
+        return sheet
+    return orthoscopic(sheet, footage.layout, inverted=_inverted(footage, frame))
+
+
+def _ours(footage: Footage, output: LensletVideo, sequence: _Sequence) -> dict[str, object]:
+    layout, array = sequence.layout, footage.rig(footage.frames[0]).lens_array
+    return {
+        "convention": output.convention,
+        "width_px": sequence.cols,
+        "height_px": sequence.rows,
+        "frames": len(footage.frames),
+        "fps": f"{footage.fps:g}",
+        "lattice": layout.lattice,
+        "lens_rows": layout.lens_rows,
+        "lens_cols": layout.lens_cols,
+        "first_row_shifted": str(layout.first_row_shifted).lower(),
+        "pitch_px": layout.px_per_lens,
+        "row_pitch_px": layout.row_px,
+        "pitch_mm": array.pitch_mm,
+        "gap_mm": array.focal_length_mm,
+    }
