@@ -78,14 +78,21 @@ def find_pairs(first: Path, second: Path) -> tuple[Pair, ...]:
         raise BadInput(f"expected two pictures or two folders, got the folder {folder} and the picture {picture}")
     if not first.is_dir():
         return (Pair(first.stem, _checked(first), _checked(second)),)
-    frames, others = _frames(first), _frames(second)
+    frames, others = find_frames(first), find_frames(second)
     missing = [_missing(frames, others, second), _missing(others, frames, first)]
     if any(missing):
         raise BadInput(f"expected the same frames twice, got {' and '.join(filter(None, missing))}")
     return tuple(Pair(name, frames[name], others[name]) for name in sorted(frames))
 
 
-def _frames(folder: Path) -> dict[str, Path]:
+def find_frames(folder: Path) -> dict[str, Path]:
+    """Return the orthoscopic frames of a folder, or of its `orthoscopic/`, by name; an EXR goes before a PNG.
+
+    Raises
+    ------
+    BadInput
+        If there are none, or they are another kind of master.
+    """
     inside = folder / ORTHOSCOPIC if (folder / ORTHOSCOPIC).is_dir() else folder
     # The later go before the earlier: masters are read where there are both.
     found = [path for suffix in (SHOWN, MASTER) for path in inside.iterdir() if path.suffix.lower() == suffix]

@@ -20,7 +20,20 @@ from collections.abc import Callable
 
 import typer
 
-from lippmann.commands import capture, compare, design, farm, jobs, keys, lens, observe, paper, scenes, views
+from lippmann.commands import (
+    capture,
+    coding_study,
+    compare,
+    design,
+    farm,
+    jobs,
+    keys,
+    lens,
+    observe,
+    paper,
+    scenes,
+    views,
+)
 from lippmann.errors import ExitCode, LippmannError
 from worker.errors import BundleError, SpecError, WorkerError
 
@@ -45,7 +58,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
         jobs.retry,
     ),
     "Scenes": (capture.capture,),
-    "Integral images": (views.view, views.refocus, observe.observe, compare.compare),
+    "Integral images": (views.view, views.refocus, observe.observe, compare.compare, coding_study.coding_study),
     "Optics": (design.design, lens.lens),
 }
 for panel, commands in COMMANDS.items():

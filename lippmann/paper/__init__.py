@@ -20,5 +20,4 @@ captions         what the captions of Fig. 7 say, against measured depths
 fits             straight lines through measured times
 plain_camera     a camera without the array: of the scene, or behind the imaging lens
 panels           pictures side by side, pixel for pixel, with words
-plot             axes, points and lines
 """

@@ -13,9 +13,9 @@ from typing import Any
 from lippmann.paper import settings
 from lippmann.paper.fits import Line, line_through
 from lippmann.paper.frames import prepared
-from lippmann.paper.plot import BLUE, GREEN, ORANGE, axes
 from lippmann.paper.request import Made, Request
 from lippmann.paper.timing import Timed, timed
+from lippmann.plot import BLUE, GREEN, ORANGE, axes
 from worker.plan.sampling import Tile, cut_tiles, frame_size
 
 THRESHOLDS = (0.02, 0.05, 0.1, 0.2, 0.4, 0.8)
@@ -108,7 +108,7 @@ def _plot(
         title="Rendering time and antialiasing threshold: depth 3, a sixth of the video frame",
         x="antialiasing threshold",
         y="CPU time, s (one thread)",
-        machine=request.machine,
+        note=str(request.machine),
         files=files,
     ) as drawn:
         names = {1: "method 1, not recursive", 2: "method 2, recursive"}

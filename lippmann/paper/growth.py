@@ -9,9 +9,9 @@ from typing import Any
 from lippmann.paper import settings
 from lippmann.paper.fits import Line, line_through
 from lippmann.paper.frames import prepared
-from lippmann.paper.plot import BLUE, ORANGE, axes
 from lippmann.paper.request import Made, Request
 from lippmann.paper.timing import Timed, timed
+from lippmann.plot import BLUE, ORANGE, axes
 from worker.plan.sampling import frame_size
 
 PX_PER_LENS = (4, 6, 8, 12, 16, 20, 24)
@@ -60,7 +60,7 @@ def _plot(chosen: Sequence[int], runs: Sequence[Timed], line: Line, request: Req
         title=f"Rendering time and pixels per lens: {lenses}, antialiasing off",
         x="pixels across a lens",
         y="rendering time, s (one thread)",
-        machine=request.machine,
+        note=str(request.machine),
         files=files,
     ) as drawn:
         fine = [chosen[0] + (chosen[-1] - chosen[0]) * part / 100 for part in range(101)]

@@ -12,8 +12,8 @@ from types import MappingProxyType
 from typing import Any
 
 from lippmann.paper.machine import this_machine
-from lippmann.paper.plot import check_plots
 from lippmann.paper.request import Made, Request
+from lippmann.plot import check_plots
 from lippmann.progress import ProgressLine
 from lippmann.worker_process import check_povray
 from lippmann.writable import check_writable

@@ -32,6 +32,7 @@ under_lenses      light at any place under a lens, of its own cell alone
 whole_cells       a sheet of such a pitch, a print or a scan, made into whole cells: the way back from `device`
 interpolation     between neighbours, linear
 compare           PSNR and SSIM of two sheets and of every view
+rate_distortion   how much a codec saves against another
 
 A sheet is an integral image as `(rows, cols, channel)`; row 0 is the top and col 0 the left, as the observer of the
 display sees them. Its cells are `(lens_row, lens_col, cell_row, cell_col, channel)`.

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lippmann import plot
 from lippmann.errors import LippmannError
-from lippmann.paper import plot
 from lippmann.paper.lens_image import image_size, likeness
 from lippmann.paper.machine import Machine
 from lippmann.paper.panels import GAP_PX, Panel, cut, enlarged, fitted, write_panels
@@ -56,7 +56,7 @@ def test_a_cut_lies_inside_the_picture(middle: tuple[int, int], first: int) -> N
 
 def test_a_plot_says_what_was_measured_where(tmp_path: Path) -> None:
     files = (tmp_path / "p.png", tmp_path / "p.svg")
-    with plot.axes(title="Title", x="threshold", y="time, s", machine=MACHINE, files=files) as drawn:
+    with plot.axes(title="Title", x="threshold", y="time, s", note=str(MACHINE), files=files) as drawn:
         drawn.plot([1, 2], [3, 4], label="a line")
     page = read_png(files[0])
     assert min(page.shape[:2]) >= 600

@@ -9,11 +9,10 @@ from pathlib import Path
 from typing import Any
 
 from lippmann.errors import LippmannError
-from lippmann.paper.machine import Machine
 
 SIZE_IN = (8.0, 5.4)
 DPI = 120
-BLUE, ORANGE, GREEN = "#0b5fa5", "#c4500c", "#2c7a3f"
+COLOURS = BLUE, ORANGE, GREEN, PURPLE = "#0b5fa5", "#c4500c", "#2c7a3f", "#6b4c9a"
 
 
 def check_plots() -> None:
@@ -25,12 +24,15 @@ def check_plots() -> None:
         If it is not.
     """
     if find_spec("matplotlib") is None:
-        raise LippmannError("expected matplotlib for the paper's figures, got none; pip install 'lippmann[plots]'")
+        raise LippmannError("expected matplotlib for plots, got none; pip install 'lippmann[plots]'")
 
 
 @contextmanager
-def axes(*, title: str, x: str, y: str, machine: Machine, files: tuple[Path, ...]) -> Iterator[Any]:
-    """Lend axes with their labels; when done with, the plot is written to every file, named .png or .svg."""
+def axes(*, title: str, x: str, y: str, note: str, files: tuple[Path, ...]) -> Iterator[Any]:
+    """Lend axes with their labels; when done with, the plot is written to every file, named .png or .svg.
+
+    `note` stands small below them: what was measured, on what.
+    """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -45,7 +47,7 @@ def axes(*, title: str, x: str, y: str, machine: Machine, files: tuple[Path, ...
     drawn.set_axisbelow(True)
     yield drawn
     drawn.legend(fontsize=11, frameon=True)
-    figure.text(0.99, 0.012, str(machine), ha="right", va="bottom", fontsize=9, color="#444444")
+    figure.text(0.99, 0.012, note, ha="right", va="bottom", fontsize=9, color="#444444")
     figure.tight_layout(rect=(0, 0.03, 1, 1))
     for file in files:
         figure.savefig(file, metadata={"Date": None} if file.suffix == ".svg" else None)

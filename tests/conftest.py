@@ -1,0 +1,12 @@
+"""What all tests share."""
+
+from __future__ import annotations
+
+import os
+
+from hypothesis import settings
+
+# No test is timed: these machines are noisy, and the first example may import a library. In continuous integration the
+# examples are the same every time, so that what lands is what was tried; at home they are new ones.
+settings.register_profile("lippmann", deadline=None, derandomize="CI" in os.environ)
+settings.load_profile("lippmann")
