@@ -172,6 +172,8 @@ def _plot(path: Path, studied: Studied, wanted: Wanted) -> None:
         files=(path,),
     ) as drawn:
         drawn.set_xscale("log")
+        for axis in (drawn.xaxis.set_major_formatter, drawn.xaxis.set_minor_formatter):
+            axis("{x:g}")
         for number, codec in enumerate(wanted.codecs):
             for arrangement in wanted.arrangements:
                 curve = [point for point in studied.points if point.curve == (codec, arrangement)]

@@ -60,9 +60,10 @@ def _x265(qp: int, intra: bool) -> dict[str, str]:
     return {"preset": "medium", "x265-params": f"qp={qp}:ipratio=1:pbratio=1:cutree=0:aq-mode=0:log-level=none{every}"}
 
 
+# Without fixed offsets SVT-AV1 takes a quantizer of its own for every layer of its pyramid of frames.
 def _svtav1(qp: int, intra: bool) -> dict[str, str]:
     every = ":keyint=1" if intra else ""
-    return {"preset": "6", "qp": str(qp), "svtav1-params": f"rc=0:aq-mode=0{every}"}
+    return {"preset": "6", "qp": str(qp), "svtav1-params": f"rc=0:aq-mode=0:use-fixed-qindex-offsets=1{every}"}
 
 
 def _vp9(qp: int, intra: bool) -> dict[str, str]:
