@@ -12,9 +12,11 @@ originals as `lippmann compare` does.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import islice, product
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Literal, get_args
 
 import numpy as np
@@ -25,11 +27,18 @@ from worker.integral.compare import compare, compare_views, spread
 from worker.integral.layout import CellLayout
 from worker.integral.rate_distortion import bd_rate
 from worker.integral.views import grid_size, interlace, successive_views, view_of_grid, views_grid
-from worker.video.coded import Chroma, CodecName, check_codec, code
+from worker.job.outputs.codecs import Chroma, Codec
+from worker.video.encode import encode
+from worker.video.kinds import Kind, kind
+from worker.video.read import read_frames
 
 Arrangement = Literal["sheets", "views"]
 ARRANGEMENTS: tuple[Arrangement, ...] = get_args(Arrangement)
 Codes = NDArray[np.uint8]
+Encoder = Literal["x264", "x265", "svtav1", "vp9"]
+
+ENCODERS: Mapping[Encoder, Codec] = {"x264": "h264", "x265": "h265", "svtav1": "av1", "vp9": "vp9"}
+"""What a study may try, and the codec that each is an encoder of."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +56,7 @@ class Sequence8:
 class Point:
     """One way of coding, measured: means over frames, and over views."""
 
-    codec: CodecName
+    codec: Encoder
     arrangement: Arrangement
     qp: int
     bits: int
@@ -65,7 +74,7 @@ class Point:
     """Mean over the views; NaN where they are smaller than its window."""
 
     @property
-    def curve(self) -> tuple[CodecName, Arrangement]:
+    def curve(self) -> tuple[Encoder, Arrangement]:
         """Which curve it is a point of."""
         return self.codec, self.arrangement
 
@@ -73,7 +82,7 @@ class Point:
 def study(
     video: Sequence8,
     *,
-    codecs: Sequence[CodecName],
+    codecs: Sequence[Encoder],
     arrangements: Sequence[Arrangement],
     qps: Sequence[int],
     chroma: Chroma,
@@ -87,17 +96,16 @@ def study(
     worker.errors.OutputError
         Before anything is coded, if a codec does not have a quantizer or the chroma.
     """
-    for codec, qp in product(codecs, qps):
-        check_codec(codec, qp=qp, chroma=chroma)
     runs = list(product(codecs, arrangements, qps))
+    kinds = [kind(ENCODERS[codec], container="mkv", qp=qp, chroma=chroma, intra=intra) for codec, _, qp in runs]
     for number, (codec, arrangement, qp) in enumerate(runs):
         tell(number / len(runs), f"{codec} {arrangement} qp {qp}")
-        yield _measured(video, codec, arrangement, qp, chroma=chroma, intra=intra)
+        yield _measured(video, codec, arrangement, qp, kinds[number])
 
 
-def savings(points: Sequence[Point]) -> dict[tuple[CodecName, Arrangement], float]:
+def savings(points: Sequence[Point]) -> dict[tuple[Encoder, Arrangement], float]:
     """Return the BD-rate of every curve against the first one, by PSNR Y over the views; NaN where they do not meet."""
-    curves: dict[tuple[CodecName, Arrangement], list[tuple[float, float]]] = {}
+    curves: dict[tuple[Encoder, Arrangement], list[tuple[float, float]]] = {}
     for point in points:
         curves.setdefault(point.curve, []).append((point.bits_per_px, point.view_psnr_y_db))
     first = next(iter(curves.values()))
@@ -111,14 +119,15 @@ def _saving(first: list[tuple[float, float]], curve: list[tuple[float, float]]) 
         return math.nan
 
 
-def _measured(
-    video: Sequence8, codec: CodecName, arrangement: Arrangement, qp: int, *, chroma: Chroma, intra: bool
-) -> Point:
+def _measured(video: Sequence8, codec: Encoder, arrangement: Arrangement, qp: int, how: Kind) -> Point:
     layout = video.layout
-    arranged = video.frames() if arrangement == "sheets" else _as_views(video.frames(), layout)
-    coded = code(arranged, codec=codec, qp=qp, chroma=chroma, intra=intra)
-    decoded = coded.frames() if arrangement == "sheets" else _from_views(coded.frames(), layout)
-    numbers = [_distortion(first, second, layout) for first, second in zip(video.frames(), decoded, strict=True)]
+    with TemporaryDirectory(prefix="lippmann-study-") as folder:
+        path = Path(folder) / "coded.mkv"
+        arranged = _as_views(video.frames(), layout) if arrangement == "views" else video.frames()
+        bits = 8 * sum(encode(path, arranged, kind=how, fps=video.fps))
+        frames = read_frames(path)
+        decoded = _from_views(frames, layout) if arrangement == "views" else _cropped(frames, layout)
+        numbers = [_distortion(first, second, layout) for first, second in zip(video.frames(), decoded, strict=True)]
     sheet_y, sheet_rgb, view_y, view_min, view_ssim = (
         spread(np.array([column])).mean for column in zip(*numbers, strict=True)
     )
@@ -126,9 +135,9 @@ def _measured(
         codec=codec,
         arrangement=arrangement,
         qp=qp,
-        bits=coded.bits,
-        bits_per_px=coded.bits / (layout.px * video.count),
-        kbit_s=coded.bits * video.fps / video.count / 1000,
+        bits=bits,
+        bits_per_px=bits / (layout.px * video.count),
+        kbit_s=bits * video.fps / video.count / 1000,
         psnr_y_db=sheet_y,
         psnr_rgb_db=sheet_rgb,
         view_psnr_y_db=view_y,
@@ -141,6 +150,11 @@ def _distortion(first: Codes, second: Codes, layout: CellLayout) -> tuple[float,
     sheet, views = compare(first, second), compare_views(first, second, layout)
     over = spread(views.psnr_y_db)
     return sheet.psnr_y_db, sheet.psnr_rgb_db, over.mean, over.minimum, spread(views.ssim).mean
+
+
+def _cropped(frames: Iterator[Codes], layout: CellLayout) -> Iterator[Codes]:
+    # Sides that were made even for 4:2:0 come back so.
+    return (frame[: layout.rows, : layout.cols] for frame in frames)
 
 
 def _as_views(sheets: Iterator[Codes], layout: CellLayout) -> Iterator[Codes]:
@@ -159,5 +173,5 @@ def _from_views(views: Iterator[Codes], layout: CellLayout) -> Iterator[Codes]:
             return
         grid = np.zeros((*grid_size(layout), 3), dtype=np.uint8)
         for (u, v), picture in zip(numbers, seen, strict=True):
-            view_of_grid(grid, layout, u, v)[:] = picture
+            view_of_grid(grid, layout, u, v)[:] = picture[: layout.lens_rows, : layout.lens_cols]
         yield interlace(grid, layout)

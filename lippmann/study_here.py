@@ -12,7 +12,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from lippmann.coding_study import Arrangement, Codes, Point, Sequence8, savings, study
+from lippmann.coding_study import Arrangement, Codes, Encoder, Point, Sequence8, savings, study
 from lippmann.compare_here import find_frames
 from lippmann.errors import BadInput
 from lippmann.master_file import rig_in
@@ -22,9 +22,9 @@ from lippmann.writable import check_writable
 from worker.errors import ArtifactBroken, OutputError
 from worker.images.codes import MASTER, picture_codes
 from worker.integral.layout import CellLayout
+from worker.job.outputs.codecs import Chroma
 from worker.plan import names
 from worker.plan.sampling import display_size
-from worker.video.coded import Chroma, CodecName
 
 if TYPE_CHECKING:
     from lippmann.client import Client
@@ -37,7 +37,7 @@ _MARKS: dict[Arrangement, str] = {"sheets": "o-", "views": "s--"}
 class Wanted:
     """What a study is to try."""
 
-    codecs: tuple[CodecName, ...]
+    codecs: tuple[Encoder, ...]
     arrangements: tuple[Arrangement, ...]
     qps: tuple[int, ...]
     chroma: Chroma
@@ -49,7 +49,7 @@ class Studied:
     """What it found, and where that lies."""
 
     points: tuple[Point, ...]
-    bd_rates: dict[tuple[CodecName, Arrangement], float]
+    bd_rates: dict[tuple[Encoder, Arrangement], float]
     frames: int
     layout: CellLayout
     files: tuple[Path, ...]
@@ -162,7 +162,7 @@ def _write_csv(path: Path, points: Sequence[Point]) -> None:
 
 
 def _plot(path: Path, studied: Studied, wanted: Wanted) -> None:
-    note = f"{studied.layout}, {studied.frames} frames, 4:{wanted.chroma[1]}:{wanted.chroma[2]}"
+    note = f"{studied.layout}, {studied.frames} frames, {wanted.chroma}"
     note += ", every frame alone" if wanted.intra else ""
     with axes(
         title="Rate and distortion of an integral video",

@@ -24,7 +24,7 @@ def coding_study(
     arrange: Annotated[
         str, typer.Option(help="How the video goes in: as sheets, as a video of its views, or both.")
     ] = "sheets,views",
-    chroma: Annotated[Literal["420", "444"], typer.Option(help="Resolution of the chroma.")] = "420",
+    chroma: Annotated[Literal["4:2:0", "4:4:4"], typer.Option(help="Resolution of the chroma.")] = "4:2:0",
     intra: Annotated[bool, typer.Option("--intra", help="Every frame stands alone.")] = False,
     fps: Annotated[
         float, typer.Option(min=0.001, help="Frames a second of a folder's frames; a job knows its own.")
@@ -36,12 +36,11 @@ def coding_study(
     data_dir: DataDir = DATA_DIR,
 ) -> None:
     """Code an integral video with several codecs and quantizers, and plot what is left of its views."""
-    from lippmann.coding_study import ARRANGEMENTS
+    from lippmann.coding_study import ARRANGEMENTS, ENCODERS
     from lippmann.study_here import Wanted, frames_of_job, study_data, study_here
-    from worker.video.coded import CODECS
 
     wanted = Wanted(
-        codecs=_chosen("--codecs", codecs, CODECS),
+        codecs=_chosen("--codecs", codecs, tuple(ENCODERS)),
         arrangements=_chosen("--arrange", arrange, ARRANGEMENTS),
         qps=_quantizers(qp),
         chroma=chroma,

@@ -9,8 +9,8 @@
 | `ffv1` | work: nothing is lost | FFmpeg's own, version 3 | red, green and blue of 8, 10 or 16 bits, with CRCs |
 
 How good a picture is, the encoder's own constant rate factor says (`crf`). Instead a *quantizer* may hold still (`qp`),
-which coding studies ask for: of x264 and x265 the same for every type of picture, 0 to 51; of SVT-AV1 the base of its
-pyramid, 1 to 63; of libvpx the smallest and the largest, 0 to 63.
+which coding studies ask for, the same for every type of picture: of x264 and x265 0 to 51, of SVT-AV1 1 to 63, of
+libvpx 0 to 63.
 
 The same frames give the same bytes: no dates, no random numbers, and a fixed number of threads, which x264's bits
 depend on. Not so by x265: of small pictures its bits differ from run to run (measured at 64 and 128 px).
@@ -95,7 +95,7 @@ _ENCODERS: Mapping[Codec, _Encoder] = {
     "av1": _Encoder(
         "libsvtav1",
         {"preset": "8", "svtav1-params": f"lp={THREADS}"},
-        lambda qp: {"qp": qp},
+        lambda qp: {"qp": qp, "svtav1-params": f"lp={THREADS}:aq-mode=0:use-fixed-qindex-offsets=1"},
     ),
     "vp9": _Encoder(
         "libvpx-vp9",
@@ -127,6 +127,7 @@ def kind(
     qp: int | None = None,
     chroma: Chroma | None = None,
     bits: Bits = 8,
+    intra: bool = False,
 ) -> Kind:
     """Return a codec in a container, set; what is not said is its default, as `CHOICES` lists it.
 
@@ -142,6 +143,8 @@ def kind(
         How colour is sampled; None where red, green and blue are kept.
     bits
         Of a code.
+    intra
+        Whether every frame stands alone.
 
     Raises
     ------
@@ -164,13 +167,16 @@ def kind(
     rate = crf if crf is not None else choices.crf
     rated: Settings = {} if rate is None else {"crf": str(rate)}
     if qp is not None and encoder.at_qp is not None:
+        # SVT-AV1 takes 0 for nothing said.
+        if not (codec == "av1") <= qp <= choices.worst_crf:
+            raise OutputError(f"expected of {codec} a qp from {int(codec == 'av1')} to {choices.worst_crf}, got {qp}")
         rated = encoder.at_qp(str(qp))
     return Kind(
         encoder=encoder.name,
         container=container,
         pixel_format=_PIXEL_FORMATS[chroma, bits],
         bits=bits,
-        settings={**encoder.settings, **rated, "flags": "+bitexact"},
+        settings={**encoder.settings, **rated, **({"g": "1"} if intra else {}), "flags": "+bitexact"},
     )
 
 

@@ -18,7 +18,7 @@ from worker.images.write import write_exr
 from worker.integral.layout import CellLayout
 from worker.plan.sampling import display_size
 
-WANTED = Wanted(codecs=("x264", "vp9"), arrangements=("sheets", "views"), qps=(10, 40), chroma="444", intra=False)
+WANTED = Wanted(codecs=("x264", "vp9"), arrangements=("sheets", "views"), qps=(10, 40), chroma="4:4:4", intra=False)
 
 
 def masters(folder: Path, frames: int = 2, **lens_array: str) -> CellLayout:
@@ -72,7 +72,7 @@ def test_a_codec_that_changes_nothing_shows_that_sheets_come_back_from_their_vie
     noise = np.random.default_rng(1).integers(0, 256, (2, layout.rows, layout.cols, 3), dtype=np.uint8)
     video = Sequence8(frames=lambda: iter(noise), count=2, layout=layout, fps=8.0)
     points = study(
-        video, codecs=("vp9",), arrangements=("sheets", "views"), qps=(0,), chroma="444", intra=False,
+        video, codecs=("vp9",), arrangements=("sheets", "views"), qps=(0,), chroma="4:4:4", intra=False,
         tell=lambda part, what: None,
     )  # fmt: skip
     sheets, views = points
@@ -82,8 +82,8 @@ def test_a_codec_that_changes_nothing_shows_that_sheets_come_back_from_their_vie
 
 def test_bad_input_is_named(tmp_path: Path) -> None:
     masters(tmp_path / "job", frames=1)
-    with pytest.raises(BadInput, match="expected a quantizer from 0 to 51 for x264, got 60"):
-        study_here(tmp_path / "job", Wanted(("x264",), ("sheets",), (60,), "420", False), fps=8.0, out=tmp_path)
+    with pytest.raises(BadInput, match="expected of h264 a qp from 0 to 51, got 60"):
+        study_here(tmp_path / "job", Wanted(("x264",), ("sheets",), (60,), "4:2:0", False), fps=8.0, out=tmp_path)
     (tmp_path / "empty").mkdir()
     with pytest.raises(BadInput, match="expected frames as EXR or PNG"):
         study_here(tmp_path / "empty", WANTED, fps=8.0, out=tmp_path)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.interpolate import griddata  # type: ignore[import-untyped]  # SciPy has no types of its own
+from scipy.interpolate import griddata
 
 from worker.integral.orthoscopic import orthoscopic
 from worker.integral.views import view

@@ -181,6 +181,15 @@ def test_a_quantizer_that_holds_still_sets_the_quality(tmp_path: Path, codec: Co
     assert made[0] > made[1] > made[2]
 
 
+@pytest.mark.parametrize("codec", ["h264", "h265", "av1", "vp9"])
+def test_frames_that_stand_alone_cost_more_where_little_changes(tmp_path: Path, codec: Codec) -> None:
+    frames = waves(6, 90, 120)
+    alone, together = (
+        sum(encode(tmp_path / "a", frames, kind=kind_of(codec, qp=30, intra=intra), fps=8)) for intra in (True, False)
+    )
+    assert alone > together
+
+
 @pytest.mark.skipif(shutil.which("ffprobe") is None, reason="ffprobe is not installed")
 @KINDS
 def test_the_bytes_of_every_frame_are_told_in_the_order_shown(tmp_path: Path, kind: Kind) -> None:
@@ -281,6 +290,8 @@ def test_what_a_codec_cannot_do_is_said() -> None:
         kind_of("vp9", container="mp4")
     with pytest.raises(OutputError, match="of ffv1 no qp, got qp 20"):
         kind_of("ffv1", qp=20)
+    with pytest.raises(OutputError, match="of av1 a qp from 1 to 63, got 0"):
+        kind_of("av1", qp=0)
     with pytest.raises(OutputError, match="of h264 either a qp or a crf, got qp 20"):
         kind_of("h264", qp=20, crf=20)
 
