@@ -97,11 +97,12 @@ def test_every_setting_is_documented_and_no_other(heading: str, settings: type[B
 
 
 def test_every_command_in_a_block_of_code_is_one_that_lippmann_has() -> None:
-    commands = {command.name or command.callback.__name__ for command in app.registered_commands if command.callback}
+    functions = [command.callback for command in app.registered_commands if command.callback]
+    commands = {function.__name__.replace("_", "-") for function in functions}
     commands |= {group.name for group in app.registered_groups if isinstance(group.name, str)}
     for page in PAGES:
         for block in re.findall(r"```[a-z]*\n(.*?)```", page.read_text(), re.DOTALL):
-            for word in re.findall(r"^\s*(?:\$ )?lippmann ([a-z]+)", block, re.MULTILINE):
+            for word in re.findall(r"^\s*(?:\$ )?lippmann ([a-z-]+)", block, re.MULTILINE):
                 assert word in commands, f"{page.name}: lippmann {word}"
 
 
