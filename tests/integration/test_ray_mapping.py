@@ -15,7 +15,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.builders import local_place, rendered_codes, small_job, stored_job, tiles_of
-from worker.integral.assemble import assemble
+from worker.integral.assemble import assembled
 from worker.job.spec import JobSpec
 from worker.optics.capture import bench, object_rays, pixel_centres_mm
 from worker.plan.sampling import frame_size
@@ -43,7 +43,7 @@ def rendered_mm(folder: Path, spec: JobSpec) -> tuple[NDArray[np.float64], NDArr
     place = local_place(folder)
     sheet = stored_job(place, spec)
     tiles = [(tile, rendered_codes(place, sheet, tile=tile)) for tile in tiles_of(spec)]
-    codes = assemble(frame_size(spec.rig), tiles)
+    codes = np.concatenate(list(assembled(frame_size(spec.rig), tiles)))
     return codes[..., :2] / 65535 * 2 * HALF_WIDTH_MM - HALF_WIDTH_MM, codes[..., 2] > 32768
 
 

@@ -2,6 +2,9 @@
 
 read       EXR and PNG to arrays, whole or a region, every read checked
 write      linear EXR masters; sRGB PNG and WebP for people
+rows       pictures that need not fit in memory: rows in, rows out
+scratch    pixels on disk as plain numbers
+views      all views of a sheet that need not fit in memory
 colour     linear light to sRGB codes
 resize     another size, by a named filter
 tiff       TIFF by bands of rows

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import os
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, Literal
@@ -20,7 +20,7 @@ from OpenImageIO import ImageOutput, ImageSpec, geterror
 
 from worker.errors import NO_ROOM, OutputError, StoreFull, StoreUnavailable
 
-Format = Literal["openexr", "png", "webp"]
+Format = Literal["png", "webp"]
 
 
 @contextmanager
@@ -30,7 +30,6 @@ def encoded(
     to: Format,
     store_as: str,
     attributes: Mapping[str, str | int | float],
-    channels: Sequence[str] | None = None,
 ) -> Iterator[BinaryIO]:
     """Lend a picture as an open file in memory, standing at its beginning.
 
@@ -41,11 +40,9 @@ def encoded(
     to
         The file format, by OpenImageIO's name.
     store_as
-        Its numbers, by OpenImageIO's name: `half`, `float`, `uint8`, `uint16`.
+        Its numbers, by OpenImageIO's name: `uint8`, `uint16`.
     attributes
         Header attributes and settings of the writer.
-    channels
-        Their names, where they are not red, green and blue.
 
     Raises
     ------
@@ -54,8 +51,6 @@ def encoded(
     """
     rows, cols, count = pixels.shape
     spec = ImageSpec(cols, rows, count, store_as)
-    if channels is not None:
-        spec.channelnames = tuple(channels)
     for name, value in attributes.items():
         spec.attribute(name, value)
     with open(os.memfd_create("picture", os.MFD_CLOEXEC), "w+b") as file:

@@ -47,9 +47,9 @@ def read_rgb(path: Path, dtype: type[Light]) -> NDArray[Light]:
     ArtifactBroken
         If it is not a picture, is cut short or damaged, or does not have the three channels.
     """
-    with _opened(path) as source:
-        _check_channels(path, source)
-        return _checked(path, source, source.read_image(0, 0, 0, 3, _name(dtype)))
+    with opened(path) as source:
+        check_channels(path, source)
+        return checked(path, source, source.read_image(0, 0, 0, 3, _name(dtype)))
 
 
 def read_region(path: Path, place: TilePlace, dtype: type[Light]) -> NDArray[Light]:
@@ -78,10 +78,10 @@ def read_region(path: Path, place: TilePlace, dtype: type[Light]) -> NDArray[Lig
     ArtifactBroken
         As in `read_rgb`, or if the region does not lie inside the picture.
     """
-    with _opened(path) as source:
-        _check_channels(path, source)
+    with opened(path) as source:
+        check_channels(path, source)
         _check_inside(path, source.spec(), place)
-        rows = _checked(path, source, source.read_scanlines(place.row_start, place.row_stop, 0, 0, 3, _name(dtype)))
+        rows = checked(path, source, source.read_scanlines(place.row_start, place.row_stop, 0, 0, 3, _name(dtype)))
         return np.ascontiguousarray(rows[:, place.col_start : place.col_stop])
 
 
@@ -95,12 +95,10 @@ def read_channels(path: Path, names: Sequence[str]) -> NDArray[np.float32]:
     ArtifactBroken
         If it is not a picture, is cut short or damaged, or does not have these channels.
     """
-    with _opened(path) as source:
-        there = tuple(source.spec().channelnames)
-        if not set(names) <= set(there):
-            raise ArtifactBroken(f"{path.name}: expected channels {tuple(names)}, got {there}")
-        pixels = _checked(path, source, source.read_image(0, 0, 0, len(there), "float"))
-        return np.ascontiguousarray(pixels[..., [there.index(name) for name in names]])
+    with opened(path) as source:
+        places = channel_places(path, source, names)
+        pixels = checked(path, source, source.read_image(0, 0, 0, max(places) + 1, "float"))
+        return np.ascontiguousarray(pixels[..., places])
 
 
 def read_codes(path: Path) -> NDArray[np.uint16]:
@@ -115,11 +113,11 @@ def read_codes(path: Path) -> NDArray[np.uint16]:
     ArtifactBroken
         If it is not whole, or does not have three channels of 16 bits.
     """
-    with _opened(path) as source:
-        _check_channels(path, source)
+    with opened(path) as source:
+        check_channels(path, source)
         if str(source.spec().format) != "uint16":
             raise ArtifactBroken(f"{path.name}: expected codes of 16 bits, got {source.spec().format}")
-        return _checked(path, source, source.read_image(0, 0, 0, 3, "uint16"))
+        return checked(path, source, source.read_image(0, 0, 0, 3, "uint16"))
 
 
 def read_codes_8(path: Path) -> NDArray[np.uint8]:
@@ -132,9 +130,9 @@ def read_codes_8(path: Path) -> NDArray[np.uint8]:
     ArtifactBroken
         If it is not whole, or its first three channels are not red, green and blue.
     """
-    with _opened(path) as source:
-        _check_channels(path, source)
-        return _checked(path, source, source.read_image(0, 0, 0, 3, "uint8"))
+    with opened(path) as source:
+        check_channels(path, source)
+        return checked(path, source, source.read_image(0, 0, 0, 3, "uint8"))
 
 
 def read_attributes(path: Path) -> dict[str, str]:
@@ -147,7 +145,7 @@ def read_attributes(path: Path) -> dict[str, str]:
     ArtifactBroken
         If its header cannot be read.
     """
-    with _opened(path) as source:
+    with opened(path) as source:
         return {
             item.name.removeprefix(ATTRIBUTE_PREFIX): str(item.value)
             for item in source.spec().extra_attribs
@@ -156,7 +154,8 @@ def read_attributes(path: Path) -> dict[str, str]:
 
 
 @contextmanager
-def _opened(path: Path) -> Iterator[ImageInput]:
+def opened(path: Path) -> Iterator[ImageInput]:
+    """Lend an open picture; see `read_rgb` for what may be wrong with it."""
     if not path.is_file():
         raise ArtifactMissing(f"expected a picture at {path.name}, got no file")
     source = ImageInput.open(str(path))
@@ -168,7 +167,16 @@ def _opened(path: Path) -> Iterator[ImageInput]:
         source.close()
 
 
-def _check_channels(path: Path, source: ImageInput) -> None:
+def channel_places(path: Path, source: ImageInput, names: Sequence[str]) -> list[int]:
+    """Return where channels of these names are among those of a picture, which may have others."""
+    there = tuple(source.spec().channelnames)
+    if not set(names) <= set(there):
+        raise ArtifactBroken(f"{path.name}: expected channels {tuple(names)}, got {there}")
+    return [there.index(name) for name in names]
+
+
+def check_channels(path: Path, source: ImageInput) -> None:
+    """Refuse a picture whose first three channels are not red, green and blue."""
     names = tuple(source.spec().channelnames)
     if names[:3] != _CHANNELS:
         raise ArtifactBroken(f"{path.name}: expected channels {_CHANNELS}, got {names}")
@@ -184,7 +192,8 @@ def _check_inside(path: Path, spec: ImageSpec, place: TilePlace) -> None:
         )
 
 
-def _checked(path: Path, source: ImageInput, pixels: NDArray[Any] | None) -> NDArray[Any]:
+def checked(path: Path, source: ImageInput, pixels: NDArray[Any] | None) -> NDArray[Any]:
+    """Return what was read, if it is whole."""
     # Some readers give the rows they have and say only by the error that others are missing.
     trouble = source.geterror()
     if pixels is None or trouble:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -16,6 +16,7 @@ from worker.images.density import Density
 from worker.images.encode import encoded, new_file, save
 from worker.images.read import ATTRIBUTE_PREFIX
 from worker.images.resize import resize
+from worker.images.rows import write_rows
 from worker.images.tiff import write_tiff_bands
 
 _HALF_MAX = float(np.finfo(np.float16).max)
@@ -42,15 +43,39 @@ def write_exr(path: Path, linear: NDArray[np.floating[Any]], *, attributes: Mapp
         If it cannot be written, and then no part of it is left.
     """
     _check_rgb(linear)
-    header = {ATTRIBUTE_PREFIX + name: text for name, text in attributes.items()}
-    # The empty date keeps OpenImageIO from putting in today's.
-    settings = {"compression": "zip", "oiio:ColorSpace": LINEAR, "DateTime": ""}
-    with encoded(_half(linear), to="openexr", store_as="half", attributes={**settings, **header}) as file:
-        save(file, path)
+    write_exr_rows(path, (linear,), size=linear.shape[:2], attributes=attributes)
+
+
+def write_exr_rows(
+    path: Path, bands: Iterable[NDArray[np.floating[Any]]], *, size: tuple[int, int], attributes: Mapping[str, str]
+) -> None:
+    """Write a master from bands of its rows, top down: the same file as `write_exr` of the whole.
+
+    Parameters
+    ----------
+    path, attributes
+        As in `write_exr`.
+    bands
+        `(rows, cols, 3)` each, floating.
+    size
+        (rows, cols) of the whole.
+
+    Raises
+    ------
+    OutputError, StoreFull, StoreUnavailable
+        As in `write_exr`, or if the bands are not the rows of this size.
+    """
+    settings = {**_settings(attributes), "oiio:ColorSpace": LINEAR}
+    write_rows(path, map(_half, bands), size=size, to="openexr", store_as="half", attributes=settings)
 
 
 def write_channels(
-    path: Path, values: NDArray[np.float32], names: Sequence[str], *, attributes: Mapping[str, str]
+    path: Path,
+    bands: Iterable[NDArray[np.float32]],
+    names: Sequence[str],
+    *,
+    size: tuple[int, int],
+    attributes: Mapping[str, str],
 ) -> None:
     """Write numbers as the channels of an EXR, in single precision, zip-compressed; `read_channels` gives them back.
 
@@ -58,10 +83,12 @@ def write_channels(
     ----------
     path
         Where to; not atomic.
-    values
-        `(rows, cols, channel)`; NaN stays NaN.
+    bands
+        `(rows, cols, channel)` each, top down; NaN stays NaN.
     names
         Of the channels.
+    size
+        (rows, cols) of the whole.
     attributes
         As in `write_exr`.
 
@@ -70,13 +97,8 @@ def write_channels(
     OutputError, StoreFull, StoreUnavailable
         If it cannot be written, and then no part of it is left.
     """
-    if values.ndim != 3 or values.shape[2] != len(names) or values.dtype != np.float32 or not values.size:
-        raise OutputError(f"expected float32 values (rows, cols, {len(names)}), got {values.dtype} {values.shape}")
-    header = {ATTRIBUTE_PREFIX + name: text for name, text in attributes.items()}
-    settings = {"compression": "zip", "DateTime": ""}
-    pixels = encoded(values, to="openexr", store_as="float", attributes={**settings, **header}, channels=names)
-    with pixels as file:
-        save(file, path)
+    settings = _settings(attributes)
+    write_rows(path, bands, size=size, to="openexr", store_as="float", attributes=settings, channels=names)
 
 
 def write_png(path: Path, linear: NDArray[np.floating[Any]], *, bits: int = 8, density: Density | None = None) -> None:
@@ -141,6 +163,15 @@ def encoded_webp(linear: NDArray[np.floating[Any]]) -> AbstractContextManager[Bi
     _check_rgb(linear)
     settings = {"compression": f"webp:{_WEBP_QUALITY}"}
     return encoded(srgb_codes(linear), to="webp", store_as="uint8", attributes=settings)
+
+
+def _settings(attributes: Mapping[str, str]) -> dict[str, str]:
+    """Return the header of an EXR; the empty date keeps OpenImageIO from putting in today's."""
+    return {
+        "compression": "zip",
+        "DateTime": "",
+        **{ATTRIBUTE_PREFIX + name: text for name, text in attributes.items()},
+    }
 
 
 def _half(linear: NDArray[np.floating[Any]]) -> NDArray[np.float16]:

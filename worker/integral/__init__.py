@@ -7,6 +7,7 @@ supersample       a rendering with k x k times the pixels becomes the sheet, ave
 assemble          tiles become the whole sheet, every lens covered once
 orthoscopic       the pseudoscopic capture becomes the orthoscopic integral image
 views             one pixel per lens: views, the grid of all of them and back, their order in a movie
+bands             sheets larger than memory, in bands of lens rows
 between_views     a row of views in another number
 epi               epipolar slices: a line of lenses as the eye moves along it
 mosaic            pictures of one size put together into one

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from typing import Any, Protocol
 
 import numpy as np
@@ -32,10 +32,10 @@ class TilePlace(Protocol):
         """One past the last col, px."""
 
 
-def assemble(layout: CellLayout, tiles: Iterable[tuple[TilePlace, NDArray[Pixel]]]) -> NDArray[Pixel]:
-    """Put tiles together into one sheet.
+def assembled(layout: CellLayout, tiles: Iterable[tuple[TilePlace, NDArray[Pixel]]]) -> Iterator[NDArray[Pixel]]:
+    """Put tiles together and yield the sheet's rows, top down, a strip of tiles at a time.
 
-    Tiles are taken one at a time, so a generator that reads them holds no more than the sheet and one tile.
+    Tiles are taken one at a time, so a generator that reads them holds no more than a strip and a tile.
 
     Parameters
     ----------
@@ -43,35 +43,41 @@ def assemble(layout: CellLayout, tiles: Iterable[tuple[TilePlace, NDArray[Pixel]
         Of the whole sheet.
     tiles
         Places, cut along the layout's `row_edges` and `col_edges`, and their pixels `(rows, cols, channel)`, all of
-        one dtype; in any order.
+        one dtype; strip by strip, and those of a strip, which are equally high, in any order.
 
-    Returns
-    -------
+    Yields
+    ------
     NDArray
-        `(rows, cols, channel)` in the tiles' dtype.
+        `(rows, cols, channel)` in the tiles' dtype; together all rows of the sheet.
 
     Raises
     ------
     LayoutError
-        If tiles leave a gap, overlap, lie outside, are not cut along lens edges, are not as large as their place, or
-        differ in dtype or channels.
+        If tiles leave a gap, overlap, lie outside, are not cut along lens edges, are not as large as their place,
+        differ in dtype or channels, or come in another order.
     """
-    sheet: NDArray[Pixel] | None = None
     covered = np.zeros((layout.lens_rows, layout.lens_cols), dtype=bool)
+    ready, strip, like = 0, None, None
     for place, pixels in tiles:
         _check_place(place, layout)
-        if sheet is None:
-            sheet = np.empty((layout.rows, layout.cols, *pixels.shape[2:]), dtype=pixels.dtype)
-        _check_pixels(place, pixels, sheet)
+        like = pixels if like is None else like
+        _check_pixels(place, pixels, like)
+        if strip is not None and place.row_start >= ready + len(strip):
+            ready += len(strip)
+            _check_covered(covered, layout, ready)
+            yield strip
+            strip = None
         _cover(covered, place, layout)
-        sheet[place.row_start : place.row_stop, place.col_start : place.col_stop] = pixels
-    if sheet is None or not covered.all():
-        lens_row, lens_col = np.argwhere(~covered)[0]
-        raise LayoutError(
-            f"expected tiles over all of {layout}, got none over {(~covered).sum()} of them,"
-            f" the first at row {lens_row}, col {lens_col}"
-        )
-    return sheet
+        if strip is None:
+            _check_covered(covered, layout, place.row_start)
+            strip = np.empty((place.row_stop - place.row_start, layout.cols, *pixels.shape[2:]), dtype=pixels.dtype)
+        if (place.row_start, place.row_stop) != (ready, ready + len(strip)):
+            rows = f"rows {ready} to {ready + len(strip)}"
+            raise LayoutError(f"expected tiles strip by strip, the next one in {rows}, got {_where(place)}")
+        strip[:, place.col_start : place.col_stop] = pixels
+    _check_covered(covered, layout, layout.rows)
+    if strip is not None:
+        yield strip
 
 
 def _check_place(place: TilePlace, layout: CellLayout) -> None:
@@ -81,11 +87,11 @@ def _check_place(place: TilePlace, layout: CellLayout) -> None:
         raise LayoutError(f"expected a tile inside {layout} and cut along lens edges, got {_where(place)}")
 
 
-def _check_pixels(place: TilePlace, pixels: NDArray[Any], sheet: NDArray[Any]) -> None:
-    expected = (place.row_stop - place.row_start, place.col_stop - place.col_start, *sheet.shape[2:])
-    if pixels.ndim != 3 or pixels.shape != expected or pixels.dtype != sheet.dtype:
+def _check_pixels(place: TilePlace, pixels: NDArray[Any], like: NDArray[Any]) -> None:
+    expected = (place.row_stop - place.row_start, place.col_stop - place.col_start, *like.shape[2:])
+    if pixels.ndim != 3 or pixels.shape != expected or pixels.dtype != like.dtype:
         raise LayoutError(
-            f"expected a tile of {expected} {sheet.dtype} at {_where(place)}, got {pixels.shape} {pixels.dtype}"
+            f"expected a tile of {expected} {like.dtype} at {_where(place)}, got {pixels.shape} {pixels.dtype}"
         )
 
 
@@ -96,6 +102,17 @@ def _cover(covered: NDArray[np.bool_], place: TilePlace, layout: CellLayout) -> 
     if lenses.any():
         raise LayoutError(f"expected every lens in one tile, got a second tile over the lenses of {_where(place)}")
     lenses[:] = True
+
+
+def _check_covered(covered: NDArray[np.bool_], layout: CellLayout, row_stop: int) -> None:
+    """Refuse a gap above a pixel row where tiles end."""
+    above = covered[: layout.row_edges.index(row_stop)]
+    if not above.all():
+        lens_row, lens_col = np.argwhere(~above)[0]
+        raise LayoutError(
+            f"expected tiles over all of {layout}, got none over {(~above).sum()} of them,"
+            f" the first at row {lens_row}, col {lens_col}"
+        )
 
 
 def _where(place: TilePlace) -> str:

@@ -7,14 +7,15 @@ cells, turned and taken apart into views by the same functions. NaN where a pixe
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from worker.errors import LayoutError
+from worker.integral.bands import HeldRows, OrthoscopicSheet, Sheet, SheetOfRows, stitched
 from worker.integral.layout import CellLayout
-from worker.integral.orthoscopic import orthoscopic
 from worker.integral.views import view
 
 CHANNELS = ("z_mm", "s_mm", "disparity_u", "disparity_v")
@@ -64,17 +65,20 @@ class DepthMap:
         return DepthMap(view(self.values, layout, u, v))
 
 
-def orthoscopic_depth(captured: NDArray[np.float32], layout: CellLayout, *, inverted: bool) -> DepthMap:
-    """Return the depth of an orthoscopic integral image from that of the capture; NaN where there is no lens.
+def depth_bands(captured: Sheet, *, inverted: bool, band_px: int) -> Iterator[NDArray[np.float32]]:
+    """Yield the rows of the depth of an orthoscopic integral image, top down, in bands; NaN where there is no lens.
 
     Parameters
     ----------
     captured
-        `(rows, cols, 4)`, see `CHANNELS`.
-    layout, inverted
+        The depth of the capture, `(rows, cols, 4)`, see `CHANNELS`.
+    inverted
         As in `orthoscopic`.
+    band_px
+        About so many pixels a band.
     """
-    upright = orthoscopic(captured, layout, inverted=inverted)
-    under_a_lens = orthoscopic(np.ones((layout.rows, layout.cols, 1), dtype=np.bool_), layout, inverted=inverted)
-    upright[~under_a_lens[..., 0]] = np.nan
-    return DepthMap(upright)
+    layout = captured.layout
+    lit = SheetOfRows(HeldRows(np.broadcast_to(np.True_, (layout.rows, layout.cols, 1))), layout)
+    upright, under_a_lens = (stitched(OrthoscopicSheet(each, inverted=inverted), band_px) for each in (captured, lit))
+    for values, own in zip(upright, under_a_lens, strict=True):
+        yield np.where(own, values, np.float32(np.nan))

@@ -13,6 +13,7 @@ Nothing is averaged, so render about as many pixels per lens as the device has.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,13 +21,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.errors import LayoutError
-from worker.integral.device_hexagons import hexagons_at
+from worker.integral.bands import HeldRows, Sheet, SheetOfRows
+from worker.integral.device_hexagons import hexagonal_lens_rows_under, hexagons_at
 from worker.integral.hexagon import ROW_PITCH
 from worker.integral.interpolation import ON_THE_BORDER, Light, between, neighbours, working
 from worker.integral.layout import CellLayout, check_sheet
 
 ROWS_AT_ONCE = 64
-"""Device rows that are worked on together, so that memory beside the two sheets stays at some ten MB."""
+"""Device rows that are taken from one part of the sheet."""
+
+PX_AT_ONCE = 200_000
+"""Device pixels that are worked on together, so that memory beside the two sheets stays at some ten MB."""
 
 
 def device_size(
@@ -101,13 +106,37 @@ def to_device(
     """
     check_sheet(sheet, layout)
     rows, cols = device_size(layout, px_per_lens_device=px_per_lens_device, window=window, margin_px=margin_px)
-    down, right = (_offsets(side) / px_per_lens_device for side in (rows, cols))
-    at = _squares_at if layout.lattice == "square" else hexagons_at
     shown = np.empty((rows, cols, sheet.shape[2]), dtype=sheet.dtype)
-    for start in range(0, rows, ROWS_AT_ONCE):
-        part = slice(start, start + ROWS_AT_ONCE)
-        shown[part] = at(sheet, layout, down=down[part], right=right)
+    whole = SheetOfRows(HeldRows(sheet), layout)
+    made = device_bands(whole, px_per_lens_device=px_per_lens_device, window=window, margin_px=margin_px)
+    for start, band in zip(range(0, rows, ROWS_AT_ONCE), made, strict=True):
+        shown[start : start + ROWS_AT_ONCE] = band
     return shown
+
+
+def device_bands(
+    sheet: Sheet, *, px_per_lens_device: float, window: tuple[int, int] | None = None, margin_px: int = 0
+) -> Iterator[NDArray[Any]]:
+    """Yield the rows of an integral image on a device's pixel grid, top down, `ROWS_AT_ONCE` of them at a time.
+
+    Parameters are as in `to_device`; of the sheet no more is held than what lies under a band.
+    """
+    layout = sheet.layout
+    rows, cols = device_size(layout, px_per_lens_device=px_per_lens_device, window=window, margin_px=margin_px)
+    down, right = (_offsets(side) / px_per_lens_device for side in (rows, cols))
+    at, under = (
+        (_squares_at, _lens_rows_under) if layout.lattice == "square" else (hexagons_at, hexagonal_lens_rows_under)
+    )
+    step = max(1, PX_AT_ONCE // cols)
+    for start in range(0, rows, ROWS_AT_ONCE):
+        band = down[start : start + ROWS_AT_ONCE]
+        first, stop = under(layout, band)
+        part = sheet.part(first, stop)
+        shown = np.empty((len(band), cols, part.shape[2]), dtype=part.dtype)
+        for row in range(0, len(band), step):
+            place = slice(row, row + step)
+            shown[place] = at(part, layout, down=band[place], right=right, first_row=first * layout.row_px)
+        yield shown
 
 
 def _offsets(px: int) -> NDArray[np.float64]:
@@ -136,20 +165,36 @@ class _Axis:
 
 def _axis(offset_pitches: NDArray[np.float64], lenses: int, px_per_lens: int) -> _Axis:
     at = offset_pitches + lenses / 2
-    lens = np.floor(at + ON_THE_BORDER).astype(np.intp)
+    lens = _lens_at(at)
     lit = (lens >= 0) & (lens < lenses)
     lens = np.clip(lens, 0, lenses - 1)
     first, second, weight = neighbours((at - lens) * px_per_lens - 0.5, 0, px_per_lens - 1)
     return _Axis(lens * px_per_lens + first, lens * px_per_lens + second, weight, lit)
 
 
+def _lens_rows_under(layout: CellLayout, down: NDArray[np.float64]) -> tuple[int, int]:
+    """Return [first, stop) of the lens rows that places take their light from."""
+    lens = np.clip(_lens_at(down + layout.lens_rows / 2), 0, layout.lens_rows - 1)
+    return int(lens.min()), int(lens.max()) + 1
+
+
+def _lens_at(at_pitches: NDArray[np.float64]) -> NDArray[np.intp]:
+    return np.floor(at_pitches + ON_THE_BORDER).astype(np.intp)
+
+
 def _squares_at(
-    sheet: NDArray[Light], layout: CellLayout, *, down: NDArray[np.float64], right: NDArray[np.float64]
+    part: NDArray[Light],
+    layout: CellLayout,
+    *,
+    down: NDArray[np.float64],
+    right: NDArray[np.float64],
+    first_row: int,
 ) -> NDArray[np.floating[Any]]:
     """Return the light of a square sheet at the places of a grid; see `hexagons_at`."""
     along = _axis(down, layout.lens_rows, layout.px_per_lens)
     across = _axis(right, layout.lens_cols, layout.px_per_lens)
-    rows = between(working(sheet[along.first]), working(sheet[along.second]), along.weight[:, np.newaxis, np.newaxis])
+    first, second = (working(part[rows - first_row]) for rows in (along.first, along.second))
+    rows = between(first, second, along.weight[:, np.newaxis, np.newaxis])
     pixels = between(rows[:, across.first], rows[:, across.second], across.weight[:, np.newaxis])
     pixels[~along.lit] = 0
     pixels[:, ~across.lit] = 0

@@ -24,8 +24,20 @@ class _Places:
     down: NDArray[np.float64]
 
 
+def hexagonal_lens_rows_under(layout: CellLayout, down: NDArray[np.float64]) -> tuple[int, int]:
+    """Return [first, stop) of the lens rows that rows of places may take their light from; see `hexagons_at`."""
+    above = _row_above(layout, down)
+    first, last = (int(np.clip(row, 0, layout.lens_rows - 1)) for row in (above.min(), above.max() + 1))
+    return first, last + 1
+
+
 def hexagons_at(
-    sheet: NDArray[Light], layout: CellLayout, *, down: NDArray[np.float64], right: NDArray[np.float64]
+    part: NDArray[Light],
+    layout: CellLayout,
+    *,
+    down: NDArray[np.float64],
+    right: NDArray[np.float64],
+    first_row: int,
 ) -> NDArray[np.floating[Any]]:
     """Return the light of a hexagonal sheet at the places of a grid.
 
@@ -35,10 +47,13 @@ def hexagons_at(
 
     Parameters
     ----------
-    sheet
-        `(rows, cols, channel)` of this layout.
+    part
+        `(rows, cols, channel)`: of a sheet of this layout, the pixel rows from `first_row` on that lie under the
+        places' lenses.
     down, right
         Of the grid's rows and cols, from the middle of the array, in pitches.
+    first_row
+        Of the part, in the sheet.
 
     Returns
     -------
@@ -52,7 +67,7 @@ def hexagons_at(
     row_in_cell = places.down / ROW_PITCH * m + (layout.cell_rows - 1) / 2
     upper, lower, weight = neighbours(row_in_cell, has_px[0], has_px[-1])
     lens_row = np.clip(places.lens_row, 0, layout.lens_rows - 1)
-    top = lens_row * m
+    top = lens_row * m - first_row
     left = np.clip(places.lens_col, 0, layout.lens_cols - 1) * n + _shifts_px(layout)[lens_row % 2]
     col_in_cell = places.right * n + (n - 1) / 2
     low, high = _ends(layout.mask)
@@ -60,7 +75,7 @@ def hexagons_at(
     def in_row(cell_row: NDArray[np.intp]) -> NDArray[np.floating[Any]]:
         first, second, along = neighbours(col_in_cell, low[cell_row], high[cell_row])
         row = top + cell_row
-        return between(working(sheet[row, left + first]), working(sheet[row, left + second]), along[:, :, np.newaxis])
+        return between(working(part[row, left + first]), working(part[row, left + second]), along[:, :, np.newaxis])
 
     pixels = between(in_row(upper), in_row(lower), weight[:, :, np.newaxis])
     pixels[~lit] = 0
@@ -69,7 +84,7 @@ def hexagons_at(
 
 def _nearest_lenses(layout: CellLayout, down: NDArray[np.float64], right: NDArray[np.float64]) -> _Places:
     """Return the nearest lens of the lattice, which goes on beyond the array."""
-    above = np.floor(down / ROW_PITCH + (layout.lens_rows - 1) / 2).astype(np.intp)
+    above = _row_above(layout, down)
     upper, lower = (_nearest_in_row(layout, above + step, down, right) for step in (0, 1))
     take_lower = np.hypot(lower.right, lower.down) < np.hypot(upper.right, upper.down)
     return _Places(
@@ -78,6 +93,11 @@ def _nearest_lenses(layout: CellLayout, down: NDArray[np.float64], right: NDArra
         np.where(take_lower, lower.right, upper.right),
         np.where(take_lower, lower.down, upper.down),
     )
+
+
+def _row_above(layout: CellLayout, down: NDArray[np.float64]) -> NDArray[np.intp]:
+    """Return the lens row whose centres are above, or at, each place."""
+    return np.floor(down / ROW_PITCH + (layout.lens_rows - 1) / 2).astype(np.intp)
 
 
 def _nearest_in_row(

@@ -128,6 +128,10 @@ def check_sheet(sheet: NDArray[Pixel], layout: CellLayout) -> None:
     """
     if sheet.ndim != 3:
         raise LayoutError(f"expected a sheet (rows, cols, channel), got an array of shape {sheet.shape}")
-    rows, cols = sheet.shape[:2]
+    check_size(sheet.shape[0], sheet.shape[1], layout)
+
+
+def check_size(rows: int, cols: int, layout: CellLayout) -> None:
+    """Refuse a size in px that is not that of a sheet of this layout; see `check_sheet`."""
     if (rows, cols) != (layout.rows, layout.cols):
         raise LayoutError(f"{rows} x {cols} px do not divide among {layout}")

@@ -9,6 +9,7 @@ depth_pass  how deep what every pixel of a tile shows lies, by a second picture
 probe       the first frame, small: does the scene parse, and what does a pixel cost
 render      a tile into the store
 assemble    tiles -> integral image -> orthoscopic -> views -> thumbnail
+masters     what assemble stores, held in memory or read back from disk
 encode      frames into videos
 local       one frame, or a job, without a farm
 """

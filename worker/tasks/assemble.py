@@ -1,30 +1,35 @@
-"""Tiles -> integral image -> orthoscopic -> views -> thumbnail."""
+"""Tiles -> integral image -> orthoscopic -> views -> thumbnail, in bands of rows: a frame need not fit in memory."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import Path
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import replace
+from functools import partial
+from itertools import groupby
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import Stopped
-from worker.images.read import read_channels, read_rgb
-from worker.images.write import write_channels, write_exr, write_thumbnail
-from worker.integral.assemble import assemble
-from worker.integral.depth_map import CHANNELS, orthoscopic_depth
-from worker.integral.device import to_device
+from worker.errors import LayoutError
+from worker.images.rows import BAND_PX, open_rows
+from worker.images.views import views_rows
+from worker.images.write import write_thumbnail
+from worker.integral.assemble import assembled
+from worker.integral.bands import OrthoscopicSheet, Rows, Sheet, SheetOfRows, bands, stitched
+from worker.integral.depth_map import CHANNELS, depth_bands
+from worker.integral.device import device_bands, device_size, to_device
 from worker.integral.layout import CellLayout
-from worker.integral.orthoscopic import orthoscopic
 from worker.integral.square_pixels import as_square
-from worker.integral.views import centre, view, views_grid
-from worker.job.orders import Order
+from worker.integral.views import centre, grid_size
+from worker.job.orders import Order, TileIndex
 from worker.job.rig import Device
-from worker.job.sheet import JobSheet, PlanSheet
+from worker.job.sheet import JobSheet
 from worker.plan import names
-from worker.plan.sampling import Tile, cut_tiles, display_size, frame_size
+from worker.plan.sampling import Tile, cut_tiles, frame_size
 from worker.tasks.attempt import Work
-from worker.tasks.render import header
+from worker.tasks.masters import Masters
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
 
@@ -38,75 +43,112 @@ def assemble_frame(place: Workplace, order: Order, watch: Watch) -> Work:
     thumb = names.job_artifact(order.job_id, names.thumb_name(order.frame))
     if place.store.exists(thumb):
         return Work()
-    sheet = place.job_sheet(order.job_id)
-    rig, frame = sheet.at(order.frame).spec.rig, order.frame
-    captured = assemble(frame_size(rig), _tiles(place, sheet, place.plan_sheet(order.job_id), frame, watch))
-    with place.task_folder() as folder:
-
-        def store(name: str, linear: NDArray[np.float16]) -> None:
-            _store(place, sheet, frame, name, linear, folder)
-
-        store(names.integral_name(frame), captured)
-        upright = orthoscopic(captured, frame_size(rig), inverted=rig.imaging_lens is not None)
-        del captured
-        store(names.orthoscopic_name(frame), upright)
-        if sheet.spec.capture.depth:
-            _store_depth(place, sheet, frame, watch, folder)
-        layout = display_size(rig)
+    sheet, frame = place.job_sheet(order.job_id), order.frame
+    rig = sheet.at(frame).spec.rig
+    with_depth = sheet.spec.capture.depth
+    count = 3 + with_depth + (rig.device is not None)
+    with place.task_folder() as folder, ExitStack() as opened:
+        masters = Masters(place, sheet, frame, folder, watch, count=count, opened=opened)
+        layout, inverted = frame_size(rig), rig.imaging_lens is not None
+        size = layout.rows, layout.cols
+        tiles = _tiles(place, sheet, layout, partial(names.tile_name, frame))
+        captured = SheetOfRows(masters.keep(names.integral_name(frame), assembled(layout, tiles), size), layout)
+        turned = OrthoscopicSheet(captured, inverted=inverted)
+        kept = masters.keep(names.orthoscopic_name(frame), stitched(turned, BAND_PX), size)
+        upright = SheetOfRows(kept, turned.layout)
+        if with_depth:
+            _keep_depth(masters, layout, inverted=inverted)
         if rig.device is not None:
-            store(names.device_name(frame), on_device(upright, layout, rig.device, pitch_mm=rig.lens_array.pitch_mm))
-        store(names.views_name(frame), views_grid(upright, layout))
-        middle = as_square(view(upright, layout, *centre(layout)), layout)
+            _keep_device(masters, upright, rig.device, pitch_mm=rig.lens_array.pitch_mm)
+        grid = masters.keep(names.views_name(frame), views_rows(upright, folder), grid_size(upright.layout))
+        middle = as_square(_middle_view(grid, upright.layout), upright.layout)
         write_thumbnail(folder / "thumb.webp", middle, longest_px=THUMB_PX)
         place.store.put_file(thumb, folder / "thumb.webp")
     return Work()
+
+
+def _keep_depth(masters: Masters, layout: CellLayout, *, inverted: bool) -> None:
+    """Store the depth of a frame, which lies as the orthoscopic integral image does."""
+    tiles = _tiles(
+        masters.place, masters.sheet, layout, partial(names.depth_tile_name, masters.frame), channels=CHANNELS
+    )
+    size = layout.rows, layout.cols
+    captured = SheetOfRows(masters.aside(assembled(layout, tiles), size, len(CHANNELS)), layout)
+    shown = depth_bands(captured, inverted=inverted, band_px=BAND_PX // len(CHANNELS))
+    masters.keep_channels(names.depth_name(masters.frame), shown, size, CHANNELS)
 
 
 def on_device(
     upright: NDArray[np.float16], layout: CellLayout, device: Device, *, pitch_mm: float
 ) -> NDArray[np.float16]:
     """Return an orthoscopic integral image on the pixels of the device that shows it."""
-    return to_device(
-        upright,
-        layout,
-        px_per_lens_device=pitch_mm / device.pixel_mm,
-        window=device.window_px,
-        margin_px=device.margin_px,
-    )
+    return to_device(upright, layout, **_device_grid(device, pitch_mm))
+
+
+def _keep_device(masters: Masters, upright: Sheet, device: Device, *, pitch_mm: float) -> None:
+    """Store what `on_device` gives."""
+    grid = _device_grid(device, pitch_mm)
+    masters.keep(names.device_name(masters.frame), device_bands(upright, **grid), device_size(upright.layout, **grid))
+
+
+class _DeviceGrid(TypedDict):
+    px_per_lens_device: float
+    window: tuple[int, int] | None
+    margin_px: int
+
+
+def _device_grid(device: Device, pitch_mm: float) -> _DeviceGrid:
+    per_lens = pitch_mm / device.pixel_mm
+    return {"px_per_lens_device": per_lens, "window": device.window_px, "margin_px": device.margin_px}
+
+
+def _middle_view(grid: Rows, layout: CellLayout) -> NDArray[np.float16]:
+    u, v = centre(layout)
+    row: NDArray[np.float16] = grid.read(v * layout.lens_rows, (v + 1) * layout.lens_rows)
+    return row[:, u * layout.lens_cols : (u + 1) * layout.lens_cols]
 
 
 def _tiles(
-    place: Workplace, sheet: JobSheet, plan: PlanSheet, frame: int, watch: Watch
-) -> Iterator[tuple[Tile, NDArray[np.float16]]]:
-    tiles = cut_tiles(frame_size(sheet.spec.rig), tile_rows=plan.tile_rows, tile_cols=plan.tile_cols)
-    for number, tile in enumerate(tiles):
-        if watch.should_stop():
-            raise Stopped
-        watch.progress = number / len(tiles)
-        with place.store.local_path(names.job_artifact(sheet.job_id, names.tile_name(frame, tile.index))) as path:
-            yield tile, read_rgb(path, np.float16)
+    place: Workplace,
+    sheet: JobSheet,
+    layout: CellLayout,
+    name: Callable[[TileIndex], str],
+    channels: Sequence[str] | None = None,
+) -> Iterator[tuple[Tile, NDArray[Any]]]:
+    """Yield a frame's tiles in the order of the sheet, those of a row of them in equal bands if they are large.
 
-
-def _store_depth(place: Workplace, sheet: JobSheet, frame: int, watch: Watch, folder: Path) -> None:
-    """Store the depth of a frame, which lies as the orthoscopic integral image does."""
-    rig = sheet.at(frame).spec.rig
+    Parameters
+    ----------
+    name
+        Of a tile's artifact, below the job.
+    channels
+        Of numbers in single precision; without them the tiles are light in half floats.
+    """
     plan = place.plan_sheet(sheet.job_id)
+    tiles = cut_tiles(layout, tile_rows=plan.tile_rows, tile_cols=plan.tile_cols)
+    dtype = np.float16 if channels is None else np.float32
+    band_px = BAND_PX if channels is None else BAND_PX // len(channels)
+    for _, in_a_row in groupby(tiles, key=lambda tile: tile.row_start):
+        with ExitStack() as opened:
+            beside = []
+            for tile in in_a_row:
+                path = opened.enter_context(place.store.local_path(names.job_artifact(sheet.job_id, name(tile.index))))
+                picture = opened.enter_context(open_rows(path, dtype=dtype, channels=channels))
+                _check_tile(name(tile.index), picture, tile)
+                beside.append((tile, picture))
+            for start, stop in _row_bands(beside[0][0], layout, band_px):
+                for tile, picture in beside:
+                    pixels = picture.read(start - tile.row_start, stop - tile.row_start)
+                    yield replace(tile, row_start=start, row_stop=stop), pixels
 
-    def tiles() -> Iterator[tuple[Tile, NDArray[np.float32]]]:
-        for tile in cut_tiles(frame_size(rig), tile_rows=plan.tile_rows, tile_cols=plan.tile_cols):
-            if watch.should_stop():
-                raise Stopped
-            name = names.job_artifact(sheet.job_id, names.depth_tile_name(frame, tile.index))
-            with place.store.local_path(name) as path:
-                yield tile, read_channels(path, CHANNELS)
 
-    captured = assemble(frame_size(rig), tiles())
-    upright = orthoscopic_depth(captured, frame_size(rig), inverted=rig.imaging_lens is not None)
-    write_channels(folder / "depth.exr", upright.values, CHANNELS, attributes=header(sheet, frame))
-    place.store.put_file(names.job_artifact(sheet.job_id, names.depth_name(frame)), folder / "depth.exr")
+def _check_tile(name: str, picture: Rows, tile: Tile) -> None:
+    if (picture.rows, picture.cols) != (tile.rows, tile.cols):
+        raise LayoutError(f"{name}: expected {tile.rows} x {tile.cols} px, got {picture.rows} x {picture.cols}")
 
 
-def _store(place: Workplace, sheet: JobSheet, frame: int, name: str, linear: NDArray[np.float16], folder: Path) -> None:
-    picture = folder / "picture.exr"
-    write_exr(picture, linear, attributes=header(sheet, frame))
-    place.store.put_file(names.job_artifact(sheet.job_id, name), picture)
+def _row_bands(tile: Tile, layout: CellLayout, band_px: int) -> Iterator[tuple[int, int]]:
+    """Yield the pixel rows [start, stop) of bands of a tile, cut between lens rows."""
+    first, after = (layout.row_edges.index(row) for row in (tile.row_start, tile.row_stop))
+    for start, stop in bands(replace(layout, lens_rows=after - first, first_row_shifted=False), band_px):
+        yield layout.row_edges[first + start], layout.row_edges[first + stop]

@@ -57,7 +57,8 @@ def _store_depth(
     assert order.frame is not None  # noqa: S101 - as in render_tile
     found, cpu_s = depth_of_tile(place, sheet, order.frame, tile, folder=folder, log=log, watch=watch)
     path = folder / "depth.exr"
-    write_channels(path, found.values, CHANNELS, attributes=header(sheet, order.frame))
+    size = found.values.shape[:2]
+    write_channels(path, (found.values,), CHANNELS, size=size, attributes=header(sheet, order.frame))
     place.store.put_file(names.job_artifact(order.job_id, names.depth_tile_name(order.frame, tile.index)), path)
     return cpu_s
 

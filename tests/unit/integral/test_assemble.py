@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tests.unit.integral.sheets import LAYOUTS, numbered_sheet
 from worker.errors import LayoutError
-from worker.integral.assemble import assemble
+from worker.integral.assemble import TilePlace, assembled
 from worker.integral.layout import CellLayout
 from worker.job.orders import TileIndex
 from worker.plan.sampling import Tile, cut_tiles
@@ -29,15 +29,20 @@ def cut(place: Tile) -> tuple[Tile, np.ndarray]:
     return place, SHEET[place.row_start : place.row_stop, place.col_start : place.col_stop]
 
 
+def assemble(layout: CellLayout, tiles: Iterable[tuple[TilePlace, np.ndarray]]) -> np.ndarray:
+    return np.concatenate(list(assembled(layout, tiles)))
+
+
 TOP, BOTTOM = tile(0, 4, 0, 10), tile(4, 8, 0, 10)
 
 
 @given(layout=LAYOUTS, tile_rows=st.integers(1, 6), tile_cols=st.integers(1, 6), data=st.data())
-def test_planned_tiles_in_any_order_give_the_whole_back(
+def test_planned_tiles_strip_by_strip_give_the_whole_back(
     layout: CellLayout, tile_rows: int, tile_cols: int, data: st.DataObject
 ) -> None:
     sheet = numbered_sheet(layout)
     places = data.draw(st.permutations(cut_tiles(layout, tile_rows=tile_rows, tile_cols=tile_cols)))
+    places.sort(key=lambda place: place.row_start)
     whole = assemble(layout, ((p, sheet[p.row_start : p.row_stop, p.col_start : p.col_stop]) for p in places))
     assert whole.dtype == sheet.dtype
     np.testing.assert_array_equal(whole, sheet)
@@ -53,6 +58,14 @@ def test_any_one_tile_missing_or_twice_is_refused(rows: set[int], cols: set[int]
         assemble(LAYOUT, map(cut, places[:chosen] + places[chosen + 1 :]))
     with pytest.raises(LayoutError, match="expected every lens in one tile"):
         assemble(LAYOUT, map(cut, [*places, places[chosen]]))
+
+
+def test_tiles_in_another_order_are_refused() -> None:
+    with pytest.raises(LayoutError, match="none over 10 of them, the first at row 0, col 0"):
+        assemble(LAYOUT, map(cut, [BOTTOM, TOP]))
+    places = [tile(0, 4, 0, 4), tile(0, 8, 4, 10), tile(4, 8, 0, 4)]
+    with pytest.raises(LayoutError, match="the next one in rows 0 to 4, got rows 0 to 8, cols 4 to 10"):
+        assemble(LAYOUT, map(cut, places))
 
 
 def test_tiles_are_taken_one_at_a_time() -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from tests.unit.store.conftest import TINY_BYTES
 from worker.errors import StoreFull, StoreUnavailable
+from worker.images.rows import write_rows
 from worker.images.write import write_exr
 from worker.store.local import LocalStore
 from worker.video.encode import encode
@@ -48,9 +49,11 @@ def test_a_disk_that_is_read_only_is_unavailable(tiny_disk: Path) -> None:
 
 def test_pictures_and_videos_on_any_nearly_full_disk_are_whole_or_refused(tiny_disk: Path, tmp_path: Path) -> None:
     frames = list(np.random.default_rng(1).integers(0, 256, (6, 64, 64, 3), dtype=np.uint8))
-    light = frames[0].astype(np.float16) / 255
+    codes = frames[0]
+    light = codes.astype(np.float16) / 255
     writers: dict[str, Callable[[Path], object]] = {
         "a.exr": partial(write_exr, linear=light, attributes={}),
+        "a.png": partial(write_rows, bands=[codes], size=(64, 64), to="png", store_as="uint8", attributes={}),
         "a.mp4": partial(encode, frames=frames, kind=H264, fps=8),
         "a.mkv": partial(encode, frames=frames, kind=FFV1, fps=8),
     }

@@ -1,0 +1,229 @@
+"""Pictures that need not fit in memory: rows are read and written a few at a time.
+
+What is written is whole or not there. A writer of OpenImageIO that met a full disk may say that all is well (PNG's
+does, in 3.2.2, measured); but then the last row cannot be read back, so that is tried.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from OpenImageIO import ImageInput, ImageOutput, ImageSpec, geterror
+
+from worker.errors import ArtifactBroken, OutputError, WorkerError
+from worker.images.encode import new_file
+from worker.images.read import channel_places, check_channels, checked, opened
+from worker.images.scratch import ScratchRows, scratch_rows
+
+RowFormat = Literal["openexr", "png"]
+
+BAND_BYTES = 40_000_000
+"""About so many of a picture are held at once: a frame of 2400 x 2400 px in half floats whole."""
+
+BAND_PX = BAND_BYTES // 6
+"""As pixels of a master: three half floats each."""
+
+_DTYPES = {"half": np.float16, "float": np.float32, "uint8": np.uint8, "uint16": np.uint16}
+_SEQUENTIAL = ("png",)
+"""Formats of which an earlier row is reached only by beginning anew."""
+_PROBE_BYTES = 1 << 24
+
+
+@dataclass
+class PictureRows:
+    """An open picture; see `open_rows`."""
+
+    rows: int
+    cols: int
+    dtype: np.dtype[Any]
+    _path: Path
+    _source: ImageInput
+    _scratch: Path | None
+    _channels: list[int]
+    _open: ExitStack
+    _next: int = 0
+    _unrolled: ScratchRows | None = None
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        """Return the pixel rows [start, stop), `(rows, cols, channel)`, in the picture's dtype.
+
+        Raises
+        ------
+        ArtifactBroken
+            If they are not there or not whole.
+        """
+        if not 0 <= start < stop <= self.rows:
+            raise ArtifactBroken(f"{self._path.name}: expected rows within {self.rows}, got {start} to {stop}")
+        backward = start < self._next and self._source.format_name() in _SEQUENTIAL
+        if backward and self._unrolled is None:
+            self._unrolled = self._unroll()
+        self._next = stop
+        return self._unrolled.read(start, stop) if self._unrolled is not None else self._decoded(start, stop)
+
+    def _decoded(self, start: int, stop: int) -> NDArray[Any]:
+        source, spec, count = self._source, self._source.spec(), max(self._channels) + 1
+        name = next(name for name, dtype in _DTYPES.items() if dtype == self.dtype)
+        if not spec.tile_height:
+            pixels = checked(self._path, source, source.read_scanlines(start, stop, 0, 0, count, name))
+        else:
+            first, last = start - start % spec.tile_height, min(self.rows, stop + -stop % spec.tile_height)
+            tiles = checked(self._path, source, source.read_tiles(0, self.cols, first, last, 0, 1, 0, count, name))
+            pixels = tiles.reshape(last - first, self.cols, count)[start - first : stop - first]
+        in_order = self._channels == [*range(count)]
+        return pixels if in_order else np.ascontiguousarray(pixels[..., self._channels])
+
+    def _unroll(self) -> ScratchRows:
+        """Decode the picture once into plain numbers, of which any row can be read."""
+        kept = scratch_rows(self._scratch, rows=self.rows, cols=self.cols, channels=3, dtype=self.dtype)
+        unrolled = self._open.enter_context(kept)
+        for start, stop in bands_of_rows(self.rows, self.cols * 3 * self.dtype.itemsize):
+            unrolled.write(start, self._decoded(start, stop))
+        return unrolled
+
+
+@contextmanager
+def open_rows(
+    path: Path, *, dtype: type[Any] | None = None, channels: Sequence[str] | None = None, scratch: Path | None = None
+) -> Iterator[PictureRows]:
+    """Lend a picture whose rows can be read in any order, a few at a time.
+
+    Parameters
+    ----------
+    path
+        EXR, PNG or TIFF.
+    channels
+        Their names; without them red, green and blue, which must be the first ones.
+    dtype
+        What its numbers become, as in `read_rgb`; without it they stay half floats, floats, or codes of 8 or 16 bits.
+    scratch
+        A folder for the file into which a PNG is unrolled when rows are asked for backward; else the system's.
+
+    Raises
+    ------
+    ArtifactMissing
+        If there is no such file.
+    ArtifactBroken
+        If it is not a picture, does not have the three channels, or has numbers of another kind.
+    """
+    with opened(path) as source, ExitStack() as kept:
+        places = [0, 1, 2] if channels is None else channel_places(path, source, channels)
+        if channels is None:
+            check_channels(path, source)
+        stored = str(source.spec().format)
+        if dtype is None and stored not in _DTYPES:
+            raise ArtifactBroken(f"{path.name}: expected numbers of {' or '.join(_DTYPES)}, got {stored}")
+        spec = source.spec()
+        numbers: np.dtype[Any] = np.dtype(dtype or _DTYPES[stored])
+        yield PictureRows(spec.height, spec.width, numbers, path, source, scratch, places, kept)
+
+
+def bands_of_rows(rows: int, row_bytes: int) -> Iterator[tuple[int, int]]:
+    """Yield [start, stop) of bands of rows of about `BAND_BYTES`, top down.
+
+    >>> list(bands_of_rows(5, BAND_BYTES // 2))
+    [(0, 2), (2, 4), (4, 5)]
+    """
+    step = max(1, BAND_BYTES // row_bytes)
+    for start in range(0, rows, step):
+        yield start, min(rows, start + step)
+
+
+def write_rows(
+    path: Path,
+    bands: Iterable[NDArray[Any]],
+    *,
+    size: tuple[int, int],
+    to: RowFormat,
+    store_as: str,
+    attributes: Mapping[str, str | int],
+    channels: Sequence[str] = ("R", "G", "B"),
+) -> None:
+    """Write a picture from bands of its rows, top down. The same pixels give the same bytes, however they are cut.
+
+    Parameters
+    ----------
+    path
+        Where to; not atomic, but what could not be written whole is not left behind.
+    bands
+        `(rows, cols, channel)` each; all of one dtype.
+    size
+        (rows, cols) of the whole.
+    to
+        The file format, by OpenImageIO's name.
+    store_as
+        Its numbers, by OpenImageIO's name: `half`, `float`, `uint8`, `uint16`.
+    attributes
+        Header attributes and settings of the writer.
+    channels
+        Their names.
+
+    Raises
+    ------
+    OutputError
+        If the picture cannot be written in this format, or the bands are not the rows of its size.
+    StoreFull
+        If there is no room.
+    StoreUnavailable
+        If the folder cannot be written to.
+    """
+    spec = ImageSpec(size[1], size[0], len(channels), store_as)
+    spec.channelnames = tuple(channels)
+    for name, value in attributes.items():
+        spec.attribute(name, value)
+    with new_file(path):
+        _write(path, bands, spec, to)
+
+
+def _write(path: Path, bands: Iterable[NDArray[Any]], spec: ImageSpec, to: RowFormat) -> None:
+    target = ImageOutput.create(to)
+    if target is None:
+        raise OutputError(f"this OpenImageIO writes no {to}: {geterror()}")
+    written, whole = 0, target.open(str(path), spec)
+    for pixels in bands:
+        _check_band(pixels, written, spec)
+        stop = written + len(pixels)
+        whole = whole and target.write_scanlines(written, stop, 0, np.ascontiguousarray(pixels))
+        written = stop
+        if not whole:
+            break
+    if whole and written != spec.height:
+        target.close()
+        raise OutputError(f"expected {spec.height} rows for {path.name}, got {written}")
+    closed = target.close()
+    trouble = target.geterror()
+    if not (whole and closed) or trouble or not _last_row_is_there(path):
+        raise _trouble(path, trouble)
+
+
+def _check_band(pixels: NDArray[Any], written: int, spec: ImageSpec) -> None:
+    if pixels.ndim != 3 or pixels.shape[1:] != (spec.width, spec.nchannels) or written + len(pixels) > spec.height:
+        raise OutputError(
+            f"expected at most {spec.height - written} more rows of {spec.width} px with {spec.nchannels} channels, got"
+            f" shape {pixels.shape}"
+        )
+
+
+def _last_row_is_there(path: Path) -> bool:
+    try:
+        with opened(path) as source:
+            last = source.spec().height - 1
+            checked(path, source, source.read_scanlines(last, last + 1, 0, 0, 1, "float"))
+    except WorkerError:
+        return False
+    return True
+
+
+def _trouble(path: Path, said: str) -> OutputError:
+    """Return what OpenImageIO says, unless the system, asked for more room, has something to say."""
+    with path.open("ab", buffering=0) as file:
+        if file.write(bytes(_PROBE_BYTES)) < _PROBE_BYTES:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    return OutputError(f"cannot write {path.name}: {' '.join(said.split()) or 'it cannot be read back'}")

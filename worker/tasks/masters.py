@@ -1,0 +1,111 @@
+"""A frame's masters on their way into the store: held in memory while they are small, read back from disk else."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.errors import Stopped
+from worker.images.rows import BAND_PX, open_rows
+from worker.images.scratch import scratch_rows
+from worker.images.write import write_channels, write_exr_rows
+from worker.integral.bands import HeldRows, Rows
+from worker.job.sheet import JobSheet
+from worker.plan import names
+from worker.tasks.render import header
+from worker.tasks.watch import Watch
+from worker.tasks.workplace import Workplace
+
+
+@dataclass
+class Masters:
+    """The masters of one frame; as many bands of rows as there are, `BAND_PX` of them are in memory at once."""
+
+    place: Workplace
+    sheet: JobSheet
+    frame: int
+    folder: Path
+    """For files on their way; gone with the frame's task."""
+    watch: Watch
+    count: int
+    """How many there will be, for progress."""
+    opened: ExitStack
+    """Keeps files open that others are made from."""
+    _kept: int = 0
+
+    def keep(self, name: str, bands: Iterable[NDArray[np.float16]], size: tuple[int, int]) -> Rows:
+        """Store a master by its name below the job, and return its rows, for what is made of it.
+
+        Parameters
+        ----------
+        name
+            As in `names.integral_name`.
+        bands
+            Bands of its rows, top down: `(rows, cols, 3)` each, linear light.
+        size
+            Its (rows, cols).
+
+        Raises
+        ------
+        Stopped
+            Between two bands, if the work should end.
+        """
+        path = self.folder / f"master-{self._kept}.exr"
+        told = self._told(bands, size[0])
+        held = _held(told) if size[0] * size[1] <= BAND_PX else None
+        told = iter((held.pixels,)) if held else told
+        write_exr_rows(path, told, size=size, attributes=header(self.sheet, self.frame))
+        self._store(name, path)
+        if held is None:
+            return self.opened.enter_context(open_rows(path, dtype=np.float16))
+        path.unlink()
+        return held
+
+    def keep_channels(
+        self, name: str, bands: Iterable[NDArray[np.float32]], size: tuple[int, int], channels: Sequence[str]
+    ) -> None:
+        """Store a master of numbers, `(rows, cols, channel)`, of which nothing else is made; see `keep`."""
+        path = self.folder / "numbers.exr"
+        told = self._told(bands, size[0])
+        write_channels(path, told, channels, size=size, attributes=header(self.sheet, self.frame))
+        self._store(name, path)
+        path.unlink()
+
+    def aside(self, bands: Iterable[NDArray[np.float32]], size: tuple[int, int], channels: int) -> Rows:
+        """Return rows that can be read in any order, of bands that come top down; nothing is stored."""
+        rows, cols = size
+        if rows * cols * channels <= BAND_PX:
+            return _held(bands)
+        room = scratch_rows(self.folder, rows=rows, cols=cols, channels=channels, dtype=np.float32)
+        kept, done = self.opened.enter_context(room), 0
+        for band in bands:
+            self._ask()
+            kept.write(done, band)
+            done += len(band)
+        return kept
+
+    def _store(self, name: str, path: Path) -> None:
+        self.place.store.put_file(names.job_artifact(self.sheet.job_id, name), path)
+        self._kept += 1
+
+    def _told(self, bands: Iterable[NDArray[Any]], rows: int) -> Iterator[NDArray[Any]]:
+        done = 0
+        for band in bands:
+            self._ask()
+            yield band
+            done += len(band)
+            self.watch.progress = (self._kept + done / rows) / self.count
+
+    def _ask(self) -> None:
+        if self.watch.should_stop():
+            raise Stopped
+
+
+def _held(bands: Iterable[NDArray[Any]]) -> HeldRows:
+    return HeldRows(np.concatenate(list(bands)))
