@@ -19,11 +19,12 @@ from lippmann.writable import check_writable
 from worker.errors import LayoutError
 from worker.images.colour import srgb_codes
 from worker.images.write import write_png
-from worker.integral.eye_path import EyeWay, eye_path
 from worker.integral.looking import Looking, least_own_share, look
+from worker.integral.moving_eye import moving_eye
 from worker.integral.observer import whole_window
 from worker.integral.perspective import Eye
 from worker.integral.window import Window, window_of
+from worker.job.eyes import EyePath
 from worker.optics.display import viewing_zone_mm
 from worker.video.encode import Frame, encode
 from worker.video.kinds import kind
@@ -55,7 +56,7 @@ class Observer:
 class Clip:
     """How the eye moves, once round."""
 
-    way: EyeWay
+    path: EyePath
     reach_mm: float
     seconds: float
     fps: float
@@ -113,7 +114,7 @@ def clip_here(shown: Shown, out: Path, observer: Observer, clip: Clip) -> Observ
     _check_suffix(out, ".mp4")
     count = clip.frames
     try:
-        places = list(eye_path(observer.place, way=clip.way, reach_mm=clip.reach_mm, count=count))
+        places = list(moving_eye(observer.place, path=clip.path, reach_mm=clip.reach_mm, count=count))
     except LayoutError as error:
         raise BadInput(error.message) from error
     first = _seen(shown, observer, places[0])  # what cannot be is said before there is a file

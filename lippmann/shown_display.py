@@ -13,11 +13,11 @@ from lippmann.errors import BadInput
 from lippmann.master_file import read_orthoscopic, rig_in
 from worker.errors import LayoutError, OpticsError
 from worker.images.read import read_attributes, read_rgb
-from worker.integral.lens_display import Bare, LensDisplay
+from worker.integral.lens_display import LensDisplay
+from worker.job.eyes import Bare, GapUse
 from worker.job.rig import Rig
 from worker.job.spec import Display
 from worker.job.stage import Stage
-from worker.plan.display_gaps import GapUse
 from worker.plan.observed_display import observed_display, reduced_mm, used_gap_mm
 from worker.tasks.assemble import on_device
 

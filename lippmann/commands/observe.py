@@ -11,12 +11,10 @@ import typer
 from lippmann.commands.options import AsJson
 from lippmann.errors import BadInput
 from lippmann.talk import Talk
+from worker.job.eyes import EYES_APART_MM, MOVING_RAYS, PUPIL_MM, RAYS, REACH_MM, SIZE_PX
 
 if TYPE_CHECKING:
     from lippmann.observe_here import Observed
-
-STILL_RAYS, CLIP_RAYS = 64, 16
-"""For every pixel: docs/observer.md says how close they come."""
 
 
 def observe(
@@ -29,12 +27,12 @@ def observe(
         Literal["side_by_side", "cross_eyed", "anaglyph"] | None,
         typer.Option(help="Two eyes beside the place of --eye."),
     ] = None,
-    eye_distance_mm: Annotated[float, typer.Option("--eye-distance-mm", help="Between two eyes.")] = 63.0,
+    eye_distance_mm: Annotated[float, typer.Option("--eye-distance-mm", help="Between two eyes.")] = EYES_APART_MM,
     clip: Annotated[
-        Literal["swing", "circle", "toward"] | None,
+        Literal["horizontal", "vertical", "circle", "toward"] | None,
         typer.Option(help="A clip; how the eye moves about its place."),
     ] = None,
-    reach_mm: Annotated[float, typer.Option("--reach-mm", help="How far the eye moves in a clip.")] = 30.0,
+    reach_mm: Annotated[float, typer.Option("--reach-mm", help="How far the eye moves in a clip.")] = REACH_MM,
     seconds: Annotated[float, typer.Option(help="Length of a clip.")] = 4.0,
     fps: Annotated[float, typer.Option(help="Pictures a second of a clip.")] = 24.0,
     gap: Annotated[
@@ -48,16 +46,16 @@ def observe(
         float | None, typer.Option("--physical-gap-mm", help="The gap as built, substrate included.")
     ] = None,
     device: Annotated[bool, typer.Option("--device", help="On the pixels of the rig's device.")] = False,
-    pupil_mm: Annotated[float, typer.Option("--pupil-mm", help="Diameter of the pupil.")] = 4.0,
+    pupil_mm: Annotated[float, typer.Option("--pupil-mm", help="Diameter of the pupil.")] = PUPIL_MM,
     focus_mm: Annotated[
         float, typer.Option("--focus-mm", help="The depth the eye focuses on, + in front of the display.")
     ] = 0.0,
-    size: Annotated[int, typer.Option(help="Longer side of an eye's picture, px.")] = 720,
+    size: Annotated[int, typer.Option(help="Longer side of an eye's picture, px.")] = SIZE_PX,
     part: Annotated[
         str | None, typer.Option(metavar="X,Y,W,H", help="A part of the display, mm: its middle, its width and height.")
     ] = None,
     rays: Annotated[
-        int | None, typer.Option(help=f"For every pixel; {STILL_RAYS}, in a clip {CLIP_RAYS}.", show_default=False)
+        int | None, typer.Option(help=f"For every pixel; {RAYS}, in a clip {MOVING_RAYS}.", show_default=False)
     ] = None,
     bare: Annotated[Literal["clear", "black"], typer.Option(help="What is where no lens is.")] = "clear",
     as_json: AsJson = False,
@@ -70,7 +68,7 @@ def observe(
 
     if sum(said is not None for said in (gap, gap_mm, physical_gap_mm)) > 1:
         raise BadInput("expected at most one of --gap, --gap-mm and --physical-gap-mm, got more")
-    rays = rays if rays is not None else CLIP_RAYS if clip else STILL_RAYS
+    rays = rays if rays is not None else MOVING_RAYS if clip else RAYS
     observer = Observer(
         place=eye_at(eye),
         looking=Looking(pupil_mm=pupil_mm, focus_mm=focus_mm, rays=rays, stereo=stereo, eyes_apart_mm=eye_distance_mm),
@@ -82,7 +80,7 @@ def observe(
     if clip is None:
         seen = observe_here(shown, out, observer)
     else:
-        seen = clip_here(shown, out, observer, Clip(way=clip, reach_mm=reach_mm, seconds=seconds, fps=fps))
+        seen = clip_here(shown, out, observer, Clip(path=clip, reach_mm=reach_mm, seconds=seconds, fps=fps))
     talk = Talk(as_json)
     _notes(talk, seen)
     talk.result({**asdict(seen), "file": str(seen.file)}, str(seen.file))

@@ -12,7 +12,7 @@ from tests.integration.lippmann.conftest import needs_povray
 from worker.integral.looking import Looking, look
 from worker.integral.observer import whole_window
 from worker.integral.perspective import Eye
-from worker.integral.stereo import EYES_APART_MM
+from worker.job.eyes import EYES_APART_MM
 from worker.job.orders import TaskKind
 from worker.optics.capture import Bench, bench, object_rays
 from worker.optics.lattice import lens_centres_mm

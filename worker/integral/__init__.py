@@ -17,9 +17,10 @@ lens_display      a display in millimetres: pixels, gap, lenses
 observer          what an eye sees of it, with a pupil, device pixels and crosstalk
 window            the part of the display that it looks at, in pixels
 eye_rays          rays through the pupil
-light_field       all views in one array
-eye_path          the way of an eye that moves
+moving_eye        the places of an eye that moves
 stereo            two eyes, and their pictures as one
+looking           with one eye or two: one picture
+light_field       all views in one array
 square_pixels     views of a hexagonal lattice on the square pixels of a screen
 refocus           sharp at one depth or at many: the views shifted and added
 ciir              the same by cells magnified and laid over each other, with as many pixels as one likes

@@ -9,10 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.errors import LayoutError
-
-MAX_RAYS = 65_536
-"""Of a pixel: far beyond what halves of codes can tell apart."""
-
+from worker.job.eyes import MAX_RAYS
 
 GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 

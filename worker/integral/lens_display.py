@@ -18,12 +18,10 @@ from worker.integral.device import array_pitches, device_size
 from worker.integral.hexagon import ROW_PITCH
 from worker.integral.interpolation import ON_THE_BORDER
 from worker.integral.layout import CellLayout, Pixel, check_sheet
+from worker.job.eyes import Bare
 
 Aperture = Literal["full", "inscribed"]
 """How much of a cell its lens fills: all, or the circle inside."""
-
-Bare = Literal["clear", "black"]
-"""What is there where no lens is: nothing, so that light goes straight, or something opaque."""
 
 
 @dataclass(frozen=True)

@@ -10,10 +10,11 @@ from numpy.typing import NDArray
 
 from worker.integral.interpolation import Light
 from worker.integral.lens_display import LensDisplay
-from worker.integral.observer import PUPIL_MM, RAYS, observe, own_share
+from worker.integral.observer import observe, own_share
 from worker.integral.perspective import Eye
-from worker.integral.stereo import EYES_APART_MM, Stereo, eye_pair, together
+from worker.integral.stereo import eye_pair, together
 from worker.integral.window import Window
+from worker.job.eyes import EYES_APART_MM, PUPIL_MM, RAYS, Stereo
 
 
 @dataclass(frozen=True)

@@ -32,15 +32,7 @@ from worker.integral.interpolation import ON_THE_BORDER, Light
 from worker.integral.lens_display import LensDisplay, LensLine, lens_lines
 from worker.integral.perspective import Eye, inside_cells, places_px
 from worker.integral.window import Window, window_of
-
-PUPIL_MM = 4.0
-"""Of an eye in a lit room."""
-
-RAYS = 64
-"""Through the pupil, for every pixel: see docs/observer.md for what more would change."""
-
-SIZE_PX = 720
-"""Longer side of a picture."""
+from worker.job.eyes import PUPIL_MM, RAYS, SIZE_PX
 
 ROWS_AT_ONCE = 64
 """Of the picture, so that what is worked on stays in the processor's cache."""

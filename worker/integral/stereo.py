@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,12 +12,7 @@ from numpy.typing import NDArray
 from worker.errors import LayoutError
 from worker.integral.interpolation import Light, working
 from worker.integral.perspective import Eye
-
-Stereo = Literal["side_by_side", "cross_eyed", "anaglyph"]
-"""`side_by_side`: the left eye's picture at the left; `cross_eyed`: at the right; `anaglyph`: for red-cyan glasses."""
-
-EYES_APART_MM = 63.0
-"""People's mean (N. A. Dodgson, *Variation and extrema of human interpupillary distance*, Proc. SPIE 5291, 2004)."""
+from worker.job.eyes import EYES_APART_MM, Stereo
 
 _LEFT = np.array(
     [

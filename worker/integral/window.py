@@ -9,9 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.errors import LayoutError
-
-MAX_SIZE_PX = 8192
-"""Of a side."""
+from worker.job.eyes import MAX_SIZE_PX
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ rig        imaging lens, microlens array, camera, device
 stage      where the rig stands in a scene
 render_settings  the road through the optics, samples, tiles, limits
 keyframes  numbers that change with the frame
+eyes       the words of whoever looks at a display
 filters    how a picture is brought to another size, by name
 outputs/   what a job asks for beside its masters, a module a group of kinds
 tagged     fields with several forms

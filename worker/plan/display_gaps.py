@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Literal
 
+from worker.job.eyes import GapUse
 from worker.job.rig import LensArray
 from worker.job.spec import Display
 from worker.optics import display as optics
-
-GapUse = Literal["real", "virtual", "collimated"]
-"""For what is shown before the display, for what is shown behind it, and for parallel light."""
 
 
 @dataclass(frozen=True)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from worker.errors import LayoutError
-from worker.integral.lens_display import Bare, LensDisplay
+from worker.integral.lens_display import LensDisplay
+from worker.job.eyes import Bare, GapUse
 from worker.job.rig import LensArray, Rig
 from worker.job.spec import Display
 from worker.job.stage import Stage
 from worker.optics.display import reduced_gap_mm
 from worker.plan.designer import bench_as_written
-from worker.plan.display_gaps import GapUse, contact_gap_mm, gaps
+from worker.plan.display_gaps import contact_gap_mm, gaps
 from worker.plan.sampling import display_size
 
 

@@ -13,12 +13,13 @@ from hypothesis import strategies as st
 from tests.unit.integral.displays import display_of
 from tests.unit.integral.sheets import numbered_sheet
 from worker.errors import LayoutError
-from worker.integral.eye_path import EyeWay, eye_path
 from worker.integral.layout import CellLayout
 from worker.integral.looking import Looking, least_own_share, look
+from worker.integral.moving_eye import moving_eye
 from worker.integral.observer import observe, own_share, whole_window
 from worker.integral.perspective import Eye
 from worker.integral.stereo import eye_pair, together
+from worker.job.eyes import EyePath
 
 LAYOUT = CellLayout(5, 6, 4)
 PLACE = Eye(3.0, 2.0, 200.0)
@@ -58,12 +59,12 @@ def test_an_anaglyph_shows_red_glass_the_left_eyes_light_and_cyan_glass_the_righ
     assert min(right[1:]) > 1.0 > 0.0 > right[0]
 
 
-@pytest.mark.parametrize("way", ["swing", "circle", "toward"])
-@given(count=st.integers(1, 40), rounds=st.integers(1, 3))
-def test_a_moving_eye_comes_round(way: EyeWay, count: int, rounds: int) -> None:
-    once = list(eye_path(PLACE, way=way, reach_mm=30.0, count=count))
-    often = list(eye_path(PLACE, way=way, reach_mm=30.0, count=count * rounds, rounds=rounds))
-    assert len(often) == count * rounds
+@pytest.mark.parametrize("path", ["horizontal", "vertical", "circle", "toward", "still"])
+@given(count=st.integers(1, 40), periods=st.integers(1, 3))
+def test_a_moving_eye_comes_round(path: EyePath, count: int, periods: int) -> None:
+    once = list(moving_eye(PLACE, path=path, reach_mm=30.0, count=count))
+    often = list(moving_eye(PLACE, path=path, reach_mm=30.0, count=count * periods, periods=periods))
+    assert len(often) == count * periods
     for number, eye in enumerate(often):
         first = once[number % count]
         same = pytest.approx((first.x_mm, first.y_mm, first.distance_mm), abs=1e-9)
@@ -72,11 +73,12 @@ def test_a_moving_eye_comes_round(way: EyeWay, count: int, rounds: int) -> None:
 
 
 def test_the_ways_of_an_eye() -> None:
-    def places(way: EyeWay) -> list[tuple[float, float, float]]:
-        eyes = eye_path(PLACE, way=way, reach_mm=30.0, count=4)
+    def places(path: EyePath) -> list[tuple[float, float, float]]:
+        eyes = moving_eye(PLACE, path=path, reach_mm=30.0, count=4)
         return [(round(eye.x_mm, 9), round(eye.y_mm, 9), round(eye.distance_mm, 9)) for eye in eyes]
 
-    assert places("swing") == [(3, 2, 200), (33, 2, 200), (3, 2, 200), (-27, 2, 200)]
+    assert places("horizontal") == [(3, 2, 200), (33, 2, 200), (3, 2, 200), (-27, 2, 200)]
+    assert places("vertical") == [(3, 2, 200), (3, 32, 200), (3, 2, 200), (3, -28, 200)]
     assert places("circle") == [(33, 2, 200), (3, 32, 200), (-27, 2, 200), (3, -28, 200)]
     assert places("toward") == [(3, 2, 200), (3, 2, 185), (3, 2, 170), (3, 2, 185)]
 
@@ -85,9 +87,9 @@ def test_what_cannot_be_is_refused() -> None:
     with pytest.raises(LayoutError, match="expected a positive distance between the eyes in mm, got 0"):
         eye_pair(PLACE, apart_mm=0.0)
     with pytest.raises(LayoutError, match="comes nearer by less than its distance, 200 mm, got 200"):
-        eye_path(PLACE, way="toward", reach_mm=200.0, count=4)
+        moving_eye(PLACE, path="toward", reach_mm=200.0, count=4)
     with pytest.raises(LayoutError, match="expected a reach in mm, got nan"):
-        eye_path(PLACE, way="swing", reach_mm=math.nan, count=4)
+        moving_eye(PLACE, path="horizontal", reach_mm=math.nan, count=4)
     with pytest.raises(LayoutError, match="of one shape"):
         together(np.ones((2, 2, 3)), np.ones((2, 3, 3)), "anaglyph")
     with pytest.raises(LayoutError, match="expected red, green and blue for an anaglyph, got 1"):

@@ -119,7 +119,7 @@ def test_two_eyes_come_as_one_picture(stereo: str, cols: int, master: Path, run:
 def test_a_clip_of_a_swinging_eye_shows_a_real_point_go_against_it(master: Path, run: Run, tmp_path: Path) -> None:
     out = tmp_path / "clip.mp4"
     code, said, notes = run(
-        str(master), "--eye", "0,0,400", "--clip", "swing", "--seconds", "1", "--fps", "8", "--size", "63",
+        str(master), "--eye", "0,0,400", "--clip", "horizontal", "--seconds", "1", "--fps", "8", "--size", "63",
         "--out", str(out),
     )  # fmt: skip
     assert code == 0, notes
@@ -159,10 +159,10 @@ def test_an_eye_beside_the_viewing_zone_is_told_so(master: Path, run: Run, tmp_p
         (["--part", "0,0,0,5"], "expected a window of a positive width and height in mm"),
         (["--stereo", "anaglyph", "--eye-distance-mm", "-1"], "expected a positive distance between the eyes in mm"),
         (["--stereo", "wiggle"], "'wiggle' is not one of 'side_by_side', 'cross_eyed', 'anaglyph'"),
-        (["--clip", "swing"], "expected a .mp4 in --out, got eye.png"),
-        (["--clip", "swing", "--out", "a.mp4", "--fps", "0"], "expected a clip of 1 to 10000 frames, got 4 s of 0 a"),
+        (["--clip", "horizontal"], "expected a .mp4 in --out, got eye.png"),
+        (["--clip", "horizontal", "--out", "a.mp4", "--fps", "0"], "expected a clip of 1 to 10000 frames, got 4 s"),
         (["--clip", "toward", "--out", "a.mp4", "--reach-mm", "400"], "comes nearer by less than its distance, 400 mm"),
-        (["--clip", "swing", "--out", "a.mp4", "--pupil-mm", "0"], "expected a pupil of a positive diameter"),
+        (["--clip", "horizontal", "--out", "a.mp4", "--pupil-mm", "0"], "expected a pupil of a positive diameter"),
     ],
     ids=" ".join,
 )  # fmt: skip

@@ -9,13 +9,13 @@ import pytest
 
 from povtemplates.catalogue import scene_folders
 from worker.errors import LayoutError
+from worker.job.eyes import GapUse
 from worker.job.rig import Rig
 from worker.job.scene import SceneCard
 from worker.job.sheet import JobSheet
 from worker.job.spec import Display, parse_spec
 from worker.optics.display import central_depth_plane_mm
 from worker.plan.designer import design
-from worker.plan.display_gaps import GapUse
 from worker.plan.observed_display import observed_display, reduced_mm, used_gap_mm
 from worker.plan.sampling import display_size
 

@@ -2,6 +2,7 @@
 
 output     what all kinds have: kind, name, file name
 videos     moving pictures
+observer   what an eye sees of the display, as clip and as pictures
 pictures   still pictures of every frame
 datasets   folders and arrays for research on coding and depth
 view_block views about the middle one, of all that a lens has

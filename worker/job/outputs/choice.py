@@ -13,6 +13,7 @@ from pydantic import BeforeValidator, Tag
 
 from worker.job.misfit import Misfit
 from worker.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, SubapertureViews
+from worker.job.outputs.observer import ObserverPictures, ObserverVideo
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
 from worker.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
@@ -23,6 +24,8 @@ _Kind = Annotated[
     Annotated[ViewsVideo, Tag("(views)")]
     | Annotated[CentreVideo, Tag("(centre)")]
     | Annotated[OrthoscopicVideo, Tag("(orthoscopic)")]
+    | Annotated[ObserverVideo, Tag("(observer)")]
+    | Annotated[ObserverPictures, Tag("(observer_pictures)")]
     | Annotated[ViewGrid, Tag("(view_grid)")]
     | Annotated[Quilt, Tag("(quilt)")]
     | Annotated[Epi, Tag("(epi)")]
@@ -41,6 +44,8 @@ KINDS: Mapping[str, type[OutputOptions]] = {
         ViewsVideo,
         CentreVideo,
         OrthoscopicVideo,
+        ObserverVideo,
+        ObserverPictures,
         ViewGrid,
         Quilt,
         Epi,

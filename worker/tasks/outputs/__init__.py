@@ -5,6 +5,7 @@ making     one output being made: scratch folder, where files go, progress
 make       the table: which maker makes which kind; the sidecar
 sidecar    what is told beside an output, as JSON
 videos     moving pictures
+observer   what an eye sees of the display
 pictures   still pictures of every frame
 contact_sheet  small pictures side by side, one sheet for the job
 datasets   folders and arrays of views

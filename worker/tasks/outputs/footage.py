@@ -21,9 +21,14 @@ from worker.integral.layout import CellLayout
 from worker.job.rig import Rig
 from worker.job.sheet import JobSheet
 from worker.job.spec import Display
+from worker.job.stage import Stage
 from worker.plan import names
 from worker.plan.sampling import display_size
 from worker.tasks.workplace import Workplace
+
+
+def _unknown(frame: int) -> None:
+    """Return the stage of a picture from elsewhere."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +47,8 @@ class Footage:
     """What a sidecar says of where this comes from: job, scene, title."""
     master: Callable[[str], AbstractContextManager[Path]]
     """Lends a master by its name below the job, as `names.orthoscopic_name(frame)`; ArtifactMissing if not there."""
+    stage: Callable[[int], Stage | None] = _unknown
+    """The scene's stage at a frame; None if nobody knows it."""
 
     def orthoscopic(self, frame: int) -> NDArray[np.float16]:
         """Return a frame's orthoscopic sheet, `(rows, cols, 3)`, linear light."""
@@ -74,4 +81,5 @@ def job_footage(place: Workplace, sheet: JobSheet) -> Footage:
         display=spec.display,
         facts={"job": sheet.job_id, "scene": spec.scene, "title": spec.title, "bundle": sheet.bundle},
         master=lambda name: place.store.local_path(names.job_artifact(sheet.job_id, name)),
+        stage=lambda frame: sheet.at(frame).stage,
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from worker.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, SubapertureViews
+from worker.job.outputs.observer import ObserverPictures, ObserverVideo
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
 from worker.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
@@ -22,6 +23,7 @@ from worker.tasks.outputs.datasets import (
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.lenslet_video import about_mpeg_lenslet, make_mpeg_lenslet
 from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.observer import about_observer, make_observer, make_observer_pictures
 from worker.tasks.outputs.pictures import make_epi, make_quilt, make_sheets, make_view_grid
 from worker.tasks.outputs.sidecar import sidecar
 from worker.tasks.outputs.videos import make_centre, make_orthoscopic, make_views
@@ -30,6 +32,8 @@ MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
     ViewsVideo: make_views,
     CentreVideo: make_centre,
     OrthoscopicVideo: make_orthoscopic,
+    ObserverVideo: make_observer,
+    ObserverPictures: make_observer_pictures,
     ViewGrid: make_view_grid,
     Quilt: make_quilt,
     Epi: make_epi,
@@ -42,6 +46,8 @@ MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
 }
 
 ABOUT: Mapping[type[OutputOptions], Callable[[Footage, Any], Mapping[str, Any]]] = {
+    ObserverVideo: about_observer,
+    ObserverPictures: about_observer,
     HciFolder: about_hci,
     SubapertureViews: about_subaperture_ppm,
     LensletVideo: about_mpeg_lenslet,

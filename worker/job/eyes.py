@@ -1,0 +1,39 @@
+"""The words of whoever looks at a display, and what is taken when nothing is said; `worker.integral.observer` looks."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+Stereo = Literal["side_by_side", "cross_eyed", "anaglyph"]
+"""`side_by_side`: the left eye's picture at the left; `cross_eyed`: at the right; `anaglyph`: for red-cyan glasses."""
+
+EyePath = Literal["horizontal", "vertical", "circle", "toward", "still"]
+"""`horizontal`: to the right, to the left and back; `vertical`: up, down and back; `circle`: from the right upward and
+round; `toward`: nearer and back; `still`: nowhere."""
+
+GapUse = Literal["real", "virtual", "collimated"]
+"""The gap for what is shown before the display, for what is shown behind it, and for parallel light: a focal length."""
+
+Bare = Literal["clear", "black"]
+"""What is there where no lens is: nothing, so that light goes straight, or something opaque."""
+
+EYES_APART_MM = 63.0
+"""People's mean (N. A. Dodgson, *Variation and extrema of human interpupillary distance*, Proc. SPIE 5291, 2004)."""
+
+PUPIL_MM = 4.0
+"""Of an eye in a lit room."""
+
+REACH_MM = 30.0
+"""Of an eye that moves to the side: inside the viewing zone of every lens of the paper's array from 500 mm."""
+
+RAYS, MOVING_RAYS = 64, 16
+"""Through the pupil for every pixel, of a still picture and of a clip: docs/observer.md says what more would change."""
+
+SIZE_PX = 720
+"""Longer side of a picture."""
+
+MAX_SIZE_PX = 8192
+"""Of a side of a picture."""
+
+MAX_RAYS = 65_536
+"""Of a pixel: far beyond what codes can tell apart."""

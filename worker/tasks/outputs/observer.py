@@ -1,0 +1,160 @@
+"""Makers of what an observer of the display sees."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.images.colour import srgb_codes
+from worker.images.write import write_png
+from worker.integral.lens_display import LensDisplay
+from worker.integral.looking import Looking, look
+from worker.integral.moving_eye import moving_eye
+from worker.integral.observer import whole_window
+from worker.integral.perspective import Eye
+from worker.job.outputs.observer import ObserverOptions, ObserverPictures, ObserverVideo
+from worker.optics.display import central_depth_plane_mm, viewing_zone_mm
+from worker.plan import names
+from worker.plan.observed_display import observed_display, used_gap_mm
+from worker.tasks.assemble import on_device
+from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.videos import kind_of
+from worker.video.encode import Frame, encode
+
+PERIOD_S = 4.0
+"""Of an eye that goes there and back, when nothing is said."""
+
+
+def make_observer(making: Making, output: ObserverVideo) -> None:
+    """Make the clip of an eye that moves while time runs."""
+    moments = clip_moments(making.footage, output)
+    watched = making.told(_clip(making.footage, output, moments), len(moments))
+    making.keep(output.file_name, lambda path: _encode(path, watched, output))
+
+
+def make_observer_pictures(making: Making, output: ObserverPictures) -> None:
+    """Make a picture of what is seen of every frame."""
+    footage = making.footage
+    for frame in making.told(footage.frames, len(footage.frames)):
+        making.keep(
+            f"{names.frame_stem(frame)}{output.suffix}",
+            partial(_write_picture, footage=footage, output=output, frame=frame),
+        )
+
+
+def about_observer(footage: Footage, output: ObserverOptions) -> Mapping[str, Any]:
+    """Return what a sidecar says of the display and the eye, at the first frame."""
+    display, place = observed(footage, output, footage.frames[0]), place_of(footage, output)
+    plane_mm = central_depth_plane_mm(focal_length_mm=display.focal_mm, gap_mm=display.gap_mm)
+    zone = {"pitch_mm": display.pitch_mm, "gap_mm": display.gap_mm, "distance_mm": place.distance_mm}
+    high_mm, wide_mm = display.array_mm
+    return {
+        "plane": "of the lenses: the picture shows what is seen through it, all of the array, row 0 at its top",
+        "width_mm": wide_mm,
+        "height_mm": high_mm,
+        "eye_mm": [place.x_mm, place.y_mm, place.distance_mm],
+        "gap_mm": display.gap_mm,
+        "depths_times": display.gap_mm / display.focal_mm,
+        "central_depth_plane_mm": plane_mm if math.isfinite(plane_mm) else None,
+        "viewing_zone_mm": viewing_zone_mm(**zone),
+    }
+
+
+@dataclass(frozen=True)
+class Moment:
+    """One picture of a clip."""
+
+    frame: int
+    place: Eye
+
+
+def clip_moments(footage: Footage, output: ObserverVideo) -> tuple[Moment, ...]:
+    """Return which frame is seen from where at each picture of a clip.
+
+    Raises
+    ------
+    LayoutError
+        If the eye would come to the display.
+    """
+    frames = footage.frames if output.frame is None else (output.frame,)
+    seconds = output.seconds or max(PERIOD_S * output.periods, len(frames) / footage.fps)
+    count = max(1, round(seconds * output.fps))
+    places = moving_eye(
+        place_of(footage, output), path=output.path, reach_mm=output.reach_mm, count=count, periods=output.periods
+    )
+    shown_per_picture = footage.fps / output.fps
+    return tuple(
+        Moment(frames[math.floor(number * shown_per_picture + 1e-6) % len(frames)], eye)
+        for number, eye in enumerate(places)
+    )
+
+
+def place_of(footage: Footage, output: ObserverOptions) -> Eye:
+    """Return where the eye is, or the middle between two."""
+    distance_mm = output.distance_mm or footage.display.viewing_distance_mm
+    return Eye(x_mm=output.x_mm, y_mm=output.y_mm, distance_mm=distance_mm)
+
+
+def observed(footage: Footage, output: ObserverOptions, frame: int) -> LensDisplay:
+    """Return the display that a frame is shown on.
+
+    Raises
+    ------
+    LayoutError
+        If it cannot be built.
+    """
+    rig = footage.rig(frame)
+    gap_mm = used_gap_mm(rig, footage.display, output.gap, stage=footage.stage(frame))
+    return observed_display(rig, gap_mm=gap_mm, on_device=output.device, bare=output.bare)
+
+
+@dataclass(frozen=True)
+class _Scene:
+    """A frame on the display."""
+
+    sheet: NDArray[np.floating[Any]]
+    display: LensDisplay
+
+    @classmethod
+    def of(cls, footage: Footage, output: ObserverOptions, frame: int) -> _Scene:
+        display, device, sheet = observed(footage, output, frame), footage.rig(frame).device, footage.orthoscopic(frame)
+        if output.device and device is not None:
+            sheet = on_device(sheet, display.layout, device, pitch_mm=display.pitch_mm)
+        # Looked at many times: half floats are slow to calculate with.
+        return cls(sheet.astype(np.float32), display)
+
+    def seen(self, output: ObserverOptions, place: Eye) -> NDArray[np.floating[Any]]:
+        looking = Looking(
+            pupil_mm=output.pupil_mm,
+            focus_mm=output.focus_mm,
+            rays=output.rays,
+            stereo=output.stereo,
+            eyes_apart_mm=output.eye_distance_mm,
+        )
+        window = whole_window(self.display, size_px=output.size_px)
+        return look(self.sheet, self.display, place, looking, window=window)
+
+
+def _clip(footage: Footage, output: ObserverVideo, moments: tuple[Moment, ...]) -> Iterator[Frame]:
+    frame, scene = 0, None
+    for moment in moments:
+        if scene is None or moment.frame != frame:
+            frame, scene = moment.frame, _Scene.of(footage, output, moment.frame)
+        yield srgb_codes(scene.seen(output, moment.place), bits=output.bits)
+
+
+def _encode(path: Path, pictures: Iterator[Frame], output: ObserverVideo) -> None:
+    encode(path, pictures, kind=kind_of(output), fps=output.fps)
+
+
+def _write_picture(path: Path, *, footage: Footage, output: ObserverPictures, frame: int) -> None:
+    scene = _Scene.of(footage, output, frame)
+    write_png(path, scene.seen(output, place_of(footage, output)), bits=output.bits)
