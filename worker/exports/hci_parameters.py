@@ -19,6 +19,8 @@ make of it are the display's volume in metres, parallel but for the same factor.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from configparser import ConfigParser
 from dataclasses import dataclass
 from io import StringIO
@@ -67,6 +69,19 @@ class Cameras:
         factor = self.baseline_mm / 1000 * DISTANCE_MM / self.pitch_mm
         depth: NDArray[np.float64] = 1 / (disparity.astype(np.float64) / factor + 1000 / DISTANCE_MM)
         return depth
+
+
+def disparity_range(maps: Iterable[NDArray[np.floating[Any]]]) -> tuple[float, float]:
+    """Return (disp_min, disp_max) as the benchmark's add-on does: to the next tenth outward, and a tenth further.
+
+    (0, 0) if there are no maps, or nothing but NaN in them.
+    """
+    known = [found[np.isfinite(found)] for found in maps]
+    ends = [(float(found.min()), float(found.max())) for found in known if found.size]
+    if not ends:
+        return 0.0, 0.0
+    lowest, highest = min(low for low, _ in ends), max(high for _, high in ends)
+    return round(math.floor(lowest * 10) / 10 - 0.1, 1), round(math.ceil(highest * 10) / 10 + 0.1, 1)
 
 
 def parameters_cfg(cameras: Cameras) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +11,8 @@ from worker.errors import LayoutError
 from worker.integral.hexagon import ROW_PITCH
 from worker.integral.interpolation import Light, between, neighbours, working
 from worker.integral.layout import CellLayout
+
+Number = TypeVar("Number", bound=np.generic)
 
 
 def square_size(layout: CellLayout, px_per_lens: int = 1) -> tuple[int, int]:
@@ -71,3 +73,34 @@ def _interpolated(picture: NDArray[Light], at: NDArray[np.float64], *, axis: int
     first, second, weight = neighbours(at, 0, picture.shape[axis] - 1)
     weights = weight.reshape(-1, *[1] * (picture.ndim - 1 - axis))
     return between(picture.take(first, axis), picture.take(second, axis), weights)
+
+
+def nearest_as_square(view: NDArray[Number], layout: CellLayout) -> NDArray[Number]:
+    """Return a view on square pixels as `as_square` does, each from the nearest lens: for what must not be mixed.
+
+    Parameters
+    ----------
+    view
+        `(lens_rows, lens_cols, channel)`, any numbers.
+    layout
+        Of the sheet that it is a view of.
+
+    Raises
+    ------
+    LayoutError
+        If there are not as many pixels as lenses.
+    """
+    if view.ndim != 3 or view.shape[:2] != (layout.lens_rows, layout.lens_cols):
+        raise LayoutError(f"expected a view of {layout}, got an array of shape {view.shape}")
+    if layout.lattice == "square":
+        return view
+    rows, cols = square_size(layout)
+    at = (np.arange(rows) - (rows - 1) / 2) / ROW_PITCH + (layout.lens_rows - 1) / 2
+    lens_row = np.clip(np.rint(at), 0, layout.lens_rows - 1).astype(np.intp)
+    shift = np.array([layout.shift_px(int(row)) / layout.px_per_lens - 0.25 for row in lens_row])
+    if layout.lens_rows == 1:
+        shift = np.zeros(1)
+    # Half-way between two lenses the left one, so that no rounding decides.
+    lens_col = np.clip(np.ceil(np.arange(cols) - shift[:, np.newaxis] - 0.5), 0, cols - 1).astype(np.intp)
+    nearest: NDArray[Number] = view[lens_row[:, np.newaxis], lens_col]
+    return nearest

@@ -117,7 +117,7 @@ class JobSpec(_Part):
 
     @model_validator(mode="after")
     def _outputs_fit(self) -> Self:
-        check_options(self.outputs, self.rig, self.frame_numbers)
+        check_options(self.outputs, self.rig, self.frame_numbers, has_depth=self.capture.depth)
         return self
 
     @model_validator(mode="after")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from worker.exports.hci_parameters import Cameras, parameters_cfg
+from worker.exports.hci_parameters import Cameras, disparity_range, parameters_cfg
 from worker.exports.ray_calibration import calibration_xml, lens_grid
 from worker.integral.cells import sheet_of
 from worker.integral.layout import CellLayout
@@ -106,3 +106,9 @@ def test_every_lens_lies_on_the_lattice_that_the_calibration_file_spans(layout: 
     assert (np.abs(pair("offset")) <= layout.px_per_lens).all()
     assert root.findtext("lippmann/lattice") == "any"
     assert [kind.get("id") for kind in root.findall("lens_type")] == ["0"]
+
+
+def test_the_range_of_disparities_is_rounded_outward_a_tenth_further() -> None:
+    maps = [np.array([[0.31, np.nan]]), np.array([[-0.25, 1.2]]), np.full((1, 1), np.nan)]
+    assert disparity_range(maps) == (-0.4, 1.3)
+    assert disparity_range([]) == disparity_range(maps[2:]) == (0.0, 0.0)

@@ -28,6 +28,7 @@ def test_the_short_spellings_are_the_names_of_folders_and_files() -> None:
             "outputs.1.views",
             "exist under a hexagonal lens, as 5 x 5",
         ),
+        ({"kind": "hci", "disparity": "truth"}, {}, "outputs.1.disparity", "a job with capture.depth true"),
         ({"kind": "hci"}, {"px_per_lens": 40}, "outputs.1.views", "at most 1000 views"),
         ({"kind": "mpeg_lenslet", "sequence": "a/b"}, {}, "outputs.1.sequence", "match pattern"),
         ({"kind": "mpeg_lenslet", "sequence": "../up"}, {}, "outputs.1.sequence", "match pattern"),

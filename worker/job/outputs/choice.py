@@ -115,8 +115,8 @@ def check_names(outputs: Iterable[OutputOptions]) -> None:
             raise Misfit(f"outputs.{place}.name", expected=expected, got=repr(output.name))
 
 
-def check_options(outputs: Iterable[OutputOptions], rig: Rig, frames: Sequence[int]) -> None:
-    """Refuse options that do not go with the rig or the frames.
+def check_options(outputs: Iterable[OutputOptions], rig: Rig, frames: Sequence[int], *, has_depth: bool) -> None:
+    """Refuse options that do not go with the rig or the frames, or ask for a depth that nobody finds.
 
     Raises
     ------
@@ -128,6 +128,9 @@ def check_options(outputs: Iterable[OutputOptions], rig: Rig, frames: Sequence[i
             output.check(rig, frames)
         except Misfit as wrong:
             raise Misfit(f"outputs.{place}.{wrong.field}", expected=wrong.expected, got=wrong.got) from wrong
+        if output.depth_option and not has_depth:
+            got = f"{getattr(output, output.depth_option)!r} with capture.depth false"
+            raise Misfit(f"outputs.{place}.{output.depth_option}", expected="a job with capture.depth true", got=got)
 
 
 def output_called(outputs: Iterable[OutputOptions], file_name: str) -> OutputOptions:

@@ -58,6 +58,15 @@ class HciFolder(ViewsOptions, FolderOptions):
 
     kind: Literal["hci"] = "hci"
     name: Name = "hci"
+    disparity: Literal["truth", "none"] | None = None
+    """Truth is by `capture.depth`; None: the truth if the job has it."""
+    disparity_of: Literal["middle", "all"] = "middle"
+    """Of which views."""
+
+    @property
+    def depth_option(self) -> str | None:
+        """The truth is asked for by `disparity`."""
+        return "disparity" if self.disparity == "truth" else None
 
     def block(self, rig: Rig) -> ViewBlock:
         """Return the views that are written; unless said, a square with a middle, as the benchmark's tools want it."""

@@ -41,6 +41,11 @@ class OutputOptions(BaseModel):
         """What the output is called wherever one is told from the other: its name and suffix."""
         return self.name + self.suffix
 
+    @property
+    def depth_option(self) -> str | None:
+        """The option that asks for the depth of every pixel (`capture.depth`); None if none does."""
+        return None
+
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse options that do not go with the rig, or with the numbers of the frames; most kinds go with any.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.exports.hci_parameters import DISTANCE_MM, Cameras, parameters_cfg
+from worker.exports.hci_parameters import DISTANCE_MM, Cameras, disparity_range, parameters_cfg
 from worker.exports.npz import write_npz
+from worker.exports.pfm import write_pfm
 from worker.exports.ppm import write_ppm
 from worker.exports.written import write_bytes
 from worker.images.colour import srgb_codes
@@ -35,8 +36,11 @@ def make_hci(making: Making, output: HciFolder) -> None:
     for views in each_frame(making, output):
         for number, place in enumerate(np.ndindex(views.block.rows, views.block.cols)):
             making.keep(f"{views.stem}/input_Cam{number:03d}.png", partial(_write_png, views=views, place=place))
-        text = parameters_cfg(_cameras(views))
-        making.keep(f"{views.stem}/parameters.cfg", partial(write_bytes, data=text.encode()))
+        true = _true_maps(views, output)
+        for name, number in true.items():
+            making.keep(f"{views.stem}/gt_disp_lowres{name}.pfm", partial(_write_disparity, views=views, number=number))
+            making.keep(f"{views.stem}/gt_depth_lowres{name}.pfm", partial(_write_depth, views=views, number=number))
+        making.keep(f"{views.stem}/parameters.cfg", partial(_write_parameters, views=views, numbers=true.values()))
 
 
 def about_hci(footage: Footage, output: HciFolder) -> Mapping[str, Any]:
@@ -46,6 +50,7 @@ def about_hci(footage: Footage, output: HciFolder) -> Mapping[str, Any]:
         "cameras": "input_Cam000 is the upper left view; numbers grow along the row to the right, then downward",
         "middle_camera": f"input_Cam{output.block(footage.rig(footage.frames[0])).middle:03d}",
         "codes": "sRGB, 8 bits",
+        "disparity": _about_disparity(footage, output),
         "parameters_cfg": f"parallel views, told as those of cameras {DISTANCE_MM:g} mm before the display",
     }
 
@@ -93,7 +98,38 @@ def _write_ppm(path: Path, *, views: FrameViews, place: tuple[int, ...]) -> None
     write_ppm(path, srgb_codes(views.square[place], bits=PLENO_BITS), bits=PLENO_BITS)
 
 
-def _cameras(views: FrameViews) -> Cameras:
+def _true_maps(views: FrameViews, output: HciFolder) -> dict[str, int]:
+    """Return the views whose disparity is written, by what their files' names end with."""
+    if output.disparity == "none" or not views.footage.has_depth:
+        return {}
+    every = range(len(views.block.numbers)) if output.disparity_of == "all" else ()
+    return {"": views.block.middle, **{f"_Cam{number:03d}": number for number in every}}
+
+
+def _about_disparity(footage: Footage, output: HciFolder) -> str | None:
+    if output.disparity == "none" or not footage.has_depth:
+        return None
+    return (
+        "gt_disp_lowres.pfm is the middle camera's: px (lenses) from a view to the next on the right, by exact rays,"
+        " positive in front of the display; NaN where no surface is seen. gt_depth_lowres.pfm is what the benchmark's"
+        " formula makes of it, in metres from the cameras"
+    )
+
+
+def _write_disparity(path: Path, *, views: FrameViews, number: int) -> None:
+    write_pfm(path, views.disparity(number))
+
+
+def _write_depth(path: Path, *, views: FrameViews, number: int) -> None:
+    write_pfm(path, _cameras(views).depth_m(views.disparity(number)))
+
+
+def _write_parameters(path: Path, *, views: FrameViews, numbers: Collection[int]) -> None:
+    disparities = disparity_range(views.disparity(number) for number in numbers)
+    write_bytes(path, parameters_cfg(_cameras(views, disparities)).encode())
+
+
+def _cameras(views: FrameViews, disparities: tuple[float, float] = (0.0, 0.0)) -> Cameras:
     footage, array = views.footage, views.footage.rig(views.frame).lens_array
     rows, cols = square_size(footage.layout)
     return Cameras(
@@ -107,7 +143,7 @@ def _cameras(views: FrameViews) -> Cameras:
         scene=footage.facts.get("scene", ""),
         category="lippmann",
         version=version("lippmann"),
-        disparities=(0.0, 0.0),
+        disparities=disparities,
     )
 
 

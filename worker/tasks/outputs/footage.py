@@ -49,6 +49,8 @@ class Footage:
     """Lends a master by its name below the job, as `names.orthoscopic_name(frame)`; ArtifactMissing if not there."""
     stage: Callable[[int], Stage | None] = _unknown
     """The scene's stage at a frame; None if nobody knows it."""
+    has_depth: bool = False
+    """Whether the depth of every pixel is known, see `depth`."""
 
     def orthoscopic(self, frame: int) -> NDArray[np.float16]:
         """Return a frame's orthoscopic sheet, `(rows, cols, 3)`, linear light."""
@@ -82,4 +84,5 @@ def job_footage(place: Workplace, sheet: JobSheet) -> Footage:
         facts={"job": sheet.job_id, "scene": spec.scene, "title": spec.title, "bundle": sheet.bundle},
         master=lambda name: place.store.local_path(names.job_artifact(sheet.job_id, name)),
         stage=lambda frame: sheet.at(frame).stage,
+        has_depth=spec.capture.depth,
     )

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from worker.integral.depth_map import DepthMap
 from worker.integral.light_field import light_field, on_square_pixels
-from worker.integral.square_pixels import square_size
+from worker.integral.square_pixels import nearest_as_square, square_size
 from worker.job.outputs.datasets import ViewsOptions
 from worker.job.outputs.view_block import ViewBlock
 from worker.plan import names
@@ -56,6 +57,25 @@ class FrameViews:
     def square(self) -> NDArray[np.float16]:
         """The same on square pixels."""
         return on_square_pixels(self.of_lenses, self.footage.layout).astype(np.float16, copy=False)
+
+    def disparity(self, number: int) -> NDArray[np.float32]:
+        """Return the true disparity of a view of the block, counted row by row, `(row, col)` on square pixels.
+
+        In pixels of a view, from this view to the next on the right, positive in front of the display: on the left
+        there. Of the nearest lens, so that no two depths are mixed; NaN where no surface is seen.
+
+        Raises
+        ------
+        OutputError
+            If the job did not ask for depth.
+        """
+        u, v = self.block.numbers[number]
+        found = self._depth.view(self.footage.layout, u, v).disparity_u[..., np.newaxis]
+        return nearest_as_square(found, self.footage.layout)[..., 0]
+
+    @cached_property
+    def _depth(self) -> DepthMap:
+        return self.footage.depth(self.frame)
 
 
 def each_frame(making: Making, output: ViewsOptions) -> Iterator[FrameViews]:
