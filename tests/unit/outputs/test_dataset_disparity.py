@@ -50,7 +50,8 @@ def job_with_depth(folder: Path, output: dict[str, Any], light: Any, disparity: 
         capture={"depth": True},
     )
     depth = sheet_from(layout, lambda *at: (-1.0, -2.0, disparity(*at), -3.0), len(CHANNELS))
-    write_channels(folder / "depth.exr", depth.astype(np.float32), CHANNELS, attributes={})
+    size = (layout.rows, layout.cols)
+    write_channels(folder / "depth.exr", [depth.astype(np.float32)], CHANNELS, size=size, attributes={})
     job.place.store.put_file(names.job_artifact(JOB_ID, names.depth_name(1)), folder / "depth.exr")
     return job
 
