@@ -24,6 +24,7 @@ light_field       all views in one array
 square_pixels     views of a hexagonal lattice on the square pixels of a screen
 refocus           sharp at one depth or at many: the views shifted and added
 ciir              the same by cells magnified and laid over each other, with as many pixels as one likes
+depth_view        a view of a patch of every cell, that joins up at one depth
 extended_focus    sharp at all depths of a stack
 weighted_sums     pictures as weighted sums of a sheet's pixels, down and across: what both of these are
 depth_map         how deep what every pixel of a sheet shows lies

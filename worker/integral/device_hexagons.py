@@ -14,14 +14,18 @@ from worker.integral.layout import CellLayout
 
 
 @dataclass(frozen=True)
-class _Places:
-    """Which lens places lie under, and where from its centre: arrays `(row, col)` of the places."""
+class Nearest:
+    """Which lens places are nearest to, in the array or not, and where from its centre: arrays `(row, col)`."""
 
     lens_row: NDArray[np.intp]
     lens_col: NDArray[np.intp]
     right: NDArray[np.float64]
     """From the lens's centre, pitches."""
     down: NDArray[np.float64]
+
+    def in_array(self, layout: CellLayout) -> NDArray[np.bool_]:
+        """Return which of the lenses there are."""
+        return _inside(self.lens_row, layout.lens_rows) & _inside(self.lens_col, layout.lens_cols)
 
 
 def hexagonal_lens_rows_under(layout: CellLayout, down: NDArray[np.float64]) -> tuple[int, int]:
@@ -60,8 +64,8 @@ def hexagons_at(
     NDArray
         `(row, col, channel)`; zero where there is no lens.
     """
-    places = _nearest_lenses(layout, down[:, np.newaxis], right[np.newaxis])
-    lit = _inside(places.lens_row, layout.lens_rows) & _inside(places.lens_col, layout.lens_cols)
+    places = nearest_lenses(layout, down[:, np.newaxis], right[np.newaxis])
+    lit = places.in_array(layout)
     n, m = layout.px_per_lens, layout.row_px
     has_px = np.flatnonzero(layout.mask.any(axis=1))
     row_in_cell = places.down / ROW_PITCH * m + (layout.cell_rows - 1) / 2
@@ -82,12 +86,12 @@ def hexagons_at(
     return pixels
 
 
-def _nearest_lenses(layout: CellLayout, down: NDArray[np.float64], right: NDArray[np.float64]) -> _Places:
-    """Return the nearest lens of the lattice, which goes on beyond the array."""
+def nearest_lenses(layout: CellLayout, down: NDArray[np.float64], right: NDArray[np.float64]) -> Nearest:
+    """Return the nearest lens of the lattice, which goes on beyond the array; arguments as in `hexagons_at`."""
     above = _row_above(layout, down)
     upper, lower = (_nearest_in_row(layout, above + step, down, right) for step in (0, 1))
     take_lower = np.hypot(lower.right, lower.down) < np.hypot(upper.right, upper.down)
-    return _Places(
+    return Nearest(
         np.where(take_lower, lower.lens_row, upper.lens_row),
         np.where(take_lower, lower.lens_col, upper.lens_col),
         np.where(take_lower, lower.right, upper.right),
@@ -102,12 +106,12 @@ def _row_above(layout: CellLayout, down: NDArray[np.float64]) -> NDArray[np.intp
 
 def _nearest_in_row(
     layout: CellLayout, lens_row: NDArray[np.intp], down: NDArray[np.float64], right: NDArray[np.float64]
-) -> _Places:
+) -> Nearest:
     from_first = right - _row_centres(layout)[lens_row % 2] + (layout.lens_cols - 1) / 2
     lens_col = np.floor(from_first + 0.5 + ON_THE_BORDER).astype(np.intp)
     to_row = down - (lens_row - (layout.lens_rows - 1) / 2) * ROW_PITCH
     wide_row, wide_down, _ = np.broadcast_arrays(lens_row, to_row, from_first)
-    return _Places(wide_row, lens_col, from_first - lens_col, wide_down)
+    return Nearest(wide_row, lens_col, from_first - lens_col, wide_down)
 
 
 def _row_centres(layout: CellLayout) -> NDArray[np.float64]:

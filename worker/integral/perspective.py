@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -22,6 +21,8 @@ from numpy.typing import NDArray
 from worker.errors import LayoutError
 from worker.integral.interpolation import ON_THE_BORDER, SNAP, Light
 from worker.integral.layout import CellLayout, check_sheet
+from worker.integral.lens_grid import layout_grid
+from worker.integral.under_lenses import Places, light_under
 
 
 @dataclass(frozen=True)
@@ -80,9 +81,11 @@ def perspective(ortho: NDArray[Light], layout: CellLayout, eye: Eye, *, pitch_mm
     if not (0 < pitch_mm < math.inf and 0 < gap_mm < math.inf):
         raise LayoutError(f"expected a positive pitch and gap in mm, got {pitch_mm} and {gap_mm}")
     right, down = places_px(layout, eye, pitch_mm=pitch_mm, gap_mm=gap_mm)
-    picture, lit = _interpolated(ortho, layout, right, down)
-    seen = lit & inside_cells(layout, right, down)
-    picture[~seen] = 0
+    seen = inside_cells(layout, right, down)
+    lens_row, lens_col = np.nonzero(seen)
+    picture = np.zeros((*seen.shape, ortho.shape[2]), dtype=np.result_type(ortho.dtype, np.float32))
+    places = Places(lens_row, lens_col, down[seen], right[seen])
+    picture[seen] = light_under(ortho, layout_grid(layout), places)
     return Perspective(picture=picture, seen=seen)
 
 
@@ -116,44 +119,6 @@ def inside_cells(layout: CellLayout, right: NDArray[np.float64], down: NDArray[n
     return inside
 
 
-def _interpolated(
-    ortho: NDArray[Light], layout: CellLayout, right: NDArray[np.float64], down: NDArray[np.float64]
-) -> tuple[NDArray[np.floating[Any]], NDArray[np.bool_]]:
-    """Return light between the pixels of each cell, and where there is any; others' pixels have no weight."""
-    row, col = down + (layout.cell_rows - 1) / 2, right + (layout.cell_cols - 1) / 2
-    first_row, first_col = np.floor(row).astype(np.intp), np.floor(col).astype(np.intp)
-    light = np.zeros((*row.shape, ortho.shape[2]), dtype=np.result_type(ortho.dtype, np.float32))
-    weights = np.zeros(row.shape)
-    for below, beside in product((0, 1), repeat=2):
-        cell_row, cell_col = first_row + below, first_col + beside
-        weight = (1 - np.abs(row - cell_row)) * (1 - np.abs(col - cell_col)) * _own(layout, cell_row, cell_col)
-        light += _taken(ortho, layout, cell_row, cell_col) * weight[..., np.newaxis].astype(light.dtype)
-        weights += weight
-    lit = weights > 0
-    light[lit] /= weights[lit, np.newaxis].astype(light.dtype)
-    return light, lit
-
-
-def _own(layout: CellLayout, row: NDArray[np.intp], col: NDArray[np.intp]) -> NDArray[np.bool_]:
-    """Return which places in the cells' boxes are pixels of the lens."""
-    own: NDArray[np.bool_] = layout.mask[_held(row, layout.cell_rows), _held(col, layout.cell_cols)]
-    own &= (row >= 0) & (row < layout.cell_rows) & (col >= 0) & (col < layout.cell_cols)
-    return own
-
-
-def _taken(ortho: NDArray[Light], layout: CellLayout, row: NDArray[np.intp], col: NDArray[np.intp]) -> NDArray[Light]:
-    """Return the pixel at a place of each cell's box, `(lens_rows, lens_cols, channel)`; held to the box."""
-    lens_rows, lens_cols = np.arange(layout.lens_rows)[:, np.newaxis], np.arange(layout.lens_cols)
-    sheet_row = lens_rows * layout.row_px + _held(row, layout.cell_rows)
-    sheet_col = lens_cols * layout.px_per_lens + _row_shifts(layout) + _held(col, layout.cell_cols)
-    taken: NDArray[Light] = ortho[sheet_row, sheet_col]
-    return taken
-
-
 def _row_shifts(layout: CellLayout) -> NDArray[np.intp]:
     """Return how much further right each lens row stands, px, `(lens_rows, 1)`."""
     return np.array([[layout.shift_px(lens_row)] for lens_row in range(layout.lens_rows)], dtype=np.intp)
-
-
-def _held(index: NDArray[np.intp], length: int) -> NDArray[np.intp]:
-    return np.clip(index, 0, length - 1)
