@@ -22,6 +22,7 @@ from worker.integral.views import view, view_numbers
 SQUARE = CellLayout(12, 14, 8)
 HEXAGONAL = CellLayout(14, 12, 8, lattice="hexagonal")
 FOCAL_MM = 3.3
+MANY_LENSES = LAYOUTS.filter(lambda layout: min(square_size(layout)) > 2)
 BOTH = pytest.mark.parametrize("layout", [SQUARE, HEXAGONAL], ids=str)
 
 
@@ -42,12 +43,11 @@ def at_pixels(layout: CellLayout, px: int) -> tuple[np.ndarray, np.ndarray]:
     return (x - (cols - 1) / 2) / px, (y - (rows - 1) / 2) / px
 
 
-@given(layout=LAYOUTS, px_of_patch=st.floats(0.3, 1.0), sign=st.sampled_from([-1, 1]), data=st.data())
+@given(layout=MANY_LENSES, px_of_patch=st.floats(0.6, 1.0), sign=st.sampled_from([-1, 1]), data=st.data())
 def test_with_a_patch_of_one_pixel_it_is_the_view(
     layout: CellLayout, px_of_patch: float, sign: int, data: st.DataObject
 ) -> None:
     depth_mm = sign * depth_of_patch(px_of_patch, layout)
-    assume(min(square_size(layout)) - 1 >= 1.2 / px_of_patch)
     u, v = data.draw(st.sampled_from(view_numbers(layout)))
     ortho = numbered_sheet(layout)
     found = depth_view(ortho, layout, depth_mm, focal_mm=FOCAL_MM, direction=(u, v))
