@@ -27,7 +27,7 @@ from worker.job.statuses import ENDED_JOBS
 _PAGE = 200
 _API = "/api/v1"
 
-Sight = Literal["view", "perspective", "refocus", "views.atlas"]
+Sight = Literal["view", "perspective", "refocus", "observer", "views.atlas"]
 """What a service makes of a frame when it is asked."""
 
 Shape = TypeVar("Shape", bound=BaseModel)
@@ -196,7 +196,7 @@ class Client:
         Parameters
         ----------
         what
-            `view`, `perspective`, `refocus`, `views.atlas`.
+            `view`, `perspective`, `refocus`, `observer`, `views.atlas`.
         asked
             Its parameters, by the service's names: `u=3, v=4`, `depth_mm=20`, `scale=4`, `format="webp"`.
         """

@@ -23,12 +23,17 @@ from service.schemas import look as schema
 from worker.errors import ArtifactMissing, FieldProblem
 from worker.integral.atlas import Atlas, atlas_picture, plan_atlas
 from worker.integral.layout import CellLayout
+from worker.integral.looking import Looking, look
+from worker.integral.observer import whole_window
 from worker.integral.perspective import Eye, perspective
 from worker.integral.refocus import refocus
 from worker.integral.square_pixels import as_square, square_size
 from worker.integral.views import centre, view, view_numbers
+from worker.job.sheet import JobSheet
 from worker.job.spec import JobSpec
+from worker.job.stage import Stage
 from worker.plan import names
+from worker.plan.observed_display import observed_display, used_gap_mm
 from worker.plan.sampling import display_size
 
 MAX_SHOWN_PX = 8192
@@ -45,6 +50,8 @@ class Sight:
     frame: int
     spec: JobSpec
     """At this frame."""
+    stage: Stage
+    """Likewise."""
     sheet_name: str
     """Of its orthoscopic master, in the store."""
     etag: str
@@ -109,7 +116,8 @@ def find_sight(session: Session, parts: Parts, job_id: str, frame: int) -> Sight
         etag = parts.store.etag(name)
     except ArtifactMissing as error:
         raise ArtifactMissing(f"frame {frame} of job {job_id!r} is not assembled yet") from error
-    return Sight(frame, spec.at(frame), name, etag)
+    sheet = JobSheet.model_validate_json(parts.store.get_bytes(names.job_artifact(job_id, names.JOB_SHEET))).at(frame)
+    return Sight(frame, sheet.spec, sheet.stage, name, etag)
 
 
 def etag_of(sight: Sight, path: str, query: BaseModel) -> str:
@@ -170,11 +178,7 @@ def see_view(sheet: Sheet, sight: Sight, query: schema.ViewQuery) -> Light:
 
 def see_from(sheet: Sheet, sight: Sight, query: schema.PerspectiveQuery) -> Light:
     """Return what an eye sees, on square pixels; lenses that show it another's light are dark."""
-    distance_mm = sight.spec.display.viewing_distance_mm if query.z is None else query.z
-    if distance_mm <= 0:
-        problem = FieldProblem(field="z", expected="an eye in front of the display, above 0", got=f"{distance_mm:g}")
-        raise Invalid(str(problem), problems=[problem])
-    eye = Eye(x_mm=query.x, y_mm=query.y, distance_mm=distance_mm)
+    eye = _eye(sight, query.x, query.y, query.z)
     pitch_mm = sight.spec.rig.lens_array.pitch_mm
     seen = perspective(sheet, sight.layout, eye, pitch_mm=pitch_mm, gap_mm=sight.gap_mm)
     return as_square(seen.picture, sight.layout)
@@ -185,9 +189,44 @@ def see_focused(sheet: Sheet, sight: Sight, query: schema.RefocusQuery) -> Light
     return refocus(sheet, sight.layout, query.depth_mm, focal_mm=sight.gap_mm)
 
 
+def see_observed(sheet: Sheet, sight: Sight, query: schema.ObserverQuery) -> Light:
+    """Return what an observer sees of the display, by rays through pupil and lenses.
+
+    Raises
+    ------
+    Invalid
+        Naming what does not go together.
+    LayoutError, OpticsError
+        If the gap cannot be built, or the focus does not lie before the eye.
+    """
+    if query.gap is not None and query.gap_mm is not None:
+        problem = FieldProblem(field="gap", expected="either this or gap_mm", got="both")
+        raise Invalid(str(problem), problems=[problem])
+    spec = sight.spec
+    gap_mm = used_gap_mm(spec.rig, spec.display, query.gap, stage=sight.stage) if query.gap else query.gap_mm
+    display = observed_display(spec.rig, gap_mm=gap_mm)
+    looking = Looking(
+        pupil_mm=query.pupil_mm,
+        focus_mm=query.focus_mm,
+        rays=query.rays,
+        stereo=query.stereo,
+        eyes_apart_mm=query.eyes_apart_mm,
+    )
+    window = whole_window(display, size_px=query.size)
+    return look(sheet, display, _eye(sight, query.x, query.y, query.z), looking, window=window)
+
+
 def see_atlas(sheet: Sheet, sight: Sight, query: schema.AtlasQuery) -> Light:
     """Return the views as one picture."""
     return atlas_picture(sheet, sight.layout, _atlas(sight, query))
+
+
+def _eye(sight: Sight, x_mm: float, y_mm: float, z_mm: float | None) -> Eye:
+    distance_mm = sight.spec.display.viewing_distance_mm if z_mm is None else z_mm
+    if distance_mm <= 0:
+        problem = FieldProblem(field="z", expected="an eye in front of the display, above 0", got=f"{distance_mm:g}")
+        raise Invalid(str(problem), problems=[problem])
+    return Eye(x_mm=x_mm, y_mm=y_mm, distance_mm=distance_mm)
 
 
 def _atlas(sight: Sight, query: schema.AtlasQuery) -> Atlas:

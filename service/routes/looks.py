@@ -14,7 +14,7 @@ from service.jobs import look
 from service.jobs.artifacts import is_fresh
 from service.jobs.look import See, Sight
 from service.routes.artifacts import CONVERSIONS
-from service.schemas.look import AtlasQuery, Look, PerspectiveQuery, RefocusQuery, ViewQuery
+from service.schemas.look import AtlasQuery, Look, ObserverQuery, PerspectiveQuery, RefocusQuery, ViewQuery
 
 router = APIRouter(prefix="/jobs/{job_id}/frames/{frame}", tags=["looks"])
 
@@ -71,6 +71,19 @@ async def refocus(
 ) -> Response:
     """Show the picture that is sharp at a depth."""
     return await _seen(house, job_id, frame, "refocus", query, look.see_focused, if_none_match)
+
+
+@router.get("/observer", response_class=Response, responses=_PICTURE)
+async def observer(
+    job_id: str,
+    frame: int,
+    query: Annotated[ObserverQuery, Query()],
+    house: HouseDep,
+    _caller: ViewerDep,
+    if_none_match: IfNoneMatch = None,
+) -> Response:
+    """Show what one eye or two see of the display, by rays through pupil and lenses, with its crosstalk and blur."""
+    return await _seen(house, job_id, frame, "observer", query, look.see_observed, if_none_match)
 
 
 @router.get("/views.atlas", response_class=Response, responses=_PICTURE)

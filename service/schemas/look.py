@@ -7,7 +7,10 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from service.schemas.answer import Answer
+from worker.integral.observer import PUPIL_MM
+from worker.integral.stereo import EYES_APART_MM, Stereo
 from worker.job.filters import Filter
+from worker.plan.display_gaps import GapUse
 
 Depth = Annotated[float, Field(ge=-1e6, le=1e6)]
 Place = Annotated[float, Field(ge=-1e6, le=1e6)]
@@ -91,6 +94,35 @@ class RefocusQuery(Shown):
 
     depth_mm: Depth
     """Positive in front of the display."""
+
+
+class ObserverQuery(_Asked):
+    """Where an observer stands, with which eyes, before which gap."""
+
+    format: Literal["png", "webp"] = "png"
+    """WebP is lossy."""
+    x: Place = 0.0
+    """Of the eye, or of the middle between two, mm from the middle of the display: to the right."""
+    y: Place = 0.0
+    """Upward."""
+    z: float | None = None
+    """In front; the job's viewing distance when not said."""
+    gap: GapUse | None = None
+    """The gap that the design chooses for images of this kind."""
+    gap_mm: float | None = Field(default=None, gt=0, le=10_000)
+    """Or the gap itself, reduced; one focal length when neither is said."""
+    pupil_mm: float = Field(default=PUPIL_MM, gt=0, le=100)
+    """Diameter of the pupil."""
+    focus_mm: Depth = 0.0
+    """The depth that the eye focuses on, positive in front of the display."""
+    stereo: Stereo | None = None
+    """How two eyes' pictures come together; one eye when not said."""
+    eyes_apart_mm: float = Field(default=EYES_APART_MM, gt=0, le=1000)
+    """Between two eyes."""
+    rays: int = Field(default=16, ge=1, le=256)
+    """Through the pupil, for every pixel: more take longer."""
+    size: int = Field(default=360, ge=16, le=2048)
+    """Longer side of an eye's picture, px."""
 
 
 class AtlasQuery(_Asked):

@@ -63,7 +63,7 @@ def _codes_of_halves(bits: int) -> NDArray[Any]:
 
 def _converted(linear: NDArray[np.floating[Any]], bits: int) -> NDArray[Any]:
     white = 2**bits - 1
-    in_range = np.clip(np.nan_to_num(linear.astype(np.float32), nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
+    in_range = np.clip(np.nan_to_num(linear.astype(np.float32, order="C"), nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
     converted = ImageBufAlgo.colorconvert(ImageBuf(in_range), LINEAR, SRGB, colorconfig=_CONFIG)
     if converted.has_error:
         raise OutputError(f"cannot convert to sRGB: {converted.geterror()}")

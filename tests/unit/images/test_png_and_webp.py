@@ -177,3 +177,9 @@ def test_the_hosts_own_colour_configuration_changes_nothing() -> None:
     environment = {**os.environ, "OCIO": "/nonexistent.ocio"}
     ended = subprocess.run([sys.executable, "-c", script], env=environment, capture_output=True, text=True, timeout=60)
     assert ended.stdout.strip() == "[188, 188, 188]", ended.stderr
+
+
+def test_the_order_of_the_axes_in_memory_changes_no_code() -> None:
+    linear = np.random.default_rng(1).random((4, 5, 3), dtype=np.float32)
+    channels_first = np.ascontiguousarray(linear.transpose(2, 0, 1)).transpose(1, 2, 0)
+    np.testing.assert_array_equal(srgb_codes(channels_first), srgb_codes(linear))

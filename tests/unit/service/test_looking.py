@@ -16,15 +16,18 @@ from PIL import Image
 from lippmann.parts import make_parts
 from service.jobs.look import Sheets, Sight
 from service.main import create_app
-from tests.builders_service import Client, FakePictures, Farm
+from tests.builders_service import CARD, Client, FakePictures, Farm
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr
 from worker.integral.layout import CellLayout
+from worker.integral.looking import Looking, look
+from worker.integral.observer import whole_window
 from worker.integral.perspective import Eye, perspective
 from worker.integral.refocus import refocus
 from worker.integral.square_pixels import as_square
 from worker.integral.views import centre, view
 from worker.job.spec import JobSpec
+from worker.plan.observed_display import observed_display
 from worker.plan.sampling import display_size
 
 RIG: dict[str, Any] = {"lens_array": {"count": [12, 10], "lattice": "square"}, "px_per_lens": 4}
@@ -49,6 +52,12 @@ def stored(farm: Farm, tmp_path: Path, **rig: Any) -> tuple[str, NDArray[np.floa
     return job_id, light.astype(np.float16), layout
 
 
+def observed(sheet: NDArray[np.float16], *, gap_mm: float | None = None, **how: Any) -> NDArray[np.floating[Any]]:
+    display = observed_display(JobSpec.model_validate({"scene": "ball", "rig": RIG}).rig, gap_mm=gap_mm)
+    eye = Eye(x_mm=-20.0, y_mm=5.0, distance_mm=400.0)
+    return look(sheet, display, eye, Looking(rays=4, **how), window=whole_window(display, size_px=40))
+
+
 def codes(data: bytes) -> NDArray[np.uint8]:
     return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
 
@@ -64,6 +73,8 @@ def test_what_is_seen_is_what_the_library_makes_of_the_sheet(
         "view": view(sheet, layout, *centre(layout)),
         "perspective?x=-20&y=5&z=400": perspective(sheet, layout, eye, pitch_mm=1.0, gap_mm=3.3).picture,
         "refocus?depth_mm=-7.5": refocus(sheet, layout, -7.5, focal_mm=3.3),
+        "observer?x=-20&y=5&z=400&size=40&rays=4&stereo=side_by_side": observed(sheet, stereo="side_by_side"),
+        "observer?x=-20&y=5&z=400&size=40&rays=4&gap_mm=3.7&focus_mm=20": observed(sheet, gap_mm=3.7, focus_mm=20.0),
     }
     for asked, light in expected.items():
         answer = api.get(f"/api/v1/jobs/{job_id}/frames/1/{asked}")
@@ -129,6 +140,10 @@ def test_what_the_caller_has_seen_is_not_made_again_until_the_sheet_or_the_quest
         ("1/view?filter=cubic", 422, "filter"),
         ("1/perspective?z=-100", 422, "z: expected an eye in front of the display, above 0, got -100"),
         ("1/perspective?x=nan", 422, "x"),
+        ("1/observer?pupil_mm=0", 422, "pupil_mm"),
+        ("1/observer?gap=real&gap_mm=3", 422, "gap: expected either this or gap_mm, got both"),
+        ("1/observer?z=100&focus_mm=100", 422, "expected a focus nearer to the display than the eye"),
+        ("1/observer?gap=sideways", 422, "gap"),
         ("1/refocus", 422, "depth_mm: expected a value, got nothing"),
         ("1/refocus?depth_mm=9999", 422, "expected a depth at which neighbouring views"),
         ("1/views.atlas?max_px=11", 422, "max_px"),
@@ -175,7 +190,7 @@ def test_only_as_many_sheets_are_kept_as_there_is_room_for() -> None:
     parts: Any = type("Parts", (), {"store": Store(), "pictures": Pictures()})()
     sheets = Sheets(parts, room_bytes=1200)
     spec = JobSpec(scene="ball")
-    first, second, third = (Sight(1, spec, name, "e") for name in "abc")
+    first, second, third = (Sight(1, spec, CARD.stage, name, "e") for name in "abc")
     for sight in (first, second, first, third, first, second):
         sheets.sheet(sight)
     assert read == ["a", "b", "c", "b"]
