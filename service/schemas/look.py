@@ -7,10 +7,8 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from service.schemas.answer import Answer
-from worker.integral.observer import PUPIL_MM
-from worker.integral.stereo import EYES_APART_MM, Stereo
+from worker.job.eyes import EYES_APART_MM, PUPIL_MM, GapUse, Stereo
 from worker.job.filters import Filter
-from worker.plan.display_gaps import GapUse
 
 Depth = Annotated[float, Field(ge=-1e6, le=1e6)]
 Place = Annotated[float, Field(ge=-1e6, le=1e6)]
