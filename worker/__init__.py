@@ -12,8 +12,10 @@ The loud half has one folder for each outside thing:
 povray     POV-Ray: the scene's text, the command line, the child process, its sandbox and what its answers mean
 images     OpenImageIO
 video      PyAV
+exports    files in the formats of print shops and of research
 store      artifacts
 report     leases and events on Redis
+whole_file files that are written whole or not at all
 settings   what the environment says
 app        Celery
 tasks      decode, call, report

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.lib.format import write_array
 from numpy.typing import NDArray
 
-from worker.exports.written import written
+from worker.whole_file import new_file
 
 _LEVEL = 1
 """Of deflate. Higher levels take several times as long for a few per cent (measured on the fish's half floats)."""
@@ -26,7 +26,7 @@ def write_npz(path: Path, arrays: Mapping[str, NDArray[Any]], *, compress: bool)
         If it cannot be written, and then no part of it is left.
     """
     kind = ZIP_DEFLATED if compress else ZIP_STORED
-    with written(path) as file, ZipFile(file, "w", kind, compresslevel=_LEVEL) as archive:
+    with new_file(path) as file, ZipFile(file, "w", kind, compresslevel=_LEVEL) as archive:
         for name, array in arrays.items():
             with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
                 write_array(member, np.asanyarray(array), allow_pickle=False)

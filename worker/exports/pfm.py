@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.errors import OutputError
-from worker.exports.written import written
+from worker.whole_file import new_file
 
 
 def write_pfm(path: Path, values: NDArray[np.floating[Any]]) -> None:
@@ -27,6 +27,6 @@ def write_pfm(path: Path, values: NDArray[np.floating[Any]]) -> None:
     if values.ndim != 2 or values.size == 0:
         raise OutputError(f"expected values (rows, cols) for a PFM, got an array of shape {values.shape}")
     rows, cols = values.shape
-    with written(path) as file:
+    with new_file(path) as file:
         file.write(f"Pf\n{cols} {rows}\n-1\n".encode())
         file.write(np.ascontiguousarray(values[::-1], dtype="<f4").data)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.errors import OutputError
-from worker.exports.written import written
+from worker.whole_file import new_file
 
 
 def write_ppm(path: Path, codes: NDArray[np.uint16], *, bits: int) -> None:
@@ -28,6 +28,6 @@ def write_ppm(path: Path, codes: NDArray[np.uint16], *, bits: int) -> None:
     if int(codes.max()) > highest:
         raise OutputError(f"expected codes of at most {highest}, got {codes.max()}")
     rows, cols = codes.shape[:2]
-    with written(path) as file:
+    with new_file(path) as file:
         file.write(f"P6\n{cols} {rows}\n{highest}\n".encode())
         file.write(codes.astype(">u2").tobytes())

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenImageIO import ImageOutput, ImageSpec, geterror
 
-from worker.errors import NO_ROOM, OutputError, StoreFull, StoreUnavailable
+from worker.errors import OutputError
+from worker.whole_file import new_file
 
 Format = Literal["png", "webp"]
 
@@ -70,29 +71,6 @@ def save(file: BinaryIO, path: Path) -> None:
     """
     with new_file(path) as target:
         shutil.copyfileobj(file, target, 1 << 20)
-
-
-@contextmanager
-def new_file(path: Path) -> Iterator[BinaryIO]:
-    """Lend a file to write to; what could not be written whole is not left behind.
-
-    Raises
-    ------
-    StoreFull
-        If there is no room.
-    StoreUnavailable
-        If the folder cannot be written to.
-    """
-    try:
-        with path.open("wb") as target:
-            yield target
-    except OSError as error:
-        path.unlink(missing_ok=True)
-        family = StoreFull if error.errno in NO_ROOM else StoreUnavailable
-        raise family(f"cannot write {path.name}: {error.strerror}") from error
-    except BaseException:
-        path.unlink(missing_ok=True)
-        raise
 
 
 def _write(path: str, spec: ImageSpec, pixels: NDArray[Any], to: Format) -> None:

@@ -19,9 +19,9 @@ from numpy.typing import NDArray
 from OpenImageIO import ImageInput, ImageOutput, ImageSpec, geterror
 
 from worker.errors import ArtifactBroken, OutputError, WorkerError
-from worker.images.encode import new_file
 from worker.images.read import channel_places, check_channels, checked, opened
 from worker.images.scratch import ScratchRows, scratch_rows
+from worker.whole_file import new_file
 
 RowFormat = Literal["openexr", "png"]
 

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from worker.errors import OutputError
 from worker.images.colour import LINEAR, SRGB, srgb_codes
 from worker.images.density import Density
-from worker.images.encode import encoded, new_file, save
+from worker.images.encode import encoded, save
 from worker.images.read import ATTRIBUTE_PREFIX
 from worker.images.resize import resize
 from worker.images.rows import write_rows
 from worker.images.tiff import write_tiff_bands
+from worker.whole_file import new_file
 
 _HALF_MAX = float(np.finfo(np.float16).max)
 _WEBP_QUALITY = 85

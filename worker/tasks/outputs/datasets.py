@@ -16,7 +16,6 @@ from worker.exports.hci_parameters import DISTANCE_MM, Cameras, disparity_range,
 from worker.exports.npz import write_npz
 from worker.exports.pfm import write_pfm
 from worker.exports.ppm import write_ppm
-from worker.exports.written import write_bytes
 from worker.images.colour import srgb_codes
 from worker.images.write import write_png
 from worker.integral.light_field import eye_slopes, lens_places, square_places
@@ -26,6 +25,7 @@ from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.frame_views import FrameViews, about_views, each_frame
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.sidecar import geometry
+from worker.whole_file import write_bytes
 
 PLENO_BITS = 10
 """Of the light fields of JPEG Pleno's Common Test Conditions."""

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.exports.ray_calibration import calibration_xml, lens_grid
-from worker.exports.written import write_bytes, written
 from worker.exports.yuv import write_frame
 from worker.images.colour import srgb_codes
 from worker.integral.layout import CellLayout
@@ -22,6 +21,7 @@ from worker.job.outputs.datasets import LensletVideo
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.video.size import even_sided
+from worker.whole_file import new_file, write_bytes
 
 LONGEST_NAME = 60
 
@@ -93,7 +93,7 @@ def _inverted(footage: Footage, frame: int) -> bool:
 
 def _write_frames(path: Path, *, making: Making, output: LensletVideo) -> None:
     footage = making.footage
-    with written(path) as file:
+    with new_file(path) as file:
         for frame in making.told(footage.frames, len(footage.frames)):
             sheet = footage.orthoscopic(frame)
             write_frame(file, even_sided(srgb_codes(_turned(sheet, footage, frame, output))))

@@ -1,4 +1,4 @@
-"""A file on its way to disk: what could not be written whole is not left behind."""
+"""A file on its way to disk: written whole, or not there."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from worker.errors import NO_ROOM, StoreFull, StoreUnavailable
 
 
 @contextmanager
-def written(path: Path) -> Iterator[BinaryIO]:
-    """Lend a new file, open for bytes.
+def new_file(path: Path) -> Iterator[BinaryIO]:
+    """Lend a file to write to; what could not be written whole is not left behind.
 
     Raises
     ------
@@ -22,8 +22,8 @@ def written(path: Path) -> Iterator[BinaryIO]:
         If the folder cannot be written to.
     """
     try:
-        with path.open("w+b") as file:
-            yield file
+        with path.open("wb") as target:
+            yield target
     except OSError as error:
         path.unlink(missing_ok=True)
         family = StoreFull if error.errno in NO_ROOM else StoreUnavailable
@@ -34,6 +34,6 @@ def written(path: Path) -> Iterator[BinaryIO]:
 
 
 def write_bytes(path: Path, data: bytes) -> None:
-    """Write a small file; see `written`."""
-    with written(path) as file:
+    """Write a small file; see `new_file`."""
+    with new_file(path) as file:
         file.write(data)
