@@ -29,9 +29,14 @@ HEXAGONAL = CellLayout(12, 13, 6, lattice="hexagonal")
 BOTH = pytest.mark.parametrize("layout", [SQUARE, HEXAGONAL], ids=str)
 
 
+def interlocks(layout: CellLayout) -> bool:
+    """Return whether every other lens row is shifted."""
+    return layout.lattice == "hexagonal" and layout.lens_rows > 1
+
+
 def at_lenses(layout: CellLayout) -> Window:
     """Return the window that has a pixel in the middle of every lens: `[:, ::2]` or, of shifted rows, `[:, 1::2]`."""
-    if layout.lattice == "square":
+    if not interlocks(layout):
         return Window(layout.lens_rows, layout.lens_cols, wide_mm=layout.lens_cols, high_mm=layout.lens_rows)
     return Window(
         layout.lens_rows, 2 * layout.lens_cols, wide_mm=layout.lens_cols, high_mm=layout.lens_rows * ROW_PITCH
@@ -40,7 +45,7 @@ def at_lenses(layout: CellLayout) -> Window:
 
 def by_lens(picture: np.ndarray, layout: CellLayout) -> np.ndarray:
     """Return what the lenses' middles show of a picture `at_lenses`, `(lens_rows, lens_cols, channel)`."""
-    if layout.lattice == "square":
+    if not interlocks(layout):
         return picture
     shifted = np.array([layout.shift_px(row) > 0 for row in range(layout.lens_rows)])
     return np.where(shifted[:, np.newaxis, np.newaxis], picture[:, 1::2], picture[:, ::2])
