@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.builders import local_place, order_of, small_job, stored_job
+from tests.builders import local_place, order_of, small_job, stored_job, stored_picture
 from worker.images.write import write_exr
 from worker.integral.layout import CellLayout
 from worker.integral.views import views_grid
@@ -39,6 +39,10 @@ class GivenJob:
     def layout(self) -> CellLayout:
         """Of the orthoscopic sheets."""
         return display_size(self.sheet.spec.rig)
+
+    def stored_sheet(self, frame: int) -> NDArray[np.float16]:
+        """Return a frame's orthoscopic sheet as it is stored."""
+        return stored_picture(self.place, names.orthoscopic_name(frame))
 
     def make(self, file_name: str, watch: Watch | None = None) -> None:
         """Make an output as an attempt on the farm does."""

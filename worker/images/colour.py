@@ -7,15 +7,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from OpenImageIO import FLOAT, ImageBuf, ImageBufAlgo
 
 from worker.errors import OutputError
 
 LINEAR = "lin_rec709_scene"
 SRGB = "srgb_rec709_scene"
-_CONFIG = "ocio://default"
-"""The colour configuration inside OpenImageIO, whatever $OCIO says here."""
-
+"""As OpenImageIO calls them."""
 _CODES = {8: np.uint8, 10: np.uint16, 16: np.uint16}
 
 
@@ -38,7 +35,7 @@ def srgb_codes(linear: NDArray[np.floating[Any]], *, bits: int = 8) -> NDArray[A
     Raises
     ------
     OutputError
-        If `bits` is neither, or OpenImageIO cannot convert.
+        If `bits` is none of these.
 
     Examples
     --------
@@ -62,11 +59,13 @@ def _codes_of_halves(bits: int) -> NDArray[Any]:
 
 
 def _converted(linear: NDArray[np.floating[Any]], bits: int) -> NDArray[Any]:
-    white = 2**bits - 1
-    in_range = np.clip(np.nan_to_num(linear.astype(np.float32, order="C"), nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0)
-    converted = ImageBufAlgo.colorconvert(ImageBuf(in_range), LINEAR, SRGB, colorconfig=_CONFIG)
-    if converted.has_error:
-        raise OutputError(f"cannot convert to sRGB: {converted.geterror()}")
-    encoded = np.clip(np.asarray(converted.get_pixels(FLOAT), dtype=np.float32), 0.0, 1.0)
-    codes: NDArray[Any] = np.rint(encoded * white).astype(_CODES[bits])
+    light = np.nan_to_num(linear.astype(np.float32), nan=0.0, posinf=1.0, neginf=0.0)
+    np.clip(light, 0.0, 1.0, out=light)
+    # IEC 61966-2-1, section 5.2.
+    encoded = np.where(light <= np.float32(0.0031308), light * np.float32(12.92), _power_law(light))
+    codes: NDArray[Any] = np.rint(encoded * np.float32(2**bits - 1)).astype(_CODES[bits])
     return codes
+
+
+def _power_law(light: NDArray[np.float32]) -> NDArray[np.float32]:
+    return light ** np.float32(1 / 2.4) * np.float32(1.055) - np.float32(0.055)

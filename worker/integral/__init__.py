@@ -12,6 +12,7 @@ between_views     a row of views in another number
 epi               epipolar slices: a line of lenses as the eye moves along it
 mosaic            pictures of one size put together into one
 perspective       what an eye at a place sees
+reach             how far an eye may move so that all lenses show their own light
 atlas             views in one picture for a graphics card
 lens_display      a display in millimetres: pixels, gap, lenses
 observer          what an eye sees of it, with a pupil, device pixels and crosstalk

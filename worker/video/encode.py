@@ -26,6 +26,8 @@ from worker.video.size import even_sided
 Frame = NDArray[np.uint8] | NDArray[np.uint16]
 """`(rows, cols, 3)`: sRGB codes, uint8 for 8 bits, uint16 for more."""
 
+Scale = int | tuple[int, int]
+
 _GIVEN = {8: "rgb24", 10: "gbrp10le", 16: "gbrp16le"}
 """By bits, what FFmpeg calls codes as they are given."""
 
@@ -39,7 +41,7 @@ decoding to chance, and they cannot be written then (4.2, measured)."""
 _EXACT = Interpolation.BICUBIC | Interpolation.ACCURATE_RND | Interpolation.FULL_CHR_H_INP | Interpolation.BITEXACT
 
 
-def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float, scale: int = 1) -> tuple[int, ...]:
+def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float, scale: Scale = 1) -> tuple[int, ...]:
     """Write frames as a video.
 
     Parameters
@@ -53,8 +55,8 @@ def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float, scale
     fps
         Frames a second; carried as the nearest fraction with a denominator of at most 1001.
     scale
-        How many times larger the video is than its frames, each way. Enlarged by a bicubic filter, on sRGB codes: a
-        preview, and 40 times cheaper than in linear light (measured at 90 to 720 px).
+        How many times larger the video is than its frames, each way or as (down, across). Enlarged by a bicubic
+        filter, on sRGB codes: a preview, and 40 times cheaper than in linear light (measured at 90 to 720 px).
 
     Returns
     -------
@@ -109,7 +111,7 @@ def _pictures(frames: Iterable[Frame], kind: Kind) -> Iterator[Frame]:
         yield frame
 
 
-def _write(path: Path, pictures: Iterable[Frame], kind: Kind, rate: Fraction, scale: int) -> tuple[int, ...]:
+def _write(path: Path, pictures: Iterable[Frame], kind: Kind, rate: Fraction, scale: Scale) -> tuple[int, ...]:
     os.environ.setdefault("SVT_LOG", "1")  # SVT-AV1 tells of itself on stderr otherwise: now of errors only
     converted, sizes = VideoReformatter(), dict[int, int]()
     with av.open(str(path), "w", format=kind.muxer, container_options=dict(kind.muxer_settings)) as container:
@@ -147,17 +149,18 @@ def _stream(container: av.container.OutputContainer, frame: av.VideoFrame, kind:
     return stream
 
 
-def _frame(converted: VideoReformatter, picture: Frame, kind: Kind, scale: int) -> av.VideoFrame:
+def _frame(converted: VideoReformatter, picture: Frame, kind: Kind, scale: Scale) -> av.VideoFrame:
+    down, across = scale if isinstance(scale, tuple) else (scale, scale)
     # An even scale makes sides even by itself.
-    even = even_sided(picture) if kind.needs_even_sides and scale % 2 else picture
+    even = even_sided(picture, down=down % 2 == 1, across=across % 2 == 1) if kind.needs_even_sides else picture
     codes = av.VideoFrame.from_ndarray(np.ascontiguousarray(even), format=_GIVEN[kind.bits])
-    if codes.format.name == kind.pixel_format and scale == 1:
+    if codes.format.name == kind.pixel_format and down == across == 1:
         return codes
     matrix = {} if kind.is_rgb else {"dst_colorspace": Colorspace.ITU709}
     return converted.reformat(
         codes,
-        width=codes.width * scale,
-        height=codes.height * scale,
+        width=codes.width * across,
+        height=codes.height * down,
         format=kind.pixel_format,
         src_color_range=ColorRange.JPEG,
         dst_color_range=ColorRange.JPEG if kind.is_rgb else ColorRange.MPEG,

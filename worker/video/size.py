@@ -24,9 +24,12 @@ def screen_scale(rows: int, cols: int) -> int:
     return max(1, round(SCREEN_PX / max(rows, cols)))
 
 
-def even_sided(frame: NDArray[Code]) -> NDArray[Code]:
-    """Return a frame with even sides, as 4:2:0 needs them: an odd last row or col is shown twice."""
-    rows, cols = frame.shape[:2]
-    if rows % 2 == 0 and cols % 2 == 0:
+def even_sided(frame: NDArray[Code], *, down: bool = True, across: bool = True) -> NDArray[Code]:
+    """Return a frame with an even number of rows (`down`) and cols (`across`), as 4:2:0 needs them.
+
+    An odd last row or col is shown twice.
+    """
+    odd_rows, odd_cols = frame.shape[0] % 2 * down, frame.shape[1] % 2 * across
+    if not odd_rows and not odd_cols:
         return frame
-    return np.pad(frame, ((0, rows % 2), (0, cols % 2), (0, 0)), mode="edge")
+    return np.pad(frame, ((0, odd_rows), (0, odd_cols), (0, 0)), mode="edge")

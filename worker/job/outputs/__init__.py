@@ -3,6 +3,9 @@
 output     what all kinds have: kind, name, file name
 videos     moving pictures
 observer   what an eye sees of the display, as clip and as pictures
+clips      videos with a motion of their own: of the eye, of the focus
+stereo     videos for two eyes
+codecs     what may be chosen about a codec
 pictures   still pictures of every frame
 datasets   folders and arrays for research on coding and depth
 view_block views about the middle one, of all that a lens has

@@ -12,11 +12,13 @@ from typing import Annotated, Any
 from pydantic import BeforeValidator, Tag
 
 from worker.job.misfit import Misfit
+from worker.job.outputs.clips import FocusVideo, SweepVideo
 from worker.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, SubapertureViews
 from worker.job.outputs.observer import ObserverPictures, ObserverVideo
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
-from worker.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
+from worker.job.outputs.stereo import AnaglyphVideo, StereoVideo
+from worker.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
 from worker.job.rig import Rig
 from worker.job.tagged import told_by
 
@@ -26,6 +28,11 @@ _Kind = Annotated[
     | Annotated[OrthoscopicVideo, Tag("(orthoscopic)")]
     | Annotated[ObserverVideo, Tag("(observer)")]
     | Annotated[ObserverPictures, Tag("(observer_pictures)")]
+    | Annotated[IntegralVideo, Tag("(integral)")]
+    | Annotated[SweepVideo, Tag("(sweep)")]
+    | Annotated[FocusVideo, Tag("(focus)")]
+    | Annotated[StereoVideo, Tag("(stereo)")]
+    | Annotated[AnaglyphVideo, Tag("(anaglyph)")]
     | Annotated[ViewGrid, Tag("(view_grid)")]
     | Annotated[Quilt, Tag("(quilt)")]
     | Annotated[Epi, Tag("(epi)")]
@@ -46,6 +53,11 @@ KINDS: Mapping[str, type[OutputOptions]] = {
         OrthoscopicVideo,
         ObserverVideo,
         ObserverPictures,
+        IntegralVideo,
+        SweepVideo,
+        FocusVideo,
+        StereoVideo,
+        AnaglyphVideo,
         ViewGrid,
         Quilt,
         Epi,

@@ -21,8 +21,8 @@ from worker.job.eyes import (
     GapUse,
     Stereo,
 )
-from worker.job.frames import format_frames
 from worker.job.misfit import Misfit
+from worker.job.outputs.clips import ClipOptions
 from worker.job.outputs.output import Name, OutputOptions
 from worker.job.outputs.videos import VideoOptions
 from worker.job.rig import Rig
@@ -71,7 +71,7 @@ class ObserverOptions(OutputOptions):
             raise Misfit("focus_mm", expected=expected, got=f"{self.focus_mm:g} mm")
 
 
-class ObserverVideo(ObserverOptions, VideoOptions):
+class ObserverVideo(ObserverOptions, ClipOptions, VideoOptions):
     """A clip of an eye that moves before the display while time runs."""
 
     kind: Literal["observer"] = "observer"
@@ -81,20 +81,10 @@ class ObserverVideo(ObserverOptions, VideoOptions):
     """Of the eye, about its place."""
     reach_mm: float = Field(default=REACH_MM, ge=-1e6, le=1e6)
     """How far it gets from there."""
-    fps: float = Field(default=24.0, gt=0, le=240)
-    """Pictures a second; the scene keeps its own speed."""
-    seconds: float | None = Field(default=None, gt=0, le=3600)
-    """How long; when not given four seconds a period, or as long as the sequence if that is longer."""
-    periods: int = Field(default=1, ge=1, le=1000)
-    """How often the eye goes there and back."""
-    frame: int | None = Field(default=None, ge=1)
-    """Holds this one of the job's frames; else time runs, from the first frame again after the last one."""
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse a frame that the job does not have, and an eye that would come to the display."""
+        """Refuse an eye that would come to the display."""
         super().check(rig, frames)
-        if self.frame is not None and self.frame not in frames:
-            raise Misfit("frame", expected=f"one of the job's frames, {format_frames(frames)}", got=self.frame)
         if self.path == "toward" and self.distance_mm is not None:
             nearest_mm = self.distance_mm - max(0.0, self.reach_mm)
             if nearest_mm <= max(0.0, self.focus_mm):

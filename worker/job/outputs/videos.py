@@ -2,14 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, ClassVar, Literal, Self
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
+from worker.job.filters import Filter
 from worker.job.misfit import Misfit
 from worker.job.outputs.codecs import CHOICES, Bits, Chroma, Codec, Container
 from worker.job.outputs.output import Name, OutputOptions
+from worker.job.rig import Rig
+
+MAX_SHOWN_PX = 8192
+"""The longest side of a video for people: what players and graphics cards decode."""
+
+Fps = Annotated[float, Field(gt=0, le=240)]
+Repeat = Annotated[int, Field(ge=1, le=1000)]
+"""How often the sequence is shown."""
 
 
 class VideoOptions(OutputOptions):
@@ -52,20 +61,37 @@ class VideoOptions(OutputOptions):
         return f".{self.container or CHOICES[self.codec].containers[0]}"
 
 
-class ViewsVideo(VideoOptions):
+class ShownVideo(VideoOptions):
+    """What videos of pictures have that are as small as views."""
+
+    scale: int | None = Field(default=None, ge=1, le=64)
+    """How many times larger than a pixel a lens; when not given about 720 px for people, 1 without loss."""
+    filter: Literal["bicubic"] | Filter = "bicubic"
+    """By which pictures are enlarged: `bicubic` on codes, and quick; the others in linear light."""
+
+    def check(self, rig: Rig, frames: Sequence[int]) -> None:
+        """Refuse pictures larger than players show."""
+        super().check(rig, frames)
+        largest_px = max(rig.lens_array.count) * (self.scale or 1)
+        if self.scale and largest_px > MAX_SHOWN_PX:
+            raise Misfit("scale", expected=f"a picture of at most {MAX_SHOWN_PX} px a side", got=f"{largest_px} px")
+
+
+class ViewsVideo(ShownVideo):
     """Every view of every frame, one after the other; every second frame backward, so that nothing jumps."""
 
     kind: Literal["views"] = "views"
     name: Name = "views"
-    views_per_s: float = Field(default=24.0, gt=0, le=240)
+    views_per_s: Fps = 24.0
     """A frame of 8 x 8 views takes 2.7 s."""
 
 
-class CentreVideo(VideoOptions):
+class CentreVideo(ShownVideo):
     """The centre view in time."""
 
     kind: Literal["centre"] = "centre"
     name: Name = "centre"
+    repeat: Repeat = 1
 
 
 class OrthoscopicVideo(VideoOptions):
@@ -73,6 +99,14 @@ class OrthoscopicVideo(VideoOptions):
 
     kind: Literal["orthoscopic"] = "orthoscopic"
     name: Name = "orthoscopic"
+    codec: Codec = "ffv1"
+
+
+class IntegralVideo(VideoOptions):
+    """The integral video as it was captured, pseudoscopic, pixel for pixel."""
+
+    kind: Literal["integral"] = "integral"
+    name: Name = "integral"
     codec: Codec = "ffv1"
 
 

@@ -6,6 +6,9 @@ make       the table: which maker makes which kind; the sidecar
 sidecar    what is told beside an output, as JSON
 videos     moving pictures
 observer   what an eye sees of the display
+clips      videos with a motion of their own: of the eye, of the focus
+stereo     videos for two eyes
+encoding   pictures into the one file of a video
 pictures   still pictures of every frame
 contact_sheet  small pictures side by side, one sheet for the job
 datasets   folders and arrays of views

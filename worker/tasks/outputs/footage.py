@@ -18,6 +18,7 @@ from worker.errors import ArtifactMissing, OutputError
 from worker.images.read import read_channels, read_rgb
 from worker.integral.depth_map import CHANNELS, DepthMap
 from worker.integral.layout import CellLayout
+from worker.integral.orthoscopic import orthoscopic
 from worker.job.rig import Rig
 from worker.job.sheet import JobSheet
 from worker.job.spec import Display
@@ -70,6 +71,12 @@ class Footage:
                 return DepthMap(read_channels(path, CHANNELS))
         except ArtifactMissing as error:
             raise OutputError(f"expected a job with capture.depth, got one without: no {error.message}") from error
+
+    def integral(self, frame: int) -> NDArray[np.float16]:
+        """Return a frame as it was captured, pseudoscopic."""
+        # What makes a capture orthoscopic is its own inverse.
+        inverted = self.rig(frame).imaging_lens is not None
+        return orthoscopic(self.orthoscopic(frame), self.layout, inverted=inverted)
 
 
 def job_footage(place: Workplace, sheet: JobSheet) -> Footage:

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from worker.job.outputs.clips import FocusVideo, SweepVideo
 from worker.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, SubapertureViews
 from worker.job.outputs.observer import ObserverPictures, ObserverVideo
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
-from worker.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
+from worker.job.outputs.stereo import AnaglyphVideo, StereoVideo
+from worker.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
 from worker.plan import names
+from worker.tasks.outputs.clips import about_focus, make_focus, make_sweep
 from worker.tasks.outputs.contact_sheet import make_contact_sheet
 from worker.tasks.outputs.datasets import (
     about_hci,
@@ -26,7 +29,8 @@ from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.observer import about_observer, make_observer, make_observer_pictures
 from worker.tasks.outputs.pictures import make_epi, make_quilt, make_sheets, make_view_grid
 from worker.tasks.outputs.sidecar import sidecar
-from worker.tasks.outputs.videos import make_centre, make_orthoscopic, make_views
+from worker.tasks.outputs.stereo import make_anaglyph, make_stereo
+from worker.tasks.outputs.videos import make_centre, make_integral, make_orthoscopic, make_views
 
 MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
     ViewsVideo: make_views,
@@ -34,6 +38,11 @@ MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
     OrthoscopicVideo: make_orthoscopic,
     ObserverVideo: make_observer,
     ObserverPictures: make_observer_pictures,
+    IntegralVideo: make_integral,
+    SweepVideo: make_sweep,
+    FocusVideo: make_focus,
+    StereoVideo: make_stereo,
+    AnaglyphVideo: make_anaglyph,
     ViewGrid: make_view_grid,
     Quilt: make_quilt,
     Epi: make_epi,
@@ -46,6 +55,7 @@ MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
 }
 
 ABOUT: Mapping[type[OutputOptions], Callable[[Footage, Any], Mapping[str, Any]]] = {
+    FocusVideo: about_focus,
     ObserverVideo: about_observer,
     ObserverPictures: about_observer,
     HciFolder: about_hci,

@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.images.colour import srgb_codes
 from worker.images.write import write_png
 from worker.integral.lens_display import LensDisplay
 from worker.integral.looking import Looking, look
@@ -24,20 +23,17 @@ from worker.optics.display import central_depth_plane_mm, viewing_zone_mm
 from worker.plan import names
 from worker.plan.observed_display import observed_display, used_gap_mm
 from worker.tasks.assemble import on_device
+from worker.tasks.outputs.clips import clip_frames
+from worker.tasks.outputs.encoding import Picture, encode_pixels
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
-from worker.tasks.outputs.videos import kind_of
-from worker.video.encode import Frame, encode
-
-PERIOD_S = 4.0
-"""Of an eye that goes there and back, when nothing is said."""
 
 
 def make_observer(making: Making, output: ObserverVideo) -> None:
     """Make the clip of an eye that moves while time runs."""
     moments = clip_moments(making.footage, output)
-    watched = making.told(_clip(making.footage, output, moments), len(moments))
-    making.keep(output.file_name, lambda path: _encode(path, watched, output))
+    pictures = _clip(making.footage, output, moments)
+    encode_pixels(making, output, pictures, count=len(moments), fps=output.fps)
 
 
 def make_observer_pictures(making: Making, output: ObserverPictures) -> None:
@@ -84,17 +80,11 @@ def clip_moments(footage: Footage, output: ObserverVideo) -> tuple[Moment, ...]:
     LayoutError
         If the eye would come to the display.
     """
-    frames = footage.frames if output.frame is None else (output.frame,)
-    seconds = output.seconds or max(PERIOD_S * output.periods, len(frames) / footage.fps)
-    count = max(1, round(seconds * output.fps))
+    frames = clip_frames(footage, output)
     places = moving_eye(
-        place_of(footage, output), path=output.path, reach_mm=output.reach_mm, count=count, periods=output.periods
+        place_of(footage, output), path=output.path, reach_mm=output.reach_mm, count=len(frames), periods=output.periods
     )
-    shown_per_picture = footage.fps / output.fps
-    return tuple(
-        Moment(frames[math.floor(number * shown_per_picture + 1e-6) % len(frames)], eye)
-        for number, eye in enumerate(places)
-    )
+    return tuple(Moment(frame, eye) for frame, eye in zip(frames, places, strict=True))
 
 
 def place_of(footage: Footage, output: ObserverOptions) -> Eye:
@@ -143,16 +133,12 @@ class _Scene:
         return look(self.sheet, self.display, place, looking, window=window)
 
 
-def _clip(footage: Footage, output: ObserverVideo, moments: tuple[Moment, ...]) -> Iterator[Frame]:
+def _clip(footage: Footage, output: ObserverVideo, moments: tuple[Moment, ...]) -> Iterator[Picture]:
     frame, scene = 0, None
     for moment in moments:
         if scene is None or moment.frame != frame:
             frame, scene = moment.frame, _Scene.of(footage, output, moment.frame)
-        yield srgb_codes(scene.seen(output, moment.place), bits=output.bits)
-
-
-def _encode(path: Path, pictures: Iterator[Frame], output: ObserverVideo) -> None:
-    encode(path, pictures, kind=kind_of(output), fps=output.fps)
+        yield scene.seen(output, moment.place)
 
 
 def _write_picture(path: Path, *, footage: Footage, output: ObserverPictures, frame: int) -> None:

@@ -18,7 +18,6 @@ from worker.integral.epi import epi_of_col, epi_of_row
 from worker.integral.hexagon import ROW_PITCH
 from worker.integral.layout import CellLayout
 from worker.integral.mosaic import cut_to_aspect, mosaic
-from worker.integral.orthoscopic import orthoscopic
 from worker.integral.square_pixels import square_size
 from worker.integral.views import centre, views_grid
 from worker.job.outputs.pictures import Epi, PictureOptions, Quilt, Sheets, ViewGrid
@@ -120,10 +119,10 @@ def _keep_of_every_frame(making: Making, ending: str, write: _Write) -> None:
 
 
 def _master(footage: Footage, frame: int, which: str) -> NDArray[np.float16]:
+    if which == "integral":
+        return footage.integral(frame)
     ortho, layout = footage.orthoscopic(frame), footage.layout
     rig = footage.rig(frame)
-    if which == "integral":
-        return orthoscopic(ortho, layout, inverted=rig.imaging_lens is not None)  # it is its own inverse
     if which == "views":
         return views_grid(ortho, layout)
     if which == "device" and rig.device is not None:

@@ -1,0 +1,114 @@
+"""Makers of videos with a motion of their own: of the eye, of the focus."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from worker.integral.layout import CellLayout
+from worker.integral.moving_eye import moving_eye
+from worker.integral.perspective import Eye, perspective
+from worker.integral.reach import ENDLESS_MM, reach_mm
+from worker.integral.refocus import focal_stack
+from worker.integral.square_pixels import as_square, square_size
+from worker.job.outputs.clips import ClipOptions, FocusVideo, SweepVideo
+from worker.optics.capture import bench
+from worker.tasks.outputs.encoding import Picture, encode_shown
+from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.making import Making
+
+PERIOD_S = 4.0
+"""How long a swing takes, there and back, where nothing is said: slow enough to look about."""
+
+MAX_STACK_PX = 2**24
+"""Of the pictures of a focal stack, together: 200 MB, and as much again while it is made."""
+
+
+def make_sweep(making: Making, output: SweepVideo) -> None:
+    """Make what an eye sees that swings before the display."""
+    frames = clip_frames(making.footage, output)
+    encode_shown(making, output, _swept(making.footage, output, frames), count=len(frames), fps=output.fps)
+
+
+def make_focus(making: Making, output: FocusVideo) -> None:
+    """Make what is seen while the focus runs through depth."""
+    frames = clip_frames(making.footage, output)
+    encode_shown(making, output, _focused(making.footage, output, frames), count=len(frames), fps=output.fps)
+
+
+def about_focus(footage: Footage, output: FocusVideo) -> Mapping[str, Any]:
+    """Return what a sidecar says of the focus."""
+    from_mm, to_mm = focus_depths(footage, output)
+    return {"from_mm": from_mm, "to_mm": to_mm, "depths": "s of the display: + in front of its lenses"}
+
+
+def clip_frames(footage: Footage, output: ClipOptions) -> tuple[int, ...]:
+    """Return which frame every picture of a clip shows: as many as the clip has pictures."""
+    frames = footage.frames if output.frame is None else (output.frame,)
+    sequence_s, seconds = len(frames) / footage.fps, output.seconds
+    if seconds is None:
+        seconds = PERIOD_S * output.periods
+        if len(frames) > 1:
+            seconds = math.ceil(seconds / sequence_s) * sequence_s
+    pictures = range(max(1, round(seconds * output.fps)))
+    # A frame begins where its time does; a millionth forgives what rounding takes from it.
+    return tuple(frames[math.floor(picture / output.fps * footage.fps + 1e-6) % len(frames)] for picture in pictures)
+
+
+def focus_depths(footage: Footage, output: FocusVideo) -> tuple[float, float]:
+    """Return from where to where the focus runs, mm: as the output says, else through the scene's depth.
+
+    By small angles, and a focal length before where the capture saw it.
+    """
+    first = footage.frames[0]
+    rig, stage = footage.rig(first), footage.stage(first)
+    focal_mm = rig.lens_array.focal_length_mm
+    near_mm = footage.layout.px_per_lens * focal_mm
+    far_mm = -near_mm
+    if stage is not None:
+        stood = bench(rig, reference_mm=stage.reference_mm)
+        far_mm, near_mm = stood.s_mm(stage.far_mm) + focal_mm, stood.s_mm(stage.near_mm) + focal_mm
+    from_mm = far_mm if output.from_mm is None else output.from_mm
+    return from_mm, near_mm if output.to_mm is None else output.to_mm
+
+
+def _swept(footage: Footage, output: SweepVideo, frames: Sequence[int]) -> Iterator[Picture]:
+    layout = footage.layout
+    for frame, pictures in _runs(frames, most=len(frames)):
+        array, ortho = footage.rig(frame).lens_array, footage.orthoscopic(frame)
+        stands = {"pitch_mm": array.pitch_mm, "gap_mm": array.focal_length_mm}
+        eyes = _path(layout, output, count=len(frames), **stands)
+        for picture in pictures:
+            yield as_square(perspective(ortho, layout, eyes[picture], **stands).picture, layout)
+
+
+def _path(layout: CellLayout, output: SweepVideo, *, count: int, pitch_mm: float, gap_mm: float) -> list[Eye]:
+    middle = Eye(0.0, 0.0, output.distance_mm or ENDLESS_MM)
+    right_mm, up_mm = reach_mm(layout, middle.distance_mm, pitch_mm=pitch_mm, gap_mm=gap_mm)
+    reach = {"horizontal": right_mm, "vertical": up_mm, "circle": min(right_mm, up_mm)}[output.path]
+    return list(
+        moving_eye(middle, path=output.path, reach_mm=output.extent * reach, count=count, periods=output.periods)
+    )
+
+
+def _focused(footage: Footage, output: FocusVideo, frames: Sequence[int]) -> Iterator[Picture]:
+    depths_mm = np.linspace(*focus_depths(footage, output), output.planes)
+    turns = np.arange(len(frames)) * (2 * np.pi * output.periods / len(frames))
+    planes = np.rint((1 - np.cos(turns)) / 2 * (output.planes - 1)).astype(int)
+    for frame, pictures in _runs(frames, most=max(1, MAX_STACK_PX // math.prod(square_size(footage.layout)))):
+        array, ortho = footage.rig(frame).lens_array, footage.orthoscopic(frame)
+        shown, of_picture = np.unique(planes[pictures], return_inverse=True)
+        stack = focal_stack(ortho, footage.layout, depths_mm[shown].tolist(), focal_mm=array.focal_length_mm)
+        yield from (stack[place] for place in of_picture)
+
+
+def _runs(frames: Sequence[int], *, most: int) -> Iterator[tuple[int, list[int]]]:
+    """Yield frames with the numbers of the successive pictures that show them, at most so many at a time."""
+    for frame, run in groupby(range(len(frames)), key=lambda picture: frames[picture]):
+        pictures = list(run)
+        for start in range(0, len(pictures), most):
+            yield frame, pictures[start : start + most]

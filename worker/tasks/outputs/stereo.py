@@ -1,0 +1,70 @@
+"""Makers of videos for two eyes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.errors import OutputError
+from worker.integral.layout import CellLayout
+from worker.integral.perspective import Eye, perspective
+from worker.integral.square_pixels import as_square
+from worker.integral.stereo import eye_pair, together
+from worker.integral.views import view
+from worker.job.outputs.stereo import AnaglyphVideo, PairOptions, StereoVideo
+from worker.job.rig import LensArray
+from worker.tasks.outputs.encoding import Picture, again, encode_shown
+from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.making import Making
+
+
+def make_stereo(making: Making, output: StereoVideo) -> None:
+    """Make what two eyes see, side by side."""
+    pictures = (together(left, right, output.order) for left, right in _pairs(making.footage, output))
+    _encode(making, output, pictures, half_width=output.packing == "half")
+
+
+def make_anaglyph(making: Making, output: AnaglyphVideo) -> None:
+    """Make what two eyes see, in one picture for red-cyan glasses."""
+    _encode(making, output, (together(left, right, "anaglyph") for left, right in _pairs(making.footage, output)))
+
+
+def _encode(making: Making, output: PairOptions, pictures: Iterator[Picture], *, half_width: bool = False) -> None:
+    footage = making.footage
+    count = len(footage.frames) * output.repeat
+    encode_shown(making, output, again(pictures, output.repeat), count=count, fps=footage.fps, half_width=half_width)
+
+
+def _pairs(footage: Footage, output: PairOptions) -> Iterator[tuple[Picture, Picture]]:
+    """Yield what the left and the right eye see of every frame."""
+    layout = footage.layout
+    for frame in footage.frames:
+        ortho = footage.orthoscopic(frame)
+        if output.views is not None:
+            left, right = (view(ortho, layout, u, v) for u, v in output.views)
+        else:
+            left, right = _seen_by_two(ortho, layout, _eyes(footage, output, frame), footage.rig(frame).lens_array)
+        yield as_square(left, layout), as_square(right, layout)
+
+
+def _eyes(footage: Footage, output: PairOptions, frame: int) -> tuple[Eye, Eye]:
+    distance_mm, least_mm = (
+        output.distance_mm or footage.display.viewing_distance_mm,
+        output.least_mm(footage.rig(frame)),
+    )
+    if distance_mm < least_mm:
+        raise OutputError(
+            f"expected eyes {output.apart_mm:g} mm apart at least {least_mm:.6g} mm from the display, where both see"
+            f" its middle lens, got {distance_mm:g} mm"
+        )
+    return eye_pair(Eye(0.0, 0.0, distance_mm), apart_mm=output.apart_mm)
+
+
+def _seen_by_two(
+    ortho: NDArray[np.float16], layout: CellLayout, eyes: tuple[Eye, Eye], array: LensArray
+) -> tuple[Picture, Picture]:
+    stands = {"pitch_mm": array.pitch_mm, "gap_mm": array.focal_length_mm}
+    left, right = (perspective(ortho, layout, eye, **stands).picture for eye in eyes)
+    return left, right
