@@ -25,6 +25,7 @@ from lippmann.commands import (
     coding_study,
     compare,
     design,
+    export,
     farm,
     jobs,
     keys,
@@ -58,7 +59,14 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
         jobs.retry,
     ),
     "Scenes": (capture.capture,),
-    "Integral images": (views.view, views.refocus, observe.observe, compare.compare, coding_study.coding_study),
+    "Integral images": (
+        views.view,
+        views.refocus,
+        observe.observe,
+        export.export,
+        compare.compare,
+        coding_study.coding_study,
+    ),
     "Optics": (design.design, lens.lens),
 }
 for panel, commands in COMMANDS.items():

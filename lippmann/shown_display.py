@@ -7,17 +7,16 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import ValidationError
 
 from lippmann.errors import BadInput
+from lippmann.files_footage import stage_in
 from lippmann.master_file import read_orthoscopic, rig_in
 from worker.errors import LayoutError, OpticsError
-from worker.images.read import read_attributes, read_rgb
+from worker.images.read import read_rgb
 from worker.integral.lens_display import LensDisplay
 from worker.job.eyes import Bare, GapUse
 from worker.job.rig import Rig
 from worker.job.spec import Display
-from worker.job.stage import Stage
 from worker.plan.observed_display import observed_display, reduced_mm, used_gap_mm
 from worker.tasks.assemble import on_device
 
@@ -86,13 +85,5 @@ def _gap_mm(gap: GapWish, rig: Rig, file: Path) -> float | None:
     if gap.physical_mm is not None:
         return reduced_mm(rig.lens_array, gap.physical_mm)
     if gap.use is not None:
-        return used_gap_mm(rig, Display(), gap.use, stage=_stage_in(file))
+        return used_gap_mm(rig, Display(), gap.use, stage=stage_in(file))
     return gap.reduced_mm
-
-
-def _stage_in(file: Path) -> Stage | None:
-    said = read_attributes(file).get("stage")
-    try:
-        return None if said is None else Stage.model_validate_json(said)
-    except ValidationError as error:
-        raise BadInput(f"{file}: expected a stage in the header, got {error.errors()[0]['msg']}") from error
