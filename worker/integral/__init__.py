@@ -34,6 +34,7 @@ device_hexagons   the part of that which is the hexagonal lattice's own
 lens_grid         where lenses lie on pixels that their pitch is no whole number of
 under_lenses      light at any place under a lens, of its own cell alone
 whole_cells       a sheet of such a pitch, a print or a scan, made into whole cells: the way back from `device`
+finding           where the lenses of a picture from elsewhere are
 interpolation     between neighbours, linear
 compare           PSNR and SSIM of two sheets and of every view
 rate_distortion   how much a codec saves against another

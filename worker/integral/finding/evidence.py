@@ -1,0 +1,73 @@
+"""What of a picture tells of lenses: a field that is high at their centres and low between them.
+
+Of a white image that is its light: every lens is brighter in its middle than at its border, by vignetting or by what
+separates the lenses. Of any other picture it is the lack of edges: whatever is shown, it breaks off at the border of
+every cell.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+LUMINANCE = (0.2126, 0.7152, 0.0722)
+"""Of linear Rec. 709 light."""
+
+BROAD_PX = 32.0
+"""Standard deviation of what changes too slowly to tell of lenses, as from the picture's middle to its corners."""
+
+SOFT_PX = 0.8
+"""Standard deviation of what takes the finest grain away, so that a wave between two pixels is as high as on one."""
+
+ALONE_PX = 2
+"""A step counts by what it is more than the steps so far before and after it."""
+
+STRONGEST = 99.0
+"""Percentile at which edges are cut off: those of things shown are no better evidence for being strong."""
+
+
+def luminance(picture: NDArray[Any]) -> NDArray[np.float64]:
+    """Return a picture `(rows, cols, channel)` as one channel, `(rows, cols)`; without colours their mean."""
+    light = np.nan_to_num(picture.astype(np.float64), nan=0.0, posinf=1.0, neginf=0.0)
+    if picture.shape[2] == len(LUMINANCE):
+        weighted: NDArray[np.float64] = light @ np.array(LUMINANCE)
+        return weighted
+    mean: NDArray[np.float64] = light.mean(axis=2)
+    return mean
+
+
+def of_white(light: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the evidence of a white image, `(rows, cols)`."""
+    return _levelled(light)
+
+
+def of_edges(light: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the evidence of any picture, `(rows, cols)`: steps that stand alone, by how much the eye sees of them.
+
+    Cells break off from one pixel to the next, while much of what is shown changes over several.
+    """
+    shown = np.cbrt(np.clip(light, 0, None))
+    edges = np.zeros_like(shown)
+    # A step from pixel to pixel lies on the border between the two: half of it is each one's.
+    for axis in (0, 1):
+        step = np.abs(np.diff(shown, axis=axis))
+        before, after = (np.roll(step, side * ALONE_PX, axis=axis) for side in (-1, 1))
+        step = np.clip(step - np.maximum(before, after), 0, None)
+        first: list[slice] = [slice(None), slice(None)]
+        second = list(first)
+        first[axis], second[axis] = slice(None, -1), slice(1, None)
+        edges[tuple(first)] += step / 2
+        edges[tuple(second)] += step / 2
+    return _levelled(-np.minimum(edges, np.percentile(edges, STRONGEST)))
+
+
+def _levelled(field: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a field without what changes slowly over it and without its finest grain."""
+    from scipy.ndimage import gaussian_filter
+
+    soft: NDArray[np.float64] = gaussian_filter(field, SOFT_PX, mode="nearest")
+    # A box would do in less time; its sharp ends ring, which costs a digit of the pitch where lenses are few.
+    level: NDArray[np.float64] = soft - gaussian_filter(soft, BROAD_PX, mode="reflect", truncate=3.0)
+    return level
