@@ -62,7 +62,7 @@ def test_neither_half_nor_twice_the_pitch_when_every_second_lens_is_dimmer() -> 
     layout = CellLayout(30, 30, 12)
     image = white_image(layout_grid(layout), (layout.rows, layout.cols))
     dimmer = np.ones(30)
-    dimmer[::2] = 0.85
+    dimmer[::2] = 0.9
     found = find_from_white(image * np.repeat(dimmer, 12)[:, np.newaxis]).grid
     assert found.pitch_px == pytest.approx(12, rel=1e-3)
     assert found.row_px == pytest.approx(12, rel=1e-3)
