@@ -98,12 +98,11 @@ def observe(
     window = window or whole_window(display)
     lit = _lit(sheet, display)
     light = np.zeros((window.rows, window.cols, sheet.shape[2]), dtype=lit.dtype)
-    paths = list(_paths(display, eye, window, sheet.shape[:2], pupil_mm=pupil_mm, focus_mm=focus_mm, rays=rays))
-    for start in range(0, window.rows, ROWS_AT_ONCE):
-        rows = slice(start, start + ROWS_AT_ONCE)
-        for path in paths:
+    for path in _paths(display, eye, window, sheet.shape[:2], pupil_mm=pupil_mm, focus_mm=focus_mm, rays=rays):
+        for start in range(0, window.rows, ROWS_AT_ONCE):
+            rows = slice(start, start + ROWS_AT_ONCE)
             light[rows] += lit.take(path.pixels(rows), axis=0)
-    light /= len(paths)
+    light /= rays
     return light
 
 
