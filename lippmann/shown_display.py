@@ -14,7 +14,7 @@ from lippmann.master_file import read_orthoscopic, rig_in
 from worker.errors import LayoutError, OpticsError
 from worker.images.read import read_rgb
 from worker.integral.lens_display import LensDisplay
-from worker.job.eyes import Bare, GapUse
+from worker.job.eyes import Bare, GapUse, Surround
 from worker.job.rig import Rig
 from worker.job.spec import Display
 from worker.plan.observed_display import observed_display, reduced_mm, used_gap_mm
@@ -44,7 +44,7 @@ class Shown:
     display: LensDisplay
 
 
-def read_shown(file: Path, *, gap: GapWish, device: bool, bare: Bare) -> Shown:
+def read_shown(file: Path, *, gap: GapWish, device: bool, bare: Bare, surround: Surround = "black") -> Shown:
     """Return what a master shows.
 
     Parameters
@@ -55,8 +55,8 @@ def read_shown(file: Path, *, gap: GapWish, device: bool, bare: Bare) -> Shown:
         Which gap.
     device
         Whether an orthoscopic master is put on the device's pixels first.
-    bare
-        What is there where no lens is.
+    bare, surround
+        What is there where no lens is, and beyond the pixels.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def read_shown(file: Path, *, gap: GapWish, device: bool, bare: Bare) -> Shown:
         raise BadInput(f"{file}: expected a master whose header names its rig, got a picture without lippmann:rig")
     try:
         gap_mm = _gap_mm(gap, rig, file)
-        display = observed_display(rig, gap_mm=gap_mm, on_device=is_device or device, bare=bare)
+        display = observed_display(rig, gap_mm=gap_mm, on_device=is_device or device, bare=bare, surround=surround)
         if device and not is_device and rig.device is not None:
             sheet = on_device(sheet, display.layout, rig.device, pitch_mm=display.pitch_mm)
         display.check(sheet)

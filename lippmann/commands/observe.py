@@ -58,6 +58,7 @@ def observe(
         int | None, typer.Option(help=f"For every pixel; {RAYS}, in a clip {MOVING_RAYS}.", show_default=False)
     ] = None,
     bare: Annotated[Literal["clear", "black"], typer.Option(help="What is where no lens is.")] = "clear",
+    surround: Annotated[Literal["black", "white"], typer.Option(help="What is beyond the pixels.")] = "black",
     as_json: AsJson = False,
 ) -> None:
     """Show what an eye sees of a print or panel under its lenses, with all that a display does wrong."""
@@ -76,7 +77,7 @@ def observe(
         part_mm=part_of(part) if part is not None else None,
     )
     wish = GapWish(reduced_mm=gap_mm, physical_mm=physical_gap_mm, use=gap)
-    shown = read_shown(file, gap=wish, device=device, bare=bare)
+    shown = read_shown(file, gap=wish, device=device, bare=bare, surround=surround)
     if clip is None:
         seen = observe_here(shown, out, observer)
     else:

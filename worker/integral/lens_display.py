@@ -18,7 +18,7 @@ from worker.integral.device import array_pitches, device_size
 from worker.integral.hexagon import ROW_PITCH
 from worker.integral.interpolation import ON_THE_BORDER
 from worker.integral.layout import CellLayout, Pixel, check_sheet
-from worker.job.eyes import Bare
+from worker.job.eyes import Bare, Surround
 
 Aperture = Literal["full", "inscribed"]
 """How much of a cell its lens fills: all, or the circle inside."""
@@ -39,8 +39,8 @@ class LensDisplay:
     aperture: Aperture = "full"
     bare: Bare = "clear"
     """Between round lenses, and beyond the array."""
-    surround: float = 0.0
-    """Light beyond the sheet: 0 is black, 1 white paper."""
+    surround: Surround = "black"
+    """Beyond the sheet."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be built."""
@@ -50,8 +50,6 @@ class LensDisplay:
         for name, length_mm in lengths.items():
             if not 0 < length_mm < math.inf:
                 raise LayoutError(f"expected a positive {name} in mm, got {length_mm:g}")
-        if not 0 <= self.surround < math.inf:
-            raise LayoutError(f"expected no negative light beyond the sheet, got {self.surround:g}")
 
     def check(self, sheet: NDArray[Pixel]) -> None:
         """Refuse pixels that are not this display's.

@@ -117,7 +117,7 @@ def _lit(sheet: NDArray[Light], display: LensDisplay) -> NDArray[np.floating[Any
     rows, cols, channels = sheet.shape
     light = np.zeros(((rows + 2) * (cols + 2) + 1, channels), dtype=np.result_type(sheet.dtype, np.float32))
     framed = light[:-1].reshape(rows + 2, cols + 2, channels)
-    framed[:] = display.surround
+    framed[:] = 1.0 if display.surround == "white" else 0.0
     framed[1:-1, 1:-1] = sheet
     return light
 

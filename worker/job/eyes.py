@@ -17,6 +17,9 @@ GapUse = Literal["real", "virtual", "collimated"]
 Bare = Literal["clear", "black"]
 """What is there where no lens is: nothing, so that light goes straight, or something opaque."""
 
+Surround = Literal["black", "white"]
+"""What lies round the pixels: a dark frame, or the paper that they are printed on."""
+
 EYES_APART_MM = 63.0
 """People's mean (N. A. Dodgson, *Variation and extrema of human interpupillary distance*, Proc. SPIE 5291, 2004)."""
 
@@ -35,5 +38,5 @@ SIZE_PX = 720
 MAX_SIZE_PX = 8192
 """Of a side of a picture."""
 
-MAX_RAYS = 65_536
+MAX_RAYS = 16_384
 """Of a pixel: far beyond what codes can tell apart."""

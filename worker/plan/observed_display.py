@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from worker.errors import LayoutError
 from worker.integral.lens_display import LensDisplay
-from worker.job.eyes import Bare, GapUse
+from worker.job.eyes import Bare, GapUse, Surround
 from worker.job.rig import LensArray, Rig
 from worker.job.spec import Display
 from worker.job.stage import Stage
@@ -15,7 +15,12 @@ from worker.plan.sampling import display_size
 
 
 def observed_display(
-    rig: Rig, *, gap_mm: float | None = None, on_device: bool = False, bare: Bare = "clear", surround: float = 0.0
+    rig: Rig,
+    *,
+    gap_mm: float | None = None,
+    on_device: bool = False,
+    bare: Bare = "clear",
+    surround: Surround = "black",
 ) -> LensDisplay:
     """Return a display with a rig's lenses.
 

@@ -85,9 +85,10 @@ def test_every_option_of_the_eye_and_the_display_counts(master: Path, run: Run, 
     code, said, notes = run(
         str(master), "--eye", "0,0,300", "--out", str(out), "--pupil-mm", "6", "--focus-mm", "25", "--rays", "9",
         "--physical-gap-mm", "4.8", "--part", "1,2,6,4", "--size", "48", "--bare", "black", "--device",
+        "--surround", "white",
     )  # fmt: skip
     assert code == 0, notes
-    display = observed_display(rig_of(), gap_mm=1.5 + 3.3 / 1.49, on_device=True, bare="black")
+    display = observed_display(rig_of(), gap_mm=1.5 + 3.3 / 1.49, on_device=True, bare="black", surround="white")
     sheet = read_rgb(master.parents[1] / "device" / "0001.exr", np.float32)
     window = window_of(right_mm=1, up_mm=2, wide_mm=6, high_mm=4, size_px=48)
     seen = observe(sheet, display, Eye(0, 0, 300), pupil_mm=6.0, focus_mm=25.0, rays=9, window=window)
@@ -154,7 +155,7 @@ def test_an_eye_beside_the_viewing_zone_is_told_so(master: Path, run: Run, tmp_p
         (["--gap-mm", "3", "--physical-gap-mm", "4"], "expected at most one of --gap, --gap-mm and --physical-gap-mm"),
         (["--size", "0"], "expected a picture of 1 to 8192 px a side, got 0 x 1"),
         (["--size", "100000"], "expected a picture of 1 to 8192 px a side, got 100000 x 95238"),
-        (["--rays", "0"], "expected from 1 to 65536 rays a pixel, got 0"),
+        (["--rays", "0"], "expected from 1 to 16384 rays a pixel, got 0"),
         (["--part", "0,0,5"], "expected a part of the display as X,Y,W,H in mm, got 0,0,5"),
         (["--part", "0,0,0,5"], "expected a window of a positive width and height in mm"),
         (["--stereo", "anaglyph", "--eye-distance-mm", "-1"], "expected a positive distance between the eyes in mm"),

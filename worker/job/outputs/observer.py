@@ -20,6 +20,7 @@ from worker.job.eyes import (
     EyePath,
     GapUse,
     Stereo,
+    Surround,
 )
 from worker.job.misfit import Misfit
 from worker.job.outputs.clips import ClipOptions
@@ -54,6 +55,8 @@ class ObserverOptions(OutputOptions):
     """On the pixels of `rig.device`; else on the cells as rendered."""
     bare: Bare = "clear"
     """What is there where no lens is."""
+    surround: Surround = "black"
+    """What is there beyond the pixels."""
     size_px: int = Field(default=SIZE_PX, ge=1, le=MAX_SIZE_PX)
     """Longer side of an eye's picture."""
 

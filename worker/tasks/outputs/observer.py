@@ -103,7 +103,7 @@ def observed(footage: Footage, output: ObserverOptions, frame: int) -> LensDispl
     """
     rig = footage.rig(frame)
     gap_mm = used_gap_mm(rig, footage.display, output.gap, stage=footage.stage(frame))
-    return observed_display(rig, gap_mm=gap_mm, on_device=output.device, bare=output.bare)
+    return observed_display(rig, gap_mm=gap_mm, on_device=output.device, bare=output.bare, surround=output.surround)
 
 
 @dataclass(frozen=True)
