@@ -23,7 +23,7 @@ RECORD = ".fetched.json"
 PICTURES = ("integral", "orthoscopic", "device", "views")
 MASTERS_ONLY = ("depth",)
 """Numbers: no pictures."""
-VIDEOS = "video"
+OUTPUTS = ("video", "exports")
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Haul:
 
 
 def fetch_job(client: Client, job_id: str, folder: Path, *, frames: str | None = None, masters: bool = False) -> Haul:
-    """Bring what is ready of a job into a folder: PNG pictures, or EXR masters, and videos.
+    """Bring what is ready of a job into a folder: PNG pictures, or EXR masters, and all outputs.
 
     Raises
     ------
@@ -81,14 +81,16 @@ def _wanted(client: Client, job_id: str, frames: str | None, *, masters: bool) -
             stem = Path(artifact.name).stem
             if artifact.name.endswith(".exr") and (numbers is None or (stem.isdigit() and int(stem) in numbers)):
                 yield artifact
-    yield from client.artifacts(job_id, prefix=f"{VIDEOS}/")
+    for folder in OUTPUTS:
+        yield from client.artifacts(job_id, prefix=f"{folder}/")
 
 
 def _place(name: str, *, masters: bool) -> Path:
     path = Path(name)
     if path.is_absolute() or ".." in path.parts:
         raise BadInput(f"expected files below the job, got {name!r} from the service")
-    return path.with_suffix(".png") if path.suffix == ".exr" and not masters else path
+    shown = path.suffix == ".exr" and path.parts[0] in PICTURES and not masters
+    return path.with_suffix(".png") if shown else path
 
 
 def _is_here(folder: Path, known: Fetched | None, artifact: Artifact) -> bool:
@@ -101,7 +103,7 @@ def _is_here(folder: Path, known: Fetched | None, artifact: Artifact) -> bool:
 
 
 def _bring(client: Client, job_id: str, artifact: Artifact, folder: Path, path: Path) -> Fetched:
-    made: Literal["png"] | None = "png" if path.suffix == ".png" else None
+    made: Literal["png"] | None = "png" if path.suffix != Path(artifact.name).suffix else None
     try:
         download = client.download(job_id, artifact.name, folder / path, format=made)
     except OSError as error:

@@ -21,7 +21,8 @@ SMALL = {"scene": "target-white", "frames": "1-2", "rig": {"px_per_lens": 2, "le
 @pytest.fixture(scope="module")
 def done_job(farm: Up) -> dict[str, Any]:
     """A small job that was submitted and watched by the command."""
-    ended = _run(farm, "submit", "-", "--set", 'outputs=["views.mp4"]', "--watch", "--json", given=json.dumps(SMALL))
+    outputs = 'outputs=["views.mp4", "view_grid.png"]'
+    ended = _run(farm, "submit", "-", "--set", outputs, "--watch", "--json", given=json.dumps(SMALL))
     assert ended.returncode == 0, ended.stderr
     job: dict[str, Any] = json.loads(ended.stdout)
     assert f"{job['id']}: 100% done, 2 of 2 frames" in ended.stderr
@@ -44,9 +45,13 @@ def test_fetch_brings_everything_once_and_what_was_lost_again(
     first = json.loads(_run(farm, "fetch", done_job["id"], "--out", out, "--json").stdout)
     names = [str(Path(name).relative_to(out)) for name in first["files"]]
     assert names == [f"{kind}/000{frame}.png" for kind in ("integral", "orthoscopic", "views") for frame in (1, 2)] + [
-        "video/views.mp4"
+        "video/views.mp4",
+        "video/views.mp4.json",
+        "exports/view_grid.png.json",
+        "exports/view_grid/0001.png",
+        "exports/view_grid/0002.png",
     ]
-    assert first["brought"] == 7
+    assert first["brought"] == 11
     assert all(Path(name).stat().st_size for name in first["files"])
     assert json.loads(_run(farm, "fetch", done_job["id"], "--out", out, "--json").stdout)["brought"] == 0
     Path(out, names[0]).write_bytes(b"half")
