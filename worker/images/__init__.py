@@ -8,6 +8,9 @@ views      all views of a sheet that need not fit in memory
 colour     linear light to sRGB codes
 resize     another size, by a named filter
 tiff       TIFF by bands of rows
+png        PNG by bands of rows, and the rows of a PDF
+drawing    black shapes on paper
+turned     a picture in bands, turned by quarters
 density    pixels an inch
 icc        sRGB as a profile
 lettering  words in pictures

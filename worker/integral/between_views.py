@@ -62,7 +62,17 @@ def spread_views(ortho: NDArray[Light], layout: CellLayout, v: int, count: int) 
         If there is no such row of views.
     """
     there = views_in_row(layout, v)
-    at = np.linspace(there[0], there[-1], count) if count > 1 else np.array([(there[0] + there[-1]) / 2])
-    for first, second, weight in zip(*neighbours(at, there[0], there[-1]), strict=True):
+    for first, second, weight in zip(*neighbours(spread(there, count), there[0], there[-1]), strict=True):
         left, right = (working(view(ortho, layout, int(u), v)) for u in (first, second))
         yield as_square(between(left, right, np.asarray(weight)).astype(ortho.dtype), layout)
+
+
+def spread(there: range, count: int) -> NDArray[np.float64]:
+    """Return so many places from the first view that is there to the last, evenly; a single one in the middle.
+
+    >>> spread(range(4), 7)
+    array([0. , 0.5, 1. , 1.5, 2. , 2.5, 3. ])
+    """
+    if count == 1:
+        return np.array([(there[0] + there[-1]) / 2])
+    return np.linspace(there[0], there[-1], count)

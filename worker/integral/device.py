@@ -23,9 +23,9 @@ from numpy.typing import NDArray
 from worker.errors import LayoutError
 from worker.integral.bands import HeldRows, Sheet, SheetOfRows
 from worker.integral.device_hexagons import hexagonal_lens_rows_under, hexagons_at
-from worker.integral.hexagon import ROW_PITCH
 from worker.integral.interpolation import ON_THE_BORDER, Light, between, neighbours, working
 from worker.integral.layout import CellLayout, check_sheet
+from worker.job.lens_array import array_extent
 
 ROWS_AT_ONCE = 64
 """Device rows that are taken from one part of the sheet."""
@@ -146,9 +146,7 @@ def _offsets(px: int) -> NDArray[np.float64]:
 
 def array_pitches(layout: CellLayout) -> tuple[float, float]:
     """Return the array's (height, width) in pitches, from the outermost border or corner to the other."""
-    if layout.lattice == "square":
-        return layout.lens_rows, layout.lens_cols
-    return (layout.lens_rows + 1 / 3) * ROW_PITCH, layout.cols / layout.px_per_lens
+    return array_extent(layout.lens_rows, layout.lens_cols, hexagonal=layout.lattice == "hexagonal")
 
 
 @dataclass(frozen=True)

@@ -32,3 +32,14 @@ def overhang_rows(row_px: int) -> int:
     [1, 2, 2, 3]
     """
     return -(-row_px // 6)
+
+
+def array_extent(lens_rows: int, lens_cols: int, *, hexagonal: bool) -> tuple[float, float]:
+    """Return an array's (height, width) in pitches, from the outermost border or corner to the other.
+
+    >>> array_extent(90, 90, hexagonal=False)
+    (90.0, 90.0)
+    """
+    if not hexagonal:
+        return float(lens_rows), float(lens_cols)
+    return (lens_rows + 1 / 3) * math.sqrt(3) / 2, lens_cols + (0.5 if lens_rows > 1 else 0.0)

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.job.lens_array import hexagonal_rows, overhang_rows
+from worker.job.lens_array import array_extent, hexagonal_rows, overhang_rows
 from worker.job.rig import LensArray, Rig
 
 HEXAGONAL_ROW = math.sqrt(3) / 2
@@ -31,12 +31,8 @@ def row_shift_mm(array: LensArray, lens_row: NDArray[np.int_]) -> NDArray[np.flo
 
 def extent_mm(array: LensArray) -> tuple[float, float]:
     """Return the array's (width, height), corner to corner of its outermost lenses."""
-    lens_rows, lens_cols = array.count
-    if array.lattice == "square":
-        return lens_cols * array.pitch_mm, lens_rows * array.pitch_mm
-    beside = 0.5 if lens_rows > 1 else 0.0
-    height = (lens_rows - 1) * HEXAGONAL_ROW + 2 * HEXAGON_CORNER
-    return (lens_cols + beside) * array.pitch_mm, height * array.pitch_mm
+    high, wide = array_extent(*array.count, hexagonal=array.lattice == "hexagonal")
+    return wide * array.pitch_mm, high * array.pitch_mm
 
 
 def lens_centres_mm(array: LensArray) -> NDArray[np.float64]:

@@ -7,6 +7,7 @@ clips      videos with a motion of their own: of the eye, of the focus
 stereo     videos for two eyes
 codecs     what may be chosen about a codec
 pictures   still pictures of every frame
+prints     pages for a printer
 datasets   folders and arrays for research on coding and depth
 view_block views about the middle one, of all that a lens has
 choice     all kinds as one field of a job, and their short spelling: `views.mp4`

@@ -17,6 +17,7 @@ from worker.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, Suba
 from worker.job.outputs.observer import ObserverPictures, ObserverVideo
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
+from worker.job.outputs.prints import Print
 from worker.job.outputs.stereo import AnaglyphVideo, StereoVideo
 from worker.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
 from worker.job.rig import Rig
@@ -41,7 +42,8 @@ _Kind = Annotated[
     | Annotated[HciFolder, Tag("(hci)")]
     | Annotated[SubapertureViews, Tag("(subaperture_ppm)")]
     | Annotated[LensletVideo, Tag("(mpeg_lenslet)")]
-    | Annotated[NpzArrays, Tag("(npz)")],
+    | Annotated[NpzArrays, Tag("(npz)")]
+    | Annotated[Print, Tag("(print)")],
     told_by(lambda written: str(written.get("kind"))),
 ]
 
@@ -67,6 +69,7 @@ KINDS: Mapping[str, type[OutputOptions]] = {
         SubapertureViews,
         LensletVideo,
         NpzArrays,
+        Print,
     )
 }
 """Every kind of output, by its word."""

@@ -11,6 +11,7 @@ stereo     videos for two eyes
 encoding   pictures into the one file of a video
 pictures   still pictures of every frame
 contact_sheet  small pictures side by side, one sheet for the job
+prints     pages for a printer, with marks
 datasets   folders and arrays of views
 lenslet_video  raw sequences with a calibration file
 frame_views    the views of one frame

@@ -6,8 +6,8 @@ device's pixels) follows from them by the same functions that `worker.tasks.asse
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 
 from worker.errors import ArtifactMissing, OutputError
 from worker.images.read import read_channels, read_rgb
+from worker.images.rows import open_rows
+from worker.integral.bands import Sheet, SheetOfRows
 from worker.integral.depth_map import CHANNELS, DepthMap
 from worker.integral.layout import CellLayout
 from worker.integral.orthoscopic import orthoscopic
@@ -57,6 +59,12 @@ class Footage:
         """Return a frame's orthoscopic sheet, `(rows, cols, 3)`, linear light."""
         with self.master(names.orthoscopic_name(frame)) as path:
             return read_rgb(path, np.float16)
+
+    @contextmanager
+    def orthoscopic_rows(self, frame: int) -> Iterator[Sheet]:
+        """Lend a frame's orthoscopic sheet, of which no more is read than what is asked for."""
+        with self.master(names.orthoscopic_name(frame)) as path, open_rows(path, dtype=np.float16) as rows:
+            yield SheetOfRows(rows, self.layout)
 
     def depth(self, frame: int) -> DepthMap:
         """Return how deep what every pixel of a frame's orthoscopic sheet shows lies.

@@ -10,6 +10,7 @@ from worker.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, Suba
 from worker.job.outputs.observer import ObserverPictures, ObserverVideo
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
+from worker.job.outputs.prints import Print
 from worker.job.outputs.stereo import AnaglyphVideo, StereoVideo
 from worker.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
 from worker.plan import names
@@ -27,7 +28,8 @@ from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.lenslet_video import about_mpeg_lenslet, make_mpeg_lenslet
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.observer import about_observer, make_observer, make_observer_pictures
-from worker.tasks.outputs.pictures import make_epi, make_quilt, make_sheets, make_view_grid
+from worker.tasks.outputs.pictures import about_quilt, make_epi, make_quilt, make_sheets, make_view_grid
+from worker.tasks.outputs.prints import about_print, make_print
 from worker.tasks.outputs.sidecar import sidecar
 from worker.tasks.outputs.stereo import make_anaglyph, make_stereo
 from worker.tasks.outputs.videos import make_centre, make_integral, make_orthoscopic, make_views
@@ -52,6 +54,7 @@ MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
     SubapertureViews: make_subaperture_ppm,
     LensletVideo: make_mpeg_lenslet,
     NpzArrays: make_npz,
+    Print: make_print,
 }
 
 ABOUT: Mapping[type[OutputOptions], Callable[[Footage, Any], Mapping[str, Any]]] = {
@@ -62,6 +65,8 @@ ABOUT: Mapping[type[OutputOptions], Callable[[Footage, Any], Mapping[str, Any]]]
     SubapertureViews: about_subaperture_ppm,
     LensletVideo: about_mpeg_lenslet,
     NpzArrays: about_npz,
+    Quilt: about_quilt,
+    Print: about_print,
 }
 """What a sidecar says of a kind's own files, where there is anything to say."""
 

@@ -10,16 +10,18 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from worker.errors import OutputError
 from worker.images.density import Density
 from worker.images.resize import resize
 from worker.images.write import write_png, write_tiff
-from worker.integral.between_views import spread_views, views_in_row
+from worker.integral.between_views import spread, spread_views, views_in_row
 from worker.integral.epi import epi_of_col, epi_of_row
 from worker.integral.hexagon import ROW_PITCH
 from worker.integral.layout import CellLayout
 from worker.integral.mosaic import cut_to_aspect, mosaic
 from worker.integral.square_pixels import square_size
 from worker.integral.views import centre, views_grid
+from worker.job.misfit import Misfit
 from worker.job.outputs.pictures import Epi, PictureOptions, Quilt, Sheets, ViewGrid
 from worker.plan import names
 from worker.tasks.assemble import on_device
@@ -57,9 +59,7 @@ def make_sheets(making: Making, output: Sheets) -> None:
 def make_quilt(making: Making, output: Quilt) -> None:
     """Make quilts, whose names say how they are laid out."""
     layout = making.footage.layout
-    rows_of_views = quilt_rows(output, layout)
-    across = output.count or len(views_in_row(layout, rows_of_views[0]))
-    columns = across if output.views == "all" else output.tile_columns(across)
+    rows_of_views, across, columns = _quilt_tiles(output, layout)
     count = len(rows_of_views) * across
 
     def tiles(frame: int) -> Iterator[Picture]:
@@ -71,16 +71,37 @@ def make_quilt(making: Making, output: Quilt) -> None:
     def write(path: Path, frame: int) -> None:
         write_png(path, mosaic(tiles(frame), count=count, columns=columns, upward=True), bits=output.bits)
 
-    high, wide = square_size(layout)
-    said = f"_qs{columns}x{count // columns}a{output.aspect or wide / high:.4g}"
+    said = f"_qs{columns}x{count // columns}a{_quilt_aspect(output, layout):.4g}"
     _keep_of_every_frame(making, said + output.suffix, write)
 
 
-def quilt_rows(output: Quilt, layout: CellLayout) -> tuple[int, ...]:
-    """Return v of the rows of views that a quilt shows, from the lowest row of tiles upward."""
+def about_quilt(footage: Footage, output: Quilt) -> dict[str, Any]:
+    """Return which views a quilt's tiles are, in the order of its tiles: from the lower left, to the right, then up."""
+    rows_of_views, across, columns = _quilt_tiles(output, footage.layout)
+    there = views_in_row(footage.layout, rows_of_views[0])
+    return {
+        "columns": columns,
+        "rows": len(rows_of_views) * across // columns,
+        "aspect": _quilt_aspect(output, footage.layout),
+        "tiles_uv": [[u, v] for v in rows_of_views for u in spread(there, across).tolist()],
+    }
+
+
+def _quilt_tiles(output: Quilt, layout: CellLayout) -> tuple[tuple[int, ...], int, int]:
+    """Return v of the rows of views, from the lowest tiles upward; how many views of each; and columns of tiles."""
     if output.views == "all":
-        return tuple(range(layout.cell_rows - 1, -1, -1))
-    return (centre(layout)[1] if output.view_row is None else output.view_row,)
+        return tuple(range(layout.cell_rows - 1, -1, -1)), layout.cell_cols, layout.cell_cols
+    v = centre(layout)[1] if output.view_row is None else output.view_row
+    across = output.count or len(views_in_row(layout, v))
+    try:
+        return (v,), across, output.tile_columns(across)
+    except Misfit as wrong:  # of hexagons, a row may have fewer views than the middle one
+        raise OutputError(str(wrong)) from wrong
+
+
+def _quilt_aspect(output: Quilt, layout: CellLayout) -> float:
+    high, wide = square_size(layout)
+    return output.aspect or wide / high
 
 
 def make_epi(making: Making, output: Epi) -> None:

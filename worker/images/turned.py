@@ -1,0 +1,61 @@
+"""A picture in bands of rows, turned by quarters: through a file, as what was the first row may come last."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.images.scratch import scratch_rows
+
+BLOCK_PX = 256
+"""Cols that are read together when they become rows."""
+
+
+def turned_bands(
+    bands: Iterable[NDArray[Any]], *, rows: int, cols: int, quarters: int, bits: int, folder: Path
+) -> Iterator[NDArray[Any]]:
+    """Yield the bands of a picture turned clockwise.
+
+    Parameters
+    ----------
+    bands
+        From the top: `(some rows, cols, 3)`, uint8 or uint16, `rows` in all.
+    rows, cols
+        Of the picture before it is turned, px.
+    quarters
+        How many quarters of a turn, 0 to 3; 0 gives the bands as they are.
+    bits
+        8 or 16.
+    folder
+        For the file.
+
+    Raises
+    ------
+    StoreFull, StoreUnavailable
+        If there is no room for the file.
+    """
+    if quarters == 0:
+        yield from bands
+        return
+    # Blocks of cols one below the other; for half a turn, of all cols.
+    wide = cols if quarters == 2 else BLOCK_PX
+    lefts = range(0, cols, wide)
+    with scratch_rows(folder, rows=rows * len(lefts), cols=wide, channels=3, dtype=f"uint{bits}") as kept:
+        top = 0
+        for band in bands:
+            for number, left in enumerate(lefts):
+                block = band[:, left : left + wide]
+                kept.write(number * rows + top, np.pad(block, ((0, 0), (0, wide - block.shape[1]), (0, 0))))
+            top += len(band)
+        if quarters == 2:
+            for stop in range(rows, 0, -BLOCK_PX):
+                yield kept.read(max(0, stop - BLOCK_PX), stop)[::-1, ::-1]
+            return
+        blocks = list(enumerate(lefts))
+        for number, left in blocks if quarters == 1 else reversed(blocks):
+            block = kept.read(number * rows, (number + 1) * rows)[:, : cols - left]
+            yield np.rot90(block, -quarters)

@@ -1,0 +1,61 @@
+"""What is drawn on paper beside pictures: black shapes, mm from the page's upper left corner."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Bar:
+    """A filled rectangle; lines are bars too."""
+
+    left_mm: float
+    top_mm: float
+    width_mm: float
+    height_mm: float
+
+    @property
+    def right_mm(self) -> float:
+        """Where it ends."""
+        return self.left_mm + self.width_mm
+
+    @property
+    def bottom_mm(self) -> float:
+        """Where it ends."""
+        return self.top_mm + self.height_mm
+
+
+@dataclass(frozen=True)
+class Ring:
+    """A circle drawn with a line."""
+
+    x_mm: float
+    y_mm: float
+    radius_mm: float
+    line_mm: float
+
+
+@dataclass(frozen=True)
+class Words:
+    """A line of text, whose letters stand on `baseline_mm`."""
+
+    x_mm: float
+    """Where it begins, or its middle."""
+    baseline_mm: float
+    size_mm: float
+    text: str
+    centred: bool = False
+
+
+Shape = Bar | Ring | Words
+
+
+def line(x0_mm: float, y0_mm: float, x1_mm: float, y1_mm: float, *, line_mm: float) -> Bar:
+    """Return an upright or level line between two points, left to right or top to bottom, cut off at its ends.
+
+    >>> line(0, 5, 10, 5, line_mm=0.5)
+    Bar(left_mm=0, top_mm=4.75, width_mm=10, height_mm=0.5)
+    """
+    if y0_mm == y1_mm:
+        return Bar(x0_mm, y0_mm - line_mm / 2, x1_mm - x0_mm, line_mm)
+    return Bar(x0_mm - line_mm / 2, y0_mm, line_mm, y1_mm - y0_mm)

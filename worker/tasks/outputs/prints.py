@@ -1,0 +1,134 @@
+"""Maker of prints: the orthoscopic sheet on a printer's pixels, with marks, a page a frame.
+
+A print is read, made and written in bands of rows, so a print of any size takes some 100 MB of memory. Turned, the
+printer's pixels pass through a file in the scratch folder.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.exports.pdf import Page, Picture, write_pdf
+from worker.images.colour import srgb_codes
+from worker.images.density import Density
+from worker.images.drawing import paper
+from worker.images.icc import srgb_profile
+from worker.images.png import deflated_rows, write_png_bands
+from worker.images.tiff import write_tiff_bands
+from worker.images.turned import turned_bands
+from worker.integral.device import array_pitches, device_bands
+from worker.job.outputs.prints import Print
+from worker.plan import names
+from worker.plan.print_page import PrintPage, label_of, print_page
+from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.making import Making
+from worker.whole_file import new_file
+
+BAND_ROWS = 64
+"""Of paper, that are drawn together."""
+
+
+def make_print(making: Making, output: Print) -> None:
+    """Make a page of every frame."""
+    frames = making.footage.frames
+    for frame in making.told(frames, len(frames)):
+        making.keep(names.frame_stem(frame) + output.suffix, partial(_write, making=making, output=output, frame=frame))
+
+
+def about_print(footage: Footage, output: Print) -> dict[str, Any]:
+    """Return where on the page the array is."""
+    page, label = _page(footage, output, footage.frames[0])
+    return {
+        "page_px": [page.rows, page.cols],
+        "array_px": [page.array_rows, page.array_cols],
+        "margin_px": page.margin_px,
+        "pixel_mm": page.pixel_mm,
+        "lens_pitch_mm": output.real_pitch_mm(footage.rig(footage.frames[0])),
+        "label": label,
+    }
+
+
+def _write(path: Path, *, making: Making, output: Print, frame: int) -> None:
+    footage = making.footage
+    page, label = _page(footage, output, frame)
+    codes = _array_bands(making, output, frame, page)
+    with new_file(path) as file:
+        if output.file_format == "pdf":
+            write_pdf(file, [_pdf_page(page)], title=label, picture=_pdf_picture(page, codes, output.bits))
+            return
+        write = write_tiff_bands if output.file_format == "tiff" else write_png_bands
+        density = Density.of_pixel(width_mm=page.pixel_mm, height_mm=page.pixel_mm)
+        bands = _page_bands(page, codes, output.bits)
+        write(file, bands, rows=page.rows, cols=page.cols, bits=output.bits, density=density)
+
+
+def _page(footage: Footage, output: Print, frame: int) -> tuple[PrintPage, str]:
+    """Return the page of a frame, and what it says of itself."""
+    rig, layout = footage.rig(frame), footage.layout
+    pixel_mm, lens_pitch_mm = output.pixel_mm(rig), output.real_pitch_mm(rig)
+    high, wide = (side * lens_pitch_mm for side in array_pitches(layout))
+    source = " ".join(footage.facts[fact] for fact in ("scene", "job") if footage.facts.get(fact))
+    sizes = {"lens_pitch_mm": lens_pitch_mm, "pixel_mm": pixel_mm}
+    label = label_of(f"{source} frame {frame}", output, (wide, high), **sizes)
+    return print_page(layout, output, label=label, **sizes), label
+
+
+def _array_bands(making: Making, output: Print, frame: int, page: PrintPage) -> Iterator[NDArray[Any]]:
+    """Yield the array's pixels as they lie on the page, sRGB codes, band by band from the top."""
+    rig, bits = making.footage.rig(frame), output.bits
+    per_lens = output.real_pitch_mm(rig) / output.pixel_mm(rig)
+    quarters = output.orientation_deg // 90
+    rows, cols = (page.array_cols, page.array_rows) if quarters % 2 else (page.array_rows, page.array_cols)
+    step = -1 if output.mirrored else 1
+    with making.footage.orthoscopic_rows(frame) as sheet:
+        upright = (
+            srgb_codes(np.ascontiguousarray(band[:, ::step]), bits=bits)
+            for band in device_bands(sheet, px_per_lens_device=per_lens)
+        )
+        yield from turned_bands(upright, rows=rows, cols=cols, quarters=quarters, bits=bits, folder=making.scratch)
+
+
+def _page_bands(page: PrintPage, codes: Iterator[NDArray[Any]], bits: int) -> Iterator[NDArray[Any]]:
+    """Yield the page, paper and marks around the array."""
+
+    def drawn(top: int, rows: int) -> NDArray[Any]:
+        light = paper(page.shapes, pixel_mm=page.pixel_mm, top=top, rows=rows, cols=page.cols)
+        return srgb_codes(light.astype(np.float16)[:, :, np.newaxis], bits=bits).repeat(3, axis=2)
+
+    def margin(first: int, stop: int) -> Iterator[NDArray[Any]]:
+        for top in range(first, stop, BAND_ROWS):
+            yield drawn(top, min(BAND_ROWS, stop - top))
+
+    yield from margin(0, page.margin_px)
+    top = page.margin_px
+    for band in codes:
+        rows = drawn(top, len(band))
+        rows[:, page.margin_px : page.margin_px + page.array_cols] = band
+        yield rows
+        top += len(band)
+    yield from margin(top, page.rows)
+
+
+def _pdf_page(page: PrintPage) -> Page:
+    return Page(page.cols * page.pixel_mm, page.rows * page.pixel_mm, page.shapes)
+
+
+def _pdf_picture(page: PrintPage, codes: Iterator[NDArray[Any]], bits: int) -> Picture:
+    rows, cols, k = page.array_rows, page.array_cols, page.pixel_mm
+    return Picture(
+        left_mm=page.margin_px * k,
+        top_mm=page.margin_px * k,
+        width_mm=cols * k,
+        height_mm=rows * k,
+        rows=rows,
+        cols=cols,
+        bits=bits,
+        profile=srgb_profile(),
+        deflated=deflated_rows(codes, rows=rows, cols=cols, bits=bits),
+    )
