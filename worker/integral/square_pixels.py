@@ -97,10 +97,9 @@ def nearest_as_square(view: NDArray[Number], layout: CellLayout) -> NDArray[Numb
     rows, cols = square_size(layout)
     at = (np.arange(rows) - (rows - 1) / 2) / ROW_PITCH + (layout.lens_rows - 1) / 2
     lens_row = np.clip(np.rint(at), 0, layout.lens_rows - 1).astype(np.intp)
-    shift = np.array([layout.shift_px(int(row)) / layout.px_per_lens - 0.25 for row in lens_row])
-    if layout.lens_rows == 1:
-        shift = np.zeros(1)
-    # Half-way between two lenses the left one, so that no rounding decides.
-    lens_col = np.clip(np.ceil(np.arange(cols) - shift[:, np.newaxis] - 0.5), 0, cols - 1).astype(np.intp)
+    further = np.array([layout.shift_px(int(row)) / layout.px_per_lens for row in lens_row])
+    middle = 0.25 if layout.lens_rows > 1 else 0.0
+    at_col = np.arange(cols) + middle - further[:, np.newaxis]
+    lens_col = np.clip(np.rint(at_col), 0, cols - 1).astype(np.intp)
     nearest: NDArray[Number] = view[lens_row[:, np.newaxis], lens_col]
     return nearest

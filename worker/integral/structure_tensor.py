@@ -1,0 +1,111 @@
+"""Depth estimated from the slope of lines in epipolar images.
+
+A row of views, one above the other, is an epipolar image: a point draws a line in it whose slope is its disparity. The
+structure tensor finds the direction of lines and how much like lines things are, its coherence (Wanner, Goldluecke,
+*Variational light field analysis for disparity estimation and super-resolution*, IEEE Trans. Pattern Analysis and
+Machine Intelligence 36(3), 2014). Steep lines fall apart into dots; so the views are moved against each other first by
+depth after depth, as for refocus, and the most coherent of all small remaining slopes counts (Diebold, Goldluecke,
+*Epipolar plane image refocusing for improved depth estimation and occlusion handling*, VMV 2013), of rows of views from
+left to right or from top to bottom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from worker.errors import LayoutError
+from worker.integral.interpolation import Light
+from worker.integral.layout import CellLayout, check_sheet
+from worker.integral.plane_sweep import REACH, DepthEstimate, Map, Picture, moved, splines, tone
+from worker.integral.refocus import shifts
+from worker.integral.views import view_numbers
+
+SMOOTH_PX = 1.2
+"""Over how much of a view the tensor is averaged: standard deviation."""
+
+NEAR_PX = 0.25
+"""Apart from a pixel to either side a spline's slope is taken: between whole pixels fine patterns look too flat."""
+
+STEEPEST = 1.0
+"""Remaining disparity beyond which a slope is not believed, in pitches."""
+
+
+def structure_tensor(
+    ortho: NDArray[Light],
+    layout: CellLayout,
+    number: tuple[int, int],
+    depths_mm: Sequence[float],
+    *,
+    focal_mm: float,
+    reach: int = REACH,
+) -> DepthEstimate:
+    """Estimate the depth of view `number`; see the module.
+
+    Parameters
+    ----------
+    ortho, layout, number, focal_mm, reach
+        As in `plane_sweep`.
+    depths_mm
+        By which the views are moved, s of the display: at most a pitch a view from one to the next.
+
+    Returns
+    -------
+    DepthEstimate
+        Its confidence is the coherence.
+
+    Raises
+    ------
+    LayoutError
+        If there is no such view, no view lies beside it on either side, or the sheet is not of this layout.
+    """
+    check_sheet(ortho, layout)
+    there = set(view_numbers(layout))
+    wanted = tone(ortho, layout, number)
+    s_mm = np.zeros(wanted.shape[:2])
+    confidence = np.zeros(wanted.shape[:2])
+    lines = 0
+    for axis in (0, 1):  # of the picture: down, across
+        step = (0, 1) if axis == 0 else (1, 0)
+        steps = [k for k in range(-reach, reach + 1) if (number[0] + k * step[0], number[1] + k * step[1]) in there]
+        if min(steps) == 0 or max(steps) == 0:
+            continue
+        lines += 1
+        views = {k: splines(tone(ortho, layout, (number[0] + k * step[0], number[1] + k * step[1]))) for k in steps}
+        per_mm = shifts(layout, 1.0, focal_mm=focal_mm)[axis]
+        for depth_mm in depths_mm:
+            slope, coherence = _slope(views, -depth_mm * per_mm, axis=axis)
+            better = (coherence > confidence) & (np.abs(slope) <= STEEPEST)
+            s_mm[better] = (depth_mm + slope / per_mm)[better]
+            confidence[better] = coherence[better]
+    if not lines:
+        raise LayoutError(f"expected views on both sides of view {number} of {layout}, got none")
+    return DepthEstimate(s_mm.astype(np.float32), confidence.astype(np.float32))
+
+
+def _slope(views: Mapping[int, Picture], shift: float, *, axis: int) -> tuple[Map, Map]:
+    """Return the disparity that remains and its coherence, each `(row, col)`."""
+    from scipy.ndimage import gaussian_filter  # type: ignore[import-untyped]  # SciPy has no types of its own
+
+    way = ("down", "across")[axis]
+    pictures = {k: moved(splined, **{way: shift * k}) for k, splined in views.items()}
+    weight = {k: np.exp(-(k**2) / 2.0) for k in pictures}
+    total = sum(weight.values())
+    mean = sum(weight[k] * pictures[k] for k in pictures) / total
+    # The slope over the views, by weighted least squares: k counts from the view itself.
+    middle = sum(weight[k] * k for k in pictures) / total
+    spread = sum(weight[k] * (k - middle) ** 2 for k in pictures)
+    over_views = sum(weight[k] * (k - middle) * pictures[k] for k in pictures) / spread
+    splined = splines(np.moveaxis(mean, 0, -1))
+    over_px = (moved(splined, **{way: NEAR_PX}) - moved(splined, **{way: -NEAR_PX})) / (2 * NEAR_PX)
+    smooth = [
+        gaussian_filter(product.mean(axis=0), SMOOTH_PX)
+        for product in (over_px * over_px, over_px * over_views, over_views * over_views)
+    ]
+    along, mixed, across = smooth
+    strength = along + across
+    apart = np.hypot(along - across, 2 * mixed)
+    coherence = np.where(strength > 1e-9, apart / np.maximum(strength, 1e-9), 0)
+    return np.tan(0.5 * np.arctan2(2 * mixed, along - across)), coherence
