@@ -6,6 +6,7 @@ rows       pictures that need not fit in memory: rows in, rows out
 scratch    pixels on disk as plain numbers
 views      all views of a sheet that need not fit in memory
 colour     linear light to sRGB codes
+false_colour  depth as colours
 resize     another size, by a named filter
 tiff       TIFF by bands of rows
 png        PNG by bands of rows, and the rows of a PDF

@@ -28,6 +28,10 @@ ciir              the same by cells magnified and laid over each other, with as 
 depth_view        a view of a patch of every cell, that joins up at one depth
 extended_focus    sharp at all depths of a stack
 weighted_sums     pictures as weighted sums of a sheet's pixels, down and across: what both of these are
+plane_sweep       depth from the pictures: where a view fits the others
+structure_tensor  depth from the pictures: slopes of lines in epipolar images
+view_depth        the depth of a view, known or estimated
+depth_errors      how wrong an estimate is
 depth_map         how deep what every pixel of a sheet shows lies
 device            the integral image on the pixel grid of a device, resampled cell by cell
 device_hexagons   the part of that which is the hexagonal lattice's own

@@ -123,7 +123,7 @@ def tone(ortho: NDArray[Light], layout: CellLayout, number: tuple[int, int]) -> 
 
 def splines(picture: Picture) -> Picture:
     """Return the cubic splines through a picture's pixels, `(channel, row, col)`."""
-    from scipy.ndimage import spline_filter  # type: ignore[import-untyped]  # SciPy has no types of its own
+    from scipy.ndimage import spline_filter
 
     channels = np.moveaxis(picture, -1, 0)
     filtered: Picture = np.stack([spline_filter(channel, order=3, output=np.float32) for channel in channels])

@@ -87,7 +87,7 @@ def structure_tensor(
 
 def _slope(views: Mapping[int, Picture], shift: float, *, axis: int) -> tuple[Map, Map]:
     """Return the disparity that remains and its coherence, each `(row, col)`."""
-    from scipy.ndimage import gaussian_filter  # type: ignore[import-untyped]  # SciPy has no types of its own
+    from scipy.ndimage import gaussian_filter
 
     way = ("down", "across")[axis]
     pictures = {k: moved(splined, **{way: shift * k}) for k, splined in views.items()}

@@ -8,8 +8,9 @@ import pytest
 
 from worker.job.events import ProbeResult
 from worker.job.orders import TaskKind
+from worker.job.render_settings import Capture
 from worker.job.spec import JobSpec, parse_spec
-from worker.plan.cost import COMFORTABLE_PX, COMFORTABLE_S, WORTHWHILE_S
+from worker.plan.cost import COMFORTABLE_PX, COMFORTABLE_S, WORTHWHILE_S, depth_s_per_px
 from worker.plan.sampling import frame_size
 from worker.plan.tasks import plan_sheet, plan_tasks
 
@@ -60,6 +61,16 @@ def test_a_large_tile_is_cut_for_memory_even_when_it_is_quick() -> None:
     spec = parse_spec({"scene": "fish", "rig": rig, "capture": {"supersample": 2}})
     sheet = plan_sheet(spec, ProbeResult(start_s=0.7, s_per_px=1e-9, tileable=True), slots=1)
     assert 4 * 2400 * 2400 / sheet.tile_rows <= COMFORTABLE_PX
+
+
+def test_a_second_picture_for_depth_is_reckoned_with() -> None:
+    spec = job("1-100").model_copy(update={"capture": Capture(depth=True)})
+    plain, twice = (plan_sheet(asked, probed(600.0), slots=2).tile_rows for asked in (job("1-100"), spec))
+    assert twice >= 2 * plain
+    # A supersampled one costs no more for it: one ray a pixel.
+    finer = spec.model_copy(update={"capture": Capture(depth=True, supersample=8)})
+    assert depth_s_per_px(finer, probed(600.0)) < depth_s_per_px(spec, probed(600.0)) / 30
+    assert depth_s_per_px(job(), probed(600.0)) == 0
 
 
 def test_antialiasing_that_leaves_seams_is_never_cut() -> None:

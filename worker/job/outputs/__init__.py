@@ -6,6 +6,7 @@ observer   what an eye sees of the display, as clip and as pictures
 clips      videos with a motion of their own: of the eye, of the focus
 stereo     videos for two eyes
 codecs     what may be chosen about a codec
+depth      how deep what a view shows lies
 pictures   still pictures of every frame
 prints     pages for a printer
 datasets   folders and arrays for research on coding and depth

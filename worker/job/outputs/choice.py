@@ -14,6 +14,7 @@ from pydantic import BeforeValidator, Tag
 from worker.job.misfit import Misfit
 from worker.job.outputs.clips import FocusVideo, SweepVideo
 from worker.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, SubapertureViews
+from worker.job.outputs.depth import DepthPictures
 from worker.job.outputs.observer import ObserverPictures, ObserverVideo
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
@@ -39,6 +40,7 @@ _Kind = Annotated[
     | Annotated[Epi, Tag("(epi)")]
     | Annotated[ContactSheet, Tag("(contact_sheet)")]
     | Annotated[Sheets, Tag("(sheets)")]
+    | Annotated[DepthPictures, Tag("(depth)")]
     | Annotated[HciFolder, Tag("(hci)")]
     | Annotated[SubapertureViews, Tag("(subaperture_ppm)")]
     | Annotated[LensletVideo, Tag("(mpeg_lenslet)")]
@@ -65,6 +67,7 @@ KINDS: Mapping[str, type[OutputOptions]] = {
         Epi,
         ContactSheet,
         Sheets,
+        DepthPictures,
         HciFolder,
         SubapertureViews,
         LensletVideo,

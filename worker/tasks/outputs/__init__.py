@@ -9,6 +9,7 @@ observer   what an eye sees of the display
 clips      videos with a motion of their own: of the eye, of the focus
 stereo     videos for two eyes
 encoding   pictures into the one file of a video
+depth      how deep what a view shows lies
 pictures   still pictures of every frame
 contact_sheet  small pictures side by side, one sheet for the job
 prints     pages for a printer, with marks

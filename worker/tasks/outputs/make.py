@@ -7,6 +7,7 @@ from typing import Any
 
 from worker.job.outputs.clips import FocusVideo, SweepVideo
 from worker.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, SubapertureViews
+from worker.job.outputs.depth import DepthPictures
 from worker.job.outputs.observer import ObserverPictures, ObserverVideo
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
@@ -24,6 +25,7 @@ from worker.tasks.outputs.datasets import (
     make_npz,
     make_subaperture_ppm,
 )
+from worker.tasks.outputs.depth import about_depth, make_depth
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.lenslet_video import about_mpeg_lenslet, make_mpeg_lenslet
 from worker.tasks.outputs.making import Making
@@ -50,6 +52,7 @@ MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
     Epi: make_epi,
     ContactSheet: make_contact_sheet,
     Sheets: make_sheets,
+    DepthPictures: make_depth,
     HciFolder: make_hci,
     SubapertureViews: make_subaperture_ppm,
     LensletVideo: make_mpeg_lenslet,
@@ -61,6 +64,7 @@ ABOUT: Mapping[type[OutputOptions], Callable[[Footage, Any], Mapping[str, Any]]]
     FocusVideo: about_focus,
     ObserverVideo: about_observer,
     ObserverPictures: about_observer,
+    DepthPictures: about_depth,
     HciFolder: about_hci,
     SubapertureViews: about_subaperture_ppm,
     LensletVideo: about_mpeg_lenslet,

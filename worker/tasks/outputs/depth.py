@@ -1,0 +1,87 @@
+"""Maker of the depth of a view."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from worker.exports.pfm import write_pfm
+from worker.images.false_colour import deepest_shown_mm, depth_colours
+from worker.images.write import write_channels, write_png
+from worker.integral.view_depth import ViewDepth, estimated_depth, true_depth
+from worker.integral.views import centre
+from worker.job.outputs.depth import DepthPictures
+from worker.plan import names
+from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.making import Making
+
+
+def make_depth(making: Making, output: DepthPictures) -> None:
+    """Make the depth of a view of every frame."""
+    footage = making.footage
+    for frame in making.told(footage.frames, len(footage.frames)):
+        making.keep(
+            f"{names.frame_stem(frame)}{output.suffix}", partial(_write, footage=footage, output=output, frame=frame)
+        )
+
+
+def about_depth(footage: Footage, output: DepthPictures) -> Mapping[str, Any]:
+    """Return what a sidecar says of which view it is, and how colours and numbers are to be read."""
+    u, v = _number(footage, output)
+    if output.range_mm is None:
+        end = "the 99th percentile of abs(s) of each frame"
+    else:
+        end = f"{max(map(abs, output.range_mm)):g} mm"
+    return {
+        "view": {"u": u, "v": v},
+        "s_mm": "depth on a display whose array stands one focal length before its pixels, positive in front",
+        "disparity": "s / (n f), pixels of a view (lens pitches) from one view to the next, positive in front",
+        "colours": f"grey in the plane of the display, orange to red in front, blue behind, to {end}; black: unknown",
+        "rows": "from the bottom up" if output.file_format == "pfm" else "from the top down",
+    }
+
+
+def write_view_depth(path: Path, found: ViewDepth, *, range_mm: tuple[float, float] | None) -> None:
+    """Write the depth of a view by the file's suffix: `.exr` three channels, `.pfm` disparity, else a PNG of colours.
+
+    The colours reach as far as the deeper end of `range_mm`, or, where it is None, as the depths themselves do.
+
+    Raises
+    ------
+    OutputError, StoreFull, StoreUnavailable
+        If it cannot be written.
+    """
+    suffix = path.suffix.lower()
+    if suffix == ".exr":
+        values = np.stack((found.s_mm, found.disparity, found.other), axis=-1).astype(np.float32)
+        write_channels(path, (values,), found.channels, size=values.shape[:2], attributes={})
+    elif suffix == ".pfm":
+        write_pfm(path, found.disparity)
+    else:
+        deepest_mm = max(map(abs, range_mm)) if range_mm else deepest_shown_mm(found.s_mm)
+        write_png(path, depth_colours(found.s_mm, deepest_mm=deepest_mm))
+
+
+def _number(footage: Footage, output: DepthPictures) -> tuple[int, int]:
+    return centre(footage.layout) if output.u is None or output.v is None else (output.u, output.v)
+
+
+def _write(path: Path, *, footage: Footage, output: DepthPictures, frame: int) -> None:
+    number, focal_mm = _number(footage, output), footage.rig(frame).lens_array.focal_length_mm
+    if output.source == "truth":
+        found = true_depth(footage.depth(frame), footage.layout, number, focal_mm=focal_mm)
+    else:
+        found = estimated_depth(
+            footage.orthoscopic(frame),
+            footage.layout,
+            number,
+            focal_mm=focal_mm,
+            method=output.method,
+            range_mm=output.range_mm,
+            reach=output.reach,
+        )
+    write_view_depth(path, found, range_mm=output.range_mm)
