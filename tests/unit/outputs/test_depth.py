@@ -63,7 +63,7 @@ def test_the_truth_is_told_as_floats_that_another_reader_reads(tmp_path: Path) -
         expected = view(read_channels(master, CHANNELS), LAYOUT, 2, 3)
         picture = OpenImageIO.ImageBuf(str(path))
     assert set(picture.spec().channelnames) == {"s_mm", "disparity", "z_mm"}
-    found = dict(zip(picture.spec().channelnames, np.moveaxis(picture.get_pixels(), -1, 0), strict=True))
+    found = dict(zip(picture.spec().channelnames, np.moveaxis(np.asarray(picture.get_pixels()), -1, 0), strict=True))
     np.testing.assert_array_equal(found["s_mm"], expected[..., 1])
     np.testing.assert_array_equal(found["z_mm"], expected[..., 0])
     assert found["disparity"] == pytest.approx(expected[..., 1] / 26.4, nan_ok=True)
