@@ -28,6 +28,7 @@ from lippmann.commands import (
     design,
     export,
     farm,
+    foreign,
     jobs,
     keys,
     lens,
@@ -61,6 +62,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
     ),
     "Scenes": (capture.capture,),
     "Integral images": (
+        foreign.views,
         views.view,
         views.refocus,
         observe.observe,

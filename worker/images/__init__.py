@@ -1,6 +1,7 @@
 """Pictures as files: OpenImageIO, and only here.
 
 read       EXR and PNG to arrays, whole or a region, every read checked
+foreign    PNG, TIFF and EXR of other programs to linear light
 write      linear EXR masters; sRGB PNG and WebP for people
 rows       pictures that need not fit in memory: rows in, rows out
 scratch    pixels on disk as plain numbers

@@ -154,11 +154,11 @@ def read_attributes(path: Path) -> dict[str, str]:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[ImageInput]:
-    """Lend an open picture; see `read_rgb` for what may be wrong with it."""
+def opened(path: Path, ask: ImageSpec | None = None) -> Iterator[ImageInput]:
+    """Lend an open picture; see `read_rgb` for what may be wrong with it. `ask` has settings of the reader."""
     if not path.is_file():
         raise ArtifactMissing(f"expected a picture at {path.name}, got no file")
-    source = ImageInput.open(str(path))
+    source = ImageInput.open(str(path)) if ask is None else ImageInput.open(str(path), ask)
     if source is None:
         raise ArtifactBroken(f"{path.name}: {_words(geterror())}")
     try:

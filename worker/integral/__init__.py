@@ -39,6 +39,7 @@ lens_grid         where lenses lie on pixels that their pitch is no whole number
 under_lenses      light at any place under a lens, of its own cell alone
 whole_cells       a sheet of such a pitch, a print or a scan, made into whole cells: the way back from `device`
 finding           where the lenses of a picture from elsewhere are
+foreign           such a picture made into the sheet that the rest takes
 interpolation     between neighbours, linear
 compare           PSNR and SSIM of two sheets and of every view
 rate_distortion   how much a codec saves against another

@@ -35,7 +35,7 @@ COMMANDS = dict(_commands(typer.main.get_command(main.app)))
 def test_there_are_the_commands_that_were_promised() -> None:
     farm = {"up", "serve", "worker", "demo", "keys"}
     jobs = {"submit", "jobs", "show", "watch", "fetch", "cancel", "pause", "resume", "retry"}
-    integral = {"view", "refocus"}
+    integral = {"views", "view", "refocus", "observe", "export", "coding-study"}
     optics = {"design", "lens", "paper"}
     assert {path[0] for path in COMMANDS} == farm | jobs | integral | optics | {"scenes", "capture", "compare"}
 
