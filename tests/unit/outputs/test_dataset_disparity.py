@@ -139,3 +139,20 @@ def test_truth_that_the_job_has_is_written_whether_or_not_it_is_named(tmp_path: 
     job.make("hci")
     pfm = [Path(name).name for name in job.sidecar("hci")["files"] if name.endswith(".pfm")]
     assert pfm == ["gt_disp_lowres.pfm", "gt_depth_lowres.pfm"]
+
+
+def test_an_estimate_is_found_without_depth_and_is_not_called_ground_truth(tmp_path: Path) -> None:
+    noise = np.random.default_rng(4).integers(20, 236, (10, 13))
+    job = job_with_depth(
+        tmp_path,
+        {"kind": "hci", "disparity": "estimate"},
+        lambda u, v, row, col: grey(noise[row + v, col + u]),  # one lens a view, in front
+        lambda *_: np.nan,
+    )
+    job.make("hci")
+    pfm = [Path(name).name for name in job.sidecar("hci")["files"] if name.endswith(".pfm")]
+    assert pfm == ["estimate_disp_lowres.pfm", "estimate_depth_lowres.pfm"]
+    assert "estimated" in job.sidecar("hci")["format"]["disparity"]
+    found = read(job, "estimate_disp_lowres")
+    assert found.shape == (6, 9)
+    assert np.nanmedian(found) == pytest.approx(1.0, abs=0.1)

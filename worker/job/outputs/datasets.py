@@ -58,8 +58,8 @@ class HciFolder(ViewsOptions, FolderOptions):
 
     kind: Literal["hci"] = "hci"
     name: Name = "hci"
-    disparity: Literal["truth", "none"] | None = None
-    """Truth is by `capture.depth`; None: the truth if the job has it."""
+    disparity: Literal["truth", "estimate", "none"] | None = None
+    """Truth is by `capture.depth`, the estimate from the pictures; None: the truth if the job has it."""
     disparity_of: Literal["middle", "all"] = "middle"
     """Of which views."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Collection, Mapping
-from functools import partial
+from collections.abc import Callable, Collection, Mapping
+from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,17 +30,22 @@ from worker.whole_file import write_bytes
 PLENO_BITS = 10
 """Of the light fields of JPEG Pleno's Common Test Conditions."""
 
+DISPARITY_STEMS = {"truth": "gt", "estimate": "estimate"}
+"""What the names of maps begin with: ground truth is the benchmark's word, and an estimate is none."""
+
+DisparityMap = Callable[[], NDArray[np.float32]]
+
 
 def make_hci(making: Making, output: HciFolder) -> None:
     """Make a folder of the HCI benchmark for every frame."""
     for views in each_frame(making, output):
         for number, place in enumerate(np.ndindex(views.block.rows, views.block.cols)):
             making.keep(f"{views.stem}/input_Cam{number:03d}.png", partial(_write_png, views=views, place=place))
-        true = _true_maps(views, output)
-        for name, number in true.items():
-            making.keep(f"{views.stem}/gt_disp_lowres{name}.pfm", partial(_write_disparity, views=views, number=number))
-            making.keep(f"{views.stem}/gt_depth_lowres{name}.pfm", partial(_write_depth, views=views, number=number))
-        making.keep(f"{views.stem}/parameters.cfg", partial(_write_parameters, views=views, numbers=true.values()))
+        maps = _disparity_maps(views, output)
+        for name, disparity in maps.items():
+            making.keep(f"{views.stem}/{name.format('disp')}.pfm", partial(_write_disparity, disparity=disparity))
+            making.keep(f"{views.stem}/{name.format('depth')}.pfm", partial(_write_depth, views, disparity))
+        making.keep(f"{views.stem}/parameters.cfg", partial(_write_parameters, views, maps.values()))
 
 
 def about_hci(footage: Footage, output: HciFolder) -> Mapping[str, Any]:
@@ -98,34 +103,44 @@ def _write_ppm(path: Path, *, views: FrameViews, place: tuple[int, ...]) -> None
     write_ppm(path, srgb_codes(views.square[place], bits=PLENO_BITS), bits=PLENO_BITS)
 
 
-def _true_maps(views: FrameViews, output: HciFolder) -> dict[str, int]:
-    """Return the views whose disparity is written, by what their files' names end with."""
-    if output.disparity == "none" or not views.footage.has_depth:
+def _disparity_maps(views: FrameViews, output: HciFolder) -> dict[str, DisparityMap]:
+    """Return the maps that are written, each made when asked for, by the names of their files, as `gt_{}_lowres`."""
+    source = _disparity_source(views.footage, output)
+    if source == "none":
         return {}
+    find = cache(views.true_disparity if source == "truth" else views.estimated_disparity)
+    stem = f"{DISPARITY_STEMS[source]}_{{}}_lowres"
     every = range(len(views.block.numbers)) if output.disparity_of == "all" else ()
-    return {"": views.block.middle, **{f"_Cam{number:03d}": number for number in every}}
+    numbers = {stem: views.block.middle, **{f"{stem}_Cam{number:03d}": number for number in every}}
+    return {name: partial(find, number) for name, number in numbers.items()}
+
+
+def _disparity_source(footage: Footage, output: HciFolder) -> Literal["truth", "estimate", "none"]:
+    return output.disparity or ("truth" if footage.has_depth else "none")
 
 
 def _about_disparity(footage: Footage, output: HciFolder) -> str | None:
-    if output.disparity == "none" or not footage.has_depth:
+    source = _disparity_source(footage, output)
+    if source == "none":
         return None
+    how = {"truth": "by exact rays; NaN where no surface is seen", "estimate": "estimated from the pictures"}[source]
     return (
-        "gt_disp_lowres.pfm is the middle camera's: px (lenses) from a view to the next on the right, by exact rays,"
-        " positive in front of the display; NaN where no surface is seen. gt_depth_lowres.pfm is what the benchmark's"
-        " formula makes of it, in metres from the cameras"
+        f"{DISPARITY_STEMS[source]}_disp_lowres.pfm is the middle camera's: px (lenses) from a view to the next on the"
+        f" right, positive in front of the display, {how}. {DISPARITY_STEMS[source]}_depth_lowres.pfm is what the"
+        " benchmark's formula makes of it, in metres from the cameras"
     )
 
 
-def _write_disparity(path: Path, *, views: FrameViews, number: int) -> None:
-    write_pfm(path, views.disparity(number))
+def _write_disparity(path: Path, *, disparity: DisparityMap) -> None:
+    write_pfm(path, disparity())
 
 
-def _write_depth(path: Path, *, views: FrameViews, number: int) -> None:
-    write_pfm(path, _cameras(views).depth_m(views.disparity(number)))
+def _write_depth(views: FrameViews, disparity: DisparityMap, path: Path) -> None:
+    write_pfm(path, _cameras(views).depth_m(disparity()))
 
 
-def _write_parameters(path: Path, *, views: FrameViews, numbers: Collection[int]) -> None:
-    disparities = disparity_range(views.disparity(number) for number in numbers)
+def _write_parameters(views: FrameViews, maps: Collection[DisparityMap], path: Path) -> None:
+    disparities = disparity_range(disparity() for disparity in maps)
     write_bytes(path, parameters_cfg(_cameras(views, disparities)).encode())
 
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from worker.integral.depth_map import DepthMap
 from worker.integral.light_field import light_field, on_square_pixels
 from worker.integral.square_pixels import nearest_as_square, square_size
+from worker.integral.view_depth import estimated_depth
 from worker.job.outputs.datasets import ViewsOptions
 from worker.job.outputs.view_block import ViewBlock
 from worker.plan import names
@@ -51,14 +52,14 @@ class FrameViews:
     @cached_property
     def of_lenses(self) -> NDArray[np.float16]:
         """One value a lens, `(v, u, lens_row, lens_col, 3)`, linear light; zero where there is no view."""
-        return light_field(self.footage.orthoscopic(self.frame), self.footage.layout)[self.rows, self.cols]
+        return light_field(self._sheet, self.footage.layout)[self.rows, self.cols]
 
     @cached_property
     def square(self) -> NDArray[np.float16]:
         """The same on square pixels."""
         return on_square_pixels(self.of_lenses, self.footage.layout).astype(np.float16, copy=False)
 
-    def disparity(self, number: int) -> NDArray[np.float32]:
+    def true_disparity(self, number: int) -> NDArray[np.float32]:
         """Return the true disparity of a view of the block, counted row by row, `(row, col)` on square pixels.
 
         In pixels of a view, from this view to the next on the right, positive in front of the display: on the left
@@ -72,6 +73,16 @@ class FrameViews:
         u, v = self.block.numbers[number]
         found = self._depth.view(self.footage.layout, u, v).disparity_u[..., np.newaxis]
         return nearest_as_square(found, self.footage.layout)[..., 0]
+
+    def estimated_disparity(self, number: int) -> NDArray[np.float32]:
+        """Return the same, as the pictures tell it; see `worker.integral.view_depth`."""
+        focal_mm = self.footage.rig(self.frame).lens_array.focal_length_mm
+        place = self.block.numbers[number]
+        return estimated_depth(self._sheet, self.footage.layout, place, focal_mm=focal_mm).disparity
+
+    @cached_property
+    def _sheet(self) -> NDArray[np.float16]:
+        return self.footage.orthoscopic(self.frame)
 
     @cached_property
     def _depth(self) -> DepthMap:
