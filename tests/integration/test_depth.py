@@ -13,10 +13,12 @@ from tests.builders import local_place, order_of, small_job, stored_job, tiles_o
 from worker.errors import OutputError
 from worker.images.read import read_channels
 from worker.integral.depth_map import CHANNELS, DepthMap
+from worker.integral.layout import CellLayout
 from worker.integral.orthoscopic import orthoscopic
 from worker.integral.refocus import shifts
+from worker.integral.views import view
 from worker.job.orders import TaskKind
-from worker.job.sheet import PlanSheet
+from worker.job.sheet import JobSheet
 from worker.job.spec import JobSpec
 from worker.optics.capture import bench, object_rays, pixel_centres_mm
 from worker.optics.parallax import parallax
@@ -24,8 +26,10 @@ from worker.optics.trace import Rays
 from worker.plan import names
 from worker.plan.sampling import display_size, frame_size
 from worker.povray.bundle import pack_folder
+from worker.povray.log import AttemptLog
 from worker.tasks.assemble import assemble_frame
-from worker.tasks.local import JOB_ID, local_job, store_plan
+from worker.tasks.depth_pass import depth_of_tile
+from worker.tasks.local import JOB_ID, local_job
 from worker.tasks.outputs.footage import job_footage
 from worker.tasks.render import render_tile
 from worker.tasks.watch import Unwatched
@@ -51,6 +55,13 @@ def depth_of(place: Workplace, spec: JobSpec) -> DepthMap:
     assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())
     with place.store.local_path(names.job_artifact(JOB_ID, names.depth_name(1))) as path:
         return DepthMap(read_channels(path, CHANNELS))
+
+
+def depth_alone(place: Workplace, sheet: JobSheet) -> DepthMap:
+    """Return the depth of a stored job's first frame as captured, without its colours."""
+    (tile,) = tiles_of(sheet.spec)
+    with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
+        return depth_of_tile(place, sheet, 1, tile, folder=folder, log=log, watch=Unwatched())[0]
 
 
 def upright(values: NDArray[Any], spec: JobSpec) -> NDArray[Any]:
@@ -123,9 +134,8 @@ def test_a_ball_is_where_it_stands_whatever_else_the_scene_says(tmp_path: Path, 
     )
     spec = small_job("own", count=(16, 16), px_per_lens=4, capture={"depth": True})
     place = local_place(tmp_path / "data")
-    local_job(place, spec, pack_folder(tmp_path / "own"))
-    store_plan(place, PlanSheet(tile_rows=1, tile_cols=1, probe_start_s=0.0, probe_s_per_px=0.0))
-    z_mm = depth_of(place, spec).z_mm
+    sheet = local_job(place, spec, pack_folder(tmp_path / "own"))
+    z_mm = upright(depth_alone(place, sheet).z_mm[..., np.newaxis], spec)[..., 0]
     stood = bench(spec.rig, reference_mm=1000.0)
     rays = object_rays(stood, pixel_centres_mm(stood))
     # In the rig's frame z grows toward the camera, and the observer's right is the scene's.
@@ -151,13 +161,34 @@ def to_ball(rays: Rays, middle: tuple[float, float, float], radius_mm: float) ->
     return np.where(square >= 0, along - np.sqrt(np.maximum(square, 0)), np.nan)
 
 
-def test_footage_has_the_depth_of_a_job_that_asked_for_it_and_says_so_of_another(tmp_path: Path) -> None:
-    spec = small_job("target-letter", count=(4, 4), px_per_lens=2, capture={"depth": True})
+@pytest.mark.parametrize("lattice", ["square", "hexagonal"])
+def test_a_ball_wanders_over_the_views_as_its_depth_says(tmp_path: Path, lattice: str) -> None:
+    """From the middle view to the next ones: the middle of the picture of the ball against the disparity in it."""
+    spec = small_job(
+        "target-points",
+        count=(15, 14),
+        lens_array={"lattice": lattice},
+        parameters={"distance_mm": 1050.0, "radius_mm": 10.0},
+        capture={"depth": True, "supersample": 2},
+    )
     place = local_place(tmp_path)
     sheet = stored_job(place, spec)
     found = depth_of(place, spec)
     footage = job_footage(place, sheet)
+    layout = footage.layout
     np.testing.assert_array_equal(footage.depth(1).values, found.values)
-    assert footage.depth(1).view(footage.layout, 1, 0).s_mm.shape == (4, 4)
+    u, v = layout.cell_cols // 2, layout.cell_rows // 2
+    before, after = (middle_of(view(footage.orthoscopic(1), layout, there, v), layout) for there in (u - 1, u + 1))
+    shown = found.view(layout, u, v)
+    assert (np.isfinite(shown.z_mm).sum()) > 15, "the ball, and nothing else"
+    assert (before - after) / 2 == pytest.approx(float(np.nanmean(shown.disparity_u)), rel=0.03)
     with pytest.raises(OutputError, match=r"expected a job with capture\.depth"):
         footage.depth(2)
+
+
+def middle_of(picture: NDArray[np.float16], layout: CellLayout) -> float:
+    """Return how far to the right the middle of the light in a view is, in pitches."""
+    shift = [layout.shift_px(row) / layout.px_per_lens for row in range(layout.lens_rows)]
+    x = np.arange(layout.lens_cols) + np.array(shift)[:, np.newaxis]
+    light = picture[..., 0].astype(np.float64)
+    return float((light * x).sum() / light.sum())

@@ -52,8 +52,7 @@ def as_square(view: NDArray[Light], layout: CellLayout) -> NDArray[Light]:
     LayoutError
         If there are not as many pixels as lenses.
     """
-    if view.ndim != 3 or view.shape[:2] != (layout.lens_rows, layout.lens_cols):
-        raise LayoutError(f"expected a view of {layout}, got an array of shape {view.shape}")
+    _check_view(view, layout)
     if layout.lattice == "square":
         return view
     aligned = working(view)
@@ -90,8 +89,7 @@ def nearest_as_square(view: NDArray[Number], layout: CellLayout) -> NDArray[Numb
     LayoutError
         If there are not as many pixels as lenses.
     """
-    if view.ndim != 3 or view.shape[:2] != (layout.lens_rows, layout.lens_cols):
-        raise LayoutError(f"expected a view of {layout}, got an array of shape {view.shape}")
+    _check_view(view, layout)
     if layout.lattice == "square":
         return view
     rows, cols = square_size(layout)
@@ -103,3 +101,8 @@ def nearest_as_square(view: NDArray[Number], layout: CellLayout) -> NDArray[Numb
     lens_col = np.clip(np.rint(at_col), 0, cols - 1).astype(np.intp)
     nearest: NDArray[Number] = view[lens_row[:, np.newaxis], lens_col]
     return nearest
+
+
+def _check_view(view: NDArray[Any], layout: CellLayout) -> None:
+    if view.ndim != 3 or view.shape[:2] != (layout.lens_rows, layout.lens_cols):
+        raise LayoutError(f"expected a view of {layout}, got an array of shape {view.shape}")

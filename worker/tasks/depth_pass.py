@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import RenderFailed
+from worker.errors import SceneError
 from worker.images.read import read_codes
 from worker.integral.depth_map import DepthMap
 from worker.job.sheet import JobSheet
@@ -51,7 +51,7 @@ def depth_of_tile(
 
     Raises
     ------
-    RenderFailed
+    SceneError
         If the rays start inside objects that are not hollow, wherever the first one does.
     WorkerError
         Whatever the scene fails with.
@@ -73,7 +73,7 @@ def depth_of_tile(
 
     near_mm = _scale_mm(there.stage, stood)
     first = DepthPass(outside=(0, 0, 0), cols=tile.cols, near_mm=near_mm)
-    light = _found_light(codes, first, there.stage, foggy=_has_fog(place.bundle_folder(sheet.bundle)))
+    light = found_light(codes, first, there.stage, foggy=_has_fog(place.bundle_folder(sheet.bundle)))
     return _depth_map(light.distance_mm(near_mm=near_mm), stood, tile, shared), spent_s
 
 
@@ -96,7 +96,7 @@ def _scale_mm(stage: Stage, stood: Bench) -> float:
     return max(stage.near_mm + front_mm(stood), deepest_mm / 10, 1.0)
 
 
-def _found_light(
+def found_light(
     codes: Callable[[DepthPass], NDArray[np.uint16]], first: DepthPass, stage: Stage, *, foggy: bool
 ) -> FogLight:
     """Try places for the first ray until there is fog along all of them."""
@@ -109,7 +109,7 @@ def _found_light(
             light = fog_light(codes(depth))
         if light.is_whole:
             return light
-    raise RenderFailed(
+    raise SceneError(
         "expected a place outside of all objects that are not hollow, to measure depths from, got none: make the"
         " objects that the rig stands in hollow"
     )

@@ -13,8 +13,8 @@ from OpenImageIO import ImageOutput, ImageSpec
 
 from tests.unit.images.pictures import HALVES, noise
 from worker.errors import ArtifactBroken, ArtifactMissing, OutputError, StoreFull, StoreUnavailable
-from worker.images.read import read_attributes, read_region, read_rgb
-from worker.images.write import write_exr
+from worker.images.read import read_attributes, read_channels, read_region, read_rgb
+from worker.images.write import write_channels, write_exr
 
 
 @dataclass(frozen=True)
@@ -157,3 +157,15 @@ def test_a_full_disk_is_said_and_nothing_is_left(tmp_path: Path) -> None:
 def test_a_folder_that_is_not_there_is_said(tmp_path: Path) -> None:
     with pytest.raises(StoreUnavailable, match="No such file or directory"):
         write_exr(tmp_path / "none" / "a.exr", noise(4, 4), attributes={})
+
+
+def test_numbers_come_back_by_their_names_in_any_order(tmp_path: Path) -> None:
+    values = np.random.default_rng(1).normal(size=(9, 7, 3)).astype(np.float32)
+    values[2, 3, 1] = np.nan
+    bands = (values[:4], values[4:])
+    write_channels(tmp_path / "n.exr", bands, ("z_mm", "s_mm", "a"), size=(9, 7), attributes={"job": "j"})
+    np.testing.assert_array_equal(read_channels(tmp_path / "n.exr", ("a", "z_mm")), values[..., [2, 0]])
+    np.testing.assert_array_equal(read_channels(tmp_path / "n.exr", ("s_mm",)), values[..., 1:2])
+    assert read_attributes(tmp_path / "n.exr") == {"job": "j"}
+    with pytest.raises(ArtifactBroken, match=r"expected channels \('depth',\), got"):
+        read_channels(tmp_path / "n.exr", ("depth",))
