@@ -104,7 +104,7 @@ class OrthoscopicSheet:
         """Return the pixel rows of some lens rows, zero where none of their lenses is."""
         rows = self.layout.lens_rows
         first_captured, stop_captured = (rows - stop, rows - first) if self.inverted else (first, stop)
-        wide_first, wide_stop = _at_least_two(self.captured.layout, first_captured, stop_captured)
+        wide_first, wide_stop = at_least_two(self.captured.layout, first_captured, stop_captured)
         turned = orthoscopic(
             self.captured.part(wide_first, wide_stop),
             part_layout(self.captured.layout, wide_first, wide_stop),
@@ -202,7 +202,7 @@ def _bits(pixels: NDArray[Any]) -> NDArray[Any]:
     return pixels.view(f"u{pixels.dtype.itemsize}")
 
 
-def _at_least_two(layout: CellLayout, first: int, stop: int) -> tuple[int, int]:
+def at_least_two(layout: CellLayout, first: int, stop: int) -> tuple[int, int]:
     """Return a band of a hexagonal array that is wide enough to stand alone."""
     if layout.lattice == "square" or stop - first > 1 or layout.lens_rows == 1:
         return first, stop

@@ -90,7 +90,7 @@ def nearest_lenses(layout: CellLayout, down: NDArray[np.float64], right: NDArray
     """Return the nearest lens of the lattice, which goes on beyond the array; arguments as in `hexagons_at`."""
     above = _row_above(layout, down)
     upper, lower = (_nearest_in_row(layout, above + step, down, right) for step in (0, 1))
-    take_lower = np.hypot(lower.right, lower.down) < np.hypot(upper.right, upper.down)
+    take_lower = np.hypot(lower.right, lower.down) < np.hypot(upper.right, upper.down) - ON_THE_BORDER
     return Nearest(
         np.where(take_lower, lower.lens_row, upper.lens_row),
         np.where(take_lower, lower.lens_col, upper.lens_col),
