@@ -1,4 +1,4 @@
-"""Linear light to sRGB codes."""
+"""Linear light to sRGB codes, and back."""
 
 from __future__ import annotations
 
@@ -49,6 +49,34 @@ def srgb_codes(linear: NDArray[np.floating[Any]], *, bits: int = 8) -> NDArray[A
         found: NDArray[Any] = _codes_of_halves(bits)[linear.view(np.uint16)]
         return found
     return _converted(linear, bits)
+
+
+def linear_light(codes: NDArray[Any]) -> NDArray[np.float16]:
+    """Return the linear light of sRGB codes, in half floats; the inverse of `srgb_codes` of 8 bits.
+
+    Parameters
+    ----------
+    codes
+        `(rows, cols, channel)`, uint8 or uint16. Half floats tell neighbouring codes of 16 bits apart in shadows only.
+
+    Examples
+    --------
+    >>> linear_light(np.array([[[0, 188, 255]]], dtype=np.uint8)).round(3)
+    array([[[0.   , 0.503, 1.   ]]], dtype=float16)
+    """
+    if codes.dtype not in (np.uint8, np.uint16):
+        raise OutputError(f"expected codes of 8 or 16 bits, got {codes.dtype}")
+    found: NDArray[np.float16] = _light_of_codes(8 * codes.dtype.itemsize)[codes]
+    return found
+
+
+@lru_cache
+def _light_of_codes(bits: int) -> NDArray[np.float16]:
+    """Return the light of every code (IEC 61966-2-1, section 5.3)."""
+    encoded = np.arange(2**bits) / (2**bits - 1)
+    light = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+    halves: NDArray[np.float16] = light.astype(np.float16)
+    return halves
 
 
 @lru_cache

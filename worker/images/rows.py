@@ -125,6 +125,12 @@ def open_rows(
         yield PictureRows(spec.height, spec.width, numbers, path, source, scratch, places, kept)
 
 
+def all_rows(picture: PictureRows) -> Iterator[NDArray[Any]]:
+    """Yield the rows of a picture, top down, in bands."""
+    for start, stop in bands_of_rows(picture.rows, picture.cols * 3 * picture.dtype.itemsize):
+        yield picture.read(start, stop)
+
+
 def bands_of_rows(rows: int, row_bytes: int) -> Iterator[tuple[int, int]]:
     """Yield [start, stop) of bands of rows of about `BAND_BYTES`, top down.
 
@@ -143,7 +149,7 @@ def write_rows(
     size: tuple[int, int],
     to: RowFormat,
     store_as: str,
-    attributes: Mapping[str, str | int],
+    attributes: Mapping[str, str | int | float],
     channels: Sequence[str] = ("R", "G", "B"),
 ) -> None:
     """Write a picture from bands of its rows, top down. The same pixels give the same bytes, however they are cut.

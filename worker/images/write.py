@@ -121,10 +121,34 @@ def encoded_png(
     _check_rgb(linear)
     if bits not in (8, 16):
         raise OutputError(f"expected a PNG of 8 or 16 bits, got {bits}")
-    settings: dict[str, str | int | float] = {"oiio:ColorSpace": SRGB, "png:compressionLevel": _PNG_LEVEL}
-    if density is not None:
-        settings |= density.png_attributes()
+    settings = _png_settings(density)
     return encoded(srgb_codes(linear, bits=bits), to="png", store_as=f"uint{bits}", attributes=settings)
+
+
+def write_code_rows(
+    path: Path, bands: Iterable[NDArray[Any]], *, size: tuple[int, int], bits: int = 8, density: Density | None = None
+) -> None:
+    """Write sRGB codes from bands of their rows, top down, as a PNG or a TIFF: that is said by the suffix.
+
+    Parameters
+    ----------
+    path
+        A .png, .tif or .tiff.
+    bands
+        `(rows, cols, 3)` each, of 8 or 16 bits.
+    size
+        (rows, cols) of the whole.
+
+    Raises
+    ------
+    OutputError, StoreFull, StoreUnavailable
+        If it cannot be written, and then no part of it is left.
+    """
+    if path.suffix.lower() == ".png":
+        write_rows(path, bands, size=size, to="png", store_as=f"uint{bits}", attributes=_png_settings(density))
+        return
+    with new_file(path) as file:
+        write_tiff_bands(file, bands, rows=size[0], cols=size[1], bits=bits, density=density)
 
 
 def write_tiff(path: Path, linear: NDArray[np.floating[Any]], *, bits: int = 8, density: Density | None = None) -> None:
@@ -164,6 +188,11 @@ def encoded_webp(linear: NDArray[np.floating[Any]]) -> AbstractContextManager[Bi
     _check_rgb(linear)
     settings = {"compression": f"webp:{_WEBP_QUALITY}"}
     return encoded(srgb_codes(linear), to="webp", store_as="uint8", attributes=settings)
+
+
+def _png_settings(density: Density | None) -> dict[str, str | int | float]:
+    said = density.png_attributes() if density else {}
+    return {"oiio:ColorSpace": SRGB, "png:compressionLevel": _PNG_LEVEL, **said}
 
 
 def _settings(attributes: Mapping[str, str]) -> dict[str, str]:

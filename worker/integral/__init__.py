@@ -6,6 +6,8 @@ cells             the sheet into cells and back
 supersample       a rendering with k x k times the pixels becomes the sheet, averaged inside the cells
 assemble          tiles become the whole sheet, every lens covered once
 orthoscopic       the pseudoscopic capture becomes the orthoscopic integral image
+pinholes          arrays of pinholes before pixels: where they stand, which one is nearest
+spoc              the same for a display of another pitch, count, gap, lattice and place
 views             one pixel per lens: views, the grid of all of them and back, their order in a movie
 bands             sheets larger than memory, in bands of lens rows
 between_views     a row of views in another number

@@ -9,6 +9,7 @@ codecs     what may be chosen about a codec
 depth      how deep what a view shows lies
 pictures   still pictures of every frame
 prints     pages for a printer
+spoc       sheets for another display
 datasets   folders and arrays for research on coding and depth
 view_block views about the middle one, of all that a lens has
 choice     all kinds as one field of a job, and their short spelling: `views.mp4`

@@ -19,6 +19,7 @@ from worker.job.outputs.observer import ObserverPictures, ObserverVideo
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
 from worker.job.outputs.prints import Print
+from worker.job.outputs.spoc import Spoc
 from worker.job.outputs.stereo import AnaglyphVideo, StereoVideo
 from worker.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
 from worker.job.rig import Rig
@@ -41,6 +42,7 @@ _Kind = Annotated[
     | Annotated[ContactSheet, Tag("(contact_sheet)")]
     | Annotated[Sheets, Tag("(sheets)")]
     | Annotated[DepthPictures, Tag("(depth)")]
+    | Annotated[Spoc, Tag("(spoc)")]
     | Annotated[HciFolder, Tag("(hci)")]
     | Annotated[SubapertureViews, Tag("(subaperture_ppm)")]
     | Annotated[LensletVideo, Tag("(mpeg_lenslet)")]
@@ -68,6 +70,7 @@ KINDS: Mapping[str, type[OutputOptions]] = {
         ContactSheet,
         Sheets,
         DepthPictures,
+        Spoc,
         HciFolder,
         SubapertureViews,
         LensletVideo,

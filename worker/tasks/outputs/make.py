@@ -12,6 +12,7 @@ from worker.job.outputs.observer import ObserverPictures, ObserverVideo
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
 from worker.job.outputs.prints import Print
+from worker.job.outputs.spoc import Spoc
 from worker.job.outputs.stereo import AnaglyphVideo, StereoVideo
 from worker.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
 from worker.plan import names
@@ -33,6 +34,7 @@ from worker.tasks.outputs.observer import about_observer, make_observer, make_ob
 from worker.tasks.outputs.pictures import about_quilt, make_epi, make_quilt, make_sheets, make_view_grid
 from worker.tasks.outputs.prints import about_print, make_print
 from worker.tasks.outputs.sidecar import sidecar
+from worker.tasks.outputs.spoc import about_spoc, make_spoc
 from worker.tasks.outputs.stereo import make_anaglyph, make_stereo
 from worker.tasks.outputs.videos import make_centre, make_integral, make_orthoscopic, make_views
 
@@ -53,6 +55,7 @@ MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
     ContactSheet: make_contact_sheet,
     Sheets: make_sheets,
     DepthPictures: make_depth,
+    Spoc: make_spoc,
     HciFolder: make_hci,
     SubapertureViews: make_subaperture_ppm,
     LensletVideo: make_mpeg_lenslet,
@@ -71,6 +74,7 @@ ABOUT: Mapping[type[OutputOptions], Callable[[Footage, Any], Mapping[str, Any]]]
     NpzArrays: about_npz,
     Quilt: about_quilt,
     Print: about_print,
+    Spoc: about_spoc,
 }
 """What a sidecar says of a kind's own files, where there is anything to say."""
 

@@ -16,7 +16,6 @@ from worker.images.resize import resize
 from worker.images.write import write_png, write_tiff
 from worker.integral.between_views import spread, spread_views, views_in_row
 from worker.integral.epi import epi_of_col, epi_of_row
-from worker.integral.hexagon import ROW_PITCH
 from worker.integral.layout import CellLayout
 from worker.integral.mosaic import cut_to_aspect, mosaic
 from worker.integral.square_pixels import square_size
@@ -158,6 +157,10 @@ def _density(footage: Footage, frame: int, which: str) -> Density | None:
         return None
     if which == "device" and rig.device is not None:
         return Density.of_pixel(width_mm=rig.device.pixel_mm, height_mm=rig.device.pixel_mm)
-    pitch_mm = rig.lens_array.pitch_mm
-    row_pitch_mm = pitch_mm * (1 if layout.lattice == "square" else ROW_PITCH)
-    return Density.of_pixel(width_mm=pitch_mm / layout.px_per_lens, height_mm=row_pitch_mm / layout.row_px)
+    return sheet_density(layout, pitch_mm=rig.lens_array.pitch_mm)
+
+
+def sheet_density(layout: CellLayout, *, pitch_mm: float) -> Density:
+    """Return the density at which a sheet is as large as its array."""
+    height_mm, width_mm = layout.pixel_mm(pitch_mm)
+    return Density.of_pixel(width_mm=width_mm, height_mm=height_mm)

@@ -9,6 +9,7 @@ from typing import Any
 
 from worker.integral.layout import CellLayout
 from worker.job.outputs.output import OutputOptions
+from worker.job.rig import Rig
 from worker.tasks.outputs.footage import Footage
 
 MADE_WITH = ("lippmann", "numpy", "openimageio", "av")
@@ -46,7 +47,11 @@ def sidecar(
 
 def geometry(footage: Footage, frame: int) -> dict[str, Any]:
     """Return how the pixels of a frame's orthoscopic integral image lie, and by which conventions."""
-    layout, rig = footage.layout, footage.rig(frame)
+    return geometry_of(footage.layout, footage.rig(frame))
+
+
+def geometry_of(layout: CellLayout, rig: Rig) -> dict[str, Any]:
+    """Return how the pixels of an orthoscopic integral image of a rig lie, and by which conventions."""
     array = rig.lens_array
     return {
         "convention": "orthoscopic",

@@ -1,0 +1,84 @@
+"""Maker of integral images for other displays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from worker.images.colour import srgb_codes
+from worker.images.rows import BAND_PX, all_rows, open_rows
+from worker.images.write import write_code_rows, write_exr_rows
+from worker.integral.bands import OrthoscopicSheet, Sheet, SheetOfRows, stitched
+from worker.integral.pinholes import PinholeArray
+from worker.integral.spoc import SpocSheet
+from worker.job.outputs.spoc import Spoc
+from worker.job.rig import Rig
+from worker.plan import names
+from worker.plan.sampling import display_size
+from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.pictures import sheet_density
+from worker.tasks.outputs.sidecar import geometry_of
+
+
+def make_spoc(making: Making, output: Spoc) -> None:
+    """Make the sheet of every frame for a display, as master and as picture."""
+    frames = making.footage.frames
+    for frame in making.told(frames, len(frames)):
+        files = [f"{names.frame_stem(frame)}{suffix}" for suffix in (".exr", ".png")]
+        if all(making.is_there(making.name(file)) for file in files):
+            making.kept.extend(map(making.name, files))
+            continue
+        master = making.scratch / "master.exr"
+        _write_master(master, making.footage, output, frame)
+        making.keep(files[0], partial(Path.hardlink_to, target=master))
+        making.keep(files[1], partial(_write_picture, master=master, output=output, rig=making.footage.rig(frame)))
+        master.unlink()
+
+
+def about_spoc(footage: Footage, output: Spoc) -> Mapping[str, Any]:
+    """Return what the sidecar says of the sheets for a display."""
+    rig = footage.rig(footage.frames[0])
+    shown = output.display(rig)
+    return {
+        "method": "SPOC: Navarro et al., Optics Express 18(25), 25573 (2010)",
+        "integral_image": geometry_of(display_size(shown), shown),
+        "distance_mm": output.distance_mm,
+        "reference_mm": output.reference_of(rig),
+    }
+
+
+def spoc_sheet(pseudoscopic: Sheet, rig: Rig, output: Spoc) -> SpocSheet:
+    """Return the sheet for a display of a capture, whose picture is upright, by a rig."""
+    shown = output.display(rig)
+    array, new = rig.lens_array, shown.lens_array
+    return SpocSheet(
+        pseudoscopic,
+        capture=PinholeArray(pseudoscopic.layout, array.pitch_mm, array.focal_length_mm),
+        display=PinholeArray(display_size(shown), new.pitch_mm, new.focal_length_mm),
+        distance_mm=output.distance_mm,
+        reference_mm=output.reference_of(rig),
+    )
+
+
+def _write_master(path: Path, footage: Footage, output: Spoc, frame: int) -> None:
+    rig = footage.rig(frame)
+    said = {**footage.facts, "frame": str(frame), "rig": output.display(rig).model_dump_json()}
+    with footage.master(names.orthoscopic_name(frame)) as given, open_rows(given, dtype=np.float16) as picture:
+        # The half-turn is its own inverse: this is the capture as it was, but upright.
+        pseudoscopic = OrthoscopicSheet(SheetOfRows(picture, footage.layout), inverted=False)
+        made = spoc_sheet(pseudoscopic, rig, output)
+        size = made.layout.rows, made.layout.cols
+        write_exr_rows(path, stitched(made, BAND_PX), size=size, attributes=said)
+
+
+def _write_picture(path: Path, *, master: Path, output: Spoc, rig: Rig) -> None:
+    shown = output.display(rig)
+    density = sheet_density(display_size(shown), pitch_mm=shown.lens_array.pitch_mm)
+    with open_rows(master, dtype=np.float16) as picture:
+        codes = map(partial(srgb_codes, bits=output.bits), all_rows(picture))
+        write_code_rows(path, codes, size=(picture.rows, picture.cols), bits=output.bits, density=density)
