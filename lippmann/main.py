@@ -33,6 +33,7 @@ from lippmann.commands import (
     keys,
     lens,
     observe,
+    orthoscopic,
     paper,
     scenes,
     views,
@@ -63,6 +64,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
     "Scenes": (capture.capture,),
     "Integral images": (
         foreign.views,
+        orthoscopic.orthoscopic,
         views.view,
         views.refocus,
         observe.observe,

@@ -6,6 +6,7 @@ jobs     submit, jobs, show, watch, fetch, cancel, pause, resume, retry
 scenes   scenes list, show, upload
 keys     keys create, list, revoke, link
 capture  capture
+orthoscopic  orthoscopic
 views    view, refocus
 compare  compare
 shown    jobs, scenes and keys as text

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
 from lippmann.commands.options import AsJson
 from lippmann.talk import Talk
-
-if TYPE_CHECKING:
-    from worker.integral.layout import CellLayout
 
 
 def compare(
@@ -28,22 +25,7 @@ def compare(
     """Compare two orthoscopic integral images: PSNR and SSIM of the sheet and of its views."""
     from lippmann.commands.shown_compare import compared_data, compared_text
     from lippmann.compare_here import compare_here
+    from lippmann.said_lenses import said_lenses
 
-    compared = compare_here(first, second, said=_said(px_per_lens, lens_count))
+    compared = compare_here(first, second, said=said_lenses(px_per_lens, lens_count))
     Talk(as_json).result(compared_data(compared), compared_text(compared))
-
-
-def _said(px_per_lens: int | None, lens_count: tuple[int, int] | None) -> CellLayout | None:
-    from lippmann.errors import BadInput
-    from worker.errors import LayoutError
-    from worker.integral.layout import CellLayout
-
-    if px_per_lens is None and lens_count is None:
-        return None
-    if px_per_lens is None or lens_count is None:
-        got = "--lens-count" if px_per_lens is None else "--px-per-lens"
-        raise BadInput(f"expected both --px-per-lens and --lens-count, or neither, got only {got}")
-    try:
-        return CellLayout(*lens_count, px_per_lens=px_per_lens)
-    except LayoutError as error:
-        raise BadInput(f"--lens-count: {error.message}") from error
