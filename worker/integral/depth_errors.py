@@ -25,7 +25,7 @@ class DepthErrors:
     badpix_percent: dict[float, float]
     """Pixels with a larger error than each of `BAD`."""
     mse_x100: float
-    """Mean square error, times 100."""
+    """Mean square error, times 100, of the pixels that have a value."""
     q25_x100: float
     """The error that the best quarter of the pixels stays below, times 100."""
     pixels: int

@@ -26,6 +26,9 @@ from worker.integral.views import view_numbers
 SMOOTH_PX = 1.2
 """Over how much of a view the tensor is averaged: standard deviation."""
 
+DOWN, ACROSS = 0, 1
+"""Axes of a view, `(row, col)`."""
+
 NEAR_PX = 0.25
 """Apart from a pixel to either side a spline's slope is taken: between whole pixels fine patterns look too flat."""
 
@@ -62,34 +65,37 @@ def structure_tensor(
         If there is no such view, no view lies beside it on either side, or the sheet is not of this layout.
     """
     check_sheet(ortho, layout)
-    there = set(view_numbers(layout))
-    wanted = tone(ortho, layout, number)
-    s_mm = np.zeros(wanted.shape[:2])
-    confidence = np.zeros(wanted.shape[:2])
-    lines = 0
-    for axis in (0, 1):  # of the picture: down, across
-        step = (0, 1) if axis == 0 else (1, 0)
-        steps = [k for k in range(-reach, reach + 1) if (number[0] + k * step[0], number[1] + k * step[1]) in there]
-        if min(steps) == 0 or max(steps) == 0:
-            continue
-        lines += 1
-        views = {k: splines(tone(ortho, layout, (number[0] + k * step[0], number[1] + k * step[1]))) for k in steps}
+    size = tone(ortho, layout, number).shape[:2]
+    s_mm, confidence = np.zeros(size), np.zeros(size)
+    lines = {axis: _line(layout, number, reach, axis=axis) for axis in (DOWN, ACROSS)}
+    if not any(lines.values()):
+        raise LayoutError(f"expected views on both sides of view {number} of {layout}, got none")
+    for axis, line in lines.items():
+        views = {k: splines(tone(ortho, layout, there)) for k, there in line.items()}
         per_mm = shifts(layout, 1.0, focal_mm=focal_mm)[axis]
+        if not views:
+            continue
         for depth_mm in depths_mm:
             slope, coherence = _slope(views, -depth_mm * per_mm, axis=axis)
             better = (coherence > confidence) & (np.abs(slope) <= STEEPEST)
             s_mm[better] = (depth_mm + slope / per_mm)[better]
             confidence[better] = coherence[better]
-    if not lines:
-        raise LayoutError(f"expected views on both sides of view {number} of {layout}, got none")
     return DepthEstimate(s_mm.astype(np.float32), confidence.astype(np.float32))
+
+
+def _line(layout: CellLayout, number: tuple[int, int], reach: int, *, axis: int) -> dict[int, tuple[int, int]]:
+    """Return the views in a line with one, by how far they are off, itself at 0; none if it is the last of its line."""
+    u, v = number
+    line = {k: (u, v + k) if axis == DOWN else (u + k, v) for k in range(-reach, reach + 1)}
+    there = {k: other for k, other in line.items() if other in set(view_numbers(layout))}
+    return there if -1 in there and 1 in there else {}
 
 
 def _slope(views: Mapping[int, Picture], shift: float, *, axis: int) -> tuple[Map, Map]:
     """Return the disparity that remains and its coherence, each `(row, col)`."""
     from scipy.ndimage import gaussian_filter
 
-    way = ("down", "across")[axis]
+    way = {DOWN: "down", ACROSS: "across"}[axis]
     pictures = {k: moved(splined, **{way: shift * k}) for k, splined in views.items()}
     weight = {k: np.exp(-(k**2) / 2.0) for k in pictures}
     total = sum(weight.values())

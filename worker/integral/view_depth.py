@@ -66,7 +66,7 @@ def estimated_depth(
     range_mm: tuple[float, float] | None = None,
     reach: int = REACH,
 ) -> ViewDepth:
-    """Return the depth of a view as the pictures tell it.
+    """Return the depth of a view as the pictures tell it; NaN where they tell nothing, as in one flat colour.
 
     Parameters
     ----------
@@ -91,7 +91,8 @@ def estimated_depth(
         count = max(1, round((nearest_mm - farthest_mm) / (TENSOR_STEP * step_mm)))
         depths = tuple(float(depth) for depth in np.linspace(farthest_mm, nearest_mm, count + 1))
         found = structure_tensor(ortho, layout, number, depths, focal_mm=focal_mm, reach=reach)
-    return _view_depth(found.s_mm, found.confidence, "estimate", layout, focal_mm)
+    told = np.where(found.confidence > 0, found.s_mm, np.nan).astype(np.float32)
+    return _view_depth(told, found.confidence, "estimate", layout, focal_mm)
 
 
 def _view_depth(

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import SceneError
+from worker.errors import SceneError, Stopped
 from worker.images.read import read_codes
 from worker.integral.depth_map import DepthMap
 from worker.job.sheet import JobSheet
@@ -74,7 +74,7 @@ def depth_of_tile(
     near_mm = _scale_mm(there.stage, stood)
     first = DepthPass(outside=(0, 0, 0), cols=tile.cols, near_mm=near_mm)
     light = found_light(codes, first, there.stage, foggy=_has_fog(place.bundle_folder(sheet.bundle)))
-    return _depth_map(light.distance_mm(near_mm=near_mm), stood, tile, shared), spent_s
+    return _depth_map(light.distance_mm(near_mm=near_mm), stood, tile, shared, watch), spent_s
 
 
 def _command(tile: Tile, *, clock: float) -> RenderCommand:
@@ -130,12 +130,14 @@ def _has_fog(bundle: Path) -> bool:
     return any(FOG.search(path.read_bytes()) for path in bundle.rglob("*") if path.suffix.lower() in SDL)
 
 
-def _depth_map(distance_mm: NDArray[np.float64], stood: Bench, tile: Tile, shared: Scaffold) -> DepthMap:
+def _depth_map(distance_mm: NDArray[np.float64], stood: Bench, tile: Tile, shared: Scaffold, watch: Watch) -> DepthMap:
     rows, cols = sheet_px(stood.rig)
     across = slice(tile.col_start, tile.col_stop)
     values = np.empty((tile.rows, tile.cols, 4), dtype=np.float32)
     start = 0
     for rays in ray_bands(stood, rows=rows, cols=cols, region=(slice(tile.row_start, tile.row_stop), across)):
+        if watch.should_stop():
+            raise Stopped
         stop = start + len(rays.position)
         along = distance_mm[start:stop, :, np.newaxis] * rays.direction
         z_mm = (starts_mm(rays, shared) + along)[..., 2]

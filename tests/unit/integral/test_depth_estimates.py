@@ -74,6 +74,8 @@ def test_a_flat_colour_tells_no_depth() -> None:
     for method in ("tensor", "sweep"):
         found = estimated_depth(sheet, layout, centre(layout), focal_mm=FOCAL_MM, method=method)
         assert found.other.max() < 1e-3
+        assert np.isnan(found.s_mm).all()
+        assert np.isnan(found.disparity).all()
 
 
 def test_what_cannot_be_estimated_is_refused() -> None:
