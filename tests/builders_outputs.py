@@ -48,6 +48,10 @@ class GivenJob:
         """Make an output as an attempt on the farm does."""
         encode_output(self.place, order_of(TaskKind.ENCODE, frame=None, output=file_name), watch or Unwatched())
 
+    def remove(self, file_name: str) -> None:
+        """Remove a video, so that it is made again."""
+        self.place.store.delete(names.job_artifact(JOB_ID, f"video/{file_name}"))
+
     def file(self, name: str) -> AbstractContextManager[Path]:
         """Lend a file of the job by its name."""
         return self.place.store.local_path(names.job_artifact(JOB_ID, name))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
@@ -17,14 +18,15 @@ from lippmann.parts import make_parts
 from service.parts import Parts
 from tests.builders_service import DictStore, beat, claimed, done, event
 from worker.images.colour import srgb_codes
-from worker.images.write import write_exr, write_thumbnail
+from worker.images.write import write_exr, write_png, write_thumbnail
 from worker.job.events import Event, EventKind, Failure
 from worker.job.orders import Order, TaskKind
 from worker.plan import names
 from worker.video.encode import encode
-from worker.video.kinds import FFV1, H264
+from worker.video.kinds import FFV1, H264, kind
 
 LENSES, PX = 12, 8
+KINDS = {".mp4": H264, ".webm": kind("vp9"), ".mkv": FFV1}
 RIG = {"lens_array": {"count": [LENSES, LENSES]}, "px_per_lens": PX}
 SPEC: dict[str, Any] = {"scene": "fish", "title": "A pond", "frames": "1-6", "rig": RIG, "render": {"tiles": [1, 1]}}
 """Probe, then a render and an assembly for each of 6 frames, then 3 videos."""
@@ -95,9 +97,21 @@ class Studio:
                 self._assemble(order.job_id, order.frame, scratch)
             elif order.kind is TaskKind.ENCODE:
                 assert order.output is not None
+                if order.output == "view_grid.png":
+                    self._export(order.job_id, Path(folder))
+                    return
                 frames = (srgb_codes(self._picture(frame, 240)) for frame in range(1, 7))
-                encode(scratch, frames, kind=FFV1 if order.output.endswith("mkv") else H264, fps=8)
+                encode(scratch, frames, kind=KINDS[Path(order.output).suffix], fps=8)
                 self._put(order.job_id, f"video/{order.output}", scratch)
+
+    def _export(self, job_id: str, folder: Path) -> None:
+        """Hand in an output of a file a frame, and what is told beside it."""
+        files = [f"exports/view_grid/{names.frame_stem(frame)}.png" for frame in range(1, 7)]
+        for frame, name in enumerate(files, 1):
+            write_png(folder / "grid.png", self._picture(frame, LENSES))
+            self._put(job_id, name, folder / "grid.png")
+        told = json.dumps({"files": files}).encode()
+        self._store.put_bytes(names.job_artifact(job_id, "exports/view_grid.png.json"), told)
 
     def _assemble(self, job_id: str, frame: int, scratch: Path) -> None:
         picture = self._picture(frame, LENSES * PX)

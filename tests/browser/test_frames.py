@@ -75,6 +75,24 @@ def test_finished_videos_play_and_all_can_be_taken_home(page: Page, done_job: st
     assert taken.value.path().read_bytes()[:4] == b"\x1aE\xdf\xa3"
 
 
+def test_videos_of_every_kind_play_and_files_of_other_outputs_can_be_taken_home(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    job_id = farm.submit(outputs=["stereo.mp4", "anaglyph.webm", "view_grid.png"])
+    until(lambda: farm.service.status(job_id) == "done", within_s=30)
+    log_in()
+    for title in ("For two eyes, side by side", "For red-cyan glasses: anaglyph.webm"):
+        video = page.get_by_label(title)
+        video.evaluate("video => video.play()")
+        until(lambda video=video: video.evaluate("video => video.currentTime > 0 && video.videoWidth") == 240)
+    files = page.get_by_role("group", name="view_grid.png").get_by_role("link")
+    expect(files).to_have_count(7)
+    expect(files.first).to_have_text("view_grid.png")
+    with page.expect_download() as taken:
+        page.get_by_role("link", name="0003.png").click()
+    assert taken.value.path().read_bytes()[:4] == b"\x89PNG"
+
+
 def test_a_long_sequence_is_shown_a_page_at_a_time(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
     farm.studio.hold()
     farm.submit(frames="1-300")

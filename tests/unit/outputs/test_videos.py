@@ -175,9 +175,11 @@ def test_a_sweep_begins_where_it_ends_and_keeps_the_speed_of_the_scene(tmp_path:
     assert film(job, "held.mkv")[:, 5, 5, 0].tolist() == [225] * 12
 
 
-def test_a_sidecar_says_where_the_focus_goes(tmp_path: Path) -> None:
-    output = {"kind": "focus", "codec": "ffv1", "from_mm": -5, "fps": 2, "seconds": 1}
-    job = given_job(tmp_path, outputs=[output], **SMALL)
+def test_sidecars_say_where_eyes_and_focus_are(tmp_path: Path) -> None:
+    focus = {"kind": "focus", "codec": "ffv1", "from_mm": -5, "fps": 2, "seconds": 1}
+    job = given_job(tmp_path, outputs=[focus, "stereo.mkv"], **SMALL)
+    job.make("stereo.mkv")
+    assert job.sidecar("stereo.mkv")["format"] == {"eyes_mm": [[-31.5, 0, 1000], [31.5, 0, 1000]]}
     job.make("focus.mkv")
     assert {"from_mm": -5, "to_mm": pytest.approx(43.3)}.items() <= job.sidecar("focus.mkv")["format"].items()
 

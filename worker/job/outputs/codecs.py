@@ -28,8 +28,9 @@ class Choices:
 CHOICES: Mapping[Codec, Choices] = {
     "h264": Choices(("mp4", "mkv"), crf=17, worst_crf=51),
     "h265": Choices(("mp4", "mkv"), crf=20, worst_crf=51),
-    "av1": Choices(("mp4", "webm", "mkv"), bits=(8, 10), chroma=("4:2:0",), crf=20, worst_crf=63),
-    "vp9": Choices(("webm", "mkv"), crf=20, worst_crf=63),
+    "av1": Choices(("mp4", "webm", "mkv"), bits=(8, 10), chroma=("4:2:0",), crf=28, worst_crf=63),
+    "vp9": Choices(("webm", "mkv"), crf=30, worst_crf=63),
     "ffv1": Choices(("mkv",), bits=(8, 10, 16), chroma=()),
 }
-"""Every codec of a video."""
+"""Every codec of a video. The rate factors come to the same quality: 38 dB on views of the fish, enlarged (PSNR of red,
+green and blue, 4:2:0 against what was encoded, measured)."""

@@ -35,7 +35,7 @@ from worker.tasks.outputs.pictures import about_quilt, make_epi, make_quilt, mak
 from worker.tasks.outputs.prints import about_print, make_print
 from worker.tasks.outputs.sidecar import sidecar
 from worker.tasks.outputs.spoc import about_spoc, make_spoc
-from worker.tasks.outputs.stereo import make_anaglyph, make_stereo
+from worker.tasks.outputs.stereo import about_pair, make_anaglyph, make_stereo
 from worker.tasks.outputs.videos import make_centre, make_integral, make_orthoscopic, make_views
 
 MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
@@ -65,6 +65,8 @@ MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
 
 ABOUT: Mapping[type[OutputOptions], Callable[[Footage, Any], Mapping[str, Any]]] = {
     FocusVideo: about_focus,
+    StereoVideo: about_pair,
+    AnaglyphVideo: about_pair,
     ObserverVideo: about_observer,
     ObserverPictures: about_observer,
     DepthPictures: about_depth,

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,14 @@ def make_stereo(making: Making, output: StereoVideo) -> None:
 def make_anaglyph(making: Making, output: AnaglyphVideo) -> None:
     """Make what two eyes see, in one picture for red-cyan glasses."""
     _encode(making, output, (together(left, right, "anaglyph") for left, right in _pairs(making.footage, output)))
+
+
+def about_pair(footage: Footage, output: PairOptions) -> Mapping[str, Any]:
+    """Return what a sidecar says of the two eyes, the left one first."""
+    if output.views is not None:
+        return {"views": [list(place) for place in output.views]}
+    eyes = _eyes(footage, output, footage.frames[0])
+    return {"eyes_mm": [[eye.x_mm, eye.y_mm, eye.distance_mm] for eye in eyes]}
 
 
 def _encode(making: Making, output: PairOptions, pictures: Iterator[Picture], *, half_width: bool = False) -> None:
