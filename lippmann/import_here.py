@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -122,6 +124,25 @@ def find_lenses(path: Path, picture: NDArray[np.float32], wanted: Wanted) -> Len
         return Lenses(geometry, kept, foreign_rig(geometry, kept), by, agreement, notes)
     except LayoutError as error:
         raise BadInput(f"{path}: {error.message}") from error
+
+
+def write_bundle(files: Sequence[Path], lenses: Lenses, folder: Path, *, title: str) -> None:
+    """Write pictures and what is known of them as a bundle, for a job that renders nothing.
+
+    Raises
+    ------
+    BadInput
+        If the folder cannot be written.
+    """
+    check_writable(folder)
+    frames = folder / "frames"
+    frames.mkdir(exist_ok=True)
+    for place, path in enumerate(files):
+        shutil.copyfile(path, frames / f"{place + 1:04d}{path.suffix.lower()}")
+    # JSON's numbers, words, lists and switches are TOML's.
+    lines = (f"{name} = {json.dumps(value)}" for name, value in geometry_data(lenses).items())
+    text = (f"title = {json.dumps(title)}", "", "[sheets]", 'files = "frames/*"', *lines, "")
+    (folder / "scene.toml").write_text("\n".join(text))
 
 
 def geometry_data(lenses: Lenses) -> dict[str, Any]:

@@ -43,13 +43,16 @@ def views(
     ] = None,
     pitch_mm: Annotated[float | None, typer.Option(help="Pitch of the lenses.")] = None,
     focal_length_mm: Annotated[float | None, typer.Option(help="Focal length of the lenses, the gap.")] = None,
+    bundle: Annotated[
+        Path | None, typer.Option(help="Also write them here as a bundle for a job: lippmann scenes upload.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Take integral images from elsewhere into the chain: whole cells, turned as they must be, and all their views.
 
     `lippmann view`, without s, takes one view of what this leaves.
     """
-    from lippmann.import_here import Wanted, geometry_data, import_here
+    from lippmann.import_here import Wanted, geometry_data, import_here, write_bundle
 
     said: dict[str, Any] = {
         "pitch_px": pitch_px,
@@ -67,6 +70,8 @@ def views(
     }
     wanted = Wanted({name: value for name, value in said.items() if value is not None}, white=find_from, find=find)
     imported = import_here(files, wanted, out=out)
+    if bundle is not None:
+        write_bundle(files, imported.lenses, bundle, title=files[0].stem)
     talk = Talk(as_json)
     for note in imported.lenses.notes:
         talk.note(f"note: {note}")

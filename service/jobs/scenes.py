@@ -119,6 +119,7 @@ def _show(row: Scene) -> schema.Scene:
         parameters=card.parameters,
         stage=card.stage,
         clock=card.clock,
+        sheets=card.sheets,
         digest=row.digest,
         builtin=row.builtin,
         poster=f"{API}/scenes/{row.name}/poster.png" if row.poster is not None else None,

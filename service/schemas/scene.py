@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from service.schemas.answer import Answer
+from worker.job.foreign_sheets import ForeignSheets
 from worker.job.scene import Parameter
 from worker.job.spec import Clock
 from worker.job.stage import Stage
@@ -18,6 +19,8 @@ class Scene(Answer):
     parameters: dict[str, Parameter]
     stage: Stage
     clock: Clock
+    sheets: ForeignSheets | None
+    """In place of a scene, integral images that are there already: a job of them renders nothing."""
     digest: str
     """SHA-256 of the bundle."""
     builtin: bool

@@ -42,6 +42,8 @@ class ProbeResult(BaseModel):
     """CPU seconds of one rendered pixel."""
     tileable: bool
     """Whether tiles equal the whole (radiosity differs a tile)."""
+    renders: bool = True
+    """Whether there is anything to render."""
 
 
 class Event(BaseModel):

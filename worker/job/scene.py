@@ -12,6 +12,7 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from worker.errors import BundleError, FieldProblem, SpecError
+from worker.job.foreign_sheets import ForeignSheets
 from worker.job.problems import problems_of
 from worker.job.spec import Clock, ParameterValue
 from worker.job.stage import Stage
@@ -77,6 +78,10 @@ class Parameter(_Part):
         return None
 
 
+_NO_STAGE = {"location": (0, 0, -1), "look_at": (0, 0, 0), "near_mm": 1, "far_mm": 1}
+"""Of a bundle of which nothing is rendered: a place like any other, and of no meaning."""
+
+
 class SceneCard(_Part):
     """What `scene.toml` says."""
 
@@ -89,6 +94,16 @@ class SceneCard(_Part):
     stage: Stage
     clock: Clock = Clock()
     parameters: dict[str, Parameter] = Field(default_factory=dict)
+    sheets: ForeignSheets | None = None
+    """In place of a scene: integral images that are there already."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _either_scene_or_sheets(cls, data: Any) -> Any:
+        if not isinstance(data, Mapping) or data.get("sheets") is None:
+            return data
+        # A card that was stored has these filled in.
+        return {"stage": _NO_STAGE, "title": "Integral images from elsewhere", **data}
 
     @field_validator("file")
     @classmethod

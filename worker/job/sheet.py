@@ -11,6 +11,7 @@ from typing import Self
 from pydantic import BaseModel, ConfigDict
 
 from worker.errors import FieldProblem, SpecError
+from worker.job.foreign_sheets import ForeignSheets
 from worker.job.scene import SCENE_FILE, SceneCard
 from worker.job.spec import Clock, JobSpec, ParameterValue
 from worker.job.stage import Stage, changed_stage
@@ -34,6 +35,8 @@ class JobSheet(_Part):
     clock: Clock
     parameters: dict[str, ParameterValue]
     """Every parameter of the scene, defaults filled in."""
+    sheets: ForeignSheets | None = None
+    """Of a bundle of integral images: then nothing is rendered, and `spec` has the rig that they are of."""
 
     @classmethod
     def of(cls, job_id: str, spec: JobSpec, card: SceneCard, *, bundle: str) -> Self:
@@ -44,6 +47,8 @@ class JobSheet(_Part):
         SpecError
             If the scene does not have a parameter, or it or the stage is out of bounds, at any keyframe.
         """
+        if card.sheets is not None:
+            spec = card.sheets.job_of(spec)
         _check_moving_parameters(spec, card)
         for frame in spec.tried_frames():
             try:
@@ -60,6 +65,7 @@ class JobSheet(_Part):
             file=card.file,
             clock=spec.clock or card.clock,
             parameters=card.resolve(spec.parameters),
+            sheets=card.sheets,
         )
 
     def at(self, frame: int) -> JobSheet:
@@ -101,3 +107,5 @@ class PlanSheet(_Part):
     tile_cols: int
     probe_start_s: float
     probe_s_per_px: float
+    renders: bool = True
+    """Whether there is anything to render: not of integral images that are there already."""

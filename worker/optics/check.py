@@ -26,6 +26,9 @@ def check_job(sheet: JobSheet) -> tuple[str, ...]:
     OpticsError
         As `check_rig`; the message names the frame.
     """
+    if sheet.sheets is not None:
+        _check_window(bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm))
+        return ("Integral images from elsewhere: nothing is rendered.",)
     notes: dict[str, str] = {}
     for frame in sheet.spec.tried_frames():
         there = sheet.at(frame)

@@ -8,11 +8,9 @@ from worker.errors import LayoutError
 from worker.integral.finding.whole_lenses import are_whole, in_middle, lens_place, lenses_from_first, lenses_in_middle
 from worker.integral.lens_grid import LensGrid
 from worker.integral.orthoscopic import orthoscopic_layout
+from worker.job.foreign_sheets import FOCAL_IN_PITCHES
 from worker.job.rig import LensArray, Rig
 from worker.job.sheet_geometry import SheetGeometry
-
-FOCAL_IN_PITCHES = 3.3
-"""Of an array that nothing is said of: the paper's."""
 
 
 def lens_grid(geometry: SheetGeometry, size: tuple[int, ...]) -> LensGrid:

@@ -1,7 +1,8 @@
 """A job and its cost become tasks: pure, whole and fast.
 
 Dependencies are stages: a task belongs to one stage and may need one. It is ready when every task of the stage it
-needs is done: `assemble` of a frame needs `render/<frame>`, every `encode` needs `assemble`.
+needs is done: `assemble` of a frame needs `render/<frame>`, every `encode` needs `assemble`. Where nothing is rendered,
+because the sheets are there already, `assemble` needs nothing.
 """
 
 from __future__ import annotations
@@ -48,22 +49,30 @@ def probe_task() -> PlannedTask:
 def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int) -> PlanSheet:
     """Return how the job is cut, given what its probe measured and how many slots the farm has."""
     rows, cols = tile_grid(spec, probe, slots=slots)
-    return PlanSheet(tile_rows=rows, tile_cols=cols, probe_start_s=probe.start_s, probe_s_per_px=probe.s_per_px)
+    return PlanSheet(
+        tile_rows=rows,
+        tile_cols=cols,
+        probe_start_s=probe.start_s,
+        probe_s_per_px=probe.s_per_px,
+        renders=probe.renders,
+    )
 
 
 def plan_tasks(spec: JobSpec, plan: PlanSheet) -> Iterator[PlannedTask]:
     """Yield every task after the probe, in order."""
     size = frame_size(spec.rig)
-    tiles = cut_tiles(size, tile_rows=plan.tile_rows, tile_cols=plan.tile_cols)
+    tiles = cut_tiles(size, tile_rows=plan.tile_rows, tile_cols=plan.tile_cols) if plan.renders else ()
     sequence = 1
     for frame in spec.frame_numbers:
-        stage = f"render/{names.frame_stem(frame)}"
+        stage = f"render/{names.frame_stem(frame)}" if plan.renders else None
         for tile in tiles:
             artifact = names.tile_name(frame, tile.index)
+            assert stage is not None  # noqa: S101 - there are tiles
             yield PlannedTask(TaskKind.RENDER, stage, None, sequence, tile.px, artifact, frame=frame, tile=tile.index)
             sequence += 1
+        weight = size.px // 20 if plan.renders else size.px
         yield PlannedTask(
-            TaskKind.ASSEMBLE, ASSEMBLE_STAGE, stage, sequence, size.px // 20, names.thumb_name(frame), frame=frame
+            TaskKind.ASSEMBLE, ASSEMBLE_STAGE, stage, sequence, weight, names.thumb_name(frame), frame=frame
         )
         sequence += 1
     for output in spec.outputs:

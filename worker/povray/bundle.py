@@ -109,6 +109,8 @@ def _card(archive: zipfile.ZipFile, names: list[str]) -> SceneCard:
         card = parse_scene(read_manifest(_read(archive, MANIFEST, at_most=MAX_MANIFEST_BYTES)))
     except ManifestError as error:
         raise BundleError(str(error)) from error
+    if card.sheets is not None:
+        return card.model_copy(update={"sheets": card.sheets.among(names)})
     if card.file not in names:
         raise BundleError(
             f"{MANIFEST}: file: expected one that is in the bundle, got {card.file!r}; there are {_some(names)}"

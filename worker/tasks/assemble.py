@@ -29,6 +29,7 @@ from worker.job.sheet import JobSheet
 from worker.plan import names
 from worker.plan.sampling import Tile, cut_tiles, frame_size
 from worker.tasks.attempt import Work
+from worker.tasks.foreign import foreign_sheet
 from worker.tasks.masters import Masters
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
@@ -51,8 +52,7 @@ def assemble_frame(place: Workplace, order: Order, watch: Watch) -> Work:
         masters = Masters(place, sheet, frame, folder, watch, count=count, opened=opened)
         layout, inverted = frame_size(rig), rig.imaging_lens is not None
         size = layout.rows, layout.cols
-        tiles = _tiles(place, sheet, layout, partial(names.tile_name, frame))
-        captured = SheetOfRows(masters.keep(names.integral_name(frame), assembled(layout, tiles), size), layout)
+        captured = SheetOfRows(masters.keep(names.integral_name(frame), _captured(masters, layout), size), layout)
         turned = OrthoscopicSheet(captured, inverted=inverted)
         kept = masters.keep(names.orthoscopic_name(frame), stitched(turned, BAND_PX), size)
         upright = SheetOfRows(kept, turned.layout)
@@ -65,6 +65,15 @@ def assemble_frame(place: Workplace, order: Order, watch: Watch) -> Work:
         write_thumbnail(folder / "thumb.webp", middle, longest_px=THUMB_PX)
         place.store.put_file(thumb, folder / "thumb.webp")
     return Work()
+
+
+def _captured(masters: Masters, layout: CellLayout) -> Iterator[NDArray[Any]]:
+    """Yield a frame's sheet in bands: of its tiles, or of the picture that it is there as."""
+    place, sheet, frame = masters.place, masters.sheet, masters.frame
+    if sheet.sheets is not None:
+        yield foreign_sheet(place, sheet, frame)
+    else:
+        yield from assembled(layout, _tiles(place, sheet, layout, partial(names.tile_name, frame)))
 
 
 def _keep_depth(masters: Masters, layout: CellLayout, *, inverted: bool) -> None:

@@ -59,7 +59,8 @@ def capture_frame(
         notes = check_job(sheet)
         on_progress("probe", 0.0)
         store_plan(place, _probed_plan(place, sheet))
-        _render(place, sheet, frame, on_progress)
+        if sheet.sheets is None:
+            _render(place, sheet, frame, on_progress)
         on_progress("assemble", 0.0)
         assemble_frame(place, _order(TaskKind.ASSEMBLE, frame), Unwatched())
         kept = [names.integral_name(frame), names.orthoscopic_name(frame), names.views_name(frame)]

@@ -9,6 +9,7 @@ from worker.job.events import ProbeResult
 from worker.job.orders import Order
 from worker.plan.sampling import frame_size
 from worker.tasks.attempt import Work
+from worker.tasks.foreign import probe_foreign
 from worker.tasks.logs import kept_log
 from worker.tasks.picture import render_picture
 from worker.tasks.watch import Watch
@@ -21,6 +22,8 @@ PROBE_PX = 20_000
 def probe_job(place: Workplace, order: Order, watch: Watch) -> Work:
     """Render the first frame of a job with few pixels and measure."""
     sheet = place.job_sheet(order.job_id)
+    if sheet.sheets is not None:
+        return Work(probe=probe_foreign(place, sheet))
     rows, cols = probe_size(frame_size(sheet.spec.rig))
     with place.task_folder() as folder, kept_log(place, order, folder) as log:
         picture = render_picture(

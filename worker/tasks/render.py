@@ -116,5 +116,5 @@ def header(sheet: JobSheet, frame: int) -> dict[str, str]:
         "scene": sheet.spec.scene,
         "bundle": sheet.bundle,
         "rig": there.spec.rig.model_dump_json(),
-        "stage": there.stage.model_dump_json(),
+        **({"stage": there.stage.model_dump_json()} if sheet.sheets is None else {}),
     }

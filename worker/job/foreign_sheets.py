@@ -1,0 +1,113 @@
+"""A bundle of integral images from elsewhere: a job of it renders nothing and does all the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from fnmatch import fnmatchcase
+from typing import Annotated, Any, Self
+
+from pydantic import Field, ValidationError, model_validator
+
+from worker.errors import BundleError, FieldProblem, SpecError
+from worker.job.misfit import Misfit
+from worker.job.problems import problems_of
+from worker.job.rig import Rig
+from worker.job.sheet_geometry import SheetGeometry
+from worker.job.spec import JobSpec
+
+SUFFIXES = (".png", ".tif", ".tiff", ".exr")
+
+ONLY_RENDERED = ("capture", "render", "stage", "animation", "clock")
+"""Fields of a job, and below of its rig, that say how a scene is rendered."""
+
+ONLY_CAPTURED = ("imaging_lens", "f_number", "stop_mm", "dispersion", "camera")
+
+FOCAL_IN_PITCHES = 3.3
+"""Of an array that nothing is said of: the paper's."""
+
+
+class ForeignSheets(SheetGeometry):
+    """What `[sheets]` in a bundle's `scene.toml` says."""
+
+    files: Annotated[str, Field(min_length=1, max_length=200)] | tuple[str, ...]
+    """The pictures, by name frames 1, 2, ..: a pattern as `frames/*.png`; once looked through, their names."""
+
+    @model_validator(mode="after")
+    def _says_its_size(self) -> Self:
+        """Refuse what leaves open how large the sheets will be: a job is planned before a picture is read."""
+        for field in ("count", "px_per_lens"):
+            if getattr(self, field) is None:
+                raise Misfit(field, expected="a value, as lippmann views --bundle writes it", got="nothing")
+        rows, _ = self.count or (1, 1)
+        if self.lattice == "hexagonal" and rows > 1 and self.first_row_shifted != (self.inverted and rows % 2 == 1):
+            got = "a lens row that comes out on top and shifted"
+            raise Misfit("count", expected="lenses without the outermost row, which would be shifted", got=got)
+        return self
+
+    def among(self, names: Sequence[str]) -> ForeignSheets:
+        """Return the same with the names of its pictures.
+
+        Raises
+        ------
+        BundleError
+            If there are none.
+        """
+        pattern = self.files
+        if not isinstance(pattern, str):
+            return self
+        found = tuple(sorted(n for n in names if fnmatchcase(n, pattern) and n.lower().endswith(SUFFIXES)))
+        if not found:
+            raise BundleError(f"scene.toml: sheets.files: expected pictures ({', '.join(SUFFIXES)}) as {pattern!r}")
+        return self.model_copy(update={"files": found})
+
+    def job_of(self, spec: JobSpec) -> JobSpec:
+        """Return a job with the rig that these sheets are of: what the job says of mm and the device holds.
+
+        Raises
+        ------
+        SpecError
+            If it asks for other lenses, for a frame that is not there, or for something to be rendered.
+        """
+        problems = [*self._asked_to_render(spec), *self._otherwise(spec)]
+        if max(spec.frame_numbers) > len(self.files):
+            expected = f"frames 1 to {len(self.files)}, one for every picture of the bundle"
+            problems.append(FieldProblem(field="frames", expected=expected, got=repr(spec.frames)))
+        if problems:
+            raise SpecError.of(problems)
+        try:
+            return spec.model_copy(update={"rig": Rig.model_validate(self._rig(spec.rig))})
+        except ValidationError as error:
+            raise SpecError.of(problems_of(error)) from error
+
+    def _rig(self, rig: Rig) -> dict[str, Any]:
+        data = rig.model_dump(mode="json")
+        said, array = rig.lens_array.model_fields_set, data["lens_array"]
+        array |= {"count": self.count, "lattice": self.lattice, "offset_mm": 0.0}
+        if "pitch_mm" not in said:
+            array["pitch_mm"] = self.pitch_mm or 1.0
+        if "focal_length_mm" not in said:
+            array["focal_length_mm"] = self.focal_length_mm or FOCAL_IN_PITCHES * array["pitch_mm"]
+        return data | {"lens_array": array, "px_per_lens": self.px_per_lens, "imaging_lens": None}
+
+    def _asked_to_render(self, spec: JobSpec) -> Iterator[FieldProblem]:
+        plain, expected = JobSpec(scene=spec.scene), "nothing: these sheets are there already, nothing is rendered"
+        for name in ONLY_RENDERED:
+            if getattr(spec, name) != getattr(plain, name):
+                yield FieldProblem(field=name, expected=expected, got="something else than the default")
+        for name in ONLY_CAPTURED:
+            value = getattr(spec.rig, name)
+            if name in spec.rig.model_fields_set and value not in (None, getattr(plain.rig, name)):
+                yield FieldProblem(field=f"rig.{name}", expected=expected, got=repr(value)[:100])
+
+    def _otherwise(self, spec: JobSpec) -> Iterator[FieldProblem]:
+        array = spec.rig.lens_array
+        for name in ("count", "lattice"):
+            if name in array.model_fields_set and getattr(array, name) != getattr(self, name):
+                got = repr(getattr(array, name))
+                yield FieldProblem(
+                    f"rig.lens_array.{name}", expected=f"{getattr(self, name)!r}, as the sheets", got=got
+                )
+        said = "px_per_lens" in spec.rig.model_fields_set and spec.rig.device is None
+        if said and spec.rig.px_per_lens != self.px_per_lens:
+            expected = f"{self.px_per_lens}, as the sheets"
+            yield FieldProblem(field="rig.px_per_lens", expected=expected, got=str(spec.rig.px_per_lens))
