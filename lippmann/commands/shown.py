@@ -64,14 +64,18 @@ def scene_text(scene: Scene) -> str:
         (name, one.type, one.default, _bounds(one.minimum, one.maximum), one.unit, one.description)
         for name, one in scene.parameters.items()
     ]
-    stage = scene.stage
+    stage, sheets = scene.stage, scene.sheets
+    shows = ("stage", f"reference at {stage.reference_mm:g} mm, sharp from {stage.near_mm:g} to {stage.far_mm:g} mm")
+    if sheets is not None:
+        rows_cols = " x ".join(map(str, sheets.count or ()))
+        shows = ("sheets", f"{len(sheets.files)} frames of {rows_cols} lenses, {sheets.pitch_px:g} px each")
     head = fields(
         [
             ("name", scene.name),
             ("title", scene.title),
             ("description", scene.description),
             ("license", scene.license),
-            ("stage", f"reference at {stage.reference_mm:g} mm, sharp from {stage.near_mm:g} to {stage.far_mm:g} mm"),
+            shows,
             ("digest", scene.digest),
         ]
     )

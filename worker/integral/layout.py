@@ -22,6 +22,9 @@ Pixel = TypeVar("Pixel", bound=np.generic)
 
 Lattice = Literal["square", "hexagonal"]
 
+SQUARE_PX = 0.005
+"""By so much the pitches of rows and cols may differ for the same lenses, as a sheet has a whole number of pixels."""
+
 
 @dataclass(frozen=True)
 class CellLayout:
@@ -134,4 +137,13 @@ def check_sheet(sheet: NDArray[Pixel], layout: CellLayout) -> None:
 def check_size(rows: int, cols: int, layout: CellLayout) -> None:
     """Refuse a size in px that is not that of a sheet of this layout; see `check_sheet`."""
     if (rows, cols) != (layout.rows, layout.cols):
-        raise LayoutError(f"{rows} x {cols} px do not divide among {layout}")
+        raise LayoutError(f"{rows} x {cols} px do not divide among {layout}{_fitting(rows, cols, layout)}")
+
+
+def _fitting(rows: int, cols: int, layout: CellLayout) -> str:
+    """Return the pitch at which as many lenses do fill a size in px, if there is one, as the end of a sentence."""
+    pitch_px = cols / layout.cols * layout.px_per_lens
+    row_pitch_px = rows / layout.rows * layout.px_per_lens
+    if abs(row_pitch_px / pitch_px - 1) > SQUARE_PX:
+        return ""
+    return f"; a pitch of {(pitch_px + row_pitch_px) / 2:.4g} px fits, for which lippmann views makes whole cells"

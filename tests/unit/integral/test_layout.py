@@ -23,7 +23,7 @@ from tests.unit.integral.sheets import (
 from worker.errors import LayoutError
 from worker.integral.cells import cells, sheet_of
 from worker.integral.hexagon import hexagon_mask
-from worker.integral.layout import CellLayout, Lattice
+from worker.integral.layout import CellLayout, Lattice, check_size
 from worker.job.lens_array import hexagonal_rows, overhang_rows
 
 TWO_BY_THREE = CellLayout(lens_rows=2, lens_cols=3, px_per_lens=4)
@@ -174,3 +174,10 @@ def test_an_odd_number_of_pixels_across_a_hexagon_is_refused() -> None:
 def test_only_one_of_several_hexagonal_rows_can_be_shifted(lens_rows: int, lattice: Lattice) -> None:
     with pytest.raises(LayoutError, match="shifted row among several hexagonal ones"):
         CellLayout(lens_rows, 2, 8, lattice, first_row_shifted=True)
+
+
+def test_a_sheet_of_another_pitch_is_told_the_one_that_fits() -> None:
+    with pytest.raises(LayoutError, match=r"2362 x 2362 px do not divide among 100 x 100 .* a pitch of 23\.62 px fits"):
+        check_size(2362, 2362, CellLayout(100, 100, 24))
+    with pytest.raises(LayoutError, match=r"of 8 px$"):
+        check_size(100, 200, CellLayout(10, 10, 8))

@@ -1,0 +1,55 @@
+"""A rendered white image, as a camera sees it through imaging lens and array, tells where the light of each lens is."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from lippmann.bundle_file import find_bundle
+from tests.builders import small_job
+from tests.unit.integral.lens_pictures import off_lattice_px
+from worker.images.foreign import read_foreign
+from worker.integral.finding.find import find_from_white
+from worker.integral.finding.whole_lenses import in_middle
+from worker.integral.layout import Lattice
+from worker.integral.lens_grid import LensGrid
+from worker.job.spec import JobSpec
+from worker.optics.capture import bench
+from worker.plan.sampling import frame_size
+from worker.settings import WorkerSettings
+from worker.tasks.local import capture_frame
+
+
+def _white(folder: Path, **rig: Any) -> tuple[JobSpec, NDArray[np.float32]]:
+    """Return the job and the capture of white through a slow imaging lens."""
+    spec = small_job("target-white", count=(16, 18), px_per_lens=10, rig={"f_number": 5.6}, **rig)
+    _, bundle = find_bundle("target-white")
+    capture_frame(spec, bundle, frame=1, out=folder, on_progress=lambda *_: None, settings=WorkerSettings(slots=1))
+    return spec, read_foreign(folder / "integral/0001.exr")
+
+
+@pytest.mark.parametrize("lattice", ["square", "hexagonal"])
+def test_the_images_of_the_pupil_are_found_about_the_middle(tmp_path: Path, lattice: Lattice) -> None:
+    spec, picture = _white(tmp_path, lens_array={"lattice": lattice})
+    found, layout = find_from_white(picture).grid, frame_size(spec.rig)
+    assert found.lattice == lattice
+    # 1 + f / D, D from the exit pupil to the array, 425 mm; the same both ways.
+    apart = found.pitch_px / layout.px_per_lens
+    assert 1.005 < apart < 1.01
+    assert found.row_px / layout.row_px == pytest.approx(apart, rel=2e-3)
+    assert found.turn_deg == pytest.approx(0, abs=0.05)
+    spots = LensGrid(16, 18, found.pitch_px, (0.0, 0.0), lattice, row_pitch_px=found.row_px)
+    assert off_lattice_px(in_middle(spots, picture.shape[:2]), found) < 0.1
+
+
+def test_a_near_camera_sees_them_further_apart_by_focal_length_over_its_distance(tmp_path: Path) -> None:
+    _, far = _white(tmp_path / "far")
+    spec, near = _white(tmp_path / "near", camera={"projection": "perspective"})
+    stood = bench(spec.rig, reference_mm=1000.0)
+    more = find_from_white(near).grid.pitch_px / find_from_white(far).grid.pitch_px - 1
+    expected = spec.rig.lens_array.focal_length_mm / (stood.camera_z_mm - stood.mla_z_mm)
+    assert more == pytest.approx(expected, rel=0.1)
