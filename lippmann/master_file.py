@@ -10,13 +10,19 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from lippmann.errors import BadInput
-from worker.errors import ArtifactBroken
+from worker.errors import ArtifactBroken, LayoutError
 from worker.images.read import read_attributes, read_rgb
+from worker.integral.device import device_size
 from worker.integral.layout import CellLayout
+from worker.integral.lens_grid import device_grid
+from worker.integral.whole_cells import whole_cells
 from worker.job.rig import Rig
-from worker.plan.sampling import display_size
+from worker.plan.sampling import device_pixels, display_size
 
-OTHER_MASTERS = ("integral", "views", "device", "depth")
+DEVICE = "device"
+"""The folder of masters on a device's pixels."""
+
+OTHER_MASTERS = ("integral", "views", "depth")
 """Folders of masters with the same header that are something else; some have the same size."""
 
 
@@ -35,6 +41,8 @@ class Orthoscopic:
 def read_orthoscopic(path: Path) -> Orthoscopic:
     """Return an orthoscopic master, as `orthoscopic/0001.exr` of a job or a capture.
 
+    One on a device's pixels, `device/0001.exr`, is brought back to whole cells.
+
     Raises
     ------
     BadInput
@@ -50,6 +58,8 @@ def read_orthoscopic(path: Path) -> Orthoscopic:
     if rig is None:
         raise BadInput(f"{path}: expected a master whose header names its rig, got a picture without lippmann:rig")
     layout, sheet = display_size(rig), read_rgb(path, np.float16)
+    if path.absolute().parent.name == DEVICE:
+        sheet = _from_device(sheet, layout, rig, path)
     if sheet.shape[:2] != (layout.rows, layout.cols):
         raise BadInput(
             f"{path}: expected an orthoscopic master of {layout.rows} x {layout.cols} px for {layout}, got"
@@ -57,6 +67,21 @@ def read_orthoscopic(path: Path) -> Orthoscopic:
         )
     array = rig.lens_array
     return Orthoscopic(sheet=sheet, layout=layout, pitch_mm=array.pitch_mm, focal_mm=array.focal_length_mm)
+
+
+def _from_device(shown: NDArray[np.float16], layout: CellLayout, rig: Rig, path: Path) -> NDArray[np.float16]:
+    if rig.device is None:
+        raise BadInput(f"{path}: expected a rig with a device in the header, got one without")
+    pixels = device_pixels(rig.device, pitch_mm=rig.lens_array.pitch_mm)
+    rows, cols = device_size(layout, **pixels)
+    if shown.shape[:2] != (rows, cols):
+        raise BadInput(
+            f"{path}: expected a master of {rows} x {cols} px on its device, got {shown.shape[0]} x {shown.shape[1]} px"
+        )
+    try:
+        return whole_cells(shown, device_grid(layout, **pixels), layout)
+    except LayoutError as error:
+        raise BadInput(f"{path}: {error.message}") from error
 
 
 def rig_in(path: Path) -> Rig | None:

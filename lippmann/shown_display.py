@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lippmann.errors import BadInput
 from lippmann.files_footage import stage_in
-from lippmann.master_file import read_orthoscopic, rig_in
+from lippmann.master_file import DEVICE, read_orthoscopic, rig_in
 from worker.errors import LayoutError, OpticsError
 from worker.images.read import read_rgb
 from worker.integral.lens_display import LensDisplay
@@ -19,9 +19,6 @@ from worker.job.rig import Rig
 from worker.job.spec import Display
 from worker.plan.observed_display import observed_display, reduced_mm, used_gap_mm
 from worker.tasks.assemble import on_device
-
-DEVICE = "device"
-"""The folder of masters on a device's pixels."""
 
 
 @dataclass(frozen=True)

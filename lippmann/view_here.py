@@ -1,9 +1,7 @@
-"""Views and refocused pictures of an orthoscopic master, as PNG."""
+"""Views of an orthoscopic master, as PNG."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,17 +12,14 @@ from numpy.typing import NDArray
 from lippmann.errors import BadInput
 from lippmann.master_file import read_orthoscopic
 from lippmann.numbers import numbers_of
+from lippmann.picture_size import PictureSize, check_side
 from lippmann.writable import check_writable
 from worker.errors import LayoutError
 from worker.images.write import write_png
-from worker.integral.extended_focus import extended_focus
+from worker.integral.depth_view import depth_view
 from worker.integral.perspective import Eye, perspective
-from worker.integral.refocus import focal_stack
-from worker.integral.square_pixels import as_square
+from worker.integral.square_pixels import as_square, square_size
 from worker.integral.views import centre, view
-
-MAX_DEPTHS = 1000
-"""Of a stack: beyond it a step was mistyped."""
 
 
 @dataclass(frozen=True)
@@ -38,7 +33,7 @@ class Seen:
     """Lenses that showed it no light of their own cell."""
 
 
-def view_here(file: Path, out: Path, *, number: tuple[int, int] | None) -> Seen:
+def view_here(file: Path, out: Path, *, number: tuple[int, int] | None, size: PictureSize) -> Seen:
     """Write a view, or without a number the one in the middle.
 
     Raises
@@ -46,16 +41,49 @@ def view_here(file: Path, out: Path, *, number: tuple[int, int] | None) -> Seen:
     BadInput
         If there is no such view, or as in `read_orthoscopic`.
     """
-    _check_png(out)
+    check_png(out)
     master = read_orthoscopic(file)
     try:
         picture = view(master.sheet, master.layout, *(number or centre(master.layout)))
     except LayoutError as error:
         raise BadInput(error.message) from error
-    return _seen(out, as_square(picture, master.layout), dark_lenses=0)
+    return _seen(out, as_square(picture, master.layout), size)
 
 
-def eye_here(file: Path, out: Path, *, place_mm: str) -> Seen:
+def depth_view_here(
+    file: Path,
+    out: Path,
+    *,
+    number: tuple[int, int] | None,
+    depth_mm: float,
+    px_per_lens: int | None,
+    size: PictureSize,
+) -> Seen:
+    """Write the view that joins up at a depth, about a view or, without a number, about the lenses' axes.
+
+    Raises
+    ------
+    BadInput
+        If there is no such view, or none at that depth, or as in `read_orthoscopic`.
+    """
+    check_png(out)
+    master = read_orthoscopic(file)
+    check_side(max(square_size(master.layout, px_per_lens or 1)))
+    try:
+        picture = depth_view(
+            master.sheet,
+            master.layout,
+            depth_mm,
+            focal_mm=master.focal_mm,
+            direction=number,
+            px_per_lens=px_per_lens,
+        )
+    except LayoutError as error:
+        raise BadInput(error.message) from error
+    return _seen(out, picture, size)
+
+
+def eye_here(file: Path, out: Path, *, place_mm: str, size: PictureSize) -> Seen:
     """Write what an eye at "X,Y,Z" sees, mm: to the right, upward, in front.
 
     Raises
@@ -63,11 +91,11 @@ def eye_here(file: Path, out: Path, *, place_mm: str) -> Seen:
     BadInput
         If the eye is not in front of the display, or as in `read_orthoscopic`.
     """
-    _check_png(out)
+    check_png(out)
     eye = eye_at(place_mm)
     master = read_orthoscopic(file)
     found = perspective(master.sheet, master.layout, eye, pitch_mm=master.pitch_mm, gap_mm=master.focal_mm)
-    return _seen(out, as_square(found.picture, master.layout), dark_lenses=int((~found.seen).sum()))
+    return _seen(out, as_square(found.picture, master.layout), size, dark_lenses=int((~found.seen).sum()))
 
 
 def eye_at(place_mm: str) -> Eye:
@@ -85,73 +113,20 @@ def eye_at(place_mm: str) -> Eye:
         raise BadInput(error.message) from error
 
 
-def refocus_here(file: Path, out: Path, *, depths_mm: Sequence[float]) -> None:
-    """Write one picture: sharp at a depth, or of several depths at all of them (extended focus).
-
-    Parameters
-    ----------
-    file
-        The orthoscopic master.
-    out
-        A PNG.
-    depths_mm
-        s of the display, positive in front of it.
+def check_png(out: Path) -> None:
+    """Refuse what is no PNG in a folder that can be written to.
 
     Raises
     ------
     BadInput
-        If a depth is too far off, or as in `read_orthoscopic`.
+        Naming it.
     """
-    _check_png(out)
-    write_png(out, extended_focus(_stack(file, depths_mm)).picture)
-
-
-def stack_here(file: Path, out: Path, *, depths_mm: Sequence[float]) -> tuple[Path, ...]:
-    """Write a folder of pictures, each sharp at one depth, and return their paths; see `refocus_here`."""
-    stack = _stack(file, depths_mm)
-    check_writable(out)
-    files = tuple(out / f"{depth_mm:+08.2f}mm.png" for depth_mm in depths_mm)
-    for path, picture in zip(files, stack, strict=True):
-        write_png(path, picture)
-    return files
-
-
-def depths_of(stack: str) -> tuple[float, ...]:
-    """Return the depths that "A:B:STEP" names, mm, both ends among them where the step meets them.
-
-    Raises
-    ------
-    BadInput
-        If it does not count up, or names more than `MAX_DEPTHS`.
-
-    Examples
-    --------
-    >>> depths_of("-10:10:5")
-    (-10.0, -5.0, 0.0, 5.0, 10.0)
-    """
-    first, last, step = numbers_of(stack, ":", count=3, wanted="depths as A:B:STEP in mm")
-    if last < first or step < 0.01:
-        raise BadInput(f"expected depths that count up by 0.01 mm or more, got {stack}")
-    count = math.floor((last - first) / step + 1e-9) + 1
-    if count > MAX_DEPTHS:
-        raise BadInput(f"expected at most {MAX_DEPTHS} depths, got {count} in {stack}")
-    return tuple(round(first + index * step, 6) for index in range(count))
-
-
-def _stack(file: Path, depths_mm: Sequence[float]) -> NDArray[np.floating[Any]]:
-    master = read_orthoscopic(file)
-    try:
-        return focal_stack(master.sheet, master.layout, depths_mm, focal_mm=master.focal_mm)
-    except LayoutError as error:
-        raise BadInput(error.message) from error
-
-
-def _check_png(out: Path) -> None:
     if out.suffix.lower() != ".png":
         raise BadInput(f"expected a .png in --out, got {out}")
     check_writable(out.parent)
 
 
-def _seen(out: Path, picture: NDArray[np.floating[Any]], *, dark_lenses: int) -> Seen:
-    write_png(out, picture)
-    return Seen(file=out, rows=picture.shape[0], cols=picture.shape[1], dark_lenses=dark_lenses)
+def _seen(out: Path, picture: NDArray[np.floating[Any]], size: PictureSize, *, dark_lenses: int = 0) -> Seen:
+    shown = size.sized(picture)
+    write_png(out, shown)
+    return Seen(file=out, rows=shown.shape[0], cols=shown.shape[1], dark_lenses=dark_lenses)

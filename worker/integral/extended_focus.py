@@ -1,4 +1,11 @@
-"""Extended focus: of a focal stack, every pixel from the picture that is the sharpest about it."""
+"""Extended focus: of a focal stack, every pixel from the pictures that are the sharpest about it.
+
+Sharpness is local contrast: the modified Laplacian of the luminance, |d2/dx2| + |d2/dy2| (Nayar, Nakagawa, *Shape from
+focus*, IEEE Trans. Pattern Analysis and Machine Intelligence 16(8), 1994), here of its square root, which is nearer to
+what an eye sees, summed over a square. Every picture of the stack counts by a power of its sharpness: where one is
+sharper than the others it is nearly alone, and where nothing is sharp, as in a sky, all are averaged, which is as
+smooth as they are. Taking the sharpest alone would break such a place into patches of one depth and another.
+"""
 
 from __future__ import annotations
 
@@ -14,6 +21,12 @@ from worker.integral.interpolation import Light
 LUMINANCE = (0.2126, 0.7152, 0.0722)
 """Of linear red, green and blue (ITU-R BT.709)."""
 
+POWER = 8
+"""Of the sharpness. A picture half as sharp as the sharpest counts 1 / 256 of it."""
+
+NOTHING_SHARP = 0.05
+"""Of what the sharpest tenth of all pixels have: so much more or less makes no difference."""
+
 
 @dataclass(frozen=True)
 class ExtendedFocus:
@@ -22,21 +35,18 @@ class ExtendedFocus:
     picture: NDArray[np.floating[Any]]
     """`(row, col, channel)`."""
     nearest: NDArray[np.intp]
-    """Which of the stack's pictures each pixel is of, `(row, col)`."""
+    """Which of the stack's pictures is the sharpest, `(row, col)`; of equally sharp ones the first."""
 
 
 def extended_focus(stack: NDArray[Light], *, smooth_px: int = 2) -> ExtendedFocus:
-    """Return each pixel from the picture of a focal stack that is the sharpest about it.
-
-    Sharpness is local contrast: the modified Laplacian of the luminance, |d2/dx2| + |d2/dy2| (Nayar, Nakagawa 1994),
-    summed over a square of 2 `smooth_px` + 1. Of equally sharp ones the first is taken.
+    """Return each pixel from the pictures of a focal stack that are the sharpest about it; see the module.
 
     Parameters
     ----------
     stack
         `(depth, row, col, channel)`, linear light; three channels are red, green and blue.
     smooth_px
-        Half the side of the square; more gives calmer pictures with coarser borders between depths.
+        Of the square of 2 `smooth_px` + 1; more gives calmer pictures with coarser borders between depths.
 
     Raises
     ------
@@ -45,14 +55,15 @@ def extended_focus(stack: NDArray[Light], *, smooth_px: int = 2) -> ExtendedFocu
     """
     if stack.ndim != 4 or not stack.shape[0]:
         raise LayoutError(f"expected a stack (depth, row, col, channel), got an array of shape {stack.shape}")
-    best = np.full(stack.shape[1:3], -np.inf)
-    nearest = np.zeros(stack.shape[1:3], dtype=np.intp)
-    for index, picture in enumerate(stack):
-        sharp = sharpness(picture, smooth_px=smooth_px)
-        nearest[sharp > best] = index
-        np.maximum(best, sharp, out=best)
-    picture = np.take_along_axis(stack, nearest[np.newaxis, :, :, np.newaxis], axis=0)[0]
-    return ExtendedFocus(picture=picture, nearest=nearest)
+    sharp = np.stack([sharpness(np.sqrt(np.maximum(picture, 0)), smooth_px=smooth_px) for picture in stack])
+    best = sharp.max(axis=0)
+    floor = max(NOTHING_SHARP * float(np.quantile(best, 0.9)), float(np.finfo(np.float64).tiny))
+    weights = ((sharp + floor) / (best + floor)) ** POWER
+    weights /= weights.sum(axis=0)
+    picture = np.zeros(stack.shape[1:], dtype=stack.dtype)
+    for one, weight in zip(stack, weights, strict=True):
+        picture += one * weight[..., np.newaxis].astype(stack.dtype)
+    return ExtendedFocus(picture=picture, nearest=sharp.argmax(axis=0))
 
 
 def sharpness(picture: NDArray[Light], *, smooth_px: int) -> NDArray[np.float64]:

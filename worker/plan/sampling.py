@@ -6,11 +6,12 @@ Pixels count from the top left: row 0 is the top, col 0 the left, as the observe
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypedDict
 
 from worker.integral.layout import CellLayout
 from worker.integral.orthoscopic import orthoscopic_layout
 from worker.job.orders import TileIndex
-from worker.job.rig import Rig
+from worker.job.rig import Device, Rig
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,20 @@ def frame_size(rig: Rig) -> CellLayout:
 def display_size(rig: Rig) -> CellLayout:
     """Return the layout of a rig's orthoscopic integral images; its views are made with this one."""
     return orthoscopic_layout(frame_size(rig), inverted=rig.imaging_lens is not None)
+
+
+class DevicePixels(TypedDict):
+    """What `worker.integral.device` is told of a device."""
+
+    px_per_lens_device: float
+    window: tuple[int, int] | None
+    margin_px: int
+
+
+def device_pixels(device: Device, *, pitch_mm: float) -> DevicePixels:
+    """Return how lenses of a pitch stand on a device's pixels."""
+    per_lens = pitch_mm / device.pixel_mm
+    return {"px_per_lens_device": per_lens, "window": device.window_px, "margin_px": device.margin_px}
 
 
 def cut_tiles(size: CellLayout, *, tile_rows: int, tile_cols: int) -> tuple[Tile, ...]:

@@ -7,7 +7,7 @@ from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
 from itertools import groupby
-from typing import Any, TypedDict
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +27,7 @@ from worker.job.orders import Order, TileIndex
 from worker.job.rig import Device
 from worker.job.sheet import JobSheet
 from worker.plan import names
-from worker.plan.sampling import Tile, cut_tiles, frame_size
+from worker.plan.sampling import Tile, cut_tiles, device_pixels, frame_size
 from worker.tasks.attempt import Work
 from worker.tasks.foreign import foreign_sheet
 from worker.tasks.masters import Masters
@@ -91,24 +91,13 @@ def on_device(
     upright: NDArray[np.float16], layout: CellLayout, device: Device, *, pitch_mm: float
 ) -> NDArray[np.float16]:
     """Return an orthoscopic integral image on the pixels of the device that shows it."""
-    return to_device(upright, layout, **_device_grid(device, pitch_mm))
+    return to_device(upright, layout, **device_pixels(device, pitch_mm=pitch_mm))
 
 
 def _keep_device(masters: Masters, upright: Sheet, device: Device, *, pitch_mm: float) -> None:
     """Store what `on_device` gives."""
-    grid = _device_grid(device, pitch_mm)
+    grid = device_pixels(device, pitch_mm=pitch_mm)
     masters.keep(names.device_name(masters.frame), device_bands(upright, **grid), device_size(upright.layout, **grid))
-
-
-class _DeviceGrid(TypedDict):
-    px_per_lens_device: float
-    window: tuple[int, int] | None
-    margin_px: int
-
-
-def _device_grid(device: Device, pitch_mm: float) -> _DeviceGrid:
-    per_lens = pitch_mm / device.pixel_mm
-    return {"px_per_lens_device": per_lens, "window": device.window_px, "margin_px": device.margin_px}
 
 
 def _middle_view(grid: Rows, layout: CellLayout) -> NDArray[np.float16]:

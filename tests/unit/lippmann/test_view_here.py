@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,28 +11,13 @@ import pytest
 from lippmann import main
 from lippmann.errors import BadInput
 from lippmann.master_file import read_orthoscopic
-from lippmann.view_here import depths_of
-from tests.unit.integral.textures import sheet_of_texture, spot
+from lippmann.refocus_here import depths_of
+from tests.unit.lippmann.masters import master_of, rig_of, said_by
 from worker.images.read import read_attributes, read_rgb
-from worker.images.write import write_exr, write_png
+from worker.images.write import write_png
 from worker.integral.square_pixels import square_size
 from worker.job.rig import Rig
 from worker.plan.sampling import display_size
-
-COUNT = (21, 20)
-
-
-def rig_of(lattice: str = "square") -> Rig:
-    return Rig.model_validate({"px_per_lens": 8, "lens_array": {"count": COUNT, "lattice": lattice}})
-
-
-def master_of(folder: Path, rig: Rig, *, said: str | None = None) -> Path:
-    """Write a master of a point 20 mm in front of the display."""
-    light = sheet_of_texture(display_size(rig), spot, 20.0, focal_mm=rig.lens_array.focal_length_mm)
-    path = folder / "orthoscopic" / "0001.exr"
-    path.parent.mkdir(parents=True)
-    write_exr(path, light.repeat(3, axis=2), attributes={"rig": said or rig.model_dump_json()})
-    return path
 
 
 @pytest.fixture(params=["square", "hexagonal"])
@@ -45,15 +28,6 @@ def rig(request: pytest.FixtureRequest) -> Rig:
 @pytest.fixture
 def master(rig: Rig, tmp_path: Path) -> Path:
     return master_of(tmp_path, rig)
-
-
-def said_by(*arguments: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> Any:
-    monkeypatch.setattr(sys, "argv", ["lippmann", *arguments, "--json"])
-    with pytest.raises(SystemExit) as ended:
-        main.main()
-    said = capsys.readouterr()
-    assert not ended.value.code, said.err
-    return json.loads(said.out)
 
 
 def test_a_master_brings_its_lenses_along(master: Path, rig: Rig) -> None:
@@ -153,7 +127,7 @@ def test_what_cannot_be_is_said_before_anything_is_written(
     assert [path for path in tmp_path.rglob("*") if path.is_file()] == [master]
 
 
-@pytest.mark.parametrize("folder", ["integral", "views", "device"])
+@pytest.mark.parametrize("folder", ["integral", "views", "depth"])
 def test_other_masters_of_the_same_size_are_refused(folder: str, tmp_path: Path) -> None:
     master = master_of(tmp_path, rig_of())
     other = master.parent.rename(tmp_path / folder) / master.name

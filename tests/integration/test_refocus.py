@@ -1,0 +1,62 @@
+"""A captured point, real and virtual, comes together at its depth and no other, by both ways of refocusing."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.builders import local_place, order_of, small_job, stored_job, stored_picture, tiles_of
+from tests.integration.lippmann.conftest import needs_povray
+from worker.integral.ciir import ciir_stack
+from worker.integral.refocus import focal_stack
+from worker.job.orders import TaskKind
+from worker.optics.capture import bench
+from worker.optics.disparity import exact_disparity
+from worker.plan import names
+from worker.plan.sampling import display_size
+from worker.tasks.assemble import assemble_frame
+from worker.tasks.render import render_tile
+from worker.tasks.watch import Unwatched
+
+pytestmark = needs_povray
+
+FOCAL_MM = 3.3
+DISTANCE_MM = 1000.0
+STEP_MM = FOCAL_MM
+"""Of the depths: as deep as the focus is (docs/views.md)."""
+
+
+@pytest.mark.parametrize("lattice", ["square", "hexagonal"])
+@pytest.mark.parametrize("s_mm", [30.0, -30.0])
+def test_a_captured_point_comes_together_at_its_depth(tmp_path: Path, lattice: str, s_mm: float) -> None:
+    """A ball shown about 2.4 mm wide, through a lens that makes a point of a point: what is at s is shown at s + f."""
+    spec = small_job(
+        "target-points",
+        count=(22, 20),
+        px_per_lens=8,
+        rig={"imaging_lens": "double-gauss-tronnier"},
+        lens_array={"offset_mm": s_mm, "lattice": lattice},
+        capture={"method": "ray_camera"},
+        parameters={"distance_mm": DISTANCE_MM, "radius_mm": 1.2 * DISTANCE_MM / 50.0},
+    )
+    place = local_place(tmp_path)
+    stored_job(place, spec)
+    for tile in tiles_of(spec):
+        render_tile(place, order_of(TaskKind.RENDER, tile=tile), Unwatched())
+    assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())
+    sheet, layout = stored_picture(place, names.orthoscopic_name(1)), display_size(spec.rig)
+
+    stood = bench(spec.rig, reference_mm=DISTANCE_MM)
+    step = exact_disparity(stood, DISTANCE_MM)
+    assert step is not None
+    shown_mm = step * spec.rig.px_per_lens * FOCAL_MM
+    assert shown_mm == pytest.approx(s_mm + FOCAL_MM, abs=1.0)
+    depths_mm = np.arange(-13, 14) * STEP_MM
+    for stack in (
+        focal_stack(sheet, layout, depths_mm.tolist(), focal_mm=FOCAL_MM),
+        ciir_stack(sheet, layout, depths_mm.tolist(), focal_mm=FOCAL_MM, px_per_lens=2),
+    ):
+        brightest_mm = depths_mm[int(np.argmax(stack.max(axis=(1, 2, 3))))]
+        assert abs(brightest_mm - shown_mm) <= STEP_MM
