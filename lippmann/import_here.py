@@ -31,7 +31,7 @@ from worker.job.rig import Rig
 from worker.job.sheet_geometry import SheetGeometry
 from worker.plan import names
 from worker.plan.foreign import foreign_rig, lens_grid, upright_first
-from worker.plan.sampling import display_size, frame_size
+from worker.plan.sampling import device_pixels, display_size, frame_size
 
 FITS = 0.002
 """By so much a pitch that is said may differ from the one that is found: 0.2 lenses in a hundred."""
@@ -173,10 +173,8 @@ def _of_master(path: Path, rig: Rig, picture: NDArray[np.float32], wanted: Wante
     layout = frame_size(rig) if captured else display_size(rig)
     grid, size = layout_grid(layout), (layout.rows, layout.cols)
     if kind == "device" and rig.device is not None:
-        device = rig.device
-        per_lens = rig.lens_array.pitch_mm / device.pixel_mm
-        grid = device_grid(layout, px_per_lens_device=per_lens, window=device.window_px, margin_px=device.margin_px)
-        size = device_size(layout, px_per_lens_device=per_lens, window=device.window_px, margin_px=device.margin_px)
+        pixels = device_pixels(rig.device, pitch_mm=rig.lens_array.pitch_mm)
+        grid, size = device_grid(layout, **pixels), device_size(layout, **pixels)
     if picture.shape[:2] != size:
         got = f"{picture.shape[0]} x {picture.shape[1]} px"
         raise BadInput(f"{path}: expected {size[0]} x {size[1]} px for {layout}, as its header says, got {got}")

@@ -22,7 +22,7 @@ from worker.plan.sampling import device_pixels, display_size
 DEVICE = "device"
 """The folder of masters on a device's pixels."""
 
-OTHER_MASTERS = ("integral", "views", "depth")
+OTHER_MASTERS = ("integral", "views", DEVICE, "depth")
 """Folders of masters with the same header that are something else; some have the same size."""
 
 
@@ -52,13 +52,14 @@ def read_orthoscopic(path: Path) -> Orthoscopic:
     """
     if not path.is_file():
         raise BadInput(f"expected an orthoscopic master (EXR), got {path}, which is no file")
-    if path.absolute().parent.name in OTHER_MASTERS:
+    folder = path.absolute().parent.name
+    if folder in OTHER_MASTERS and folder != DEVICE:
         raise BadInput(f"expected an orthoscopic master, as orthoscopic/{path.name}, got {path}")
     rig = rig_in(path)
     if rig is None:
         raise BadInput(f"{path}: expected a master whose header names its rig, got a picture without lippmann:rig")
     layout, sheet = display_size(rig), read_rgb(path, np.float16)
-    if path.absolute().parent.name == DEVICE:
+    if folder == DEVICE:
         sheet = _from_device(sheet, layout, rig, path)
     if sheet.shape[:2] != (layout.rows, layout.cols):
         raise BadInput(

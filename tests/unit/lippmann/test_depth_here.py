@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lippmann import main
-from tests.unit.lippmann.test_view_here import master_of, rig_of
+from tests.unit.lippmann.masters import master_of, rig_of
 from worker.images.read import read_channels, read_codes_8
 from worker.images.write import write_channels
 from worker.integral.depth_map import CHANNELS
