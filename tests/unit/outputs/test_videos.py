@@ -301,10 +301,8 @@ def test_what_cannot_be_is_named_by_field_when_the_job_comes(output: Any, proble
         parse_spec(job)
 
 
-def test_a_picture_larger_than_players_show_is_refused() -> None:
-    with pytest.raises(
-        SpecError, match=r"outputs\.0\.scale: expected a picture of at most 8192 px a side, got 9000 px"
-    ):
-        parse_spec(
-            {"scene": "fish", "outputs": [{"kind": "views", "scale": 60}], "rig": {"lens_array": {"count": [150, 9]}}}
-        )
+@pytest.mark.parametrize(("kind", "scale", "px"), [("views", 60, 9000), ("stereo", 28, 8400)])
+def test_a_picture_larger_than_players_show_is_refused(kind: str, scale: int, px: int) -> None:
+    job = {"scene": "fish", "outputs": [{"kind": kind, "scale": scale}], "rig": {"lens_array": {"count": [9, 150]}}}
+    with pytest.raises(SpecError, match=rf"outputs\.0\.scale: expected a picture of at most 8192 px .* got {px} px"):
+        parse_spec(job)

@@ -78,6 +78,11 @@ class StereoVideo(PairOptions):
             raise Misfit("scale", expected="an even number with packing half", got=self.scale)
         return self
 
+    def longest_lenses(self, rig: Rig) -> int:
+        """Return how many lenses the longer side of a picture shows: two pictures stand side by side."""
+        rows, cols = rig.lens_array.count
+        return max(rows, cols if self.packing == "half" else 2 * cols)
+
 
 class AnaglyphVideo(PairOptions):
     """What two eyes see, in one picture for red-cyan glasses, red on the left."""

@@ -72,9 +72,13 @@ class ShownVideo(VideoOptions):
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse pictures larger than players show."""
         super().check(rig, frames)
-        largest_px = max(rig.lens_array.count) * (self.scale or 1)
-        if self.scale and largest_px > MAX_SHOWN_PX:
-            raise Misfit("scale", expected=f"a picture of at most {MAX_SHOWN_PX} px a side", got=f"{largest_px} px")
+        longest_px = self.longest_lenses(rig) * (self.scale or 1)
+        if self.scale and longest_px > MAX_SHOWN_PX:
+            raise Misfit("scale", expected=f"a picture of at most {MAX_SHOWN_PX} px a side", got=f"{longest_px} px")
+
+    def longest_lenses(self, rig: Rig) -> int:
+        """Return how many lenses the longer side of a picture shows."""
+        return max(rig.lens_array.count)
 
 
 class ViewsVideo(ShownVideo):

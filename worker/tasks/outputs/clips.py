@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from itertools import groupby
 from typing import Any
 
@@ -78,10 +79,15 @@ def focus_depths(footage: Footage, output: FocusVideo) -> tuple[float, float]:
 
 def _swept(footage: Footage, output: SweepVideo, frames: Sequence[int]) -> Iterator[Picture]:
     layout = footage.layout
+
+    @cache
+    def path(pitch_mm: float, gap_mm: float) -> list[Eye]:
+        return _path(layout, output, count=len(frames), pitch_mm=pitch_mm, gap_mm=gap_mm)
+
     for frame, pictures in _runs(frames, most=len(frames)):
         array, ortho = footage.rig(frame).lens_array, footage.orthoscopic(frame)
         stands = {"pitch_mm": array.pitch_mm, "gap_mm": array.focal_length_mm}
-        eyes = _path(layout, output, count=len(frames), **stands)
+        eyes = path(array.pitch_mm, array.focal_length_mm)
         for picture in pictures:
             yield as_square(perspective(ortho, layout, eyes[picture], **stands).picture, layout)
 

@@ -59,10 +59,8 @@ def _pairs(footage: Footage, output: PairOptions) -> Iterator[tuple[Picture, Pic
 
 
 def _eyes(footage: Footage, output: PairOptions, frame: int) -> tuple[Eye, Eye]:
-    distance_mm, least_mm = (
-        output.distance_mm or footage.display.viewing_distance_mm,
-        output.least_mm(footage.rig(frame)),
-    )
+    distance_mm = output.distance_mm or footage.display.viewing_distance_mm
+    least_mm = output.least_mm(footage.rig(frame))
     if distance_mm < least_mm:
         raise OutputError(
             f"expected eyes {output.apart_mm:g} mm apart at least {least_mm:.6g} mm from the display, where both see"
