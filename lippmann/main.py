@@ -21,6 +21,7 @@ from collections.abc import Callable
 import typer
 
 from lippmann.commands import (
+    calibration,
     capture,
     coding_study,
     compare,
@@ -73,7 +74,7 @@ COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
         compare.compare,
         coding_study.coding_study,
     ),
-    "Optics": (design.design, lens.lens),
+    "Optics": (design.design, lens.lens, calibration.calibration_sheet),
 }
 for panel, commands in COMMANDS.items():
     for command in commands:

@@ -33,7 +33,8 @@ def paper(shapes: Iterable[Shape], *, pixel_mm: float, top: int, rows: int, cols
     ink = np.zeros((rows, cols), dtype=np.float32)
     for shape in shapes:
         if isinstance(shape, Bar):
-            _draw_bar(ink, shape, pixel_mm, top)
+            if shape.bottom_mm > top * pixel_mm and shape.top_mm < (top + rows) * pixel_mm:
+                _draw_bar(ink, shape, pixel_mm, top)
         elif isinstance(shape, Ring):
             _draw_ring(ink, shape, pixel_mm, top)
         else:

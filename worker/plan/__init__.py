@@ -8,6 +8,7 @@ estimate   memory and time before anything is measured
 design     what a job will give: the numbers
 designer   from a job to its design, with design_lens, design_display, design_words
 display_gaps       the gap between pixels and lenses: what a job says, else what serves its depths
+calibration        the page of a calibration sheet
 print_page         the page of a print: where the array stands, and the marks around it
 shapes             what is drawn on paper beside pictures
 observed_display   the display that an observer looks at, from a rig

@@ -18,7 +18,7 @@ from worker.job.outputs.depth import DepthPictures
 from worker.job.outputs.observer import ObserverPictures, ObserverVideo
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
-from worker.job.outputs.prints import Print
+from worker.job.outputs.prints import CalibrationSheet, Print
 from worker.job.outputs.spoc import Spoc
 from worker.job.outputs.stereo import AnaglyphVideo, StereoVideo
 from worker.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
@@ -47,7 +47,8 @@ _Kind = Annotated[
     | Annotated[SubapertureViews, Tag("(subaperture_ppm)")]
     | Annotated[LensletVideo, Tag("(mpeg_lenslet)")]
     | Annotated[NpzArrays, Tag("(npz)")]
-    | Annotated[Print, Tag("(print)")],
+    | Annotated[Print, Tag("(print)")]
+    | Annotated[CalibrationSheet, Tag("(calibration_sheet)")],
     told_by(lambda written: str(written.get("kind"))),
 ]
 
@@ -76,6 +77,7 @@ KINDS: Mapping[str, type[OutputOptions]] = {
         LensletVideo,
         NpzArrays,
         Print,
+        CalibrationSheet,
     )
 }
 """Every kind of output, by its word."""

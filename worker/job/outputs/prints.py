@@ -25,6 +25,10 @@ LONGEST_PDF_MM = 14_400 / 72 * MM_PER_INCH
 """The longest side that a page of a PDF may have (ISO 32000-1, annex C): 5080 mm."""
 
 
+PAGE_MM = 45.0
+"""What a calibration sheet is longer and wider than its strips, at most."""
+
+
 class PaperOptions(OutputOptions):
     """What all outputs for paper have: the device's pixels, and the pitch of the array that will lie on them."""
 
@@ -121,3 +125,31 @@ class Print(PaperOptions):
         side_mm = max(extent) * self.real_pitch_mm(rig)
         self.check_page(side_mm, pixel_mm, field="dpi" if self.pitch_um is None else "pitch_um")
         self.check_page(side_mm + 2 * self.margin_mm, pixel_mm, field="margin_mm")
+
+
+class CalibrationSheet(PaperOptions):
+    """Strips of lines of slightly different pitches: the one that is even under the array has its pitch."""
+
+    kind: Literal["calibration_sheet"] = "calibration_sheet"
+    name: Name = "calibration_sheet"
+    range_percent: float = Field(default=1.0, gt=0, le=20)
+    """How far strips go from the pitch that is expected, to both sides."""
+    steps: int = Field(default=21, ge=3, le=201)
+    """Strips; an odd number has one of the pitch itself."""
+    length_mm: float = Field(default=150.0, gt=0, le=1000)
+    """Of a strip: the longer, the finer."""
+    strip_mm: float = Field(default=7.0, ge=1, le=100)
+    """Width of a strip."""
+
+    def check(self, rig: Rig, frames: Sequence[int]) -> None:
+        """Refuse a sheet of unknown pixels, of pixels too coarse for its lines, and one that is too large."""
+        pixel_mm, pitch_mm = self.pixel_mm(rig), self.real_pitch_mm(rig)
+        closest_mm = pitch_mm * (0.5 if rig.lens_array.lattice == "hexagonal" else 1.0) * (1 - self.range_percent / 100)
+        if closest_mm < 4 * pixel_mm:
+            expected = f"pixels of at most {closest_mm * 250:.4g} um, a quarter of what lines are apart"
+            field = "dpi" if self.pitch_um is None else "pitch_um"
+            raise Misfit(field, expected=expected, got=f"{pixel_mm * 1000:.4g} um")
+        if self.length_mm < 10 * pitch_mm:
+            raise Misfit("length_mm", expected=f"at least ten lenses, {10 * pitch_mm:g} mm", got=f"{self.length_mm:g}")
+        self.check_page(self.length_mm + PAGE_MM, pixel_mm, field="length_mm")
+        self.check_page(self.steps * (self.strip_mm + 1) + PAGE_MM, pixel_mm, field="steps")

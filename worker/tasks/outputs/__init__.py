@@ -14,6 +14,8 @@ pictures   still pictures of every frame
 contact_sheet  small pictures side by side, one sheet for the job
 prints     pages for a printer, with marks
 spoc       sheets for another display
+calibration  sheets that find an array's pitch
+paper      pages as pictures
 datasets   folders and arrays of views
 lenslet_video  raw sequences with a calibration file
 frame_views    the views of one frame

@@ -11,11 +11,12 @@ from worker.job.outputs.depth import DepthPictures
 from worker.job.outputs.observer import ObserverPictures, ObserverVideo
 from worker.job.outputs.output import OutputOptions
 from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
-from worker.job.outputs.prints import Print
+from worker.job.outputs.prints import CalibrationSheet, Print
 from worker.job.outputs.spoc import Spoc
 from worker.job.outputs.stereo import AnaglyphVideo, StereoVideo
 from worker.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
 from worker.plan import names
+from worker.tasks.outputs.calibration import about_calibration_sheet, make_calibration_sheet
 from worker.tasks.outputs.clips import about_focus, make_focus, make_sweep
 from worker.tasks.outputs.contact_sheet import make_contact_sheet
 from worker.tasks.outputs.datasets import (
@@ -61,6 +62,7 @@ MAKERS: Mapping[type[OutputOptions], Callable[[Making, Any], None]] = {
     LensletVideo: make_mpeg_lenslet,
     NpzArrays: make_npz,
     Print: make_print,
+    CalibrationSheet: make_calibration_sheet,
 }
 
 ABOUT: Mapping[type[OutputOptions], Callable[[Footage, Any], Mapping[str, Any]]] = {
@@ -77,6 +79,7 @@ ABOUT: Mapping[type[OutputOptions], Callable[[Footage, Any], Mapping[str, Any]]]
     Quilt: about_quilt,
     Print: about_print,
     Spoc: about_spoc,
+    CalibrationSheet: about_calibration_sheet,
 }
 """What a sidecar says of a kind's own files, where there is anything to say."""
 

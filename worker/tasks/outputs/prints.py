@@ -16,11 +16,8 @@ from numpy.typing import NDArray
 
 from worker.exports.pdf import Page, Picture, write_pdf
 from worker.images.colour import srgb_codes
-from worker.images.density import Density
-from worker.images.drawing import paper
 from worker.images.icc import srgb_profile
-from worker.images.png import deflated_rows, write_png_bands
-from worker.images.tiff import write_tiff_bands
+from worker.images.png import deflated_rows
 from worker.images.turned import turned_bands
 from worker.integral.device import array_pitches, device_bands
 from worker.job.outputs.prints import Print
@@ -28,10 +25,8 @@ from worker.plan import names
 from worker.plan.print_page import PrintPage, label_of, print_page
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.paper import paper_bands, write_page
 from worker.whole_file import new_file
-
-BAND_ROWS = 64
-"""Of paper, that are drawn together."""
 
 
 def make_print(making: Making, output: Print) -> None:
@@ -58,14 +53,13 @@ def _write(path: Path, *, making: Making, output: Print, frame: int) -> None:
     footage = making.footage
     page, label = _page(footage, output, frame)
     codes = _array_bands(making, output, frame, page)
-    with new_file(path) as file:
-        if output.file_format == "pdf":
+    if output.file_format == "pdf":
+        with new_file(path) as file:
             write_pdf(file, [_pdf_page(page)], title=label, picture=_pdf_picture(page, codes, output.bits))
-            return
-        write = write_tiff_bands if output.file_format == "tiff" else write_png_bands
-        density = Density.of_pixel(width_mm=page.pixel_mm, height_mm=page.pixel_mm)
-        bands = _page_bands(page, codes, output.bits)
-        write(file, bands, rows=page.rows, cols=page.cols, bits=output.bits, density=density)
+        return
+    bands = _page_bands(page, codes, output.bits)
+    size = {"rows": page.rows, "cols": page.cols, "bits": output.bits}
+    write_page(path, bands, file_format=output.file_format, pixel_mm=page.pixel_mm, **size)
 
 
 def _page(footage: Footage, output: Print, frame: int) -> tuple[PrintPage, str]:
@@ -96,23 +90,15 @@ def _array_bands(making: Making, output: Print, frame: int, page: PrintPage) -> 
 
 def _page_bands(page: PrintPage, codes: Iterator[NDArray[Any]], bits: int) -> Iterator[NDArray[Any]]:
     """Yield the page, paper and marks around the array."""
-
-    def drawn(top: int, rows: int) -> NDArray[Any]:
-        light = paper(page.shapes, pixel_mm=page.pixel_mm, top=top, rows=rows, cols=page.cols)
-        return srgb_codes(light.astype(np.float16)[:, :, np.newaxis], bits=bits).repeat(3, axis=2)
-
-    def margin(first: int, stop: int) -> Iterator[NDArray[Any]]:
-        for top in range(first, stop, BAND_ROWS):
-            yield drawn(top, min(BAND_ROWS, stop - top))
-
-    yield from margin(0, page.margin_px)
+    around = partial(paper_bands, page.shapes, pixel_mm=page.pixel_mm, cols=page.cols, bits=bits)
     top = page.margin_px
+    yield from around(first=0, stop=top)
     for band in codes:
-        rows = drawn(top, len(band))
+        rows = np.concatenate(list(around(first=top, stop=top + len(band))))
         rows[:, page.margin_px : page.margin_px + page.array_cols] = band
         yield rows
         top += len(band)
-    yield from margin(top, page.rows)
+    yield from around(first=top, stop=page.rows)
 
 
 def _pdf_page(page: PrintPage) -> Page:

@@ -1,0 +1,65 @@
+"""Maker of calibration sheets: a page across and a page down, without a frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from worker.exports.pdf import Page, write_pdf
+from worker.job.outputs.prints import CalibrationSheet
+from worker.job.rig import Rig
+from worker.plan.calibration import DIRECTIONS, CalibrationPage, calibration_page
+from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.paper import paper_bands, write_page
+from worker.whole_file import new_file
+
+TITLE = "Calibration sheet"
+
+
+def make_calibration_sheet(making: Making, output: CalibrationSheet) -> None:
+    """Make the sheet: a PDF of two pages, or a picture for each direction."""
+    rig = making.footage.rig(making.footage.frames[0])
+    for file, pages in sheet_files(output, rig):
+        making.keep(file, partial(write_sheet, output=output, pages=pages))
+
+
+def about_calibration_sheet(footage: Footage, output: CalibrationSheet) -> dict[str, Any]:
+    """Return which strip has which pitch, and where it is."""
+    rig = footage.rig(footage.frames[0])
+    pages = [calibration_page(output, rig, direction) for direction in DIRECTIONS]
+    return {
+        page.direction: {"page_px": [page.rows, page.cols], "strips": [vars(strip) for strip in page.strips]}
+        for page in pages
+    }
+
+
+def sheet_files(output: CalibrationSheet, rig: Rig) -> Iterator[tuple[str, tuple[CalibrationPage, ...]]]:
+    """Yield the name of each file and the pages in it."""
+    pages = tuple(calibration_page(output, rig, direction) for direction in DIRECTIONS)
+    if output.file_format == "pdf":
+        yield output.file_name, pages
+        return
+    for page in pages:
+        yield f"{output.name}-{page.direction}{output.suffix}", (page,)
+
+
+def write_sheet(path: Path, output: CalibrationSheet, pages: tuple[CalibrationPage, ...]) -> None:
+    """Write a file of the sheet.
+
+    Raises
+    ------
+    OutputError, StoreFull, StoreUnavailable
+        If it cannot be written, and then no part of it is left.
+    """
+    if output.file_format == "pdf":
+        drawn = [Page(page.cols * page.pixel_mm, page.rows * page.pixel_mm, page.shapes) for page in pages]
+        with new_file(path) as file:
+            write_pdf(file, drawn, title=TITLE)
+        return
+    (page,) = pages
+    size = {"cols": page.cols, "bits": 8}
+    bands = paper_bands(page.shapes, first=0, stop=page.rows, pixel_mm=page.pixel_mm, **size)
+    write_page(path, bands, file_format=output.file_format, rows=page.rows, pixel_mm=page.pixel_mm, **size)
