@@ -35,8 +35,8 @@ COMMANDS = dict(_commands(typer.main.get_command(main.app)))
 def test_there_are_the_commands_that_were_promised() -> None:
     farm = {"up", "serve", "worker", "demo", "keys"}
     jobs = {"submit", "jobs", "show", "watch", "fetch", "cancel", "pause", "resume", "retry"}
-    integral = {"views", "view", "refocus", "observe", "export", "coding-study"}
-    optics = {"design", "lens", "paper"}
+    integral = {"views", "view", "refocus", "observe", "export", "coding-study", "orthoscopic", "depth"}
+    optics = {"design", "lens", "paper", "calibration-sheet"}
     assert {path[0] for path in COMMANDS} == farm | jobs | integral | optics | {"scenes", "capture", "compare"}
 
 
