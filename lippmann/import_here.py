@@ -137,11 +137,13 @@ def write_bundle(files: Sequence[Path], lenses: Lenses, folder: Path, *, title: 
     check_writable(folder)
     frames = folder / "frames"
     frames.mkdir(exist_ok=True)
-    for place, path in enumerate(files):
-        shutil.copyfile(path, frames / f"{place + 1:04d}{path.suffix.lower()}")
+    # Listed, so that what an earlier import left beside them is not taken for frames.
+    listed = [f"frames/{place + 1:04d}{path.suffix.lower()}" for place, path in enumerate(files)]
+    for name, path in zip(listed, files, strict=True):
+        shutil.copyfile(path, folder / name)
     # JSON's numbers, words, lists and switches are TOML's.
     lines = (f"{name} = {json.dumps(value)}" for name, value in geometry_data(lenses).items())
-    text = (f"title = {json.dumps(title)}", "", "[sheets]", 'files = "frames/*"', *lines, "")
+    text = (f"title = {json.dumps(title)}", "", "[sheets]", f"files = {json.dumps(listed)}", *lines, "")
     (folder / "scene.toml").write_text("\n".join(text))
 
 

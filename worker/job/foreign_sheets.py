@@ -50,10 +50,16 @@ class ForeignSheets(SheetGeometry):
         Raises
         ------
         BundleError
-            If there are none.
+            If there are none, or one that is listed is not in the bundle.
         """
         pattern = self.files
         if not isinstance(pattern, str):
+            strange = [name for name in pattern if name not in names or not name.lower().endswith(SUFFIXES)]
+            if strange or not pattern:
+                got = repr(strange[0]) if strange else "none"
+                raise BundleError(
+                    f"scene.toml: sheets.files: expected pictures ({', '.join(SUFFIXES)}) of the bundle, got {got}"
+                )
             return self
         found = tuple(sorted(n for n in names if fnmatchcase(n, pattern) and n.lower().endswith(SUFFIXES)))
         if not found:

@@ -79,8 +79,24 @@ def test_a_bundle_names_its_pictures_and_one_without_is_refused(tmp_path: Path, 
     assert card.sheets.files == ("frames/0001.png", "frames/0002.png")
     for path in (bundle / "frames").iterdir():
         path.unlink()
-    with pytest.raises(BundleError, match=r"sheets\.files: expected pictures"):
+    with pytest.raises(BundleError, match=r"sheets\.files: expected pictures .* of the bundle, got 'frames/0001\.png'"):
         check_bundle(pack_folder(bundle))
+
+
+@pytest.mark.parametrize(
+    ("files", "found"), [('"frames/*"', 2), ('"frames/0002.*"', 1), ('"../*"', 0), ('["../1.png"]', 0), ("[]", 0)]
+)
+def test_pictures_are_those_of_the_bundle_and_no_others(bundle: Path, files: str, found: int) -> None:
+    manifest = bundle / "scene.toml"
+    lines = [f"files = {files}" if line.startswith("files") else line for line in manifest.read_text().splitlines()]
+    manifest.write_text("\n".join(lines))
+    if not found:
+        with pytest.raises(BundleError, match=r"sheets\.files: expected pictures"):
+            check_bundle(pack_folder(bundle))
+        return
+    card = check_bundle(pack_folder(bundle)).card
+    assert card.sheets is not None
+    assert len(card.sheets.files) == found
 
 
 def test_a_picture_cut_short_ends_the_job_by_name(tmp_path: Path, bundle: Path) -> None:
