@@ -13,6 +13,8 @@ from worker.images.scratch import scratch_rows
 
 BLOCK_PX = 256
 """Cols that are read together when they become rows."""
+BAND_ROWS = 64
+"""Of the turned picture, that are given at a time."""
 
 
 def turned_bands(
@@ -52,10 +54,12 @@ def turned_bands(
                 kept.write(number * rows + top, np.pad(block, ((0, 0), (0, wide - block.shape[1]), (0, 0))))
             top += len(band)
         if quarters == 2:
-            for stop in range(rows, 0, -BLOCK_PX):
-                yield kept.read(max(0, stop - BLOCK_PX), stop)[::-1, ::-1]
+            for stop in range(rows, 0, -BAND_ROWS):
+                yield kept.read(max(0, stop - BAND_ROWS), stop)[::-1, ::-1]
             return
         blocks = list(enumerate(lefts))
         for number, left in blocks if quarters == 1 else reversed(blocks):
             block = kept.read(number * rows, (number + 1) * rows)[:, : cols - left]
-            yield np.rot90(block, -quarters)
+            turned = np.rot90(block, -quarters)
+            for top in range(0, len(turned), BAND_ROWS):
+                yield turned[top : top + BAND_ROWS]

@@ -32,6 +32,8 @@ DIRECTIONS: tuple[Direction, ...] = ("across", "down")
 
 BORDER_MM = 8.0
 HEAD_MM = 13.0
+HEAD_WIDTH_MM = 150.0
+"""What the text above the strips takes."""
 GAP_MM = 1.0
 """Between strips."""
 NAMES_MM = {"across": 27.0, "down": 6.0}
@@ -90,11 +92,11 @@ def page_mm(output: CalibrationSheet, direction: Direction) -> tuple[float, floa
     """Return a page's (width, height)."""
     along, beside = output.length_mm, output.steps * (output.strip_mm + GAP_MM)
     wide, high = (along, beside) if direction == "across" else (beside, along)
-    names = NAMES_MM[direction]
-    return (
-        2 * BORDER_MM + wide + (names if direction == "across" else 0.0),
-        2 * BORDER_MM + HEAD_MM + high + (names if direction == "down" else 0.0),
-    )
+    if direction == "across":
+        wide += NAMES_MM["across"]
+    else:
+        high += NAMES_MM["down"]
+    return 2 * BORDER_MM + max(wide, HEAD_WIDTH_MM), 2 * BORDER_MM + HEAD_MM + high
 
 
 def line_period(hexagonal: bool, direction: Direction) -> float:

@@ -48,6 +48,11 @@ def test_pictures_are_one_for_each_direction_with_the_devices_density(tmp_path: 
             codes = file.asarray()
             assert file.pages[0].tags["XResolution"].value == (300, 1)  # type: ignore[union-attr]
         assert list(codes.shape[:2]) == said["format"][direction]["page_px"]
+        assert [strip["bands_mm"] for strip in said["format"][direction]["strips"]] == [
+            pytest.approx(99),
+            None,
+            pytest.approx(101),
+        ]
         for strip in said["format"][direction]["strips"]:
             left, top, wide, high = (
                 round(strip[side] / PIXEL_MM) for side in ("left_mm", "top_mm", "width_mm", "height_mm")

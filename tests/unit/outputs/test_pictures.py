@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from tests.builders_outputs import GivenJob, given_job
-from worker.errors import SpecError
+from worker.errors import OutputError, SpecError
 from worker.images.colour import srgb_codes
 from worker.images.read import read_rgb
+from worker.integral.between_views import views_in_row
 from worker.integral.cells import cells
 from worker.integral.layout import CellLayout
 from worker.integral.square_pixels import as_square, square_size
@@ -76,6 +77,14 @@ def test_a_quilt_of_another_count_is_interpolated_cut_and_scaled(tmp_path: Path)
     assert quilt.shape == (6 * 3, 7 * 3 * 3, 3)
     for number, tile in enumerate(tiles_of(quilt, 7, 1)):
         assert np.abs(tile.astype(int) - coded(number / 2, 0)).max() <= 1
+
+
+def test_a_row_of_hexagonal_views_that_does_not_divide_is_said(tmp_path: Path) -> None:
+    asked = {"kind": "quilt", "view_row": 1, "columns": 8}
+    job = given_job(tmp_path, outputs=[asked], px_per_lens=8, lens_array={"lattice": "hexagonal"})
+    assert len(views_in_row(job.layout, 1)) == 2
+    with pytest.raises(OutputError, match="columns: a number that divides the 2 views, got 8"):
+        job.make("quilt.png")
 
 
 def test_a_quilt_of_all_views_has_the_lowest_row_of_views_below(tmp_path: Path) -> None:

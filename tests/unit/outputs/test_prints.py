@@ -151,6 +151,7 @@ def test_a_pdf_places_each_pixel_on_one_of_the_devices(tmp_path: Path, bits: int
         codes = np.frombuffer(picture.get_data(), ">u2" if bits == 16 else "u1").reshape(61, 51, 3)
         assert reader.trailer["/Root"]["/ViewerPreferences"]["/PrintScaling"] == "/None"  # type: ignore[index]
         text = page.extract_text()
+        fonts = [font.get_object() for font in page["/Resources"]["/Font"].get_object().values()]  # type: ignore[index]
     matrix = re.search(r"([\d. ]+) cm\s+/FormXob", drawn)
     assert matrix is not None
     wide, _, _, high, left, bottom = (float(number) * POINT_MM for number in matrix[1].split())
@@ -160,6 +161,8 @@ def test_a_pdf_places_each_pixel_on_one_of_the_devices(tmp_path: Path, bits: int
     assert not picture["/Interpolate"].value
     assert profile == srgb_profile()
     np.testing.assert_array_equal(codes, array_of(job, bits))
+    assert len(fonts) == 1
+    assert "/FontFile2" in fonts[0]["/FontDescriptor"].get_object()  # embedded
     assert "frame 1" in text
     assert "lens pitch 1 mm" in text
     assert "print at 100 %" in text
@@ -179,8 +182,6 @@ def test_the_marks_of_a_pdf_stand_where_the_lenses_end(tmp_path: Path) -> None:
     # Crop marks at both ends, crosses in the middle of the other sides beyond them, and the lens edge between.
     assert [x for x in upright if abs(x) <= 2.6] == pytest.approx([-2.5 * 1.004, 0.5 * 1.004, 2.5 * 1.004], abs=1e-3)
     assert [y for y in level if abs(y) <= 3.1] == pytest.approx([-3 * 1.004, 0.0, 3 * 1.004], abs=1e-3)
-    fonts = re.findall(r"/(F\d\+?\d*) [\d.]+ Tf", drawn)
-    assert fonts
 
 
 def test_a_page_without_marks_and_margin_is_the_array(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Any
 from worker.exports.pdf import Page, write_pdf
 from worker.job.outputs.prints import CalibrationSheet
 from worker.job.rig import Rig
-from worker.plan.calibration import DIRECTIONS, CalibrationPage, calibration_page
+from worker.plan.calibration import DIRECTIONS, CalibrationPage, Strip, calibration_page, moire_mm
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.paper import paper_bands, write_page
@@ -27,11 +28,17 @@ def make_calibration_sheet(making: Making, output: CalibrationSheet) -> None:
 
 
 def about_calibration_sheet(footage: Footage, output: CalibrationSheet) -> dict[str, Any]:
-    """Return which strip has which pitch, and where it is."""
+    """Return which strip has which pitch, where it is, and how wide bands are over it if the pitch is as expected."""
     rig = footage.rig(footage.frames[0])
+    pitch_mm = output.real_pitch_mm(rig)
+
+    def strip_of(strip: Strip) -> dict[str, float | None]:
+        bands_mm = moire_mm(pitch_mm, strip.pitch_mm)
+        return {**vars(strip), "bands_mm": bands_mm if math.isfinite(bands_mm) else None}
+
     pages = [calibration_page(output, rig, direction) for direction in DIRECTIONS]
     return {
-        page.direction: {"page_px": [page.rows, page.cols], "strips": [vars(strip) for strip in page.strips]}
+        page.direction: {"page_px": [page.rows, page.cols], "strips": list(map(strip_of, page.strips))}
         for page in pages
     }
 
