@@ -43,6 +43,7 @@ whole_cells       a sheet of such a pitch, a print or a scan, made into whole ce
 finding           where the lenses of a picture from elsewhere are
 foreign           such a picture made into the sheet that the rest takes
 interpolation     between neighbours, linear
+half_floats       half floats in single precision, quickly
 compare           PSNR and SSIM of two sheets and of every view
 rate_distortion   how much a codec saves against another
 

@@ -16,9 +16,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from worker.integral.half_floats import planes
 from worker.integral.interpolation import Light
 
-BAND_BYTES = 48 * 2**20
+BAND_BYTES = 96 * 2**20
 """About so much of the sheet is worked on at a time, and half of it more."""
 
 PRODUCT_ROWS = 8
@@ -76,6 +77,10 @@ def weighted_sums(light: NDArray[Light], down: Sequence[Taps], across: Sequence[
     NDArray
         `(picture, row, col, channel)`, in single precision or the sheet's, if higher. Of every pixel, the sum over its
         taps down and across of weight times weight times light.
+
+    Notes
+    -----
+    In a product with zeros, a pixel that is no number or infinite makes those near it no numbers either.
     """
     dtype = np.result_type(light.dtype, np.float32)
     rows = down[0].pixels
@@ -88,7 +93,7 @@ def weighted_sums(light: NDArray[Light], down: Sequence[Taps], across: Sequence[
         if not taken.size:
             continue
         first = int(taken.min())
-        band = light[first : int(taken.max()) + 1].transpose(2, 0, 1).astype(dtype, order="C")
+        band = planes(light[first : int(taken.max()) + 1])
         for group in groups:
             some = [here[index] for index in group]
             products = list(_stacked(some, max(1, PRODUCT_ROWS // len(some)), dtype))
