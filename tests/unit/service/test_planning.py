@@ -65,6 +65,7 @@ def test_the_plan_is_an_artifact_that_workers_read(farm: Farm) -> None:
     sheet = json.loads(farm.store.get_bytes(f"{job_id}/plan.json"))
     assert sheet == {
         "tile_rows": 2, "tile_cols": 1, "probe_start_s": PROBE.start_s, "probe_s_per_px": PROBE.s_per_px,
+        "renders": True,
     }  # fmt: skip
 
 
