@@ -107,7 +107,7 @@ def first_failure(session: Session, job_id: str) -> Task | None:
 def failed_outputs(session: Session, job_id: str) -> int:
     """Return how many outputs of a job failed."""
     query = select(func.count()).where(
-        Task.job_id == job_id, Task.kind == TaskKind.ENCODE, Task.status == TaskStatus.FAILED
+        Task.job_id == job_id, Task.stage == TaskKind.ENCODE.value, Task.status == TaskStatus.FAILED
     )
     return int(session.scalar(query) or 0)
 

@@ -8,7 +8,7 @@ artifacts first, and `retry` finds them with everything else that is not done.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import islice
 
 from sqlalchemy.orm import Session
@@ -18,10 +18,12 @@ from service.db.engine import Database
 from service.db.tables import EventTopic, Job, Task
 from service.db.tally import move_tasks, shift
 from service.jobs.moves import find_job
+from service.jobs.show import spec_of
 from service.parts import ArtifactStore
 from service.schemas.frame import FrameStatus
 from worker.errors import ArtifactBroken, ArtifactMissing
-from worker.job.orders import TaskKind
+from worker.job.orders import TaskKind, TileIndex
+from worker.job.spec import JobSpec
 from worker.job.statuses import JobStatus, TaskStatus
 from worker.plan import names
 
@@ -29,7 +31,6 @@ RETRIABLE = frozenset({JobStatus.FAILED, JobStatus.CANCELLED})
 CODES = frozenset({ArtifactMissing.code, ArtifactBroken.code})
 CHUNK = 200
 """Artifacts that are deleted in one transaction."""
-_MASTERS = (names.thumb_name, names.integral_name, names.orthoscopic_name, names.views_name)
 _MASTER = re.compile(r"(?<!\d)(\d{4,})\.exr")
 _AGAIN = {"failures": 0, "failed_on": [], "progress": None, "ended_s": None, "cpu_s": None, "wall_s": None}
 
@@ -37,9 +38,11 @@ _AGAIN = {"failures": 0, "failed_on": [], "progress": None, "ended_s": None, "cp
 def mend_job(database: Database, store: ArtifactStore, job_id: str) -> int:
     """Take back what cannot be read of a job that may be retried; returns how many tasks that was."""
     with database.reading() as session:
-        if find_job(session, job_id).status not in RETRIABLE:
+        row = find_job(session, job_id)
+        if row.status not in RETRIABLE:
             return 0
-    suspects = _suspects(database, store, job_id)
+        spec = spec_of(row)
+    suspects = _suspects(database, store, job_id, spec)
     taken = 0
     while chunk := list(islice(suspects, CHUNK)):
         with database.writing() as session:
@@ -51,29 +54,34 @@ def mend_job(database: Database, store: ArtifactStore, job_id: str) -> int:
     return taken
 
 
-def _suspects(database: Database, store: ArtifactStore, job_id: str) -> Iterator[Task]:
+def _suspects(database: Database, store: ArtifactStore, job_id: str, spec: JobSpec) -> Iterator[Task]:
     """Yield the done tasks whose artifacts cannot be read, as far as the failures and the store tell."""
     unreadable, assemblies = mend_rows.unreadable, mend_rows.done_assemblies
     for page in _pages(database, lambda s, after: unreadable(s, job_id, TaskKind.ASSEMBLE, CODES, after=after)):
         damaged = {task.frame for task in page if task.error_code == ArtifactBroken.code}
-        yield from _tiles(database, store, job_id, [task.frame for task in page], damaged)
+        yield from _tiles(database, store, spec, job_id, [task.frame for task in page], damaged)
     with database.reading() as session:
         encodes = unreadable(session, job_id, TaskKind.ENCODE, CODES, after=-1)
     for page in _pages(database, lambda s, after: assemblies(s, job_id, after=after)) if encodes else ():
-        bad = [task for task in page if _is_named(encodes, task.frame) or not _has_masters(store, task)]
+        bad = [task for task in page if _is_named(encodes, task.frame) or not _has_masters(store, spec, task)]
         yield from bad
         if bad:
-            yield from _tiles(database, store, job_id, [task.frame for task in bad], set())
+            yield from _tiles(database, store, spec, job_id, [task.frame for task in bad], set())
 
 
 def _tiles(
-    database: Database, store: ArtifactStore, job_id: str, frames: Sequence[int | None], damaged: set[int | None]
+    database: Database,
+    store: ArtifactStore,
+    spec: JobSpec,
+    job_id: str,
+    frames: Sequence[int | None],
+    damaged: set[int | None],
 ) -> Iterator[Task]:
     """Yield the tiles of frames that are missing; all of a damaged frame, since which of them it was is not known."""
     with database.reading() as session:
         tiles = mend_rows.done_renders(session, job_id, frames)
     for task in tiles:
-        if task.frame in damaged or not store.exists(names.job_artifact(job_id, task.artifact)):
+        if task.frame in damaged or not _are_there(store, job_id, _of_tile(spec, task)):
             yield task
 
 
@@ -123,7 +131,30 @@ def _is_named(encodes: Sequence[Task], frame: int | None) -> bool:
     return any(int(match[1]) == frame if match else code == ArtifactBroken.code for code, match in found)
 
 
-def _has_masters(store: ArtifactStore, assembly: Task) -> bool:
+def _of_tile(spec: JobSpec, render: Task) -> Iterator[str]:
+    """Yield the names of what a render leaves for its frame's assembly."""
+    yield render.artifact
+    if spec.capture.depth:
+        assert render.frame is not None  # noqa: S101 - the plan's promise
+        assert render.tile_row is not None  # noqa: S101
+        assert render.tile_col is not None  # noqa: S101
+        yield names.depth_tile_name(render.frame, TileIndex(row=render.tile_row, col=render.tile_col))
+
+
+def _has_masters(store: ArtifactStore, spec: JobSpec, assembly: Task) -> bool:
     assert assembly.frame is not None  # noqa: S101 - the plan's promise
-    wanted = [names.job_artifact(assembly.job_id, name(assembly.frame)) for name in _MASTERS]
-    return all(map(store.exists, wanted))
+    return _are_there(store, assembly.job_id, _masters(spec, assembly.frame))
+
+
+def _masters(spec: JobSpec, frame: int) -> Iterator[str]:
+    """Yield the names of what an assembly leaves."""
+    for name in (names.thumb_name, names.integral_name, names.orthoscopic_name, names.views_name):
+        yield name(frame)
+    if spec.capture.depth:
+        yield names.depth_name(frame)
+    if spec.rig.device is not None:
+        yield names.device_name(frame)
+
+
+def _are_there(store: ArtifactStore, job_id: str, wanted: Iterable[str]) -> bool:
+    return all(store.exists(names.job_artifact(job_id, name)) for name in wanted)

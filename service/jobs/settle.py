@@ -46,8 +46,9 @@ def _cause(session: Session, row: Job, failed_share: float) -> tuple[str, str] |
         return _of(task_rows.first_failure(session, row.id), "the probe failed")
     total = sum(getattr(row, status.value) for status in TaskStatus)
     # One output that cannot be made keeps no other from being made.
-    if row.failed - task_rows.failed_outputs(session, row.id) > failed_share * total:
-        what = f"{row.failed} of {total} tasks failed, more than {failed_share:.0%}"
+    needed = row.failed - task_rows.failed_outputs(session, row.id)
+    if needed > failed_share * total:
+        what = f"{needed} of {total} tasks failed, more than {failed_share:.0%}"
         return _of(task_rows.first_failure(session, row.id), what)
     if not (row.ready or row.dispatched or row.running):
         return _of(task_rows.first_failure(session, row.id), f"{row.failed} of {total} tasks failed")
@@ -57,7 +58,8 @@ def _cause(session: Session, row: Job, failed_share: float) -> tuple[str, str] |
 def _of(task: Task | None, what: str) -> tuple[str, str]:
     if task is None:
         return "tasks-failed", what
-    return "tasks-failed", f"{what}; the first: {task.error_message or task.error_code}"
+    which = f"{task.output}: " if task.output else ""
+    return "tasks-failed", f"{what}; the first: {which}{task.error_message or task.error_code}"
 
 
 def _left(row: Job) -> int:

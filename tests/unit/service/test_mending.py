@@ -13,7 +13,14 @@ from worker.job.orders import Order, TaskKind
 from worker.job.statuses import JobStatus, TaskStatus
 from worker.plan import names
 
-MASTERS = (names.integral_name, names.orthoscopic_name, names.views_name, names.thumb_name)
+MASTERS = (
+    names.integral_name,
+    names.orthoscopic_name,
+    names.depth_name,
+    names.device_name,
+    names.views_name,
+    names.thumb_name,
+)
 
 
 def _make(farm: Farm, order: Order) -> None:
@@ -22,6 +29,8 @@ def _make(farm: Farm, order: Order) -> None:
     if artifact in farm.store.files:
         return
     made = [name(order.frame or 0) for name in MASTERS] if order.kind is TaskKind.ASSEMBLE else []
+    if order.kind is TaskKind.RENDER and order.tile is not None:
+        made.append(names.depth_tile_name(order.frame or 0, order.tile))
     for name in [artifact, *(names.job_artifact(order.job_id, name) for name in made)]:
         farm.store.files[name] = b"whole"
 
@@ -116,6 +125,36 @@ def test_a_video_that_finds_a_master_missing_has_its_frame_assembled_again(
     _work(api_farm)
     assert api_farm.job(job_id).status is JobStatus.DONE
     assert {tile, f"{job_id}/views/0003.exr"} <= set(api_farm.store.files)
+
+
+@pytest.mark.parametrize("lost", ["depth/0003.exr", "device/0003.exr"])
+def test_depth_and_the_sheet_on_a_device_are_masters_too_if_the_job_has_them(
+    api: Client, api_farm: Farm, lost: str
+) -> None:
+    rig = {"lens_array": {"count": [10, 10]}, "device": {"dpi": 600}}
+    job_id = api_farm.planned(capture={"depth": True}, rig=rig)
+    _work(api_farm, _encode_fails("artifact-missing"))
+    del api_farm.store.files[f"{job_id}/{lost}"]
+    api.post(f"/api/v1/jobs/{job_id}/retry")
+    assert _statuses(api_farm, job_id, TaskKind.ASSEMBLE) == {
+        1: {TaskStatus.DONE}, 2: {TaskStatus.DONE}, 3: {TaskStatus.READY},
+    }  # fmt: skip
+    _work(api_farm)
+    assert api_farm.job(job_id).status is JobStatus.DONE
+    assert f"{job_id}/{lost}" in api_farm.store.files
+
+
+def test_a_tile_whose_depth_went_away_is_rendered_again(api: Client, api_farm: Farm) -> None:
+    job_id = api_farm.planned(capture={"depth": True})
+    _work(api_farm, _frame_two_fails("artifact-missing"))
+    lost = f"{job_id}/depth-tiles/0002/01-00.exr"
+    del api_farm.store.files[lost]
+    api.post(f"/api/v1/jobs/{job_id}/retry")
+    again = [task.artifact for task in api_farm.tasks(job_id) if task.status is TaskStatus.READY]
+    assert again == ["tiles/0002/01-00.exr"]
+    _work(api_farm)
+    assert api_farm.job(job_id).status is JobStatus.DONE
+    assert lost in api_farm.store.files
 
 
 def test_a_video_that_finds_a_master_damaged_and_does_not_say_which_has_all_frames_assembled_again(

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import ArtifactMissing, OutputError
+from worker.errors import OutputError
 from worker.images.read import read_channels, read_rgb
 from worker.images.rows import open_rows
 from worker.integral.bands import Sheet, SheetOfRows
@@ -73,12 +73,13 @@ class Footage:
         ------
         OutputError
             If the job did not ask for it.
+        ArtifactMissing, ArtifactBroken
+            If it did, and it is gone meanwhile, or not whole.
         """
-        try:
-            with self.master(names.depth_name(frame)) as path:
-                return DepthMap(read_channels(path, CHANNELS))
-        except ArtifactMissing as error:
-            raise OutputError(f"expected a job with capture.depth, got one without: no {error.message}") from error
+        if not self.has_depth:
+            raise OutputError("expected a job with capture.depth, got one without")
+        with self.master(names.depth_name(frame)) as path:
+            return DepthMap(read_channels(path, CHANNELS))
 
     def integral(self, frame: int) -> NDArray[np.float16]:
         """Return a frame as it was captured, pseudoscopic."""
