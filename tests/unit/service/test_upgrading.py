@@ -1,0 +1,63 @@
+"""A job that was taken before outputs had options: it loads, shows, is retried and finishes, and nothing is migrated."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from sqlalchemy import update
+
+from service.db.tables import Job
+from tests.builders_service import Client, Farm, claimed, done, failed
+from worker.job.orders import TaskKind
+from worker.job.outputs.choice import DEFAULT_OUTPUTS, output_called
+from worker.job.sheet import JobSheet
+from worker.job.statuses import JobStatus
+from worker.plan import names
+
+NAMES = ["views.mp4", "centre.mp4", "orthoscopic.mkv"]
+CHANGED = {"capture": {"method": "auto", "supersample": 1}, "outputs": NAMES}
+"""What was otherwise in the stored JSON of 0.1: no depth, and outputs as the names of three files."""
+
+
+def _of_before(spec: dict[str, Any]) -> dict[str, Any]:
+    return spec | CHANGED
+
+
+def _store_as_before(farm: Farm, job_id: str) -> None:
+    sheet = f"{job_id}/{names.JOB_SHEET}"
+    said = json.loads(farm.store.files[sheet])
+    farm.store.files[sheet] = json.dumps(said | {"spec": _of_before(said["spec"])}).encode()
+    with farm.writing() as session:
+        session.execute(update(Job).where(Job.id == job_id).values(spec=_of_before(farm.job(job_id).spec)))
+
+
+def test_a_job_of_before_is_shown_retried_and_finished(api: Client, api_farm: Farm) -> None:
+    job_id = api_farm.planned(outputs=NAMES)
+    _store_as_before(api_farm, job_id)
+    while (orders := api_farm.dispatch()) and orders[0].kind is not TaskKind.ENCODE:
+        api_farm.say(*(said for order in orders for said in (claimed(order), done(order))))
+    bad, *others = orders
+    api_farm.say(claimed(bad), failed(bad, code="output", permanent=True))
+    for order in (*others, *api_farm.dispatch()):
+        api_farm.say(claimed(order), done(order))
+    (shown,) = api.get("/api/v1/jobs").json()["items"]
+    assert (shown["status"], [output["ready"] for output in shown["outputs"]]) == ("failed", [False, True, True])
+    assert [output["name"] for output in shown["outputs"]] == NAMES
+    assert shown["outputs"][0]["url"] == f"/api/v1/jobs/{job_id}/artifacts/video/views.mp4"
+    assert api.post(f"/api/v1/jobs/{job_id}/retry").status_code == 200
+    api_farm.work()
+    assert api_farm.job(job_id).status is JobStatus.DONE
+    assert [output["ready"] for output in api.get(f"/api/v1/jobs/{job_id}").json()["outputs"]] == [True, True, True]
+
+
+def test_a_job_of_before_that_is_not_planned_yet_asks_workers_for_the_same_files(api_farm: Farm) -> None:
+    job_id = api_farm.submit(outputs=NAMES)
+    _store_as_before(api_farm, job_id)
+    (probe,) = api_farm.dispatch()
+    api_farm.say(claimed(probe), done(probe))
+    api_farm.plan()
+    encodes = [task for task in api_farm.tasks(job_id) if task.kind is TaskKind.ENCODE]
+    assert [(task.output, task.artifact) for task in encodes] == [(name, f"video/{name}") for name in NAMES]
+    sheet = JobSheet.model_validate_json(api_farm.store.files[f"{job_id}/{names.JOB_SHEET}"])
+    assert tuple(output_called(sheet.spec.outputs, name) for name in NAMES) == DEFAULT_OUTPUTS
