@@ -38,10 +38,10 @@ _AGAIN = {"failures": 0, "failed_on": [], "progress": None, "ended_s": None, "cp
 def mend_job(database: Database, store: ArtifactStore, job_id: str) -> int:
     """Take back what cannot be read of a job that may be retried; returns how many tasks that was."""
     with database.reading() as session:
-        row = find_job(session, job_id)
-        if row.status not in RETRIABLE:
+        job = find_job(session, job_id)
+        if job.status not in RETRIABLE:
             return 0
-        spec = spec_of(row)
+        spec = spec_of(job)
     suspects = _suspects(database, store, job_id, spec)
     taken = 0
     while chunk := list(islice(suspects, CHUNK)):

@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import weakref
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 from tests.builders_outputs import given_job
-from worker.errors import Stopped
+from worker.errors import ArtifactBroken, ArtifactMissing, Stopped
 from worker.images.colour import srgb_codes
 from worker.images.read import read_codes_8, read_rgb
+from worker.images.write import write_channels
+from worker.integral.depth_map import CHANNELS
 from worker.integral.views import views_grid
 from worker.plan import names
 from worker.tasks.local import JOB_ID
+from worker.tasks.outputs import encoding
+from worker.tasks.outputs.encoding import Picture, again
 
 
 class EndsAfter:
@@ -67,3 +74,87 @@ def test_a_video_is_there_only_after_what_is_told_beside_it(tmp_path: Path) -> N
     assert not job.place.store.exists(f"{JOB_ID}/video/centre.mkv")
     job.make("centre.mkv")
     assert job.sidecar("centre.mkv")["files"] == ["video/centre.mkv"]
+
+
+class Tells:
+    """A watch that keeps what it was told, and says stop once it was told so much."""
+
+    def __init__(self, stop_at: float = 2.0) -> None:
+        self.told, self.stop_at = [0.0], stop_at
+
+    @property
+    def progress(self) -> float:
+        return self.told[-1]
+
+    @progress.setter
+    def progress(self, fraction: float) -> None:
+        self.told.append(fraction)
+
+    def should_stop(self) -> bool:
+        return self.progress >= self.stop_at
+
+
+LONG: list[dict[str, Any]] = [
+    {"kind": "hci", "disparity": "none"},
+    {"kind": "print", "dpi": 300, "file_format": "png"},
+]
+"""Of a frame that takes long, more is told than that it was begun."""
+
+
+@pytest.mark.parametrize("output", LONG, ids=lambda output: str(output["kind"]))
+def test_a_long_frame_tells_how_far_it_is_and_can_be_stopped_meanwhile(tmp_path: Path, output: dict[str, Any]) -> None:
+    job = given_job(tmp_path, frames="1-2", count=(24, 20), outputs=[output])
+    (name,) = (one.file_name for one in job.sheet.spec.outputs)
+    with pytest.raises(Stopped):
+        job.make(name, Tells(stop_at=0.1))
+    watch = Tells()
+    job.make(name, watch)
+    assert watch.told == sorted(watch.told)
+    assert len({told for told in watch.told if told < 0.5}) > 3
+    assert len({told for told in watch.told if told > 0.5}) > 3
+
+
+@pytest.mark.parametrize("output", ["centre.mkv", "npz.npz", {"kind": "print", "dpi": 300}, {"kind": "depth"}], ids=str)
+def test_a_master_that_is_cut_short_or_gone_is_named_and_may_be_there_at_the_next_attempt(
+    tmp_path: Path, output: Any
+) -> None:
+    depth = isinstance(output, dict) and output["kind"] == "depth"
+    made_of = names.depth_name if depth else names.orthoscopic_name
+    job = given_job(tmp_path, frames="1-2", outputs=[output], capture={"depth": depth})
+    (name,) = (one.file_name for one in job.sheet.spec.outputs)
+    size = job.layout.rows, job.layout.cols
+    for frame in (1, 2) if depth else ():
+        write_channels(tmp_path / "d.exr", (np.ones((*size, 4), np.float32),), CHANNELS, size=size, attributes={})
+        job.place.store.put_file(f"{JOB_ID}/{made_of(frame)}", tmp_path / "d.exr")
+    master = f"{JOB_ID}/{made_of(2)}"
+    whole = job.place.store.get_bytes(master)
+    job.place.store.put_bytes(master, whole[: len(whole) // 2])
+    with pytest.raises(ArtifactBroken, match=r"0002\.exr"):
+        job.make(name)
+    job.place.store.delete(master)
+    with pytest.raises(ArtifactMissing, match=r"0002\.exr"):
+        job.make(name)
+    job.place.store.put_bytes(master, whole)
+    job.make(name)
+
+
+@pytest.mark.parametrize("room", [0, 100, 2**20])
+def test_pictures_that_are_shown_again_hold_no_sheets_and_no_more_than_there_is_room_for(
+    monkeypatch: pytest.MonkeyPatch, room: int
+) -> None:
+    monkeypatch.setattr(encoding, "KEPT_BYTES", room)
+    sheets: list[weakref.ref[Any]] = []
+
+    def views() -> Iterator[Picture]:
+        for number in range(5):
+            sheet = np.full((8, 8, 3), number, np.float32)
+            sheets.append(weakref.ref(sheet))
+            yield sheet[::4, ::4]
+
+    shown = []
+    for picture in again(views, 3):
+        assert sum(sheet() is not None for sheet in sheets) <= 2
+        shown.append(float(picture[0, 0, 0]))
+        del picture
+    assert shown == [0, 1, 2, 3, 4] * 3
+    assert len(sheets) == (5 if room == 2**20 else 15)

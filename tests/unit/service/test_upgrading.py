@@ -1,4 +1,4 @@
-"""A job that was taken before outputs had options: it loads, shows, is retried and finishes, and nothing is migrated."""
+"""A job that was taken before outputs had options: it shows, is retried and finishes; nothing is migrated."""
 
 from __future__ import annotations
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from functools import cache, partial
 from importlib.metadata import version
 from pathlib import Path
@@ -34,18 +34,28 @@ DISPARITY_STEMS = {"truth": "gt", "estimate": "estimate"}
 """What the names of maps begin with: ground truth is the benchmark's word, and an estimate is none."""
 
 DisparityMap = Callable[[], NDArray[np.float32]]
+Write = Callable[[Path], None]
 
 
 def make_hci(making: Making, output: HciFolder) -> None:
     """Make a folder of the HCI benchmark for every frame."""
-    for views in each_frame(making, output):
-        for number, place in enumerate(np.ndindex(views.block.rows, views.block.cols)):
-            making.keep(f"{views.stem}/input_Cam{number:03d}.png", partial(_write_png, views=views, place=place))
-        maps = _disparity_maps(views, output)
-        for name, disparity in maps.items():
-            making.keep(f"{views.stem}/{name.format('disp')}.pfm", partial(_write_disparity, disparity=disparity))
-            making.keep(f"{views.stem}/{name.format('depth')}.pfm", partial(_write_depth, views, disparity))
-        making.keep(f"{views.stem}/parameters.cfg", partial(_write_parameters, views, maps.values()))
+    count = len(making.footage.frames)
+    for number, views in enumerate(each_frame(making, output)):
+        # An estimate takes up to a minute, and there may be one for every view.
+        files = list(_hci_files(views, output))
+        for name, write in making.part(number, count).told(files, len(files)):
+            making.keep(f"{views.stem}/{name}", write)
+
+
+def _hci_files(views: FrameViews, output: HciFolder) -> Iterator[tuple[str, Write]]:
+    """Yield the names of a folder's files, and what writes each."""
+    for number, place in enumerate(np.ndindex(views.block.rows, views.block.cols)):
+        yield f"input_Cam{number:03d}.png", partial(_write_png, views=views, place=place)
+    maps = _disparity_maps(views, output)
+    for name, disparity in maps.items():
+        yield f"{name.format('disp')}.pfm", partial(_write_disparity, disparity=disparity)
+        yield f"{name.format('depth')}.pfm", partial(_write_depth, views, disparity)
+    yield "parameters.cfg", partial(_write_parameters, views, maps.values())
 
 
 def about_hci(footage: Footage, output: HciFolder) -> Mapping[str, Any]:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from itertools import chain
+from collections.abc import Callable, Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +20,9 @@ from worker.video.size import screen_scale
 
 Picture = NDArray[np.floating[Any]]
 """`(rows, cols, 3)`, linear light."""
+
+KEPT_BYTES = 2**28
+"""Of pictures that are shown again: as many as there is room for."""
 
 
 def encode_pixels(
@@ -54,18 +56,19 @@ def encode_shown(
     encode_pixels(making, output, enlarged, count=count, fps=fps)
 
 
-def again(pictures: Iterable[Picture], times: int) -> Iterator[Picture]:
-    """Yield pictures and then the same again; they are kept only if they are wanted more than once."""
-    if times == 1:
-        return iter(pictures)
+def again(make: Callable[[], Iterable[Picture]], times: int) -> Iterator[Picture]:
+    """Yield pictures and then the same again: kept while they are few, else made anew each time."""
     kept: list[Picture] = []
-
-    def first() -> Iterator[Picture]:
-        for picture in pictures:
-            kept.append(picture)
-            yield picture
-
-    return chain(first(), (picture for _ in range(times - 1) for picture in kept))
+    room = KEPT_BYTES if times > 1 else 0
+    for picture in make():
+        room -= picture.nbytes
+        if room >= 0:
+            kept.append(picture.copy())  # a view would keep its whole sheet
+        else:
+            kept.clear()
+        yield picture
+    for _ in range(times - 1):
+        yield from kept if room >= 0 else make()
 
 
 def _usual_scale(making: Making, output: ShownVideo) -> int:

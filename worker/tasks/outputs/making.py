@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
+
+from numpy.typing import NDArray
 
 from worker.errors import Stopped
 from worker.job.outputs.output import OutputOptions
 from worker.plan import names
 from worker.tasks.outputs.footage import Footage
-from worker.tasks.watch import Watch
+from worker.tasks.watch import PartWatched, Watch
 
 Item = TypeVar("Item")
 
@@ -63,7 +65,22 @@ class Making:
             Between two of them, if the work should end.
         """
         for number, item in enumerate(items):
-            if self.watch.should_stop():
-                raise Stopped
-            self.watch.progress = number / count
+            self._tell(number / count)
             yield item
+
+    def told_rows(self, bands: Iterable[NDArray[Any]], rows: int) -> Iterator[NDArray[Any]]:
+        """Yield bands of so many rows in all, and tell how far the work is; see `told`."""
+        done = 0
+        for band in bands:
+            self._tell(done / rows)
+            yield band
+            done += len(band)
+
+    def part(self, number: int, count: int) -> Making:
+        """Return the making of one of `count` equal parts of the output, counted from 0, for work that takes long."""
+        return replace(self, watch=PartWatched(self.watch, number / count, (number + 1) / count))
+
+    def _tell(self, progress: float) -> None:
+        if self.watch.should_stop():
+            raise Stopped
+        self.watch.progress = progress

@@ -32,8 +32,9 @@ from worker.whole_file import new_file
 def make_print(making: Making, output: Print) -> None:
     """Make a page of every frame."""
     frames = making.footage.frames
-    for frame in making.told(frames, len(frames)):
-        making.keep(names.frame_stem(frame) + output.suffix, partial(_write, making=making, output=output, frame=frame))
+    for number, frame in enumerate(making.told(frames, len(frames))):
+        part = making.part(number, len(frames))
+        making.keep(names.frame_stem(frame) + output.suffix, partial(_write, making=part, output=output, frame=frame))
 
 
 def about_print(footage: Footage, output: Print) -> dict[str, Any]:
@@ -81,10 +82,8 @@ def _array_bands(making: Making, output: Print, frame: int, page: PrintPage) -> 
     rows, cols = (page.array_cols, page.array_rows) if quarters % 2 else (page.array_rows, page.array_cols)
     step = -1 if output.mirrored else 1
     with making.footage.orthoscopic_rows(frame) as sheet:
-        upright = (
-            srgb_codes(np.ascontiguousarray(band[:, ::step]), bits=bits)
-            for band in device_bands(sheet, px_per_lens_device=per_lens)
-        )
+        light = making.told_rows(device_bands(sheet, px_per_lens_device=per_lens), rows)
+        upright = (srgb_codes(np.ascontiguousarray(band[:, ::step]), bits=bits) for band in light)
         yield from turned_bands(upright, rows=rows, cols=cols, quarters=quarters, bits=bits, folder=making.scratch)
 
 

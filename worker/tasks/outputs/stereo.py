@@ -14,6 +14,7 @@ from worker.integral.perspective import Eye, perspective
 from worker.integral.square_pixels import as_square
 from worker.integral.stereo import eye_pair, together
 from worker.integral.views import view
+from worker.job.eyes import Stereo
 from worker.job.outputs.stereo import AnaglyphVideo, PairOptions, StereoVideo
 from worker.job.rig import LensArray
 from worker.tasks.outputs.encoding import Picture, again, encode_shown
@@ -23,13 +24,12 @@ from worker.tasks.outputs.making import Making
 
 def make_stereo(making: Making, output: StereoVideo) -> None:
     """Make what two eyes see, side by side."""
-    pictures = (together(left, right, output.order) for left, right in _pairs(making.footage, output))
-    _encode(making, output, pictures, half_width=output.packing == "half")
+    _encode(making, output, output.order, half_width=output.packing == "half")
 
 
 def make_anaglyph(making: Making, output: AnaglyphVideo) -> None:
     """Make what two eyes see, in one picture for red-cyan glasses."""
-    _encode(making, output, (together(left, right, "anaglyph") for left, right in _pairs(making.footage, output)))
+    _encode(making, output, "anaglyph")
 
 
 def about_pair(footage: Footage, output: PairOptions) -> Mapping[str, Any]:
@@ -40,7 +40,10 @@ def about_pair(footage: Footage, output: PairOptions) -> Mapping[str, Any]:
     return {"eyes_mm": [[eye.x_mm, eye.y_mm, eye.distance_mm] for eye in eyes]}
 
 
-def _encode(making: Making, output: PairOptions, pictures: Iterator[Picture], *, half_width: bool = False) -> None:
+def _encode(making: Making, output: PairOptions, how: Stereo, *, half_width: bool = False) -> None:
+    def pictures() -> Iterator[Picture]:
+        return (together(left, right, how) for left, right in _pairs(making.footage, output))
+
     footage = making.footage
     count = len(footage.frames) * output.repeat
     encode_shown(making, output, again(pictures, output.repeat), count=count, fps=footage.fps, half_width=half_width)

@@ -22,7 +22,11 @@ def make_views(making: Making, output: ViewsVideo) -> None:
 def make_centre(making: Making, output: CentreVideo) -> None:
     """Make the centre view in time."""
     footage, layout = making.footage, making.footage.layout
-    views = (as_square(view(footage.orthoscopic(frame), layout, *centre(layout)), layout) for frame in footage.frames)
+
+    def views() -> Iterator[Picture]:
+        for frame in footage.frames:
+            yield as_square(view(footage.orthoscopic(frame), layout, *centre(layout)), layout)
+
     count = len(footage.frames) * output.repeat
     encode_shown(making, output, again(views, output.repeat), count=count, fps=footage.fps)
 
