@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.benchmarks import command, farm, looks, memory, observer, optics, refocus, videos
+from tests.benchmarks import command, farm, looks, memory, observer, optics, refocus, sheets, videos
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,9 @@ LINES = (
     Line("a picture on demand, its sheet in memory: wall", "<= 50 ms", looks.slowest_ms),
     Line("what an eye sees, 90 x 90 lenses of 8 px to 720 px: one ray a pixel", "<= 50 ms", observer.one_ray_ms),
     Line("what an eye sees, the same: 64 rays through the pupil", "<= 1000 ms", observer.pupil_ms),
+    Line("half-turn of 2400 x 2400 x 3 half floats / a memory copy: CPU", "<= 5.0", sheets.half_turn_ratio),
+    Line("all views of 2400 x 2400 x 3 half floats / a memory copy: CPU", "<= 5.0", sheets.views_ratio),
+    Line("turn 8000 x 8000 both ways, and all views, file to file: peak memory", "<= 1 GiB", sheets.streamed_mb),
     Line("assemble a 2400 x 2400 frame: peak memory", "<= 1 GiB", memory.assemble_mb),
     Line("refocus, 64 views of 1280 x 720: planes in a CPU second, a stack of 16", ">= 10", refocus.planes_per_s),
     Line("encoding views.mp4 / the codec alone, 128 views to 720 x 720 px: CPU", "<= 1.15", videos.cpu_ratio),

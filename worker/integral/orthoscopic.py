@@ -15,7 +15,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.integral.cells import cells, run_px, runs
+from worker.integral.cells import cells, put_pixels, run_px, runs
 from worker.integral.layout import CellLayout, Pixel, check_sheet
 
 
@@ -36,7 +36,7 @@ def half_turn_cells(sheet: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]
     """
     if layout.lattice == "square":
         turned = np.empty_like(sheet, order="C")
-        cells(turned, layout)[:] = cells(sheet, layout)[:, :, ::-1, ::-1]
+        put_pixels(cells(turned, layout), cells(sheet, layout)[:, :, ::-1, ::-1])
         return turned
     return _hexagons_turned_in_place(sheet, layout)
 
@@ -90,7 +90,7 @@ def _hexagons_turned_in_place(sheet: NDArray[Pixel], layout: CellLayout) -> NDAr
     for run in runs(layout):
         # The hexagon is its own mirror image, so the row that comes here has the same cols.
         source = replace(run, cell_row=layout.cell_rows - 1 - run.cell_row)
-        run_px(turned, layout, run)[:] = run_px(sheet, layout, source)[:, :, ::-1]
+        put_pixels(run_px(turned, layout, run), run_px(sheet, layout, source)[:, :, ::-1])
     return turned
 
 

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.errors import LayoutError
-from worker.integral.cells import Run, cells, run_px, runs, sheet_of
+from worker.integral.cells import Run, cells, put_pixels, run_px, runs, sheet_of
 from worker.integral.layout import CellLayout, Pixel, check_sheet
 
 
@@ -72,12 +72,14 @@ def views_grid(ortho: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
         `(cell_rows lens_rows, cell_cols lens_cols, channel)`, contiguous; black where there is no view.
     """
     if layout.lattice == "square":
-        by_view = cells(ortho, layout)[:, :, ::-1, ::-1].transpose(2, 0, 3, 1, 4)
-        return np.ascontiguousarray(by_view).reshape(layout.rows, layout.cols, ortho.shape[2])
+        shown = np.empty((layout.rows, layout.cols, ortho.shape[2]), dtype=ortho.dtype)
+        by_view = cells(ortho, layout)[:, :, ::-1, ::-1].transpose(0, 2, 3, 1, 4)
+        put_pixels(_by_view(shown, layout).swapaxes(0, 1), by_view)
+        return shown
     check_sheet(ortho, layout)
     grid = np.zeros((*grid_size(layout), ortho.shape[2]), dtype=ortho.dtype)
     for run in runs(layout):
-        _views_of_run(grid, layout, run)[:] = run_px(ortho, layout, run)
+        put_pixels(_views_of_run(grid, layout, run), run_px(ortho, layout, run))
     return grid
 
 
@@ -98,8 +100,7 @@ def interlace(grid: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
     """Return the orthoscopic sheet whose views a grid shows; the inverse of `views_grid`."""
     _check_grid(grid, layout)
     if layout.lattice == "square":
-        by_view = grid.reshape(layout.cell_rows, layout.lens_rows, layout.cell_cols, layout.lens_cols, grid.shape[2])
-        return sheet_of(by_view.transpose(1, 3, 0, 2, 4)[:, :, ::-1, ::-1], layout)
+        return sheet_of(_by_view(grid, layout).transpose(1, 3, 0, 2, 4)[:, :, ::-1, ::-1], layout)
     ortho = np.zeros((layout.rows, layout.cols, grid.shape[2]), dtype=grid.dtype)
     for run in runs(layout):
         run_px(ortho, layout, run)[:] = _views_of_run(grid, layout, run)
@@ -144,10 +145,14 @@ def centre(layout: CellLayout) -> tuple[int, int]:
     return layout.cell_cols // 2, layout.cell_rows // 2
 
 
+def _by_view(grid: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
+    """Return a grid as `(v, lens_row, u, lens_col, channel)`: a view of its memory."""
+    return grid.reshape(layout.cell_rows, layout.lens_rows, layout.cell_cols, layout.lens_cols, grid.shape[2])
+
+
 def _views_of_run(grid: NDArray[Pixel], layout: CellLayout, run: Run) -> NDArray[Pixel]:
     """Return where a grid shows the pixels of a run, `(lens_row, lens_col, px, channel)`: a view of its memory."""
-    by_view = grid.reshape(layout.cell_rows, layout.lens_rows, layout.cell_cols, layout.lens_cols, grid.shape[2])
-    shown = by_view[layout.cell_rows - 1 - run.cell_row, run.first_lens_row :: 2, ::-1]
+    shown = _by_view(grid, layout)[layout.cell_rows - 1 - run.cell_row, run.first_lens_row :: 2, ::-1]
     return shown[:, run.cell_cols].transpose(0, 2, 1, 3)
 
 
