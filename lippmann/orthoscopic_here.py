@@ -209,7 +209,7 @@ def _numbers(file: Path) -> type[np.float16] | None:
 def _write(
     out: Path, made: Sheet, numbers: np.dtype[Any], *, header: Mapping[str, str], bits: int | None, shown: Rig | None
 ) -> None:
-    light, master = numbers == np.float16, out.suffix.lower() == MASTER
+    light, master = np.issubdtype(numbers, np.floating), out.suffix.lower() == MASTER
     if bits is not None and (master or not light):
         raise BadInput(f"expected --bits for codes made of linear light only, got it for {out}")
     size, beside = (made.layout.rows, made.layout.cols), out.with_name(f".{out.stem}.part{out.suffix}")

@@ -71,11 +71,13 @@ class PictureRows:
     def _decoded(self, start: int, stop: int) -> NDArray[Any]:
         source, spec, count = self._source, self._source.spec(), max(self._channels) + 1
         name = next(name for name, dtype in _DTYPES.items() if dtype == self.dtype)
+        x, y = spec.x, spec.y  # other programs' pictures need not begin at 0
         if not spec.tile_height:
-            pixels = checked(self._path, source, source.read_scanlines(start, stop, 0, 0, count, name))
+            pixels = checked(self._path, source, source.read_scanlines(y + start, y + stop, 0, 0, count, name))
         else:
             first, last = start - start % spec.tile_height, min(self.rows, stop + -stop % spec.tile_height)
-            tiles = checked(self._path, source, source.read_tiles(0, self.cols, first, last, 0, 1, 0, count, name))
+            read = source.read_tiles(x, x + self.cols, y + first, y + last, 0, 1, 0, count, name)
+            tiles = checked(self._path, source, read)
             pixels = tiles.reshape(last - first, self.cols, count)[start - first : stop - first]
         in_order = self._channels == [*range(count)]
         return pixels if in_order else np.ascontiguousarray(pixels[..., self._channels])

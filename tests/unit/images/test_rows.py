@@ -81,13 +81,18 @@ def test_rows_can_be_had_in_any_order(name: str, tmp_path: Path) -> None:
     assert [entry.name for entry in tmp_path.iterdir()] == [name]
 
 
-@pytest.mark.parametrize("suffix", [".exr", ".tif"])
-def test_pictures_of_other_programs_that_are_stored_in_tiles_are_read(suffix: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("suffix", "tile_px", "origin"), [(".exr", 16, 0), (".tif", 16, 0), (".exr", 16, -7), (".exr", 0, 9)]
+)
+def test_pictures_of_other_programs_in_tiles_or_with_another_origin_are_read(
+    suffix: str, tile_px: int, origin: int, tmp_path: Path
+) -> None:
     pixels, path = noise(50, 40, np.float32), tmp_path / f"tiled{suffix}"
     target = ImageOutput.create(str(path))
     assert target is not None
     spec = ImageSpec(40, 50, 3, "float")
-    spec.tile_width = spec.tile_height = 16
+    spec.tile_width = spec.tile_height = tile_px
+    spec.x = spec.y = origin
     spec.attribute("oiio:ColorSpace", "lin_rec709_scene")
     assert target.open(str(path), spec)
     assert target.write_image(pixels)

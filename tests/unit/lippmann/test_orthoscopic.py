@@ -121,6 +121,16 @@ def test_light_becomes_codes_and_codes_light(
     assert not read_attributes(here / "b.exr")
 
 
+def test_floats_in_a_tiff_are_linear_light(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    layout = frame_size(rig_of())
+    light = (numbered_sheet(layout) % 2048 / 2048).astype(np.float32)
+    tifffile.imwrite("a.tif", light, photometric="rgb")
+    made("a.tif", "--out", "a.exr", *lenses_of(8), monkeypatch=monkeypatch, capsys=capsys)
+    np.testing.assert_array_equal(read_rgb(here / "a.exr", np.float32), half_turn_cells(light, layout))
+
+
 @LATTICES
 def test_for_the_captures_own_display_spoc_is_the_half_turn(
     lattice: str, here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
