@@ -197,9 +197,10 @@ def _made(captured: Sheet, turn: bool, rig: Rig | None, display: Spoc | None) ->
 def _header(file: Path, made: Sheet, shown: Rig | None) -> dict[str, str]:
     """Return what the header says of the picture that is written."""
     found = read_attributes(file) if file.suffix.lower() == MASTER else {}
-    # The rig names all lenses or none: hexagons from elsewhere may begin with the other row.
+    said = {name: text for name, text in found.items() if name != "rig"}
+    # A rig names all lenses or none: a hexagonal sheet turned otherwise than its header says begins with the other row.
     named = shown is not None and display_size(shown) == made.layout
-    return {**found, "rig": shown.model_dump_json()} if shown is not None and named else found
+    return {**said, "rig": shown.model_dump_json()} if shown is not None and named else said
 
 
 def _numbers(file: Path) -> type[np.float16] | None:

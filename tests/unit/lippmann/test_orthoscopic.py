@@ -121,6 +121,18 @@ def test_light_becomes_codes_and_codes_light(
     assert not read_attributes(here / "b.exr")
 
 
+def test_a_sheet_turned_otherwise_than_its_header_says_names_no_rig_that_is_not_its(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, light = captured(here, rig_of("hexagonal"))
+    said = made(str(path), "--keep-sheet", "--out", "a.exr", monkeypatch=monkeypatch, capsys=capsys)
+    assert not said["sheet_turned"]
+    np.testing.assert_array_equal(
+        read_rgb(here / "a.exr", np.float16), half_turn_cells(light, frame_size(rig_of("hexagonal")))
+    )
+    assert read_attributes(here / "a.exr") == {"job": "j"}
+
+
 def test_floats_in_a_tiff_are_linear_light(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
