@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from lippmann.commands.options import AsJson
+from lippmann.commands.options import DATA_DIR, AsJson, DataDir, Frame, Key, Source, Url
 from lippmann.errors import BadInput
 from lippmann.talk import Talk
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 def depth(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="An orthoscopic master: orthoscopic/0001.exr.")],
+    file: Source,
     out: Annotated[Path, typer.Option(help="PNG: colours. EXR: s, disparity, confidence or z. PFM: disparity.")],
     truth: Annotated[
         bool, typer.Option("--truth", help="What capture.depth found, in depth/ beside the master.")
@@ -35,25 +35,31 @@ def depth(
         ),
     ] = None,
     border: Annotated[int, typer.Option(min=0, help="Pixels along each edge whose error does not count.")] = 5,
+    frame: Frame = None,
     as_json: AsJson = False,
+    url: Url = None,
+    key: Key = None,
+    data_dir: DataDir = DATA_DIR,
 ) -> None:
     """Tell how deep what a view shows lies; an estimate is compared with the truth where it is there."""
     from lippmann.depth_here import depth_here
+    from lippmann.lent_master import Where, lent_master
     from lippmann.numbers import numbers_of
 
     if (u is None) != (v is None):
         raise BadInput("expected --u and --v, or neither for the view in the middle")
     far_near = numbers_of(between, ":", count=2, wanted="depths as A:B in mm") if between is not None else None
-    found = depth_here(
-        file,
-        out,
-        truth=truth,
-        number=(u, v) if u is not None and v is not None else None,
-        method=method,
-        reach=reach,
-        range_mm=(far_near[0], far_near[1]) if far_near else None,
-        border_px=border,
-    )
+    with lent_master(file, frame=frame, where=Where(url, key, data_dir), depth=True) as master:
+        found = depth_here(
+            master,
+            out,
+            truth=truth,
+            number=(u, v) if u is not None and v is not None else None,
+            method=method,
+            reach=reach,
+            range_mm=(far_near[0], far_near[1]) if far_near else None,
+            border_px=border,
+        )
     Talk(as_json).result(_as_data(found, border), _text(found, border))
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from lippmann.commands.options import AsJson
+from lippmann.commands.options import DATA_DIR, AsJson, DataDir, Frame, Key, Source, Url
 from lippmann.errors import BadInput
 from lippmann.talk import Talk
 from worker.job.eyes import EYES_APART_MM, MOVING_RAYS, PUPIL_MM, RAYS, REACH_MM, SIZE_PX
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def observe(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A master: orthoscopic/0001.exr, or device/0001.exr.")],
+    file: Source,
     eye: Annotated[
         str, typer.Option(metavar="X,Y,Z", help="Where the eye is, mm from the display's middle: right, up, in front.")
     ],
@@ -59,9 +59,14 @@ def observe(
     ] = None,
     bare: Annotated[Literal["clear", "black"], typer.Option(help="What is where no lens is.")] = "clear",
     surround: Annotated[Literal["black", "white"], typer.Option(help="What is beyond the pixels.")] = "black",
+    frame: Frame = None,
     as_json: AsJson = False,
+    url: Url = None,
+    key: Key = None,
+    data_dir: DataDir = DATA_DIR,
 ) -> None:
     """Show what an eye sees of a print or panel under its lenses, with all that a display does wrong."""
+    from lippmann.lent_master import Where, lent_master
     from lippmann.observe_here import Clip, Observer, clip_here, observe_here, part_of
     from lippmann.shown_display import GapWish, read_shown
     from lippmann.view_here import eye_at
@@ -77,7 +82,8 @@ def observe(
         part_mm=part_of(part) if part is not None else None,
     )
     wish = GapWish(reduced_mm=gap_mm, physical_mm=physical_gap_mm, use=gap)
-    shown = read_shown(file, gap=wish, device=device, bare=bare, surround=surround)
+    with lent_master(file, frame=frame, where=Where(url, key, data_dir)) as master:
+        shown = read_shown(master, gap=wish, device=device, bare=bare, surround=surround)
     if clip is None:
         seen = observe_here(shown, out, observer)
     else:

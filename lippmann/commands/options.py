@@ -27,6 +27,16 @@ Overrides = Annotated[
     typer.Option("--set", help="Set a field of the job: rig.px_per_lens=4; may be repeated.", metavar="FIELD=VALUE"),
 ]
 
+Source = Annotated[
+    Path,
+    typer.Argument(
+        metavar="FILE", help="A master: orthoscopic/0001.exr, or device/0001.exr; a folder of them; or a job."
+    ),
+]
+Frame = Annotated[
+    int | None, typer.Option("--frame", min=1, help="Of the folder or the job; the first one when not said.")
+]
+
 DATA_DIR = Path("data")
 
 

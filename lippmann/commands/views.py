@@ -7,12 +7,11 @@ from typing import Annotated, Literal
 
 import typer
 
-from lippmann.commands.options import AsJson
+from lippmann.commands.options import DATA_DIR, AsJson, DataDir, Frame, Key, Source, Url
 from lippmann.errors import BadInput
 from lippmann.talk import Talk
 from worker.job.filters import Filter
 
-Master = Annotated[Path, typer.Argument(metavar="FILE", help="A master: orthoscopic/0001.exr, or device/0001.exr.")]
 Scale = Annotated[float | None, typer.Option(metavar="FACTOR", help="Write it so many times as large.")]
 Size = Annotated[int | None, typer.Option(metavar="PX", help="Write it with so many px on the longer side.")]
 FilterName = Annotated[Filter, typer.Option("--filter", help="By which it comes to another size.")]
@@ -20,7 +19,7 @@ PxPerLens = Annotated[int | None, typer.Option("--px-per-lens", metavar="N", hel
 
 
 def view(
-    file: Master,
+    file: Source,
     out: Annotated[Path, typer.Option(help="The PNG to write.")],
     u: Annotated[int | None, typer.Option("--u", help="Which view, from the left; with --v.")] = None,
     v: Annotated[int | None, typer.Option("--v", help="Which view, from the top; with --u.")] = None,
@@ -37,9 +36,14 @@ def view(
     scale: Scale = None,
     size: Size = None,
     filter_name: FilterName = "lanczos3",
+    frame: Frame = None,
     as_json: AsJson = False,
+    url: Url = None,
+    key: Key = None,
+    data_dir: DataDir = DATA_DIR,
 ) -> None:
     """Take one view of an integral image, what an eye sees of it, or a view that joins up at a depth."""
+    from lippmann.lent_master import Where, lent_master
     from lippmann.picture_size import PictureSize
     from lippmann.view_here import depth_view_here, eye_here, view_here
 
@@ -51,12 +55,13 @@ def view(
     if px_per_lens is not None and depth_mm is None:
         raise BadInput("expected --px-per-lens with --depth-mm only: a view has one pixel a lens")
     wanted = PictureSize(scale=scale, longer_px=size, filter_name=filter_name)
-    if eye is not None:
-        seen = eye_here(file, out, place_mm=eye, size=wanted)
-    elif depth_mm is not None:
-        seen = depth_view_here(file, out, number=number, depth_mm=depth_mm, px_per_lens=px_per_lens, size=wanted)
-    else:
-        seen = view_here(file, out, number=number, size=wanted)
+    with lent_master(file, frame=frame, where=Where(url, key, data_dir)) as master:
+        if eye is not None:
+            seen = eye_here(master, out, place_mm=eye, size=wanted)
+        elif depth_mm is not None:
+            seen = depth_view_here(master, out, number=number, depth_mm=depth_mm, px_per_lens=px_per_lens, size=wanted)
+        else:
+            seen = view_here(master, out, number=number, size=wanted)
     talk = Talk(as_json)
     if seen.dark_lenses:
         talk.note(f"note: {seen.dark_lenses} lenses are dark: their light for this eye lies outside their own cell")
@@ -65,7 +70,7 @@ def view(
 
 
 def refocus(
-    file: Master,
+    file: Source,
     out: Annotated[Path, typer.Option(help="The PNG to write; for a stack, the folder.")],
     depth_mm: Annotated[
         float | None, typer.Option("--depth-mm", metavar="S", help="Where to focus, + in front of the display.")
@@ -82,9 +87,14 @@ def refocus(
     scale: Scale = None,
     size: Size = None,
     filter_name: FilterName = "lanczos3",
+    frame: Frame = None,
     as_json: AsJson = False,
+    url: Url = None,
+    key: Key = None,
+    data_dir: DataDir = DATA_DIR,
 ) -> None:
     """Focus an integral image anew at a depth, at many, or at all of them."""
+    from lippmann.lent_master import Where, lent_master
     from lippmann.picture_size import PictureSize
     from lippmann.refocus_here import Focusing, depths_of, refocus_here, stack_here
 
@@ -96,10 +106,11 @@ def refocus(
     depths_mm = (depth_mm,) if depth_mm is not None else depths_of(stack or "")
     wanted = PictureSize(scale=scale, longer_px=size, filter_name=filter_name)
     focusing = Focusing(method=method, px_per_lens=px_per_lens, size=wanted)
-    if stack is not None and not extended:
-        files = [str(path) for path in stack_here(file, out, depths_mm=depths_mm, focusing=focusing)]
-    else:
-        refocus_here(file, out, depths_mm=depths_mm, focusing=focusing)
-        files = [str(out)]
+    with lent_master(file, frame=frame, where=Where(url, key, data_dir)) as master:
+        if stack is not None and not extended:
+            files = [str(path) for path in stack_here(master, out, depths_mm=depths_mm, focusing=focusing)]
+        else:
+            refocus_here(master, out, depths_mm=depths_mm, focusing=focusing)
+            files = [str(out)]
     data = {"files": files, "depths_mm": depths_mm, "extended": extended, "method": method}
     Talk(as_json).result(data, "\n".join(files))

@@ -68,6 +68,23 @@ def test_fetch_brings_masters_and_single_frames_when_asked(farm: Up, done_job: d
     assert (tmp_path / "integral" / "0002.exr").read_bytes()[:4] == b"\x76\x2f\x31\x01"  # OpenEXR's magic number
 
 
+def test_what_a_frame_of_a_job_shows_is_what_its_master_shows(
+    farm: Up, done_job: dict[str, Any], tmp_path: Path
+) -> None:
+    _run(farm, "fetch", done_job["id"], "--out", str(tmp_path), "--masters")
+    for words in (["view", "--u", "0", "--v", "1"], ["refocus", "--depth-mm", "2"], ["observe", "--eye", "0,0,500"]):
+        command, *options = words
+        pictures = []
+        for place, source in enumerate(([done_job["id"]], [str(tmp_path)])):
+            out = tmp_path / f"{command}-{place}.png"
+            ended = _run(farm, command, *source, "--frame", "2", *options, "--out", str(out))
+            assert ended.returncode == 0, ended.stderr
+            pictures.append(out.read_bytes())
+        assert pictures[0] == pictures[1]
+    ended = _run(farm, "view", done_job["id"], "--frame", "7", "--centre", "--out", str(tmp_path / "no.png"))
+    assert (ended.returncode, "--frame: expected one of 1-2, got 7" in ended.stderr) == (2, True)
+
+
 def test_jobs_and_show_say_the_same_as_text_and_as_json(farm: Up, done_job: dict[str, Any]) -> None:
     jobs = json.loads(_run(farm, "jobs", "--json").stdout)
     assert done_job["id"] in [job["id"] for job in jobs]

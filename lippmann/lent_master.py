@@ -1,0 +1,83 @@
+"""The master that a command is to look at: a file, a frame of a folder, or a frame of a job, brought here for it."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from lippmann.errors import BadInput
+from service.jobs.ids import is_job_id
+from worker.plan import names
+
+
+@dataclass(frozen=True)
+class Where:
+    """The service to ask for jobs, as the options say."""
+
+    url: str | None
+    key: str | None
+    data_dir: Path
+
+
+@contextmanager
+def lent_master(source: Path, *, frame: int | None, where: Where, depth: bool = False) -> Iterator[Path]:
+    """Lend an orthoscopic master.
+
+    Parameters
+    ----------
+    source
+        A master; a folder as `capture` and `fetch --masters` leave it; or a job's id.
+    frame
+        Of the folder or the job; the first one when not said.
+    where
+        The service that knows the job.
+    depth
+        Whether to bring the depth of the job's frame, too, if the job asked for it.
+
+    Raises
+    ------
+    BadInput
+        If there is no such frame.
+    """
+    if not source.exists() and is_job_id(str(source)):
+        with _of_job(str(source), frame, where, depth=depth) as master:
+            yield master
+    elif source.is_dir():
+        yield _of_folder(source, frame)
+    elif frame is not None:
+        raise BadInput(f"expected --frame with a job or a folder, got it with {source}")
+    else:
+        yield source
+
+
+def _of_folder(folder: Path, frame: int | None) -> Path:
+    if frame is not None:
+        master = folder / names.orthoscopic_name(frame)
+        if not master.is_file():
+            raise BadInput(f"--frame: expected a frame of {folder}, got {frame}: there is no {master}")
+        return master
+    masters = sorted((folder / names.orthoscopic_name(1)).parent.glob("*.exr"))
+    if not masters:
+        raise BadInput(f"expected masters in {folder}/orthoscopic, got none")
+    return masters[0]
+
+
+@contextmanager
+def _of_job(job_id: str, frame: int | None, where: Where, *, depth: bool) -> Iterator[Path]:
+    from lippmann.commands.options import service
+
+    with service(where.url, where.key, where.data_dir) as client:
+        spec = client.job(job_id).spec
+        number = spec.frame_numbers[0] if frame is None else frame
+        if number not in spec.frame_numbers:
+            raise BadInput(f"--frame: expected one of {spec.frames}, got {number}")
+        wanted = [names.orthoscopic_name(number)]
+        if depth and spec.capture.depth:
+            wanted.append(names.depth_name(number))
+        with tempfile.TemporaryDirectory(prefix="lippmann-master-") as folder:
+            for name in wanted:
+                client.download(job_id, name, Path(folder) / name)
+            yield Path(folder) / wanted[0]
