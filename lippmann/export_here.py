@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -25,6 +26,7 @@ from worker.plan import names
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.make import make_output
 from worker.tasks.outputs.making import Making
+from worker.whole_file import new_file
 
 if TYPE_CHECKING:
     from lippmann.client import Client
@@ -105,7 +107,8 @@ def _export(footage: Footage, output: OutputOptions, out: Path) -> Exported:
         target = out / name
         target.parent.mkdir(parents=True, exist_ok=True)
         beside = target.with_name(f".{target.name}.part")
-        beside.write_bytes(path.read_bytes())
+        with path.open("rb") as source, new_file(beside) as file:
+            shutil.copyfileobj(source, file, 1 << 20)
         beside.replace(target)
         made.append(target)
 
@@ -118,6 +121,9 @@ def _export(footage: Footage, output: OutputOptions, out: Path) -> Exported:
             make_output(making)
         except WorkerError as error:
             return Exported(output=output.file_name, files=tuple(made), error=error.message)
+        except OSError as error:
+            said = f"cannot write {error.filename or out}: {error.strerror}"
+            return Exported(output=output.file_name, files=tuple(made), error=said)
     sidecar = out / names.sidecar_name(output)
     return Exported(output=output.file_name, files=(sidecar, *(path for path in made if path != sidecar)))
 

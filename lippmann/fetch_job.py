@@ -8,7 +8,9 @@ Beside them `.fetched.json` says which file of the service each one is, by entit
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Literal
@@ -20,6 +22,8 @@ from service.schemas.artifact import Artifact
 from worker.job.frames import parse_frames
 
 RECORD = ".fetched.json"
+SAVED_EVERY_S = 5.0
+"""How often the record is written while files come."""
 PICTURES = ("integral", "orthoscopic", "device", "views")
 MASTERS_ONLY = ("depth",)
 """Numbers: no pictures."""
@@ -57,16 +61,14 @@ def fetch_job(client: Client, job_id: str, folder: Path, *, frames: str | None =
         If the folder cannot be written.
     """
     wanted = tuple(_wanted(client, job_id, frames, masters=masters))
-    record = _read_record(folder)
     brought: list[Fetched] = []
-    with ProgressLine(f"fetch {job_id}") as line:
+    with _kept_record(folder) as record, ProgressLine(f"fetch {job_id}") as line:
         for number, artifact in enumerate(wanted):
             path = _place(artifact.name, masters=masters)
-            if not _is_here(folder, record.get(path.as_posix()), artifact):
+            if not _is_here(folder, record.known.get(path.as_posix()), artifact):
                 fetched = _bring(client, job_id, artifact, folder, path)
                 brought.append(fetched)
-                record[path.as_posix()] = fetched
-                _write_record(folder, record)
+                record.note(path.as_posix(), fetched)
             total = size_text(sum(one.size for one in brought))
             count = number + 1
             line.show(count / len(wanted), f"{count} of {len(wanted)} files, {total}", news=count == len(wanted))
@@ -87,7 +89,7 @@ def _wanted(client: Client, job_id: str, frames: str | None, *, masters: bool) -
 
 def _place(name: str, *, masters: bool) -> Path:
     path = Path(name)
-    if path.is_absolute() or ".." in path.parts:
+    if not path.parts or path.is_absolute() or ".." in path.parts:
         raise BadInput(f"expected files below the job, got {name!r} from the service")
     shown = path.suffix == ".exr" and path.parts[0] in PICTURES and not masters
     return path.with_suffix(".png") if shown else path
@@ -109,6 +111,38 @@ def _bring(client: Client, job_id: str, artifact: Artifact, folder: Path, path: 
     except OSError as error:
         raise BadInput(f"expected a folder to write {folder / path}, got: {error.strerror}") from error
     return Fetched(path=path, etag=artifact.etag, size=download.size)
+
+
+@dataclass
+class _Record:
+    """What is here, by place; on disk never much older than `SAVED_EVERY_S`, as it may be long."""
+
+    folder: Path
+    known: dict[str, Fetched]
+    _saved_s: float
+    _is_saved: bool = True
+
+    def note(self, place: str, fetched: Fetched) -> None:
+        """Note a file that came."""
+        self.known[place], self._is_saved = fetched, False
+        if time.monotonic() - self._saved_s > SAVED_EVERY_S:
+            self.save()
+
+    def save(self) -> None:
+        """Write it down, unless it is."""
+        if not self._is_saved:
+            _write_record(self.folder, self.known)
+            self._saved_s, self._is_saved = time.monotonic(), True
+
+
+@contextmanager
+def _kept_record(folder: Path) -> Iterator[_Record]:
+    """Lend the record of a folder; it is written whatever ends the fetch."""
+    record = _Record(folder, _read_record(folder), time.monotonic())
+    try:
+        yield record
+    finally:
+        record.save()
 
 
 def _read_record(folder: Path) -> dict[str, Fetched]:

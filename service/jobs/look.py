@@ -39,6 +39,9 @@ from worker.plan.sampling import display_size
 MAX_SHOWN_PX = 8192
 """The longest side of a picture that is made on demand."""
 
+MAX_LOOKED_PX = 2**27
+"""Of an integral image that is looked into: 0.8 GB, and up to six times as much beside it while it is refocused."""
+
 Sheet = NDArray[np.float16]
 Light = NDArray[np.floating[Any]]
 
@@ -75,6 +78,7 @@ class Sheets:
         self._parts, self._room_bytes = parts, room_bytes
         self._kept: OrderedDict[tuple[str, str], Sheet] = OrderedDict()
         self._lock = threading.Lock()
+        self._decoding = threading.Lock()
 
     def sheet(self, sight: Sight) -> Sheet:
         """Return a sheet `(rows, cols, 3)`, linear light, not to be written to.
@@ -85,17 +89,30 @@ class Sheets:
             If it is gone meanwhile, or not whole.
         """
         key = (sight.sheet_name, sight.etag)
+        known = self._known(key)
+        if known is not None:
+            return known
+        # One at a time: who drags a slider asks for the same sheet several times before it is there.
+        with self._decoding:
+            known = self._known(key)
+            if known is not None:
+                return known
+            with self._parts.store.local_path(sight.sheet_name) as path:
+                sheet = self._parts.pictures.light(path)
+            self._keep(key, sheet)
+        return sheet
+
+    def _known(self, key: tuple[str, str]) -> Sheet | None:
         with self._lock:
             if key in self._kept:
                 self._kept.move_to_end(key)
-                return self._kept[key]
-        with self._parts.store.local_path(sight.sheet_name) as path:
-            sheet = self._parts.pictures.light(path)
+            return self._kept.get(key)
+
+    def _keep(self, key: tuple[str, str], sheet: Sheet) -> None:
         with self._lock:
             self._kept[key] = sheet
             while len(self._kept) > 1 and sum(each.nbytes for each in self._kept.values()) > self._room_bytes:
                 self._kept.popitem(last=False)
-        return sheet
 
 
 def find_sight(session: Session, parts: Parts, job_id: str, frame: int) -> Sight:
@@ -107,10 +124,17 @@ def find_sight(session: Session, parts: Parts, job_id: str, frame: int) -> Sight
         If there is no such job, or it has no such frame.
     ArtifactMissing
         If the frame is not assembled yet.
+    Invalid
+        If its integral image is too large to be kept in memory.
     """
     spec = show.spec_of(find_job(session, job_id))
     if frame not in spec.frame_numbers:
         raise NotFound(f"job {job_id!r} has the frames {spec.frames}, not {frame}")
+    layout = display_size(spec.rig)
+    if layout.rows * layout.cols > MAX_LOOKED_PX:
+        expected = f"an integral image of at most {MAX_LOOKED_PX} px to look into: larger ones are for outputs"
+        problem = FieldProblem(field="frame", expected=expected, got=f"{layout.rows} x {layout.cols} px")
+        raise Invalid(str(problem), problems=[problem])
     name = names.job_artifact(job_id, names.orthoscopic_name(frame))
     try:
         etag = parts.store.etag(name)

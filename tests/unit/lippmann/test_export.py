@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import json
 from pathlib import Path
 
@@ -68,6 +69,29 @@ def test_an_output_that_cannot_be_made_keeps_no_other_from_being_made(masters: P
     assert not (tmp_path / "out/video/centre.mkv").exists()
     (masters / "orthoscopic/0003.exr").write_bytes(whole)
     assert all(one.error is None for one in export_here(footage, outputs, tmp_path / "out"))
+
+
+def test_a_place_that_cannot_be_written_keeps_no_other_output_from_being_made(masters: Path, tmp_path: Path) -> None:
+    footage = files_footage(masters, fps=8.0)
+    (tmp_path / "exports").mkdir()
+    (tmp_path / "exports/quilt").write_text("a file where the folder of the quilts would be")
+    written = wanted_outputs(["quilt.png", "view_grid.png"], footage)
+    quilt, grid = export_here(footage, written, tmp_path)
+    assert "exports/quilt" in (quilt.error or "")
+    assert (quilt.files, grid.error, len(grid.files)) == ((), None, 4)
+
+
+def test_what_a_full_disk_cuts_short_is_not_there(
+    masters: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def is_full(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    footage = files_footage(masters, fps=8.0)
+    monkeypatch.setattr("lippmann.export_here.shutil.copyfileobj", is_full)
+    (made,) = export_here(footage, wanted_outputs(["centre.mkv"], footage), tmp_path / "out")
+    assert "No space left on device" in (made.error or "")
+    assert [path.name for path in (tmp_path / "out").rglob("*") if path.is_file()] == []
 
 
 @pytest.mark.parametrize(

@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import io
+import time
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -16,7 +20,7 @@ from PIL import Image
 from lippmann.parts import make_parts
 from service.jobs.look import Sheets, Sight
 from service.main import create_app
-from tests.builders_service import CARD, Client, FakePictures, Farm
+from tests.builders_service import CARD, Client, FakePictures, Farm, parts
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr
 from worker.integral.layout import CellLayout
@@ -183,17 +187,44 @@ def test_only_as_many_sheets_are_kept_as_there_is_room_for() -> None:
 
     class Store:
         def local_path(self, name: str) -> Any:
-            from contextlib import nullcontext
-
             return nullcontext(Path(name))
 
-    parts: Any = type("Parts", (), {"store": Store(), "pictures": Pictures()})()
-    sheets = Sheets(parts, room_bytes=1200)
+    store: Any = Store()
+    sheets = Sheets(replace(parts(), store=store, pictures=Pictures()), room_bytes=1200)
     spec = JobSpec(scene="ball")
     first, second, third = (Sight(1, spec, CARD.stage, name, "e") for name in "abc")
     for sight in (first, second, first, third, first, second):
         sheets.sheet(sight)
     assert read == ["a", "b", "c", "b"]
+
+
+def test_a_sheet_that_several_ask_for_at_once_is_decoded_once() -> None:
+    read: list[str] = []
+
+    class Pictures(FakePictures):
+        def light(self, path: Path) -> NDArray[np.float16]:
+            read.append(path.name)
+            time.sleep(0.1)
+            return np.zeros((10, 10, 3), np.float16)
+
+    store: Any = SimpleNamespace(local_path=lambda name: nullcontext(Path(name)))
+    sheets = Sheets(replace(parts(), store=store, pictures=Pictures()), room_bytes=0)
+    sight = Sight(1, JobSpec(scene="ball"), CARD.stage, "a", "e")
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(sheets.sheet, [sight] * 4))
+    assert read == ["a"]
+    assert all(sheet is found[0] for sheet in found)
+
+
+def test_a_sheet_that_memory_may_not_hold_is_refused_before_it_is_read(
+    looked: Farm, make_client: Callable[[Farm], Client]
+) -> None:
+    api = make_client(looked)
+    job_id = looked.submit(rig={"lens_array": {"count": [1200, 1200]}, "px_per_lens": 16}, frames="1")
+    answer = api.get(f"/api/v1/jobs/{job_id}/frames/1/refocus", params={"depth_mm": 1})
+    assert (answer.status_code, answer.json()["code"]) == (422, "invalid")
+    assert "frame: expected an integral image of at most 134217728 px" in answer.json()["detail"]
+    assert "got 19200 x 19200 px" in answer.json()["detail"]
 
 
 def test_a_look_needs_a_key(looked: Farm) -> None:
