@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -40,7 +41,7 @@ def views_rows(sheet: Sheet, scratch: Path | None = None) -> Iterator[NDArray[An
         return
     _, band = first = next(made)
     with scratch_rows(scratch, rows=rows, cols=cols, channels=band.shape[-1], dtype=band.dtype) as kept:
-        for lens_row, views in (first, *made):
+        for lens_row, views in chain((first,), made):
             for v, view_row in enumerate(views):
                 kept.write(v * layout.lens_rows + lens_row, view_row)
         for start, stop in bands_of_rows(rows, cols * band.shape[-1] * band.dtype.itemsize):

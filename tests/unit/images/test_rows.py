@@ -18,7 +18,7 @@ from worker.errors import ArtifactBroken, ArtifactMissing, OutputError, StoreFul
 from worker.images import rows as rows_module
 from worker.images import views as views_module
 from worker.images.rows import open_rows, write_rows
-from worker.images.scratch import scratch_rows
+from worker.images.scratch import ScratchRows, scratch_rows
 from worker.images.views import views_rows
 from worker.images.write import write_exr, write_exr_rows
 from worker.integral.bands import HeldRows, SheetOfRows
@@ -160,6 +160,29 @@ def test_views_kept_aside_are_the_grid_of_views(
         assert (len(made) == 1) == (band_px == 10**6)
         np.testing.assert_array_equal(np.concatenate(made), views_grid(sheet, layout))
     assert not [*tmp_path.iterdir()]
+
+
+def test_views_are_kept_aside_band_by_band(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    layout, taken, written = CellLayout(40, 3, 4), [0], [0]
+
+    class Counted(SheetOfRows):
+        def part(self, first: int, stop: int) -> np.ndarray:
+            taken[0] += stop - first
+            # One band is held before there is a place for it.
+            assert taken[0] - written[0] <= 2
+            return super().part(first, stop)
+
+    class Counting(ScratchRows):
+        def write(self, start: int, pixels: np.ndarray) -> None:
+            written[0] += len(pixels) if start < layout.lens_rows else 0
+            super().write(start, pixels)
+
+    monkeypatch.setattr("worker.images.scratch.ScratchRows", Counting)
+    monkeypatch.setattr(views_module, "BAND_PX", 1)
+    sheet = noise(layout.rows, layout.cols)
+    made = [*views_rows(Counted(HeldRows(sheet), layout), tmp_path)]
+    np.testing.assert_array_equal(np.concatenate(made), views_grid(sheet, layout))
+    assert taken == written == [layout.lens_rows]
 
 
 def test_a_scratch_folder_that_is_not_there_is_said(tmp_path: Path) -> None:
