@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 from sqlalchemy import event
 
+from service.db.task_rows import failed_outputs
 from service.jobs import browse
 from service.jobs.dispatch import ROUND
 from tests.builders_service import Farm, claimed, done, presence
@@ -73,6 +74,14 @@ def test_no_statement_of_dispatching_or_following_scans_a_table_of_tasks(jobs: l
             marks = (None,) * statement.count("?")
             plan = session.connection().exec_driver_sql(f"EXPLAIN QUERY PLAN {statement}", marks).all()
             assert not [row[-1] for row in plan if str(row[-1]).startswith("SCAN tasks")], statement
+
+
+def test_failed_outputs_are_counted_without_a_look_at_any_other_failed_task(farm: Farm) -> None:
+    with counted(farm) as seen, farm.database.reading() as session:
+        assert failed_outputs(session, "j") == 0
+    with farm.database.reading() as session:
+        (plan,) = session.connection().exec_driver_sql(f"EXPLAIN QUERY PLAN {seen[-1]}", (None,) * 3).all()
+    assert "ix_tasks_job_stage (job_id=? AND stage=? AND status=?)" in plan[-1]
 
 
 def test_pages_hold_what_was_asked_for_and_lead_through_every_task_once(jobs: list[tuple[Farm, str]]) -> None:

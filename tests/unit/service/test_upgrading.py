@@ -11,25 +11,31 @@ from service.db.tables import Job
 from tests.builders_service import Client, Farm, claimed, done, failed
 from worker.job.orders import TaskKind
 from worker.job.outputs.choice import DEFAULT_OUTPUTS, output_called
-from worker.job.sheet import JobSheet
+from worker.job.sheet import JobSheet, PlanSheet
 from worker.job.statuses import JobStatus
 from worker.plan import names
 
 NAMES = ["views.mp4", "centre.mp4", "orthoscopic.mkv"]
 CHANGED = {"capture": {"method": "auto", "supersample": 1}, "outputs": NAMES}
-"""What was otherwise in the stored JSON of 0.1: no depth, and outputs as the names of three files."""
+"""What was otherwise in the JSON of a spec: no depth, and outputs as the names of three files."""
 
 
-def _of_before(spec: dict[str, Any]) -> dict[str, Any]:
-    return spec | CHANGED
+def _without(data: dict[str, Any] | None, field: str) -> dict[str, Any] | None:
+    return data and {name: value for name, value in data.items() if name != field}
 
 
 def _store_as_before(farm: Farm, job_id: str) -> None:
-    sheet = f"{job_id}/{names.JOB_SHEET}"
-    said = json.loads(farm.store.files[sheet])
-    farm.store.files[sheet] = json.dumps(said | {"spec": _of_before(said["spec"])}).encode()
+    """Take from a job what nothing was stored of before: sheets from elsewhere, and whether anything is rendered."""
+    row, files = farm.job(job_id), farm.store.files
+    for name, field in ((names.JOB_SHEET, "sheets"), (names.PLAN_SHEET, "renders")):
+        if f"{job_id}/{name}" in files:
+            said = json.loads(files[f"{job_id}/{name}"])
+            assert said.pop(field, "not there") != "not there"
+            said |= {"spec": said["spec"] | CHANGED} if "spec" in said else {}
+            files[f"{job_id}/{name}"] = json.dumps(said).encode()
+    stored = {"probe": _without(row.probe, "renders"), "plan": _without(row.plan, "renders")}
     with farm.writing() as session:
-        session.execute(update(Job).where(Job.id == job_id).values(spec=_of_before(farm.job(job_id).spec)))
+        session.execute(update(Job).where(Job.id == job_id).values(spec=row.spec | CHANGED, **stored))
 
 
 def test_a_job_of_before_is_shown_retried_and_finished(api: Client, api_farm: Farm) -> None:
@@ -41,6 +47,8 @@ def test_a_job_of_before_is_shown_retried_and_finished(api: Client, api_farm: Fa
     api_farm.say(claimed(bad), failed(bad, code="output", permanent=True))
     for order in (*others, *api_farm.dispatch()):
         api_farm.say(claimed(order), done(order))
+    sheet = PlanSheet.model_validate_json(api_farm.store.files[f"{job_id}/{names.PLAN_SHEET}"])
+    assert (sheet.tile_rows, sheet.renders) == (2, True)
     (shown,) = api.get("/api/v1/jobs").json()["items"]
     assert (shown["status"], [output["ready"] for output in shown["outputs"]]) == ("failed", [False, True, True])
     assert [output["name"] for output in shown["outputs"]] == NAMES
