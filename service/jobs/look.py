@@ -33,8 +33,10 @@ from worker.job.sheet import JobSheet
 from worker.job.spec import JobSpec
 from worker.job.stage import Stage
 from worker.plan import names
+from worker.plan.design_lens import ended
 from worker.plan.observed_display import observed_display, used_gap_mm
 from worker.plan.sampling import display_size
+from worker.plan.shown_depths import shown_depths
 
 MAX_SHOWN_PX = 8192
 """The longest side of a picture that is made on demand."""
@@ -171,11 +173,17 @@ def describe(sight: Sight, job_id: str, *, max_px: int) -> schema.Look:
         pitch_mm=spec.rig.lens_array.pitch_mm,
         gap_mm=sight.gap_mm,
         viewing_distance_mm=spec.display.viewing_distance_mm,
+        depths=_depths(sight),
         atlas=schema.AtlasPlan(
             url=f"{show.API}/jobs/{job_id}/frames/{sight.frame}/views.atlas?max_px={max_px}",
             us=atlas.us, vs=atlas.vs, rows=atlas.rows, cols=atlas.cols,
         ),
     )  # fmt: skip
+
+
+def _depths(sight: Sight) -> schema.Depths:
+    found = shown_depths(sight.spec.rig, sight.stage)
+    return schema.Depths.model_validate({name: ended(value) for name, value in vars(found).items()})
 
 
 def see_view(sheet: Sheet, sight: Sight, query: schema.ViewQuery) -> Light:

@@ -26,6 +26,21 @@ class AtlasPlan(Answer):
     """Width of the whole picture, px."""
 
 
+class Depths(Answer):
+    """Depths of the display, positive in front of it, as `refocus` takes them; by the law of small angles."""
+
+    near_mm: float | None
+    """Of the nearest thing in the scene that should come out sharp; null at infinity, as below."""
+    reference_mm: float | None
+    far_mm: float | None
+    from_mm: float
+    """The range worth looking through: what the scene holds, with some room, while the outermost views overlap."""
+    to_mm: float
+    lenses_per_mm: tuple[float, float]
+    """How far a point at a depth moves from one view to the next, for every millimetre of it: (across, down), in
+    pixels of a view, against the eye. Down differs on the hexagonal lattice only."""
+
+
 class Look(Answer):
     """What a frame shows to those who look into it."""
 
@@ -51,6 +66,7 @@ class Look(Answer):
     """From the pixels to the lenses: their focal length, which all depths here are reckoned with."""
     viewing_distance_mm: float
     """Where the job's viewer stands."""
+    depths: Depths
     atlas: AtlasPlan
 
 
