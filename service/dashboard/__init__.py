@@ -10,7 +10,9 @@ app       starts the page; login does so for the page that asks for a key
 api       HTTP, only here
 live      keeps what the page knows true; store holds it
 header    the farm's health; jobs: the list
-job       one job, with rig, videos, frames, lightbox and failures
+job       one job, with rig, videos, frames and failures
+lightbox  a frame large: still, as it is; looking, looked into; foot and choice for both
+looks     the ways of looking: painting, by painter, shaders and views; fetched, by answer
 submit    a new job, with field and parameters
 design    what a job will give
 format    words for numbers; html: the markup

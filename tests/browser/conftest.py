@@ -27,6 +27,7 @@ CHROMIUM_ARGS = [
     "--disable-sync",
     "--no-first-run",
     "--mute-audio",
+    "--enable-unsafe-swiftshader",  # WebGL2 without a graphics card
 ]
 PATIENCE_MS = 10_000
 

@@ -19,15 +19,21 @@ from service.parts import Parts
 from tests.builders_service import DictStore, beat, claimed, done, event
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr, write_png, write_thumbnail
+from worker.integral.layout import CellLayout
+from worker.integral.views import grid_size, interlace, view_numbers, view_of_grid
 from worker.job.events import Event, EventKind, Failure
 from worker.job.orders import Order, TaskKind
+from worker.job.sheet import JobSheet
 from worker.plan import names
+from worker.plan.sampling import display_size
 from worker.video.encode import encode
 from worker.video.kinds import FFV1, H264, kind
 
 LENSES, PX = 12, 8
 KINDS = {".mp4": H264, ".webm": kind("vp9"), ".mkv": FFV1}
 RIG = {"lens_array": {"count": [LENSES, LENSES]}, "px_per_lens": PX}
+BAR_MM = PX * 3.3
+"""Depth of the bar in coded views: as many focal lengths as there are views."""
 SPEC: dict[str, Any] = {"scene": "fish", "title": "A pond", "frames": "1-6", "rig": RIG, "render": {"tiles": [1, 1]}}
 """Probe, then a render and an assembly for each of 6 frames, then 3 videos."""
 
@@ -53,6 +59,25 @@ def view(frame: int, px: int) -> NDArray[np.float32]:
     disc = (row - 0.5) ** 2 + (col - 0.2 - 0.1 * (frame % 7)) ** 2 < 0.03
     light = np.stack([0.1 + 0.5 * col, 0.3 + 0.3 * row, 0.6 - 0.3 * row], axis=-1)
     return np.where(disc[..., None], [0.9, 0.45, 0.1], light).astype(np.float32)
+
+
+def coded_view(layout: CellLayout, frame: int, u: int, v: int) -> NDArray[np.float32]:
+    """Return a view that tells which it is, `(lens_rows, lens_cols, 3)`: red u, green v, blue the frame.
+
+    And a blue bar that moves by a lens against the eye from view to view: it floats `BAR_MM` before the display.
+    """
+    picture = np.empty((layout.lens_rows, layout.lens_cols, 3), dtype=np.float32)
+    picture[:] = 0.1 + 0.8 * u / (layout.cell_cols - 1), 0.1 + 0.8 * v / (layout.cell_rows - 1), 0.1 * frame
+    picture[:, (layout.lens_cols + layout.cell_cols) // 2 - 1 - u, 2] = 1
+    return picture
+
+
+def coded_sheet(layout: CellLayout, frame: int) -> NDArray[np.float32]:
+    """Return the orthoscopic sheet of all coded views; what no view shows is black."""
+    grid = np.zeros((*grid_size(layout), 3), dtype=np.float32)
+    for u, v in view_numbers(layout):
+        view_of_grid(grid, layout, u, v)[:] = coded_view(layout, frame, u, v)
+    return interlace(grid, layout)
 
 
 class Studio:
@@ -115,8 +140,14 @@ class Studio:
 
     def _assemble(self, job_id: str, frame: int, scratch: Path) -> None:
         picture = self._picture(frame, LENSES * PX)
-        for name in (names.integral_name(frame), names.orthoscopic_name(frame), names.views_name(frame)):
-            write_exr(scratch, picture, attributes={})
+        sheet = JobSheet.model_validate_json(self._store.get_bytes(names.job_artifact(job_id, names.JOB_SHEET)))
+        masters = {
+            names.integral_name(frame): picture,
+            names.orthoscopic_name(frame): coded_sheet(display_size(sheet.spec.rig), frame),
+            names.views_name(frame): picture,
+        }
+        for name, light in masters.items():
+            write_exr(scratch, light, attributes={})
             self._put(job_id, name, scratch)
         write_thumbnail(scratch, picture)
         self._put(job_id, names.thumb_name(frame), scratch)

@@ -25,7 +25,7 @@ export function Frames({ job }) {
         ${items.map((item) => html`<${Cell} key=${item.frame} item=${item} isOpen=${isOpen} show=${setLarge} />`)}
       </ol>
       ${frames?.cursor && items.length > 0 && html`<${More} what="more frames" load=${loadMoreFrames} />`}
-      ${large !== null && html`<${Lightbox} frames=${done} frame=${large} show=${setLarge} />`}
+      ${large !== null && html`<${Lightbox} job=${job.id} frames=${done} frame=${large} show=${setLarge} />`}
     </section>
   `;
 }

@@ -1,0 +1,109 @@
+// Looking into a frame: around in its views, at another focus, and as somebody before the display sees it.
+import { useEffect, useRef, useState } from "preact/hooks";
+import { useAnswer } from "./answer.js";
+import { getLook, getPicture, lookUrl } from "./api.js";
+import { Fetched } from "./fetched.js";
+import { Foot } from "./foot.js";
+import { html } from "./html.js";
+import { around, refocus, seen } from "./looks.js";
+import { MAX_ATLAS_PX } from "./painter.js";
+import { Painting } from "./painting.js";
+import { isWhole } from "./views.js";
+
+const LOOKS = { around, refocus, seen };
+// An atlas up to here comes as it is, and focuses are made of it here; a larger one comes lossy.
+const EXACT_PX = 2048 ** 2;
+
+export function Looking({ job, frame, mode, stand, change, keys, foot }) {
+  const [canPaint, setCanPaint] = useState(true);
+  const found = useAnswer(`${job} ${frame}`, (signal) => getLook(job, frame, MAX_ATLAS_PX, signal));
+  const look = found.value;
+  const isExact = look && isWhole(look) && look.atlas.rows * look.atlas.cols <= EXACT_PX;
+  const isPainted = canPaint && (mode === "around" || (mode === "refocus" && isExact !== false));
+  const atlas = useAtlas(look, isPainted, isExact);
+  const at = useRef(null);
+  const marker = useRef(null);
+  const kind = LOOKS[mode];
+  const given = look && { look, stand: kind.filled(look, stand), change, isPainted };
+  const url = given && lookUrl(job, frame, ...kind.query(given));
+  const label = `Frame ${frame}, ${kind.name}`;
+  const isSwaying = isPainted && mode === "around" && stand.isSwaying;
+
+  const onPlace = (place) => {
+    at.current = place;
+    marker.current?.setAttribute("cx", 50 + 42 * place.x);
+    marker.current?.setAttribute("cy", 50 + 42 * place.y);
+  };
+  // Where things are now, also in the middle of a sway.
+  const current = () => {
+    const place = (isSwaying && at.current) || given.stand.place;
+    return { ...given, stand: { ...given.stand, place } };
+  };
+  const move = (patch) => change({ ...patch, isSwaying: mode === "around" ? false : stand.isSwaying });
+  const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+  const step = (direction) => () => given && move(kind.stepped(current(), direction));
+  keys.current = Object.fromEntries(Object.entries(arrows).map(([key, direction]) => [key, step(direction)]));
+
+  const drag = useDrag((event) => {
+    const side_px = Math.min(event.currentTarget.clientWidth, event.currentTarget.clientHeight);
+    const from = given && kind.dragged && current();
+    return from && ((across_px, down_px) => move(kind.dragged(from, across_px / side_px, down_px / side_px)));
+  });
+  const fault = found.fault || (isPainted && atlas.fault);
+  return html`
+    <div class="stage looking ${mode}" tabindex="0" role="application" aria-label=${label} aria-describedby="look-hint"
+      ...${drag}>
+      ${isPainted
+        ? html`
+            <${Painting} atlas=${atlas.value} label=${label} place=${given?.stand.place} isSwaying=${isSwaying}
+              isWaiting=${found.isWaiting || atlas.isWaiting} onPlace=${onPlace} onLost=${() => setCanPaint(false)}
+              paint=${(painter, place) => kind.paint(painter, place, given.stand)} />
+          `
+        : url && html`<${Fetched} url=${url} label=${label} isSmooth=${stand.isSmooth || mode === "seen"} />`}
+      ${fault && html`<p class="fault" role="alert">${fault}</p>`}
+      ${mode === "around" && look && html`<${Place} place=${given.stand.place} marker=${marker} />`}
+    </div>
+    <p id="look-hint" class="unseen">${kind.hint}</p>
+    <div class="bar controls">
+      ${given && html`<${kind.Controls} ...${given} pause=${() => move({ place: current().stand.place })} />`}
+    </div>
+    <${Foot} ...${foot} said=${given && !isSwaying ? kind.said(given) : ""}>
+      ${url && html`<a href=${url} download>PNG</a>`}
+    <//>
+  `;
+}
+
+// The atlas of what is looked into: {look, bitmap}. What it replaces is given back at once: it may be large.
+function useAtlas(look, isWanted, isExact) {
+  const url = look && isWanted ? `${look.atlas.url}&format=${isExact ? "png" : "webp"}` : null;
+  const atlas = useAnswer(url, async (signal) => ({ look, bitmap: await getPicture(url, signal) }));
+  useEffect(() => () => atlas.value?.bitmap.close(), [atlas.value]);
+  return atlas;
+}
+
+// `grab(event)` returns what is to be done at every (across, down) from there, px; null for nothing.
+function useDrag(grab) {
+  const held = useRef(null);
+  const release = () => (held.current = null);
+  return {
+    onPointerDown: (event) => {
+      const pull = event.button === 0 && grab(event);
+      if (!pull) return;
+      held.current = { pull, x: event.clientX, y: event.clientY };
+      event.currentTarget.setPointerCapture(event.pointerId);
+    },
+    onPointerMove: (event) => held.current?.pull(event.clientX - held.current.x, event.clientY - held.current.y),
+    onPointerUp: release,
+    onPointerCancel: release,
+  };
+}
+
+// Where the eye is among the views.
+function Place({ place, marker }) {
+  return html`
+    <svg class="place" viewBox="0 0 100 100" aria-hidden="true">
+      <rect x="1" y="1" width="98" height="98" rx="8" />
+      <circle ref=${marker} r="7" cx=${50 + 42 * place.x} cy=${50 + 42 * place.y} />
+    </svg>
+  `;
+}

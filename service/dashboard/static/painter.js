@@ -1,0 +1,119 @@
+// Paints views and other focuses from the atlas of a frame with WebGL2.
+import { BLEND, ENLARGE, EVERYWHERE, REFOCUS } from "./shaders.js";
+import { blend, presence, substitutes } from "./views.js";
+
+export const MAX_ATLAS_PX = 4096; // Side of a texture that telephones take, 64 MiB.
+
+export class Painter {
+  // Throws where there is no WebGL2.
+  constructor(canvas) {
+    // Kept for whoever saves the picture from the canvas.
+    const wanted = { alpha: false, antialias: false, depth: false, preserveDrawingBuffer: true };
+    const gl = canvas.getContext("webgl2", wanted);
+    if (!gl || gl.getParameter(gl.MAX_TEXTURE_SIZE) < MAX_ATLAS_PX) throw new Error("There is no WebGL2 for this.");
+    this.canvas = canvas;
+    this.gl = gl;
+    this.programs = { blend: program(gl, BLEND), refocus: program(gl, REFOCUS), enlarge: program(gl, ENLARGE) };
+    this.look = null;
+  }
+
+  // Takes the atlas of a frame; what it replaces goes.
+  load(look, bitmap) {
+    const { gl } = this;
+    for (const old of [this.atlas, this.present, this.picture]) gl.deleteTexture(old);
+    const present = Uint8Array.from(presence(look), (is) => (is ? 255 : 0));
+    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+    gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
+    this.atlas = texture(gl, gl.SRGB8_ALPHA8, bitmap.width, bitmap.height);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, gl.RGBA, gl.UNSIGNED_BYTE, bitmap);
+    const [us, vs] = [look.atlas.us.length, look.atlas.vs.length];
+    this.present = texture(gl, gl.R8, us, vs);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, us, vs, gl.RED, gl.UNSIGNED_BYTE, present);
+    this.picture = texture(gl, gl.SRGB8_ALPHA8, look.view_cols, look.view_rows);
+    this.target ??= gl.createFramebuffer();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.picture, 0);
+    this.stands = substitutes(look);
+    this.look = look;
+  }
+
+  // What an eye at a place sees.
+  around(place, isSmooth) {
+    const { gl } = this;
+    const cells = blend(this.look, this.stands, place);
+    const use = this.begin(this.programs.blend, this.atlas);
+    gl.uniform2iv(use("cell"), cells.flatMap(({ at }) => at));
+    gl.uniform1fv(use("share"), cells.map(({ share }) => share));
+    this.end(isSmooth);
+  }
+
+  // What is sharp at a depth.
+  focused(depth_mm, isSmooth) {
+    const { gl, look } = this;
+    const use = this.begin(this.programs.refocus, this.atlas);
+    gl.activeTexture(gl.TEXTURE1);
+    gl.bindTexture(gl.TEXTURE_2D, this.present);
+    gl.activeTexture(gl.TEXTURE0);
+    gl.uniform1i(use("present"), 1);
+    gl.uniform2i(use("grid"), look.atlas.us.length, look.atlas.vs.length);
+    gl.uniform2fv(use("movement"), look.depths.lenses_per_mm.map((lenses) => lenses * depth_mm));
+    this.end(isSmooth);
+  }
+
+  begin({ linked, use }, source) {
+    const { gl, look } = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
+    gl.viewport(0, 0, look.view_cols, look.view_rows);
+    gl.useProgram(linked);
+    gl.bindTexture(gl.TEXTURE_2D, source);
+    gl.uniform2i(use("size"), look.view_cols, look.view_rows);
+    return use;
+  }
+
+  end(isSmooth) {
+    const { gl, look, canvas } = this;
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    const { linked, use } = this.programs.enlarge;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, canvas.width, canvas.height);
+    gl.useProgram(linked);
+    gl.bindTexture(gl.TEXTURE_2D, this.picture);
+    gl.uniform2i(use("size"), look.view_cols, look.view_rows);
+    gl.uniform2f(use("canvas"), canvas.width, canvas.height);
+    gl.uniform1i(use("isSmooth"), isSmooth);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  // Browsers lend few contexts: this one is given back.
+  close() {
+    this.gl.getExtension("WEBGL_lose_context")?.loseContext();
+  }
+}
+
+function texture(gl, format, width, height) {
+  const made = gl.createTexture();
+  gl.bindTexture(gl.TEXTURE_2D, made);
+  gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
+  // Nothing is filtered: an integer address is all that the shaders use.
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
+  gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
+  return made;
+}
+
+function program(gl, fragments) {
+  const linked = gl.createProgram();
+  for (const [kind, text] of [[gl.VERTEX_SHADER, EVERYWHERE], [gl.FRAGMENT_SHADER, fragments]]) {
+    const shader = gl.createShader(kind);
+    gl.shaderSource(shader, text);
+    gl.compileShader(shader);
+    gl.attachShader(linked, shader);
+  }
+  gl.linkProgram(linked);
+  if (!gl.getProgramParameter(linked, gl.LINK_STATUS)) throw new Error(gl.getProgramInfoLog(linked) || "not linked");
+  const places = new Map();
+  const use = (name) => {
+    if (!places.has(name)) places.set(name, gl.getUniformLocation(linked, name));
+    return places.get(name);
+  };
+  return { linked, use };
+}

@@ -1,0 +1,88 @@
+// What the graphics card does: a picture of one pixel a lens from the atlas of views, then that picture enlarged.
+// Textures hold sRGB and are read as linear light. Row 0 of a texture is the top of the picture. Views are read texel
+// by texel, so none ever shows its neighbour's border.
+
+export const EVERYWHERE = `#version 300 es
+void main() {
+  gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}`;
+
+const HEAD = `#version 300 es
+precision highp float;
+precision highp int;
+precision highp sampler2D;
+uniform ivec2 size; // of a view, px
+out vec4 light;
+`;
+
+// Four views, each with its share.
+export const BLEND = `${HEAD}
+uniform sampler2D atlas;
+uniform ivec2 cell[4];
+uniform float share[4];
+void main() {
+  vec3 sum = vec3(0.0);
+  for (int k = 0; k < 4; k++) sum += share[k] * texelFetch(atlas, cell[k] * size + ivec2(gl_FragCoord.xy), 0).rgb;
+  light = vec4(sum, 1.0);
+}`;
+
+// All views, each shifted against the eye and linearly interpolated; pixels that would come from beyond the array do
+// not count, as in worker/integral/refocus.py. Shifts are rounded a little: whole ones ask for no neighbour.
+export const REFOCUS = `${HEAD}
+uniform sampler2D atlas;
+uniform sampler2D present; // of every view, whether there is one
+uniform ivec2 grid; // of views
+uniform vec2 movement; // from one view to the next, px
+vec3 at(ivec2 place) {
+  return texelFetch(atlas, place, 0).rgb;
+}
+void main() {
+  vec4 sum = vec4(0.0);
+  for (int v = 0; v < grid.y; v++) {
+    for (int u = 0; u < grid.x; u++) {
+      ivec2 number = ivec2(u, v);
+      if (texelFetch(present, number, 0).r < 0.5) continue;
+      vec2 shift = floor(0.5 - 4096.0 * movement * (vec2(number) - vec2(grid - 1) / 2.0)) / 4096.0;
+      vec2 part = fract(shift);
+      ivec2 first = ivec2(gl_FragCoord.xy) + ivec2(floor(shift));
+      ivec2 last = first + ivec2(greaterThan(part, vec2(0.0)));
+      if (any(lessThan(first, ivec2(0))) || any(greaterThanEqual(last, size))) continue;
+      ivec2 from = number * size;
+      vec3 upper = mix(at(from + first), at(from + ivec2(last.x, first.y)), part.x);
+      vec3 lower = mix(at(from + ivec2(first.x, last.y)), at(from + last), part.x);
+      sum += vec4(mix(upper, lower, part.y), 1.0);
+    }
+  }
+  light = vec4(sum.rgb / max(sum.a, 1e-6), 1.0);
+}`;
+
+// Enlarged: squares, or smooth by the cubic filter with B = C = 1/3 (Mitchell, Netravali, SIGGRAPH 1988).
+export const ENLARGE = `${HEAD}
+uniform sampler2D picture;
+uniform vec2 canvas; // px
+uniform bool isSmooth;
+vec3 at(ivec2 place) {
+  return texelFetch(picture, clamp(place, ivec2(0), size - 1), 0).rgb;
+}
+float weight(float x) {
+  x = abs(x);
+  if (x < 1.0) return (7.0 * x * x * x - 12.0 * x * x + 16.0 / 3.0) / 6.0;
+  return x < 2.0 ? (-7.0 / 3.0 * x * x * x + 12.0 * x * x - 20.0 * x + 32.0 / 3.0) / 6.0 : 0.0;
+}
+vec3 smoothly(vec2 place) {
+  ivec2 first = ivec2(floor(place));
+  vec3 sum = vec3(0.0);
+  for (int row = -1; row < 3; row++) {
+    for (int col = -1; col < 3; col++) {
+      vec2 away = place - vec2(first + ivec2(col, row));
+      sum += weight(away.x) * weight(away.y) * at(first + ivec2(col, row));
+    }
+  }
+  return clamp(sum, 0.0, 1.0);
+}
+void main() {
+  vec2 place = vec2(gl_FragCoord.x, canvas.y - gl_FragCoord.y) / canvas * vec2(size);
+  vec3 linear = isSmooth ? smoothly(place - 0.5) : at(ivec2(place));
+  vec3 code = mix(12.92 * linear, 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, greaterThan(linear, vec3(0.0031308)));
+  light = vec4(code, 1.0);
+}`;

@@ -1,0 +1,75 @@
+// Which views make up what an eye sees. A place is (x, y) from -1 to 1: the outermost views, right and down positive.
+
+export const clamp = (value, low = -1, high = 1) => Math.min(high, Math.max(low, value));
+
+// From a place to view numbers, which need not be whole, and back; one view has no places but its own.
+export const numbersAt = ({ us, vs }, { x, y }) => [((x + 1) / 2) * (us - 1), ((y + 1) / 2) * (vs - 1)];
+export const placeOf = ({ us, vs }, u, v) => ({ x: toPlace(u, us), y: toPlace(v, vs) });
+const toPlace = (number, count) => (count > 1 ? clamp((2 * number) / (count - 1) - 1) : 0);
+
+// The next whole view in a direction: a sharp one, as it lies between none.
+export function nextPlace(look, place, [across, down]) {
+  const [u, v] = numbersAt(look, place);
+  return placeOf(look, across ? step(u, across) : u, down ? step(v, down) : v);
+}
+const step = (number, by) => (by > 0 ? Math.floor(number + 1e-6) + 1 : Math.ceil(number - 1e-6) - 1);
+
+// The whole view nearest to a place that there is.
+export function nearestView(look, place) {
+  const missing = new Set(look.missing.map(String));
+  const [u, v] = numbersAt(look, place);
+  let best = look.centre;
+  for (let row = 0; row < look.vs; row++) {
+    for (let col = 0; col < look.us; col++) {
+      const isNearer = Math.hypot(col - u, row - v) < Math.hypot(best[0] - u, best[1] - v);
+      if (isNearer && !missing.has(String([col, row]))) best = [col, row];
+    }
+  }
+  return best;
+}
+
+export const isWhole = ({ atlas, us, vs }) => atlas.us.length === us && atlas.vs.length === vs;
+
+// Of every cell of an atlas, by rows, whether there is a view in it.
+export function presence({ atlas, missing }) {
+  const gone = new Set(missing.map(String));
+  return atlas.vs.flatMap((v) => atlas.us.map((u) => !gone.has(String([u, v]))));
+}
+
+// Of every cell of an atlas the [col, row] of the view to show for it: its own, else the nearest there is.
+export function substitutes(look) {
+  const { us, vs } = look.atlas;
+  const cells = vs.flatMap((v, row) => us.map((u, col) => ({ u, v, at: [col, row] })));
+  const present = presence(look);
+  const there = cells.filter((_, index) => present[index]);
+  const isThere = new Set(there);
+  const away = (cell, other) => Math.hypot(cell.u - other.u, cell.v - other.v);
+  const nearest = (cell) => there.reduce((best, other) => (away(cell, other) < away(cell, best) ? other : best));
+  return cells.map((cell) => (isThere.has(cell) ? cell : nearest(cell)).at);
+}
+
+// The four cells round a place and the share of each, which come to 1: [{at: [col, row], share}].
+export function blend(look, stands, place) {
+  const [u, v] = numbersAt(look, place);
+  const { us, vs } = look.atlas;
+  const [col, across] = between(us, u);
+  const [row, down] = between(vs, v);
+  const corners = [
+    [0, 0, (1 - across) * (1 - down)],
+    [1, 0, across * (1 - down)],
+    [0, 1, (1 - across) * down],
+    [1, 1, across * down],
+  ];
+  return corners.map(([right, below, share]) => {
+    const index = Math.min(row + below, vs.length - 1) * us.length + Math.min(col + right, us.length - 1);
+    return { at: stands[index], share };
+  });
+}
+
+// Where a number lies among rising ones: the place of the one before it, and how far it is to the next, from 0 to 1.
+function between(numbers, number) {
+  const after = numbers.findIndex((each) => each > number);
+  if (after === 0) return [0, 0];
+  if (after < 0) return [numbers.length - 1, 0];
+  return [after - 1, (number - numbers[after - 1]) / (numbers[after] - numbers[after - 1])];
+}
