@@ -1,34 +1,34 @@
 // What a question brings. The last one wins: what was asked before is given up, and its answer stays until the next.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { useKnown } from "./store.js";
+import { Unreachable } from "./api.js";
+
+const AGAIN_MS = 3000; // While nobody answers.
 
 // `question` is a text, null for none; `ask(signal)` brings its answer. Returns {value, fault, isWaiting}. Questions in
-// quick succession are asked `pause_ms` after the last of them; after a fault, again when the service is back.
+// quick succession are asked `pause_ms` after the last of them.
 export function useAnswer(question, ask, pause_ms = 0) {
-  const [found, setFound] = useState({ value: null, fault: "", isWaiting: false });
+  const [found, setFound] = useState({ value: null, fault: "", isAway: false, isWaiting: false });
   const [round, setRound] = useState(0);
-  const link = useKnown((known) => known.link);
-  const last = useRef(found);
-  last.current = found;
-  useEffect(() => {
-    if (link === "live" && last.current.fault) setRound((before) => before + 1);
-  }, [link]);
+  const value = useRef(null);
+  value.current = found.value;
   useEffect(() => {
     if (question === null) return undefined;
     const asked = new AbortController();
     setFound((before) => ({ ...before, isWaiting: true }));
-    const put = (answer) => !asked.signal.aborted && setFound({ fault: "", isWaiting: false, ...answer });
-    const timer = setTimeout(
-      () => ask(asked.signal).then(
-        (value) => put({ value }),
-        (error) => put({ value: last.current.value, fault: error.message }),
-      ),
-      last.current.value ? pause_ms : 0,
-    );
+    const put = (answer) =>
+      asked.signal.aborted || setFound({ fault: "", isAway: false, isWaiting: false, ...answer });
+    const fail = (error) =>
+      put({ value: value.current, fault: error.message, isAway: error instanceof Unreachable });
+    const timer = setTimeout(() => ask(asked.signal).then((answer) => put({ value: answer }), fail), pause_ms);
     return () => {
       clearTimeout(timer);
       asked.abort();
     };
   }, [question, round]);
+  useEffect(() => {
+    if (!found.isAway || found.isWaiting) return undefined;
+    const timer = setTimeout(() => setRound((before) => before + 1), AGAIN_MS);
+    return () => clearTimeout(timer);
+  }, [found]);
   return found;
 }

@@ -8,6 +8,9 @@ const SWAY_S = 9; // Once there and back.
 const SWAY = { x: 0.55, y: 0.2 }; // How far, of the way to the outermost views.
 const SETTLE_S = 1.5; // From where the eye was left to the way that it sways.
 const MAX_SIDE_PX = 2048; // Of the canvas; a browser enlarges what is larger.
+const SLOW_MS = 60; // From frame to frame: so many in a row, and there is less to paint from then on.
+const SLOW_FRAMES = 4;
+const LEAST_DETAIL = 0.25;
 
 // `paint(painter, place)` paints; `onPlace` hears of every place on the way, `onLost` that there is no painting here.
 export function Painting({ atlas, label, place, paint, isSwaying, isWaiting, onPlace, onLost }) {
@@ -15,6 +18,7 @@ export function Painting({ atlas, label, place, paint, isSwaying, isWaiting, onP
   const painter = useRef(null);
   const now = useRef({});
   const began = useRef(null);
+  const pace = useRef({ detail: 1, slow: 0, last_ms: null });
   now.current = { place, paint, isSwaying, onPlace, onLost };
 
   useLayoutEffect(() => {
@@ -43,7 +47,8 @@ export function Painting({ atlas, label, place, paint, isSwaying, isWaiting, onP
     const { place: left, ...then } = now.current;
     began.current = then.isSwaying ? (began.current ?? now_ms) : null;
     const at = then.isSwaying ? swayed(left, (now_ms - began.current) / 1000) : left;
-    fit(canvas.current, painter.current.look);
+    notice(pace.current, then.isSwaying, now_ms);
+    fit(canvas.current, painter.current.look, pace.current.detail);
     then.paint(painter.current, at);
     then.onPlace?.(at);
     if (then.isSwaying) draw.current();
@@ -80,13 +85,22 @@ function swayed(left, seconds) {
   return { x: mix(left.x, SWAY.x * Math.sin(turn)), y: mix(left.y, SWAY.y * Math.sin(2 * turn)) };
 }
 
-// As many pixels as the screen has there, in the shape of a view.
-function fit(canvas, { view_cols, view_rows }) {
+// Where a machine without a graphics card cannot keep up, the canvas gets fewer pixels.
+function notice(pace, isSwaying, now_ms) {
+  const isSlow = isSwaying && pace.last_ms !== null && now_ms - pace.last_ms > SLOW_MS;
+  pace.slow = isSlow ? pace.slow + 1 : 0;
+  pace.last_ms = isSwaying ? now_ms : null;
+  if (pace.slow < SLOW_FRAMES) return;
+  pace.detail = Math.max(LEAST_DETAIL, pace.detail / 1.5);
+  pace.slow = 0;
+}
+
+// As many pixels as the screen has there, or a part of them, in the shape of a view.
+function fit(canvas, { view_cols, view_rows }, detail) {
   const room = canvas.parentElement;
-  const scale = Math.min(room.clientWidth / view_cols, room.clientHeight / view_rows) * devicePixelRatio;
-  const most = MAX_SIDE_PX / Math.max(view_cols, view_rows);
-  const times = Math.max(1 / Math.max(view_cols, view_rows), Math.min(scale, Math.max(1, most)));
-  const [width, height] = [Math.round(view_cols * times), Math.round(view_rows * times)];
+  const scale = Math.min(room.clientWidth / view_cols, room.clientHeight / view_rows) * devicePixelRatio * detail;
+  const times = clamp(scale, 0, Math.max(1, MAX_SIDE_PX / Math.max(view_cols, view_rows)));
+  const [width, height] = [view_cols, view_rows].map((px) => Math.max(1, Math.round(px * times)));
   if (canvas.width !== width) canvas.width = width;
   if (canvas.height !== height) canvas.height = height;
 }
