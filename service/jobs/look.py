@@ -55,8 +55,8 @@ class Sight:
     frame: int
     spec: JobSpec
     """At this frame."""
-    stage: Stage
-    """Likewise."""
+    stage: Stage | None
+    """Likewise; none of sheets from elsewhere."""
     sheet_name: str
     """Of its orthoscopic master, in the store."""
     etag: str
@@ -143,7 +143,7 @@ def find_sight(session: Session, parts: Parts, job_id: str, frame: int) -> Sight
     except ArtifactMissing as error:
         raise ArtifactMissing(f"frame {frame} of job {job_id!r} is not assembled yet") from error
     sheet = JobSheet.model_validate_json(parts.store.get_bytes(names.job_artifact(job_id, names.JOB_SHEET))).at(frame)
-    return Sight(frame, sheet.spec, sheet.stage, name, etag)
+    return Sight(frame, sheet.spec, sheet.stage if sheet.sheets is None else None, name, etag)
 
 
 def etag_of(sight: Sight, path: str, query: BaseModel) -> str:

@@ -30,7 +30,8 @@ class Depths(Answer):
     """Depths of the display, positive in front of it, as `refocus` takes them; by the law of small angles."""
 
     near_mm: float | None
-    """Of the nearest thing in the scene that should come out sharp; null at infinity, as below."""
+    """Of the nearest thing in the scene that should come out sharp; null at infinity or of sheets from elsewhere, of
+    which nobody knows; as below."""
     reference_mm: float | None
     far_mm: float | None
     from_mm: float

@@ -18,15 +18,18 @@ ROOM = 0.25
 LEAST_ROOM_FOCAL_LENGTHS = 3.0
 """A focus is about one focal length deep: so much is left free at least."""
 
+SHARE_OF_REACH = 0.25
+"""Of the depths at which all views overlap, where nobody knows the scene's."""
+
 
 @dataclass(frozen=True)
 class ShownDepths:
     """Depths of a display whose array stands one focal length before its pixels, by small angles."""
 
-    near_mm: float
-    """Of the stage's near plane; infinite where its image is."""
-    reference_mm: float
-    far_mm: float
+    near_mm: float | None
+    """Of the stage's near plane; infinite where its image is; None where there is no stage."""
+    reference_mm: float | None
+    far_mm: float | None
     from_mm: float
     to_mm: float
     """The range worth looking through."""
@@ -34,10 +37,10 @@ class ShownDepths:
     """How far a point moves from one view to the next for every mm of its depth, (across, down), in pitches."""
 
 
-def shown_depths(rig: Rig, stage: Stage) -> ShownDepths:
+def shown_depths(rig: Rig, stage: Stage | None) -> ShownDepths:
     """Return where a display shows a stage's planes, and the range round them in which the outermost views overlap.
 
-    What the capture's array saw at s is shown at s + f (docs/optics.md, Depth).
+    What the capture's array saw at s is shown at s + f (docs/optics.md, Depth). Sheets from elsewhere have no stage.
 
     Raises
     ------
@@ -45,22 +48,29 @@ def shown_depths(rig: Rig, stage: Stage) -> ShownDepths:
         If the rig cannot be built.
     """
     layout, focal_mm = display_size(rig), rig.lens_array.focal_length_mm
-    stood = bench_as_written(rig, stage)
-    near_mm, reference_mm, far_mm = (
-        stood.s_mm(plane_mm) + focal_mm for plane_mm in (stage.near_mm, stage.reference_mm, stage.far_mm)
-    )
     down, across = shifts(layout, 1.0, focal_mm=focal_mm)
     reach_mm = _reach_mm(layout, (down, across))
-    ends = [0.0, *filter(math.isfinite, (near_mm, reference_mm, far_mm))]
-    room_mm = max(ROOM * (max(ends) - min(ends)), LEAST_ROOM_FOCAL_LENGTHS * focal_mm)
+    planes_mm = () if stage is None else _planes_mm(rig, stage)
+    near_mm, reference_mm, far_mm = planes_mm or (None, None, None)
+    ends_mm = [0.0, *filter(math.isfinite, planes_mm)]
+    least_mm = LEAST_ROOM_FOCAL_LENGTHS * focal_mm
+    if not planes_mm and math.isfinite(reach_mm):
+        least_mm = max(least_mm, SHARE_OF_REACH * reach_mm)
+    room_mm = max(ROOM * (max(ends_mm) - min(ends_mm)), least_mm)
     return ShownDepths(
         near_mm=near_mm,
         reference_mm=reference_mm,
         far_mm=far_mm,
-        from_mm=max(min(ends) - room_mm, -reach_mm),
-        to_mm=min(max(ends) + room_mm, reach_mm),
+        from_mm=max(min(ends_mm) - room_mm, -reach_mm),
+        to_mm=min(max(ends_mm) + room_mm, reach_mm),
         lenses_per_mm=(across, down),
     )
+
+
+def _planes_mm(rig: Rig, stage: Stage) -> tuple[float, ...]:
+    stood = bench_as_written(rig, stage)
+    focal_mm = rig.lens_array.focal_length_mm
+    return tuple(stood.s_mm(plane_mm) + focal_mm for plane_mm in (stage.near_mm, stage.reference_mm, stage.far_mm))
 
 
 def _reach_mm(layout: CellLayout, lenses_per_mm: tuple[float, float]) -> float:
