@@ -118,6 +118,8 @@ def _export(footage: Footage, output: OutputOptions, out: Path) -> Exported:
             watch=_Shown(line),
         )  # fmt: skip
         try:
+            # Of an earlier export: what it tells of would be files of two exports, if this one stops half-way.
+            (out / names.sidecar_name(output)).unlink(missing_ok=True)
             make_output(making)
         except WorkerError as error:
             return Exported(output=output.file_name, files=tuple(made), error=error.message)

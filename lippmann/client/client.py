@@ -24,7 +24,8 @@ from service.schemas.task import Task, TaskPage
 from worker.job.spec import JobSpec
 from worker.job.statuses import ENDED_JOBS
 
-_PAGE = 200
+_PAGE = 500
+"""The longest that the service gives."""
 _API = "/api/v1"
 
 Sight = Literal["view", "perspective", "refocus", "observer", "views.atlas"]

@@ -69,6 +69,9 @@ def test_an_output_that_cannot_be_made_keeps_no_other_from_being_made(masters: P
     assert not (tmp_path / "out/video/centre.mkv").exists()
     (masters / "orthoscopic/0003.exr").write_bytes(whole)
     assert all(one.error is None for one in export_here(footage, outputs, tmp_path / "out"))
+    (masters / "orthoscopic/0003.exr").write_bytes(whole[: len(whole) // 2])
+    assert all(one.error for one in export_here(footage, outputs, tmp_path / "out"))
+    assert not (tmp_path / "out/exports/quilt.png.json").exists(), "it told of files of the export before"
 
 
 def test_a_place_that_cannot_be_written_keeps_no_other_output_from_being_made(masters: Path, tmp_path: Path) -> None:
