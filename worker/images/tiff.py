@@ -1,15 +1,13 @@
 """TIFF by bands of rows: a print of any size goes to disk as it is made.
 
-Baseline TIFF 6.0 with deflated strips and horizontal predictor, an ICC profile, and the density as a fraction, so that
-a printer's pitch is said exactly. OpenImageIO's writer needs the whole file in memory to be trusted (`encode`), and
-adds blocks of Exif and XMP that no print needs.
+tifffile writes the file: an ICC profile, the density as a fraction, so that a printer's pitch is said exactly, and
+BigTIFF where 4 GiB are not enough. It takes strips one by one only when they are packed, so they are packed here.
 """
 
 from __future__ import annotations
 
-import struct
 import zlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 from typing import Any, BinaryIO
 
@@ -21,10 +19,11 @@ from worker.images.density import Density
 from worker.images.icc import srgb_profile
 
 STRIP_ROWS = 64
+CLASSIC_BYTES = 2**32 - 2**26
+"""Of codes, that a TIFF is sure to hold: its 4 GiB, less 64 MiB for the directory and what deflate may add."""
 _LEVEL = 4
-_MAX_BYTES = 2**32 - 1
-_SHORT, _LONG, _RATIONAL, _UNDEFINED = 3, 4, 5, 7
-_PACKED_AS = {_SHORT: "H", _LONG: "I", _RATIONAL: "I", _UNDEFINED: "B"}
+_LARGEST = 2**32 - 1
+"""Number in a TIFF's fraction."""
 
 
 def write_tiff_bands(
@@ -36,7 +35,7 @@ def write_tiff_bands(
     bits: int,
     density: Density | None = None,
 ) -> None:
-    """Write sRGB codes as a TIFF.
+    """Write sRGB codes as a TIFF, deflated. The same codes give the same bytes, however they are cut.
 
     Parameters
     ----------
@@ -54,26 +53,48 @@ def write_tiff_bands(
     Raises
     ------
     OutputError
-        If the bands are not of this picture, or the file would be longer than 4 GiB, which TIFF cannot say.
+        If the bands are not of this picture.
+
+    Notes
+    -----
+    With more than `CLASSIC_BYTES` of codes it is a BigTIFF: how long the deflated strips will be is not known before.
     """
-    file.write(struct.pack("<2sHI", b"II", 42, 0))
-    offsets, sizes, done = [], [], 0
-    for strip in _strips(bands):
-        if strip.shape[1:] != (cols, 3) or strip.dtype != f"uint{bits}":
-            raise OutputError(f"expected rows of {cols} px of {bits} bits, got {strip.dtype} {strip.shape}")
-        deflated = zlib.compress(_predicted(strip), _LEVEL)
-        offsets.append(file.tell())
-        sizes.append(len(deflated))
-        if offsets[-1] + len(deflated) > _MAX_BYTES:
-            raise OutputError(f"expected a TIFF of at most 4 GiB, got more for {rows} x {cols} px of {bits} bits")
-        file.write(deflated)
-        done += len(strip)
+    from tifffile import TiffWriter  # a tenth of a second, and only files for printers need it
+
+    packed = (zlib.compress(_predicted(strip), _LEVEL) for strip in _strips(_checked(bands, rows, cols, bits)))
+    with TiffWriter(file, bigtiff=rows * cols * 3 * bits // 8 > CLASSIC_BYTES, byteorder="<") as writer:
+        writer.write(
+            packed,
+            shape=(rows, cols, 3),
+            dtype=f"uint{bits}",
+            photometric="rgb",
+            rowsperstrip=STRIP_ROWS,
+            compression="zlib",
+            predictor="horizontal",
+            resolution=None if density is None else (_fraction(density.across), _fraction(density.down)),
+            resolutionunit=None if density is None else "inch",
+            iccprofile=srgb_profile(),
+            metadata=None,
+            software=False,
+        )
+    next(packed, None)  # says if there are rows left
+
+
+def _checked(bands: Iterable[NDArray[Any]], rows: int, cols: int, bits: int) -> Iterator[NDArray[Any]]:
+    """Yield the bands as long as they are the rows of this picture."""
+    done = 0
+    for band in bands:
+        if band.shape[1:] != (cols, 3) or band.dtype != f"uint{bits}":
+            raise OutputError(f"expected rows of {cols} px of {bits} bits, got {band.dtype} {band.shape}")
+        done += len(band)
+        if done > rows:
+            raise OutputError(f"expected {rows} rows of pixels, got {done} or more")
+        yield band
     if done != rows:
         raise OutputError(f"expected {rows} rows of pixels, got {done}")
-    _write_directory(file, _tags(rows, cols, bits, offsets, sizes, density))
 
 
-def _strips(bands: Iterable[NDArray[Any]]) -> Iterable[NDArray[Any]]:
+def _strips(bands: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
     """Yield bands as strips of `STRIP_ROWS` rows, the last with what is left."""
     kept: NDArray[Any] | None = None
     for band in bands:
@@ -93,52 +114,7 @@ def _predicted(strip: NDArray[Any]) -> bytes:
     return difference.astype(difference.dtype.newbyteorder("<"), copy=False).tobytes()
 
 
-def _tags(
-    rows: int, cols: int, bits: int, offsets: list[int], sizes: list[int], density: Density | None
-) -> list[tuple[int, int, list[int]]]:
-    """Return (tag, type, values) in rising order of tags."""
-    tags = [
-        (256, _LONG, [cols]),
-        (257, _LONG, [rows]),
-        (258, _SHORT, [bits] * 3),
-        (259, _SHORT, [8]),  # deflate
-        (262, _SHORT, [2]),  # RGB
-        (273, _LONG, offsets),
-        (274, _SHORT, [1]),  # row 0 at the top, col 0 at the left
-        (277, _SHORT, [3]),
-        (278, _LONG, [STRIP_ROWS]),
-        (279, _LONG, sizes),
-        (284, _SHORT, [1]),  # red, green and blue of a pixel together
-        (317, _SHORT, [2]),  # horizontal predictor
-        (34675, _UNDEFINED, list(srgb_profile())),
-    ]
-    if density is not None:
-        tags += [
-            (282, _RATIONAL, _fraction(density.across)),
-            (283, _RATIONAL, _fraction(density.down)),
-            (296, _SHORT, [2]),  # inch
-        ]
-    return sorted(tags)
-
-
-def _fraction(number: float) -> list[int]:
+def _fraction(number: float) -> tuple[int, int]:
     """Return numerator and denominator; the denominator is small enough that both fit in 32 bits."""
-    fraction = Fraction(number).limit_denominator(max(1, min(1_000_000, int(_MAX_BYTES / max(number, 1.0)))))
-    return [fraction.numerator, fraction.denominator]
-
-
-def _write_directory(file: BinaryIO, tags: list[tuple[int, int, list[int]]]) -> None:
-    """Write the directory at the end, longer values behind it, and where it is at the beginning."""
-    start = file.tell() + file.tell() % 2
-    entries, behind = b"", b""
-    values_at = start + 2 + 12 * len(tags) + 4
-    for tag, kind, values in tags:
-        count = len(values) // 2 if kind == _RATIONAL else len(values)
-        data = struct.pack(f"<{len(values)}{_PACKED_AS[kind]}", *values)
-        if len(data) > 4:
-            place, data = struct.pack("<I", values_at + len(behind)), data + b"\0" * (len(data) % 2)
-            behind, data = behind + data, place
-        entries += struct.pack("<HHI4s", tag, kind, count, data)
-    file.write(b"\0" * (start - file.tell()) + struct.pack("<H", len(tags)) + entries + b"\0\0\0\0" + behind)
-    file.seek(4)
-    file.write(struct.pack("<I", start))
+    fraction = Fraction(number).limit_denominator(max(1, min(1_000_000, int(_LARGEST / max(number, 1.0)))))
+    return fraction.numerator, fraction.denominator

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-import tifffile
 
 from lippmann import main, orthoscopic_here
 from lippmann.master_file import read_orthoscopic
+from tests.pictures import read_tiff
 from tests.unit.integral.sheets import numbered_sheet
 from worker.images import rows
 from worker.images.colour import linear_light, srgb_codes
@@ -101,7 +101,7 @@ def test_codes_from_elsewhere_stay_as_they_are(
     said = ["--px-per-lens", "8", "--lens-count", "5", "4", "--lattice", lattice, *["--turn-sheet"] * turn]
     made(f"a.{suffix}", "--out", "b.tif", *said, monkeypatch=monkeypatch, capsys=capsys)
     expected = turn_sheet(half_turn_cells(codes, layout)) if turn else half_turn_cells(codes, layout)
-    np.testing.assert_array_equal(tifffile.imread("b.tif"), expected)
+    np.testing.assert_array_equal(read_tiff("b.tif"), expected)
     assert sorted(path.name for path in here.iterdir()) == [f"a.{suffix}", "b.tif"]
 
 
@@ -113,7 +113,7 @@ def test_light_becomes_codes_and_codes_light(
     made(str(path), "--out", "a.png", monkeypatch=monkeypatch, capsys=capsys)
     np.testing.assert_array_equal(read_codes_8(here / "a.png"), srgb_codes(upright))
     made(str(path), "--out", "a.tif", "--bits", "16", monkeypatch=monkeypatch, capsys=capsys)
-    np.testing.assert_array_equal(tifffile.imread("a.tif"), srgb_codes(upright, bits=16))
+    np.testing.assert_array_equal(read_tiff("a.tif"), srgb_codes(upright, bits=16))
     said = ["--px-per-lens", "8", "--lens-count", "5", "4"]
     made("a.png", "--out", "b.exr", *said, monkeypatch=monkeypatch, capsys=capsys)
     turned = half_turn_cells(linear_light(srgb_codes(upright)), frame_size(rig_of()))

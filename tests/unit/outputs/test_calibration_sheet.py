@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pypdf
 import pytest
-import tifffile
 from PIL import Image
 
 from lippmann.calibration_here import calibration_here
 from lippmann.errors import BadInput
 from tests.builders_outputs import given_job
+from tests.pictures import read_tiff, tags_of_tiff
 from worker.errors import SpecError
 from worker.job.spec import parse_spec
 
@@ -44,9 +44,9 @@ def test_pictures_are_one_for_each_direction_with_the_devices_density(tmp_path: 
     said = job.sidecar("calibration_sheet.tif")
     assert said["files"] == [f"exports/calibration_sheet/calibration_sheet-{way}.tif" for way in ("across", "down")]
     for name, direction in zip(said["files"], ("across", "down"), strict=True):
-        with job.file(name) as path, tifffile.TiffFile(path) as file:
-            codes = file.asarray()
-            assert file.pages[0].tags["XResolution"].value == (300, 1)  # type: ignore[union-attr]
+        with job.file(name) as path:
+            codes = read_tiff(path)
+            assert tags_of_tiff(path)["XResolution"] == 300
         assert list(codes.shape[:2]) == said["format"][direction]["page_px"]
         assert [strip["bands_mm"] for strip in said["format"][direction]["strips"]] == [
             pytest.approx(99),

@@ -7,11 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
-import tifffile
 from numpy.typing import NDArray
 from PIL import Image
 
 from tests.builders_outputs import GivenJob, given_job
+from tests.pictures import read_tiff, tags_of_tiff
 from worker.errors import OutputError, SpecError
 from worker.images.colour import srgb_codes
 from worker.images.read import read_rgb
@@ -172,15 +172,14 @@ def test_sheets_are_the_masters_of_the_job_at_their_size_on_paper(tmp_path: Path
     asked = {"kind": "sheets", "of": of, "file_format": "tiff", "bits": 16}
     job = given_job(tmp_path, outputs=[asked], lens_array={"lattice": lattice}, rig={"device": {"dpi": 90}})
     job.make("sheets.tif")
-    with job.file("exports/sheets/0001.tif") as path, tifffile.TiffFile(path) as file:
-        codes = file.asarray()
-        tags = {tag.name: tag.value for tag in file.pages[0].tags.values()}  # type: ignore[union-attr]
+    with job.file("exports/sheets/0001.tif") as path:
+        codes, tags = read_tiff(path), tags_of_tiff(path)
     with job.file(names.orthoscopic_name(1)) as master:
         ortho = srgb_codes(read_rgb(master, np.float32), bits=16)
     if of == "views":
-        assert "XResolution" not in tags
+        assert (tags["XResolution"], tags["YResolution"], tags["ResolutionUnit"]) == (1, 1, 1)  # square, of no size
     else:
-        across, down = (tags[name][0] / tags[name][1] for name in ("XResolution", "YResolution"))
+        across, down = (float(tags[name]) for name in ("XResolution", "YResolution"))
         per_pitch = (90 / 25.4,) * 2 if of == "device" else (4, job.layout.row_px)
         row_pitch = 1 if lattice == "square" or of == "device" else np.sqrt(3) / 2
         assert (across, down) == pytest.approx((per_pitch[0] * 25.4, per_pitch[1] * 25.4 / row_pitch))
