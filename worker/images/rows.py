@@ -1,7 +1,7 @@
 """Pictures that need not fit in memory: rows are read and written a few at a time.
 
-What is written is whole or not there. A writer of OpenImageIO that met a full disk may say that all is well (PNG's
-does, in 3.2.2, measured); but then the last row cannot be read back, so that is tried.
+What is written is whole or not there. A writer of OpenImageIO that met a full disk may say that all is well; but then
+the last row cannot be read back, so that is tried.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,8 +22,6 @@ from worker.errors import ArtifactBroken, OutputError, WorkerError
 from worker.images.read import channel_places, check_channels, checked, opened
 from worker.images.scratch import ScratchRows, scratch_rows
 from worker.whole_file import new_file
-
-RowFormat = Literal["openexr", "png"]
 
 BAND_BYTES = 40_000_000
 """About so many of a picture are held at once: a frame of 2400 x 2400 px in half floats whole."""
@@ -149,12 +147,11 @@ def write_rows(
     bands: Iterable[NDArray[Any]],
     *,
     size: tuple[int, int],
-    to: RowFormat,
     store_as: str,
     attributes: Mapping[str, str | int | float],
     channels: Sequence[str] = ("R", "G", "B"),
 ) -> None:
-    """Write a picture from bands of its rows, top down. The same pixels give the same bytes, however they are cut.
+    """Write an EXR from bands of its rows, top down. The same pixels give the same bytes, however they are cut.
 
     Parameters
     ----------
@@ -164,10 +161,8 @@ def write_rows(
         `(rows, cols, channel)` each; all of one dtype.
     size
         (rows, cols) of the whole.
-    to
-        The file format, by OpenImageIO's name.
     store_as
-        Its numbers, by OpenImageIO's name: `half`, `float`, `uint8`, `uint16`.
+        Its numbers, by OpenImageIO's name: `half` or `float`.
     attributes
         Header attributes and settings of the writer.
     channels
@@ -176,7 +171,7 @@ def write_rows(
     Raises
     ------
     OutputError
-        If the picture cannot be written in this format, or the bands are not the rows of its size.
+        If the picture cannot be written, or the bands are not the rows of its size.
     StoreFull
         If there is no room.
     StoreUnavailable
@@ -187,13 +182,13 @@ def write_rows(
     for name, value in attributes.items():
         spec.attribute(name, value)
     with new_file(path):
-        _write(path, bands, spec, to)
+        _write(path, bands, spec)
 
 
-def _write(path: Path, bands: Iterable[NDArray[Any]], spec: ImageSpec, to: RowFormat) -> None:
-    target = ImageOutput.create(to)
+def _write(path: Path, bands: Iterable[NDArray[Any]], spec: ImageSpec) -> None:
+    target = ImageOutput.create("openexr")
     if target is None:
-        raise OutputError(f"this OpenImageIO writes no {to}: {geterror()}")
+        raise OutputError(f"this OpenImageIO writes no OpenEXR: {geterror()}")
     written, whole = 0, target.open(str(path), spec)
     for pixels in bands:
         _check_band(pixels, written, spec)

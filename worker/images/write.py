@@ -14,6 +14,7 @@ from worker.errors import OutputError
 from worker.images.colour import LINEAR, SRGB, srgb_codes
 from worker.images.density import Density
 from worker.images.encode import encoded, save
+from worker.images.png import write_png_bands
 from worker.images.read import ATTRIBUTE_PREFIX
 from worker.images.resize import resize
 from worker.images.rows import write_rows
@@ -67,7 +68,7 @@ def write_exr_rows(
         As in `write_exr`, or if the bands are not the rows of this size.
     """
     settings = {**_settings(attributes), "oiio:ColorSpace": LINEAR}
-    write_rows(path, map(_half, bands), size=size, to="openexr", store_as="half", attributes=settings)
+    write_rows(path, map(_half, bands), size=size, store_as="half", attributes=settings)
 
 
 def write_channels(
@@ -99,7 +100,7 @@ def write_channels(
         If it cannot be written, and then no part of it is left.
     """
     settings = _settings(attributes)
-    write_rows(path, bands, size=size, to="openexr", store_as="float", attributes=settings, channels=names)
+    write_rows(path, bands, size=size, store_as="float", attributes=settings, channels=names)
 
 
 def write_png(path: Path, linear: NDArray[np.floating[Any]], *, bits: int = 8, density: Density | None = None) -> None:
@@ -144,11 +145,9 @@ def write_code_rows(
     OutputError, StoreFull, StoreUnavailable
         If it cannot be written, and then no part of it is left.
     """
-    if path.suffix.lower() == ".png":
-        write_rows(path, bands, size=size, to="png", store_as=f"uint{bits}", attributes=_png_settings(density))
-        return
+    write = write_png_bands if path.suffix.lower() == ".png" else write_tiff_bands
     with new_file(path) as file:
-        write_tiff_bands(file, bands, rows=size[0], cols=size[1], bits=bits, density=density)
+        write(file, bands, rows=size[0], cols=size[1], bits=bits, density=density)
 
 
 def write_tiff(path: Path, linear: NDArray[np.floating[Any]], *, bits: int = 8, density: Density | None = None) -> None:

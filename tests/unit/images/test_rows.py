@@ -4,23 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
-import tifffile
 from hypothesis import given
 from hypothesis import strategies as st
 from OpenImageIO import ImageOutput, ImageSpec
 
+from tests.pictures import read_tiff
 from tests.unit.images.pictures import decoded, noise
 from worker.errors import ArtifactBroken, ArtifactMissing, OutputError, StoreFull, StoreUnavailable
 from worker.images import rows as rows_module
 from worker.images import views as views_module
-from worker.images.rows import open_rows, write_rows
+from worker.images.rows import open_rows
 from worker.images.scratch import ScratchRows, scratch_rows
 from worker.images.views import views_rows
-from worker.images.write import write_exr, write_exr_rows
+from worker.images.write import write_code_rows, write_exr, write_exr_rows
 from worker.integral.bands import HeldRows, SheetOfRows
 from worker.integral.layout import CellLayout, Lattice
 from worker.integral.views import views_grid
@@ -36,11 +35,7 @@ def codes(rows: int = 50, cols: int = 40, bits: int = 8) -> np.ndarray:
 
 
 def write_codes(path: Path, pixels: np.ndarray, bands: list[np.ndarray] | None = None) -> None:
-    to: Any = {".png": "png", ".tif": "tiff"}[path.suffix]
-    settings = {"oiio:ColorSpace": "srgb_rec709_scene"}
-    write_rows(
-        path, bands or [pixels], size=pixels.shape[:2], to=to, store_as=str(pixels.dtype), attributes=settings
-    )  # fmt: skip
+    write_code_rows(path, bands or [pixels], size=pixels.shape[:2], bits=8 * pixels.itemsize)
 
 
 def cut(pixels: np.ndarray, edges: set[int]) -> list[np.ndarray]:
@@ -60,7 +55,7 @@ def test_codes_come_back_as_others_read_them(bits: int, tmp_path: Path) -> None:
     pixels = codes(bits=bits)
     for suffix in (".png", ".tif"):
         write_codes(tmp_path / f"a{suffix}", pixels, cut(pixels, {7, 8, 31}))
-    np.testing.assert_array_equal(tifffile.imread(tmp_path / "a.tif"), pixels)
+    np.testing.assert_array_equal(read_tiff(tmp_path / "a.tif"), pixels)
     np.testing.assert_array_equal(decoded(tmp_path / "a.png", "rgb24" if bits == 8 else "rgb48le"), pixels)
 
 

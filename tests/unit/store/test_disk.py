@@ -13,8 +13,7 @@ import pytest
 
 from tests.unit.store.conftest import TINY_BYTES
 from worker.errors import StoreFull, StoreUnavailable
-from worker.images.rows import write_rows
-from worker.images.write import write_exr
+from worker.images.write import write_code_rows, write_exr
 from worker.store.local import LocalStore
 from worker.video.encode import encode
 from worker.video.kinds import FFV1, H264
@@ -53,7 +52,8 @@ def test_pictures_and_videos_on_any_nearly_full_disk_are_whole_or_refused(tiny_d
     light = codes.astype(np.float16) / 255
     writers: dict[str, Callable[[Path], object]] = {
         "a.exr": partial(write_exr, linear=light, attributes={}),
-        "a.png": partial(write_rows, bands=[codes], size=(64, 64), to="png", store_as="uint8", attributes={}),
+        "a.png": partial(write_code_rows, bands=[codes], size=(64, 64)),
+        "a.tif": partial(write_code_rows, bands=[codes], size=(64, 64)),
         "a.mp4": partial(encode, frames=frames, kind=H264, fps=8),
         "a.mkv": partial(encode, frames=frames, kind=FFV1, fps=8),
     }

@@ -9,12 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from worker.exports.pdf import Page, write_pdf
+from worker.images.density import Density
+from worker.images.write import write_code_rows
 from worker.job.outputs.prints import CalibrationSheet
 from worker.job.rig import Rig
 from worker.plan.calibration import DIRECTIONS, CalibrationPage, Strip, calibration_page, moire_mm
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
-from worker.tasks.outputs.paper import paper_bands, write_page
+from worker.tasks.outputs.paper import paper_bands
 from worker.whole_file import new_file
 
 TITLE = "Calibration sheet"
@@ -67,6 +69,6 @@ def write_sheet(path: Path, output: CalibrationSheet, pages: tuple[CalibrationPa
             write_pdf(file, drawn, title=TITLE)
         return
     (page,) = pages
-    size = {"cols": page.cols, "bits": 8}
-    bands = paper_bands(page.shapes, first=0, stop=page.rows, pixel_mm=page.pixel_mm, **size)
-    write_page(path, bands, file_format=output.file_format, rows=page.rows, pixel_mm=page.pixel_mm, **size)
+    bands = paper_bands(page.shapes, first=0, stop=page.rows, pixel_mm=page.pixel_mm, cols=page.cols, bits=8)
+    density = Density.of_pixel(width_mm=page.pixel_mm, height_mm=page.pixel_mm)
+    write_code_rows(path, bands, size=(page.rows, page.cols), density=density)

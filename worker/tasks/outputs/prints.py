@@ -16,16 +16,18 @@ from numpy.typing import NDArray
 
 from worker.exports.pdf import Page, Picture, write_pdf
 from worker.images.colour import srgb_codes
+from worker.images.density import Density
 from worker.images.icc import srgb_profile
 from worker.images.png import deflated_rows
 from worker.images.turned import turned_bands
+from worker.images.write import write_code_rows
 from worker.integral.device import array_pitches, device_bands
 from worker.job.outputs.prints import Print
 from worker.plan import names
 from worker.plan.print_page import PrintPage, label_of, print_page
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
-from worker.tasks.outputs.paper import paper_bands, write_page
+from worker.tasks.outputs.paper import paper_bands
 from worker.whole_file import new_file
 
 
@@ -59,8 +61,8 @@ def _write(path: Path, *, making: Making, output: Print, frame: int) -> None:
             write_pdf(file, [_pdf_page(page)], title=label, picture=_pdf_picture(page, codes, output.bits))
         return
     bands = _page_bands(page, codes, output.bits)
-    size = {"rows": page.rows, "cols": page.cols, "bits": output.bits}
-    write_page(path, bands, file_format=output.file_format, pixel_mm=page.pixel_mm, **size)
+    density = Density.of_pixel(width_mm=page.pixel_mm, height_mm=page.pixel_mm)
+    write_code_rows(path, bands, size=(page.rows, page.cols), bits=output.bits, density=density)
 
 
 def _page(footage: Footage, output: Print, frame: int) -> tuple[PrintPage, str]:
