@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import tifffile
 
 from lippmann import main, orthoscopic_here
 from lippmann.master_file import read_orthoscopic
