@@ -53,14 +53,6 @@ def get_house(request: Request) -> House:
 HouseDep = Annotated[House, Depends(get_house)]
 
 
-def get_settings(house: HouseDep) -> Settings:
-    """Return how this service runs."""
-    return house.settings
-
-
-SettingsDep = Annotated[Settings, Depends(get_settings)]
-
-
 def get_session(house: HouseDep) -> Iterator[Session]:
     """Lend a session that only reads."""
     with house.database.reading() as session:
@@ -117,7 +109,6 @@ def require(role: Role) -> Callable[[Caller | None], Caller]:
 ViewerDep = Annotated[Caller, Depends(require(Role.VIEWER))]
 SubmitterDep = Annotated[Caller, Depends(require(Role.SUBMITTER))]
 AdminDep = Annotated[Caller, Depends(require(Role.ADMIN))]
-CallerDep = ViewerDep
 
 LimitQuery = Annotated[int, Query(ge=1, le=MAX_LIMIT, description="The longest page wanted.")]
 CursorQuery = Annotated[str | None, Query(max_length=200, description="`next_cursor` of the page before.")]

@@ -20,10 +20,12 @@ from lippmann.paper.captions import CAPTIONS, Caption, Depth, agrees, mean_mm
 from lippmann.paper.depth import Patch, depth_mm, lenses_a_view, movement
 from lippmann.paper.frames import Light, LocalJob, prepared
 from lippmann.paper.landmarks import LANDMARKS, Landmark, Traced, rig_place_mm, traced
-from lippmann.paper.panels import Codes, Panel, cut, enlarged, fitted, write_panels
+from lippmann.paper.panels import Panel, cut, enlarged, fitted, write_panels
 from lippmann.paper.request import Made, Request
 from worker.errors import RenderFailed
 from worker.images.write import write_png
+from worker.integral.luminance import luminance
+from worker.integral.stereo import together
 from worker.integral.views import centre, view
 from worker.optics.capture import Bench, bench
 from worker.optics.matrices import conjugate
@@ -38,7 +40,6 @@ EYE = (0.45, 0.28)
 TRIED_MM = (-90.0, 90.0)
 """Depths among which the one of a patch is looked for."""
 TRIED_STEP_MM = 0.5
-_BRIGHTNESS = (0.2126, 0.7152, 0.0722)
 
 
 def fig7(request: Request) -> Made:
@@ -69,7 +70,7 @@ def measured_depths(job: LocalJob, frame: int) -> tuple[Depth, ...]:
     """
     upright, layout = job.picture(names.orthoscopic_name(frame)), job.layout
     row = [view(upright, layout, u, centre(layout)[1]) for u in range(layout.px_per_lens)]
-    views = np.stack([_brightness(picture) for picture in row])
+    views = np.stack([luminance(np.clip(picture.astype(np.float64), 0.0, 1.0)) for picture in row])
     return tuple(_depth(job, frame, views, landmark) for landmark in LANDMARKS)
 
 
@@ -129,20 +130,8 @@ def _panels(job: LocalJob, frame: int, caption: Caption, depths: Sequence[Depth]
             fitted(view(upright, layout, u, v), CELL_PX),
             f"the middle view; fish {fish:+.0f} mm,\nstems {', '.join(f'{stem:+.0f}' for stem in stems)} mm",
         ),
-        Panel(_anaglyph(left, right), "two views for red-cyan glasses\n(red: left eye)"),
+        Panel(fitted(together(left, right, "anaglyph"), CELL_PX), "two views for red-cyan glasses\n(red: left eye)"),
     ]
-
-
-def _anaglyph(left: Light, right: Light) -> Codes:
-    """Return two views in one picture, the left one in red."""
-    grey_left, grey_right = _brightness(left), _brightness(right)
-    both = np.stack((grey_left, grey_right, grey_right), axis=-1).astype(np.float32)
-    return fitted(both, CELL_PX)
-
-
-def _brightness(linear: Light) -> NDArray[np.float64]:
-    grey: NDArray[np.float64] = np.clip(linear.astype(np.float64), 0.0, 1.0) @ _BRIGHTNESS
-    return grey
 
 
 def _position(caption: Caption, offset_mm: float, depths: Sequence[Depth]) -> Mapping[str, Any]:

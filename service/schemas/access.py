@@ -61,12 +61,6 @@ class LoginLink(Answer):
     expires_at: datetime
 
 
-class LoginWish(Answer):
-    """What a browser sends to be let in."""
-
-    key: str = Field(min_length=1, max_length=200)
-
-
 class Session(Answer):
     """Who is calling."""
 

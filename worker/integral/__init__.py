@@ -44,6 +44,7 @@ finding           where the lenses of a picture from elsewhere are
 foreign           such a picture made into the sheet that the rest takes
 interpolation     between neighbours, linear
 half_floats       half floats in single precision, quickly
+luminance         how bright light of three colours is
 compare           PSNR and SSIM of two sheets and of every view
 rate_distortion   how much a codec saves against another
 

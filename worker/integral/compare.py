@@ -22,14 +22,13 @@ from numpy.typing import NDArray
 
 from worker.errors import LayoutError
 from worker.integral.layout import CellLayout, check_sheet
+from worker.integral.luminance import WEIGHTS
 from worker.integral.views import view_numbers, view_of_grid, views_grid
 
 Codes = NDArray[np.uint8]
 Values = NDArray[np.float64]
 
 PEAK = 255.0
-LUMA_WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
-"""Of red, green and blue; ITU-R BT.709-6, item 3.2."""
 
 WINDOW_PX = 11
 WINDOW_SIGMA_PX = 1.5
@@ -100,7 +99,7 @@ def compare(first: Codes, second: Codes) -> Likeness:
     squares_y = squares_rgb = 0.0
     for rows in _strips(len(first)):
         difference = np.subtract(first[rows], second[rows], dtype=np.float64)
-        squares_y += float(np.square(difference @ LUMA_WEIGHTS).sum())
+        squares_y += float(np.square(difference @ WEIGHTS).sum())
         squares_rgb += float(np.square(difference).sum())
     px = first.shape[0] * first.shape[1]
     return Likeness(psnr_db(squares_y / px), psnr_db(squares_rgb / (3 * px)), ssim(first, second))
@@ -140,7 +139,7 @@ def ssim(first: Codes, second: Codes) -> float:
     total = 0.0
     for places in _strips(rows):
         needed = slice(places.start, places.stop + WINDOW_PX - 1)
-        total += float(_ssim_map(first[needed] @ LUMA_WEIGHTS, second[needed] @ LUMA_WEIGHTS).sum())
+        total += float(_ssim_map(first[needed] @ WEIGHTS, second[needed] @ WEIGHTS).sum())
     return float(total / (rows * cols))
 
 

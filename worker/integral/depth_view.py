@@ -15,7 +15,6 @@ patches are hexagons, shown on square pixels.
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import numpy as np
@@ -32,16 +31,6 @@ from worker.integral.under_lenses import Places, light_under
 
 ROWS_AT_ONCE = 64
 """Of the picture, so that memory beside sheet and picture stays at some ten MB."""
-
-
-def patch_px(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> float:
-    """Return how many pixels across under a lens show what lies between it and the next at a depth, 1 / |delta|.
-
-    >>> patch_px(CellLayout(90, 90, 8), 13.2, focal_mm=3.3)
-    2.0
-    """
-    _, across = checked_shifts(layout, depth_mm, focal_mm=focal_mm)
-    return 1 / abs(across) if across else math.inf
 
 
 def depth_view(

@@ -17,9 +17,7 @@ from numpy.typing import NDArray
 
 from worker.errors import LayoutError
 from worker.integral.interpolation import Light
-
-LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""Of linear red, green and blue (ITU-R BT.709)."""
+from worker.integral.luminance import luminance
 
 POWER = 8
 """Of the sharpness. A picture half as sharp as the sharpest counts 1 / 256 of it."""
@@ -68,8 +66,7 @@ def extended_focus(stack: NDArray[Light], *, smooth_px: int = 2) -> ExtendedFocu
 
 def sharpness(picture: NDArray[Light], *, smooth_px: int) -> NDArray[np.float64]:
     """Return the local contrast of a picture `(row, col, channel)`, `(row, col)`; see `extended_focus`."""
-    weights = LUMINANCE if picture.shape[2] == len(LUMINANCE) else np.full(picture.shape[2], 1 / picture.shape[2])
-    light = np.pad(picture.astype(np.float64) @ np.asarray(weights), 1, mode="edge")
+    light = np.pad(luminance(picture), 1, mode="edge")
     middle = 2 * light[1:-1, 1:-1]
     contrast: NDArray[np.float64] = np.abs(middle - light[1:-1, :-2] - light[1:-1, 2:])
     contrast += np.abs(middle - light[:-2, 1:-1] - light[2:, 1:-1])

@@ -52,9 +52,3 @@ def window_of(*, wide_mm: float, high_mm: float, size_px: int, right_mm: float =
     shorter = max(1, round(size_px * min(wide_mm, high_mm) / max(wide_mm, high_mm)))
     rows, cols = (shorter, size_px) if wide_mm >= high_mm else (size_px, shorter)
     return Window(rows, cols, wide_mm=wide_mm, high_mm=high_mm, right_mm=right_mm, up_mm=up_mm)
-
-
-def _middles(px: int) -> NDArray[np.float64]:
-    """Return where the middles of pixels lie on a line of them, from its middle, in lengths of the line."""
-    middles: NDArray[np.float64] = (np.arange(px, dtype=np.float64) + 0.5) / px - 0.5
-    return middles

@@ -6,6 +6,7 @@ lens       an imaging lens, surface by surface
 lens_array whole pixels under hexagons
 presets    arrays and jobs by name
 rig        imaging lens, microlens array, camera, device
+sheet_geometry   where the lenses lie on integral images from elsewhere
 stage      where the rig stands in a scene
 render_settings  the road through the optics, samples, tiles, limits
 keyframes  numbers that change with the frame
@@ -16,6 +17,7 @@ tagged     fields with several forms
 misfit     fields that do not go together
 problems   what was found wrong, field by field
 spec       the job as it was asked for, and the one door that checks it
+foreign_sheets   a bundle of integral images from elsewhere, in place of a scene
 scene      the scene as a job sees it: stage, clock, parameters
 sheet      the job as it is stored for workers
 statuses   jobs' and tasks' statuses and the moves between them

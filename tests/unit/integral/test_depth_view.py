@@ -13,7 +13,7 @@ from tests.unit.integral.sheets import HEXAGONAL_LAYOUTS, LAYOUTS, SQUARE_LAYOUT
 from tests.unit.integral.textures import sheet_of_texture
 from worker.errors import LayoutError
 from worker.integral.cells import cells, sheet_of
-from worker.integral.depth_view import depth_view, patch_px
+from worker.integral.depth_view import depth_view
 from worker.integral.layout import CellLayout
 from worker.integral.orthoscopic import half_turn_cells
 from worker.integral.square_pixels import as_square, square_size
@@ -136,12 +136,6 @@ def test_no_light_comes_from_another_cell(layout: CellLayout, patch: float, px: 
     )
     np.testing.assert_allclose(lens, np.round(lens), atol=1e-5)
     np.testing.assert_allclose(shown, np.round(lens) == lit[0] * cols + lit[1] + 1, atol=1e-6)
-
-
-def test_a_patch_is_n_f_by_s() -> None:
-    assert patch_px(SQUARE, 13.2, focal_mm=3.3) == pytest.approx(2.0)
-    assert patch_px(SQUARE, -26.4, focal_mm=3.3) == pytest.approx(1.0)
-    assert patch_px(SQUARE, 0.0, focal_mm=3.3) == math.inf
 
 
 @pytest.mark.parametrize(

@@ -7,13 +7,8 @@ every cell.
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
-
-LUMINANCE = (0.2126, 0.7152, 0.0722)
-"""Of linear Rec. 709 light."""
 
 BROAD_PX = 32.0
 """Standard deviation of what changes too slowly to tell of lenses, as from the picture's middle to its corners."""
@@ -26,16 +21,6 @@ ALONE_PX = 2
 
 STRONGEST = 99.0
 """Percentile at which edges are cut off: those of things shown are no better evidence for being strong."""
-
-
-def luminance(picture: NDArray[Any]) -> NDArray[np.float64]:
-    """Return a picture `(rows, cols, channel)` as one channel, `(rows, cols)`; without colours their mean."""
-    light = np.nan_to_num(picture.astype(np.float64), nan=0.0, posinf=1.0, neginf=0.0)
-    if picture.shape[2] == len(LUMINANCE):
-        weighted: NDArray[np.float64] = light @ np.array(LUMINANCE)
-        return weighted
-    mean: NDArray[np.float64] = light.mean(axis=2)
-    return mean
 
 
 def of_white(light: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from worker.errors import LayoutError
 from worker.integral.finding.combs import Comb, measure_comb
-from worker.integral.finding.evidence import luminance, of_edges, of_white
+from worker.integral.finding.evidence import of_edges, of_white
 from worker.integral.finding.periods import shortest_steps
 from worker.integral.finding.phases import Measured, lay_of, measure
 from worker.integral.finding.whole_lenses import whole_lenses
 from worker.integral.lens_grid import LensGrid
+from worker.integral.luminance import luminance
 
 SURE_OF_WHITE = 0.9
 SURE_OF_EDGES = 0.35
@@ -98,7 +99,7 @@ def _evidence(picture: NDArray[Any], of: Callable[[NDArray[np.float64]], NDArray
         raise LayoutError(
             f"expected a picture of at least {LEAST_SIDE_PX} px a side to look for lenses, got shape {picture.shape}"
         )
-    return of(luminance(picture))
+    return of(luminance(np.nan_to_num(picture.astype(np.float64), nan=0.0, posinf=1.0, neginf=0.0)))
 
 
 def _refuse_rival(comb: Comb) -> None:

@@ -1,0 +1,22 @@
+"""How bright light is: red, green and blue weighted as ITU-R BT.709-6, item 3.2, does."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
+"""Of red, green and blue."""
+
+
+def luminance(picture: NDArray[Any]) -> NDArray[np.float64]:
+    """Return a picture `(rows, cols, channel)` as one channel, `(rows, cols)`; without three colours their mean.
+
+    >>> luminance(np.array([[[1.0, 1.0, 0.0]]])).round(4)
+    array([[0.9278]])
+    """
+    light = picture.astype(np.float64, copy=False)
+    bright: NDArray[np.float64] = light @ WEIGHTS if picture.shape[2] == len(WEIGHTS) else light.mean(axis=2)
+    return bright
