@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from lippmann.errors import BadInput
-from lippmann.master_file import OTHER_MASTERS, rig_in
+from lippmann.master_file import OTHER_MASTERS, rig_in, whole_picture
 from lippmann.progress import ProgressLine
-from worker.errors import ArtifactBroken, LayoutError
+from worker.errors import LayoutError
 from worker.images.codes import MASTER, SHOWN, picture_codes
 from worker.integral.compare import Likeness, ViewLikeness, compare, compare_views
 from worker.integral.layout import CellLayout
@@ -117,9 +115,9 @@ def _checked(path: Path) -> Path:
 
 def _compared(pair: Pair, said: CellLayout | None) -> Compared:
     layout = _layout(pair, said)
-    with _read(pair.first):
+    with whole_picture(pair.first):
         first = picture_codes(pair.first)
-    with _read(pair.second):
+    with whole_picture(pair.second):
         second = picture_codes(pair.second)
     try:
         return Compared(pair, layout, compare(first, second), compare_views(first, second, layout))
@@ -147,11 +145,3 @@ def _layout_in(path: Path) -> CellLayout | None:
         return None
     rig = rig_in(path)
     return None if rig is None else display_size(rig)
-
-
-@contextmanager
-def _read(path: Path) -> Iterator[None]:
-    try:
-        yield
-    except ArtifactBroken as error:
-        raise BadInput(f"expected a whole picture at {path}, got {error.message}") from error

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from lippmann.errors import BadInput
-from lippmann.master_file import rig_in
+from lippmann.master_file import rig_in, whole_picture
 from lippmann.progress import ProgressLine
 from lippmann.writable import check_writable
-from worker.errors import ArtifactBroken, LayoutError
+from worker.errors import LayoutError
 from worker.images.foreign import FOREIGN_SUFFIXES, read_foreign
 from worker.images.write import write_exr, write_png, write_thumbnail
 from worker.integral.device import device_size
@@ -269,7 +269,5 @@ def _check_suffix(path: Path) -> None:
 
 def _read(path: Path) -> NDArray[np.float32]:
     _check_suffix(path)
-    try:
+    with whole_picture(path):
         return read_foreign(path)
-    except ArtifactBroken as error:
-        raise BadInput(f"expected a whole picture at {path}, got {error.message}") from error

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -93,10 +95,24 @@ def rig_in(path: Path) -> Rig | None:
     BadInput
         If it is no whole picture, or the header names something else.
     """
-    try:
+    with whole_picture(path):
         said = read_attributes(path).get("rig")
+    try:
         return None if said is None else Rig.model_validate_json(said)
-    except ArtifactBroken as error:
-        raise BadInput(f"expected a whole picture at {path}, got {error.message}") from error
     except ValidationError as error:
         raise BadInput(f"{path}: expected a rig in the header, got {error.errors()[0]['msg']}") from error
+
+
+@contextmanager
+def whole_picture(path: Path) -> Iterator[None]:
+    """Name a file that turns out to be broken while it is read.
+
+    Raises
+    ------
+    BadInput
+        If it does.
+    """
+    try:
+        yield
+    except ArtifactBroken as error:
+        raise BadInput(f"expected a whole picture at {path}, got {error.message}") from error

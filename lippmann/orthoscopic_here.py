@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from lippmann.errors import BadInput
-from lippmann.master_file import rig_in
+from lippmann.master_file import rig_in, whole_picture
 from lippmann.progress import ProgressLine
 from lippmann.writable import check_writable
-from worker.errors import ArtifactBroken, LayoutError
+from worker.errors import LayoutError
 from worker.images.colour import linear_light, srgb_codes
 from worker.images.read import read_attributes
 from worker.images.rows import BAND_PX, open_rows
@@ -237,8 +237,7 @@ def _told(bands: Iterator[NDArray[Any]], rows: int, line: ProgressLine) -> Itera
 @contextmanager
 def _named(file: Path) -> Iterator[None]:
     try:
-        yield
-    except ArtifactBroken as error:
-        raise BadInput(f"expected a whole picture at {file}, got {error.message}") from error
+        with whole_picture(file):
+            yield
     except LayoutError as error:
         raise BadInput(f"{file}: {error.message}") from error

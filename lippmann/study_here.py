@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 from lippmann.coding_study import Arrangement, Codes, Encoder, Point, Sequence8, savings, study
 from lippmann.compare_here import find_frames
 from lippmann.errors import BadInput
-from lippmann.master_file import rig_in
+from lippmann.master_file import rig_in, whole_picture
 from lippmann.plot import COLOURS, axes, check_plots
 from lippmann.progress import ProgressLine
 from lippmann.writable import check_writable
-from worker.errors import ArtifactBroken, OutputError
+from worker.errors import OutputError
 from worker.images.codes import MASTER, picture_codes
 from worker.integral.layout import CellLayout
 from worker.job.outputs.codecs import Chroma
@@ -138,10 +138,9 @@ def _video(folder: Path, fps: float) -> Sequence8:
 
     def read() -> Iterator[Codes]:
         for path in paths:
-            try:
-                yield picture_codes(path)
-            except ArtifactBroken as error:
-                raise BadInput(f"expected a whole picture at {path}, got {error.message}") from error
+            with whole_picture(path):
+                codes = picture_codes(path)
+            yield codes
 
     return Sequence8(frames=read, count=len(paths), layout=layouts.pop(), fps=fps)
 

@@ -18,7 +18,10 @@ from lippmann.client.errors import refusal
 from worker.errors import BundleError, RenderFailed, SpecError
 
 ROOT = Path(__file__).parents[3]
-HEAVY = ("numpy", "celery", "fastapi", "httpx", "pydantic", "sqlalchemy", "OpenImageIO", "av", "redis", "matplotlib")
+HEAVY = (
+    "numpy", "scipy", "celery", "fastapi", "httpx", "pydantic", "sqlalchemy", "OpenImageIO", "av", "tifffile",
+    "reportlab", "redis", "matplotlib",
+)  # fmt: skip
 
 
 def _commands(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
