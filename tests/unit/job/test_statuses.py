@@ -12,12 +12,12 @@ def test_every_status_has_its_moves() -> None:
     assert set(TASK_MOVES) == set(TaskStatus)
 
 
-@pytest.mark.parametrize("job", ENDED_JOBS)
+@pytest.mark.parametrize("job", sorted(ENDED_JOBS))
 def test_ended_jobs_move_only_by_retry(job: JobStatus) -> None:
     assert JOB_MOVES[job] == {JobStatus.RUNNING}
 
 
-@pytest.mark.parametrize("task", ENDED_TASKS)
+@pytest.mark.parametrize("task", sorted(ENDED_TASKS))
 def test_ended_tasks_move_only_by_retry(task: TaskStatus) -> None:
     assert TASK_MOVES[task] <= {TaskStatus.READY, TaskStatus.WAITING}
 
