@@ -17,8 +17,16 @@ demo: setup ## Render the paper's integral video on this machine, into out/
 up: setup ## Start the one-machine farm; Ctrl-C ends it
 	$(BIN)/lippmann up $(ARGS)
 
+# Tests that need whole farms, browsers or POV-Ray mind what else runs, so they run one by one; all others two at a time.
+ALONE := tests/acceptance tests/browser tests/chaos tests/golden tests/integration tests/rules
+
 test: setup-test lint types ## Run all checks and all tests
+ifeq ($(ARGS),)
+	$(BIN)/pytest --numprocesses 2 --dist loadfile tests/unit povtemplates worker service lippmann
+	$(BIN)/pytest $(ALONE)
+else
 	$(BIN)/pytest $(ARGS)
+endif
 
 lint: setup ## Check style and the order of imports
 	$(BIN)/ruff check .

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.builders import local_place, order_of, small_job, stored_job, tiles_of
-from worker.errors import OutputError
+from worker.errors import ArtifactMissing
 from worker.images.read import read_channels
 from worker.integral.depth_map import CHANNELS, DepthMap
 from worker.integral.layout import CellLayout
@@ -182,7 +182,7 @@ def test_a_ball_wanders_over_the_views_as_its_depth_says(tmp_path: Path, lattice
     shown = found.view(layout, u, v)
     assert (np.isfinite(shown.z_mm).sum()) > 15, "the ball, and nothing else"
     assert (before - after) / 2 == pytest.approx(float(np.nanmean(shown.disparity_u)), rel=0.03)
-    with pytest.raises(OutputError, match=r"expected a job with capture\.depth"):
+    with pytest.raises(ArtifactMissing, match=r"depth/0002\.exr"):
         footage.depth(2)
 
 
