@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import subprocess
+import sys
 from pathlib import Path
 
 import av
@@ -31,7 +32,8 @@ def test_a_pfm_is_what_its_definition_says_from_the_bottom_up(tmp_path: Path) ->
 def test_openimageio_reads_the_pfm_upright(tmp_path: Path) -> None:
     values = np.arange(12, dtype=np.float32).reshape(3, 4)
     write_pfm(tmp_path / "a.pfm", values)
-    command = ["oiiotool", "a.pfm", "-d", "float", "--compression", "none", "-o", "a.tif"]
+    oiiotool = str(Path(sys.executable).with_name("oiiotool"))  # it comes with OpenImageIO's wheel
+    command = [oiiotool, "a.pfm", "-d", "float", "--compression", "none", "-o", "a.tif"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True)
     np.testing.assert_array_equal(tifffile.imread(tmp_path / "a.tif"), values)
 
