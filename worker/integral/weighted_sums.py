@@ -28,7 +28,7 @@ PRODUCT_ROWS = 8
 CACHED_COLS = 1024
 """Cols of a band that are summed down and across while they are in a processor's cache."""
 
-PRODUCT_COLS = 16
+PRODUCT_COLS = 10
 """Picture columns of one product across."""
 
 
