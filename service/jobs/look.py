@@ -21,7 +21,7 @@ from service.jobs.moves import find_job
 from service.parts import Parts
 from service.schemas import look as schema
 from worker.errors import ArtifactMissing, FieldProblem
-from worker.integral.atlas import Atlas, atlas_picture, plan_atlas
+from worker.integral.atlas import atlas_picture, plan_atlas
 from worker.integral.layout import CellLayout
 from worker.integral.looking import Looking, look
 from worker.integral.observer import whole_window
@@ -210,7 +210,7 @@ def see_view(sheet: Sheet, sight: Sight, query: schema.ViewQuery) -> Light:
 
 def see_from(sheet: Sheet, sight: Sight, query: schema.PerspectiveQuery) -> Light:
     """Return what an eye sees, on square pixels; lenses that show it another's light are dark."""
-    eye = _eye(sight, query.x, query.y, query.z)
+    eye = _eye(sight, query)
     pitch_mm = sight.spec.rig.lens_array.pitch_mm
     seen = perspective(sheet, sight.layout, eye, pitch_mm=pitch_mm, gap_mm=sight.gap_mm)
     return as_square(seen.picture, sight.layout)
@@ -245,24 +245,20 @@ def see_observed(sheet: Sheet, sight: Sight, query: schema.ObserverQuery) -> Lig
         eyes_apart_mm=query.eyes_apart_mm,
     )
     window = whole_window(display, size_px=query.size)
-    return look(sheet, display, _eye(sight, query.x, query.y, query.z), looking, window=window)
+    return look(sheet, display, _eye(sight, query), looking, window=window)
 
 
 def see_atlas(sheet: Sheet, sight: Sight, query: schema.AtlasQuery) -> Light:
     """Return the views as one picture."""
-    return atlas_picture(sheet, sight.layout, _atlas(sight, query))
+    return atlas_picture(sheet, sight.layout, plan_atlas(sight.layout, max_px=query.max_px))
 
 
-def _eye(sight: Sight, x_mm: float, y_mm: float, z_mm: float | None) -> Eye:
-    distance_mm = sight.spec.display.viewing_distance_mm if z_mm is None else z_mm
+def _eye(sight: Sight, query: schema.PerspectiveQuery | schema.ObserverQuery) -> Eye:
+    distance_mm = sight.spec.display.viewing_distance_mm if query.z is None else query.z
     if distance_mm <= 0:
         problem = FieldProblem(field="z", expected="an eye in front of the display, above 0", got=f"{distance_mm:g}")
         raise Invalid(str(problem), problems=[problem])
-    return Eye(x_mm=x_mm, y_mm=y_mm, distance_mm=distance_mm)
-
-
-def _atlas(sight: Sight, query: schema.AtlasQuery) -> Atlas:
-    return plan_atlas(sight.layout, max_px=query.max_px)
+    return Eye(x_mm=query.x, y_mm=query.y, distance_mm=distance_mm)
 
 
 See = Callable[[Sheet, Sight, Any], Light]
@@ -274,7 +270,7 @@ def picture(parts: Parts, sheets: Sheets, sight: Sight, query: Any, see: See) ->
     Raises
     ------
     Invalid
-        If the picture would be too large, or there is nothing to be seen.
+        If there is no such view or place, or the picture would be too large.
     """
     light = see(sheets.sheet(sight), sight, query)
     scale = query.scale if isinstance(query, schema.Shown) else 1

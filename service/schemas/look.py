@@ -75,11 +75,23 @@ class _Asked(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
 
-class Shown(_Asked):
-    """How a picture is to come."""
-
+class _Pictured(_Asked):
     format: Literal["png", "webp"] = "png"
     """WebP is lossy."""
+
+
+class _FromAPlace(_Pictured):
+    x: Place = 0.0
+    """Of the eye, or of the middle between two, mm from the middle of the display: to the right."""
+    y: Place = 0.0
+    """Upward."""
+    z: float | None = None
+    """In front; the job's viewing distance when not said."""
+
+
+class Shown(_Pictured):
+    """How a picture is to come that has one pixel a lens."""
+
     scale: int = Field(default=1, ge=1, le=32)
     """How many times larger, each way."""
     filter: Filter = "lanczos3"
@@ -93,15 +105,8 @@ class ViewQuery(Shown):
     v: int | None = None
 
 
-class PerspectiveQuery(Shown):
-    """Where an eye stands, mm from the middle of the display."""
-
-    x: Place = 0.0
-    """To the right."""
-    y: Place = 0.0
-    """Upward."""
-    z: float | None = None
-    """In front; the job's viewing distance when not said."""
+class PerspectiveQuery(Shown, _FromAPlace):
+    """Where an eye stands."""
 
 
 class RefocusQuery(Shown):
@@ -111,17 +116,9 @@ class RefocusQuery(Shown):
     """Positive in front of the display."""
 
 
-class ObserverQuery(_Asked):
+class ObserverQuery(_FromAPlace):
     """Where an observer stands, with which eyes, before which gap."""
 
-    format: Literal["png", "webp"] = "png"
-    """WebP is lossy."""
-    x: Place = 0.0
-    """Of the eye, or of the middle between two, mm from the middle of the display: to the right."""
-    y: Place = 0.0
-    """Upward."""
-    z: float | None = None
-    """In front; the job's viewing distance when not said."""
     gap: GapUse | None = None
     """The gap that the design chooses for images of this kind."""
     gap_mm: float | None = Field(default=None, gt=0, le=10_000)
@@ -140,10 +137,8 @@ class ObserverQuery(_Asked):
     """Longer side of an eye's picture, px."""
 
 
-class AtlasQuery(_Asked):
+class AtlasQuery(_Pictured):
     """How large a picture a graphics card takes."""
 
-    format: Literal["png", "webp"] = "png"
-    """WebP is lossy."""
     max_px: int = Field(default=4096, ge=16, le=16_384)
     """The longest side of the atlas; of views that do not all fit, evenly spread ones are taken."""
