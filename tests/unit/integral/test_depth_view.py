@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -152,9 +153,9 @@ def test_no_light_comes_from_another_cell(layout: CellLayout, patch: float, px: 
     ],
     ids=str,
 )
-def test_what_cannot_be_is_refused_and_what_could_is_said(options: dict[str, object], said: str) -> None:
+def test_what_cannot_be_is_refused_and_what_could_is_said(options: dict[str, Any], said: str) -> None:
     with pytest.raises(LayoutError, match=said):
-        depth_view(np.zeros((96, 112, 1)), SQUARE, focal_mm=FOCAL_MM, **options)  # type: ignore[arg-type]
+        depth_view(np.zeros((96, 112, 1)), SQUARE, focal_mm=FOCAL_MM, **options)
 
 
 def test_a_hexagons_corner_view_does_not_exist() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from tests.unit.integral.sheets import LAYOUTS, lens_centres, lens_numbers, numb
 from tests.unit.integral.textures import sheet_of_texture
 from worker.errors import LayoutError
 from worker.integral.device import to_device
-from worker.integral.layout import CellLayout
+from worker.integral.layout import CellLayout, Lattice
 from worker.integral.lens_grid import LensGrid, device_grid, layout_grid
 from worker.integral.under_lenses import Places, picture_places
 from worker.integral.views import view, view_numbers
@@ -109,8 +110,8 @@ def test_a_ramp_across_every_cell_is_reproduced_but_for_its_outermost_pixels(
 
 
 @pytest.mark.parametrize("lattice", ["square", "hexagonal"])
-def test_views_of_a_printed_sheet_are_the_views_that_were_printed(lattice: str) -> None:
-    layout = CellLayout(18, 20, 24, lattice=lattice)  # type: ignore[arg-type]
+def test_views_of_a_printed_sheet_are_the_views_that_were_printed(lattice: Lattice) -> None:
+    layout = CellLayout(18, 20, 24, lattice=lattice)
     ortho = sheet_of_texture(layout, lambda x, y: 1 + np.sin(x) * np.cos(0.7 * y), 12.0, focal_mm=3.3)
     printed = to_device(ortho, layout, px_per_lens_device=AT_600_DPI, margin_px=5)
     back = whole_cells(printed, device_grid(layout, px_per_lens_device=AT_600_DPI, margin_px=5), layout)
@@ -154,10 +155,10 @@ def test_a_lens_beyond_the_picture_is_named(grid: LensGrid, said: str) -> None:
      {"offset_px": (0.0, math.nan)}],
     ids=str,
 )  # fmt: skip
-def test_what_is_no_lattice_is_refused(wrong: dict[str, object]) -> None:
-    right: dict[str, object] = {"lens_rows": 2, "lens_cols": 2, "pitch_px": 4.0, "offset_px": (2.0, 2.0)}
+def test_what_is_no_lattice_is_refused(wrong: dict[str, Any]) -> None:
+    right: dict[str, Any] = {"lens_rows": 2, "lens_cols": 2, "pitch_px": 4.0, "offset_px": (2.0, 2.0)}
     with pytest.raises(LayoutError, match="expected a pitch above 0 px both ways"):
-        LensGrid(**{**right, **wrong})  # type: ignore[arg-type]
+        LensGrid(**{**right, **wrong})
 
 
 def test_no_lenses_and_other_lenses_are_refused() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -89,7 +90,7 @@ def test_a_stack_by_ciir_is_brightest_at_the_points_depth(
     ids=str,
 )
 def test_a_picture_comes_in_the_size_and_by_the_filter_that_were_asked_for(
-    options: list[str], size: dict[str, object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    options: list[str], size: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
     master = master_of(tmp_path, rig_of())
@@ -101,7 +102,7 @@ def test_a_picture_comes_in_the_size_and_by_the_filter_that_were_asked_for(
         said_by(*command, *options, "--out", str(out), monkeypatch=monkeypatch, capsys=capsys)
         assert read_rgb(out, np.float32).shape[:2] == (size["rows"], size["cols"])
         # In linear light, before it is made sRGB.
-        write_png(expected, resize(picture, **size))  # type: ignore[arg-type]
+        write_png(expected, resize(picture, **size))
         assert out.read_bytes() == expected.read_bytes()
 
 

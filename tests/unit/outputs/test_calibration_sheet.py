@@ -35,7 +35,7 @@ def test_a_pdf_has_a_page_across_and_a_page_down(tmp_path: Path) -> None:
             assert sides == pytest.approx([cols * PIXEL_MM, rows * PIXEL_MM], abs=1e-4)
             assert f"Calibration sheet, {direction}" in page.extract_text()
             assert "0.99" in page.extract_text()
-        assert reader.trailer["/Root"]["/ViewerPreferences"]["/PrintScaling"] == "/None"  # type: ignore[index]
+        assert reader.trailer["/Root"]["/ViewerPreferences"]["/PrintScaling"] == "/None"  # type: ignore[index]  # a dictionary
 
 
 def test_pictures_are_one_for_each_direction_with_the_devices_density(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ from worker.images.colour import srgb_codes
 from worker.images.read import read_rgb
 from worker.integral.between_views import views_in_row
 from worker.integral.cells import cells
-from worker.integral.layout import CellLayout
+from worker.integral.layout import CellLayout, Lattice
 from worker.integral.square_pixels import as_square, square_size
 from worker.integral.views import centre, grid_size, interlace, view, view_numbers
 from worker.job.outputs.output import OutputOptions
@@ -58,8 +58,8 @@ def tiles_of(quilt: NDArray[Any], columns: int, rows: int) -> list[NDArray[Any]]
 
 
 @pytest.mark.parametrize("lattice", ["square", "hexagonal"])
-def test_a_quilt_begins_with_the_leftmost_view_at_the_lower_left(tmp_path: Path, lattice: str) -> None:
-    layout = CellLayout(6, 5, 4, lattice)  # type: ignore[arg-type]
+def test_a_quilt_begins_with_the_leftmost_view_at_the_lower_left(tmp_path: Path, lattice: Lattice) -> None:
+    layout = CellLayout(6, 5, 4, lattice)
     job = given_job(tmp_path, {1: place_coded(layout)}, outputs=["quilt.png"], lens_array={"lattice": lattice})
     job.make("quilt.png")
     (name,) = job.sidecar("quilt.png")["files"]

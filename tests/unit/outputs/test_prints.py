@@ -146,12 +146,12 @@ def test_a_pdf_places_each_pixel_on_one_of_the_devices(tmp_path: Path, bits: int
         contents = page.get_contents()
         assert contents is not None
         drawn = contents.get_data().decode("latin-1")
-        (picture,) = (item.get_object() for item in page["/Resources"]["/XObject"].values())  # type: ignore[index]
+        (picture,) = (item.get_object() for item in page["/Resources"]["/XObject"].values())  # type: ignore[index]  # a dictionary
         profile = picture["/ColorSpace"][1].get_object().get_data()
         codes = np.frombuffer(picture.get_data(), ">u2" if bits == 16 else "u1").reshape(61, 51, 3)
-        assert reader.trailer["/Root"]["/ViewerPreferences"]["/PrintScaling"] == "/None"  # type: ignore[index]
+        assert reader.trailer["/Root"]["/ViewerPreferences"]["/PrintScaling"] == "/None"  # type: ignore[index]  # a dictionary
         text = page.extract_text()
-        fonts = [font.get_object() for font in page["/Resources"]["/Font"].get_object().values()]  # type: ignore[index]
+        fonts = [font.get_object() for font in page["/Resources"]["/Font"].get_object().values()]  # type: ignore[index]  # a dictionary
     matrix = re.search(r"([\d. ]+) cm\s+/FormXob", drawn)
     assert matrix is not None
     wide, _, _, high, left, bottom = (float(number) * POINT_MM for number in matrix[1].split())

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,16 +11,18 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.builders_outputs import given_job
+from tests.needs import needs_ffprobe
 from tests.unit.integral.textures import sheet_of_texture
 from tests.unit.outputs.films import film, probed
 from worker.errors import OutputError, SpecError
 from worker.images.colour import srgb_codes
-from worker.integral.layout import CellLayout
+from worker.integral.layout import CellLayout, Lattice
 from worker.integral.orthoscopic import orthoscopic
 from worker.integral.refocus import focal_stack
 from worker.integral.square_pixels import as_square, square_size
 from worker.integral.stereo import together
 from worker.integral.views import successive_views, view
+from worker.job.outputs.clips import FocusVideo
 from worker.job.spec import parse_spec
 from worker.tasks.outputs.clips import focus_depths
 from worker.tasks.outputs.footage import job_footage
@@ -46,7 +47,7 @@ def at_col(picture: NDArray[Any]) -> float:
     return float((light * np.arange(len(light))).sum() / light.sum())
 
 
-@pytest.mark.skipif(shutil.which("ffprobe") is None, reason="ffprobe is not installed")
+@needs_ffprobe
 @pytest.mark.parametrize(
     ("kind", "more", "sides", "pictures", "fps"),
     [
@@ -153,8 +154,8 @@ def test_the_sweep_swings_to_the_right_and_back_and_what_is_before_the_display_g
 
 @LATTICES
 @pytest.mark.parametrize("path", ["horizontal", "vertical", "circle"])
-def test_a_sweep_at_a_distance_sees_every_lens(tmp_path: Path, lattice: str, path: str) -> None:
-    layout = CellLayout(9, 9, px_per_lens=6, lattice=lattice)  # type: ignore[arg-type]
+def test_a_sweep_at_a_distance_sees_every_lens(tmp_path: Path, lattice: Lattice, path: str) -> None:
+    layout = CellLayout(9, 9, px_per_lens=6, lattice=lattice)
     output = {"kind": "sweep", "codec": "ffv1", "path": path, "fps": 6, "seconds": 2, "distance_mm": 150, "extent": 1}
     white = np.ones((layout.rows, layout.cols, 3), np.float32)
     more: dict[str, Any] = {"lens_array": {"lattice": lattice}, "count": (9, 9), "px_per_lens": 6}
@@ -203,7 +204,9 @@ def test_the_focus_runs_through_the_depth_of_the_scene_when_nothing_is_said(tmp_
     footage = job_footage(job.place, job.sheet)
     stage = job.sheet.stage
     # The paper's bench: what is at stage.near_mm comes out at its image's place, and 3.3 mm before that on the display.
-    far_mm, near_mm = focus_depths(footage, job.sheet.spec.outputs[0])  # type: ignore[arg-type]
+    (output,) = job.sheet.spec.outputs
+    assert isinstance(output, FocusVideo)
+    far_mm, near_mm = focus_depths(footage, output)
     assert (
         far_mm < near_mm == pytest.approx(40 + FOCAL_MM if stage.reference_mm == stage.near_mm else near_mm, abs=1e-9)
     )

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import gc
 import json
-import shutil
 import subprocess
 import weakref
 from collections.abc import Iterator
@@ -21,6 +20,7 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 from numpy.typing import NDArray
 
+from tests.needs import needs_ffprobe
 from tests.unit.video.movies import noise, psnr_db, waves
 from worker.errors import ArtifactMissing, OutputError, StoreFull, StoreUnavailable
 from worker.job.outputs.codecs import CHOICES, Bits, Chroma, Codec, Container
@@ -115,7 +115,7 @@ PROBED = [
 """Everything that may be chosen."""
 
 
-@pytest.mark.skipif(shutil.which("ffprobe") is None, reason="ffprobe is not installed")
+@needs_ffprobe
 @pytest.mark.parametrize(("codec", "container", "chroma", "bits"), PROBED)
 def test_ffprobe_sees_the_tags_the_sizes_and_the_rate(
     tmp_path: Path, codec: Codec, container: Container, chroma: Chroma | None, bits: Bits
@@ -190,7 +190,7 @@ def test_frames_that_stand_alone_cost_more_where_little_changes(tmp_path: Path, 
     assert alone > together
 
 
-@pytest.mark.skipif(shutil.which("ffprobe") is None, reason="ffprobe is not installed")
+@needs_ffprobe
 @KINDS
 def test_the_bytes_of_every_frame_are_told_in_the_order_shown(tmp_path: Path, kind: Kind) -> None:
     path = tmp_path / f"a.{kind.container}"
