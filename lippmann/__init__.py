@@ -18,6 +18,7 @@ compare_here    two integral images, or folders of them, compared
 coding_study    what codecs make of an integral video: rate and distortion
 study_here      such a study of frames on disk: numbers and curves
 lent_master     the master to look at: a file, a frame of a folder or of a job
+job_masters     masters of a job, brought here for as long as they are needed
 master_file     an orthoscopic master from disk
 files_footage   masters on disk as what outputs are made of
 said_lenses     the lenses over a picture, where no header says them

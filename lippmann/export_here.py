@@ -15,9 +15,11 @@ from pydantic import TypeAdapter, ValidationError
 
 from lippmann.errors import BadInput
 from lippmann.files_footage import files_footage
+from lippmann.job_masters import job_masters
 from lippmann.progress import ProgressLine
 from lippmann.writable import check_writable
 from worker.errors import SpecError, WorkerError
+from worker.job.frames import parse_frames
 from worker.job.misfit import Misfit
 from worker.job.outputs.choice import Output, check_names, check_options
 from worker.job.outputs.output import OutputOptions
@@ -47,21 +49,10 @@ class Exported:
 @contextmanager
 def footage_of_job(client: Client, job_id: str, *, frames: str | None) -> Iterator[Footage]:
     """Lend the footage of a job, its masters fetched into a folder of its own."""
-    from worker.job.frames import parse_frames
-
     job = client.job(job_id)
     numbers = parse_frames(frames) if frames else job.spec.frame_numbers
-    strangers = [number for number in numbers if number not in job.spec.frame_numbers]
-    if strangers:
-        raise BadInput(f"--frames: expected some of {job.spec.frames}, got {strangers[0]}")
-    wanted = [names.orthoscopic_name(number) for number in numbers]
-    if job.spec.capture.depth:
-        wanted += [names.depth_name(number) for number in numbers]
-    with tempfile.TemporaryDirectory(prefix="lippmann-export-") as folder, ProgressLine(f"fetch {job_id}") as line:
-        for place, name in enumerate(wanted):
-            client.download(job_id, name, Path(folder) / name)
-            line.show((place + 1) / len(wanted), name)
-        yield files_footage(Path(folder), fps=job.fps, display=job.spec.display)
+    with job_masters(client, job, numbers, depth=True) as folder:
+        yield files_footage(folder, fps=job.fps, display=job.spec.display)
 
 
 def wanted_outputs(written: Sequence[str], footage: Footage) -> tuple[OutputOptions, ...]:

@@ -10,7 +10,7 @@ from pathlib import Path
 from pydantic import ValidationError
 
 from lippmann.errors import BadInput
-from lippmann.master_file import OTHER_MASTERS, rig_in
+from lippmann.master_file import OTHER_MASTERS, named_rig
 from worker.errors import ArtifactMissing
 from worker.images.read import read_attributes
 from worker.job.frames import parse_frames
@@ -106,10 +106,7 @@ def _numbered(source: Path) -> dict[int, Path]:
 
 
 def _master(path: Path) -> _Master:
-    rig = rig_in(path)
-    if rig is None:
-        raise BadInput(f"{path}: expected a master whose header names its rig, got a picture without lippmann:rig")
-    return _Master(path=path, rig=rig, stage=stage_in(path))
+    return _Master(path=path, rig=named_rig(path), stage=stage_in(path))
 
 
 def stage_in(path: Path) -> Stage | None:

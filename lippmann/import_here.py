@@ -32,11 +32,10 @@ from worker.job.sheet_geometry import SheetGeometry
 from worker.plan import names
 from worker.plan.foreign import foreign_rig, lens_grid, upright_first
 from worker.plan.sampling import device_pixels, display_size, frame_size
+from worker.tasks.assemble import THUMB_PX
 
 FITS = 0.002
 """By so much a pitch that is said may differ from the one that is found: 0.2 lenses in a hundred."""
-
-THUMB_PX = 256
 
 
 @dataclass(frozen=True)
@@ -148,7 +147,7 @@ def write_bundle(files: Sequence[Path], lenses: Lenses, folder: Path, *, title: 
 
 
 def geometry_data(lenses: Lenses) -> dict[str, Any]:
-    """Return the lenses as `--json` and a footage bundle have them: every number said."""
+    """Return the lenses as `--json` and a bundle have them: every number said."""
     grid, said = lenses.grid, lenses.geometry
     return {
         "pitch_px": round(grid.pitch_px, 6),

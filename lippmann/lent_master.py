@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from lippmann.errors import BadInput
+from lippmann.job_masters import job_masters
 from service.jobs.ids import is_job_id
 from worker.plan import names
 
@@ -70,14 +70,7 @@ def _of_job(job_id: str, frame: int | None, where: Where, *, depth: bool) -> Ite
     from lippmann.commands.options import service
 
     with service(where.url, where.key, where.data_dir) as client:
-        spec = client.job(job_id).spec
-        number = spec.frame_numbers[0] if frame is None else frame
-        if number not in spec.frame_numbers:
-            raise BadInput(f"--frame: expected one of {spec.frames}, got {number}")
-        wanted = [names.orthoscopic_name(number)]
-        if depth and spec.capture.depth:
-            wanted.append(names.depth_name(number))
-        with tempfile.TemporaryDirectory(prefix="lippmann-master-") as folder:
-            for name in wanted:
-                client.download(job_id, name, Path(folder) / name)
-            yield Path(folder) / wanted[0]
+        job = client.job(job_id)
+        number = job.spec.frame_numbers[0] if frame is None else frame
+        with job_masters(client, job, (number,), depth=depth) as folder:
+            yield folder / names.orthoscopic_name(number)

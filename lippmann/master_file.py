@@ -57,9 +57,7 @@ def read_orthoscopic(path: Path) -> Orthoscopic:
     folder = path.absolute().parent.name
     if folder in OTHER_MASTERS and folder != DEVICE:
         raise BadInput(f"expected an orthoscopic master, as orthoscopic/{path.name}, got {path}")
-    rig = rig_in(path)
-    if rig is None:
-        raise BadInput(f"{path}: expected a master whose header names its rig, got a picture without lippmann:rig")
+    rig = named_rig(path)
     layout, sheet = display_size(rig), read_rgb(path, np.float16)
     if folder == DEVICE:
         sheet = _from_device(sheet, layout, rig, path)
@@ -85,6 +83,20 @@ def _from_device(shown: NDArray[np.float16], layout: CellLayout, rig: Rig, path:
         return whole_cells(shown, device_grid(layout, **pixels), layout)
     except LayoutError as error:
         raise BadInput(f"{path}: {error.message}") from error
+
+
+def named_rig(path: Path) -> Rig:
+    """Return the rig that a master's header names.
+
+    Raises
+    ------
+    BadInput
+        If it names none, or as in `rig_in`.
+    """
+    rig = rig_in(path)
+    if rig is None:
+        raise BadInput(f"{path}: expected a master whose header names its rig, got a picture without lippmann:rig")
+    return rig
 
 
 def rig_in(path: Path) -> Rig | None:

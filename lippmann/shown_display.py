@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lippmann.errors import BadInput
 from lippmann.files_footage import stage_in
-from lippmann.master_file import DEVICE, read_orthoscopic, rig_in
+from lippmann.master_file import DEVICE, named_rig, read_orthoscopic
 from worker.errors import LayoutError, OpticsError
 from worker.images.read import read_rgb
 from worker.integral.lens_display import LensDisplay
@@ -64,9 +64,7 @@ def read_shown(file: Path, *, gap: GapWish, device: bool, bare: Bare, surround: 
     """
     is_device = file.absolute().parent.name == DEVICE and file.is_file()
     sheet = read_rgb(file, np.float16) if is_device else read_orthoscopic(file).sheet
-    rig = rig_in(file)
-    if rig is None:
-        raise BadInput(f"{file}: expected a master whose header names its rig, got a picture without lippmann:rig")
+    rig = named_rig(file)
     try:
         gap_mm = _gap_mm(gap, rig, file)
         display = observed_display(rig, gap_mm=gap_mm, on_device=is_device or device, bare=bare, surround=surround)

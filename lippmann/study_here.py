@@ -5,29 +5,23 @@ from __future__ import annotations
 import csv
 import json
 import math
-import tempfile
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lippmann.coding_study import Arrangement, Codes, Encoder, Point, Sequence8, savings, study
 from lippmann.compare_here import find_frames
 from lippmann.errors import BadInput
-from lippmann.master_file import rig_in, whole_picture
+from lippmann.master_file import named_rig, whole_picture
 from lippmann.plot import COLOURS, axes, check_plots
 from lippmann.progress import ProgressLine
 from lippmann.writable import check_writable
 from worker.errors import OutputError
-from worker.images.codes import MASTER, picture_codes
+from worker.images.codes import picture_codes
 from worker.integral.layout import CellLayout
 from worker.job.outputs.codecs import Chroma
-from worker.plan import names
 from worker.plan.sampling import display_size
-
-if TYPE_CHECKING:
-    from lippmann.client import Client
 
 NAME = "coding-study"
 _MARKS: dict[Arrangement, str] = {"sheets": "o-", "views": "s--"}
@@ -53,19 +47,6 @@ class Studied:
     frames: int
     layout: CellLayout
     files: tuple[Path, ...]
-
-
-@contextmanager
-def frames_of_job(client: Client, job_id: str) -> Iterator[tuple[Path, float]]:
-    """Lend the orthoscopic masters of a job as a folder, and its frames a second."""
-    job = client.job(job_id)
-    with tempfile.TemporaryDirectory(prefix="lippmann-study-") as folder, ProgressLine(f"fetch {job_id}") as line:
-        numbers = job.spec.frame_numbers
-        for place, frame in enumerate(numbers):
-            name = names.orthoscopic_name(frame)
-            client.download(job_id, name, Path(folder) / name)
-            line.show((place + 1) / len(numbers), name)
-        yield Path(folder), job.fps
 
 
 def study_here(folder: Path, wanted: Wanted, *, fps: float, out: Path) -> Studied:
@@ -132,7 +113,7 @@ def _number(value: Any) -> Any:
 def _video(folder: Path, fps: float) -> Sequence8:
     frames = find_frames(folder)
     paths = [frames[name] for name in sorted(frames)]
-    layouts = {_layout(path) for path in paths}
+    layouts = {display_size(named_rig(path)) for path in paths}
     if len(layouts) > 1:
         raise BadInput(f"expected the same lenses over all frames, got {'; '.join(map(str, layouts))}")
 
@@ -143,13 +124,6 @@ def _video(folder: Path, fps: float) -> Sequence8:
             yield codes
 
     return Sequence8(frames=read, count=len(paths), layout=layouts.pop(), fps=fps)
-
-
-def _layout(path: Path) -> CellLayout:
-    rig = rig_in(path) if path.suffix.lower() == MASTER else None
-    if rig is None:
-        raise BadInput(f"{path}: expected a master (EXR) whose header names its rig, got a picture without")
-    return display_size(rig)
 
 
 def _write_csv(path: Path, points: Sequence[Point]) -> None:

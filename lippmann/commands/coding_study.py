@@ -37,7 +37,8 @@ def coding_study(
 ) -> None:
     """Code an integral video with several codecs and quantizers, and plot what is left of its views."""
     from lippmann.coding_study import ARRANGEMENTS, ENCODERS
-    from lippmann.study_here import Wanted, frames_of_job, study_data, study_here
+    from lippmann.job_masters import job_masters
+    from lippmann.study_here import Wanted, study_data, study_here
 
     wanted = Wanted(
         codecs=_chosen("--codecs", codecs, tuple(ENCODERS)),
@@ -49,8 +50,10 @@ def coding_study(
     if Path(source).is_dir():
         studied = study_here(Path(source), wanted, fps=fps, out=out)
     else:
-        with service(url, key, data_dir) as client, frames_of_job(client, source) as (folder, job_fps):
-            studied = study_here(folder, wanted, fps=job_fps, out=out)
+        with service(url, key, data_dir) as client:
+            job = client.job(source)
+            with job_masters(client, job, job.spec.frame_numbers) as folder:
+                studied = study_here(folder, wanted, fps=job.fps, out=out)
     data = study_data(studied, wanted) | {"files": [str(path) for path in studied.files]}
     Talk(as_json).result(data, _text(studied, wanted))
 

@@ -77,7 +77,9 @@ def observe(
     rays = rays if rays is not None else MOVING_RAYS if clip else RAYS
     observer = Observer(
         place=eye_at(eye),
-        looking=Looking(pupil_mm=pupil_mm, focus_mm=focus_mm, rays=rays, stereo=stereo, eyes_apart_mm=eye_distance_mm),
+        looking=Looking(
+            pupil_mm=pupil_mm, focus_mm=focus_mm, rays=rays, stereo=stereo, eye_distance_mm=eye_distance_mm
+        ),
         size_px=size,
         part_mm=part_of(part) if part is not None else None,
     )

@@ -242,7 +242,7 @@ def see_observed(sheet: Sheet, sight: Sight, query: schema.ObserverQuery) -> Lig
         focus_mm=query.focus_mm,
         rays=query.rays,
         stereo=query.stereo,
-        eyes_apart_mm=query.eyes_apart_mm,
+        eye_distance_mm=query.eye_distance_mm,
     )
     window = whole_window(display, size_px=query.size)
     return look(sheet, display, _eye(sight, query), looking, window=window)

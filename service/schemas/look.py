@@ -129,7 +129,7 @@ class ObserverQuery(_FromAPlace):
     """The depth that the eye focuses on, positive in front of the display."""
     stereo: Stereo | None = None
     """How two eyes' pictures come together; one eye when not said."""
-    eyes_apart_mm: float = Field(default=EYES_APART_MM, gt=0, le=1000)
+    eye_distance_mm: float = Field(default=EYES_APART_MM, gt=0, le=1000)
     """Between two eyes."""
     rays: int = Field(default=16, ge=1, le=256)
     """Through the pupil, for every pixel: more take longer."""

@@ -26,11 +26,11 @@ class Looking:
     rays: int = RAYS
     stereo: Stereo | None = None
     """How two eyes' pictures come together; None: one eye."""
-    eyes_apart_mm: float = EYES_APART_MM
+    eye_distance_mm: float = EYES_APART_MM
 
     def eyes(self, place: Eye) -> tuple[Eye, ...]:
         """Return the one eye, or left and right of the middle between them."""
-        return (place,) if self.stereo is None else eye_pair(place, apart_mm=self.eyes_apart_mm)
+        return (place,) if self.stereo is None else eye_pair(place, apart_mm=self.eye_distance_mm)
 
 
 def look(

@@ -22,9 +22,6 @@ ONLY_RENDERED = ("capture", "render", "stage", "animation", "clock")
 
 ONLY_CAPTURED = ("imaging_lens", "f_number", "stop_mm", "dispersion", "camera")
 
-FOCAL_IN_PITCHES = 3.3
-"""Of an array that nothing is said of: the paper's."""
-
 
 class ForeignSheets(SheetGeometry):
     """What `[sheets]` in a bundle's `scene.toml` says."""
@@ -90,9 +87,9 @@ class ForeignSheets(SheetGeometry):
         said, array = rig.lens_array.model_fields_set, data["lens_array"]
         array |= {"count": self.count, "lattice": self.lattice, "offset_mm": 0.0}
         if "pitch_mm" not in said:
-            array["pitch_mm"] = self.pitch_mm or 1.0
+            array["pitch_mm"] = self.lens_pitch_mm
         if "focal_length_mm" not in said:
-            array["focal_length_mm"] = self.focal_length_mm or FOCAL_IN_PITCHES * array["pitch_mm"]
+            array["focal_length_mm"] = self.lens_focal_mm(array["pitch_mm"])
         return data | {"lens_array": array, "px_per_lens": self.px_per_lens, "imaging_lens": None}
 
     def _asked_to_render(self, spec: JobSpec) -> Iterator[FieldProblem]:

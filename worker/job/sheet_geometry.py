@@ -9,6 +9,9 @@ from pydantic import BaseModel, ConfigDict, Field, model_validator
 from worker.job.misfit import Misfit
 from worker.job.rig import MAX_FRAME_PX, MIN_PX_PER_LENS
 
+FOCAL_IN_PITCHES = 3.3
+"""Of an array that nothing is said of: the paper's."""
+
 Px = Annotated[float, Field(ge=-MAX_FRAME_PX, le=MAX_FRAME_PX)]
 Count = Annotated[int, Field(ge=1, le=4096)]
 PitchPx = Annotated[float, Field(ge=MIN_PX_PER_LENS, le=MAX_FRAME_PX)]
@@ -43,6 +46,15 @@ class SheetGeometry(BaseModel):
     """Of the lenses; 1 mm when not given, and then depths are only relative."""
     focal_length_mm: float | None = Field(default=None, gt=0, le=10_000)
     """Of the lenses, the display's gap; 3.3 pitches when not given."""
+
+    @property
+    def lens_pitch_mm(self) -> float:
+        """Of the lenses, said or not."""
+        return self.pitch_mm or 1.0
+
+    def lens_focal_mm(self, pitch_mm: float) -> float:
+        """Return the lenses' focal length, said or not, at a pitch."""
+        return self.focal_length_mm or FOCAL_IN_PITCHES * pitch_mm
 
     @model_validator(mode="after")
     def _shifted_among_hexagons(self) -> Self:

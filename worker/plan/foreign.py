@@ -8,7 +8,6 @@ from worker.errors import LayoutError
 from worker.integral.finding.whole_lenses import are_whole, in_middle, lens_place, lenses_from_first, lenses_in_middle
 from worker.integral.lens_grid import LensGrid
 from worker.integral.orthoscopic import orthoscopic_layout
-from worker.job.foreign_sheets import FOCAL_IN_PITCHES
 from worker.job.rig import LensArray, Rig
 from worker.job.sheet_geometry import SheetGeometry
 
@@ -76,12 +75,11 @@ def upright_first(grid: LensGrid, *, inverted: bool) -> LensGrid:
 
 def foreign_rig(geometry: SheetGeometry, grid: LensGrid) -> Rig:
     """Return the rig that the masters of such a picture name: direct pickup, since nothing is left to be turned."""
-    pitch_mm = geometry.pitch_mm or 1.0
     array = LensArray(
         lattice=grid.lattice,
         count=(grid.lens_rows, grid.lens_cols),
-        pitch_mm=pitch_mm,
-        focal_length_mm=geometry.focal_length_mm or FOCAL_IN_PITCHES * pitch_mm,
+        pitch_mm=geometry.lens_pitch_mm,
+        focal_length_mm=geometry.lens_focal_mm(geometry.lens_pitch_mm),
         offset_mm=0.0,
     )
     layout = grid.layout(geometry.px_per_lens)

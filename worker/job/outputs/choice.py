@@ -7,7 +7,7 @@ its file, `views.mp4`: the kind, and a suffix that stands for options.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Annotated, Any
+from typing import Annotated, Any, get_args
 
 from pydantic import BeforeValidator, Tag
 
@@ -52,34 +52,9 @@ _Kind = Annotated[
     told_by(lambda written: str(written.get("kind"))),
 ]
 
-KINDS: Mapping[str, type[OutputOptions]] = {
-    options.model_fields["kind"].default: options
-    for options in (
-        ViewsVideo,
-        CentreVideo,
-        OrthoscopicVideo,
-        ObserverVideo,
-        ObserverPictures,
-        IntegralVideo,
-        SweepVideo,
-        FocusVideo,
-        StereoVideo,
-        AnaglyphVideo,
-        ViewGrid,
-        Quilt,
-        Epi,
-        ContactSheet,
-        Sheets,
-        DepthPictures,
-        Spoc,
-        HciFolder,
-        SubapertureViews,
-        LensletVideo,
-        NpzArrays,
-        Print,
-        CalibrationSheet,
-    )
-}
+_CLASSES: tuple[type[OutputOptions], ...] = tuple(get_args(member)[0] for member in get_args(get_args(_Kind)[0]))
+
+KINDS: Mapping[str, type[OutputOptions]] = {one.model_fields["kind"].default: one for one in _CLASSES}
 """Every kind of output, by its word."""
 
 

@@ -127,7 +127,7 @@ class _Scene:
             focus_mm=output.focus_mm,
             rays=output.rays,
             stereo=output.stereo,
-            eyes_apart_mm=output.eye_distance_mm,
+            eye_distance_mm=output.eye_distance_mm,
         )
         window = whole_window(self.display, size_px=output.size_px)
         return look(self.sheet, self.display, place, looking, window=window)
