@@ -1,34 +1,25 @@
-"""What a command cannot do, and the exit codes.
+"""The errors of the library, the command, the client and the workers.
 
-The docstring of a class is its default message.
+There are two families. A `Transient` failure may be gone at the next attempt, on this worker or on another; a
+`Permanent` one is the same every time, so it is not tried again. The docstring of a class is its default message, and
+its `code` is the name by which events, problem details and exit codes refer to it.
 """
 
 from __future__ import annotations
 
-from enum import IntEnum
+import errno
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Self
 
-
-class ExitCode(IntEnum):
-    """What a command's exit says to the program that called it."""
-
-    DONE = 0
-    """It did what was asked."""
-    FAILED = 1
-    """The job failed or was cancelled, or the service or this machine could not do it."""
-    BAD_INPUT = 2
-    """What was asked cannot be: an option, a file, a field of a job, a folder, a port."""
-    UNREACHABLE = 3
-    """The service does not answer."""
-    NOT_ALLOWED = 4
-    """There is no key, the key is not known, or its role is too low."""
-    INTERRUPTED = 130
-    """Ctrl-C."""
+NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+"""What the system answers when there is no room: on the disk, in the quota, below the limit of a file's size."""
 
 
 class LippmannError(Exception):
-    """The command could not do what was asked."""
+    """The operation failed."""
 
-    exit_code = ExitCode.FAILED
+    code = "error"
 
     def __init__(self, message: str | None = None) -> None:
         super().__init__(message or (type(self).__doc__ or "").strip())
@@ -39,27 +30,160 @@ class LippmannError(Exception):
         return str(self.args[0])
 
 
-class BadInput(LippmannError):
-    """What was asked cannot be."""
+class Transient(LippmannError):
+    """A failure that another attempt may not meet."""
 
-    exit_code = ExitCode.BAD_INPUT
+    code = "transient"
 
 
-class Unreachable(LippmannError):
+class Permanent(LippmannError):
+    """A failure that every attempt would meet."""
+
+    code = "permanent"
+
+
+@dataclass(frozen=True)
+class FieldProblem:
+    """One field of what was asked for that cannot be: where, what was expected, what came."""
+
+    field: str
+    expected: str
+    got: str
+
+    def __str__(self) -> str:
+        return f"{self.field}: expected {self.expected}, got {self.got}"
+
+
+class SpecError(Permanent):
+    """The job asks for something that cannot be done."""
+
+    code = "spec"
+    problems: tuple[FieldProblem, ...] = ()
+
+    @classmethod
+    def of(cls, problems: Iterable[FieldProblem]) -> Self:
+        """Make the error that reports these problems."""
+        kept = tuple(problems)
+        error = cls("; ".join(str(problem) for problem in kept))
+        error.problems = kept
+        return error
+
+
+class OpticsError(SpecError):
+    """The optics cannot be built."""
+
+    code = "optics"
+
+
+class LayoutError(Permanent):
+    """The pixels do not fit the lens array."""
+
+    code = "layout"
+
+
+class SceneError(Permanent):
+    """POV-Ray refused the scene."""
+
+    code = "scene"
+
+
+class BundleError(Permanent):
+    """The scene bundle is not whole."""
+
+    code = "bundle"
+
+
+class OutputError(Permanent):
+    """An output cannot be made from what was rendered."""
+
+    code = "output"
+
+
+class RenderFailed(Transient):
+    """POV-Ray ended without a picture."""
+
+    code = "render-failed"
+
+
+class RenderStalled(Transient):
+    """POV-Ray made no progress for too long and was ended."""
+
+    code = "render-stalled"
+
+
+class RenderTimedOut(Transient):
+    """POV-Ray ran longer than the job allows and was ended."""
+
+    code = "render-timeout"
+
+
+class SandboxMissing(Transient):
+    """This worker has no sandbox, and scenes run in nothing less."""
+
+    code = "sandbox-missing"
+
+
+class PovrayMissing(Transient):
+    """POV-Ray is not installed on this worker."""
+
+    code = "povray-missing"
+
+
+class ArtifactMissing(Transient):
+    """An artifact that should be in the store is not there."""
+
+    code = "artifact-missing"
+
+
+class ArtifactBroken(Transient):
+    """An artifact in the store cannot be read."""
+
+    code = "artifact-broken"
+
+
+class StoreFull(Transient):
+    """There is no room left for artifacts."""
+
+    code = "store-full"
+
+
+class StoreUnavailable(Transient):
+    """The artifact store does not answer."""
+
+    code = "store-unavailable"
+
+
+class Stopped(Transient):
+    """The attempt was told to stop."""
+
+    code = "stopped"
+
+
+class BadInput(Permanent):
+    """The input is invalid."""
+
+    code = "bad-input"
+
+
+class NotAllowed(Permanent):
+    """The key does not permit this operation."""
+
+    code = "not-allowed"
+
+
+class Unreachable(Transient):
     """The service does not answer."""
 
-    exit_code = ExitCode.UNREACHABLE
+    code = "unreachable"
 
 
-class NotAllowed(LippmannError):
-    """This key may not do that."""
-
-    exit_code = ExitCode.NOT_ALLOWED
-
-
-class JobEnded(LippmannError):
+class JobEnded(Permanent):
     """The job ended without being done."""
 
+    code = "job-ended"
 
-class FarmFailed(LippmannError):
+
+class FarmFailed(Transient):
     """The one-machine farm cannot run."""
+
+    code = "farm-failed"

@@ -10,18 +10,18 @@ from typing import Annotated, cast
 from fastapi import Cookie, Depends, Header, Query, Request
 from sqlalchemy.orm import Session
 
+from service import auth as keys
+from service.auth import Caller
+from service.broker_stream import Stream
 from service.db.engine import Database
 from service.errors import Forbidden, Unauthorized
-from service.jobs import keys
-from service.jobs.bell import Bell
-from service.jobs.health import Checks
-from service.jobs.keys import Caller
-from service.jobs.look import Sheets
-from service.parts import Parts
+from service.events.wakeup import Bell
+from service.health import Checks
+from service.ports import Parts
 from service.schemas.access import Role
 from service.schemas.answer import MAX_LIMIT
 from service.settings import Settings
-from service.stream import Stream
+from service.viewing.frames import Sheets
 
 COOKIE = "lippmann_session"
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})

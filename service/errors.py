@@ -1,6 +1,6 @@
 """What can go wrong in the service: one root, and one table of codes and HTTP statuses.
 
-The docstring of a class is its default message. Errors of `worker.errors` that reach a request are answered by the
+The docstring of a class is its default message. Errors of `lippmann.errors` that reach a request are answered by the
 same table.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from types import MappingProxyType
 
-from worker.errors import FieldProblem, SpecError, WorkerError
+from lippmann.errors import FieldProblem, LippmannError, SpecError
 
 STATUS_OF_CODE = MappingProxyType(
     {
@@ -144,6 +144,6 @@ def status_of(code: str) -> int:
     return STATUS_OF_CODE.get(code, 500)
 
 
-def problems_in(error: ServiceError | WorkerError) -> tuple[FieldProblem, ...]:
+def problems_in(error: ServiceError | LippmannError) -> tuple[FieldProblem, ...]:
     """Return the fields that an error names."""
     return error.problems if isinstance(error, ServiceError | SpecError) else ()

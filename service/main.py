@@ -13,19 +13,19 @@ from fastapi import FastAPI
 from starlette.concurrency import run_in_threadpool
 
 from service import dashboard
+from service.broker_stream import Stream
+from service.coordinator.coordinator import Clerk
 from service.db.engine import Database
 from service.db.migrations import migrate
 from service.dependencies import House
-from service.jobs.bell import Bell
-from service.jobs.clerk import Clerk
-from service.jobs.health import Checks, package_version
-from service.jobs.look import Sheets
-from service.jobs.scenes import sync_builtin
-from service.parts import Parts
+from service.events.wakeup import Bell
+from service.health import Checks, package_version
+from service.ports import Parts
 from service.routes import artifacts, design, events, health, jobs, keys, login, looks, problems, scenes, tasks, workers
 from service.routes.middleware import BodyLimit, RequestId
+from service.scenes import sync_builtin
 from service.settings import Settings
-from service.stream import Stream
+from service.viewing.frames import Sheets
 
 API = "/api/v1"
 SHUTDOWN_S = 5

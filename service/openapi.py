@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, cast
 
 from service.main import create_app
-from service.parts import ArtifactStore, Parts, Pictures, Scenes
+from service.ports import ArtifactStore, Parts, Pictures, Scenes
 from service.settings import Settings
 
 FILE = Path(__file__).with_name("openapi.json")

@@ -7,7 +7,7 @@ from pathlib import Path
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-from worker.job import wire
+from lippmann.job import wire
 
 
 class Settings(BaseSettings):

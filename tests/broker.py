@@ -10,7 +10,7 @@ from typing import Any
 
 import redis
 
-from lippmann.supervisor.broker import find_server
+from lippmann.farm.supervisor.broker import find_server
 from tests.waiting import until
 
 

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.job.orders import Order, TaskKind
+from lippmann.job.resolved import JobSheet, PlanSheet
+from lippmann.job.spec import JobSpec, parse_spec
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import Tile, cut_tiles, frame_size
 from povtemplates.catalogue import scene_folders
 from worker.images.read import read_codes, read_rgb
-from worker.job.orders import Order, TaskKind
-from worker.job.sheet import JobSheet, PlanSheet
-from worker.job.spec import JobSpec, parse_spec
-from worker.plan import names
-from worker.plan.sampling import Tile, cut_tiles, frame_size
-from worker.povray.bundle import pack_folder
-from worker.povray.log import AttemptLog
+from worker.sandbox.bundle import pack_folder
+from worker.sandbox.log import AttemptLog
 from worker.settings import WorkerSettings
 from worker.tasks.local import JOB_ID, local_job, store_plan
 from worker.tasks.picture import RenderedPicture

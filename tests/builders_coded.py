@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.integral.layout import CellLayout
+from lippmann.lattice.layout import CellLayout
 
 STEP = 20
 """Of 10-bit codes, from one view to the next: 1023 has room for 50."""

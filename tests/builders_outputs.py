@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.job.orders import TaskKind
+from lippmann.job.outputs.choice import output_called
+from lippmann.job.resolved import JobSheet
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.views.views import views_grid
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import display_size
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture
 from worker.images.write import write_exr
-from worker.integral.layout import CellLayout
-from worker.integral.views import views_grid
-from worker.job.orders import TaskKind
-from worker.job.outputs.choice import output_called
-from worker.job.sheet import JobSheet
-from worker.plan import names
-from worker.plan.sampling import display_size
 from worker.tasks.encode import encode_output
 from worker.tasks.local import JOB_ID
 from worker.tasks.render import header

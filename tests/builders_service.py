@@ -15,25 +15,25 @@ import numpy as np
 from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
+from lippmann.errors import ArtifactMissing, BundleError, StoreFull
+from lippmann.job.events import Event, EventKind, Failure, Presence, ProbeResult
+from lippmann.job.orders import Order, TaskKind
+from lippmann.job.scene import SceneCard
+from lippmann.job.stage import Stage
+from service.auth import Caller
+from service.coordinator import scheduler as dispatching
+from service.coordinator.background_jobs import Chores
+from service.coordinator.event_consumer import follow
 from service.db.engine import Database
 from service.db.migrations import migrate
 from service.db.tables import ClerkRow, Job, Task
-from service.jobs import dispatch as dispatching
-from service.jobs.chores import Chores
-from service.jobs.follow import follow
-from service.jobs.ids import parse_task_id
-from service.jobs.keys import Caller
-from service.jobs.scenes import sync_builtin
-from service.jobs.submit import submit_job
-from service.parts import Parts
-from service.queue import OrderQueue
+from service.ids import parse_task_id
+from service.jobs.submission import submit_job
+from service.order_queue import OrderQueue
+from service.ports import Parts
+from service.scenes import sync_builtin
 from service.schemas.access import Role
 from service.settings import Settings
-from worker.errors import ArtifactMissing, BundleError, StoreFull
-from worker.job.events import Event, EventKind, Failure, Presence, ProbeResult
-from worker.job.orders import Order, TaskKind
-from worker.job.scene import SceneCard
-from worker.job.stage import Stage
 
 with warnings.catch_warnings():
     # Starlette's client asks for httpx2, which nothing else here needs; with httpx it works as it always did.

@@ -13,8 +13,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from lippmann.address import read_farm_file
 from lippmann.client import Client
+from lippmann.client.address import read_farm_file
 from service.schemas.job import Job
 
 LIPPMANN = str(Path(sysconfig.get_path("scripts")) / "lippmann")

@@ -13,12 +13,12 @@ from typing import Any
 from celery import Celery
 from celery.signals import worker_init, worker_process_init, worker_ready, worker_shutdown, worker_shutting_down
 
-from worker.errors import SandboxMissing, WorkerError
-from worker.job import wire
-from worker.job.events import Presence
-from worker.povray.sandbox import detect
-from worker.povray.version import povray_version
+from lippmann.errors import LippmannError, SandboxMissing
+from lippmann.job import wire
+from lippmann.job.events import Presence
+from worker.engines.povray.version import povray_version
 from worker.report import Announcer, Wire
+from worker.sandbox.sandbox import detect
 from worker.settings import STOPPING, WorkerSettings
 
 REDELIVERY_S = 8 * 86_400
@@ -82,7 +82,7 @@ def _start_afresh(**_: Any) -> None:
     settings.stopping_file.unlink(missing_ok=True)
     try:
         _announcer = Announcer(Wire(settings.redis_url, settings.worker_name), presence(), settings.heartbeat_file)
-    except WorkerError as error:
+    except LippmannError as error:
         # Celery logs and forgets errors of signals; this one means that no order could be done here.
         raise SystemExit(f"lippmann worker: {error.message}") from error
 

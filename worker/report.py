@@ -21,9 +21,9 @@ from redis.backoff import ExponentialBackoff
 from redis.exceptions import RedisError
 from redis.retry import Retry
 
-from worker.job import wire
-from worker.job.events import Event, EventKind, Failure, Presence, ProbeResult
-from worker.job.orders import Order
+from lippmann.job import wire
+from lippmann.job.events import Event, EventKind, Failure, Presence, ProbeResult
+from lippmann.job.orders import Order
 
 LAST_WORD_S = 60.0
 """How long `done` and `failed` are tried to be said while Redis is away."""

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
-from worker.errors import NO_ROOM, StoreFull, StoreUnavailable
+from lippmann.errors import NO_ROOM, StoreFull, StoreUnavailable
 
 
 @contextmanager

@@ -1,16 +1,32 @@
-"""The Python client of the service.
+"""The Python client of the service: `from lippmann import Client`.
 
-client     jobs, scenes, files, keys: `Client`
-errors     what the service refuses
-stream     server-sent events, from lines
-transport  HTTP, only here: keys, repeats, problems, downloads that go on where they stopped
+client      jobs, scenes, files and keys of a service
+connection  the service that a command works with
+address     where the service is, and the key to it
+transport   HTTP: keys, retries, problem details, resumed downloads
+stream      server-sent events
+errors      what the service refuses
+watch       a job watched until it ends
+fetch       the files of a job downloaded
 """
 
 from __future__ import annotations
 
-from lippmann.client.client import Client
-from lippmann.client.errors import Refused
-from lippmann.client.stream import ServerEvent
-from lippmann.client.transport import Download
+from typing import TYPE_CHECKING, Any
 
-__all__ = ["Client", "Download", "Refused", "ServerEvent"]
+if TYPE_CHECKING:
+    from lippmann.client.client import Client
+    from lippmann.client.errors import KeyRefused, Refused
+    from lippmann.client.stream import ServerEvent
+
+__all__ = ["Client", "KeyRefused", "Refused", "ServerEvent"]
+
+
+def __getattr__(name: str) -> Any:
+    # Imported on first use, so that `lippmann --help` does not wait for the HTTP library.
+    from importlib import import_module
+
+    home = {"Client": "client", "KeyRefused": "errors", "Refused": "errors", "ServerEvent": "stream"}.get(name)
+    if home is None:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"lippmann.client.{home}"), name)

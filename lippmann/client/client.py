@@ -10,9 +10,11 @@ from typing import Any, Literal, Self, TypeVar
 
 from pydantic import BaseModel
 
-from lippmann.address import Address, find_address
+from lippmann.client.address import Address, find_address
 from lippmann.client.stream import ServerEvent
 from lippmann.client.transport import PATIENCE_S, Download, Transport
+from lippmann.job.spec import JobSpec
+from lippmann.job.states import ENDED_JOBS
 from service.schemas.access import Key, KeyList, LoginLink, NewKey
 from service.schemas.artifact import Artifact, ArtifactPage
 from service.schemas.farm import Health, WorkerList
@@ -21,8 +23,6 @@ from service.schemas.job import Job, JobPage
 from service.schemas.look import Look
 from service.schemas.scene import Scene, SceneList
 from service.schemas.task import Task, TaskPage
-from worker.job.spec import JobSpec
-from worker.job.statuses import ENDED_JOBS
 
 _PAGE = 500
 """The longest that the service gives."""

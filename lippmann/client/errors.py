@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from lippmann.errors import ExitCode, LippmannError, NotAllowed
-from worker.errors import FieldProblem
+from lippmann.errors import BadInput, FieldProblem, LippmannError, NotAllowed
 
 
 class Refused(LippmannError):
@@ -28,14 +27,23 @@ class Refused(LippmannError):
         self.problems = problems
         """The fields that are wrong: where, what was expected, what came."""
         self.request_id = request_id
-        if status in (400, 413, 422):
-            self.exit_code = ExitCode.BAD_INPUT
+
+
+class RequestInvalid(Refused, BadInput):
+    """The request is invalid."""
 
 
 class KeyRefused(Refused, NotAllowed):
     """The key is not known, or its role is too low."""
 
-    exit_code = ExitCode.NOT_ALLOWED
+
+_KINDS: Mapping[int, type[Refused]] = {
+    400: RequestInvalid,
+    401: KeyRefused,
+    403: KeyRefused,
+    413: RequestInvalid,
+    422: RequestInvalid,
+}
 
 
 def refusal(status: int, reason: str, problem: Any) -> Refused:
@@ -48,7 +56,7 @@ def refusal(status: int, reason: str, problem: Any) -> Refused:
     message = str(said.get("detail") or said.get("title") or f"the service answered {status} {reason}")
     if problems:
         message = "; ".join(map(str, problems))
-    kind = KeyRefused if status in (401, 403) else Refused
+    kind = _KINDS.get(status, Refused)
     return kind(
         message,
         status=status,

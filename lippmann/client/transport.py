@@ -24,7 +24,7 @@ from typing import Any, Literal
 
 import httpx
 
-from lippmann.address import Address
+from lippmann.client.address import Address
 from lippmann.client.errors import refusal
 from lippmann.client.stream import ServerEvent, parse_events
 from lippmann.errors import BadInput, LippmannError, Unreachable

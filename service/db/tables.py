@@ -8,8 +8,8 @@ from typing import Any
 from sqlalchemy import JSON, BigInteger, Double, Enum, ForeignKey, Index, Integer, LargeBinary, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-from worker.job.orders import TaskKind
-from worker.job.statuses import JobStatus, TaskStatus
+from lippmann.job.orders import TaskKind
+from lippmann.job.states import JobStatus, TaskStatus
 
 
 class Chore(StrEnum):

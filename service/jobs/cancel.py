@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from sqlalchemy.orm import Session
 
-from service.db import task_rows
+from lippmann.job.states import JobStatus, TaskStatus
+from service.db import tasks as task_rows
+from service.db.counters import move_tasks
 from service.db.tables import Chore, Job
-from service.db.tally import move_tasks
-from service.jobs.moves import find_job, move_job, set_job
 from service.jobs.release import release
-from worker.job.statuses import JobStatus, TaskStatus
+from service.jobs.state_machine import find_job, move_job, set_job
 
 
 def cancel_job(session: Session, job_id: str, *, now_s: float) -> Job:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
+from lippmann.job.resolved import JobSheet
+from lippmann.job.spec import parse_spec
+from lippmann.plan.design.designer import design, drawing
 from service.db.engine import Database
-from service.jobs.submit import resolved
+from service.jobs.submission import resolved
 from service.schemas.design import Design
-from worker.job.sheet import JobSheet
-from worker.job.spec import parse_spec
-from worker.plan.designer import design, drawing
 
 
 def design_job(database: Database, body: Any, *, frame: int | None) -> Design:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from sqlalchemy.orm import Session
 
+from lippmann.job.states import JobStatus, TaskStatus
 from service.db.tables import Job
 from service.errors import MoveNotAllowed
-from service.jobs.moves import find_job, move_job
+from service.jobs.completion import settle
 from service.jobs.release import release
-from service.jobs.settle import settle
-from worker.job.statuses import JobStatus, TaskStatus
+from service.jobs.state_machine import find_job, move_job
 
 
 def pause_job(session: Session, job_id: str, *, now_s: float) -> Job:

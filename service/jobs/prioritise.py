@@ -5,8 +5,8 @@ from __future__ import annotations
 from sqlalchemy.orm import Session
 
 from service.db.tables import Job
-from service.jobs.moves import find_job, set_job
-from service.jobs.tell import tell_job
+from service.events.publish import tell_job
+from service.jobs.state_machine import find_job, set_job
 
 
 def prioritise_job(session: Session, job_id: str, priority: int) -> Job:

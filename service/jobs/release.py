@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from sqlalchemy.orm import Session
 
-from service.db import clerk_rows, task_rows
+from lippmann.job.states import TaskStatus
+from service.db import coordinator as clerk_rows
+from service.db import tasks as task_rows
+from service.db.counters import move_task
 from service.db.tables import Job
-from service.db.tally import move_task
-from service.jobs.tell import tell_task
-from worker.job.statuses import TaskStatus
+from service.events.publish import tell_task
 
 
 def release(session: Session, row: Job, *, to: TaskStatus, now_s: float, only: TaskStatus | None = None) -> None:

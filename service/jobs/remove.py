@@ -5,14 +5,15 @@ from __future__ import annotations
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
-from service.db import event_rows, task_rows
+from lippmann.job.states import ENDED_JOBS
+from lippmann.plan import artifact_names as names
+from service.db import events as event_rows
+from service.db import tasks as task_rows
 from service.db.engine import Database, changed
 from service.db.tables import Chore, EventTopic, Job, Task, WorkerFault
 from service.errors import JobNotEnded
-from service.jobs.moves import find_job, set_job
-from service.parts import ArtifactStore
-from worker.job.statuses import ENDED_JOBS
-from worker.plan import names
+from service.jobs.state_machine import find_job, set_job
+from service.ports import ArtifactStore
 
 
 def remove_job(session: Session, job_id: str) -> None:

@@ -7,14 +7,14 @@ from collections import defaultdict
 from sqlalchemy import delete
 from sqlalchemy.orm import Session
 
-from service.db import task_rows
+from lippmann.job.states import JobStatus, TaskStatus
+from service.db import tasks as task_rows
+from service.db.counters import move_tasks
 from service.db.engine import changed
 from service.db.tables import Chore, Job, WorkerFault
-from service.db.tally import move_tasks
 from service.errors import MoveNotAllowed
-from service.jobs.moves import find_job, move_job, set_job
-from service.jobs.settle import settle
-from worker.job.statuses import JobStatus, TaskStatus
+from service.jobs.completion import settle
+from service.jobs.state_machine import find_job, move_job, set_job
 
 _FORGIVEN = {
     "failures": 0,

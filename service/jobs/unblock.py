@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from sqlalchemy.orm import Session
 
-from service.db import task_rows
+from lippmann.job.states import TaskStatus
+from service.db import tasks as task_rows
+from service.db.counters import move_tasks
 from service.db.tables import Task
-from service.db.tally import move_tasks
-from worker.job.statuses import TaskStatus
 
 
 def unblock(session: Session, done: Task) -> int:

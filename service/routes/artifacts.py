@@ -8,13 +8,13 @@ import anyio
 from fastapi import APIRouter, Header, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
+from lippmann.errors import FieldProblem
+from service.api import artifact_files as artifacts
+from service.api.artifact_files import File
 from service.dependencies import CursorQuery, House, HouseDep, LimitQuery, ViewerDep
 from service.errors import Invalid
-from service.jobs import artifacts
-from service.jobs.artifacts import File
-from service.jobs.moves import find_job
+from service.jobs.state_machine import find_job
 from service.schemas.artifact import ArtifactPage
-from worker.errors import FieldProblem
 
 router = APIRouter(prefix="/jobs/{job_id}/artifacts", tags=["artifacts"])
 

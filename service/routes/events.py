@@ -8,11 +8,11 @@ from fastapi import APIRouter, Header, Query
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
+from service.api.listings import number_in
+from service.auth import Caller, is_good
 from service.dependencies import House, HouseDep, ViewerDep
-from service.jobs.browse import number_in
-from service.jobs.keys import Caller, is_good
-from service.jobs.listen import listen
-from service.jobs.moves import find_job
+from service.events.sse import listen
+from service.jobs.state_machine import find_job
 
 router = APIRouter(tags=["events"])
 

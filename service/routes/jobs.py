@@ -6,22 +6,23 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Body, Header, Response
 
+from lippmann.job.states import JobStatus
+from service.api import listings as browse
+from service.api import presenters as show
 from service.dependencies import CursorQuery, HouseDep, LimitQuery, SessionDep, SubmitterDep, ViewerDep
-from service.jobs import browse, show
+from service.jobs.artifact_repair import mend_job
 from service.jobs.cancel import cancel_job
-from service.jobs.mend import mend_job
-from service.jobs.moves import find_job
 from service.jobs.pause import pause_job, resume_job
 from service.jobs.prioritise import prioritise_job
 from service.jobs.remove import remove_job
 from service.jobs.retry import retry_job
-from service.jobs.submit import submit_job
+from service.jobs.state_machine import find_job
+from service.jobs.submission import submit_job
 from service.schemas.job import Job, JobChange, JobPage
-from worker.job.statuses import JobStatus
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
 
-# The body is checked by worker.job.spec, the one door for job files; the contract says its form.
+# The body is checked by lippmann.job.spec, the one door for job files; the contract says its form.
 JOB_FILE: dict[str, Any] = {
     "requestBody": {
         "required": True,

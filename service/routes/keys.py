@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from fastapi import APIRouter
 
+from service import auth as keys
 from service.dependencies import AdminDep, HouseDep, SessionDep
-from service.jobs import keys
 from service.schemas.access import Key, KeyList, KeyWish, LoginLink, NewKey, Role
 from service.schemas.answer import utc
 

@@ -7,9 +7,9 @@ from typing import Annotated
 from fastapi import APIRouter, Cookie, Form, Query, Request, Response
 from fastapi.responses import RedirectResponse
 
+from service import auth as keys
 from service.dependencies import COOKIE, CallerOrNoneDep, House, HouseDep, ViewerDep
 from service.errors import Unauthorized
-from service.jobs import keys
 from service.schemas.access import Session
 
 router = APIRouter(tags=["access"])

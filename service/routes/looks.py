@@ -10,12 +10,12 @@ import anyio
 from fastapi import APIRouter, Depends, Header, Query
 from fastapi.responses import Response
 
+from service.api.artifact_files import is_fresh
 from service.dependencies import HouseDep, ViewerDep
-from service.jobs import look
-from service.jobs.artifacts import is_fresh
-from service.jobs.look import See, Sight
 from service.routes.artifacts import CONVERSIONS
 from service.schemas.look import AtlasQuery, Look, ObserverQuery, PerspectiveQuery, RefocusQuery, ViewQuery
+from service.viewing import frames as look
+from service.viewing.frames import See, Sight
 
 router = APIRouter(prefix="/jobs/{job_id}/frames/{frame}", tags=["looks"])
 

@@ -14,6 +14,7 @@ from sqlalchemy.exc import DataError, InterfaceError, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.exceptions import HTTPException
 
+from lippmann.errors import FieldProblem, LippmannError, StoreFull
 from service.errors import (
     DatabaseUnavailable,
     Invalid,
@@ -23,7 +24,6 @@ from service.errors import (
     status_of,
 )
 from service.schemas.problem import FieldError, Problem
-from worker.errors import FieldProblem, StoreFull, WorkerError
 
 MEDIA_TYPE = "application/problem+json"
 _CODE_OF_STATUS = {404: "not-found", 405: "method-not-allowed", 400: "bad-request", 413: "too-large"}
@@ -33,7 +33,7 @@ log = structlog.get_logger("service.problems")
 
 def install(app: FastAPI) -> None:
     """Let every error of an application become a problem."""
-    ours = (ServiceError, WorkerError)
+    ours = (ServiceError, LippmannError)
     theirs = (RequestValidationError, HTTPException, DataError, OperationalError, InterfaceError, PoolTimeout)
     for kind in (*ours, *theirs, Exception):
         app.add_exception_handler(kind, answer)
@@ -41,7 +41,7 @@ def install(app: FastAPI) -> None:
 
 async def answer(request: Request, error: Exception) -> JSONResponse:
     """Answer an error."""
-    if isinstance(error, HTTPException) and isinstance(error.__cause__, ServiceError | WorkerError):
+    if isinstance(error, HTTPException) and isinstance(error.__cause__, ServiceError | LippmannError):
         error = error.__cause__  # raised while FastAPI read the body
     if isinstance(error, HTTPException):
         code = _CODE_OF_STATUS.get(error.status_code, "bad-request")
@@ -57,9 +57,9 @@ async def answer(request: Request, error: Exception) -> JSONResponse:
     return problem_response(request, status, known.code, known.message, problems_in(known), headers=headers)
 
 
-def translate(error: Exception) -> ServiceError | WorkerError:
+def translate(error: Exception) -> ServiceError | LippmannError:
     """Return an error as one of ours."""
-    if isinstance(error, ServiceError | WorkerError):
+    if isinstance(error, ServiceError | LippmannError):
         return error
     if isinstance(error, RequestValidationError):
         problems = [_field_problem(item) for item in error.errors()]

@@ -8,11 +8,11 @@ import anyio
 from fastapi import APIRouter, Query, Request, Response
 from starlette.datastructures import UploadFile
 
+from lippmann.errors import FieldProblem
+from service import scenes
 from service.dependencies import CursorQuery, House, HouseDep, LimitQuery, SessionDep, SubmitterDep, ViewerDep
 from service.errors import Invalid
-from service.jobs import scenes
 from service.schemas.scene import Scene, SceneList
-from worker.errors import FieldProblem
 
 router = APIRouter(prefix="/scenes", tags=["scenes"])
 

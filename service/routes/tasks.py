@@ -7,13 +7,14 @@ from typing import Annotated
 from fastapi import APIRouter, Query
 from fastapi.responses import StreamingResponse
 
+from lippmann.job.orders import TaskKind
+from lippmann.job.states import TaskStatus
+from service.api import listings as browse
+from service.api import presenters as show
+from service.api.logs import find_log
 from service.dependencies import CursorQuery, HouseDep, LimitQuery, SessionDep, ViewerDep
-from service.jobs import browse, show
-from service.jobs.logs import find_log
 from service.schemas.frame import FramePage
 from service.schemas.task import Task, TaskPage
-from worker.job.orders import TaskKind
-from worker.job.statuses import TaskStatus
 
 router = APIRouter(prefix="/jobs/{job_id}", tags=["tasks"])
 

@@ -2,6 +2,6 @@
 
 from __future__ import annotations
 
-from worker.plan.design import Design
+from lippmann.plan.design.design import Design
 
 __all__ = ["Design"]

@@ -6,9 +6,9 @@ from datetime import datetime
 
 from pydantic import Field
 
+from lippmann.job.spec import JobSpec
+from lippmann.job.states import JobStatus
 from service.schemas.answer import Answer
-from worker.job.spec import JobSpec
-from worker.job.statuses import JobStatus
 
 
 class FrameCount(Answer):

@@ -6,9 +6,8 @@ from typing import Annotated, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from lippmann.job.viewing import EYES_APART_MM, PUPIL_MM, Filter, GapUse, Stereo
 from service.schemas.answer import Answer
-from worker.job.eyes import EYES_APART_MM, PUPIL_MM, GapUse, Stereo
-from worker.job.filters import Filter
 
 Depth = Annotated[float, Field(ge=-1e6, le=1e6)]
 Place = Annotated[float, Field(ge=-1e6, le=1e6)]

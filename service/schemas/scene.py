@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+from lippmann.job.imported_sheets import ForeignSheets
+from lippmann.job.scene import Parameter
+from lippmann.job.spec import Clock
+from lippmann.job.stage import Stage
 from service.schemas.answer import Answer
-from worker.job.foreign_sheets import ForeignSheets
-from worker.job.scene import Parameter
-from worker.job.spec import Clock
-from worker.job.stage import Stage
 
 
 class Scene(Answer):

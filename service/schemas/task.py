@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from datetime import datetime
 
+from lippmann.job.orders import TaskKind, TileIndex
+from lippmann.job.states import TaskStatus
 from service.schemas.answer import Answer
-from worker.job.orders import TaskKind, TileIndex
-from worker.job.statuses import TaskStatus
 
 
 class TaskError(Answer):

@@ -9,7 +9,7 @@ import av
 import numpy as np
 import pytest
 
-from lippmann.fetch_job import fetch_job
+from lippmann.client.fetch import fetch_job
 from service.schemas.job import Job
 from tests.farm import Farm, ended, farm_up
 from tests.pictures import read_png

@@ -10,15 +10,15 @@ import pytest
 from PIL import Image
 from typer.testing import CliRunner
 
-from lippmann.bundle_file import read_bundle
-from lippmann.fetch_job import fetch_job
-from lippmann.main import app
+from lippmann.cli.main import app
+from lippmann.client.fetch import fetch_job
+from lippmann.job.orders import TaskKind
+from lippmann.lightfield.sheet.lens_grid import LensGrid
+from lippmann.local.files.bundle import read_bundle
 from service.schemas.job import Job
 from tests.farm import Farm, ended, farm_up
 from tests.pictures import read_png
-from tests.unit.integral.lens_pictures import white_image
-from worker.integral.lens_grid import LensGrid
-from worker.job.orders import TaskKind
+from tests.unit.lippmann.lightfield.lens_pictures import white_image
 
 pytestmark = pytest.mark.timeout(300)
 

@@ -7,12 +7,12 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from lippmann.job.orders import TileIndex
+from lippmann.job.spec import JobSpec, parse_spec
+from lippmann.plan import artifact_names as names
 from povtemplates.catalogue import INCLUDE_FOLDER, scene_folders
 from service.schemas.job import Job
 from tests.farm import Farm, ended, farm_up
-from worker.job.orders import TileIndex
-from worker.job.spec import JobSpec, parse_spec
-from worker.plan import names
 
 FRAMES = "1-8"
 SLOTS = 2

@@ -12,8 +12,8 @@ from pathlib import Path
 import numpy as np
 from tests.builders import local_place, order_of, small_job, stored_job, tiles_of
 from worker.images.write import write_exr
-from worker.job.orders import TaskKind
-from worker.plan import names
+from lippmann.job.orders import TaskKind
+from lippmann.plan import names
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.local import JOB_ID
 from worker.tasks.watch import Unwatched

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import numpy as np
 
-from worker.integral.layout import CellLayout
-from worker.integral.lens_display import LensDisplay
-from worker.integral.observer import observe
-from worker.integral.perspective import Eye
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.observer.display import LensDisplay
+from lippmann.lightfield.observer.observe import observe
+from lippmann.lightfield.views.perspective import Eye
 
 REPEATS = 5
 

@@ -14,13 +14,13 @@ from pathlib import Path
 
 import numpy as np
 
+from lippmann.job.resolved import JobSheet
+from lippmann.optics.rig.bench import bench
+from lippmann.optics.rig.pixel_rays import front_mm, outer_rays, pixel_rays
 from povtemplates.catalogue import INCLUDE_FOLDER, scene_folders
 from tests.builders import local_place, small_job, stored_job
-from worker.job.sheet import JobSheet
-from worker.optics.capture import bench
-from worker.optics.pixel_rays import front_mm, outer_rays, pixel_rays
-from worker.povray.ray_camera import ray_camera_region, ray_camera_text, scaffold
-from worker.povray.scene import RAYS_FILE, pov_text
+from worker.engines.povray.ray_camera import ray_camera_region, ray_camera_text, scaffold
+from worker.engines.povray.scene import RAYS_FILE, pov_text
 
 ROUNDS = 3
 """Each camera is taken so often, in turn, and its least time counts."""

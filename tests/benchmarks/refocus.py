@@ -10,8 +10,8 @@ from pathlib import Path
 _RUN = """
 import time
 import numpy as np
-from worker.integral.layout import CellLayout
-from worker.integral.refocus import focal_stack
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.refocus.shift_and_sum import focal_stack
 
 layout, depths_mm = CellLayout(720, 1280, 8), np.linspace(-30.0, 30.0, 16).tolist()
 sheet = np.random.default_rng(1).random((layout.rows, layout.cols, 3), dtype=np.float32).astype(np.float16)

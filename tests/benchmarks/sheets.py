@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.integral.layout import CellLayout
-from worker.integral.orthoscopic import half_turn_cells
-from worker.integral.views import views_grid
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.sheet.orthoscopic import half_turn_cells
+from lippmann.lightfield.views.views import views_grid
 
 ROUNDS = 15
 """Each is taken so often, in turn, after one that does not count; its least CPU time counts."""
@@ -30,9 +30,9 @@ from worker.images.rows import BAND_PX, open_rows
 from worker.images.threads import limit_threads
 from worker.images.views import views_rows
 from worker.images.write import write_exr_rows
-from worker.integral.bands import OrthoscopicSheet, SheetOfRows, stitched
-from worker.integral.layout import CellLayout
-from worker.integral.views import grid_size
+from lippmann.lightfield.sheet.bands import OrthoscopicSheet, SheetOfRows, stitched
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.views.views import grid_size
 
 side, folder = int(sys.argv[1]), Path(sys.argv[2])
 limit_threads(1)

@@ -12,9 +12,9 @@ import numpy as np
 from av.video.codeccontext import VideoCodecContext
 from numpy.typing import NDArray
 
+from lippmann.lattice.layout import CellLayout
 from tests.builders_outputs import GivenJob, given_job
-from tests.unit.integral.textures import sheet_of_texture
-from worker.integral.layout import CellLayout
+from tests.unit.lippmann.lightfield.textures import sheet_of_texture
 from worker.video.kinds import H264
 
 LAYOUT = CellLayout(90, 90, px_per_lens=8)

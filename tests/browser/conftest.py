@@ -12,13 +12,13 @@ from typing import Any, cast
 import pytest
 from playwright.sync_api import Browser, Page, Playwright, Request, sync_playwright
 
+from lippmann.job.events import Event
+from lippmann.job.orders import Order
 from service.schemas.access import Role
 from service.settings import Settings
 from tests.broker import Broker
 from tests.browser.studio import SPEC, Studio, parts
 from tests.integration.service.conftest import FakeWorker, Service
-from worker.job.events import Event
-from worker.job.orders import Order
 
 CHROMIUM_ARGS = [
     "--no-sandbox",  # tests run as root in containers; the page is ours

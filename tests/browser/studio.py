@@ -14,18 +14,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.parts import make_parts
-from service.parts import Parts
+from lippmann.farm.adapters import make_parts
+from lippmann.job.events import Event, EventKind, Failure
+from lippmann.job.orders import Order, TaskKind
+from lippmann.job.resolved import JobSheet
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.views.views import grid_size, interlace, view_numbers, view_of_grid
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import display_size
+from service.ports import Parts
 from tests.builders_service import DictStore, beat, claimed, done, event
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr, write_png, write_thumbnail
-from worker.integral.layout import CellLayout
-from worker.integral.views import grid_size, interlace, view_numbers, view_of_grid
-from worker.job.events import Event, EventKind, Failure
-from worker.job.orders import Order, TaskKind
-from worker.job.sheet import JobSheet
-from worker.plan import names
-from worker.plan.sampling import display_size
 from worker.video.encode import encode
 from worker.video.kinds import FFV1, H264, kind
 

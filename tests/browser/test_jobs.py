@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 from playwright.sync_api import Page, expect
 
+from lippmann.job.orders import TaskKind
 from tests.browser.conftest import Farm
 from tests.waiting import until
-from worker.job.orders import TaskKind
 
 POVRAY_SAYS = "File 'scene.inc' line 41: Parse Error:\nundeclared identifier 'fish_lenght' found instead"
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from playwright.sync_api import Page, expect
 
-from service.jobs.keys import create_login_token
+from service.auth import create_login_token
 from service.schemas.access import Role
 from tests.browser.conftest import Farm, Watch
 

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from PIL import Image
 from playwright.sync_api import Locator, Page, expect
 
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.views import centre, view_numbers
 from tests.browser.conftest import Farm, Watch
 from tests.browser.studio import BAR_MM, LENSES, PX, RIG, coded_view
 from tests.waiting import until
 from worker.images.colour import srgb_codes
-from worker.integral.layout import CellLayout
-from worker.integral.square_pixels import as_square, square_size
-from worker.integral.views import centre, view_numbers
 
 SQUARE = CellLayout(LENSES, LENSES, PX)
 HEXAGONAL = CellLayout(LENSES, LENSES, PX, lattice="hexagonal")

@@ -11,15 +11,15 @@ import pytest
 from numpy.typing import NDArray
 from redis import Redis
 
+from lippmann.job.orders import TaskKind
+from lippmann.job.outputs.videos import CentreVideo
+from lippmann.job.spec import JobSpec
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import cut_tiles, frame_size
 from service.schemas.job import Job
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture
 from tests.farm import Farm, ended, farm_up, until
 from worker.images.read import read_rgb
-from worker.job.orders import TaskKind
-from worker.job.outputs.videos import CentreVideo
-from worker.job.spec import JobSpec
-from worker.plan import names
-from worker.plan.sampling import cut_tiles, frame_size
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.render import render_tile
 from worker.tasks.watch import Unwatched

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lippmann.job.orders import TaskKind
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import cut_tiles, frame_size
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture
 from tests.pictures import read_png
 from worker.images.write import write_png
-from worker.job.orders import TaskKind
-from worker.plan import names
-from worker.plan.sampling import cut_tiles, frame_size
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.render import render_tile
 from worker.tasks.watch import Unwatched

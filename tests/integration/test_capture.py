@@ -10,6 +10,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lippmann.job.orders import TaskKind
+from lippmann.job.spec import JobSpec
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.sheet.orthoscopic import orthoscopic
+from lippmann.lightfield.views.square_pixels import as_square
+from lippmann.lightfield.views.views import centre as middle_view
+from lippmann.lightfield.views.views import view
+from lippmann.optics.rig.bench import bench, object_rays, pixel_centres_mm
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import display_size, frame_size
 from povtemplates.catalogue import scene_folders
 from tests.builders import (
     local_place,
@@ -21,16 +31,6 @@ from tests.builders import (
     tiles_of,
 )
 from worker.images.read import read_rgb
-from worker.integral.layout import CellLayout
-from worker.integral.orthoscopic import orthoscopic
-from worker.integral.square_pixels import as_square
-from worker.integral.views import centre as middle_view
-from worker.integral.views import view
-from worker.job.orders import TaskKind
-from worker.job.spec import JobSpec
-from worker.optics.capture import bench, object_rays, pixel_centres_mm
-from worker.plan import names
-from worker.plan.sampling import display_size, frame_size
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.render import render_tile
 from worker.tasks.watch import Unwatched

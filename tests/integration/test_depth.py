@@ -9,24 +9,24 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lippmann.errors import ArtifactMissing
+from lippmann.job.orders import TaskKind
+from lippmann.job.resolved import JobSheet
+from lippmann.job.spec import JobSpec
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
+from lippmann.lightfield.refocus.shift_and_sum import shifts
+from lippmann.lightfield.sheet.orthoscopic import orthoscopic
+from lippmann.lightfield.views.views import view
+from lippmann.optics.lens.trace import Rays
+from lippmann.optics.rig.bench import bench, object_rays, pixel_centres_mm
+from lippmann.optics.rig.parallax import parallax
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import display_size, frame_size
 from tests.builders import local_place, order_of, small_job, stored_job, tiles_of
-from worker.errors import ArtifactMissing
 from worker.images.read import read_channels
-from worker.integral.depth_map import CHANNELS, DepthMap
-from worker.integral.layout import CellLayout
-from worker.integral.orthoscopic import orthoscopic
-from worker.integral.refocus import shifts
-from worker.integral.views import view
-from worker.job.orders import TaskKind
-from worker.job.sheet import JobSheet
-from worker.job.spec import JobSpec
-from worker.optics.capture import bench, object_rays, pixel_centres_mm
-from worker.optics.parallax import parallax
-from worker.optics.trace import Rays
-from worker.plan import names
-from worker.plan.sampling import display_size, frame_size
-from worker.povray.bundle import pack_folder
-from worker.povray.log import AttemptLog
+from worker.sandbox.bundle import pack_folder
+from worker.sandbox.log import AttemptLog
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.depth_pass import depth_of_tile
 from worker.tasks.local import JOB_ID, local_job

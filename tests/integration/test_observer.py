@@ -7,17 +7,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lippmann.job.orders import TaskKind
+from lippmann.job.viewing import EYES_APART_MM
+from lippmann.lightfield.observer.looking import Looking, look
+from lippmann.lightfield.observer.observe import whole_window
+from lippmann.lightfield.views.perspective import Eye
+from lippmann.optics.rig.array import lens_centres_mm
+from lippmann.optics.rig.bench import Bench, bench, object_rays
+from lippmann.plan import artifact_names as names
+from lippmann.plan.design.observed_display import observed_display
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture, tiles_of
 from tests.integration.lippmann.conftest import needs_povray
-from worker.integral.looking import Looking, look
-from worker.integral.observer import whole_window
-from worker.integral.perspective import Eye
-from worker.job.eyes import EYES_APART_MM
-from worker.job.orders import TaskKind
-from worker.optics.capture import Bench, bench, object_rays
-from worker.optics.lattice import lens_centres_mm
-from worker.plan import names
-from worker.plan.observed_display import observed_display
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.render import render_tile
 from worker.tasks.watch import Unwatched

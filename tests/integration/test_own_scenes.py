@@ -18,14 +18,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lippmann.job.scene import parse_scene
+from lippmann.job.spec import JobSpec
+from lippmann.lightfield.views.views import view
+from lippmann.plan.sampling import frame_size
 from tests.builders import small_job
+from worker.engines.povray.command import SYSTEM_INCLUDE
 from worker.images.read import read_rgb
-from worker.integral.views import view
-from worker.job.scene import parse_scene
-from worker.job.spec import JobSpec
-from worker.plan.sampling import frame_size
-from worker.povray.bundle import pack_folder
-from worker.povray.command import SYSTEM_INCLUDE
+from worker.sandbox.bundle import pack_folder
 from worker.settings import WorkerSettings
 from worker.tasks.local import capture_frame
 

@@ -14,11 +14,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lippmann.job.spec import JobSpec
+from lippmann.lightfield.sheet.assemble import assembled
+from lippmann.optics.rig.bench import bench, object_rays, pixel_centres_mm
+from lippmann.plan.sampling import frame_size
 from tests.builders import local_place, rendered_codes, small_job, stored_job, tiles_of
-from worker.integral.assemble import assembled
-from worker.job.spec import JobSpec
-from worker.optics.capture import bench, object_rays, pixel_centres_mm
-from worker.plan.sampling import frame_size
 
 HALF_WIDTH_MM = 400.0
 """The target codes x and y from -400 to 400 mm: a quantum is 0.012 mm."""

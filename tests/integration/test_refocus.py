@@ -7,15 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from lippmann.job.orders import TaskKind
+from lippmann.lightfield.refocus.ciir import ciir_stack
+from lippmann.lightfield.refocus.shift_and_sum import focal_stack
+from lippmann.optics.rig.bench import bench
+from lippmann.optics.rig.disparity import exact_disparity
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import display_size
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture, tiles_of
 from tests.integration.lippmann.conftest import needs_povray
-from worker.integral.ciir import ciir_stack
-from worker.integral.refocus import focal_stack
-from worker.job.orders import TaskKind
-from worker.optics.capture import bench
-from worker.optics.disparity import exact_disparity
-from worker.plan import names
-from worker.plan.sampling import display_size
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.render import render_tile
 from worker.tasks.watch import Unwatched

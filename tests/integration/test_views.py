@@ -7,13 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
+from lippmann.job.rig import Rig
+from lippmann.lightfield.refocus.all_in_focus import sharpness
+from lippmann.lightfield.views.views import view_of_grid
+from lippmann.plan.sampling import display_size
 from tests.integration.lippmann.conftest import needs_povray, run
 from worker.images.read import read_rgb
 from worker.images.write import write_png
-from worker.integral.extended_focus import sharpness
-from worker.integral.views import view_of_grid
-from worker.job.rig import Rig
-from worker.plan.sampling import display_size
 
 pytestmark = needs_povray
 

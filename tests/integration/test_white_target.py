@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lippmann.bundle_file import find_bundle
+from lippmann.job.spec import JobSpec
+from lippmann.lattice.layout import Lattice
+from lippmann.lightfield.calibrate.calibrate import find_from_white
+from lippmann.lightfield.calibrate.whole_lenses import in_middle
+from lippmann.lightfield.sheet.lens_grid import LensGrid
+from lippmann.local.files.bundle import find_bundle
+from lippmann.optics.rig.bench import bench
+from lippmann.plan.sampling import frame_size
 from tests.builders import small_job
-from tests.unit.integral.lens_pictures import off_lattice_px
-from worker.images.foreign import read_foreign
-from worker.integral.finding.find import find_from_white
-from worker.integral.finding.whole_lenses import in_middle
-from worker.integral.layout import Lattice
-from worker.integral.lens_grid import LensGrid
-from worker.job.spec import JobSpec
-from worker.optics.capture import bench
-from worker.plan.sampling import frame_size
+from tests.unit.lippmann.lightfield.lens_pictures import off_lattice_px
+from worker.images.imported import read_foreign
 from worker.settings import WorkerSettings
 from worker.tasks.local import capture_frame
 

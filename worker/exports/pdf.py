@@ -17,8 +17,8 @@ from reportlab.pdfbase.pdfmetrics import registerFont
 from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
-from worker.errors import OutputError
-from worker.plan.shapes import Bar, Ring, Shape
+from lippmann.errors import OutputError
+from lippmann.plan.printing.shapes import Bar, Ring, Shape
 
 POINTS_PER_MM = 72 / 25.4
 _VERSION = (1, 5)

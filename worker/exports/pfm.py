@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import OutputError
+from lippmann.errors import OutputError
 from worker.whole_file import new_file
 
 

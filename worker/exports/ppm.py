@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import OutputError
+from lippmann.errors import OutputError
 from worker.whole_file import new_file
 
 

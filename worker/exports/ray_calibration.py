@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from xml.etree import ElementTree
 from xml.etree.ElementTree import Element, SubElement
 
-from worker.integral.layout import CellLayout
+from lippmann.lattice.layout import CellLayout
 
 SHARP_TO = 1e6
 """Virtual depth up to which a pinhole is called sharp: there is no end to it."""

@@ -12,7 +12,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import OutputError
+from lippmann.errors import OutputError
 
 RED, GREEN, BLUE = 0.2126, 0.7152, 0.0722
 _TO_YCBCR = np.array(

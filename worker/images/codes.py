@@ -1,4 +1,4 @@
-"""A picture of either kind as 8-bit sRGB codes: what `worker.integral.compare` compares."""
+"""A picture of either kind as 8-bit sRGB codes: what `lippmann.lightfield.quality.compare` compares."""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import OutputError
+from lippmann.errors import OutputError
 
 LINEAR = "lin_rec709_scene"
 SRGB = "srgb_rec709_scene"

@@ -8,10 +8,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.job.viewing import Filter
 from worker.images.read import read_rgb
 from worker.images.resize import resize
 from worker.images.write import encoded_png, encoded_webp
-from worker.job.filters import Filter
 
 
 def png(path: Path, *, bits: int = 8) -> bytes:

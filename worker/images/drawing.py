@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.plan.printing.shapes import Bar, Ring, Shape, Words
 from worker.images.lettering import lettering
-from worker.plan.shapes import Bar, Ring, Shape, Words
 
 
 def paper(shapes: Iterable[Shape], *, pixel_mm: float, top: int, rows: int, cols: int) -> NDArray[np.float32]:

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenImageIO import ImageOutput, ImageSpec, geterror
 
-from worker.errors import OutputError
+from lippmann.errors import OutputError
 from worker.whole_file import new_file
 
 Format = Literal["png", "webp"]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenImageIO import FLOAT, ImageBuf, ImageBufAlgo, ImageSpec
 
-from worker.errors import OutputError
+from lippmann.errors import OutputError
 
 
 def lettering(text: str, *, size_px: int) -> NDArray[np.float32]:

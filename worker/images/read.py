@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenImageIO import ImageInput, ImageSpec, geterror
 
-from worker.errors import ArtifactBroken, ArtifactMissing
-from worker.integral.assemble import TilePlace
+from lippmann.errors import ArtifactBroken, ArtifactMissing
+from lippmann.lightfield.sheet.assemble import TilePlace
 
 Light = TypeVar("Light", bound=np.floating[Any])
 

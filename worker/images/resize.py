@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenImageIO import FLOAT, ROI, ImageBuf, ImageBufAlgo
 
-from worker.errors import OutputError
-from worker.job.filters import Filter
+from lippmann.errors import OutputError
+from lippmann.job.viewing import Filter
 
 
 def resize(

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from OpenImageIO import ImageInput, ImageOutput, ImageSpec, geterror
 
-from worker.errors import ArtifactBroken, OutputError, WorkerError
+from lippmann.errors import ArtifactBroken, LippmannError, OutputError
 from worker.images.read import channel_places, check_channels, checked, opened
 from worker.images.scratch import ScratchRows, scratch_rows
 from worker.whole_file import new_file
@@ -219,7 +219,7 @@ def _last_row_is_there(path: Path) -> bool:
         with opened(path) as source:
             last = source.spec().height - 1
             checked(path, source, source.read_scanlines(last, last + 1, 0, 0, 1, "float"))
-    except WorkerError:
+    except LippmannError:
         return False
     return True
 

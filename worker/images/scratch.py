@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from worker.errors import NO_ROOM, StoreFull, StoreUnavailable
+from lippmann.errors import NO_ROOM, StoreFull, StoreUnavailable
 
 
 class ScratchRows:

@@ -14,7 +14,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import OutputError
+from lippmann.errors import OutputError
 from worker.images.density import Density
 from worker.images.icc import srgb_profile
 

@@ -9,10 +9,10 @@ from typing import Any
 
 from numpy.typing import NDArray
 
+from lippmann.lightfield.sheet.bands import Sheet, bands, view_bands
+from lippmann.lightfield.views.views import grid_size
 from worker.images.rows import BAND_PX, bands_of_rows
 from worker.images.scratch import scratch_rows
-from worker.integral.bands import Sheet, bands, view_bands
-from worker.integral.views import grid_size
 
 
 def views_rows(sheet: Sheet, scratch: Path | None = None) -> Iterator[NDArray[Any]]:

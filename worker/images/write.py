@@ -10,7 +10,7 @@ from typing import Any, BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import OutputError
+from lippmann.errors import OutputError
 from worker.images.colour import LINEAR, SRGB, srgb_codes
 from worker.images.density import Density
 from worker.images.encode import encoded, save

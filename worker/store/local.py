@@ -20,7 +20,7 @@ from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
-from worker.errors import NO_ROOM, ArtifactMissing, StoreFull, StoreUnavailable
+from lippmann.errors import NO_ROOM, ArtifactMissing, StoreFull, StoreUnavailable
 from worker.store.names import check_name, check_prefix
 from worker.store.protocol import ArtifactInfo
 

@@ -12,24 +12,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import LayoutError
+from lippmann.errors import LayoutError
+from lippmann.job.orders import Order, TileIndex
+from lippmann.job.resolved import JobSheet
+from lippmann.job.rig import Device
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.depth.depth_map import CHANNELS, depth_bands
+from lippmann.lightfield.sheet.assemble import assembled
+from lippmann.lightfield.sheet.bands import OrthoscopicSheet, Rows, Sheet, SheetOfRows, bands, stitched
+from lippmann.lightfield.sheet.device import device_bands, device_size, to_device
+from lippmann.lightfield.views.square_pixels import as_square
+from lippmann.lightfield.views.views import centre, grid_size
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import Tile, cut_tiles, device_pixels, frame_size
 from worker.images.rows import BAND_PX, open_rows
 from worker.images.views import views_rows
 from worker.images.write import write_thumbnail
-from worker.integral.assemble import assembled
-from worker.integral.bands import OrthoscopicSheet, Rows, Sheet, SheetOfRows, bands, stitched
-from worker.integral.depth_map import CHANNELS, depth_bands
-from worker.integral.device import device_bands, device_size, to_device
-from worker.integral.layout import CellLayout
-from worker.integral.square_pixels import as_square
-from worker.integral.views import centre, grid_size
-from worker.job.orders import Order, TileIndex
-from worker.job.rig import Device
-from worker.job.sheet import JobSheet
-from worker.plan import names
-from worker.plan.sampling import Tile, cut_tiles, device_pixels, frame_size
 from worker.tasks.attempt import Work
-from worker.tasks.foreign import foreign_sheet
+from worker.tasks.imported import foreign_sheet
 from worker.tasks.masters import Masters
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import structlog
 
-from worker.errors import NO_ROOM, Permanent, StoreFull, WorkerError
-from worker.job.events import EventKind, Failure, ProbeResult
-from worker.job.orders import Order, TaskKind
+from lippmann.errors import NO_ROOM, LippmannError, Permanent, StoreFull
+from lippmann.job.events import EventKind, Failure, ProbeResult
+from lippmann.job.orders import Order, TaskKind
 from worker.report import Heart, event_of
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
@@ -78,7 +78,7 @@ def _done_or_failed(place: Workplace, order: Order, do: Doing, watch: Watch) -> 
     except Exception as error:  # the outermost frame of a task: whatever it was is said, and the worker lives on
         failure = failure_of(error)
         log.warning("attempt failed", job=order.job_id, task=order.task_id, attempt=order.attempt, code=failure.code,
-                    exc_info=not isinstance(error, WorkerError))  # fmt: skip
+                    exc_info=not isinstance(error, LippmannError))  # fmt: skip
         return Work(), failure
 
 
@@ -86,6 +86,6 @@ def failure_of(error: Exception) -> Failure:
     """Return what an event says of an error; ones that are not ours count as transient."""
     if isinstance(error, OSError) and error.errno in NO_ROOM:
         error = StoreFull(f"expected room in the worker's scratch folder, got: {error}")
-    if isinstance(error, WorkerError):
+    if isinstance(error, LippmannError):
         return Failure(code=error.code, message=error.message, permanent=isinstance(error, Permanent))
     return Failure(code="unexpected", message=f"{type(error).__name__}: {error}", permanent=False)

@@ -14,21 +14,21 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import SceneError, Stopped
+from lippmann.errors import SceneError, Stopped
+from lippmann.job.resolved import JobSheet
+from lippmann.job.stage import Stage
+from lippmann.lightfield.depth.depth_map import DepthMap
+from lippmann.optics.rig.array import sheet_px
+from lippmann.optics.rig.bench import Bench, bench, pixel_centres_mm
+from lippmann.optics.rig.parallax import parallax, shown_mm
+from lippmann.optics.rig.pixel_rays import front_mm, ray_bands
+from lippmann.plan.sampling import Tile
+from worker.engines.povray.command import Region, RenderCommand
+from worker.engines.povray.depth_codes import FOGGY, FogLight, fog_light, fog_light_among_others
+from worker.engines.povray.ray_camera import FIRST_ROW, Scaffold, starts_mm
+from worker.engines.povray.scene import RAYS_FILE, DepthPass, pov_text
 from worker.images.read import read_codes
-from worker.integral.depth_map import DepthMap
-from worker.job.sheet import JobSheet
-from worker.job.stage import Stage
-from worker.optics.capture import Bench, bench, pixel_centres_mm
-from worker.optics.lattice import sheet_px
-from worker.optics.parallax import parallax, shown_mm
-from worker.optics.pixel_rays import front_mm, ray_bands
-from worker.plan.sampling import Tile
-from worker.povray.command import Region, RenderCommand
-from worker.povray.depth_codes import FOGGY, FogLight, fog_light, fog_light_among_others
-from worker.povray.log import AttemptLog
-from worker.povray.ray_camera import FIRST_ROW, Scaffold, starts_mm
-from worker.povray.scene import RAYS_FILE, DepthPass, pov_text
+from worker.sandbox.log import AttemptLog
 from worker.tasks.picture import run_povray, write_rays
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
@@ -53,7 +53,7 @@ def depth_of_tile(
     ------
     SceneError
         If the rays start inside objects that are not hollow, wherever the first one does.
-    WorkerError
+    LippmannError
         Whatever the scene fails with.
     """
     there = sheet.at(frame)

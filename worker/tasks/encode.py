@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from worker.job.orders import Order
-from worker.job.outputs.choice import output_called
-from worker.plan import names
+from lippmann.job.orders import Order
+from lippmann.job.outputs.choice import output_called
+from lippmann.plan import artifact_names as names
 from worker.tasks.attempt import Work
 from worker.tasks.outputs.footage import job_footage
 from worker.tasks.outputs.make import make_output

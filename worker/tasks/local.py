@@ -10,16 +10,16 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from worker.errors import SpecError
+from lippmann.errors import SpecError
+from lippmann.job.orders import Order, TaskKind
+from lippmann.job.resolved import JobSheet, PlanSheet
+from lippmann.job.spec import JobSpec
+from lippmann.optics.rig.check import check_job
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import Tile, cut_tiles, frame_size
+from lippmann.plan.tasks import plan_sheet
 from worker.images.convert import png
-from worker.job.orders import Order, TaskKind
-from worker.job.sheet import JobSheet, PlanSheet
-from worker.job.spec import JobSpec
-from worker.optics.check import check_job
-from worker.plan import names
-from worker.plan.sampling import Tile, cut_tiles, frame_size
-from worker.plan.tasks import plan_sheet
-from worker.povray.bundle import check_bundle
+from worker.sandbox.bundle import check_bundle
 from worker.settings import WorkerSettings
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.probe import probe_job
@@ -50,7 +50,7 @@ def capture_frame(
 
     Raises
     ------
-    WorkerError
+    LippmannError
         Whatever an attempt on the farm would fail with; nothing is left in the folder then.
     """
     with tempfile.TemporaryDirectory(prefix="lippmann-capture-") as folder:

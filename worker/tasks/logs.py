@@ -6,10 +6,10 @@ import contextlib
 from collections.abc import Iterator
 from pathlib import Path
 
-from worker.errors import WorkerError
-from worker.job.orders import Order
-from worker.plan import names
-from worker.povray.log import AttemptLog
+from lippmann.errors import LippmannError
+from lippmann.job.orders import Order
+from lippmann.plan import artifact_names as names
+from worker.sandbox.log import AttemptLog
 from worker.tasks.workplace import Workplace
 
 
@@ -23,6 +23,6 @@ def kept_log(place: Workplace, order: Order, folder: Path) -> Iterator[AttemptLo
     finally:
         name = names.log_name(order.kind, order.frame, order.tile, order.output, order.attempt_number)
         # A log that cannot be kept must not hide how the attempt ended.
-        with contextlib.suppress(WorkerError, OSError):
+        with contextlib.suppress(LippmannError, OSError):
             place.store.put_file(names.job_artifact(order.job_id, name), path)
         path.unlink(missing_ok=True)

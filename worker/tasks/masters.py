@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import Stopped
+from lippmann.errors import Stopped
+from lippmann.job.resolved import JobSheet
+from lippmann.lightfield.sheet.bands import HeldRows, Rows
+from lippmann.plan import artifact_names as names
 from worker.images.rows import BAND_PX, open_rows
 from worker.images.scratch import scratch_rows
 from worker.images.write import write_channels, write_exr_rows
-from worker.integral.bands import HeldRows, Rows
-from worker.job.sheet import JobSheet
-from worker.plan import names
 from worker.tasks.render import header
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace

@@ -5,19 +5,19 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from lippmann.errors import Stopped
+from lippmann.job.resolved import JobSheet
+from lippmann.optics.rig.bench import bench
+from lippmann.optics.rig.method import capture_method
+from lippmann.optics.rig.pixel_rays import front_mm, outer_rays, ray_bands
 from povtemplates.catalogue import INCLUDE_FOLDER
-from worker.errors import Stopped
-from worker.job.sheet import JobSheet
-from worker.optics.capture import bench
-from worker.optics.method import capture_method
-from worker.optics.pixel_rays import front_mm, outer_rays, ray_bands
-from worker.povray.command import SYSTEM_INCLUDE, PictureFormat, Region, RenderCommand
-from worker.povray.limits import Limits
-from worker.povray.log import AttemptLog
-from worker.povray.progress import Progress
-from worker.povray.ray_camera import Scaffold, ray_camera_region, ray_camera_text, scaffold
-from worker.povray.render import RenderOutcome, render
-from worker.povray.scene import RAYS_FILE, pov_text
+from worker.engines.povray.command import SYSTEM_INCLUDE, PictureFormat, Region, RenderCommand
+from worker.engines.povray.progress import Progress
+from worker.engines.povray.ray_camera import Scaffold, ray_camera_region, ray_camera_text, scaffold
+from worker.engines.povray.render import RenderOutcome, render
+from worker.engines.povray.scene import RAYS_FILE, pov_text
+from worker.sandbox.limits import Limits
+from worker.sandbox.log import AttemptLog
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 
-from worker.integral.layout import CellLayout
-from worker.job.events import ProbeResult
-from worker.job.orders import Order
-from worker.plan.sampling import frame_size
+from lippmann.job.events import ProbeResult
+from lippmann.job.orders import Order
+from lippmann.lattice.layout import CellLayout
+from lippmann.plan.sampling import frame_size
 from worker.tasks.attempt import Work
-from worker.tasks.foreign import probe_foreign
+from worker.tasks.imported import probe_foreign
 from worker.tasks.logs import kept_log
 from worker.tasks.picture import render_picture
 from worker.tasks.watch import Watch

@@ -7,16 +7,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.job.orders import Order, TileIndex
+from lippmann.job.resolved import JobSheet, PlanSheet
+from lippmann.lightfield.depth.depth_map import CHANNELS
+from lippmann.lightfield.sheet.supersample import average_in_cells
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import Tile, cut_tiles, frame_size
+from worker.engines.povray.command import PictureFormat, Region
 from worker.images.read import read_region
 from worker.images.write import write_channels, write_exr
-from worker.integral.depth_map import CHANNELS
-from worker.integral.supersample import average_in_cells
-from worker.job.orders import Order, TileIndex
-from worker.job.sheet import JobSheet, PlanSheet
-from worker.plan import names
-from worker.plan.sampling import Tile, cut_tiles, frame_size
-from worker.povray.command import PictureFormat, Region
-from worker.povray.log import AttemptLog
+from worker.sandbox.log import AttemptLog
 from worker.tasks.attempt import Work
 from worker.tasks.depth_pass import depth_of_tile
 from worker.tasks.logs import kept_log

@@ -13,11 +13,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from worker.job.sheet import JobSheet, PlanSheet
-from worker.plan import names
-from worker.povray.bundle import unpack
-from worker.povray.sandbox import Sandbox, detect
+from lippmann.job.resolved import JobSheet, PlanSheet
+from lippmann.plan import artifact_names as names
 from worker.report import Wire
+from worker.sandbox.bundle import unpack
+from worker.sandbox.sandbox import Sandbox, detect
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
 from worker.store.protocol import ArtifactStore

@@ -19,7 +19,7 @@ from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTr
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
-from worker.errors import NO_ROOM, OutputError, StoreFull, StoreUnavailable
+from lippmann.errors import NO_ROOM, OutputError, StoreFull, StoreUnavailable
 from worker.video.kinds import Kind
 from worker.video.size import even_sided
 

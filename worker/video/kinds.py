@@ -21,8 +21,8 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from worker.errors import OutputError
-from worker.job.outputs.codecs import CHOICES, Bits, Chroma, Codec, Container
+from lippmann.errors import OutputError
+from lippmann.job.outputs.codecs import CHOICES, Bits, Chroma, Codec, Container
 
 THREADS = 2
 """Of every encoder."""

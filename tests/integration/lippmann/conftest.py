@@ -17,11 +17,11 @@ from typing import Any
 
 import pytest
 
-from lippmann.address import Address
 from lippmann.client import Client
-from lippmann.supervisor.kin import descendants
+from lippmann.client.address import Address
+from lippmann.farm.supervisor.descendants import descendants
 
-LIPPMANN = (sys.executable, "-P", "-m", "lippmann.main")
+LIPPMANN = (sys.executable, "-P", "-m", "lippmann.cli.main")
 
 Process = tuple[int, str]
 """A process id and when it started, so that a number used anew is not taken for the old one."""

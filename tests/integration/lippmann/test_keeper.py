@@ -83,11 +83,11 @@ _PROGRAM = """
 import json, sys
 from pathlib import Path
 from lippmann.errors import FarmFailed
-from lippmann.supervisor import child as child_module
-from lippmann.supervisor.child import Child, ChildPlan
-from lippmann.supervisor.keeper import Keeper, tell
-from lippmann.supervisor.kin import adopt_orphans
-from lippmann.supervisor.logs import BoundedLog
+from lippmann.farm.supervisor import child as child_module
+from lippmann.farm.supervisor.child import Child, ChildPlan
+from lippmann.farm.supervisor.supervisor import Keeper, tell
+from lippmann.farm.supervisor.descendants import adopt_orphans
+from lippmann.farm.supervisor.logs import BoundedLog
 
 asked = json.loads(sys.argv[1])
 folder = Path(asked["folder"])

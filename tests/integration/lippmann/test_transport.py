@@ -11,10 +11,11 @@ from pathlib import Path
 
 import pytest
 
-from lippmann.address import Address
+from lippmann.cli.exit_codes import ExitCode, exit_code_of
 from lippmann.client import Client, Refused
+from lippmann.client.address import Address
 from lippmann.client.transport import Transport
-from lippmann.errors import BadInput, ExitCode, Unreachable
+from lippmann.errors import BadInput, Unreachable
 
 Answer = Callable[["_Handler"], None]
 DATA = bytes(range(256)) * 400
@@ -178,7 +179,7 @@ def test_a_refusal_names_the_fields_and_the_exit_code() -> None:
     with _serving(refuse) as server, _talking_to(server) as transport, pytest.raises(Refused) as caught:
         transport.ask("GET", "/")
     assert str(caught.value.problems[0]) == "frames: expected a, got b"
-    assert (caught.value.request_id, caught.value.exit_code) == ("r1", ExitCode.BAD_INPUT)
+    assert (caught.value.request_id, exit_code_of(caught.value)) == ("r1", ExitCode.BAD_INPUT)
 
 
 def test_a_stream_that_breaks_is_taken_up_after_the_last_event() -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 import httpx
 import pytest
 
-from lippmann.supervisor.kin import descendants
+from lippmann.farm.supervisor.descendants import descendants
 from tests.integration.lippmann.conftest import LIPPMANN, Up, alive, born, lippmann_up, needs_povray, run, until
 
 pytestmark = needs_povray
@@ -47,7 +47,7 @@ def test_kill_9_in_the_middle_of_a_rendering_leaves_nothing(tmp_path: Path, vict
     with lippmann_up(tmp_path) as up:
         _render(up)
         processes = set(up.below())
-        pids = {"up": up.process.pid, "keeper": up.one("lippmann.supervisor")}
+        pids = {"up": up.process.pid, "keeper": up.one("lippmann.farm.supervisor")}
         for victim in sorted(victims, reverse=True):  # whoever looks after the other goes first
             os.kill(pids[victim], signal.SIGKILL)
         until(lambda: not alive(processes), within_s=10)
@@ -72,7 +72,7 @@ def test_ctrl_c_in_the_middle_of_a_rendering_is_told_and_leaves_nothing(tmp_path
 def test_a_second_ctrl_c_ends_everything_at_once(tmp_path: Path) -> None:
     with lippmann_up(tmp_path) as up:
         processes = set(up.below())
-        worker = up.one("lippmann.main worker")
+        worker = up.one("lippmann.cli.main worker")
         os.kill(worker, signal.SIGSTOP)  # it will not hear that it should end
         up.process.send_signal(signal.SIGINT)
         until(lambda: _is_pending(worker, signal.SIGTERM))
@@ -84,13 +84,13 @@ def test_a_second_ctrl_c_ends_everything_at_once(tmp_path: Path) -> None:
 def test_what_dies_is_started_again_at_the_same_address_with_the_same_key(tmp_path: Path) -> None:
     with lippmann_up(tmp_path) as up, up.client(patience_s=30) as client:
         until(lambda: client.health().slots == 2)
-        for words in ("lippmann.main serve", "valkey-server", "lippmann.main worker"):
+        for words in ("lippmann.cli.main serve", "valkey-server", "lippmann.cli.main worker"):
             old = up.one(words)
             os.kill(old, signal.SIGKILL)
             until(partial(_is_another, up, words, old))
         job = client.submit({"scene": "target-white", "rig": {"lens_array": {"count": [4, 4]}}, "outputs": []})
         until(lambda: client.job(job.id).status == "done", within_s=90)
-        workers = [line for line in up.below().values() if "lippmann.main worker" in line]
+        workers = [line for line in up.below().values() if "lippmann.cli.main worker" in line]
         assert len(workers) == 3, "one parent and two slots; nothing of the old ones"
 
 

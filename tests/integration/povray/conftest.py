@@ -12,12 +12,12 @@ from typing import Any
 
 import pytest
 
-from worker.povray.command import RenderCommand
-from worker.povray.limits import Limits
-from worker.povray.log import AttemptLog
-from worker.povray.progress import Progress
-from worker.povray.render import RenderOutcome, render
-from worker.povray.sandbox import Sandbox, SandboxMode, trial
+from worker.engines.povray.command import RenderCommand
+from worker.engines.povray.progress import Progress
+from worker.engines.povray.render import RenderOutcome, render
+from worker.sandbox.limits import Limits
+from worker.sandbox.log import AttemptLog
+from worker.sandbox.sandbox import Sandbox, SandboxMode, trial
 
 HEAD = """#version 3.7; global_settings { assumed_gamma 1 }
 camera { location <0,0,-5> look_at 0 } light_source { <5,5,-5> 1 }

@@ -9,11 +9,11 @@ from pathlib import Path
 
 import pytest
 
+from lippmann.errors import SandboxMissing, SceneError
 from tests.integration.povray.conftest import BALL, Room
-from worker.errors import SandboxMissing, SceneError
-from worker.povray.environment import prepare
-from worker.povray.limits import Limits
-from worker.povray.sandbox import Sandbox, detect, trial
+from worker.engines.povray.environment import prepare
+from worker.sandbox.limits import Limits
+from worker.sandbox.sandbox import Sandbox, detect, trial
 
 LIMITS = Limits(cpu_s=20, memory_mb=1024, file_mb=8)
 
@@ -98,7 +98,7 @@ def test_a_sandbox_that_does_not_start_is_told_with_its_words(monkeypatch: pytes
     broken = tmp_path / "bwrap"
     broken.write_text("#!/bin/sh\necho 'bwrap: No permissions to create new namespace' >&2; exit 1\n")
     broken.chmod(0o755)
-    monkeypatch.setattr("worker.povray.sandbox.PATH", f"{tmp_path}:/usr/bin:/bin")
+    monkeypatch.setattr("worker.sandbox.sandbox.PATH", f"{tmp_path}:/usr/bin:/bin")
     monkeypatch.setenv("PATH", f"{tmp_path}:/usr/bin:/bin")
     with pytest.raises(SandboxMissing, match="No permissions to create new namespace"):
         detect("bwrap")

@@ -11,18 +11,18 @@ from pathlib import Path
 
 import pytest
 
+from lippmann.errors import RenderFailed, RenderStalled, RenderTimedOut, SandboxMissing, SceneError, Stopped
 from tests.integration.povray.conftest import BALL, ENDLESS_PARSE, ENDLESS_TRACE, HEAD, Room, until
-from worker.errors import RenderFailed, RenderStalled, RenderTimedOut, SandboxMissing, SceneError, Stopped
-from worker.povray.limits import Limits
-from worker.povray.log import AttemptLog
-from worker.povray.process import Ending, Outcome, run
-from worker.povray.progress import Phase, Progress
+from worker.engines.povray.progress import Phase, Progress
+from worker.sandbox.limits import Limits
+from worker.sandbox.log import AttemptLog
+from worker.sandbox.process import Ending, Outcome, run
 
 WORKER = """
 import sys
 from pathlib import Path
 from tests.integration.povray.conftest import Room
-from worker.povray.sandbox import Sandbox
+from worker.sandbox.sandbox import Sandbox
 
 task_dir, bundle, mode = sys.argv[1:]
 room = Room(Path(task_dir), Path(bundle), Sandbox(mode, allow_none=True))

@@ -12,16 +12,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lippmann.optics.lens.dispersion import povray_dispersion, povray_index
+from lippmann.optics.lens.published import COOKE_TRIPLET, IMAGING_LENSES, TRONNIER_1954
+from lippmann.optics.lens.stop import stop_place_mm
+from lippmann.optics.lens.surfaces import ImagingLens, Stop, Surface
+from lippmann.optics.lens.trace import Rays, through_lens
+from lippmann.optics.rig.bench import bench, object_rays, pixel_centres_mm
 from povtemplates.catalogue import INCLUDE_FOLDER
 from tests.builders import local_place, rendered_codes, small_job, stored_job
 from tests.integration.povray.conftest import Room
 from worker.images.read import read_codes
-from worker.optics.capture import bench, object_rays, pixel_centres_mm
-from worker.optics.dispersion import povray_dispersion, povray_index
-from worker.optics.lenses import COOKE_TRIPLET, IMAGING_LENSES, TRONNIER_1954
-from worker.optics.stop import stop_place_mm
-from worker.optics.surfaces import ImagingLens, Stop, Surface
-from worker.optics.trace import Rays, through_lens
 
 MEDIAN_MM = 0.02
 LARGEST_MM = 0.1

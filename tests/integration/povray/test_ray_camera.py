@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lippmann.job.spec import JobSpec
+from lippmann.optics.lens.trace import Rays
+from lippmann.optics.rig.bench import bench
+from lippmann.optics.rig.pixel_rays import pixel_rays
 from povtemplates.catalogue import INCLUDE_FOLDER
 from tests.builders import local_place, rendered, small_job, stored_job
 from tests.integration.povray.conftest import Room
+from worker.engines.povray.ray_camera import ray_camera_region, ray_camera_text, scaffold
 from worker.images.colour import srgb_codes
 from worker.images.read import read_codes, read_rgb
-from worker.job.spec import JobSpec
-from worker.optics.capture import bench
-from worker.optics.pixel_rays import pixel_rays
-from worker.optics.trace import Rays
-from worker.povray.ray_camera import ray_camera_region, ray_camera_text, scaffold
 
 HALF_WIDTH_MM = 200.0
 MEDIAN_MM = 0.02

@@ -8,12 +8,12 @@ from pathlib import Path
 
 import pytest
 
+from lippmann.errors import PovrayMissing, RenderFailed
 from tests.integration.povray.conftest import BALL, ENDLESS_TRACE, Room
-from worker.errors import PovrayMissing, RenderFailed
-from worker.povray.command import Region
-from worker.povray.messages import Statistics
-from worker.povray.process import LOG_PROGRESS_S
-from worker.povray.progress import Phase
+from worker.engines.povray.command import Region
+from worker.engines.povray.messages import Statistics
+from worker.engines.povray.progress import Phase
+from worker.sandbox.process import LOG_PROGRESS_S
 
 
 def test_a_picture_comes_out_and_progress_reaches_one(room: Room) -> None:

@@ -12,8 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 from povtemplates.catalogue import INCLUDE_FOLDER
+from worker.engines.povray.command import SYSTEM_INCLUDE
 from worker.images.read import read_rgb
-from worker.povray.command import SYSTEM_INCLUDE
 
 EXAMPLES = sorted((INCLUDE_FOLDER / "examples").glob("*.pov"))
 INCLUDES = sorted((INCLUDE_FOLDER / "lippmann").glob("*.inc"))

@@ -21,17 +21,17 @@ import httpx
 import pytest
 import redis
 
-from service.jobs.keys import create_key
+from lippmann.job import wire
+from lippmann.job.events import Event
+from lippmann.job.orders import Order
+from service.auth import create_key
 from service.main import Server, create_app
-from service.parts import Parts
+from service.ports import Parts
 from service.schemas.access import Role
 from service.settings import Settings
 from tests.broker import Broker, free_port
 from tests.builders_service import claimed, done, parts, presence
 from tests.waiting import until
-from worker.job import wire
-from worker.job.events import Event
-from worker.job.orders import Order
 
 ORDERS = wire.CARRIER_PREFIX + wire.QUEUE
 """The list in which Celery keeps orders."""

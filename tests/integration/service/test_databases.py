@@ -12,7 +12,8 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from sqlalchemy import update
 
-from service.db import event_rows
+from lippmann.job.states import JobStatus
+from service.db import events as event_rows
 from service.db.engine import Database
 from service.db.migrations import migrate
 from service.db.tables import Base, ClerkRow, EventTopic, Job
@@ -21,7 +22,6 @@ from service.jobs.retry import retry_job
 from tests.builders_service import SPEC, Farm, claimed, done, failed
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.waiting import until
-from worker.job.statuses import JobStatus
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

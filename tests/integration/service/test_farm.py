@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from lippmann.job.orders import TaskKind
 from tests.builders_service import SPEC
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.waiting import until
-from worker.job.orders import TaskKind
 
 
 def test_a_submitted_job_is_probed_planned_rendered_assembled_encoded_and_done(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from service.parts import Parts
+from service.ports import Parts
 from tests.builders_service import SPEC, FakePictures, FakeScenes
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.waiting import until

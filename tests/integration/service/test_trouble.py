@@ -11,18 +11,18 @@ from typing import Any
 
 import pytest
 
+from lippmann.job import wire
+from lippmann.job.events import Event
+from lippmann.job.orders import Order, TaskKind
+from service.broker_stream import Stream
+from service.coordinator.coordinator import Clerk
 from service.db.tables import ClerkRow
 from service.errors import BrokerUnavailable
-from service.jobs.clerk import Clerk
-from service.queue import OrderQueue
-from service.stream import Stream
+from service.order_queue import OrderQueue
 from tests.broker import Broker
 from tests.builders_service import SPEC, claimed, done, parts, presence
 from tests.integration.service.conftest import ORDERS, FakeWorker, Service
 from tests.waiting import until
-from worker.job import wire
-from worker.job.events import Event
-from worker.job.orders import Order, TaskKind
 
 
 def _submit(service: Service, **changes: Any) -> str:

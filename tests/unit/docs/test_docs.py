@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 from pydantic import BaseModel
 
-from lippmann.main import app
+from lippmann.cli.main import app
+from lippmann.job.outputs.choice import KINDS
+from lippmann.job.spec import JobSpec, parse_spec
+from lippmann.job.states import JOB_MOVES, TASK_MOVES
 from povtemplates.catalogue import scene_folders
 from service.settings import Settings
-from worker.job.outputs.choice import KINDS
-from worker.job.spec import JobSpec, parse_spec
-from worker.job.statuses import JOB_MOVES, TASK_MOVES
 from worker.settings import WorkerSettings
 
 ROOT = Path(__file__).parents[3]

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from lippmann.errors import BundleError
+from lippmann.job.scene import SCENE_FILE
+from lippmann.job.spec import JobSpec
+from lippmann.optics.rig.check import check_rig
 from povtemplates.catalogue import scene_folders
-from worker.errors import BundleError
-from worker.job.scene import SCENE_FILE
-from worker.job.spec import JobSpec
-from worker.optics.check import check_rig
-from worker.povray.bundle import check_bundle, digest_of, pack_folder, unpack
+from worker.sandbox.bundle import check_bundle, digest_of, pack_folder, unpack
 
 SCENES = scene_folders()
 

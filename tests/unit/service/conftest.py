@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
+from service.auth import create_key
 from service.db.engine import Database
 from service.db.migrations import migrate
-from service.jobs.keys import create_key
 from service.main import create_app
 from service.schemas.access import Role
 from tests.builders_service import Client, Farm

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from service.db import clerk_rows
+from service.auth import create_key, create_login_token
+from service.db import coordinator as clerk_rows
 from service.db.tables import Credential
-from service.jobs.keys import create_key, create_login_token
 from service.schemas.access import Role
 from tests.builders_service import SPEC, T0, Client, Farm
 

@@ -8,8 +8,8 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
+from service.auth import create_key
 from service.jobs import design
-from service.jobs.keys import create_key
 from service.schemas.access import Role
 from tests.builders_service import SPEC, Client, Farm
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from service.errors import NotFound
-from service.jobs.ids import new_job_id, parse_task_id, task_id
+from service.ids import new_job_id, parse_task_id, task_id
 
 
 @given(st.floats(0, 3e10), st.integers(0, 999_999))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from service.jobs.scenes import sync_builtin
+from service.scenes import sync_builtin
 from tests.builders_service import SPEC, T0, Client, Farm
 
 SCENES = "/api/v1/scenes"

@@ -8,12 +8,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from lippmann.job.outputs.prints import CalibrationSheet
+from lippmann.job.rig import Rig
+from lippmann.plan.printing.calibration_sheet import DIRECTIONS, CalibrationPage, Strip, calibration_page, moire_mm
 from worker.exports.pdf import Page, write_pdf
 from worker.images.density import Density
 from worker.images.write import write_code_rows
-from worker.job.outputs.prints import CalibrationSheet
-from worker.job.rig import Rig
-from worker.plan.calibration import DIRECTIONS, CalibrationPage, Strip, calibration_page, moire_mm
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.paper import paper_bands

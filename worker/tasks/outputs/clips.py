@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from worker.integral.layout import CellLayout
-from worker.integral.moving_eye import moving_eye
-from worker.integral.perspective import Eye, perspective
-from worker.integral.reach import ENDLESS_MM, reach_mm
-from worker.integral.refocus import focal_stack
-from worker.integral.square_pixels import as_square, square_size
-from worker.job.outputs.clips import ClipOptions, FocusVideo, SweepVideo
-from worker.optics.capture import bench
+from lippmann.job.outputs.clips import ClipOptions, FocusVideo, SweepVideo
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.observer.moving_eye import moving_eye
+from lippmann.lightfield.observer.reach import ENDLESS_MM, reach_mm
+from lippmann.lightfield.refocus.shift_and_sum import focal_stack
+from lippmann.lightfield.views.perspective import Eye, perspective
+from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.optics.rig.bench import bench
 from worker.tasks.outputs.encoding import Picture, encode_shown
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making

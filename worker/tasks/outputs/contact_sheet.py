@@ -8,13 +8,13 @@ from pathlib import Path
 
 import numpy as np
 
+from lippmann.job.frames import parse_frames
+from lippmann.job.outputs.pictures import ContactSheet
+from lippmann.lightfield.views.mosaic import mosaic
+from lippmann.lightfield.views.square_pixels import as_square
+from lippmann.lightfield.views.views import centre, view, view_numbers
 from worker.images.lettering import lettering, line_px
 from worker.images.write import write_png
-from worker.integral.mosaic import mosaic
-from worker.integral.square_pixels import as_square
-from worker.integral.views import centre, view, view_numbers
-from worker.job.frames import parse_frames
-from worker.job.outputs.pictures import ContactSheet
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.pictures import Picture, scaled

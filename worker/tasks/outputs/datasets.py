@@ -12,15 +12,15 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.job.outputs.datasets import HciFolder, NpzArrays, SubapertureViews
+from lippmann.lightfield.views.light_field import eye_slopes, lens_places, square_places
+from lippmann.lightfield.views.square_pixels import square_size
 from worker.exports.hci_parameters import DISTANCE_MM, Cameras, disparity_range, parameters_cfg
 from worker.exports.npz import write_npz
 from worker.exports.pfm import write_pfm
 from worker.exports.ppm import write_ppm
 from worker.images.colour import srgb_codes
 from worker.images.write import write_png
-from worker.integral.light_field import eye_slopes, lens_places, square_places
-from worker.integral.square_pixels import square_size
-from worker.job.outputs.datasets import HciFolder, NpzArrays, SubapertureViews
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.frame_views import FrameViews, about_views, each_frame
 from worker.tasks.outputs.making import Making

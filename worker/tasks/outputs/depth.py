@@ -9,13 +9,13 @@ from typing import Any
 
 import numpy as np
 
+from lippmann.job.outputs.depth import DepthPictures
+from lippmann.lightfield.depth.view_depth import ViewDepth, estimated_depth, true_depth
+from lippmann.lightfield.views.views import centre
+from lippmann.plan import artifact_names as names
 from worker.exports.pfm import write_pfm
 from worker.images.false_colour import deepest_shown_mm, depth_colours
 from worker.images.write import write_channels, write_png
-from worker.integral.view_depth import ViewDepth, estimated_depth, true_depth
-from worker.integral.views import centre
-from worker.job.outputs.depth import DepthPictures
-from worker.plan import names
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 

@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.job.outputs.videos import ShownVideo, VideoOptions
+from lippmann.lightfield.views.square_pixels import square_size
 from worker.images.colour import srgb_codes
 from worker.images.resize import resize
-from worker.integral.square_pixels import square_size
-from worker.job.outputs.videos import ShownVideo, VideoOptions
 from worker.tasks.outputs.making import Making
 from worker.video.encode import Frame, Scale, encode
 from worker.video.kinds import kind

@@ -14,19 +14,19 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import OutputError
+from lippmann.errors import OutputError
+from lippmann.job.resolved import JobSheet
+from lippmann.job.rig import Rig
+from lippmann.job.spec import Display
+from lippmann.job.stage import Stage
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
+from lippmann.lightfield.sheet.bands import Sheet, SheetOfRows
+from lippmann.lightfield.sheet.orthoscopic import orthoscopic
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import display_size
 from worker.images.read import read_channels, read_rgb
 from worker.images.rows import open_rows
-from worker.integral.bands import Sheet, SheetOfRows
-from worker.integral.depth_map import CHANNELS, DepthMap
-from worker.integral.layout import CellLayout
-from worker.integral.orthoscopic import orthoscopic
-from worker.job.rig import Rig
-from worker.job.sheet import JobSheet
-from worker.job.spec import Display
-from worker.job.stage import Stage
-from worker.plan import names
-from worker.plan.sampling import display_size
 from worker.tasks.workplace import Workplace
 
 

@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.integral.depth_map import DepthMap
-from worker.integral.light_field import light_field, on_square_pixels
-from worker.integral.square_pixels import nearest_as_square, square_size
-from worker.integral.view_depth import estimated_depth
-from worker.job.outputs.datasets import ViewsOptions
-from worker.job.outputs.view_block import ViewBlock
-from worker.plan import names
+from lippmann.job.outputs.datasets import ViewsOptions
+from lippmann.job.outputs.view_block import ViewBlock
+from lippmann.lightfield.depth.depth_map import DepthMap
+from lippmann.lightfield.depth.view_depth import estimated_depth
+from lippmann.lightfield.views.light_field import light_field, on_square_pixels
+from lippmann.lightfield.views.square_pixels import nearest_as_square, square_size
+from lippmann.plan import artifact_names as names
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 
@@ -75,7 +75,7 @@ class FrameViews:
         return nearest_as_square(found, self.footage.layout)[..., 0]
 
     def estimated_disparity(self, number: int) -> NDArray[np.float32]:
-        """Return the same, as the pictures tell it; see `worker.integral.view_depth`."""
+        """Return the same, as the pictures tell it; see `lippmann.lightfield.depth.view_depth`."""
         focal_mm = self.footage.rig(self.frame).lens_array.focal_length_mm
         place = self.block.numbers[number]
         return estimated_depth(self._sheet, self.footage.layout, place, focal_mm=focal_mm).disparity

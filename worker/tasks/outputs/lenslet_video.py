@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.job.outputs.datasets import LensletVideo
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.sheet.orthoscopic import orthoscopic, orthoscopic_layout
 from worker.exports.ray_calibration import calibration_xml, lens_grid
 from worker.exports.yuv import write_frame
 from worker.images.colour import srgb_codes
-from worker.integral.layout import CellLayout
-from worker.integral.orthoscopic import orthoscopic, orthoscopic_layout
-from worker.job.outputs.datasets import LensletVideo
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.video.size import even_sided

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from worker.job.outputs.clips import FocusVideo, SweepVideo
-from worker.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, SubapertureViews
-from worker.job.outputs.depth import DepthPictures
-from worker.job.outputs.observer import ObserverPictures, ObserverVideo
-from worker.job.outputs.output import OutputOptions
-from worker.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
-from worker.job.outputs.prints import CalibrationSheet, Print
-from worker.job.outputs.spoc import Spoc
-from worker.job.outputs.stereo import AnaglyphVideo, StereoVideo
-from worker.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
-from worker.plan import names
+from lippmann.job.outputs.clips import FocusVideo, SweepVideo
+from lippmann.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, SubapertureViews
+from lippmann.job.outputs.depth import DepthPictures
+from lippmann.job.outputs.observer import ObserverPictures, ObserverVideo
+from lippmann.job.outputs.output import OutputOptions
+from lippmann.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
+from lippmann.job.outputs.prints import CalibrationSheet, Print
+from lippmann.job.outputs.spoc import Spoc
+from lippmann.job.outputs.stereo import AnaglyphVideo, StereoVideo
+from lippmann.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
+from lippmann.plan import artifact_names as names
 from worker.tasks.outputs.calibration import about_calibration_sheet, make_calibration_sheet
 from worker.tasks.outputs.clips import about_focus, make_focus, make_sweep
 from worker.tasks.outputs.contact_sheet import make_contact_sheet
@@ -89,7 +89,7 @@ def make_output(making: Making) -> None:
 
     Raises
     ------
-    WorkerError
+    LippmannError
         Whatever keeps it from being made; the other outputs of the job have nothing to do with it.
     """
     output = making.output

@@ -9,9 +9,9 @@ from typing import Any, TypeVar
 
 from numpy.typing import NDArray
 
-from worker.errors import Stopped
-from worker.job.outputs.output import OutputOptions
-from worker.plan import names
+from lippmann.errors import Stopped
+from lippmann.job.outputs.output import OutputOptions
+from lippmann.plan import artifact_names as names
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.watch import PartWatched, Watch
 

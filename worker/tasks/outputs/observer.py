@@ -12,16 +12,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.job.outputs.observer import ObserverOptions, ObserverPictures, ObserverVideo
+from lippmann.lightfield.observer.display import LensDisplay
+from lippmann.lightfield.observer.looking import Looking, look
+from lippmann.lightfield.observer.moving_eye import moving_eye
+from lippmann.lightfield.observer.observe import whole_window
+from lippmann.lightfield.views.perspective import Eye
+from lippmann.optics.rig.display import central_depth_plane_mm, viewing_zone_mm
+from lippmann.plan import artifact_names as names
+from lippmann.plan.design.observed_display import observed_display, used_gap_mm
 from worker.images.write import write_png
-from worker.integral.lens_display import LensDisplay
-from worker.integral.looking import Looking, look
-from worker.integral.moving_eye import moving_eye
-from worker.integral.observer import whole_window
-from worker.integral.perspective import Eye
-from worker.job.outputs.observer import ObserverOptions, ObserverPictures, ObserverVideo
-from worker.optics.display import central_depth_plane_mm, viewing_zone_mm
-from worker.plan import names
-from worker.plan.observed_display import observed_display, used_gap_mm
 from worker.tasks.assemble import on_device
 from worker.tasks.outputs.clips import clip_frames
 from worker.tasks.outputs.encoding import Picture, encode_pixels

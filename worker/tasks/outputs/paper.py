@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.plan.printing.shapes import Shape
 from worker.images.colour import srgb_codes
 from worker.images.drawing import paper
-from worker.plan.shapes import Shape
 
 BAND_ROWS = 64
 """Of paper, that are drawn together."""

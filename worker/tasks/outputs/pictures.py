@@ -10,19 +10,19 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import OutputError
+from lippmann.errors import OutputError
+from lippmann.job.outputs.pictures import Epi, PictureOptions, Quilt, Sheets, ViewGrid
+from lippmann.job.problems import Misfit
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.views.epi import epi_of_col, epi_of_row
+from lippmann.lightfield.views.interpolate import spread, spread_views, views_in_row
+from lippmann.lightfield.views.mosaic import cut_to_aspect, mosaic
+from lippmann.lightfield.views.square_pixels import square_size
+from lippmann.lightfield.views.views import centre, views_grid
+from lippmann.plan import artifact_names as names
 from worker.images.density import Density
 from worker.images.resize import resize
 from worker.images.write import write_png, write_tiff
-from worker.integral.between_views import spread, spread_views, views_in_row
-from worker.integral.epi import epi_of_col, epi_of_row
-from worker.integral.layout import CellLayout
-from worker.integral.mosaic import cut_to_aspect, mosaic
-from worker.integral.square_pixels import square_size
-from worker.integral.views import centre, views_grid
-from worker.job.misfit import Misfit
-from worker.job.outputs.pictures import Epi, PictureOptions, Quilt, Sheets, ViewGrid
-from worker.plan import names
 from worker.tasks.assemble import on_device
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making

@@ -14,6 +14,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.job.outputs.prints import Print
+from lippmann.lightfield.sheet.device import array_pitches, device_bands
+from lippmann.plan import artifact_names as names
+from lippmann.plan.printing.page import PrintPage, label_of, print_page
 from worker.exports.pdf import Page, Picture, write_pdf
 from worker.images.colour import srgb_codes
 from worker.images.density import Density
@@ -21,10 +25,6 @@ from worker.images.icc import srgb_profile
 from worker.images.png import deflated_rows
 from worker.images.turned import turned_bands
 from worker.images.write import write_code_rows
-from worker.integral.device import array_pitches, device_bands
-from worker.job.outputs.prints import Print
-from worker.plan import names
-from worker.plan.print_page import PrintPage, label_of, print_page
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.paper import paper_bands

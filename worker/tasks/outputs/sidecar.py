@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from importlib.metadata import version
 from typing import Any
 
-from worker.integral.layout import CellLayout
-from worker.job.outputs.output import OutputOptions
-from worker.job.rig import Rig
+from lippmann.job.outputs.output import OutputOptions
+from lippmann.job.rig import Rig
+from lippmann.lattice.layout import CellLayout
 from worker.tasks.outputs.footage import Footage
 
 MADE_WITH = ("lippmann", "numpy", "openimageio", "av")

@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from lippmann.job.outputs.spoc import Spoc
+from lippmann.job.rig import Rig
+from lippmann.lightfield.sheet.bands import OrthoscopicSheet, Sheet, SheetOfRows, stitched
+from lippmann.lightfield.sheet.pinholes import PinholeArray
+from lippmann.lightfield.sheet.spoc import SpocSheet
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import display_size
 from worker.images.colour import srgb_codes
 from worker.images.rows import BAND_PX, all_rows, open_rows
 from worker.images.write import write_code_rows, write_exr_rows
-from worker.integral.bands import OrthoscopicSheet, Sheet, SheetOfRows, stitched
-from worker.integral.pinholes import PinholeArray
-from worker.integral.spoc import SpocSheet
-from worker.job.outputs.spoc import Spoc
-from worker.job.rig import Rig
-from worker.plan import names
-from worker.plan.sampling import display_size
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.pictures import sheet_density

@@ -8,15 +8,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from worker.errors import OutputError
-from worker.integral.layout import CellLayout
-from worker.integral.perspective import Eye, perspective
-from worker.integral.square_pixels import as_square
-from worker.integral.stereo import eye_pair, together
-from worker.integral.views import view
-from worker.job.eyes import Stereo
-from worker.job.outputs.stereo import AnaglyphVideo, PairOptions, StereoVideo
-from worker.job.rig import LensArray
+from lippmann.errors import OutputError
+from lippmann.job.outputs.stereo import AnaglyphVideo, PairOptions, StereoVideo
+from lippmann.job.rig import LensArray
+from lippmann.job.viewing import Stereo
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.observer.stereo import eye_pair, together
+from lippmann.lightfield.views.perspective import Eye, perspective
+from lippmann.lightfield.views.square_pixels import as_square
+from lippmann.lightfield.views.views import view
 from worker.tasks.outputs.encoding import Picture, again, encode_shown
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making

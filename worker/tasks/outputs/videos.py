@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from worker.integral.square_pixels import as_square
-from worker.integral.views import centre, successive_views, view, view_numbers
-from worker.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
+from lippmann.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
+from lippmann.lightfield.views.square_pixels import as_square
+from lippmann.lightfield.views.views import centre, successive_views, view, view_numbers
 from worker.tasks.outputs.encoding import Picture, again, encode_pixels, encode_shown
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making

@@ -1,0 +1,105 @@
+"""Rate and distortion of an integral video through several codecs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
+
+import typer
+
+from lippmann.cli.options import DATA_DIR, AsJson, DataDir, Key, Url
+from lippmann.client.connection import Connection
+from lippmann.errors import BadInput
+from lippmann.terminal.output import Talk
+
+if TYPE_CHECKING:
+    from lippmann.local.coding_study import Studied, Wanted
+
+Word = TypeVar("Word", bound=str)
+
+
+def coding_study(
+    source: Annotated[str, typer.Argument(metavar="JOB", help="A job, or a folder of orthoscopic masters.")],
+    codecs: Annotated[str, typer.Option(help="Any of x264, x265, svtav1, vp9, with commas.")] = "x264,x265,svtav1",
+    qp: Annotated[str, typer.Option(help="Quantizers, with commas.")] = "22,27,32,37",
+    arrange: Annotated[
+        str, typer.Option(help="How the video goes in: as sheets, as a video of its views, or both.")
+    ] = "sheets,views",
+    chroma: Annotated[Literal["4:2:0", "4:4:4"], typer.Option(help="Resolution of the chroma.")] = "4:2:0",
+    intra: Annotated[bool, typer.Option("--intra", help="Every frame stands alone.")] = False,
+    fps: Annotated[
+        float, typer.Option(min=0.001, help="Frames a second of a folder's frames; a job knows its own.")
+    ] = 8.0,
+    out: Annotated[Path, typer.Option(help="The folder for the numbers and the plot.")] = Path("out/coding-study"),
+    as_json: AsJson = False,
+    url: Url = None,
+    key: Key = None,
+    data_dir: DataDir = DATA_DIR,
+) -> None:
+    """Code an integral video with several codecs and quantizers, and plot what is left of its views."""
+    from lippmann.local.codec_rates import ARRANGEMENTS, ENCODERS
+    from lippmann.local.coding_study import Wanted, study_data, study_here
+    from lippmann.local.files.job_masters import job_masters
+
+    wanted = Wanted(
+        codecs=_chosen("--codecs", codecs, tuple(ENCODERS)),
+        arrangements=_chosen("--arrange", arrange, ARRANGEMENTS),
+        qps=_quantizers(qp),
+        chroma=chroma,
+        intra=intra,
+    )
+    if Path(source).is_dir():
+        studied = study_here(Path(source), wanted, fps=fps, out=out)
+    else:
+        with Connection(url, key, data_dir).client() as client:
+            job = client.job(source)
+            with job_masters(client, job, job.spec.frame_numbers) as folder:
+                studied = study_here(folder, wanted, fps=job.fps, out=out)
+    data = study_data(studied, wanted) | {"files": [str(path) for path in studied.files]}
+    Talk(as_json).result(data, _text(studied, wanted))
+
+
+def _chosen(option: str, text: str, known: tuple[Word, ...]) -> tuple[Word, ...]:
+    words = [word.strip() for word in text.split(",")]
+    if not set(words) <= set(known) or len(set(words)) < len(words):
+        raise BadInput(f"{option}: expected some of {', '.join(known)}, each once, with commas, got {text}")
+    return tuple(word for word in known if word in words)
+
+
+def _quantizers(text: str) -> tuple[int, ...]:
+    try:
+        numbers = sorted({int(word) for word in text.split(",")})
+    except ValueError as error:
+        raise BadInput(f"--qp: expected whole numbers with commas, got {text}") from error
+    return tuple(numbers)
+
+
+def _text(studied: Studied, wanted: Wanted) -> str:
+    from lippmann.terminal.table import table
+
+    rows = [
+        (
+            point.codec, point.arrangement, point.qp, f"{point.bits_per_px:.4f}", f"{point.kbit_s:.0f}",
+            f"{point.psnr_y_db:.2f} dB", f"{point.view_psnr_y_db:.2f} dB", f"{point.view_psnr_y_min_db:.2f} dB",
+            f"{point.view_ssim:.4f}",
+        )
+        for point in studied.points
+    ]  # fmt: skip
+    head = ("codec", "coded as", "qp", "bits/px", "kbit/s", "psnr y", "views", "worst view", "views ssim")
+    savings = [
+        (codec, arrangement, "-" if saving != saving else f"{saving:+.1%}")
+        for (codec, arrangement), saving in studied.bd_rates.items()
+    ]
+    first = studied.points[0]
+    return "\n".join(
+        [
+            f"{studied.layout}, {studied.frames} frames",
+            "",
+            table(head, rows),
+            "",
+            f"rate at the same PSNR Y of the views, against {first.codec} as {first.arrangement} (Bjøntegaard):",
+            table(("codec", "coded as", "rate"), savings),
+            "",
+            *(str(path) for path in studied.files),
+        ]
+    )

@@ -1,0 +1,100 @@
+"""Jobs, scenes and keys as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from lippmann.terminal.progress import duration_text
+from lippmann.terminal.table import fields, table
+
+if TYPE_CHECKING:
+    from datetime import datetime
+
+    from service.schemas.access import Key
+    from service.schemas.job import Job
+    from service.schemas.scene import Scene
+
+
+def job_table(jobs: Iterable[Job]) -> str:
+    """Return jobs, one a line."""
+    rows = [
+        (job.id, job.status, f"{job.progress:.0%}", f"{job.frames_done}/{job.frames_total}", job.scene, job.title)
+        for job in jobs
+    ]
+    return table(("id", "status", "done", "frames", "scene", "title"), rows) if rows else "No jobs."
+
+
+def job_text(job: Job) -> str:
+    """Return everything about one job that fits on a screen."""
+    size = job.size
+    going = {name: count for name, count in job.tasks.model_dump().items() if count}
+    lines = fields(
+        [
+            ("id", job.id),
+            ("title", job.title),
+            ("scene", job.scene),
+            ("status", job.status),
+            ("error", f"{job.error.message} ({job.error.code})" if job.error else None),
+            ("frames", f"{job.frames_done} of {job.frames_total} ({job.frames.text}), {job.fps:g} a second"),
+            ("size", f"{size.lens_cols} x {size.lens_rows} lenses, {size.cols} x {size.rows} px"),
+            ("done", f"{job.progress:.0%}"),
+            ("to go", duration_text(job.eta_s) if job.eta_s is not None else None),
+            ("tasks", ", ".join(f"{count} {name}" for name, count in going.items())),
+            ("CPU", duration_text(job.cpu_s) if job.cpu_s else None),
+            ("priority", job.priority),
+            ("by", job.owner),
+            ("created", _time(job.created_at)),
+            ("ended", _time(job.ended_at) if job.ended_at else None),
+            ("outputs", ", ".join(output.name + ("" if output.ready else " (not yet)") for output in job.outputs)),
+        ]
+    )
+    return "\n".join([lines, *(f"note: {note}" for note in job.notes)])
+
+
+def scene_table(scenes: Iterable[Scene]) -> str:
+    """Return scenes, one a line."""
+    rows = [(scene.name, "built in" if scene.builtin else "uploaded", scene.title) for scene in scenes]
+    return table(("name", "from", "title"), rows) if rows else "No scenes."
+
+
+def scene_text(scene: Scene) -> str:
+    """Return a scene with its parameters."""
+    rows = [
+        (name, one.type, one.default, _bounds(one.minimum, one.maximum), one.unit, one.description)
+        for name, one in scene.parameters.items()
+    ]
+    stage, sheets = scene.stage, scene.sheets
+    shows = ("stage", f"reference at {stage.reference_mm:g} mm, sharp from {stage.near_mm:g} to {stage.far_mm:g} mm")
+    if sheets is not None:
+        rows_cols = " x ".join(map(str, sheets.count or ()))
+        shows = ("sheets", f"{len(sheets.files)} frames of {rows_cols} lenses, {sheets.pitch_px:g} px each")
+    head = fields(
+        [
+            ("name", scene.name),
+            ("title", scene.title),
+            ("description", scene.description),
+            ("license", scene.license),
+            shows,
+            ("digest", scene.digest),
+        ]
+    )
+    parameters = table(("parameter", "type", "default", "range", "unit", "what it does"), rows) if rows else ""
+    return f"{head}\n\n{parameters}".rstrip()
+
+
+def key_table(keys: Iterable[Key]) -> str:
+    """Return keys, one a line, without secrets."""
+    return table(
+        ("id", "role", "created", "name"), [(key.id, key.role, _time(key.created_at), key.name) for key in keys]
+    )
+
+
+def _bounds(minimum: float | None, maximum: float | None) -> str:
+    if minimum is None and maximum is None:
+        return ""
+    return f"{'' if minimum is None else f'{minimum:g}'}..{'' if maximum is None else f'{maximum:g}'}"
+
+
+def _time(when: datetime) -> str:
+    return when.astimezone().strftime("%Y-%m-%d %H:%M:%S")

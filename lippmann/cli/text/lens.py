@@ -1,0 +1,58 @@
+"""Imaging lenses as text."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from lippmann.optics.lens.matrices import cardinal_points
+from lippmann.optics.lens.stop import f_number, stop_place_mm
+from lippmann.terminal.table import fields, table
+
+if TYPE_CHECKING:
+    from lippmann.optics.lens.surfaces import ImagingLens, Surface
+
+
+def lens_list(lenses: Iterable[ImagingLens]) -> str:
+    """Return lenses, one a line."""
+    rows = [
+        (lens.name, f"{cardinal_points(lens).effective_focal_length_mm:.2f}", f"{f_number(lens):.2f}", lens.title)
+        for lens in lenses
+    ]
+    return table(("name", "efl mm", "f-number", "title"), rows)
+
+
+def lens_text(lens: ImagingLens) -> str:
+    """Return a lens with its surfaces."""
+    points = cardinal_points(lens)
+    head = fields(
+        [
+            ("name", lens.name),
+            ("title", lens.title),
+            ("source", lens.source),
+            ("focal length", f"{points.effective_focal_length_mm:.4f} mm"),
+            ("back focal distance", f"{points.back_focal_distance_mm:.4f} mm behind the last surface"),
+            ("front focal distance", f"{points.front_focal_distance_mm:.4f} mm behind surface 1"),
+            ("f-number", f"{f_number(lens):.3f} at full aperture"),
+            (
+                "stop",
+                f"{stop_place_mm(lens):.3f} mm behind surface 1" + ("" if lens.stop_z_mm is not None else " (chosen)"),
+            ),
+        ]
+    )
+    columns = ("surface", "radius mm", "thickness mm", "index", "v-no", "sa mm", "conic", "r^4, ...")
+    rows = [(number, *_row(surface)) for number, surface in enumerate(lens.surfaces, start=1)]
+    return f"{head}\n\n{table(columns, rows)}"
+
+
+def _row(surface: Surface) -> tuple[str, ...]:
+    return (
+        "plane" if math.isinf(surface.radius_mm) else f"{surface.radius_mm:g}",
+        f"{surface.thickness_mm:g}",
+        "air" if surface.index_after == 1.0 else f"{surface.index_after:g}",
+        "" if surface.abbe_after is None else f"{surface.abbe_after:g}",
+        f"{surface.semi_aperture_mm:g}",
+        f"{surface.conic:g}" if surface.conic else "",
+        ", ".join(f"{term:g}" for term in surface.aspheric),
+    )

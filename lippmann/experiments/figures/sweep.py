@@ -1,0 +1,152 @@
+"""Fig. 7: the array at four places of the image space, in one job of four frames, and what comes out real or virtual.
+
+Depth is measured in the views and compared with the exact trace. s is the place of an image against the array of the
+capture, as the paper's captions have it. A display whose array stands one focal length before its pixels shows
+everything one focal length nearer to the observer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import RenderFailed
+from lippmann.experiments import settings
+from lippmann.experiments.figures.captions import CAPTIONS, Caption, Depth, agrees, mean_mm
+from lippmann.experiments.figures.depth import Patch, depth_mm, lenses_a_view, movement
+from lippmann.experiments.frames import Light, LocalJob, prepared
+from lippmann.experiments.landmarks import LANDMARKS, Landmark, Traced, rig_place_mm, traced
+from lippmann.experiments.panels import Panel, cut, enlarged, fitted, write_panels
+from lippmann.experiments.request import Made, Request
+from lippmann.lightfield.observer.stereo import together
+from lippmann.lightfield.quality.luminance import luminance
+from lippmann.lightfield.views.views import centre, view
+from lippmann.optics.lens.matrices import conjugate
+from lippmann.optics.rig.bench import Bench, bench
+from lippmann.plan import artifact_names as names
+from worker.images.write import write_png
+
+QUICK_PX_PER_LENS = 6
+CELL_PX = 384
+"""Width of a panel."""
+CELLS_SHOWN = 8
+EYE = (0.45, 0.28)
+"""Where the eye of the fish is, of the picture's height and width: the part that is enlarged."""
+TRIED_MM = (-90.0, 90.0)
+"""Depths among which the one of a patch is looked for."""
+TRIED_STEP_MM = 0.5
+
+
+def fig7(request: Request) -> Made:
+    """Capture the four positions, show them, and measure the depths of fish and stems."""
+    spec = settings.sweep(px_per_lens=QUICK_PX_PER_LENS if request.quick else None)
+    with prepared(spec, request) as job:
+        cpu_s = job.render(request.tell)
+        depths = [measured_depths(job, frame) for frame in spec.frame_numbers]
+        figure, *pictures = (request.file(f"{ending}.png") for ending in ("", "a", "b", "c", "d"))
+        rows = []
+        for frame, caption, seen, picture in zip(spec.frame_numbers, CAPTIONS, depths, pictures, strict=True):
+            shown = _shown(job, frame)
+            write_png(picture, shown)
+            rows.append(_panels(job, frame, caption, seen, shown))
+        write_panels(figure, rows)
+    measured = {"positions": list(map(_position, CAPTIONS, settings.POSITIONS_MM, depths)), "cpu_s": cpu_s}
+    text = "\n".join(map(_line, CAPTIONS, settings.POSITIONS_MM, depths))
+    return Made(files=(figure, *pictures), settings=settings.shown(spec), measured=measured, text=text)
+
+
+def measured_depths(job: LocalJob, frame: int) -> tuple[Depth, ...]:
+    """Return the depths of the fish and the stems in a frame: by small angles, by exact rays, and in its views.
+
+    Raises
+    ------
+    RenderFailed
+        If one of them is not in the picture.
+    """
+    upright, layout = job.picture(names.orthoscopic_name(frame)), job.layout
+    row = [view(upright, layout, u, centre(layout)[1]) for u in range(layout.px_per_lens)]
+    views = np.stack([luminance(np.clip(picture.astype(np.float64), 0.0, 1.0)) for picture in row])
+    return tuple(_depth(job, frame, views, landmark) for landmark in LANDMARKS)
+
+
+def _depth(job: LocalJob, frame: int, views: NDArray[np.float64], landmark: Landmark) -> Depth:
+    there = job.sheet.at(frame)
+    array, n = there.spec.rig.lens_array, there.spec.rig.px_per_lens
+    stood = bench(there.spec.rig, reference_mm=there.stage.reference_mm)
+    place_mm = rig_place_mm(landmark.place, there.stage)
+    exact = traced(stood, place_mm)
+    to_depth_mm = partial(depth_mm, px_per_lens=n, focal_length_mm=array.focal_length_mm)
+    to_lenses = partial(lenses_a_view, px_per_lens=n, focal_length_mm=array.focal_length_mm)
+    tried = np.array([to_lenses(float(s_mm)) for s_mm in np.arange(*TRIED_MM, TRIED_STEP_MM)])
+    moved = movement(views, _patch(stood, landmark, exact, float(place_mm[2])), tried)
+    if moved is None:
+        raise RenderFailed(f"expected {landmark.name} in the picture of frame {frame}, got nothing to measure")
+    return Depth(
+        name=landmark.name,
+        by_small_angles_mm=stood.s_mm(-float(place_mm[2])),
+        by_exact_trace_mm=to_depth_mm(exact.lenses_a_view),
+        measured_mm=to_depth_mm(moved.lenses_a_view),
+        likeness=moved.likeness,
+    )
+
+
+def _patch(stood: Bench, landmark: Landmark, exact: Traced, z_mm: float) -> Patch:
+    """Return the landmark's own part of the middle view."""
+    assert stood.imaging_lens is not None  # noqa: S101 - the paper's job has one
+    lenses_a_mm = abs(conjugate(stood.imaging_lens, -z_mm).magnification) / stood.rig.lens_array.pitch_mm
+    return Patch(
+        lens_row=float(exact.lens_row.mean()),
+        lens_col=float(exact.lens_col.mean()),
+        half_rows=max(1, round(landmark.half_height_mm * lenses_a_mm)),
+        half_cols=max(1, round(landmark.half_width_mm * lenses_a_mm)),
+    )
+
+
+def _shown(job: LocalJob, frame: int) -> Light:
+    """Return what is printed: on the device's pixels, if the job has one."""
+    has_device = job.sheet.spec.rig.device is not None
+    return job.picture(names.device_name(frame) if has_device else names.orthoscopic_name(frame))
+
+
+def _panels(job: LocalJob, frame: int, caption: Caption, depths: Sequence[Depth], shown: Light) -> list[Panel]:
+    upright, layout = job.picture(names.orthoscopic_name(frame)), job.layout
+    u, v = centre(layout)
+    quarter = layout.px_per_lens // 4
+    left, right = (view(upright, layout, eye, v) for eye in (quarter, layout.px_per_lens - 1 - quarter))
+    side = CELLS_SHOWN * layout.px_per_lens
+    part = cut(shown, middle=(int(EYE[0] * shown.shape[0]), int(EYE[1] * shown.shape[1])), side_px=side)
+    fish, *stems = (depth.measured_mm for depth in depths)
+    offset_mm = settings.POSITIONS_MM[frame - 1]
+    side_of = "toward the imaging lens" if offset_mm > 0 else "toward the camera"
+    return [
+        Panel(fitted(shown, CELL_PX), f"({caption.letter}) array {abs(offset_mm)} mm {side_of}\nthe integral image"),
+        Panel(enlarged(part, max(1, CELL_PX // side)), f"part of it, {CELLS_SHOWN} lenses across"),
+        Panel(
+            fitted(view(upright, layout, u, v), CELL_PX),
+            f"the middle view; fish {fish:+.0f} mm,\nstems {', '.join(f'{stem:+.0f}' for stem in stems)} mm",
+        ),
+        Panel(fitted(together(left, right, "anaglyph"), CELL_PX), "two views for red-cyan glasses\n(red: left eye)"),
+    ]
+
+
+def _position(caption: Caption, offset_mm: float, depths: Sequence[Depth]) -> Mapping[str, Any]:
+    return {
+        "letter": caption.letter,
+        "offset_mm": offset_mm,
+        "the_paper_says": caption.words,
+        "agrees": agrees(caption, depths),
+        "mean_of_the_stems_mm": mean_mm(depths[1:]),
+        "depths": [{**asdict(depth), "is": "real" if depth.is_real else "virtual"} for depth in depths],
+    }
+
+
+def _line(caption: Caption, offset_mm: float, depths: Sequence[Depth]) -> str:
+    shown = "  ".join(f"{depth.name} {depth.measured_mm:+6.1f} ({depth.by_exact_trace_mm:+6.1f})" for depth in depths)
+    verdict = "as the paper says" if agrees(caption, depths) else "NOT as the paper says"
+    where = f"({caption.letter}) array at {offset_mm:+} mm: s measured (exact trace), mm"
+    return f"{where}: {shown}  {verdict}: {caption.words}"

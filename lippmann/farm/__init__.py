@@ -1,0 +1,1 @@
+"""Starting a farm: the one-machine supervisor, the service and worker processes, and the demo."""

@@ -1,0 +1,57 @@
+"""What the service is given: artifact store, pictures, scenes."""
+
+from __future__ import annotations
+
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.job.viewing import Filter
+from povtemplates.catalogue import scene_folders
+from service.ports import CheckedBundle, Parts
+from worker.images.convert import png, shown
+from worker.images.read import read_rgb
+from worker.sandbox.bundle import check_bundle, pack_folder
+from worker.store.local import LocalStore
+
+ARTIFACTS = "artifacts"
+"""Where they lie below the data folder, as workers know."""
+
+
+def make_parts(data_dir: Path) -> Parts:
+    """Return the parts of a service whose artifacts lie in a data folder."""
+    return Parts(store=LocalStore(data_dir / ARTIFACTS), pictures=_Pictures(), scenes=_Scenes())
+
+
+class _Pictures:
+    def png(self, path: Path, *, bits: int = 8) -> bytes:
+        return png(path, bits=16 if bits == 16 else 8)
+
+    def light(self, path: Path) -> NDArray[np.float16]:
+        return read_rgb(path, np.float16)
+
+    def shown(
+        self,
+        light: NDArray[np.floating[Any]],
+        *,
+        as_format: Literal["png", "webp"],
+        scale: int = 1,
+        filter_name: Filter = "lanczos3",
+    ) -> bytes:
+        return shown(light, as_format=as_format, scale=scale, filter_name=filter_name)
+
+
+class _Scenes:
+    def builtin(self) -> dict[str, bytes]:
+        return dict(_builtin())
+
+    def check(self, data: bytes) -> CheckedBundle:
+        return check_bundle(data)
+
+
+@cache
+def _builtin() -> dict[str, bytes]:
+    return {name: pack_folder(folder) for name, folder in scene_folders().items()}

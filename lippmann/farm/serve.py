@@ -1,0 +1,85 @@
+"""The service as a process."""
+
+from __future__ import annotations
+
+import logging
+import signal
+import socket
+import sys
+import time
+from pathlib import Path
+from typing import TextIO, cast
+
+import structlog
+
+from lippmann.client.address import write_private
+from lippmann.farm.adapters import make_parts
+from lippmann.farm.listening import url_of
+from lippmann.farm.log_file import LogFile
+from lippmann.farm.supervisor.children import SERVICE_READY
+from service import auth as keys
+from service.db.engine import Database
+from service.db.migrations import migrate
+from service.main import Server, create_app
+from service.schemas.access import Role
+from service.settings import Settings
+
+
+class _Announcing(Server):
+    """A server that says when it answers."""
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets=sockets)
+        if self.started and sockets:
+            print(f"{SERVICE_READY} on {url_of(sockets[0])}", file=sys.stderr, flush=True)
+
+
+def run_service(settings: Settings, listening: socket.socket, *, key_file: Path | None) -> bool:
+    """Serve until told to stop; return whether it came up.
+
+    Parameters
+    ----------
+    listening
+        Bound before anything else was started.
+    key_file
+        Keeps an admin key of this service; written when it is not there or not known.
+    """
+    _log_to_stderr()
+    if key_file is not None:
+        keep_admin_key(settings, key_file)
+    app = create_app(settings, make_parts(settings.data_dir))
+    server = _Announcing(app, host=settings.host, port=settings.port)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        # uvicorn raises these once more after it has ended in order; by then nothing is left to end.
+        signal.signal(number, lambda *_: None)
+    server.run(sockets=[listening])
+    return server.started
+
+
+def _log_to_stderr() -> None:
+    file = cast(TextIO, LogFile(sys.stderr))
+    logging.basicConfig(stream=file, level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+    logging.getLogger("uvicorn.access").setLevel(logging.WARNING)
+    structlog.configure(logger_factory=structlog.PrintLoggerFactory(file=file))
+
+
+def keep_admin_key(settings: Settings, key_file: Path) -> None:
+    """See that a file holds an admin key of this service: the one that is there if it is good, else a new one."""
+    database = Database(settings.database)
+    try:
+        migrate(database)
+        with database.writing() as session:
+            known = keys.caller_of_key(session, _key_in(key_file), now_s=time.time())
+            if known is None or known.role is not Role.ADMIN:
+                _, key = keys.create_key(session, "admin", Role.ADMIN)
+                key_file.parent.mkdir(parents=True, exist_ok=True)
+                write_private(key_file, key + "\n")  # not written, not made: the key is only kept if this goes well
+    finally:
+        database.dispose()
+
+
+def _key_in(key_file: Path) -> str:
+    try:
+        return key_file.read_text("utf-8").strip()
+    except FileNotFoundError:
+        return ""

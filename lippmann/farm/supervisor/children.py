@@ -1,0 +1,59 @@
+"""The command lines of the three children."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+
+from lippmann.farm.supervisor import broker
+from lippmann.farm.supervisor.child import ChildPlan
+from lippmann.farm.supervisor.plan import FarmPlan
+
+BROKER, SERVICE, WORKER = "broker", "service", "worker"
+
+SERVICE_READY = "The service listens"
+"""What `lippmann serve` says when it answers."""
+WORKER_READY = " ready."
+"""What Celery says when it takes orders."""
+
+_LIPPMANN = (sys.executable, "-P", "-m", "lippmann.cli.main")  # -P: a folder `worker` where one stands is not ours
+
+
+def child_plans(plan: FarmPlan, *, server: Path, socket: Path, listen_fd: int, url: str) -> tuple[ChildPlan, ...]:
+    """Return the children, in the order in which they start."""
+    environment = farm_environment(plan, socket=socket, url=url)
+    return (
+        ChildPlan(
+            name=BROKER,
+            command=tuple(broker.server_command(server, socket=socket, folder=plan.broker_dir)),
+            ready_text=broker.READY,
+            grace_s=5.0,
+        ),
+        ChildPlan(
+            name=SERVICE,
+            command=(*_LIPPMANN, "serve", "--listen-fd", str(listen_fd), "--key-file", str(plan.key_file.resolve())),
+            ready_text=SERVICE_READY,
+            grace_s=8.0,
+            environment=environment,
+            handed_over=(listen_fd,),
+        ),
+        ChildPlan(
+            name=WORKER,
+            command=(*_LIPPMANN, "worker"),
+            ready_text=WORKER_READY,
+            grace_s=12.0,
+            environment=environment,
+        ),
+    )
+
+
+def farm_environment(plan: FarmPlan, *, socket: Path, url: str) -> Mapping[str, str]:
+    """Return what service and worker are told."""
+    return {
+        "LIPPMANN_DATA_DIR": str(plan.data_dir.resolve()),
+        "LIPPMANN_REDIS_URL": f"unix://{socket}",
+        "LIPPMANN_PUBLIC_URL": plan.public_url or url,
+        "LIPPMANN_SLOTS": str(plan.slots),
+        "PYTHONUNBUFFERED": "1",
+    }

@@ -1,0 +1,80 @@
+"""The depth of a view of every frame."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from lippmann.job.outputs.output import Name, OutputOptions
+from lippmann.job.outputs.view_block import ViewBlock, all_views, exists_wholly
+from lippmann.job.problems import Misfit
+from lippmann.job.rig import Rig
+
+Index = Annotated[int, Field(ge=0, le=4096)]
+DepthMm = Annotated[float, Field(ge=-1e6, le=1e6)]
+
+
+class DepthPictures(OutputOptions):
+    """How deep what a view shows lies, one file a frame."""
+
+    SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {
+        ".png": {},
+        ".exr": {"file_format": "exr"},
+        ".pfm": {"file_format": "pfm"},
+    }
+
+    kind: Literal["depth"] = "depth"
+    name: Name = "depth"
+    source: Literal["truth", "estimate"] = "truth"
+    """Truth is by `capture.depth`; the estimate is made from the pictures."""
+    file_format: Literal["png", "exr", "pfm"] = "png"
+    """Colours for people; s, disparity and z or confidence as floats; disparity alone."""
+    u: Index | None = None
+    v: Index | None = None
+    """Of which view; else the middle one."""
+    method: Literal["tensor", "sweep"] = "tensor"
+    """Of the estimate: slopes of lines in epipolar images, or a plane swept through the depths."""
+    reach: int = Field(default=2, ge=1, le=16)
+    """Of the estimate: how many views to each side it looks at."""
+    farthest_mm: DepthMm | None = None
+    nearest_mm: DepthMm | None = None
+    """Between which depths of the display the estimate looks, and how far colours reach; both or neither."""
+
+    @property
+    def suffix(self) -> str:
+        """Of the format."""
+        return f".{self.file_format}"
+
+    @property
+    def depth_option(self) -> str | None:
+        """The truth is asked for by `source`."""
+        return "source" if self.source == "truth" else None
+
+    @property
+    def range_mm(self) -> tuple[float, float] | None:
+        """The depths between which the estimate looks, the farthest first; None if nothing is said."""
+        if self.farthest_mm is None or self.nearest_mm is None:
+            return None
+        return self.farthest_mm, self.nearest_mm
+
+    @model_validator(mode="after")
+    def _both_or_neither(self) -> Self:
+        pairs = ("u", "v", self.u, self.v), ("farthest_mm", "nearest_mm", self.farthest_mm, self.nearest_mm)
+        for first, second, one, other in pairs:
+            if (one is None) != (other is None):
+                raise Misfit(second if other is None else first, expected="both or neither", got="nothing")
+        if self.range_mm is not None and not self.range_mm[0] < self.range_mm[1]:
+            raise Misfit("nearest_mm", expected=f"more than farthest_mm, {self.farthest_mm:g}", got=self.nearest_mm)
+        return self
+
+    def check(self, rig: Rig, frames: Sequence[int]) -> None:
+        """Refuse a view that does not exist."""
+        if self.u is None or self.v is None:
+            return
+        box = all_views(rig)
+        if self.u >= box.cols or self.v >= box.rows:
+            raise Misfit("u", expected=f"a view of {box.cols} x {box.rows}", got=f"{self.u}, {self.v}")
+        if not exists_wholly(rig, ViewBlock(self.v, self.u, 1, 1)):
+            raise Misfit("u", expected="a view that exists under a hexagonal lens", got=f"{self.u}, {self.v}")

@@ -1,0 +1,213 @@
+"""Still pictures: of every frame, or one for the whole job."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, ClassVar, Literal, Self
+
+from pydantic import Field, model_validator
+
+from lippmann.job.frames import FrameList, parse_frames
+from lippmann.job.outputs.output import Name, OutputOptions
+from lippmann.job.problems import Misfit
+from lippmann.job.rig import MAX_FRAME_PX, Rig
+from lippmann.job.viewing import Filter
+from lippmann.lattice.hexagonal_pixels import hexagonal_rows, overhang_rows
+
+Count = Annotated[int, Field(ge=1, le=4096)]
+Index = Annotated[int, Field(ge=0, le=4096)]
+
+
+class ViewGrid(OutputOptions):
+    """All views side by side: v down, u across."""
+
+    SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {".png": {}}
+
+    kind: Literal["view_grid"] = "view_grid"
+    name: Name = "view_grid"
+    bits: Literal[8, 16] = 8
+
+    @property
+    def suffix(self) -> str:
+        """PNG."""
+        return ".png"
+
+
+class Sheets(OutputOptions):
+    """A master of every frame as an sRGB picture, pixel for pixel."""
+
+    SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {".png": {}, ".tif": {"file_format": "tiff"}}
+
+    kind: Literal["sheets"] = "sheets"
+    name: Name = "sheets"
+    of: Literal["orthoscopic", "integral", "views", "device"] = "orthoscopic"
+    """Which master: `integral` is the capture as it was, `device` the sheet on the pixels of `rig.device`."""
+    file_format: Literal["png", "tiff"] = "png"
+    bits: Literal[8, 16] = 8
+
+    @property
+    def suffix(self) -> str:
+        """PNG or TIFF."""
+        return {"png": ".png", "tiff": ".tif"}[self.file_format]
+
+    def check(self, rig: Rig, frames: Sequence[int]) -> None:
+        """Refuse the sheet on a device's pixels where there is no device."""
+        if self.of == "device" and rig.device is None:
+            raise Misfit("of", expected="orthoscopic, integral or views without rig.device", got=repr(self.of))
+
+
+class PictureOptions(OutputOptions):
+    """What pictures put together of views have: PNG."""
+
+    SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {".png": {}}
+
+    scale: float = Field(default=1.0, gt=0, le=64)
+    """Of every view; 1 is a pixel a lens."""
+    filter: Filter = "lanczos3"
+    """By which views are scaled."""
+    bits: Literal[8, 16] = 8
+
+    @property
+    def suffix(self) -> str:
+        """PNG."""
+        return ".png"
+
+    def check_size(self, rows: float, cols: float) -> None:
+        """Refuse a picture of so many pixels at scale 1 that is too large."""
+        longest = math.ceil(max(rows, cols) * self.scale)
+        if longest > MAX_FRAME_PX:
+            raise Misfit("scale", expected=f"a picture of at most {MAX_FRAME_PX} px a side", got=f"{longest} px")
+
+
+class Quilt(PictureOptions):
+    """Views as tiles, the leftmost at the lower left, for displays with horizontal parallax (Looking Glass)."""
+
+    kind: Literal["quilt"] = "quilt"
+    name: Name = "quilt"
+    views: Literal["row", "all"] = "row"
+    """The views of one row; or all, a row of tiles for each row of views, the lowest below."""
+    view_row: Index | None = None
+    """v of the row; else the middle one."""
+    count: Count | None = None
+    """How many views from the leftmost to the rightmost of the row, interpolated between; else those that are there."""
+    columns: Count | None = None
+    """Of tiles; else somewhat more than rows."""
+    aspect: float | None = Field(default=None, ge=0.01, le=100)
+    """Width by height of a tile: views are cut to it about their middle; else that of the whole view."""
+
+    @model_validator(mode="after")
+    def _all_are_a_grid(self) -> Self:
+        for field, number in (("view_row", self.view_row), ("count", self.count), ("columns", self.columns)):
+            if self.views == "all" and number is not None:
+                raise Misfit(field, expected="nothing with views all, whose tiles are the grid of views", got=number)
+        return self
+
+    def tile_columns(self, count: int) -> int:
+        """Return how many tiles of so many stand side by side.
+
+        Raises
+        ------
+        Misfit
+            If they do not divide into so many columns.
+
+        Examples
+        --------
+        >>> [Quilt().tile_columns(count) for count in (8, 45, 48, 7)]
+        [4, 9, 8, 7]
+        """
+        if self.columns is None:
+            return count // next(rows for rows in range(math.isqrt(count), 0, -1) if count % rows == 0)
+        if count % self.columns:
+            raise Misfit("columns", expected=f"a number that divides the {count} views", got=self.columns)
+        return self.columns
+
+    def check(self, rig: Rig, frames: Sequence[int]) -> None:
+        """Refuse a row of views that is not there, columns that leave gaps, and what is too large."""
+        if self.views == "all" and rig.lens_array.lattice == "hexagonal":
+            expected = "row on a hexagonal lattice, where the views at the corners do not exist"
+            raise Misfit("views", expected=expected, got="'all'")
+        check_index("view_row", self.view_row, view_rows(rig))
+        if self.views == "all":
+            columns = rows = rig.px_per_lens
+        else:
+            count = self.count or rig.px_per_lens
+            columns = self.tile_columns(count)
+            rows = count // columns
+        self.check_size(rig.lens_array.count[0] * rows, rig.lens_array.count[1] * columns)
+
+
+class Epi(PictureOptions):
+    """Epipolar slices: what a line of lenses shows as the eye moves along it."""
+
+    kind: Literal["epi"] = "epi"
+    name: Name = "epi"
+    lens_rows: Annotated[tuple[Index, ...], Field(max_length=4096)] = ()
+    """Horizontal slices: u down, lenses across. If no lens is named, the middle row."""
+    lens_cols: Annotated[tuple[Index, ...], Field(max_length=4096)] = ()
+    """Vertical slices: v across, lenses down."""
+    view_px: int = Field(default=1, ge=1, le=64)
+    """How many pixels wide each view's line is drawn."""
+    gap_px: int = Field(default=2, ge=0, le=256)
+    """Dark pixels between slices."""
+
+    def check(self, rig: Rig, frames: Sequence[int]) -> None:
+        """Refuse lenses that are not there, and what is too large."""
+        rows, cols = rig.lens_array.count
+        for place, lens in enumerate(self.lens_rows):
+            check_index(f"lens_rows.{place}", lens, rows)
+        for place, lens in enumerate(self.lens_cols):
+            check_index(f"lens_cols.{place}", lens, cols)
+        slice_px = view_rows(rig) * self.view_px + self.gap_px
+        self.check_size(max(rows, len(self.lens_rows) * slice_px), max(cols, len(self.lens_cols) * slice_px))
+
+
+class ContactSheet(PictureOptions):
+    """Small pictures side by side, with captions: one for the job."""
+
+    kind: Literal["contact_sheet"] = "contact_sheet"
+    name: Name = "contact_sheet"
+    show: Literal["frames", "views"] = "frames"
+    """The centre view of each frame, or all views of the first of them."""
+    frames: FrameList | None = None
+    """As in a job: "1-48:2, 60"; else all."""
+    every: Count = 1
+    """Take every n-th frame; of views, every n-th in u and in v."""
+    columns: Count | None = None
+    """Else about as many as there are rows; of views, as many as there are in u."""
+    gap_px: int = Field(default=8, ge=0, le=256)
+    captions: bool = True
+
+    def check(self, rig: Rig, frames: Sequence[int]) -> None:
+        """Refuse frames that the job does not have, and what is too large."""
+        shown = frames if self.frames is None else parse_frames(self.frames)
+        foreign = set(shown) - set(frames)
+        if foreign:
+            raise Misfit("frames", expected="frames of the job", got=f"{min(foreign)}, which is none of them")
+        pictures = -(-len(shown) // self.every)
+        columns = self.columns or math.isqrt(pictures - 1) + 1
+        if self.show == "views":
+            sides = [-(-side // self.every) for side in (view_rows(rig), rig.px_per_lens)]
+            pictures, columns = math.prod(sides), self.columns or sides[1]
+        rows, gap = -(-pictures // columns), self.gap_px / self.scale
+        self.check_size(rows * (rig.lens_array.count[0] + 3 * gap), columns * (rig.lens_array.count[1] + gap))
+
+
+def view_rows(rig: Rig) -> int:
+    """Return how many rows of views a rig has: pixel rows of a cell's box."""
+    if rig.lens_array.lattice == "square":
+        return rig.px_per_lens
+    row_px = hexagonal_rows(rig.px_per_lens)
+    return row_px + 2 * overhang_rows(row_px)
+
+
+def check_index(field: str, index: int | None, count: int) -> None:
+    """Refuse an index that is not there.
+
+    Raises
+    ------
+    Misfit
+        Naming the field.
+    """
+    if index is not None and index >= count:
+        raise Misfit(field, expected=f"a number from 0 to {count - 1}", got=index)

@@ -1,0 +1,109 @@
+"""The integral image for another display, by the smart pseudoscopic-to-orthoscopic conversion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from lippmann.job.outputs.output import Name, OutputOptions
+from lippmann.job.problems import Misfit
+from lippmann.job.rig import MAX_FRAME_PX, MIN_PX_PER_LENS, Rig
+
+MAX_LENSES = 4096
+"""A side, as of the rig's own array."""
+
+Count = Annotated[int, Field(ge=1, le=MAX_LENSES)]
+
+
+class Spoc(OutputOptions):
+    """A sheet for another display, of every frame: an EXR master, and a PNG to look at and to print.
+
+    What is not said is as in the capture.
+    """
+
+    kind: Literal["spoc"] = "spoc"
+    name: Name = "spoc"
+    lattice: Literal["square", "hexagonal"] | None = None
+    count: tuple[Count, Count] | None = None
+    """Lenses of the display as (lens_rows, lens_cols); else as many as stand on the same area."""
+    pitch_mm: float | None = Field(default=None, gt=0, le=1000)
+    px_per_lens: int | None = Field(default=None, ge=MIN_PX_PER_LENS, le=512)
+    gap_mm: float | None = Field(default=None, gt=0, le=10_000)
+    """From the display's lenses to its pixels, reduced; else the capture's focal length."""
+    distance_mm: float = Field(default=0.0, ge=-1e6, le=1e6)
+    """How far in front of the capture's own display this one stands: all depths become smaller by it."""
+    reference_mm: float | None = Field(default=None, ge=-1e6, le=1e6)
+    """Depth that is kept exactly; else that of the scene's reference plane."""
+    bits: Literal[8, 16] = 8
+    """Of the PNG."""
+
+    @property
+    def suffix(self) -> str:
+        """None: two files for every frame."""
+        return ""
+
+    def check(self, rig: Rig, frames: Sequence[int]) -> None:
+        """Refuse a display that cannot be, and a reference plane in the capture's own array."""
+        self.display(rig)
+        self.reference_of(rig)
+
+    def reference_of(self, rig: Rig) -> float:
+        """Return z of the reference plane from the pinholes of a capture, which stand a focal length before its array.
+
+        Raises
+        ------
+        Misfit
+            If it lies in them.
+        """
+        array = rig.lens_array
+        found = array.offset_mm + array.focal_length_mm if self.reference_mm is None else self.reference_mm
+        if found == 0:
+            got = 0 if self.reference_mm is not None else "nothing, and the scene's reference plane is at 0"
+            raise Misfit("reference_mm", expected="a depth other than 0, where every ray meets its own lens", got=got)
+        return found
+
+    def display(self, rig: Rig) -> Rig:
+        """Return the rig that would have captured for the display: its array, gap and pixels, and the depths there.
+
+        Raises
+        ------
+        Misfit
+            If there are too many lenses or pixels, or they do not fit the lattice.
+        """
+        array = rig.lens_array
+        lattice, pitch_mm = self.lattice or array.lattice, self.pitch_mm or array.pitch_mm
+        count, n = self.count or self._same_area(rig, pitch_mm, lattice), self.px_per_lens or rig.px_per_lens
+        if lattice == "hexagonal" and n % 2:
+            raise Misfit("px_per_lens", expected="an even number on a hexagonal lattice", got=n)
+        if max(count) * n > MAX_FRAME_PX:
+            expected = f"count x px_per_lens of at most {MAX_FRAME_PX} px a side"
+            raise Misfit("px_per_lens", expected=expected, got=f"{max(count) * n} px")
+        gap_mm = self.gap_mm or array.focal_length_mm
+        lens_array = {
+            "lattice": lattice,
+            "count": count,
+            "pitch_mm": pitch_mm,
+            "focal_length_mm": gap_mm,
+            "offset_mm": array.offset_mm + array.focal_length_mm - self.distance_mm - gap_mm,
+            "preset": None,
+        }
+        update = {"px_per_lens": n, "device": None, "lens_array": array.model_copy(update=lens_array)}
+        return rig.model_copy(update=update)
+
+    def _same_area(self, rig: Rig, pitch_mm: float, lattice: str) -> tuple[int, int]:
+        array = rig.lens_array
+        across = array.pitch_mm / pitch_mm
+        down = across * _row_pitch(array.lattice) / _row_pitch(lattice)
+        rows, cols = (max(1, round(lenses * more)) for lenses, more in zip(array.count, (down, across), strict=True))
+        if max(rows, cols) > MAX_LENSES:
+            expected = f"a pitch at which at most {MAX_LENSES} lenses stand side by side, or a count"
+            raise Misfit("pitch_mm", expected=expected, got=f"{pitch_mm:g} mm, which makes {max(rows, cols)}")
+        return rows, cols
+
+
+def _row_pitch(lattice: str) -> float:
+    """Return the distance of lens rows, in pitches."""
+    return 1.0 if lattice == "square" else math.sqrt(3) / 2

@@ -1,0 +1,102 @@
+"""A block of views about the middle one: which of all the views that a lens has go into a data set."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from pydantic import Field
+
+from lippmann.job.problems import Misfit
+from lippmann.job.rig import Rig
+from lippmann.lattice.hexagonal_pixels import hexagonal_rows, overhang_rows
+
+ViewCount = tuple[Annotated[int, Field(ge=1, le=1024)], Annotated[int, Field(ge=1, le=1024)]]
+"""Views as (rows, cols): down and across."""
+
+
+@dataclass(frozen=True)
+class ViewBlock:
+    """Views `(first_u + u, first_v + v)` of a lens, u < cols and v < rows."""
+
+    first_v: int
+    first_u: int
+    rows: int
+    cols: int
+
+    @property
+    def middle(self) -> int:
+        """The number, counted row by row, of the view nearest the axes of the lenses; see `views.centre`."""
+        return self.rows // 2 * self.cols + self.cols // 2
+
+    @property
+    def numbers(self) -> tuple[tuple[int, int], ...]:
+        """(u, v) of every view of the lens that the block has, row by row."""
+        rows, cols = range(self.first_v, self.first_v + self.rows), range(self.first_u, self.first_u + self.cols)
+        return tuple((u, v) for v in rows for u in cols)
+
+
+def all_views(rig: Rig) -> ViewBlock:
+    """Return the box of a lens's pixels; on the hexagonal lattice the views at its corners do not exist.
+
+    >>> all_views(Rig())
+    ViewBlock(first_v=0, first_u=0, rows=8, cols=8)
+    """
+    n = rig.px_per_lens
+    if rig.lens_array.lattice == "square":
+        return ViewBlock(0, 0, n, n)
+    m = hexagonal_rows(n)
+    return ViewBlock(0, 0, m + 2 * overhang_rows(m), n)
+
+
+def block_about_the_middle(rig: Rig, views: tuple[int, int]) -> ViewBlock:
+    """Return the block of (rows, cols) views whose middle view is the lens's own.
+
+    >>> block_about_the_middle(Rig(), (5, 4))
+    ViewBlock(first_v=2, first_u=2, rows=5, cols=4)
+    """
+    box = all_views(rig)
+    return ViewBlock(box.rows // 2 - views[0] // 2, box.cols // 2 - views[1] // 2, *views)
+
+
+def exists_wholly(rig: Rig, block: ViewBlock) -> bool:
+    """Return whether every view of a block has its pixel under the lens: the furthest corner tells.
+
+    The rule of `lippmann.lattice.hexagonal_pixels.hexagon_mask`; a test holds the two together.
+    """
+    if rig.lens_array.lattice == "square":
+        return True
+    box, n = all_views(rig), rig.px_per_lens
+    m = hexagonal_rows(n)
+    twice_x = max(abs(2 * u + 1 - box.cols) for u in (block.first_u, block.first_u + block.cols - 1))
+    twice_y = max(abs(2 * v + 1 - box.rows) for v in (block.first_v, block.first_v + block.rows - 1))
+    return 2 * m * twice_x + 3 * n * twice_y < 4 * m * n
+
+
+def largest_odd_square(rig: Rig) -> ViewBlock:
+    """Return the most views, as many down as across and an odd number, that all exist.
+
+    >>> largest_odd_square(Rig())
+    ViewBlock(first_v=1, first_u=1, rows=7, cols=7)
+    """
+    box = all_views(rig)
+    squares = (block_about_the_middle(rig, (side, side)) for side in range(1, min(box.rows, box.cols) + 1, 2))
+    return [square for square in squares if exists_wholly(rig, square)][-1]
+
+
+def check_block(rig: Rig, views: tuple[int, int], *, wholly: bool) -> None:
+    """Refuse more views than a lens has, and, where a format has no place for missing ones, those that are.
+
+    Raises
+    ------
+    Misfit
+        Naming the option `views`.
+    """
+    box = all_views(rig)
+    got = f"{views[0]} x {views[1]}"
+    if views[0] > box.rows or views[1] > box.cols:
+        raise Misfit("views", expected=f"at most {box.rows} x {box.cols} views, pixels under a lens", got=got)
+    if wholly and not exists_wholly(rig, block_about_the_middle(rig, views)):
+        most = largest_odd_square(rig)
+        expected = f"views that all exist under a hexagonal lens, as {most.rows} x {most.cols}"
+        raise Misfit("views", expected=expected, got=got)

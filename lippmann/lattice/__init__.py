@@ -1,0 +1,1 @@
+"""Square and hexagonal microlens lattices: where lenses are, and which pixels belong to them."""

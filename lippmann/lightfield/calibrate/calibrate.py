@@ -1,0 +1,138 @@
+"""Pitch, lattice, turn and place of the lenses over a picture, and how far that can be believed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import LayoutError
+from lippmann.lightfield.calibrate.combs import Comb, measure_comb
+from lippmann.lightfield.calibrate.evidence import of_edges, of_white
+from lippmann.lightfield.calibrate.periods import shortest_steps
+from lippmann.lightfield.calibrate.phases import Measured, lay_of, measure
+from lippmann.lightfield.calibrate.whole_lenses import whole_lenses
+from lippmann.lightfield.quality.luminance import luminance
+from lippmann.lightfield.sheet.lens_grid import LensGrid
+
+SURE_OF_WHITE = 0.9
+SURE_OF_EDGES = 0.35
+"""Of the agreement: below it nothing is said. Noise and photographs come to 0.1 (measured)."""
+
+RIVAL = 0.75
+"""Of the agreement: another lattice as good as that is one too many."""
+
+WHITE = "a white image of a regular array of lenses, bright in their middles"
+EDGES = "an integral image whose cells' borders show all over it"
+
+LEAST_SIDE_PX = 24
+
+
+@dataclass(frozen=True)
+class Found:
+    """Lenses that were found in a picture."""
+
+    grid: LensGrid
+    """The largest block of whole lenses."""
+    agreement: float
+    """How far the parts of the picture agree on it, 0 to 1."""
+
+
+def find_from_white(picture: NDArray[Any]) -> Found:
+    """Return the lenses over a picture of an evenly lit white surface.
+
+    As white images serve to calibrate light-field cameras (Dansereau, Pizarro, Williams, *Decoding, calibration and
+    rectification for lenselet-based plenoptic cameras*, IEEE CVPR 2013), here by the lattice's waves instead of a
+    maximum for every lens.
+
+    Parameters
+    ----------
+    picture
+        `(rows, cols, channel)`, linear light; every lens brighter in the middle than at its border.
+
+    Raises
+    ------
+    LayoutError
+        If there is no regular lattice, or it stands on its side.
+    """
+    evidence = _evidence(picture, of_white)
+    steps = shortest_steps(evidence)
+    rough = lay_of(steps) if steps else None
+    if steps is not None and rough is None:
+        first, second = (f"({step[0]:.1f}, {step[1]:.1f})" for step in (steps.first, steps.second))
+        raise LayoutError(
+            f"expected {WHITE}, square or hexagonal with level rows, got one that repeats by {first} and {second} px to"
+            " the right and down"
+        )
+    measured = measure(evidence, measure(evidence, rough).lay) if rough else None
+    return _checked(measured, SURE_OF_WHITE, WHITE, picture.shape[:2])
+
+
+def find_from_picture(picture: NDArray[Any], *, near_px: float | None = None) -> Found:
+    """Return the lenses over any integral image, by the edges that lie where cells meet; less exact than from white.
+
+    Parameters
+    ----------
+    picture
+        `(rows, cols, channel)`, linear light.
+    near_px
+        The pitch, if it is known to 3 %: what repeats otherwise is not looked at.
+
+    Raises
+    ------
+    LayoutError
+        If the picture does not tell, or could be taken for another as well.
+    """
+    evidence = _evidence(picture, of_edges)
+    comb = measure_comb(evidence, near_px=near_px)
+    found = _checked(comb.measured if comb else None, SURE_OF_EDGES, EDGES, picture.shape[:2])
+    if comb is not None:
+        _refuse_rival(comb)
+    return found
+
+
+def _evidence(picture: NDArray[Any], of: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> NDArray[np.float64]:
+    if picture.ndim != 3 or min(picture.shape[:2]) < LEAST_SIDE_PX:
+        raise LayoutError(
+            f"expected a picture of at least {LEAST_SIDE_PX} px a side to look for lenses, got shape {picture.shape}"
+        )
+    return of(luminance(np.nan_to_num(picture.astype(np.float64), nan=0.0, posinf=1.0, neginf=0.0)))
+
+
+def _refuse_rival(comb: Comb) -> None:
+    """Refuse a lattice that is hardly better than another: what is shown may repeat as clearly as the lenses do."""
+    rival = comb.rival
+    if rival is not None and rival.agreement > RIVAL * comb.measured.agreement:
+        raise LayoutError(
+            f"expected {EDGES}, got one that may have a pitch of {comb.measured.lay.pitch_px:.2f} px"
+            f" ({comb.measured.agreement:.2f} of 1) or of {rival.lay.pitch_px:.2f} px ({rival.agreement:.2f}); say the"
+            " pitch, about"
+        )
+
+
+def _checked(measured: Measured | None, sure: float, wanted: str, size: tuple[int, ...]) -> Found:
+    if measured is None:
+        raise LayoutError(f"expected {wanted}, got none: there is no lattice to be seen; say the pitch")
+    if not measured.agreement >= sure:
+        raise LayoutError(
+            f"expected {wanted}, got none that is certain: a pitch of {measured.lay.pitch_px:.2f} px is seen with"
+            f" {measured.agreement:.2f} of 1, and {sure:g} is needed; say the pitch"
+        )
+    return Found(_grid(measured, size), measured.agreement)
+
+
+def _grid(measured: Measured, size: tuple[int, ...]) -> LensGrid:
+    lay = measured.lay
+    one = LensGrid(
+        1,
+        1,
+        pitch_px=lay.pitch_px,
+        offset_px=measured.centre_px,
+        lattice=lay.lattice,
+        row_pitch_px=lay.row_pitch_px,
+        turn_deg=lay.turn_deg,
+    )
+    return whole_lenses(one, size)

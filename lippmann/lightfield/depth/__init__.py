@@ -1,0 +1,1 @@
+"""Depth maps: ground truth, estimates from the pictures, and their errors."""

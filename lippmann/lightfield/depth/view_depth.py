@@ -1,0 +1,102 @@
+"""The depth of one view on square pixels, known or estimated."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.depth.depth_map import DepthMap
+from lippmann.lightfield.depth.plane_sweep import REACH, plane_sweep, sweep_depths
+from lippmann.lightfield.depth.structure_tensor import structure_tensor
+from lippmann.lightfield.sheet.interpolation import Light
+from lippmann.lightfield.views.square_pixels import nearest_as_square
+
+Method = Literal["tensor", "sweep"]
+
+RANGE = 2.0
+"""Disparity to either side of the display that is looked for when nothing is said, in pitches a view."""
+
+TENSOR_STEP = 0.5
+"""By how many pitches a view the views are moved against each other from one look at their slopes to the next."""
+
+Map = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class ViewDepth:
+    """Depth of a view; all `(row, col)`, NaN where there is none."""
+
+    s_mm: Map
+    """Of the display, positive in front."""
+    disparity: Map
+    """s / (n f): pitches a view, positive in front."""
+    other: Map
+    """True: `z_mm`, in the scene. Estimated: the confidence, 0 to 1."""
+    source: Literal["truth", "estimate"]
+
+    @property
+    def channels(self) -> tuple[str, str, str]:
+        """What the three maps are called in a file."""
+        return "s_mm", "disparity", "z_mm" if self.source == "truth" else "confidence"
+
+
+def true_depth(depth: DepthMap, layout: CellLayout, number: tuple[int, int], *, focal_mm: float) -> ViewDepth:
+    """Return the true depth of a view: that of the nearest lens, so that no two depths are mixed.
+
+    Raises
+    ------
+    LayoutError
+        If there is no such view, or the depth is not of this layout.
+    """
+    values = nearest_as_square(depth.view(layout, *number).values, layout)
+    return _view_depth(values[..., 1], values[..., 0], "truth", layout, focal_mm)
+
+
+def estimated_depth(
+    ortho: NDArray[Light],
+    layout: CellLayout,
+    number: tuple[int, int],
+    *,
+    focal_mm: float,
+    method: Method = "tensor",
+    range_mm: tuple[float, float] | None = None,
+    reach: int = REACH,
+) -> ViewDepth:
+    """Return the depth of a view as the pictures tell it; NaN where they tell nothing, as in one flat colour.
+
+    Parameters
+    ----------
+    ortho, layout, number, focal_mm, reach
+        As in `plane_sweep`.
+    method
+        `tensor`: `structure_tensor`; `sweep`: `plane_sweep`.
+    range_mm
+        The farthest and the nearest depth that is looked for; None: see `RANGE`.
+
+    Raises
+    ------
+    LayoutError
+        As in the methods.
+    """
+    step_mm = layout.px_per_lens * focal_mm
+    farthest_mm, nearest_mm = range_mm or (-RANGE * step_mm, RANGE * step_mm)
+    if method == "sweep":
+        depths = sweep_depths(layout, nearest_mm, farthest_mm, focal_mm=focal_mm, reach=reach)
+        found = plane_sweep(ortho, layout, number, depths, focal_mm=focal_mm, reach=reach)
+    else:
+        count = max(1, round((nearest_mm - farthest_mm) / (TENSOR_STEP * step_mm)))
+        depths = tuple(float(depth) for depth in np.linspace(farthest_mm, nearest_mm, count + 1))
+        found = structure_tensor(ortho, layout, number, depths, focal_mm=focal_mm, reach=reach)
+    told = np.where(found.confidence > 0, found.s_mm, np.nan).astype(np.float32)
+    return _view_depth(told, found.confidence, "estimate", layout, focal_mm)
+
+
+def _view_depth(
+    s_mm: Map, other: Map, source: Literal["truth", "estimate"], layout: CellLayout, focal_mm: float
+) -> ViewDepth:
+    disparity = (s_mm / (layout.px_per_lens * focal_mm)).astype(np.float32)
+    return ViewDepth(s_mm=s_mm, disparity=disparity, other=other, source=source)

@@ -1,0 +1,72 @@
+"""How somebody looks at a display: with one eye or two, how wide the pupil, focused where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.job.viewing import EYES_APART_MM, PUPIL_MM, RAYS, Stereo
+from lippmann.lightfield.observer.display import LensDisplay
+from lippmann.lightfield.observer.observe import observe, own_share
+from lippmann.lightfield.observer.stereo import eye_pair, together
+from lippmann.lightfield.observer.window import Window
+from lippmann.lightfield.sheet.interpolation import Light
+from lippmann.lightfield.views.perspective import Eye
+
+
+@dataclass(frozen=True)
+class Looking:
+    """Everything of an observer but the place; see `observe`."""
+
+    pupil_mm: float = PUPIL_MM
+    focus_mm: float = 0.0
+    rays: int = RAYS
+    stereo: Stereo | None = None
+    """How two eyes' pictures come together; None: one eye."""
+    eye_distance_mm: float = EYES_APART_MM
+
+    def eyes(self, place: Eye) -> tuple[Eye, ...]:
+        """Return the one eye, or left and right of the middle between them."""
+        return (place,) if self.stereo is None else eye_pair(place, apart_mm=self.eye_distance_mm)
+
+
+def look(
+    sheet: NDArray[Light], display: LensDisplay, place: Eye, looking: Looking, *, window: Window | None = None
+) -> NDArray[np.floating[Any]]:
+    """Return what is seen from a place, by an eye or by two as one picture.
+
+    Parameters
+    ----------
+    sheet, display, window
+        As in `observe`.
+    place
+        Of the eye, or of the middle between two.
+    looking
+        How.
+
+    Raises
+    ------
+    LayoutError
+        As in `observe`, `eye_pair` and `together`.
+    """
+    pictures = [
+        observe(
+            sheet,
+            display,
+            eye,
+            pupil_mm=looking.pupil_mm,
+            focus_mm=looking.focus_mm,
+            rays=looking.rays,
+            window=window,
+        )
+        for eye in looking.eyes(place)
+    ]
+    return pictures[0] if looking.stereo is None else together(pictures[0], pictures[1], looking.stereo)
+
+
+def least_own_share(display: LensDisplay, place: Eye, looking: Looking) -> float:
+    """Return the share of lenses that show their own cell to the eye, or to that of two which sees fewer."""
+    return min(own_share(display, eye) for eye in looking.eyes(place))

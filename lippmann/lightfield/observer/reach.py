@@ -1,0 +1,48 @@
+"""How far an eye may move before a display so that every lens shows it light of its own."""
+
+from __future__ import annotations
+
+from lippmann.errors import LayoutError
+from lippmann.lattice.hexagonal_pixels import ROW_PITCH
+from lippmann.lattice.layout import CellLayout
+
+ENDLESS_MM = 1e12
+"""So far away an eye sees all lenses at one slope, to a millionth of a pixel: a view, or what lies between views."""
+
+
+def reach_mm(layout: CellLayout, distance_mm: float, *, pitch_mm: float, gap_mm: float) -> tuple[float, float]:
+    """Return how far to the side and how far up an eye may stand from the middle, mm.
+
+    As far as the outermost lenses show it the middles of their outermost pixels, of a square as large as a lens is
+    wide: endlessly far away, from the first view to the last.
+
+    Parameters
+    ----------
+    layout
+        Of the orthoscopic sheet.
+    distance_mm
+        Of the eye from the display.
+    pitch_mm, gap_mm
+        Of the lenses; reduced, between pixels and lenses.
+
+    Raises
+    ------
+    LayoutError
+        If the eye is so near that it nowhere sees all lenses.
+    """
+    slope = pitch_mm / (2 * gap_mm) * (layout.px_per_lens - 1) / layout.px_per_lens
+    wide_mm, high_mm = _half_array_mm(layout, pitch_mm)
+    right_mm, up_mm = slope * distance_mm - wide_mm, slope * distance_mm - high_mm
+    if min(right_mm, up_mm) < 0:
+        least_mm = max(wide_mm, high_mm) / slope if slope else float("inf")
+        raise LayoutError(
+            f"expected an eye at least {least_mm:g} mm away, which sees light of all lenses, got {distance_mm:g} mm"
+        )
+    return right_mm, up_mm
+
+
+def _half_array_mm(layout: CellLayout, pitch_mm: float) -> tuple[float, float]:
+    """Return how far the outermost lenses' axes stand from the middle, across and down."""
+    row_pitch = 1.0 if layout.lattice == "square" else ROW_PITCH
+    shifted = 0.5 if layout.lattice == "hexagonal" and layout.lens_rows > 1 else 0.0
+    return (layout.lens_cols - 1 + shifted) / 2 * pitch_mm, (layout.lens_rows - 1) / 2 * row_pitch * pitch_mm

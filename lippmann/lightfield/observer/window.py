@@ -1,0 +1,54 @@
+"""The part of the array's plane that a picture of a display shows, and its pixels."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import LayoutError
+from lippmann.job.viewing import MAX_SIZE_PX
+
+
+@dataclass(frozen=True)
+class Window:
+    """The part of the array's plane that a picture shows, and its pixels."""
+
+    rows: int
+    cols: int
+    wide_mm: float
+    high_mm: float
+    right_mm: float = 0.0
+    """Of its middle, from the display's."""
+    up_mm: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse a window without a view."""
+        if not (1 <= self.rows <= MAX_SIZE_PX and 1 <= self.cols <= MAX_SIZE_PX):
+            raise LayoutError(f"expected a picture of 1 to {MAX_SIZE_PX} px a side, got {self.rows} x {self.cols}")
+        place = (self.wide_mm, self.high_mm, self.right_mm, self.up_mm)
+        if not all(map(math.isfinite, place)) or min(self.wide_mm, self.high_mm) <= 0:
+            raise LayoutError(f"expected a window of a positive width and height in mm, got {self}")
+
+    @property
+    def across_mm(self) -> NDArray[np.float64]:
+        """Where the middles of its cols lie, to the right."""
+        return (np.arange(self.cols, dtype=np.float64) + 0.5) * (self.wide_mm / self.cols) + (
+            self.right_mm - self.wide_mm / 2
+        )
+
+    @property
+    def down_mm(self) -> NDArray[np.float64]:
+        """Where the middles of its rows lie, downward."""
+        return (np.arange(self.rows, dtype=np.float64) + 0.5) * (self.high_mm / self.rows) - (
+            self.up_mm + self.high_mm / 2
+        )
+
+
+def window_of(*, wide_mm: float, high_mm: float, size_px: int, right_mm: float = 0.0, up_mm: float = 0.0) -> Window:
+    """Return a window whose longer side is this many pixels, which are as nearly square as whole numbers can be."""
+    shorter = max(1, round(size_px * min(wide_mm, high_mm) / max(wide_mm, high_mm)))
+    rows, cols = (shorter, size_px) if wide_mm >= high_mm else (size_px, shorter)
+    return Window(rows, cols, wide_mm=wide_mm, high_mm=high_mm, right_mm=right_mm, up_mm=up_mm)

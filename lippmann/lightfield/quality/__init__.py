@@ -1,0 +1,1 @@
+"""Quality metrics of integral images, and of codecs."""

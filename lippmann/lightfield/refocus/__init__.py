@@ -1,0 +1,1 @@
+"""Refocusing: shift-and-sum, CIIR, depth-focused views and all-in-focus pictures."""

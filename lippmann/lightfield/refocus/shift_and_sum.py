@@ -1,0 +1,172 @@
+"""Refocus: the views shifted by what a depth asks for, and added; at one depth, or at many.
+
+Depths s are the **display's**: millimetres from its array, positive in front of it, on a display whose array stands one
+focal length f before its pixels (pinholes at gap f). What the capture's array saw at s lies at s + f there
+(docs/optics.md, Depth).
+
+By the law of small angles a point at s moves over the lenses by delta = s / (n f) pitches from one view to the next, n
+pixels a lens: for s > 0 to the left as the eye moves right, and up as it moves down. A refocused picture takes every
+view from where the point would have moved to and averages; the middle of the views stays where it is. Shifts between
+lenses are interpolated linearly, in linear light. Pixels of a view that would come from beyond the array do not count.
+
+On the hexagonal lattice the views are put on square pixels first (`as_square`), which lie a pitch apart both ways.
+`ciir` comes to the same picture by another road, and with more pixels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import LayoutError
+from lippmann.lattice.hexagonal_pixels import ROW_PITCH
+from lippmann.lattice.layout import CellLayout, check_sheet
+from lippmann.lightfield.refocus.weighted_sums import Taps, taps, weighted_sums
+from lippmann.lightfield.sheet.interpolation import SNAP, Light
+from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.views import view, view_numbers
+
+
+def shifts(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> tuple[float, float]:
+    """Return by how many pitches a point at a depth moves from one view to the next, as (down, across).
+
+    Positive: against the eye. The two differ by little, and on the hexagonal lattice only, where pixels are not quite
+    square.
+
+    Raises
+    ------
+    LayoutError
+        If the depth is no number, or the focal length is not positive.
+
+    Examples
+    --------
+    >>> down, across = shifts(CellLayout(90, 90, 8), 40.0, focal_mm=3.3)
+    >>> round(across, 3)
+    1.515
+    """
+    if not (math.isfinite(depth_mm) and math.isfinite(focal_mm) and focal_mm > 0):
+        raise LayoutError(f"expected a depth and a positive focal length in mm, got {depth_mm} and {focal_mm}")
+    row_pitch = 1.0 if layout.lattice == "square" else ROW_PITCH
+    return depth_mm / focal_mm * row_pitch / layout.row_px, depth_mm / focal_mm / layout.px_per_lens
+
+
+def refocus(
+    ortho: NDArray[Light], layout: CellLayout, depth_mm: float, *, focal_mm: float
+) -> NDArray[np.floating[Any]]:
+    """Return the picture that is sharp at one depth; see the module.
+
+    Parameters
+    ----------
+    ortho
+        Orthoscopic sheet `(rows, cols, channel)`, linear light.
+    layout
+        How its pixels lie under the lenses.
+    depth_mm
+        s of the display, positive in front of it.
+    focal_mm
+        Of the lenses, and the display's gap.
+
+    Returns
+    -------
+    NDArray
+        `(*square_size(layout), channel)`, in single precision or the sheet's, if higher. At depth 0 the mean of all
+        views.
+
+    Raises
+    ------
+    LayoutError
+        As in `focal_stack`.
+    """
+    return focal_stack(ortho, layout, (depth_mm,), focal_mm=focal_mm)[0]  # type: ignore[no-any-return]
+
+
+def focal_stack(
+    ortho: NDArray[Light], layout: CellLayout, depths_mm: Sequence[float], *, focal_mm: float
+) -> NDArray[np.floating[Any]]:
+    """Return the pictures that are sharp at several depths.
+
+    The sheet is read once for all depths, a band of lens rows at a time. On the hexagonal lattice memory beside it and
+    the result is two to three times the sheet in single precision.
+
+    Parameters
+    ----------
+    ortho, layout, focal_mm
+        As in `refocus`.
+    depths_mm
+        At least one.
+
+    Returns
+    -------
+    NDArray
+        `(depth, *square_size(layout), channel)`, as in `refocus`.
+
+    Raises
+    ------
+    LayoutError
+        If the sheet is not of this layout, or a depth is so far off that neighbouring views do not overlap.
+    """
+    check_sheet(ortho, layout)
+    steps = [checked_shifts(layout, depth_mm, focal_mm=focal_mm) for depth_mm in depths_mm]
+    rows, cols = square_size(layout)
+    down = [_view_taps(rows, layout.cell_rows, step) for step, _ in steps]
+    across = [_view_taps(cols, layout.cell_cols, step) for _, step in steps]
+    if layout.lattice == "square":
+        return weighted_sums(ortho, [one.shares() for one in down], [one.shares() for one in across])
+    stack = weighted_sums(_views_with_counts(ortho, layout), down, across)
+    # Neighbouring views overlap, so every pixel is counted at least once.
+    return stack[..., :-1] / stack[..., -1:]
+
+
+def checked_shifts(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> tuple[float, float]:
+    """Return `shifts`, if neighbouring views overlap at that depth.
+
+    Raises
+    ------
+    LayoutError
+        If they do not, naming the depth that fits; or as in `shifts`.
+    """
+    found = shifts(layout, depth_mm, focal_mm=focal_mm)
+    for lenses, views, step in zip(square_size(layout), (layout.cell_rows, layout.cell_cols), found, strict=True):
+        if views > 1 and abs(step) > lenses - 1:
+            raise LayoutError(
+                f"expected a depth at which neighbouring views of {layout} overlap, at most"
+                f" {abs(depth_mm / step) * (lenses - 1):g} mm from the display, got {depth_mm:g} mm"
+            )
+    return found
+
+
+def _view_taps(lenses: int, views: int, step: float) -> Taps:
+    """Return, along one axis of the sheet, the pixels that make each lens of a picture: of every view one or two.
+
+    Of lens i, view u's pixel is i views + views - 1 - u.
+    """
+    number = np.arange(views)
+    shift = np.round(-step * (number - (views - 1) / 2) * SNAP) / SNAP
+    whole = np.floor(shift).astype(np.intp)
+    weight = np.broadcast_to(shift - whole, (lenses, views))
+    lens = np.arange(lenses)[:, np.newaxis]
+    near = lens + whole
+    far = near + (weight > 0)
+    there = (near >= 0) & (far < lenses)
+    return taps(
+        np.broadcast_to(lens, (2, lenses, views)),
+        np.stack((near, far)) * views + (views - 1 - number),
+        np.stack((1 - weight, weight)) * there,
+        pixels=lenses,
+    )
+
+
+def _views_with_counts(ortho: NDArray[Light], layout: CellLayout) -> NDArray[np.floating[Any]]:
+    """Return the views on square pixels as a sheet of square cells, and as its last channel which of them exist."""
+    rows, cols = square_size(layout)
+    light = np.result_type(ortho.dtype, np.float32)
+    cells = np.zeros((rows, layout.cell_rows, cols, layout.cell_cols, ortho.shape[2] + 1), dtype=light)
+    for u, v in view_numbers(layout):
+        place = cells[:, layout.cell_rows - 1 - v, :, layout.cell_cols - 1 - u]
+        place[..., :-1] = as_square(view(ortho, layout, u, v).astype(light), layout)
+        place[..., -1] = 1
+    return cells.reshape(rows * layout.cell_rows, cols * layout.cell_cols, ortho.shape[2] + 1)

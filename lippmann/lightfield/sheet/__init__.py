@@ -1,0 +1,1 @@
+"""The sheet of an integral image: cells, assembly, orthoscopic conversion and resampling."""

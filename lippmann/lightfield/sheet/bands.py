@@ -1,0 +1,209 @@
+"""Sheets larger than memory: what is made in bands of lens rows equals what is made of the whole.
+
+`Rows` is a picture in memory or on disk. A `Sheet` has a layout as well, and lends the pixel rows of some lens rows;
+which ones, `part_layout` and `part_rows` say. Square cells of two bands share no pixel rows. Hexagons reach into the
+lens rows above and below, so neighbouring bands share rows, of which each band needs to hold only what is under its own
+lenses; `stitched` puts them together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.lattice.layout import CellLayout, check_size
+from lippmann.lightfield.sheet.orthoscopic import orthoscopic, orthoscopic_layout
+from lippmann.lightfield.views.views import views_grid
+
+
+class Rows(Protocol):
+    """A picture of which rows can be had."""
+
+    @property
+    def rows(self) -> int:
+        """Height, px."""
+
+    @property
+    def cols(self) -> int:
+        """Width, px."""
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        """Return the pixel rows [start, stop), `(rows, cols, channel)`."""
+
+
+@dataclass(frozen=True)
+class HeldRows:
+    """A picture in memory."""
+
+    pixels: NDArray[Any]
+    """`(rows, cols, channel)`."""
+
+    @property
+    def rows(self) -> int:
+        """Height, px."""
+        return len(self.pixels)
+
+    @property
+    def cols(self) -> int:
+        """Width, px."""
+        return len(self.pixels[0])
+
+    def read(self, start: int, stop: int) -> NDArray[Any]:
+        """Return pixel rows as a view of the picture's memory."""
+        return self.pixels[start:stop]
+
+
+class Sheet(Protocol):
+    """An integral image of which parts can be had."""
+
+    @property
+    def layout(self) -> CellLayout:
+        """Of the whole."""
+
+    def part(self, first: int, stop: int) -> NDArray[Any]:
+        """Return the pixel rows of the lens rows [first, stop), `(rows, cols, channel)`; see `part_rows`.
+
+        What is not under a lens of these rows may be anything that the sheet has there, or zero.
+        """
+
+
+@dataclass(frozen=True)
+class SheetOfRows:
+    """A picture and the lenses over it."""
+
+    picture: Rows
+    layout: CellLayout
+
+    def __post_init__(self) -> None:
+        """Refuse pixels that do not divide among the lenses."""
+        check_size(self.picture.rows, self.picture.cols, self.layout)
+
+    def part(self, first: int, stop: int) -> NDArray[Any]:
+        """Return the pixel rows of some lens rows."""
+        return self.picture.read(*part_rows(self.layout, first, stop))
+
+
+@dataclass(frozen=True)
+class OrthoscopicSheet:
+    """The orthoscopic integral image of a captured sheet; see `orthoscopic`."""
+
+    captured: Sheet
+    inverted: bool
+    """Whether an imaging lens turned the picture upside down."""
+
+    @property
+    def layout(self) -> CellLayout:
+        """Of the orthoscopic sheet."""
+        return orthoscopic_layout(self.captured.layout, inverted=self.inverted)
+
+    def part(self, first: int, stop: int) -> NDArray[Any]:
+        """Return the pixel rows of some lens rows, zero where none of their lenses is."""
+        rows = self.layout.lens_rows
+        first_captured, stop_captured = (rows - stop, rows - first) if self.inverted else (first, stop)
+        wide_first, wide_stop = at_least_two(self.captured.layout, first_captured, stop_captured)
+        turned = orthoscopic(
+            self.captured.part(wide_first, wide_stop),
+            part_layout(self.captured.layout, wide_first, wide_stop),
+            inverted=self.inverted,
+        )
+        above = (wide_stop - stop_captured if self.inverted else first_captured - wide_first) * self.layout.row_px
+        start, end = part_rows(self.layout, first, stop)
+        return turned[above : above + end - start]
+
+
+@dataclass(frozen=True)
+class TurnedSheet:
+    """A sheet turned by 180 degrees in its plane; see `turn_sheet`."""
+
+    sheet: Sheet
+
+    @property
+    def layout(self) -> CellLayout:
+        """Of the turned sheet."""
+        return self.sheet.layout.turned()
+
+    def part(self, first: int, stop: int) -> NDArray[Any]:
+        """Return the pixel rows of some lens rows."""
+        rows = self.layout.lens_rows
+        return self.sheet.part(rows - stop, rows - first)[::-1, ::-1]
+
+
+def part_layout(layout: CellLayout, first: int, stop: int) -> CellLayout:
+    """Return the layout of the lens rows [first, stop) alone; of hexagonal ones, at least two of several."""
+    return replace(layout, lens_rows=stop - first, first_row_shifted=layout.shift_px(first) > 0)
+
+
+def part_rows(layout: CellLayout, first: int, stop: int) -> tuple[int, int]:
+    """Return the pixel rows [start, stop) over which the lens rows [first, stop) reach.
+
+    >>> part_rows(CellLayout(5, 1, 8, "hexagonal"), 1, 3)
+    (7, 25)
+    """
+    return first * layout.row_px, stop * layout.row_px + 2 * layout.overhang_px
+
+
+def bands(layout: CellLayout, band_px: int) -> tuple[tuple[int, int], ...]:
+    """Return [first, stop) of bands of lens rows, top down, of about as many pixels.
+
+    Every lens row is in one band. A band of a hexagonal array of several lens rows has at least two, so that it knows
+    which of them are shifted.
+
+    >>> bands(CellLayout(5, 4, 8), band_px=600)
+    ((0, 2), (2, 4), (4, 5))
+    >>> bands(CellLayout(5, 4, 8, "hexagonal"), band_px=600)
+    ((0, 2), (2, 5))
+    """
+    least = 2 if layout.lattice == "hexagonal" else 1
+    step = max(least, band_px // (layout.row_px * layout.cols))
+    firsts = [*range(0, layout.lens_rows, step)]
+    if len(firsts) > 1 and layout.lens_rows - firsts[-1] < least:
+        firsts.pop()
+    return tuple(zip(firsts, [*firsts[1:], layout.lens_rows], strict=True))
+
+
+def stitched(sheet: Sheet, band_px: int) -> Iterator[NDArray[Any]]:
+    """Yield the pixel rows of a sheet, top down, each once: bands of about `band_px` px."""
+    layout, waiting = sheet.layout, None
+    shared = 2 * layout.overhang_px
+    for first, stop in bands(layout, band_px):
+        pixels = sheet.part(first, stop)
+        if waiting is not None:
+            pixels = _over(pixels, waiting)
+        ready = len(pixels) - (shared if stop < layout.lens_rows else 0)
+        yield pixels[:ready]
+        waiting = pixels[ready:] if shared and stop < layout.lens_rows else None
+
+
+def view_bands(sheet: Sheet, band_px: int) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Yield (first lens row, views of a band of an orthoscopic sheet) for bands of lens rows, top down.
+
+    The views are `(cell_rows, lens_rows of the band, cell_cols lens_cols, channel)`: `views_grid` shows lens row r of
+    view row v in its row v * lens_rows + r.
+    """
+    layout = sheet.layout
+    for first, stop in bands(layout, band_px):
+        grid = views_grid(sheet.part(first, stop), part_layout(layout, first, stop))
+        yield first, grid.reshape(layout.cell_rows, stop - first, *grid.shape[1:])
+
+
+def _over(pixels: NDArray[Any], waiting: NDArray[Any]) -> NDArray[Any]:
+    """Return a band with the rows that the one above has left put together with its own: where both are, they agree."""
+    together = pixels.copy()
+    top = _bits(together[: len(waiting)])
+    np.bitwise_or(top, _bits(waiting), out=top)
+    return together
+
+
+def _bits(pixels: NDArray[Any]) -> NDArray[Any]:
+    return pixels.view(f"u{pixels.dtype.itemsize}")
+
+
+def at_least_two(layout: CellLayout, first: int, stop: int) -> tuple[int, int]:
+    """Return a band of a hexagonal array that is wide enough to stand alone."""
+    if layout.lattice == "square" or stop - first > 1 or layout.lens_rows == 1:
+        return first, stop
+    return (first, stop + 1) if stop < layout.lens_rows else (first - 1, stop)

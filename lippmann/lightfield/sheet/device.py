@@ -1,0 +1,199 @@
+"""An integral image on the pixel grid of the device that shows it: resampled cell by cell, never across a cell's edge.
+
+d = `px_per_lens_device` is the device's pixels in one pitch, any number: 600 dpi and 1 mm make 23.622, so cells of 23
+and 24 px alternate. The array stands in the middle of the window: the centre of device pixel i of N lies
+(i + 1/2 - N / 2) / d pitches from the middle, to the right or below. A device pixel belongs to the lens that its centre
+lies under, on a border to the one to the right or below (`hexagons_at` says it of hexagons); under none there is no
+light. Its value is interpolated linearly between the rendered pixels about its centre that are of the same cell; nearer
+to the border than the centres of the outermost ones, these go on.
+
+Nothing is averaged, so render about as many pixels per lens as the device has.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import LayoutError
+from lippmann.lattice.hexagonal_pixels import array_extent
+from lippmann.lattice.layout import CellLayout, check_sheet
+from lippmann.lightfield.sheet.bands import HeldRows, Sheet, SheetOfRows
+from lippmann.lightfield.sheet.device_hexagons import hexagonal_lens_rows_under, hexagons_at
+from lippmann.lightfield.sheet.interpolation import ON_THE_BORDER, Light, between, neighbours, working
+
+ROWS_AT_ONCE = 64
+"""Device rows that are taken from one part of the sheet."""
+
+PX_AT_ONCE = 200_000
+"""Device pixels that are worked on together, so that memory beside the two sheets stays at some ten MB."""
+
+
+def device_size(
+    layout: CellLayout, *, px_per_lens_device: float, window: tuple[int, int] | None = None, margin_px: int = 0
+) -> tuple[int, int]:
+    """Return the (rows, cols) of an integral image on the device.
+
+    Parameters
+    ----------
+    layout
+        Of the sheet as rendered.
+    px_per_lens_device
+        Pitch by the device's pixel, d.
+    window
+        (rows, cols) of what is shown or printed. Without it: the whole number of pixels nearest to the array's size,
+        and `margin_px` more on each side.
+    margin_px
+        Counts only without a window.
+
+    Raises
+    ------
+    LayoutError
+        If d is not a positive number, the margin is negative, or the array does not fit in the window.
+
+    Examples
+    --------
+    >>> device_size(CellLayout(100, 100, 24), px_per_lens_device=600 / 25.4, margin_px=19)
+    (2400, 2400)
+    """
+    if not (math.isfinite(px_per_lens_device) and px_per_lens_device > 0 and margin_px >= 0):
+        raise LayoutError(
+            f"expected a positive number of device px per lens and no negative margin, got {px_per_lens_device} and"
+            f" {margin_px}"
+        )
+    rows, cols = (max(1, math.floor(side * px_per_lens_device + 0.5)) for side in array_pitches(layout))
+    if window is None:
+        return rows + 2 * margin_px, cols + 2 * margin_px
+    if window[0] < rows or window[1] < cols:
+        raise LayoutError(
+            f"expected a window of at least {rows} x {cols} px for {layout} at {px_per_lens_device:g} device px each,"
+            f" got {window[0]} x {window[1]}"
+        )
+    return window
+
+
+def to_device(
+    sheet: NDArray[Light],
+    layout: CellLayout,
+    *,
+    px_per_lens_device: float,
+    window: tuple[int, int] | None = None,
+    margin_px: int = 0,
+) -> NDArray[Light]:
+    """Return an integral image on a device's pixel grid; see the module.
+
+    Parameters
+    ----------
+    sheet
+        `(rows, cols, channel)` of this layout, linear light.
+    layout, px_per_lens_device, window, margin_px
+        As in `device_size`.
+
+    Returns
+    -------
+    NDArray
+        `(*device_size, channel)` in the sheet's dtype, interpolated in single precision or the sheet's, if higher.
+
+    Raises
+    ------
+    LayoutError
+        As in `device_size`, or if the sheet is not of this layout.
+    """
+    check_sheet(sheet, layout)
+    rows, cols = device_size(layout, px_per_lens_device=px_per_lens_device, window=window, margin_px=margin_px)
+    shown = np.empty((rows, cols, sheet.shape[2]), dtype=sheet.dtype)
+    whole = SheetOfRows(HeldRows(sheet), layout)
+    made = device_bands(whole, px_per_lens_device=px_per_lens_device, window=window, margin_px=margin_px)
+    for start, band in zip(range(0, rows, ROWS_AT_ONCE), made, strict=True):
+        shown[start : start + ROWS_AT_ONCE] = band
+    return shown
+
+
+def device_bands(
+    sheet: Sheet, *, px_per_lens_device: float, window: tuple[int, int] | None = None, margin_px: int = 0
+) -> Iterator[NDArray[Any]]:
+    """Yield the rows of an integral image on a device's pixel grid, top down, `ROWS_AT_ONCE` of them at a time.
+
+    Parameters are as in `to_device`; of the sheet no more is held than what lies under a band.
+    """
+    layout = sheet.layout
+    rows, cols = device_size(layout, px_per_lens_device=px_per_lens_device, window=window, margin_px=margin_px)
+    down, right = (_offsets(side) / px_per_lens_device for side in (rows, cols))
+    at, under = (
+        (_squares_at, _lens_rows_under) if layout.lattice == "square" else (hexagons_at, hexagonal_lens_rows_under)
+    )
+    step = max(1, PX_AT_ONCE // cols)
+    for start in range(0, rows, ROWS_AT_ONCE):
+        band = down[start : start + ROWS_AT_ONCE]
+        first, stop = under(layout, band)
+        part = sheet.part(first, stop)
+        shown = np.empty((len(band), cols, part.shape[2]), dtype=part.dtype)
+        for row in range(0, len(band), step):
+            place = slice(row, row + step)
+            shown[place] = at(part, layout, down=band[place], right=right, first_row=first * layout.row_px)
+        yield shown
+
+
+def _offsets(px: int) -> NDArray[np.float64]:
+    """Return the pixels' centres from the middle of a line of them, px."""
+    return np.arange(px, dtype=np.float64) + 0.5 - px / 2
+
+
+def array_pitches(layout: CellLayout) -> tuple[float, float]:
+    """Return the array's (height, width) in pitches, from the outermost border or corner to the other."""
+    return array_extent(layout.lens_rows, layout.lens_cols, hexagonal=layout.lattice == "hexagonal")
+
+
+@dataclass(frozen=True)
+class _Axis:
+    """Where the pixels of one axis of the device take their values on one axis of the sheet."""
+
+    first: NDArray[np.intp]
+    second: NDArray[np.intp]
+    weight: NDArray[np.float64]
+    """Of the second."""
+    lit: NDArray[np.bool_]
+    """Under a lens."""
+
+
+def _axis(offset_pitches: NDArray[np.float64], lenses: int, px_per_lens: int) -> _Axis:
+    at = offset_pitches + lenses / 2
+    lens = _lens_at(at)
+    lit = (lens >= 0) & (lens < lenses)
+    lens = np.clip(lens, 0, lenses - 1)
+    first, second, weight = neighbours((at - lens) * px_per_lens - 0.5, 0, px_per_lens - 1)
+    return _Axis(lens * px_per_lens + first, lens * px_per_lens + second, weight, lit)
+
+
+def _lens_rows_under(layout: CellLayout, down: NDArray[np.float64]) -> tuple[int, int]:
+    """Return [first, stop) of the lens rows that places take their light from."""
+    lens = np.clip(_lens_at(down + layout.lens_rows / 2), 0, layout.lens_rows - 1)
+    return int(lens.min()), int(lens.max()) + 1
+
+
+def _lens_at(at_pitches: NDArray[np.float64]) -> NDArray[np.intp]:
+    return np.floor(at_pitches + ON_THE_BORDER).astype(np.intp)
+
+
+def _squares_at(
+    part: NDArray[Light],
+    layout: CellLayout,
+    *,
+    down: NDArray[np.float64],
+    right: NDArray[np.float64],
+    first_row: int,
+) -> NDArray[np.floating[Any]]:
+    """Return the light of a square sheet at the places of a grid; see `hexagons_at`."""
+    along = _axis(down, layout.lens_rows, layout.px_per_lens)
+    across = _axis(right, layout.lens_cols, layout.px_per_lens)
+    first, second = (working(part[rows - first_row]) for rows in (along.first, along.second))
+    rows = between(first, second, along.weight[:, np.newaxis, np.newaxis])
+    pixels = between(rows[:, across.first], rows[:, across.second], across.weight[:, np.newaxis])
+    pixels[~along.lit] = 0
+    pixels[:, ~across.lit] = 0
+    return pixels

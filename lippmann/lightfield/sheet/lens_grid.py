@@ -1,0 +1,126 @@
+"""Where lenses lie on the pixels of a picture whose pitch need not be a whole number of them.
+
+`CellLayout` is for sheets that we rendered or made whole. A sheet on a device's pixels, a scan and a photograph have a
+`LensGrid`; `whole_cells` makes the one into the other. Both say the same of a sheet of ours: `layout_grid`.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from lippmann.errors import LayoutError
+from lippmann.lattice.hexagonal_pixels import ROW_PITCH
+from lippmann.lattice.layout import CellLayout, Lattice
+from lippmann.lightfield.sheet.device import device_size
+
+
+@dataclass(frozen=True)
+class LensGrid:
+    """A lattice of lenses over a picture; places are px from its top left corner, `(down, right)`."""
+
+    lens_rows: int
+    lens_cols: int
+    pitch_px: float
+    """Across a lens."""
+    offset_px: tuple[float, float]
+    """Of the centre of lens (0, 0), (down, right)."""
+    lattice: Lattice = "square"
+    first_row_shifted: bool = False
+    """Hexagonal: the even lens rows are those half a lens further right, not the odd ones."""
+    row_pitch_px: float | None = None
+    """From one lens row to the next; None: what it is with square pixels."""
+    turn_deg: float = 0.0
+    """By how much the lens rows are turned in the picture about lens (0, 0), clockwise as one looks at it."""
+
+    def __post_init__(self) -> None:
+        """Refuse what is not a lattice."""
+        if min(self.lens_rows, self.lens_cols) < 1:
+            raise LayoutError(f"expected at least one lens, got {self.lens_rows} x {self.lens_cols}")
+        numbers = (self.pitch_px, self.row_px, self.turn_deg, *self.offset_px)
+        if not all(map(math.isfinite, numbers)) or min(self.pitch_px, self.row_px) <= 0:
+            raise LayoutError(
+                f"expected a pitch above 0 px both ways, and a place and a turn that are numbers, got {self}"
+            )
+        self.layout()
+
+    def __str__(self) -> str:
+        kind = "lenses" if self.lattice == "square" else "hexagonal lenses"
+        turned = f", turned by {self.turn_deg:g} degrees" if self.turn_deg else ""
+        down, right = self.offset_px
+        return (
+            f"{self.lens_rows} x {self.lens_cols} {kind} of {self.pitch_px:g} px, {self.row_px:g} px from row to row,"
+            f" the first at ({down:g}, {right:g}) px{turned}"
+        )
+
+    @property
+    def row_px(self) -> float:
+        """From one lens row to the next, px."""
+        if self.row_pitch_px is not None:
+            return self.row_pitch_px
+        return self.pitch_px * (1.0 if self.lattice == "square" else ROW_PITCH)
+
+    def shift_pitches(self, lens_row: int) -> float:
+        """Return how much further right than row 0 a lens row stands, in pitches: -1/2, 0 or 1/2."""
+        if self.lattice == "square" or lens_row % 2 == 0:
+            return 0.0
+        return -0.5 if self.first_row_shifted else 0.5
+
+    def layout(self, px_per_lens: int | None = None) -> CellLayout:
+        """Return the layout of as many whole cells, of the nearest number of px that a lens can have.
+
+        >>> LensGrid(90, 100, 23.622, (11.8, 11.8)).layout()
+        CellLayout(lens_rows=90, lens_cols=100, px_per_lens=24, lattice='square', first_row_shifted=False)
+        """
+        step = 1 if self.lattice == "square" else 2
+        nearest = step * max(1, math.floor(self.pitch_px / step + 0.5))
+        return CellLayout(
+            self.lens_rows,
+            self.lens_cols,
+            nearest if px_per_lens is None else px_per_lens,
+            lattice=self.lattice,
+            first_row_shifted=self.first_row_shifted,
+        )
+
+
+def layout_grid(layout: CellLayout) -> LensGrid:
+    """Return where the lenses of a layout lie on its own sheet."""
+    n, m = layout.px_per_lens, layout.row_px
+    return LensGrid(
+        layout.lens_rows,
+        layout.lens_cols,
+        pitch_px=n,
+        offset_px=(layout.overhang_px + m / 2, layout.shift_px(0) + n / 2),
+        lattice=layout.lattice,
+        first_row_shifted=layout.first_row_shifted,
+        row_pitch_px=m,
+    )
+
+
+def device_grid(
+    layout: CellLayout, *, px_per_lens_device: float, window: tuple[int, int] | None = None, margin_px: int = 0
+) -> LensGrid:
+    """Return where the lenses of a layout lie on what `to_device` makes with the same arguments.
+
+    Raises
+    ------
+    LayoutError
+        As in `device_size`.
+
+    Examples
+    --------
+    >>> device_grid(CellLayout(100, 100, 24), px_per_lens_device=23.5, margin_px=10).offset_px
+    (21.75, 21.75)
+    """
+    rows, cols = device_size(layout, px_per_lens_device=px_per_lens_device, window=window, margin_px=margin_px)
+    row_pitch = 1.0 if layout.lattice == "square" else ROW_PITCH
+    first_down = -(layout.lens_rows - 1) / 2 * row_pitch
+    first_right = (layout.shift_px(0) - (layout.cols - layout.px_per_lens) / 2) / layout.px_per_lens
+    return LensGrid(
+        layout.lens_rows,
+        layout.lens_cols,
+        pitch_px=px_per_lens_device,
+        offset_px=(rows / 2 + first_down * px_per_lens_device, cols / 2 + first_right * px_per_lens_device),
+        lattice=layout.lattice,
+        first_row_shifted=layout.first_row_shifted,
+    )

@@ -1,0 +1,92 @@
+"""Views in one picture for a graphics card: as many as fit into its largest texture, and how they lie there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import LayoutError
+from lippmann.lattice.layout import CellLayout, check_sheet
+from lippmann.lightfield.sheet.interpolation import Light
+from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.views import view, view_numbers
+
+
+@dataclass(frozen=True)
+class Atlas:
+    """Which views lie where: `us[i]`, `vs[j]` at grid column i and grid row j."""
+
+    us: tuple[int, ...]
+    """Rising, as the eye moves to the right."""
+    vs: tuple[int, ...]
+    """Rising, as it moves down."""
+    view_rows: int
+    view_cols: int
+    """Of one view on square pixels."""
+
+    @property
+    def rows(self) -> int:
+        """Height, px."""
+        return len(self.vs) * self.view_rows
+
+    @property
+    def cols(self) -> int:
+        """Width, px."""
+        return len(self.us) * self.view_cols
+
+
+def plan_atlas(layout: CellLayout, *, max_px: int) -> Atlas:
+    """Return the atlas of as many views as fit, evenly spread; the outermost ones among them if there are several.
+
+    Parameters
+    ----------
+    layout
+        Of the orthoscopic sheet.
+    max_px
+        The longest side that the picture may have.
+
+    Raises
+    ------
+    LayoutError
+        If not even one view fits.
+
+    Examples
+    --------
+    >>> plan_atlas(CellLayout(90, 90, 8), max_px=360).us
+    (0, 2, 5, 7)
+    """
+    rows, cols = square_size(layout)
+    if max(rows, cols) > max_px:
+        raise LayoutError(f"expected max_px of at least one view, {max(rows, cols)} px, got {max_px}")
+    return Atlas(
+        us=_spread(layout.cell_cols, max_px // cols), vs=_spread(layout.cell_rows, max_px // rows),
+        view_rows=rows, view_cols=cols,
+    )  # fmt: skip
+
+
+def atlas_picture(ortho: NDArray[Light], layout: CellLayout, atlas: Atlas) -> NDArray[Light]:
+    """Return the picture of an atlas, `(atlas.rows, atlas.cols, channel)`; black where there is no view.
+
+    Raises
+    ------
+    LayoutError
+        If the sheet is not of this layout.
+    """
+    check_sheet(ortho, layout)
+    picture = np.zeros((atlas.rows, atlas.cols, ortho.shape[2]), dtype=ortho.dtype)
+    there = set(view_numbers(layout))
+    for row, v in enumerate(atlas.vs):
+        for col, u in enumerate(atlas.us):
+            if (u, v) in there:
+                down, across = row * atlas.view_rows, col * atlas.view_cols
+                place = slice(down, down + atlas.view_rows), slice(across, across + atlas.view_cols)
+                picture[place] = as_square(view(ortho, layout, u, v), layout)
+    return picture
+
+
+def _spread(count: int, most: int) -> tuple[int, ...]:
+    if most == 1 or count == 1:
+        return ((count - 1) // 2,)
+    return tuple(int(place) for place in np.linspace(0, count - 1, min(count, most)).round())

@@ -1,0 +1,78 @@
+"""Views between views: interpolated linearly where a row of views is asked for in another number."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import LayoutError
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.sheet.interpolation import Light, between, neighbours, working
+from lippmann.lightfield.views.square_pixels import as_square
+from lippmann.lightfield.views.views import view
+
+
+def views_in_row(layout: CellLayout, v: int) -> range:
+    """Return u of the views that exist in a row of views: all on the square lattice.
+
+    Raises
+    ------
+    LayoutError
+        If there is no such row, or a hexagon's corner leaves no view in it.
+    """
+    found = np.flatnonzero(layout.mask[v]) if 0 <= v < layout.cell_rows else np.empty(0, dtype=np.intp)
+    if not found.size:
+        raise LayoutError(f"expected a row of views of {layout}, from 0 to {layout.cell_rows - 1}, got {v}")
+    return range(int(found[0]), int(found[-1]) + 1)
+
+
+def views_in_col(layout: CellLayout, u: int) -> range:
+    """Return v of the views that exist in a column of views; see `views_in_row`."""
+    found = np.flatnonzero(layout.mask[:, u]) if 0 <= u < layout.cell_cols else np.empty(0, dtype=np.intp)
+    if not found.size:
+        raise LayoutError(f"expected a column of views of {layout}, from 0 to {layout.cell_cols - 1}, got {u}")
+    return range(int(found[0]), int(found[-1]) + 1)
+
+
+def spread_views(ortho: NDArray[Light], layout: CellLayout, v: int, count: int) -> Iterator[NDArray[Light]]:
+    """Yield views of one row from the leftmost eye to the rightmost, on square pixels, evenly spread.
+
+    Parameters
+    ----------
+    ortho
+        Orthoscopic sheet `(rows, cols, channel)`, linear light.
+    layout
+        How its pixels lie under the lenses.
+    v
+        The row of views.
+    count
+        How many; as many as there are gives exactly these, one gives the middle. Others are interpolated between the
+        two nearest, and what moves between these by more than a lens is then seen twice.
+
+    Yields
+    ------
+    NDArray
+        `(*square_size(layout), channel)` in the sheet's dtype.
+
+    Raises
+    ------
+    LayoutError
+        If there is no such row of views.
+    """
+    there = views_in_row(layout, v)
+    for first, second, weight in zip(*neighbours(spread(there, count), there[0], there[-1]), strict=True):
+        left, right = (working(view(ortho, layout, int(u), v)) for u in (first, second))
+        yield as_square(between(left, right, np.asarray(weight)).astype(ortho.dtype), layout)
+
+
+def spread(there: range, count: int) -> NDArray[np.float64]:
+    """Return so many places from the first view that is there to the last, evenly; a single one in the middle.
+
+    >>> spread(range(4), 7)
+    array([0. , 0.5, 1. , 1.5, 2. , 2.5, 3. ])
+    """
+    if count == 1:
+        return np.array([(there[0] + there[-1]) / 2])
+    return np.linspace(there[0], there[-1], count)

@@ -1,0 +1,124 @@
+"""What an eye at a place sees of a display: from under every lens the light that goes to it.
+
+The eye stands at (x, y, L) in millimetres from the middle of the display's array: x to the right, y upward, L in
+front. It sees under the lens at x_k the place u_k = -(g / P) (x - x_k) / L pixels from the lens's axis, g the reduced
+gap and P the pixel: the further right the eye, the further left. Between pixels light is interpolated linearly, inside
+the cell only; nearer to its border than the outermost pixels' centres these go on. A lens whose place lies outside its
+own cell is dark and marked: there an observer would see the neighbour's light.
+
+Each lens is one pixel of what is seen, and a pinhole: blur by the lenses is not modelled.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import LayoutError
+from lippmann.lattice.layout import CellLayout, check_sheet
+from lippmann.lightfield.sheet.cell_sampling import Places, light_under
+from lippmann.lightfield.sheet.interpolation import ON_THE_BORDER, SNAP, Light
+from lippmann.lightfield.sheet.lens_grid import layout_grid
+
+
+@dataclass(frozen=True)
+class Eye:
+    """Where an eye stands, mm from the middle of the display's array."""
+
+    x_mm: float
+    """To the right."""
+    y_mm: float
+    """Upward."""
+    distance_mm: float
+    """In front."""
+
+    def __post_init__(self) -> None:
+        """Refuse an eye that does not see the front of the display."""
+        numbers = (self.x_mm, self.y_mm, self.distance_mm)
+        if not all(map(math.isfinite, numbers)) or self.distance_mm <= 0:
+            raise LayoutError(f"expected an eye in front of the display, at a distance above 0 mm, got {self}")
+
+    def __str__(self) -> str:
+        return f"({self.x_mm:g}, {self.y_mm:g}, {self.distance_mm:g}) mm"
+
+
+@dataclass(frozen=True)
+class Perspective:
+    """What an eye sees, lens by lens."""
+
+    picture: NDArray[np.floating[Any]]
+    """`(lens_rows, lens_cols, channel)`; hexagonal: on the lattice's own places, as a view."""
+    seen: NDArray[np.bool_]
+    """`(lens_rows, lens_cols)`: which lenses show light of their own cell; the others are dark."""
+
+
+def perspective(ortho: NDArray[Light], layout: CellLayout, eye: Eye, *, pitch_mm: float, gap_mm: float) -> Perspective:
+    """Return what an eye sees of an orthoscopic integral image; see the module.
+
+    Parameters
+    ----------
+    ortho
+        Orthoscopic sheet `(rows, cols, channel)`, linear light.
+    layout
+        How its pixels lie under the lenses.
+    eye
+        Where it stands.
+    pitch_mm
+        Of the lenses, p.
+    gap_mm
+        Reduced gap between pixels and lenses, g.
+
+    Raises
+    ------
+    LayoutError
+        If the sheet is not of this layout, or pitch or gap are not positive.
+    """
+    check_sheet(ortho, layout)
+    if not (0 < pitch_mm < math.inf and 0 < gap_mm < math.inf):
+        raise LayoutError(f"expected a positive pitch and gap in mm, got {pitch_mm} and {gap_mm}")
+    right, down = places_px(layout, eye, pitch_mm=pitch_mm, gap_mm=gap_mm)
+    seen = inside_cells(layout, right, down)
+    lens_row, lens_col = np.nonzero(seen)
+    picture = np.zeros((*seen.shape, ortho.shape[2]), dtype=np.result_type(ortho.dtype, np.float32))
+    places = Places(lens_row, lens_col, down[seen], right[seen])
+    picture[seen] = light_under(ortho, layout_grid(layout), places)
+    return Perspective(picture=picture, seen=seen)
+
+
+def places_px(
+    layout: CellLayout, eye: Eye, *, pitch_mm: float, gap_mm: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return where under each lens an eye looks, from the lens's axis, as (right, down) in pixels.
+
+    Each is `(lens_rows, lens_cols)`. They do not stop at the cell's border.
+    """
+    high_mm, wide_mm = layout.pixel_mm(pitch_mm)
+    rows, cols = np.arange(layout.lens_rows), np.arange(layout.lens_cols)
+    x_px = _row_shifts(layout) + (cols + 0.5) * layout.px_per_lens - layout.cols / 2
+    down_px = layout.overhang_px + (rows[:, np.newaxis] + 0.5) * layout.row_px - layout.rows / 2
+    slope = gap_mm / eye.distance_mm
+    right = -slope * (eye.x_mm - x_px * wide_mm) / wide_mm
+    down = slope * (eye.y_mm + down_px * high_mm) / high_mm
+    rounded = (np.round(place * SNAP) / SNAP for place in np.broadcast_arrays(right, down))
+    return next(rounded), next(rounded)
+
+
+def inside_cells(layout: CellLayout, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return which places lie in their own cell, or on its border."""
+    n, m = layout.px_per_lens, layout.row_px
+    x, y, border = np.abs(right), np.abs(down), 1 + ON_THE_BORDER
+    inside: NDArray[np.bool_] = 2 * x <= n * border
+    if layout.lattice == "square":
+        inside &= 2 * y <= m * border
+    else:  # as in hexagon_mask
+        inside &= 2 * m * x + 3 * n * y <= 2 * m * n * border
+    return inside
+
+
+def _row_shifts(layout: CellLayout) -> NDArray[np.intp]:
+    """Return how much further right each lens row stands, px, `(lens_rows, 1)`."""
+    return np.array([[layout.shift_px(lens_row)] for lens_row in range(layout.lens_rows)], dtype=np.intp)

@@ -1,0 +1,1 @@
+"""The work of a farm on this machine, without a farm."""

@@ -1,0 +1,140 @@
+"""Outputs made here of masters that are here, by the makers that a worker runs."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from lippmann.errors import BadInput, LippmannError, SpecError
+from lippmann.job.frames import parse_frames
+from lippmann.job.outputs.choice import Output, check_names, check_options
+from lippmann.job.outputs.output import OutputOptions
+from lippmann.job.problems import Misfit, problems_of
+from lippmann.local.files.footage import files_footage
+from lippmann.local.files.job_masters import job_masters
+from lippmann.local.files.writable import check_writable
+from lippmann.plan import artifact_names as names
+from lippmann.terminal.progress import ProgressLine
+from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.make import make_output
+from worker.tasks.outputs.making import Making
+from worker.whole_file import new_file
+
+if TYPE_CHECKING:
+    from lippmann.client import Client
+
+
+@dataclass(frozen=True)
+class Exported:
+    """What came of one output."""
+
+    output: str
+    """Its file name."""
+    files: tuple[Path, ...]
+    """The sidecar among them, first."""
+    error: str | None = None
+    """Why it could not be made."""
+
+
+@contextmanager
+def footage_of_job(client: Client, job_id: str, *, frames: str | None) -> Iterator[Footage]:
+    """Lend the footage of a job, its masters fetched into a folder of its own."""
+    job = client.job(job_id)
+    numbers = parse_frames(frames) if frames else job.spec.frame_numbers
+    with job_masters(client, job, numbers, depth=True) as folder:
+        yield files_footage(folder, fps=job.fps, display=job.spec.display)
+
+
+def wanted_outputs(written: Sequence[str], footage: Footage) -> tuple[OutputOptions, ...]:
+    """Return outputs as a user writes them: the name of a file, or JSON.
+
+    Raises
+    ------
+    BadInput
+        If something is no JSON.
+    SpecError
+        Naming every option that cannot be.
+    """
+    try:
+        outputs = TypeAdapter(tuple[Output, ...]).validate_python([_read(text) for text in written])
+        check_names(outputs)
+        check_options(outputs, footage.rig(footage.frames[0]), footage.frames, has_depth=footage.has_depth)
+    except ValidationError as error:
+        raise SpecError.of(problems_of(error)) from error
+    except Misfit as error:
+        raise BadInput(f"{error.field}: expected {error.expected}, got {error.got}") from error
+    return outputs
+
+
+def _read(text: str) -> Any:
+    if not text.lstrip().startswith("{"):
+        return text
+    try:
+        return json.loads(text)
+    except ValueError as error:
+        raise BadInput(f"expected an output as a file name or as JSON, got {text}: {error}") from error
+
+
+def export_here(footage: Footage, outputs: Sequence[OutputOptions], out: Path) -> tuple[Exported, ...]:
+    """Make outputs into a folder, named as below a job; one that cannot be made keeps no other from being made."""
+    check_writable(out)
+    return tuple(_export(footage, output, out) for output in outputs)
+
+
+def _export(footage: Footage, output: OutputOptions, out: Path) -> Exported:
+    made: list[Path] = []
+
+    def put(name: str, path: Path) -> None:
+        target = out / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        beside = target.with_name(f".{target.name}.part")
+        with path.open("rb") as source, new_file(beside) as file:
+            shutil.copyfileobj(source, file, 1 << 20)
+        beside.replace(target)
+        made.append(target)
+
+    with tempfile.TemporaryDirectory(prefix="lippmann-export-") as folder, ProgressLine(output.file_name) as line:
+        making = Making(
+            footage=footage, output=output, scratch=Path(folder), put=put, is_there=lambda name: False,
+            watch=_Shown(line),
+        )  # fmt: skip
+        try:
+            # Of an earlier export: what it tells of would be files of two exports, if this one stops half-way.
+            (out / names.sidecar_name(output)).unlink(missing_ok=True)
+            make_output(making)
+        except LippmannError as error:
+            return Exported(output=output.file_name, files=tuple(made), error=error.message)
+        except OSError as error:
+            said = f"cannot write {error.filename or out}: {error.strerror}"
+            return Exported(output=output.file_name, files=tuple(made), error=said)
+    sidecar = out / names.sidecar_name(output)
+    return Exported(output=output.file_name, files=(sidecar, *(path for path in made if path != sidecar)))
+
+
+class _Shown:
+    """A watch that shows how far the work is, and never says stop: Ctrl-C does."""
+
+    def __init__(self, line: ProgressLine) -> None:
+        self._line, self._progress = line, 0.0
+
+    @property
+    def progress(self) -> float:
+        """How far the work is, 0 to 1."""
+        return self._progress
+
+    @progress.setter
+    def progress(self, fraction: float) -> None:
+        self._progress = fraction
+        self._line.show(fraction, "")
+
+    def should_stop(self) -> bool:
+        """Return False."""
+        return False

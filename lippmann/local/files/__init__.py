@@ -1,0 +1,1 @@
+"""Files that the local commands read: bundles, job files, lenses and masters."""

@@ -1,0 +1,132 @@
+"""Masters on disk as the footage that outputs are made of: one, or a folder as `capture` leaves it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from pydantic import ValidationError
+
+from lippmann.errors import ArtifactMissing, BadInput
+from lippmann.job.frames import parse_frames
+from lippmann.job.rig import Rig
+from lippmann.job.spec import Display
+from lippmann.job.stage import Stage
+from lippmann.local.files.master import OTHER_MASTERS, named_rig
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import display_size
+from worker.images.read import read_attributes
+from worker.tasks.outputs.footage import Footage
+
+ORTHOSCOPIC = "orthoscopic"
+DEPTH = "depth"
+FACTS = ("job", "scene", "bundle")
+"""What a header says of where a master comes from."""
+
+
+@dataclass(frozen=True)
+class _Master:
+    path: Path
+    rig: Rig
+    stage: Stage | None
+
+
+def files_footage(source: Path, *, frames: str | None = None, fps: float, display: Display | None = None) -> Footage:
+    """Return the footage of orthoscopic masters on disk.
+
+    Parameters
+    ----------
+    source
+        A master, or a folder of them, or one with such a folder `orthoscopic/`.
+    frames
+        Which, as in a job file; all when not said.
+    fps
+        Frames a second: masters do not know.
+    display
+        How they are to be shown; a job's default when not said.
+
+    Raises
+    ------
+    BadInput
+        If there are none, one is none or has no rig in its header, their lenses differ, or a frame is not there.
+    """
+    found = {number: _master(path) for number, path in _numbered(source).items()}
+    if frames is not None:
+        wanted = parse_frames(frames)
+        missing = [number for number in wanted if number not in found]
+        if missing:
+            raise BadInput(f"--frames: expected some of {_listed(found)} in {source}, got {_listed(missing)}")
+        found = {number: found[number] for number in wanted}
+    layouts = {display_size(master.rig): master.path for master in found.values()}
+    if len(layouts) > 1:
+        said = "; ".join(f"{layout} in {path}" for layout, path in layouts.items())
+        raise BadInput(f"expected the same lenses over all frames, got {said}")
+    first = next(iter(found.values()))
+    attributes = read_attributes(first.path)
+    paths = {names.orthoscopic_name(number): master.path for number, master in found.items()}
+    depths = {names.depth_name(number): _depth_beside(master.path) for number, master in found.items()}
+
+    @contextmanager
+    def lend(name: str) -> Iterator[Path]:
+        path = (paths | depths).get(name)
+        if path is None or not path.is_file():
+            raise ArtifactMissing(f"there is no {name} in {source}")
+        yield path
+
+    return Footage(
+        frames=tuple(found),
+        fps=fps,
+        layout=next(iter(layouts)),
+        rig=lambda frame: found[frame].rig,
+        display=display or Display(),
+        facts={name: attributes.get(name, "") for name in FACTS},
+        master=lend,
+        stage=lambda frame: found[frame].stage,
+        has_depth=all(path.is_file() for path in depths.values()),
+    )
+
+
+def _numbered(source: Path) -> dict[int, Path]:
+    if source.is_file():
+        paths = [source]
+    else:
+        inside = source / ORTHOSCOPIC if (source / ORTHOSCOPIC).is_dir() else source
+        paths = sorted(inside.glob("*.exr")) if inside.is_dir() else []
+    if not paths:
+        raise BadInput(f"expected orthoscopic masters (EXR) in {source}, got none")
+    if paths[0].absolute().parent.name in OTHER_MASTERS:
+        raise BadInput(f"expected orthoscopic masters, as {ORTHOSCOPIC}/{paths[0].name}, got {paths[0]}")
+    known = {int(path.stem): path for path in paths if path.stem.isdecimal() and int(path.stem) > 0}
+    if len(known) < len(paths):  # files of other names: in their order
+        known = dict(enumerate(paths, start=1))
+    return dict(sorted(known.items()))
+
+
+def _master(path: Path) -> _Master:
+    return _Master(path=path, rig=named_rig(path), stage=stage_in(path))
+
+
+def stage_in(path: Path) -> Stage | None:
+    """Return the stage that a master's header names; None if it names none.
+
+    Raises
+    ------
+    BadInput
+        If the header names something else.
+    """
+    said = read_attributes(path).get("stage")
+    try:
+        return None if said is None else Stage.model_validate_json(said)
+    except ValidationError as error:
+        raise BadInput(f"{path}: expected a stage in the header, got {error.errors()[0]['msg']}") from error
+
+
+def _depth_beside(path: Path) -> Path:
+    return path.parent.parent / DEPTH / path.name
+
+
+def _listed(numbers: Iterable[int]) -> str:
+    listed = [str(number) for number in numbers]
+    return ", ".join(listed) if len(listed) <= 8 else f"{listed[0]} to {listed[-1]}"

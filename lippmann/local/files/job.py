@@ -1,0 +1,90 @@
+"""Job files and `--set`: JSON as in `lippmann.job.spec`, with single fields set from the command line."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from lippmann.errors import BadInput
+
+
+def read_job(source: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
+    """Return the job in a file, or on stdin if `source` is `-`, with fields set anew.
+
+    Raises
+    ------
+    BadInput
+        If it cannot be read or is no JSON object, or an override is none.
+    """
+    job = _parse(_read(source), source)
+    for override in overrides:
+        set_field(job, override)
+    take_in_lens(job, Path() if source == "-" else Path(source).parent)
+    return job
+
+
+def take_in_lens(job: dict[str, Any], folder: Path) -> None:
+    """Put a lens's prescription in place of the name of its file, `{"file": "my-lens.zmx"}`, beside the job.
+
+    Raises
+    ------
+    BadInput, SpecError
+        If the file cannot be read, or is no prescription.
+    """
+    rig = job.get("rig")
+    lens = rig.get("imaging_lens") if isinstance(rig, dict) else None
+    if isinstance(rig, dict) and isinstance(lens, dict) and set(lens) == {"file"}:
+        from lippmann.local.files.lens import read_lens
+
+        rig["imaging_lens"] = read_lens(folder / str(lens["file"]))
+
+
+def set_field(job: dict[str, Any], override: str) -> None:
+    """Set one field of a job, `path=value`: the value is JSON, or text where it is none.
+
+    >>> job = {"scene": "fish"}
+    >>> set_field(job, "rig.lens_array.count=[4, 5]"); set_field(job, "frames=1-3"); job
+    {'scene': 'fish', 'rig': {'lens_array': {'count': [4, 5]}}, 'frames': '1-3'}
+    """
+    path, equals, text = override.partition("=")
+    *above, last = path.strip().split(".")
+    if not equals or not last or not all(above):
+        raise BadInput(f"--set: expected field=value as in rig.px_per_lens=4, got {override!r}")
+    place = job
+    for name in above:
+        place = place.setdefault(name, {})
+        if not isinstance(place, dict):
+            raise BadInput(f"--set {path}: expected a field below {name!r}, got {name}={json.dumps(place)}")
+    place[last] = _value(path.strip(), text)
+
+
+def _value(path: str, text: str) -> Any:
+    if path in ("frames", "scene", "title"):  # text by nature: the job `frames=5` means "5"
+        return text.strip()
+    try:
+        return json.loads(text)
+    except ValueError:
+        return text.strip()
+
+
+def _read(source: str) -> str:
+    try:
+        return sys.stdin.read() if source == "-" else Path(source).read_text("utf-8")
+    except OSError as error:
+        raise BadInput(f"expected a job file, got {source}: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        raise BadInput(f"{source}: expected JSON in UTF-8, got {error}") from error
+
+
+def _parse(text: str, source: str) -> dict[str, Any]:
+    where = "stdin" if source == "-" else source
+    try:
+        job = json.loads(text)
+    except ValueError as error:
+        raise BadInput(f"{where}: expected a job as JSON, got {error}") from error
+    if not isinstance(job, dict):
+        raise BadInput(f"{where}: expected a job as a JSON object, got {type(job).__name__}")
+    return job

@@ -1,0 +1,45 @@
+"""Masters of a job brought here for as long as a command needs them."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lippmann.errors import BadInput
+from lippmann.plan import artifact_names as names
+from lippmann.terminal.progress import ProgressLine
+
+if TYPE_CHECKING:
+    from lippmann.client import Client
+    from service.schemas.job import Job
+
+
+@contextmanager
+def job_masters(client: Client, job: Job, frames: Sequence[int], *, depth: bool = False) -> Iterator[Path]:
+    """Lend a folder with the orthoscopic masters of some frames, as `fetch --masters` leaves them.
+
+    Parameters
+    ----------
+    depth
+        Whether to bring the depth of these frames, too, if the job asked for it.
+
+    Raises
+    ------
+    BadInput
+        If the job has no such frame; before anything is brought.
+    """
+    strange = [frame for frame in frames if frame not in job.spec.frame_numbers]
+    if strange:
+        raise BadInput(f"expected a frame of job {job.id}, {job.spec.frames}, got {strange[0]}")
+    wanted = [names.orthoscopic_name(frame) for frame in frames]
+    if depth and job.spec.capture.depth:
+        wanted += [names.depth_name(frame) for frame in frames]
+    with tempfile.TemporaryDirectory(prefix="lippmann-masters-") as folder:
+        with ProgressLine(f"fetch {job.id}") as line:
+            for place, name in enumerate(wanted):
+                client.download(job.id, name, Path(folder) / name)
+                line.show((place + 1) / len(wanted), name)
+        yield Path(folder)

@@ -1,0 +1,75 @@
+"""In which size a picture is written, and by which filter it comes to it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import BadInput
+from lippmann.job.viewing import Filter
+from worker.images.resize import resize
+
+MAX_SIDE_PX = 32_768
+"""Of a picture: beyond it a number was mistyped."""
+
+
+@dataclass(frozen=True)
+class PictureSize:
+    """A size that was asked for; as a picture is, when nothing was."""
+
+    scale: float | None = None
+    """So many times as large."""
+    longer_px: int | None = None
+    """Or so many px on the longer side."""
+    filter_name: Filter = "lanczos3"
+
+    def __post_init__(self) -> None:
+        """Refuse what is no size.
+
+        Raises
+        ------
+        BadInput
+            If both are said, or one is not positive.
+        """
+        if self.scale is not None and self.longer_px is not None:
+            raise BadInput("expected either --scale or --size, got both")
+        if self.scale is not None and not 0 < self.scale < math.inf:
+            raise BadInput(f"expected a --scale above 0, got {self.scale:g}")
+        if self.longer_px is not None and not 1 <= self.longer_px <= MAX_SIDE_PX:
+            raise BadInput(f"expected a --size of 1 to {MAX_SIDE_PX} px, got {self.longer_px}")
+
+    def of(self, rows: int, cols: int) -> tuple[int, int]:
+        """Return the (rows, cols) of a picture that was rows x cols px.
+
+        Raises
+        ------
+        BadInput
+            If it is too large.
+        """
+        factor = self.longer_px / max(rows, cols) if self.longer_px is not None else self.scale or 1.0
+        sides = max(1, math.floor(rows * factor + 0.5)), max(1, math.floor(cols * factor + 0.5))
+        check_side(max(sides))
+        return sides
+
+    def sized(self, picture: NDArray[np.floating[Any]]) -> NDArray[np.floating[Any]]:
+        """Return a picture `(row, col, channel)`, linear light, in this size."""
+        rows, cols = self.of(*picture.shape[:2])
+        if (rows, cols) == picture.shape[:2]:
+            return picture
+        return resize(picture, rows=rows, cols=cols, filter_name=self.filter_name)
+
+
+def check_side(longer_px: int) -> None:
+    """Refuse a picture that nobody can mean.
+
+    Raises
+    ------
+    BadInput
+        Naming the longest side.
+    """
+    if longer_px > MAX_SIDE_PX:
+        raise BadInput(f"expected a picture of at most {MAX_SIDE_PX} px a side, got {longer_px}")

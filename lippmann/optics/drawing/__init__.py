@@ -1,0 +1,1 @@
+"""Drawings of the optical bench, to scale, as SVG."""

@@ -1,0 +1,1 @@
+"""Imaging lenses: prescriptions, files, ray-transfer matrices and the exact trace."""

@@ -1,0 +1,137 @@
+"""Lens designs as CSV: one surface a line, `radius;thickness;material;index;v-no;sa`, in mm, object side first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from typing import Any
+
+from lippmann.errors import FieldProblem, SpecError
+from lippmann.job.lens import Prescription
+from lippmann.optics.lens.rows import Row, prescription_of_rows
+
+COLUMNS = ("radius", "thickness", "material", "index", "v-no", "sa")
+STOP = "STOP"
+AIR = ("", "AIR")
+
+
+def read_lens_csv(text: str, *, title: str = "") -> Prescription:
+    r"""Return the prescription in a CSV file.
+
+    A line of column names may come first and set their order. `#` begins a comment. A radius that is blank, 0 or
+    `inf` is a plane; a blank index without material is air. The row named STOP in its material, or else the one plane
+    with air on both sides between the surfaces, is where a variable stop stands. Planes in air before the first surface
+    and behind the last are object and image, and dropped.
+
+    Raises
+    ------
+    SpecError
+        Naming line, field, what was expected and what came.
+
+    Examples
+    --------
+    >>> lens = read_lens_csv("50;5;BK7;;;10\n-50;;;;;10")
+    >>> lens.surfaces[0].index, lens.surfaces[1].radius_mm
+    (1.5168, -50.0)
+    """
+    rows = _without_ends([Row(place, _surface(place, cells), _is_stop(cells)) for place, cells in _cells(text)])
+    for row in rows:
+        if math.isinf(row.surface["thickness_mm"]):
+            raise _wrong(f"{row.place}, thickness", "a finite number", repr("inf"))
+    in_air = _are_planes_in_air(rows)
+    for row, fits in zip(rows, in_air, strict=True):
+        if row.is_stop and not fits:
+            raise _wrong(f"{row.place}, material", "a stop as a plane with air on both sides", "a stop elsewhere")
+    if not any(row.is_stop for row in rows):
+        rows = [replace(row, is_stop=fits) for row, fits in zip(rows, in_air, strict=True)]
+    return prescription_of_rows(rows, title=title)
+
+
+def _without_ends(rows: list[Row]) -> list[Row]:
+    """Return the rows without object and image: planes in air at both ends, but for one that is named the stop."""
+    in_air = _are_planes_in_air(rows)
+    kept = [place for place, row in enumerate(rows) if row.is_stop or not in_air[place]]
+    return rows[kept[0] : kept[-1] + 1] if kept else []
+
+
+def _are_planes_in_air(rows: list[Row]) -> list[bool]:
+    return [
+        before == 1.0 and _is_plane_in_air(row.surface) for row, before in zip(rows, _indices_before(rows), strict=True)
+    ]
+
+
+def _cells(text: str) -> Iterator[tuple[str, Mapping[str, str]]]:
+    columns: tuple[str, ...] = COLUMNS
+    seen = False
+    for number, line in enumerate(text.splitlines(), start=1):
+        cells = [cell.strip() for cell in line.partition("#")[0].split(";")]
+        if not any(cells):
+            continue
+        if not seen and cells[0].lower() in COLUMNS:
+            columns, seen = _header(number, cells), True
+            continue
+        seen = True
+        while len(cells) > len(columns) and not cells[-1]:
+            cells.pop()
+        if len(cells) != len(columns):
+            got = f"{len(cells)} ({line.strip()[:60]})"
+            raise _wrong(f"line {number}", f"{len(columns)} cells, {';'.join(columns)}", got)
+        yield f"line {number}", dict(zip(columns, cells, strict=True))
+
+
+def _header(number: int, cells: list[str]) -> tuple[str, ...]:
+    names = tuple(cell.lower() for cell in cells if cell)
+    if set(names) != set(COLUMNS) or len(names) != len(COLUMNS):
+        raise _wrong(f"line {number}", f"the columns {';'.join(COLUMNS)}", ";".join(names))
+    return names
+
+
+def _surface(place: str, cells: Mapping[str, str]) -> dict[str, Any]:
+    radius_mm = _number(place, "radius", cells, blank=0.0)
+    surface: dict[str, Any] = {
+        "radius_mm": None if radius_mm == 0 or math.isinf(radius_mm) else radius_mm,
+        "thickness_mm": _number(place, "thickness", cells, blank=0.0),
+    }
+    material = "" if _is_stop(cells) else cells["material"]
+    if material.upper() not in AIR:
+        surface["material"] = material
+    if cells["index"] or material.upper() in AIR:
+        surface["index"] = _number(place, "index", cells, blank=1.0)
+    if cells["v-no"]:
+        surface["abbe"] = _number(place, "v-no", cells, blank=0.0)
+    if cells["sa"]:
+        surface["semi_aperture_mm"] = _number(place, "sa", cells, blank=0.0)
+    return surface
+
+
+def _number(place: str, name: str, cells: Mapping[str, str], *, blank: float) -> float:
+    cell = cells[name]
+    if not cell:
+        return blank
+    if "," in cell:
+        raise _wrong(f"{place}, {name}", "a number with a decimal point", f"{cell!r} with a comma")
+    try:
+        value = float(cell)
+    except ValueError:
+        raise _wrong(f"{place}, {name}", "a number", repr(cell)) from None
+    if math.isnan(value) or (math.isinf(value) and name not in ("radius", "thickness")):
+        raise _wrong(f"{place}, {name}", "a finite number", repr(cell))
+    return value
+
+
+def _is_stop(cells: Mapping[str, str]) -> bool:
+    return cells["material"].upper() == STOP
+
+
+def _is_plane_in_air(surface: Mapping[str, Any]) -> bool:
+    return surface["radius_mm"] is None and surface.get("index") == 1.0 and "material" not in surface
+
+
+def _indices_before(rows: list[Row]) -> list[float]:
+    # A material without index is glass, whichever.
+    return [1.0, *(row.surface.get("index", 0.0) for row in rows)][: len(rows)]
+
+
+def _wrong(field: str, expected: str, got: str) -> SpecError:
+    return SpecError.of([FieldProblem(field=field, expected=expected, got=got)])

@@ -1,0 +1,102 @@
+"""Ray-transfer matrices: what a lens system does to rays near its axis.
+
+A ray is (height, angle) and a matrix [[A, B], [C, D]] acts on it from the left (Kogelnik, Li, Appl. Opt. 5, 1550
+(1966)); between media in air the determinant is 1 and the focal length -1 / C.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.optics.lens.surfaces import ImagingLens, Surface
+
+_IN_FOCUS = 1e-12
+"""|D| of an object plane that is the front focal plane but for rounding."""
+
+
+@dataclass(frozen=True)
+class CardinalPoints:
+    """Focal length and focal distances of a lens system in air, mm."""
+
+    effective_focal_length_mm: float
+    back_focal_distance_mm: float
+    """From the last vertex to the rear focal point."""
+    front_focal_distance_mm: float
+    """From the first vertex to the front focal point, positive when it lies behind the vertex."""
+
+
+@dataclass(frozen=True)
+class Conjugate:
+    """An object plane and its image."""
+
+    object_mm: float
+    """From the object to the first vertex."""
+    image_mm: float
+    """From the last vertex to the image; infinite for an object in the front focal plane."""
+    magnification: float
+    """Lateral; negative when the image is inverted."""
+
+
+def translation(distance_mm: float) -> NDArray[np.float64]:
+    """Return the matrix of a flight through a distance."""
+    return np.array([[1.0, distance_mm], [0.0, 1.0]])
+
+
+def refraction(surface: Surface, index_before: float) -> NDArray[np.float64]:
+    """Return the matrix of a refraction, angles (not reduced) on both sides."""
+    ratio = index_before / surface.index_after
+    return np.array([[1.0, 0.0], [(ratio - 1.0) * surface.curvature_per_mm, ratio]])
+
+
+def system_matrix(lens: ImagingLens) -> NDArray[np.float64]:
+    """Return the matrix from the first vertex to the last, shape (2, 2)."""
+    matrix, index = np.eye(2), 1.0
+    for surface in lens.surfaces:
+        matrix = translation(surface.thickness_mm) @ refraction(surface, index) @ matrix
+        index = surface.index_after
+    return matrix
+
+
+def matrix_to(lens: ImagingLens, z_mm: float) -> NDArray[np.float64]:
+    """Return the matrix from the first vertex to a plane across the axis, in the medium there, shape (2, 2).
+
+    A plane before the first vertex is reached by going back, as an observer of the entrance pupil does.
+    """
+    matrix, index, here_mm = np.eye(2), 1.0, 0.0
+    for surface, vertex_mm in zip(lens.surfaces, lens.vertices_mm, strict=True):
+        if vertex_mm > z_mm:
+            break
+        matrix = refraction(surface, index) @ translation(vertex_mm - here_mm) @ matrix
+        index, here_mm = surface.index_after, vertex_mm
+    return translation(z_mm - here_mm) @ matrix
+
+
+def cardinal_points(lens: ImagingLens) -> CardinalPoints:
+    """Return the focal length and focal distances.
+
+    >>> from lippmann.optics.lens.published import ATHINEOS_2006
+    >>> round(cardinal_points(ATHINEOS_2006).effective_focal_length_mm, 6)
+    300.467846
+    """
+    (a, _), (c, d) = system_matrix(lens)
+    return CardinalPoints(
+        effective_focal_length_mm=float(-1 / c),
+        back_focal_distance_mm=float(-a / c),
+        front_focal_distance_mm=float(d / c),
+    )
+
+
+def conjugate(lens: ImagingLens, object_mm: float) -> Conjugate:
+    """Return the image of an object plane at a distance in front of the first vertex.
+
+    The image lies where the element B of (flight to image) x system x (flight from object) vanishes; the element A is
+    then the magnification.
+    """
+    (a, b), (c, d) = system_matrix(lens) @ translation(object_mm)
+    if abs(d) < _IN_FOCUS:
+        return Conjugate(object_mm=object_mm, image_mm=float("inf"), magnification=float("-inf"))
+    image_mm = -b / d
+    return Conjugate(object_mm=object_mm, image_mm=float(image_mm), magnification=float(a + image_mm * c))

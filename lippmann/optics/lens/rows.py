@@ -1,0 +1,98 @@
+"""What files of lens designs have in common: rows of surfaces, some of which are only the stop or nothing at all."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from pydantic import ValidationError
+
+from lippmann.errors import FieldProblem, SpecError
+from lippmann.job.lens import LensSurface, Prescription
+from lippmann.job.problems import problems_of
+from lippmann.optics.lens.surfaces import Surface
+
+
+@dataclass(frozen=True)
+class Row:
+    """One surface of a file, and where it was written."""
+
+    place: str
+    """As in `line 7`."""
+    surface: dict[str, Any] = field(default_factory=dict)
+    """The fields of a `LensSurface`; a row that is only a plane in air needs no aperture."""
+    is_stop: bool = False
+
+
+def prescription_of_rows(rows: Sequence[Row], *, title: str = "", source: str = "") -> Prescription:
+    """Return the prescription that the rows of a file describe.
+
+    Planes with air on both sides are no surfaces: their thickness goes to the one before. The row that is the stop says
+    where a variable stop stands: there, or, on a surface of glass, in the air beside the rim of that surface.
+
+    Raises
+    ------
+    SpecError
+        Naming the rows that cannot be.
+    """
+    kept: list[tuple[Row, float]] = []
+    stops: list[tuple[Row, float]] = []
+    z_mm, index_before = 0.0, 1.0
+    for row in rows:
+        empty = _is_empty(row, index_before)
+        shape = row if empty else Row(row.place, _surface(row).model_dump(), row.is_stop)
+        if row.is_stop:
+            stops.append((shape, z_mm if empty else z_mm + _beside_rim_mm(shape, index_before)))
+        if not empty:
+            kept.append((shape, z_mm))
+            index_before = shape.surface["index"]
+        z_mm += row.surface.get("thickness_mm", 0.0)
+    if len(stops) > 1:
+        expected = f"one stop; {stops[0][0].place} has it"
+        raise SpecError.of([FieldProblem(field=stops[1][0].place, expected=expected, got="another stop")])
+    return _prescription(kept, stops[0][1] if stops else None, title=title, source=source)
+
+
+def _is_empty(row: Row, index_before: float) -> bool:
+    surface = row.surface
+    has_shape = surface.get("radius_mm") is not None or surface.get("conic") or surface.get("aspheric")
+    is_air = surface.get("material") is None and surface.get("index", 1.0) == 1.0
+    return not has_shape and is_air and index_before == 1.0
+
+
+def _surface(row: Row) -> LensSurface:
+    try:
+        return LensSurface.model_validate(row.surface)
+    except ValidationError as error:
+        raise SpecError.of(
+            FieldProblem(field=f"{row.place}, {problem.field}", expected=problem.expected, got=problem.got)
+            for problem in problems_of(error)
+        ) from error
+
+
+def _beside_rim_mm(row: Row, index_before: float) -> float:
+    """Return how far behind its vertex a plane touches a surface of glass from the side of the air."""
+    shape = row.surface
+    radius_mm = float("inf") if shape["radius_mm"] is None else shape["radius_mm"]
+    aperture_mm = shape["semi_aperture_mm"]
+    sag_mm = Surface(radius_mm, 0.0, 1.0, aperture_mm, shape["conic"], tuple(shape["aspheric"])).sag_mm(aperture_mm)
+    return max(0.0, sag_mm) if shape["index"] == 1.0 and index_before != 1.0 else min(0.0, sag_mm)
+
+
+def _prescription(
+    kept: Sequence[tuple[Row, float]], stop_z_mm: float | None, *, title: str, source: str
+) -> Prescription:
+    if not kept:
+        raise SpecError("expected a lens of at least two surfaces, got none")
+    ends_mm = [z_mm for _, z_mm in kept[1:]] + [kept[-1][1]]
+    first_mm = kept[0][1]
+    surfaces = [
+        {**row.surface, "thickness_mm": round(end_mm - z_mm, 9)}
+        for (row, z_mm), end_mm in zip(kept, ends_mm, strict=True)
+    ]
+    stop = None if stop_z_mm is None else round(stop_z_mm - first_mm, 9)
+    try:
+        return Prescription.model_validate({"title": title, "source": source, "surfaces": surfaces, "stop_z_mm": stop})
+    except ValidationError as error:
+        raise SpecError.of(problems_of(error)) from error

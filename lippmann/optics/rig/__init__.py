@@ -1,0 +1,1 @@
+"""The capture geometry: bench, microlens array, camera, display and the exact rays of every pixel."""

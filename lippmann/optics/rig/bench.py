@@ -1,0 +1,196 @@
+"""The bench put together: where imaging lens, MLA and camera stand, and the ray that every pixel sees."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import FieldProblem, OpticsError
+from lippmann.job.rig import Rig
+from lippmann.optics.lens.matrices import conjugate
+from lippmann.optics.lens.prescription import ImagingLens, rig_lens
+from lippmann.optics.lens.trace import Rays, meet_plane, meet_sphere, refract, through_lens, unit
+from lippmann.optics.rig import array as lattice
+from lippmann.optics.rig.microlens import Microlens, microlens
+
+ORTHOGRAPHIC_DISTANCE_MM = 20.0
+"""From the MLA to an orthographic camera: anywhere behind the lenses will do; behind thick ones twice as far."""
+
+CLEAR_OF_LENSES = 1.01
+"""How far from the MLA a perspective camera stands at least, in thicknesses of its lenses."""
+
+WHOLE = (slice(None), slice(None))
+"""The region that is all of a picture."""
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Everything that stands in the rig frame, mm."""
+
+    imaging_lens: ImagingLens | None
+    """As modelled: contact surfaces kept apart. None: direct pickup, the origin stands for surface 1."""
+    microlens: Microlens
+    mla_z_mm: float
+    """The flat side of the lenses."""
+    camera_z_mm: float
+    width_mm: float
+    """The camera's window on the MLA plane."""
+    height_mm: float
+    rig: Rig
+
+    @property
+    def lens_end_mm(self) -> float:
+        """The last vertex of the imaging lens; 0 without one."""
+        return self.imaging_lens.length_mm if self.imaging_lens else 0.0
+
+    @property
+    def mla_behind_lens_mm(self) -> float:
+        """From the last vertex of the imaging lens to the MLA."""
+        return self.mla_z_mm - self.lens_end_mm
+
+    def image_z_mm(self, object_mm: float) -> float:
+        """Return where the plane `object_mm` before the origin is imaged (paraxial): itself, without imaging lens."""
+        if self.imaging_lens is None:
+            return -object_mm
+        return self.lens_end_mm + conjugate(self.imaging_lens, object_mm).image_mm
+
+    def s_mm(self, object_mm: float) -> float:
+        """Return the depth at which the plane `object_mm` before the origin is shown (paraxial)."""
+        return self.image_z_mm(object_mm) - self.mla_z_mm
+
+
+def bench(rig: Rig, *, reference_mm: float) -> Bench:
+    """Put a rig together for a scene whose reference plane lies `reference_mm` before surface 1.
+
+    The MLA stands `offset_mm` from the paraxial image of the reference plane, toward the imaging lens. Without imaging
+    lens that plane is its own image.
+
+    Raises
+    ------
+    OpticsError, SpecError
+        If a lens cannot be, or the imaging lens is unknown.
+    """
+    lens = rig_lens(rig)
+    image_z_mm = lens.length_mm + conjugate(lens, reference_mm).image_mm if lens else -reference_mm
+    width_mm, height_mm = lattice.window_mm(rig)
+    shape = microlens(rig.lens_array)
+    _check_camera(rig, shape)
+    mla_z_mm = image_z_mm - rig.lens_array.offset_mm
+    return Bench(
+        imaging_lens=lens,
+        microlens=shape,
+        mla_z_mm=mla_z_mm,
+        camera_z_mm=mla_z_mm + camera_distance_mm(rig),
+        width_mm=width_mm,
+        height_mm=height_mm,
+        rig=rig,
+    )
+
+
+def _check_camera(rig: Rig, shape: Microlens) -> None:
+    least_mm = CLEAR_OF_LENSES * shape.thickness_mm
+    if rig.camera.projection == "perspective" and perspective_distance_mm(rig) < least_mm:
+        most_deg = 2 * math.degrees(math.atan(lattice.view_width_mm(rig) / (2 * least_mm)))
+        expected = f"at most {most_deg:.4g} degrees, so that the camera stands behind the lenses of the array"
+        got = f"{rig.camera.angle_deg:g} degrees, {perspective_distance_mm(rig):.4g} mm from their flat side"
+        raise OpticsError.of([FieldProblem(field="rig.camera.angle_deg", expected=expected, got=got)])
+
+
+def camera_distance_mm(rig: Rig) -> float:
+    """Return the distance of the camera from the MLA plane.
+
+    A perspective camera stands where its angle just spans the window: L = width / (2 tan(angle / 2)), so that pixels
+    fall evenly under the lenses (Athineos 2006, section 4.1).
+
+    >>> from lippmann.job.rig import Camera, Device
+    >>> device = Device(dpi=600, window_px=(2400, 2400))
+    >>> round(camera_distance_mm(Rig(camera=Camera(projection="perspective"), device=device)), 1)
+    862.9
+    """
+    if rig.camera.projection == "orthographic":
+        return max(ORTHOGRAPHIC_DISTANCE_MM, 2 * microlens(rig.lens_array).thickness_mm)
+    return perspective_distance_mm(rig)
+
+
+def perspective_distance_mm(rig: Rig) -> float:
+    """Return where a perspective camera of the rig's angle would stand, from the MLA plane."""
+    return lattice.view_width_mm(rig) / (2 * math.tan(math.radians(rig.camera.angle_deg) / 2))
+
+
+def pixel_centres_mm(
+    bench: Bench, *, rows: int | None = None, cols: int | None = None, region: tuple[slice, slice] = WHOLE
+) -> NDArray[np.float64]:
+    """Return where the pixels lie on the MLA plane, shape (row, col, 2), mm as (x, y); row 0 is the top.
+
+    Parameters
+    ----------
+    rows, cols
+        Of a picture of the whole window; those of the integral image when not given.
+    region
+        Rows and cols of it that are wanted.
+    """
+    whole_rows, whole_cols = lattice.sheet_px(bench.rig)
+    rows, cols = rows or whole_rows, cols or whole_cols
+    x = (np.arange(cols)[region[1]] + 0.5) * (bench.width_mm / cols) - bench.width_mm / 2
+    y = bench.height_mm / 2 - (np.arange(rows)[region[0]] + 0.5) * (bench.height_mm / rows)
+    return np.stack(np.meshgrid(x, y), axis=-1)
+
+
+def camera_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:
+    """Return the camera's rays through points of the MLA plane, shape (..., 2), before any glass."""
+    points = np.empty((*points_mm.shape[:-1], 3))
+    points[..., :2] = points_mm
+    points[..., 2] = bench.mla_z_mm
+    if bench.rig.camera.projection == "orthographic":
+        start = points.copy()
+        start[..., 2] = bench.camera_z_mm
+    else:
+        start = np.broadcast_to(np.array([0.0, 0.0, bench.camera_z_mm]), points.shape)
+    return Rays(start, unit(points - start))
+
+
+def through_array(rays: Rays, bench: Bench) -> Rays:
+    """Trace camera rays through the lens they meet: convex side first, then the flat side.
+
+    Each ray is given to the lens in whose cell it meets the array, found at the height of the rim's plane and then
+    where it really meets the sphere. Rays beside the glass (dead corners of an inscribed aperture, gaps between
+    hexagons at the edge of the array) pass straight.
+    """
+    array = bench.rig.lens_array
+    met = rays.at_z(bench.mla_z_mm + bench.microlens.thickness_mm)[..., :2]
+    centres = lattice.nearest_centre_mm(array, met)
+    behind, convex_z_mm = through_microlens(rays, bench, centres)
+    in_glass = (convex_z_mm >= bench.mla_z_mm) & lattice.inside_cell(array, met - centres)
+    return Rays(
+        np.where(in_glass[..., np.newaxis], behind.position, rays.at_z(bench.mla_z_mm)),
+        np.where(in_glass[..., np.newaxis], behind.direction, rays.direction),
+    )
+
+
+def through_microlens(rays: Rays, bench: Bench, centres_mm: NDArray[np.float64]) -> tuple[Rays, NDArray[np.float64]]:
+    """Trace camera rays through lenses of the array that stand at `centres_mm`, (..., 2), whatever is their rim.
+
+    Returns
+    -------
+    tuple
+        The rays behind the flat side, and the z at which each met the convex one, mm.
+    """
+    shape, index = bench.microlens, bench.rig.lens_array.index
+    vertex_mm = bench.mla_z_mm + shape.thickness_mm
+    points, normals = meet_sphere(rays, vertex_z_mm=vertex_mm, radius_mm=-shape.radius_mm, centre_xy_mm=centres_mm)
+    inside = refract(rays.direction, normals, index_before=1.0, index_after=index)
+    flat, flat_normals = meet_plane(Rays(points, inside), bench.mla_z_mm)
+    outside = refract(inside, flat_normals, index_before=index, index_after=1.0)
+    return Rays(flat, outside), points[..., 2]
+
+
+def object_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:
+    """Return the rays in the scene's space that the camera sees through points (..., 2) of the MLA plane.
+
+    This is the exact map that the modelled glass must reproduce. Rays stopped by an aperture are NaN.
+    """
+    rays = through_array(camera_rays(bench, points_mm), bench)
+    return through_lens(rays, bench.imaging_lens, backward=True) if bench.imaging_lens else rays

@@ -1,0 +1,156 @@
+"""Whether a job's optics can be, and what its maker should know before anything is rendered."""
+
+from __future__ import annotations
+
+import math
+
+from lippmann.errors import FieldProblem, OpticsError, SpecError
+from lippmann.job.resolved import JobSheet, at_frame
+from lippmann.job.rig import MAX_FRAME_PX
+from lippmann.job.spec import JobSpec
+from lippmann.job.stage import Stage
+from lippmann.optics.lens.stop import f_number
+from lippmann.optics.rig.array import extent_mm
+from lippmann.optics.rig.bench import Bench, bench
+from lippmann.optics.rig.method import capture_method
+
+_MEASURED = ", s from "
+"""Where a note begins to tell numbers."""
+
+
+def check_job(sheet: JobSheet) -> tuple[str, ...]:
+    """Return notes on the optics of a job, at every frame where they are keyed.
+
+    Raises
+    ------
+    OpticsError
+        As `check_rig`; the message names the frame.
+    """
+    if sheet.sheets is not None:
+        _check_window(bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm))
+        return ("Integral images from elsewhere: nothing is rendered.",)
+    notes: dict[str, str] = {}
+    for frame in sheet.spec.tried_frames():
+        there = sheet.at(frame)
+        try:
+            found = check_rig(there.spec, there.stage)
+        except SpecError as error:
+            raise at_frame(error, frame) if sheet.spec.animation else error from error
+        for note in found:
+            said = f"From frame {frame}: {note}" if sheet.spec.animation else note
+            # What a note measures changes with every frame; what it says does not.
+            notes.setdefault(note.partition(_MEASURED)[0], said)
+    return tuple(notes.values())
+
+
+def check_rig(spec: JobSpec, stage: Stage) -> tuple[str, ...]:
+    """Return notes on the optics of a job without keyframes; what is allowed but worth saying.
+
+    Raises
+    ------
+    OpticsError
+        If they cannot be built: a lens wider than its sphere, the array inside the imaging lens, no real image.
+    """
+    stood = bench(spec.rig, reference_mm=stage.reference_mm)
+    _check_window(stood)
+    capture_method(spec, stage)
+    if stood.imaging_lens is None:
+        _check_direct_pickup(stood)
+    else:
+        _check_real_image(stood, stage)
+        _check_behind_lens(stood)
+        _check_stop(stood, stage)
+    return (*_image_space_notes(stood, stage), *_f_number_notes(stood))
+
+
+def _check_window(stood: Bench) -> None:
+    """Refuse a device's window that is smaller than the array, or a picture that no machine holds."""
+    device, array = stood.rig.device, stood.rig.lens_array
+    if device is None:
+        return
+    # In pitches first, as the picture itself is made: the same rounding.
+    width_mm, height_mm = extent_mm(array)
+    px_per_lens = array.pitch_mm / device.pixel_mm
+    needed = [max(1, math.floor(side / array.pitch_mm * px_per_lens + 0.5)) for side in (height_mm, width_mm)]
+    if max(needed) + 2 * device.margin_px > MAX_FRAME_PX:
+        got = f"{needed[0]} x {needed[1]} px and a margin of {device.margin_px} px"
+        raise _refused("rig.device", f"a picture of at most {MAX_FRAME_PX} px a side", got)
+    window = device.window_px
+    if window is not None and (window[0] < needed[0] or window[1] < needed[1]):
+        expected = f"at least {needed[0]} x {needed[1]} px, the array's size on the device"
+        raise _refused("rig.device.window_px", expected, f"{window[0]} x {window[1]} px")
+
+
+def _check_direct_pickup(stood: Bench) -> None:
+    offset_mm = stood.rig.lens_array.offset_mm
+    if offset_mm >= 0:
+        expected = "a negative one without imaging lens: the array sees only what lies before it"
+        raise _refused("rig.lens_array.offset_mm", expected, f"{offset_mm:g} mm")
+
+
+def _check_real_image(stood: Bench, stage: Stage) -> None:
+    image_mm = stood.image_z_mm(stage.reference_mm) - stood.lens_end_mm
+    if not (math.isfinite(image_mm) and image_mm > 0):
+        expected = "a reference plane that the imaging lens images behind itself"
+        raise _refused("stage.reference_mm", expected, f"{stage.reference_mm:g} mm, imaged at {image_mm:.4g} mm")
+
+
+def _check_behind_lens(stood: Bench) -> None:
+    """Refuse an array that stands in the imaging lens: its last surface may reach beyond its vertex."""
+    assert stood.imaging_lens is not None  # noqa: S101 - its caller's promise
+    last = stood.imaging_lens.surfaces[-1]
+    reach_mm = max(0.0, last.sag_mm(min(last.semi_aperture_mm, math.hypot(stood.width_mm, stood.height_mm) / 2)))
+    if stood.mla_behind_lens_mm <= reach_mm:
+        offset_mm = stood.rig.lens_array.offset_mm
+        most_mm = stood.mla_behind_lens_mm - reach_mm + offset_mm
+        expected = f"below {most_mm:.4g} mm, so that the array stands behind the imaging lens"
+        raise _refused("rig.lens_array.offset_mm", expected, f"{offset_mm:g} mm")
+
+
+def _check_stop(stood: Bench, stage: Stage) -> None:
+    stop = stood.imaging_lens.stop if stood.imaging_lens else None
+    if stop is not None and not -stage.near_mm < stop.z_mm < stood.mla_z_mm:
+        expected = f"a stop between the scene and the array, from {-stage.near_mm:g} to {stood.mla_z_mm:.4g} mm"
+        raise _refused("rig.imaging_lens.stop_z_mm", expected, f"{stop.z_mm:g} mm")
+
+
+def _refused(field: str, expected: str, got: str) -> OpticsError:
+    return OpticsError.of([FieldProblem(field=field, expected=expected, got=got)])
+
+
+def place_in_image_space(near_s_mm: float, far_s_mm: float) -> str:
+    """Return in one word how a scene is shown: real, mixed or virtual."""
+    if far_s_mm >= 0:
+        return "real"
+    return "virtual" if near_s_mm <= 0 else "mixed"
+
+
+_PLACES = {
+    "real": "The array stands outside the image space, on the lens's side: all is shown real",
+    "mixed": "The array stands in the image space: near parts are shown real, far ones virtual",
+    "virtual": "The array stands outside the image space, on the camera's side: all is shown virtual",
+}
+
+
+def _image_space_notes(stood: Bench, stage: Stage) -> tuple[str, ...]:
+    near_mm, far_mm = stood.s_mm(stage.near_mm), stood.s_mm(stage.far_mm)
+    depth = f"{_MEASURED}{far_mm:+.1f} mm (far) to {near_mm:+.1f} mm (near)"
+    if stood.imaging_lens is None and near_mm > 0:
+        return (f"The array stands among the things it should show: what is nearer than it is not seen{depth}.",)
+    if stood.imaging_lens is None:
+        return (f"Direct pickup: all is shown virtual{depth}.",)
+    return (f"{_PLACES[place_in_image_space(near_mm, far_mm)]}{depth}.",)
+
+
+def _f_number_notes(stood: Bench) -> tuple[str, ...]:
+    lens, array = stood.imaging_lens, stood.rig.lens_array
+    if lens is None:
+        return ()
+    lens_f_number = f_number(lens)
+    mla_f_number = array.focal_length_mm / array.pitch_mm
+    if lens_f_number <= mla_f_number:
+        return ()
+    return (
+        f"The imaging lens (f/{lens_f_number:.2g}) is slower than the array (f/{mla_f_number:.2g}): "
+        "pixels at the edge of every cell stay dark.",
+    )

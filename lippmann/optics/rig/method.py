@@ -1,0 +1,103 @@
+"""Which of the two roads a capture takes: glass that POV-Ray refracts in, or rays of the exact trace."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from typing import Literal
+
+from lippmann.errors import FieldProblem, OpticsError
+from lippmann.job.rig import LensArray
+from lippmann.job.spec import JobSpec
+from lippmann.job.stage import Stage
+from lippmann.optics.lens.prescription import rig_lens
+from lippmann.optics.lens.stop import stop_space
+from lippmann.optics.lens.surfaces import CONTACT_GAP_MM, ImagingLens
+from lippmann.optics.rig.microlens import microlens
+
+Method = Literal["raytraced", "ray_camera"]
+
+LEAST_GLASS_MM_PER_UNIT = 0.001
+"""Below it glass was not exact any more (measured; a rig of kilometres in its scene's units)."""
+
+LEAST_GAP_UNITS = 1e-4
+"""Between two surfaces: POV-Ray takes nearer ones for one (measured: 0.001 mm of air is right to 10 mm a unit)."""
+
+LEAST_LENS_UNITS = 6e-4
+"""Of the thickness of the microlenses: glass of flatter ones is missed (measured at 8 px a lens, pitch 1 and 0.2 mm:
+6.4e-4 is right, below 5.1e-4 pixels in the corners are wrong, and at 1.3e-4 most are)."""
+
+OVERLAP_MM = 0.02
+OVERLAP = 0.37
+"""How far cemented elements reach into each other, and which part of a thin one: as in imaging_lens.inc."""
+
+LEAST_PITCH_UNITS = 0.005
+"""Of the microlenses: smaller ones are missed (measured: pitch 1 mm is right to 300 mm a unit and fails at 500)."""
+
+
+def capture_method(spec: JobSpec, stage: Stage) -> Method:
+    """Return the road that a job takes.
+
+    `auto` takes the ray camera, which costs less with any number of surfaces and agrees with glass to 50 dB and more
+    (measured: docs/decisions/0008), but glass for what rays of one colour and one sample a pixel cannot do.
+
+    Raises
+    ------
+    OpticsError
+        If glass was asked for, or something that needs it, and it cannot be modelled.
+    """
+    asked, needs_glass = spec.capture.method, _field_that_needs_glass(spec)
+    if asked == "ray_camera" or (asked == "auto" and needs_glass is None):
+        return "ray_camera"
+    obstacle = _obstacle_to_glass(spec, stage)
+    if obstacle is None:
+        return "raytraced"
+    field = "capture.method" if asked == "raytraced" else str(needs_glass)
+    expected = f"{'ray_camera' if asked == 'raytraced' else 'off'}, because {obstacle}"
+    raise OpticsError.of([FieldProblem(field=field, expected=expected, got=asked if asked == "raytraced" else "on")])
+
+
+def _obstacle_to_glass(spec: JobSpec, stage: Stage) -> str | None:
+    lens = rig_lens(spec.rig)
+    if lens is not None and not lens.is_spherical:
+        return "rig.imaging_lens has aspheric surfaces, and glass is modelled with spherical ones"
+    least, most = LEAST_GLASS_MM_PER_UNIT, _most_mm_per_unit(lens, spec.rig.lens_array)
+    if not least <= stage.mm_per_unit <= most:
+        return (
+            f"stage.mm_per_unit is {stage.mm_per_unit:g}, and POV-Ray's tolerances spoil glass of this rig outside "
+            f"{least:g} to {most:g}"
+        )
+    return None
+
+
+def _most_mm_per_unit(lens: ImagingLens | None, array: LensArray) -> float:
+    """Return how small a rig may be built: up to where its narrowest gap and its lenses are still seen."""
+    lenses = array.pitch_mm / LEAST_PITCH_UNITS, microlens(array).thickness_mm / LEAST_LENS_UNITS
+    return min(*lenses, *(gap_mm / LEAST_GAP_UNITS for gap_mm in (_gaps_mm(lens) if lens else ())))
+
+
+def _gaps_mm(lens: ImagingLens) -> Iterator[float]:
+    """Yield how near to each other things of a lens are modelled: surfaces, cemented elements, plates on planes."""
+    media = [surface.index_after for surface in lens.surfaces]
+    thicknesses = [surface.thickness_mm for surface in lens.surfaces[:-1]]
+    yield from thicknesses
+    for place, pair in enumerate(pairwise(thicknesses)):
+        if media[place] != 1.0 and media[place + 1] != 1.0:
+            yield min(OVERLAP_MM, OVERLAP * min(pair))
+    for place, surface in enumerate(lens.surfaces):
+        beside = lens.surfaces[max(0, place - 1) : place + 2]
+        if surface.is_flat and any(one.semi_aperture_mm > surface.semi_aperture_mm for one in beside):
+            outside = [] if 0 < place < len(thicknesses) else [math.inf]
+            yield min(CONTACT_GAP_MM, 0.4 * max(outside + thicknesses[max(0, place - 1) : place + 1]))
+    if lens.stop is not None:
+        behind = stop_space(lens, lens.stop)
+        for place in range(max(0, behind - 1), min(behind + 1, len(lens.surfaces))):
+            if lens.surfaces[place].is_flat:
+                yield abs(lens.vertices_mm[place] - lens.stop.z_mm)
+
+
+def _field_that_needs_glass(spec: JobSpec) -> str | None:
+    if spec.render.antialias != "off":
+        return "render.antialias"
+    return "rig.dispersion" if spec.rig.dispersion else None

@@ -1,0 +1,62 @@
+"""The rays of all pixels of a picture, or of a region of it, by the exact trace."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lippmann.optics.lens.trace import Rays
+from lippmann.optics.rig import array as lattice
+from lippmann.optics.rig.array import HEXAGON_CORNER
+from lippmann.optics.rig.bench import WHOLE, Bench, object_rays, pixel_centres_mm
+
+BAND_PX = 50_000
+"""Pixels that are traced at once: few enough that they stay in the processor's cache (twice as fast as a whole frame)
+and that a frame of any size needs little memory."""
+
+OUTER_LENSES = 16
+OUTER_POINTS = 9
+"""Lenses, and points of each of their cells, in either direction, whose rays stand for all."""
+
+
+def ray_bands(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice] = WHOLE) -> Iterator[Rays]:
+    """Yield the rays that pixels see in the scene's space, some rows at a time, as `pixel_rays` returns them all."""
+    wanted, across = range(rows)[region[0]], range(cols)[region[1]]
+    step = max(1, BAND_PX // len(across))
+    for start in range(wanted.start, wanted.stop, step):
+        band = slice(start, min(start + step, wanted.stop)), region[1]
+        yield object_rays(bench, pixel_centres_mm(bench, rows=rows, cols=cols, region=band))
+
+
+def pixel_rays(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice] = WHOLE) -> Rays:
+    """Return the rays that pixels see in the scene's space, each array (row, col, 3), mm; NaN where a pixel is dead.
+
+    Parameters
+    ----------
+    rows, cols
+        Of the whole picture; its window is that of the bench, whatever its size.
+    region
+        Rows and cols of it that are wanted.
+    """
+    bands = list(ray_bands(bench, rows=rows, cols=cols, region=region))
+    return Rays(np.concatenate([band.position for band in bands]), np.concatenate([band.direction for band in bands]))
+
+
+def outer_rays(bench: Bench) -> Rays:
+    """Return rays that reach about as far and as steeply as any pixel's, (lens, ray, 3); NaN where one is dead.
+
+    Those of a grid over the cells of some lenses, the outermost ones among them. What they span does not depend on how
+    a picture is cut.
+    """
+    array = bench.rig.lens_array
+    rows, cols = (np.unique(np.linspace(0, count - 1, OUTER_LENSES).round().astype(int)) for count in array.count)
+    centres = lattice.lens_centres_mm(array)[np.ix_(rows, cols)].reshape(-1, 1, 2)
+    half_mm = np.array([array.pitch_mm, array.pitch_mm * (1 if array.lattice == "square" else 2 * HEXAGON_CORNER)]) / 2
+    across = np.stack(np.meshgrid(*[np.linspace(-1, 1, OUTER_POINTS)] * 2), axis=-1).reshape(-1, 2)
+    return object_rays(bench, centres + across * half_mm)
+
+
+def front_mm(bench: Bench) -> float:
+    """Return the z from which the rays may start: surface 1 of the imaging lens, or the array without one."""
+    return bench.mla_z_mm if bench.imaging_lens is None else 0.0

@@ -1,0 +1,123 @@
+"""The names of artifacts. A name is a function of what the artifact shows, so any order may arrive twice."""
+
+from __future__ import annotations
+
+from lippmann.job.orders import TaskKind, TileIndex
+from lippmann.job.outputs.output import OutputOptions
+
+JOB_SHEET = "job.json"
+PLAN_SHEET = "plan.json"
+
+
+def bundle_name(digest: str) -> str:
+    """Return the name of a scene bundle's zip (not below a job)."""
+    return f"scenes/{digest}.zip"
+
+
+def job_artifact(job_id: str, name: str) -> str:
+    """Return the full name of an artifact of a job."""
+    return f"{job_id}/{name}"
+
+
+def frame_stem(frame: int) -> str:
+    """Return a frame number as names carry it.
+
+    >>> frame_stem(7)
+    '0007'
+    """
+    return f"{frame:04d}"
+
+
+def tile_stem(tile: TileIndex) -> str:
+    """Return a tile as names carry it.
+
+    >>> tile_stem(TileIndex(row=0, col=3))
+    '00-03'
+    """
+    return f"{tile.row:02d}-{tile.col:02d}"
+
+
+def pov_name(frame: int, tile: TileIndex) -> str:
+    """Return the name of the text that POV-Ray was given for a tile."""
+    return f"pov/{frame_stem(frame)}/{tile_stem(tile)}.pov"
+
+
+def tile_name(frame: int, tile: TileIndex) -> str:
+    """Return the name of a rendered tile."""
+    return f"tiles/{frame_stem(frame)}/{tile_stem(tile)}.exr"
+
+
+def depth_tile_name(frame: int, tile: TileIndex) -> str:
+    """Return the name of a tile's depth, as captured."""
+    return f"depth-tiles/{frame_stem(frame)}/{tile_stem(tile)}.exr"
+
+
+def integral_name(frame: int) -> str:
+    """Return the name of a pseudoscopic integral image, as captured."""
+    return f"integral/{frame_stem(frame)}.exr"
+
+
+def orthoscopic_name(frame: int) -> str:
+    """Return the name of an orthoscopic integral image."""
+    return f"orthoscopic/{frame_stem(frame)}.exr"
+
+
+def device_name(frame: int) -> str:
+    """Return the name of an orthoscopic integral image on the pixels of the device that shows it."""
+    return f"device/{frame_stem(frame)}.exr"
+
+
+def views_name(frame: int) -> str:
+    """Return the name of all views of a frame, laid out as a grid."""
+    return f"views/{frame_stem(frame)}.exr"
+
+
+def depth_name(frame: int) -> str:
+    """Return the name of the depth of every pixel of an orthoscopic integral image."""
+    return f"depth/{frame_stem(frame)}.exr"
+
+
+def thumb_name(frame: int) -> str:
+    """Return the name of a frame's small picture for lists."""
+    return f"thumbs/{frame_stem(frame)}.webp"
+
+
+def output_folder(output: OutputOptions) -> str:
+    """Return the folder that an output's files lie in."""
+    return "video" if output.IS_VIDEO else f"exports/{output.name}"
+
+
+def sidecar_name(output: OutputOptions) -> str:
+    """Return the name of what says, as JSON, how an output is to be read.
+
+    >>> from lippmann.job.outputs.videos import ViewsVideo
+    >>> sidecar_name(ViewsVideo())
+    'video/views.mp4.json'
+    """
+    return f"{'video' if output.IS_VIDEO else 'exports'}/{output.file_name}.json"
+
+
+def output_name(output: OutputOptions) -> str:
+    """Return the name of what is there once an output is whole: the video itself, else the sidecar of its files.
+
+    >>> from lippmann.job.outputs.videos import ViewsVideo
+    >>> output_name(ViewsVideo())
+    'video/views.mp4'
+    """
+    return f"{output_folder(output)}/{output.file_name}" if output.IS_VIDEO else sidecar_name(output)
+
+
+def log_name(kind: TaskKind, frame: int | None, tile: TileIndex | None, output: str | None, attempt_number: int) -> str:
+    """Return the name of the log of one attempt.
+
+    >>> log_name(TaskKind.RENDER, 1, TileIndex(row=0, col=3), None, 2)
+    'log/render-0001-00-03/2.txt'
+    """
+    parts = [kind.value]
+    if frame is not None:
+        parts.append(frame_stem(frame))
+    if tile is not None:
+        parts.append(tile_stem(tile))
+    if output is not None:
+        parts.append(output)
+    return f"log/{'-'.join(parts)}/{attempt_number}.txt"

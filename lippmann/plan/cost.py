@@ -1,0 +1,48 @@
+"""What a task costs, and how finely that lets a frame be cut."""
+
+from __future__ import annotations
+
+import math
+
+from lippmann.job.events import ProbeResult
+from lippmann.job.spec import JobSpec
+from lippmann.plan.sampling import frame_size
+
+WORTHWHILE_S = 5.0
+"""A shorter task is mostly POV-Ray's start (0.67 s, measured)."""
+COMFORTABLE_S = 60.0
+"""A longer task makes a lost worker or a late finish expensive."""
+COMFORTABLE_PX = 3_000_000
+"""More rendered pixels a tile, as rays of the ray camera, take over half a GB in POV-Ray (measured)."""
+
+
+DEPTH_MAP_S_PER_PX = 8e-6
+"""CPU seconds that a worker takes from a distance to the depth on the display: 4.0 s for 518,400 px (measured)."""
+
+
+def depth_s_per_px(spec: JobSpec, probe: ProbeResult) -> float:
+    """Return the seconds that the depth of a pixel takes: a second picture, not supersampled, and its exact rays."""
+    if not spec.capture.depth:
+        return 0.0
+    return probe.s_per_px / spec.capture.supersample**2 + DEPTH_MAP_S_PER_PX
+
+
+def tile_grid(spec: JobSpec, probe: ProbeResult, *, slots: int) -> tuple[int, int]:
+    """Return (tile_rows, tile_cols) for every frame of a job.
+
+    What the job says goes. Otherwise a frame is cut so that no tile is much longer than a minute or larger than is
+    comfortable and no slot idles while a short sequence renders, but no tile is shorter than what is worthwhile.
+    Scenes whose tiles would differ from the whole are not cut.
+    """
+    size, settings = frame_size(spec.rig), spec.render
+    if not probe.tileable or not settings.may_be_tiled:
+        return (1, 1)
+    if settings.tiles != "auto":
+        rows, cols = settings.tiles
+        return (min(rows, size.lens_rows), min(cols, size.lens_cols))
+    pixels_s = size.px * (probe.s_per_px + depth_s_per_px(spec, probe))
+    for_length = math.ceil(pixels_s / COMFORTABLE_S)
+    for_slots = math.ceil(slots / len(spec.frame_numbers))
+    for_memory = math.ceil(size.px * spec.capture.supersample**2 / COMFORTABLE_PX)
+    worthwhile = max(1, int(pixels_s / WORTHWHILE_S))
+    return (min(max(min(max(for_length, for_slots), worthwhile), for_memory), size.lens_rows, 100), 1)

@@ -1,0 +1,80 @@
+"""Where a display shows the scene in depth, and which depths are worth looking through."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from lippmann.job.rig import Rig
+from lippmann.job.stage import Stage
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.refocus.shift_and_sum import shifts
+from lippmann.lightfield.views.square_pixels import square_size
+from lippmann.plan.design.designer import bench_as_written
+from lippmann.plan.sampling import display_size
+
+ROOM = 0.25
+"""Of what the scene holds in depth, left free before and behind it."""
+LEAST_ROOM_FOCAL_LENGTHS = 3.0
+"""A focus is about one focal length deep: so much is left free at least."""
+
+SHARE_OF_REACH = 0.25
+"""Of the depths at which all views overlap, where nobody knows the scene's."""
+
+
+@dataclass(frozen=True)
+class ShownDepths:
+    """Depths of a display whose array stands one focal length before its pixels, by small angles."""
+
+    near_mm: float | None
+    """Of the stage's near plane; infinite where its image is; None where there is no stage."""
+    reference_mm: float | None
+    far_mm: float | None
+    from_mm: float
+    to_mm: float
+    """The range worth looking through."""
+    lenses_per_mm: tuple[float, float]
+    """How far a point moves from one view to the next for every mm of its depth, (across, down), in pitches."""
+
+
+def shown_depths(rig: Rig, stage: Stage | None) -> ShownDepths:
+    """Return where a display shows a stage's planes, and the range round them in which the outermost views overlap.
+
+    What the capture's array saw at s is shown at s + f (docs/optics.md, Depth). Sheets from elsewhere have no stage.
+
+    Raises
+    ------
+    OpticsError, SpecError
+        If the rig cannot be built.
+    """
+    layout, focal_mm = display_size(rig), rig.lens_array.focal_length_mm
+    down, across = shifts(layout, 1.0, focal_mm=focal_mm)
+    reach_mm = _reach_mm(layout, (down, across))
+    planes_mm = () if stage is None else _planes_mm(rig, stage)
+    near_mm, reference_mm, far_mm = planes_mm or (None, None, None)
+    ends_mm = [0.0, *filter(math.isfinite, planes_mm)]
+    least_mm = LEAST_ROOM_FOCAL_LENGTHS * focal_mm
+    if not planes_mm and math.isfinite(reach_mm):
+        least_mm = max(least_mm, SHARE_OF_REACH * reach_mm)
+    room_mm = max(ROOM * (max(ends_mm) - min(ends_mm)), least_mm)
+    return ShownDepths(
+        near_mm=near_mm,
+        reference_mm=reference_mm,
+        far_mm=far_mm,
+        from_mm=max(min(ends_mm) - room_mm, -reach_mm),
+        to_mm=min(max(ends_mm) + room_mm, reach_mm),
+        lenses_per_mm=(across, down),
+    )
+
+
+def _planes_mm(rig: Rig, stage: Stage) -> tuple[float, ...]:
+    stood = bench_as_written(rig, stage)
+    focal_mm = rig.lens_array.focal_length_mm
+    return tuple(stood.s_mm(plane_mm) + focal_mm for plane_mm in (stage.near_mm, stage.reference_mm, stage.far_mm))
+
+
+def _reach_mm(layout: CellLayout, lenses_per_mm: tuple[float, float]) -> float:
+    """Return the depth up to which the outermost views overlap by one lens at least."""
+    axes = zip(square_size(layout), (layout.cell_rows, layout.cell_cols), lenses_per_mm, strict=True)
+    reaches = [(lenses - 1) / ((views - 1) * step) for lenses, views, step in axes if views > 1]
+    return min(reaches, default=math.inf)

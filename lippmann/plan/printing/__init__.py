@@ -1,0 +1,1 @@
+"""Pages on paper: prints and calibration sheets."""

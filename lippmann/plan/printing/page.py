@@ -1,0 +1,165 @@
+"""The page of a print: where the array's pixels stand, and the marks around them.
+
+Everything is told from the page's upper left corner. The array stands in the middle, on whole pixels of the device, so
+that each of its pixels is one of the device's. It is as wide as its lenses are: 90 of 1 mm at 600 dpi are 2125.98 px,
+so 2126 px are printed and the outermost lenses end 0.01 px inside. Marks are drawn where lenses end, not pixels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from lippmann.job.outputs.prints import LABEL_MM, MARKS_MM, Print
+from lippmann.job.rig import MM_PER_INCH
+from lippmann.lattice.hexagonal_pixels import ROW_PITCH
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.sheet.device import array_pitches, device_size
+from lippmann.plan.printing.shapes import Bar, Ring, Shape, Words, line
+
+LINE_MM = 0.1
+"""Of marks, or a pixel of the device where these are larger."""
+GAP_MM = 2.0
+"""From the array to the marks."""
+RING_MM = 1.5
+"""Radius of the ring of a registration mark."""
+LABEL_SIZE_MM = 2.2
+_LETTER = 0.64
+"""Of the size of its font a letter is wide, at most on average."""
+
+
+@dataclass(frozen=True)
+class PrintPage:
+    """A page, px and mm."""
+
+    rows: int
+    cols: int
+    """Of the whole page."""
+    array_rows: int
+    array_cols: int
+    margin_px: int
+    """From the page's edge to the array's pixels, on every side."""
+    pixel_mm: float
+    shapes: tuple[Shape, ...]
+    """Marks and label, all in the margin."""
+
+
+def print_page(layout: CellLayout, output: Print, *, lens_pitch_mm: float, pixel_mm: float, label: str) -> PrintPage:
+    """Lay out the page of a print.
+
+    Parameters
+    ----------
+    layout
+        Of the orthoscopic sheet.
+    output
+        What was asked for.
+    lens_pitch_mm
+        Of the real array.
+    pixel_mm
+        Pitch of the device's pixels.
+    label
+        What stands below the array, if a label is asked for.
+    """
+    rows, cols = device_size(layout, px_per_lens_device=lens_pitch_mm / pixel_mm)
+    high_mm, wide_mm = (side * lens_pitch_mm for side in array_pitches(layout))
+    edge_x, edge_y = (side * lens_pitch_mm for side in middle_edges(layout))
+    if output.mirrored:
+        edge_x = -edge_x
+    for _ in range(output.orientation_deg // 90):
+        rows, cols, high_mm, wide_mm, edge_x, edge_y = cols, rows, wide_mm, high_mm, -edge_y, edge_x
+    margin_px = math.ceil(output.margin_mm / pixel_mm - 1e-9)
+    page_rows, page_cols = rows + 2 * margin_px, cols + 2 * margin_px
+    centre = (page_cols * pixel_mm / 2, page_rows * pixel_mm / 2)
+    marks = _Marks(*centre, wide_mm / 2, high_mm / 2, max(LINE_MM, pixel_mm))
+    shapes: list[Shape] = []
+    if output.crop_marks:
+        shapes += marks.at_corners()
+    if output.registration_marks:
+        shapes += marks.at_edges(edge_x, edge_y)
+    if output.label:
+        bottom_mm = centre[1] + high_mm / 2 + output.needed_margin_mm
+        shapes.append(_label(label, width_mm=page_cols * pixel_mm, bottom_mm=bottom_mm))
+    return PrintPage(page_rows, page_cols, rows, cols, margin_px, pixel_mm, tuple(shapes))
+
+
+def middle_edges(layout: CellLayout) -> tuple[float, float]:
+    """Return (right, down) of the lens edges nearest to the middle of the array, in pitches from it.
+
+    Of hexagons: an upright side of a row that is not shifted, and the line half-way between two lens rows.
+
+    >>> middle_edges(CellLayout(90, 90, 8)), middle_edges(CellLayout(5, 3, 8))
+    ((0.0, 0.0), (0.5, 0.5))
+    """
+    high, wide = array_pitches(layout)
+    right = layout.lens_cols // 2 + layout.lens_cols % 2 - wide / 2
+    if layout.lattice == "square":
+        return right, layout.lens_rows // 2 + layout.lens_rows % 2 - high / 2
+    # The first lens's centre is two thirds of a row below the uppermost corner.
+    edge = layout.lens_rows // 2 + layout.lens_rows % 2 + 1 / 6
+    return right, edge * ROW_PITCH - high / 2
+
+
+@dataclass(frozen=True)
+class _Marks:
+    """Marks about an array whose middle is at (x, y); half of it is so wide and so high."""
+
+    x: float
+    y: float
+    wide: float
+    high: float
+    line_mm: float
+
+    def at_corners(self) -> Iterator[Bar]:
+        near, far = GAP_MM, MARKS_MM
+        for y in (self.y - self.high, self.y + self.high):
+            yield self._line(self.x - self.wide - far, y, self.x - self.wide - near, y)
+            yield self._line(self.x + self.wide + near, y, self.x + self.wide + far, y)
+        for x in (self.x - self.wide, self.x + self.wide):
+            yield self._line(x, self.y - self.high - far, x, self.y - self.high - near)
+            yield self._line(x, self.y + self.high + near, x, self.y + self.high + far)
+
+    def at_edges(self, edge_x: float, edge_y: float) -> Iterator[Bar | Ring]:
+        arm, away = (MARKS_MM - GAP_MM) / 2, (MARKS_MM + GAP_MM) / 2
+        for side in (-1, 1):
+            yield from self._cross(self.x + edge_x, self.y + side * (self.high + away), arm)
+            yield from self._cross(self.x + side * (self.wide + away), self.y + edge_y, arm)
+
+    def _cross(self, x: float, y: float, arm: float) -> Iterator[Bar | Ring]:
+        yield self._line(x - arm, y, x + arm, y)
+        yield self._line(x, y - arm, x, y + arm)
+        yield Ring(x, y, RING_MM, self.line_mm)
+
+    def _line(self, x0: float, y0: float, x1: float, y1: float) -> Bar:
+        return line(x0, y0, x1, y1, line_mm=self.line_mm)
+
+
+def _label(text: str, *, width_mm: float, bottom_mm: float) -> Words:
+    """Return the label in the middle, smaller if it would be wider than the page."""
+    size_mm = min(LABEL_SIZE_MM, (width_mm - 2) / (len(text) * _LETTER))
+    return Words(width_mm / 2, bottom_mm - LABEL_MM / 3, size_mm, text, centred=True)
+
+
+def label_of(facts: str, output: Print, page_mm: tuple[float, float], *, lens_pitch_mm: float, pixel_mm: float) -> str:
+    """Return what a print says of itself.
+
+    Parameters
+    ----------
+    facts
+        Where it comes from: job and frame.
+    output
+        What was asked for.
+    page_mm
+        Width and height of the array.
+    lens_pitch_mm, pixel_mm
+        As in `print_page`.
+    """
+    turned = f", turned {output.orientation_deg} deg" if output.orientation_deg else ""
+    said = [
+        facts,
+        f"array {page_mm[0]:.2f} x {page_mm[1]:.2f} mm{', mirrored' if output.mirrored else ''}{turned}",
+        f"lens pitch {lens_pitch_mm:.6g} mm",
+        f"{MM_PER_INCH / pixel_mm:.6g} dpi",
+        "print at 100 %",
+    ]
+    return "  |  ".join(said)

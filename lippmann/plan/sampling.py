@@ -1,0 +1,93 @@
+"""Where millimetres meet pixels: the size of an integral image, and tiles cut along lens edges.
+
+Pixels count from the top left: row 0 is the top, col 0 the left, as the observer sees the display.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypedDict
+
+from lippmann.job.orders import TileIndex
+from lippmann.job.rig import Device, Rig
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.sheet.orthoscopic import orthoscopic_layout
+
+
+@dataclass(frozen=True)
+class Tile:
+    """A part of a frame, cut along lens edges: pixel rows [row_start, row_stop), likewise cols."""
+
+    index: TileIndex
+    row_start: int
+    row_stop: int
+    col_start: int
+    col_stop: int
+
+    @property
+    def rows(self) -> int:
+        """Height, px."""
+        return self.row_stop - self.row_start
+
+    @property
+    def cols(self) -> int:
+        """Width, px."""
+        return self.col_stop - self.col_start
+
+    @property
+    def px(self) -> int:
+        """Pixels in all."""
+        return self.rows * self.cols
+
+
+def frame_size(rig: Rig) -> CellLayout:
+    """Return the size of the integral images that a rig captures."""
+    array = rig.lens_array
+    return CellLayout(*array.count, px_per_lens=rig.px_per_lens, lattice=array.lattice)
+
+
+def display_size(rig: Rig) -> CellLayout:
+    """Return the layout of a rig's orthoscopic integral images; its views are made with this one."""
+    return orthoscopic_layout(frame_size(rig), inverted=rig.imaging_lens is not None)
+
+
+class DevicePixels(TypedDict):
+    """What `lippmann.lightfield.sheet.device` is told of a device."""
+
+    px_per_lens_device: float
+    window: tuple[int, int] | None
+    margin_px: int
+
+
+def device_pixels(device: Device, *, pitch_mm: float) -> DevicePixels:
+    """Return how lenses of a pitch stand on a device's pixels."""
+    per_lens = pitch_mm / device.pixel_mm
+    return {"px_per_lens_device": per_lens, "window": device.window_px, "margin_px": device.margin_px}
+
+
+def cut_tiles(size: CellLayout, *, tile_rows: int, tile_cols: int) -> tuple[Tile, ...]:
+    """Cut a frame into about equal tiles along lens edges, row by row; no more tiles than lenses.
+
+    Hexagonal: along lens rows, half-way between their centres, and between the lenses of the rows that are not shifted.
+    What reaches beyond the lens rows belongs to the first and the last tile, likewise to the right.
+
+    Examples
+    --------
+    >>> [(t.row_start, t.row_stop) for t in cut_tiles(CellLayout(5, 1, 8), tile_rows=2, tile_cols=1)]
+    [(0, 16), (16, 40)]
+    >>> [(t.row_start, t.row_stop) for t in cut_tiles(CellLayout(5, 1, 8, "hexagonal"), tile_rows=2, tile_cols=1)]
+    [(0, 16), (16, 39)]
+    """
+    row_edges = _shared_out(size.row_edges, tile_rows)
+    col_edges = _shared_out(size.col_edges, tile_cols)
+    return tuple(
+        Tile(TileIndex(row=row, col=col), row_edges[row], row_edges[row + 1], col_edges[col], col_edges[col + 1])
+        for row in range(len(row_edges) - 1)
+        for col in range(len(col_edges) - 1)
+    )
+
+
+def _shared_out(edges: tuple[int, ...], parts: int) -> list[int]:
+    lenses = len(edges) - 1
+    parts = min(parts, lenses)
+    return [edges[lenses * part // parts] for part in range(parts + 1)]

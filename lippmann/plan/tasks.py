@@ -1,0 +1,83 @@
+"""A job and its cost become tasks: pure, whole and fast.
+
+Dependencies are stages: a task belongs to one stage and may need one. It is ready when every task of the stage it
+needs is done: `assemble` of a frame needs `render/<frame>`, every `encode` needs `assemble`. Where nothing is rendered,
+because the sheets are there already, `assemble` needs nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from lippmann.job.events import ProbeResult
+from lippmann.job.orders import TaskKind, TileIndex
+from lippmann.job.resolved import PlanSheet
+from lippmann.job.spec import JobSpec
+from lippmann.plan import artifact_names as names
+from lippmann.plan.cost import tile_grid
+from lippmann.plan.sampling import cut_tiles, frame_size
+
+ASSEMBLE_STAGE = "assemble"
+ENCODE_STAGE = "encode"
+PROBE_STAGE = "probe"
+
+
+@dataclass(frozen=True)
+class PlannedTask:
+    """One task of a plan."""
+
+    kind: TaskKind
+    stage: str
+    needs: str | None
+    sequence: int
+    """Order of the tasks of a job: earlier frames first, and a frame's assembly before the next frame's tiles."""
+    weight_px: int
+    """How much of the job this is, for progress."""
+    artifact: str
+    """What is there when the task is done."""
+    frame: int | None = None
+    tile: TileIndex | None = None
+    output: str | None = None
+
+
+def probe_task() -> PlannedTask:
+    """Return the task that every job starts with."""
+    return PlannedTask(kind=TaskKind.PROBE, stage=PROBE_STAGE, needs=None, sequence=0, weight_px=0, artifact="")
+
+
+def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int) -> PlanSheet:
+    """Return how the job is cut, given what its probe measured and how many slots the farm has."""
+    rows, cols = tile_grid(spec, probe, slots=slots)
+    return PlanSheet(
+        tile_rows=rows,
+        tile_cols=cols,
+        probe_start_s=probe.start_s,
+        probe_s_per_px=probe.s_per_px,
+        renders=probe.renders,
+    )
+
+
+def plan_tasks(spec: JobSpec, plan: PlanSheet) -> Iterator[PlannedTask]:
+    """Yield every task after the probe, in order."""
+    size = frame_size(spec.rig)
+    tiles = cut_tiles(size, tile_rows=plan.tile_rows, tile_cols=plan.tile_cols) if plan.renders else ()
+    sequence = 1
+    for frame in spec.frame_numbers:
+        stage = f"render/{names.frame_stem(frame)}" if plan.renders else None
+        for tile in tiles:
+            artifact = names.tile_name(frame, tile.index)
+            assert stage is not None  # noqa: S101 - there are tiles
+            yield PlannedTask(TaskKind.RENDER, stage, None, sequence, tile.px, artifact, frame=frame, tile=tile.index)
+            sequence += 1
+        weight = size.px // 20 if plan.renders else size.px
+        yield PlannedTask(
+            TaskKind.ASSEMBLE, ASSEMBLE_STAGE, stage, sequence, weight, names.thumb_name(frame), frame=frame
+        )
+        sequence += 1
+    for output in spec.outputs:
+        yield PlannedTask(
+            TaskKind.ENCODE, ENCODE_STAGE, ASSEMBLE_STAGE, sequence, size.px // 20, names.output_name(output),
+            output=output.file_name,
+        )  # fmt: skip
+        sequence += 1

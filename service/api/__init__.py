@@ -1,0 +1,1 @@
+"""What the HTTP API returns: presenters, listings and artifact files."""

@@ -1,0 +1,133 @@
+"""Files of a job: lists of them, what they are, what a request for part of one means."""
+
+from __future__ import annotations
+
+import mimetypes
+import re
+from dataclasses import dataclass
+
+from lippmann.plan import artifact_names as names
+from service.api import presenters as show
+from service.errors import NotFound, RangeNotSatisfiable
+from service.ports import ArtifactStore
+from service.schemas import artifact as schema
+from service.schemas.answer import utc
+
+_TYPES = {
+    ".exr": "image/x-exr",
+    ".pov": "text/plain; charset=utf-8",
+    ".txt": "text/plain; charset=utf-8",
+    ".mkv": "video/x-matroska",
+    ".webp": "image/webp",
+    ".json": "application/json",
+}
+_SHOWN = ("image/png", "image/webp", "image/jpeg", "video/", "text/plain", "application/json")
+MAX_NAME = 200
+_PART = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*")
+_RANGE = re.compile(r"bytes=(\d{0,18})-(\d{0,18})", re.ASCII)
+
+
+@dataclass(frozen=True)
+class File:
+    """One file of a job."""
+
+    full_name: str
+    """In the store."""
+    name: str
+    size: int
+    etag: str
+    """With its quotes."""
+
+
+def page_artifacts(
+    store: ArtifactStore, job_id: str, *, prefix: str, cursor: str | None, limit: int
+) -> schema.ArtifactPage:
+    """Return files of a job by name."""
+    below = names.job_artifact(job_id, _clean(prefix) if prefix else "")
+    found = store.list(below, after=names.job_artifact(job_id, cursor) if cursor else "", limit=limit + 1)
+    items = tuple(
+        schema.Artifact(
+            name=(name := info.name.removeprefix(f"{job_id}/")),
+            size=info.size,
+            modified_at=utc(info.modified_s),
+            etag=info.etag,
+            url=show.artifact_url(job_id, name),
+            media_type=media_type(name),
+        )
+        for info in found[:limit]
+    )
+    return schema.ArtifactPage(items=items, next_cursor=items[-1].name if len(found) > limit else None)
+
+
+def find_file(store: ArtifactStore, job_id: str, name: str) -> File:
+    """Return what there is to know of a file; ArtifactMissing if it is not there."""
+    full_name = names.job_artifact(job_id, _clean(name))
+    return File(full_name=full_name, name=name, size=store.size(full_name), etag=f'"{store.etag(full_name)}"')
+
+
+def media_type(name: str) -> str:
+    """Return what a file of this name holds.
+
+    >>> media_type("video/views.mp4")
+    'video/mp4'
+    """
+    suffix = name[name.rfind(".") :] if "." in name else ""
+    return _TYPES.get(suffix) or mimetypes.guess_type(name)[0] or "application/octet-stream"
+
+
+def disposition(job_id: str, name: str) -> str:
+    """Return whether a browser shows a file or saves it, and under which name.
+
+    >>> disposition("01h", "integral/0001.exr")
+    'attachment; filename="01h-integral-0001.exr"'
+    """
+    how = "inline" if media_type(name).startswith(_SHOWN) else "attachment"
+    flat = re.sub(r"[^A-Za-z0-9._-]", "-", f"{job_id}-{name}")
+    return f'{how}; filename="{flat}"'
+
+
+def is_fresh(if_none_match: str | None, etag: str) -> bool:
+    """Return whether the caller has the file already.
+
+    >>> is_fresh('W/"a", "b"', '"b"')
+    True
+    """
+    if if_none_match is None:
+        return False
+    known = {tag.strip().removeprefix("W/") for tag in if_none_match.split(",")}
+    return "*" in known or etag in known
+
+
+def parse_range(header: str | None, size: int) -> tuple[int, int] | None:
+    """Return the bytes [start, stop) that a Range header asks for; None for the whole.
+
+    A header that is not one range of bytes is ignored, as RFC 9110 allows.
+
+    Raises
+    ------
+    RangeNotSatisfiable
+        If the range lies outside the file.
+
+    Examples
+    --------
+    >>> parse_range("bytes=-3", 10)
+    (7, 10)
+    """
+    match = _RANGE.fullmatch((header or "").strip())
+    if match is None or not any(match.groups()):
+        return None
+    first, last = match.groups()
+    start = int(first) if first else max(0, size - int(last))
+    stop = min(int(last) + 1, size) if first and last else size
+    if first and last and int(last) < int(first):
+        return None
+    if start >= size or stop <= start:
+        raise RangeNotSatisfiable(size)
+    return start, stop
+
+
+def _clean(name: str) -> str:
+    # Names that no artifact has are not there; the store would take them for faults of ours.
+    if len(name) > MAX_NAME or not all(_PART.fullmatch(part) for part in name.removesuffix("/").split("/")):
+        raise NotFound(f"there is no artifact {name[:MAX_NAME]!r}")
+    return name

@@ -1,0 +1,180 @@
+"""Keys, login links and browser sessions. Of a secret only its SHA-256 is kept."""
+
+from __future__ import annotations
+
+import hashlib
+import hmac
+import secrets
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from sqlalchemy.orm import Session
+
+from service.db import access as access_rows
+from service.db.tables import Credential, CredentialKind
+from service.errors import NotFound, Unauthorized
+from service.schemas.access import Role
+
+KEY_PREFIX = "lip"
+SECRET_BYTES = 32
+
+
+@dataclass(frozen=True)
+class Caller:
+    """Who is calling, and how they showed it."""
+
+    id: str
+    key_id: str
+    name: str
+    role: Role
+    by_cookie: bool
+
+
+def create_key(session: Session, name: str, role: Role) -> tuple[str, str]:
+    """Make a key, and return (id, key); the key is never seen again."""
+    credential_id, secret = _create(session, CredentialKind.KEY, name, role, now_s=time.time())
+    return credential_id, f"{KEY_PREFIX}_{credential_id}_{secret}"
+
+
+def list_keys(session: Session) -> Sequence[Credential]:
+    """Return every key, without its secret."""
+    return access_rows.keys(session)
+
+
+def revoke_key(session: Session, key_id: str) -> None:
+    """Forget a key, and end the browser sessions it opened.
+
+    Raises
+    ------
+    NotFound
+        If there is no such key.
+    """
+    if not access_rows.revoke(session, key_id):
+        raise NotFound(f"there is no key {key_id!r}")
+
+
+def create_login_token(
+    session: Session,
+    *,
+    name: str = "browser",
+    role: Role = Role.ADMIN,
+    ttl_s: float = 900.0,
+    parent: str | None = None,
+    now_s: float | None = None,
+) -> str:
+    """Make a token that opens one browser session; it goes into `/login?token=`."""
+    made_s = time.time() if now_s is None else now_s
+    credential_id, secret = _create(session, CredentialKind.LOGIN, name, role, now_s=made_s, ttl_s=ttl_s, parent=parent)
+    return f"{credential_id}.{secret}"
+
+
+def spend_login_token(session: Session, token: str, *, now_s: float, session_s: float) -> str:
+    """Exchange a login token, once, for a browser session's cookie.
+
+    Raises
+    ------
+    Unauthorized
+        If it was used, has expired or never was.
+    """
+    found = _verify(session, CredentialKind.LOGIN, token, now_s=now_s)
+    if found is None or not access_rows.spend(session, found.id):
+        raise Unauthorized("this login link was used or has expired; ask for another one")
+    return _open_session(session, found, found.parent, now_s=now_s, session_s=session_s)
+
+
+def spend_key(session: Session, key: str, *, now_s: float, session_s: float) -> str:
+    """Exchange a key for a browser session's cookie; the key stays good.
+
+    Raises
+    ------
+    Unauthorized
+        If it is not a key.
+    """
+    found = _verify(session, CredentialKind.KEY, _bare(key), now_s=now_s)
+    if found is None:
+        raise Unauthorized("this key is not known")
+    return _open_session(session, found, found.id, now_s=now_s, session_s=session_s)
+
+
+def end_session(session: Session, cookie: str, *, now_s: float) -> None:
+    """Forget a browser session."""
+    found = _verify(session, CredentialKind.SESSION, cookie, now_s=now_s)
+    if found is not None:
+        access_rows.spend(session, found.id)
+
+
+def caller_of_key(session: Session, key: str, *, now_s: float) -> Caller | None:
+    """Return who a key belongs to."""
+    return _caller(_verify(session, CredentialKind.KEY, _bare(key), now_s=now_s))
+
+
+def caller_of_cookie(session: Session, cookie: str, *, now_s: float) -> Caller | None:
+    """Return who a browser session belongs to."""
+    return _caller(_verify(session, CredentialKind.SESSION, cookie, now_s=now_s))
+
+
+def is_good(session: Session, caller: Caller, *, now_s: float) -> bool:
+    """Return whether what a caller showed is still good: neither revoked, nor ended, nor expired."""
+    found = access_rows.credential(session, caller.id)
+    return found is not None and (found.expires_s is None or found.expires_s >= now_s)
+
+
+def _create(
+    session: Session,
+    kind: CredentialKind,
+    name: str,
+    role: Role,
+    *,
+    now_s: float,
+    ttl_s: float | None = None,
+    parent: str | None = None,
+) -> tuple[str, str]:
+    secret = secrets.token_urlsafe(SECRET_BYTES)
+    row = Credential(
+        id=secrets.token_hex(6),
+        kind=kind,
+        name=name,
+        role=Role(role).value,
+        secret_sha256=_digest(secret),
+        parent=parent,
+        created_s=now_s,
+        expires_s=None if ttl_s is None else now_s + ttl_s,
+    )
+    session.add(row)
+    session.flush()
+    return row.id, secret
+
+
+def _open_session(session: Session, found: Credential, parent: str | None, *, now_s: float, session_s: float) -> str:
+    credential_id, secret = _create(
+        session, CredentialKind.SESSION, found.name, Role(found.role), now_s=now_s, ttl_s=session_s, parent=parent
+    )
+    return f"{credential_id}.{secret}"
+
+
+def _bare(key: str) -> str:
+    prefix, _, rest = key.partition("_")
+    return rest.replace("_", ".", 1) if prefix == KEY_PREFIX else ""
+
+
+def _verify(session: Session, kind: CredentialKind, presented: str, *, now_s: float) -> Credential | None:
+    credential_id, _, secret = presented.partition(".")
+    found = access_rows.credential(session, credential_id) if credential_id and len(presented) <= 200 else None
+    # Compared even when nothing was found, so that time does not tell which ids there are.
+    is_right = hmac.compare_digest(_digest(secret), found.secret_sha256 if found else _digest(""))
+    if found is None or not is_right or found.kind is not kind:
+        return None
+    return None if found.expires_s is not None and found.expires_s < now_s else found
+
+
+def _caller(found: Credential | None) -> Caller | None:
+    if found is None:
+        return None
+    is_session = found.kind is CredentialKind.SESSION
+    key_id = (found.parent or found.id) if is_session else found.id
+    return Caller(id=found.id, key_id=key_id, name=found.name, role=Role(found.role), by_cookie=is_session)
+
+
+def _digest(secret: str) -> str:
+    return hashlib.sha256(secret.encode()).hexdigest()

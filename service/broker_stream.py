@@ -1,0 +1,99 @@
+"""Redis beside the queue: the stream of events, who is there, which attempts should stop.
+
+Every exchange has a timeout and none is tried twice; the callers come back by themselves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import redis
+from pydantic import ValidationError
+from redis.backoff import NoBackoff
+from redis.exceptions import RedisError
+from redis.retry import Retry
+
+from lippmann.job import wire
+from lippmann.job.events import Event, Presence
+from service.errors import BrokerUnavailable
+
+QUICK_S = 0.5
+"""The longest that a request waits for the broker."""
+
+Entry = tuple[str, Event | None]
+
+
+class Stream:
+    """What the broker carries besides orders."""
+
+    def __init__(self, redis_url: str, *, timeout_s: float) -> None:
+        self._slow = _client(redis_url, timeout_s)
+        self._quick = _client(redis_url, QUICK_S)
+
+    def read(self, position: str, *, count: int, block_s: float) -> list[Entry]:
+        """Return events after a position: (their position, the event; None if it cannot be understood)."""
+        with _translated():
+            answer: Any = self._slow.xread({wire.EVENTS_STREAM: position}, count=count, block=math.ceil(block_s * 1000))
+        return [(entry.decode(), _event(fields)) for _, entries in answer for entry, fields in entries]
+
+    def presences(self) -> tuple[Presence, ...]:
+        """Return the workers that are there, by name."""
+        with _translated():
+            keys = list(self._quick.scan_iter(match=wire.presence_key("*"), count=1000))
+            texts: Any = self._quick.mget(keys) if keys else []
+        found = (_presence(text) for text in texts if text is not None)
+        return tuple(sorted((presence for presence in found if presence), key=lambda presence: presence.name))
+
+    def stop(self, attempts: Sequence[str], *, ttl_s: float) -> None:
+        """Tell attempts to stop."""
+        with _translated():
+            pipe = self._slow.pipeline(transaction=False)
+            for attempt in attempts:
+                pipe.set(wire.stop_key(attempt), "1", ex=math.ceil(ttl_s))
+            pipe.execute()
+
+    def is_new(self) -> bool:
+        """Return whether the broker has forgotten everything since this was asked last, and mark it."""
+        with _translated():
+            return bool(self._slow.set(wire.MARKER, "1", nx=True))
+
+    def ping(self) -> None:
+        """Do nothing, unless the broker is unavailable."""
+        with _translated():
+            self._quick.ping()
+
+    def close(self) -> None:
+        """Close every connection."""
+        self._slow.close()
+        self._quick.close()
+
+
+@contextmanager
+def _translated() -> Iterator[None]:
+    try:
+        yield
+    except (RedisError, OSError) as error:
+        raise BrokerUnavailable(f"the broker does not answer: {error}") from error
+
+
+def _client(url: str, timeout_s: float) -> redis.Redis:
+    return redis.Redis.from_url(
+        url, protocol=2, socket_timeout=timeout_s, socket_connect_timeout=timeout_s, retry=Retry(NoBackoff(), 0)
+    )
+
+
+def _event(fields: dict[bytes, bytes]) -> Event | None:
+    try:
+        return Event.model_validate_json(fields[b"event"])
+    except (KeyError, ValidationError):
+        return None
+
+
+def _presence(text: bytes) -> Presence | None:
+    try:
+        return Presence.model_validate_json(text)
+    except ValidationError:
+        return None

@@ -1,0 +1,1 @@
+"""The background threads of the service that keep jobs going."""

@@ -1,0 +1,126 @@
+"""Ready tasks go out, best first, about two orders a slot.
+
+The row says `dispatched` before the order is sent: a crash in between costs a wait, never a task done twice.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from sqlalchemy.orm import Session
+
+from lippmann.job.events import Presence
+from lippmann.job.orders import Order
+from lippmann.job.states import JobStatus, TaskStatus
+from service.api.presenters import tile_of
+from service.coordinator.fair_share import Claim, share_out
+from service.db import coordinator as clerk_rows
+from service.db import jobs as job_rows
+from service.db import tasks as task_rows
+from service.db.counters import move_task
+from service.db.engine import Database
+from service.db.tables import Job, Task
+from service.errors import BrokerUnavailable
+from service.events.publish import tell_task
+from service.ids import new_attempt, parse_task_id, task_id
+from service.jobs.state_machine import move_job
+from service.order_queue import OrderQueue
+from service.settings import Settings
+
+ROUND = 200
+"""Orders that go out in one transaction; others wait for it to end, so the next round takes the rest."""
+
+
+def dispatch(
+    database: Database, queue: OrderQueue, workers: Sequence[Presence], *, now_s: float, settings: Settings
+) -> int:
+    """Send out what there is room for, and return how many orders went.
+
+    Raises
+    ------
+    BrokerUnavailable
+        After the tasks are ready again.
+    """
+    with database.reading() as session:
+        if _room(session, workers, settings) <= 0 or not job_rows.can_dispatch(session, now_s=now_s):
+            return 0
+    with database.writing() as session:
+        orders = assign(session, workers, now_s=now_s, settings=settings)
+    try:
+        if orders:
+            queue.publish(orders)
+    except BrokerUnavailable:
+        with database.writing() as session:
+            take_back(session, orders, now_s=now_s)
+        raise
+    return len(orders)
+
+
+def assign(session: Session, workers: Sequence[Presence], *, now_s: float, settings: Settings) -> list[Order]:
+    """Give ready tasks to new attempts, and return their orders."""
+    room = _room(session, workers, settings)
+    idle_s = clerk_rows.clerk(session).idle_s
+    present = {worker.name for worker in workers}
+    avoided: dict[str, set[str]] = {}
+    orders = []
+    for task in _best(session, room, now_s):
+        row = session.get_one(Job, task.job_id, populate_existing=task.job_id not in avoided)
+        if row.status is JobStatus.QUEUED:
+            move_job(session, row, JobStatus.PROBING, started_s=now_s)
+        moved = move_task(
+            session, task, TaskStatus.DISPATCHED, attempt=new_attempt(), attempt_number=task.attempt_number + 1,
+            worker=None, progress=None, not_before_s=None, dispatched_s=now_s, dispatched_idle_s=idle_s,
+            claimed_s=None, beat_s=None, ended_s=None,
+        )  # fmt: skip
+        if moved:
+            tell_task(session, task)
+            if row.id not in avoided:
+                avoided[row.id] = task_rows.avoided(session, row.id, now_s=now_s)
+            avoid = avoided[row.id] | set(task.failed_on)
+            orders.append(_order(task, () if present <= avoid else tuple(sorted(avoid))))
+    return orders
+
+
+def take_back(session: Session, orders: Sequence[Order], *, now_s: float) -> None:
+    """Make ready again what could not be sent; some may have gone out, so those attempts are told to stop."""
+    clerk_rows.stop(session, [order.attempt for order in orders], now_s=now_s)
+    for order in orders:
+        task = task_rows.task(session, *parse_task_id(order.task_id))
+        if task is not None and task.attempt == order.attempt and task.status is TaskStatus.DISPATCHED:
+            move_task(session, task, TaskStatus.READY)
+
+
+def _room(session: Session, workers: Sequence[Presence], settings: Settings) -> int:
+    slots = sum(worker.slots for worker in workers)
+    return min(settings.orders_per_slot * slots - job_rows.outstanding(session), ROUND)
+
+
+def _best(session: Session, room: int, now_s: float) -> list[Task]:
+    claims = {claim[0]: Claim(*claim) for claim in job_rows.claims(session, now_s=now_s)}
+    reached = dict.fromkeys(claims, -1)
+    best: list[Task] = []
+    while claims and len(best) < room:
+        for job_id, wanted in share_out(claims.values(), room - len(best)).items():
+            tasks = task_rows.ready(session, job_id, now_s=now_s, after=reached[job_id], limit=wanted)
+            best += tasks
+            claim = claims.pop(job_id)
+            if len(tasks) == wanted < claim.ready:
+                reached[job_id] = tasks[-1].sequence
+                rest = replace(claim, outstanding=claim.outstanding + wanted, ready=claim.ready - wanted)
+                claims[job_id] = rest
+    return best
+
+
+def _order(task: Task, avoid: tuple[str, ...]) -> Order:
+    return Order(
+        kind=task.kind,
+        job_id=task.job_id,
+        task_id=task_id(task.job_id, task.sequence),
+        attempt=task.attempt or "",
+        attempt_number=task.attempt_number,
+        frame=task.frame,
+        tile=tile_of(task),
+        output=task.output,
+        avoid=avoid,
+    )

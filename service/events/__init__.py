@@ -1,0 +1,1 @@
+"""Events for listeners: publishing, the server-sent event stream, and waking up."""

@@ -1,0 +1,126 @@
+"""How the farm is, asked with a time limit: what does not answer in time is not well."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from typing import TypeVar
+
+import anyio
+from sqlalchemy import text
+
+from lippmann.job.events import Presence
+from service.broker_stream import Stream
+from service.db import coordinator as clerk_rows
+from service.db import jobs as job_rows
+from service.db import tasks as task_rows
+from service.db.engine import Database
+from service.ports import ArtifactStore
+from service.schemas.farm import ClerkPart, Health, Part, StorePart, Worker, WorkerList
+
+ANSWER_S = 0.8
+"""The longest that a part may take to say how it is."""
+_THREADS = 8
+"""Checks that hang stay behind in threads of their own, at most so many."""
+
+T = TypeVar("T")
+
+
+class Checks:
+    """Asks the things that the service needs how they are."""
+
+    def __init__(self, database: Database, store: ArtifactStore, stream: Stream) -> None:
+        self._database = database
+        self._store = store
+        self._stream = stream
+        self._limiter: anyio.CapacityLimiter | None = None
+
+    async def health(self, *, now_s: float, is_known: Callable[[], bool]) -> Health:
+        """Return how everything is, all asked at once; who leads only for a caller who `is_known`."""
+        answers: dict[str, object] = {}
+
+        async def ask(name: str, question: Callable[[], object]) -> None:
+            answers[name] = await self._ask(question)
+
+        async with anyio.create_task_group() as group:
+            group.start_soon(ask, "clerk", lambda: self._clerk(now_s))
+            group.start_soon(ask, "workers", self._stream.presences)
+            group.start_soon(ask, "free", self._free_bytes)
+            group.start_soon(ask, "known", is_known)
+        health = _health(answers["clerk"], answers["workers"], answers["free"])
+        # The leader's name tells machine and process; a key that is none, or an unknown one, is nobody's.
+        hidden = health.clerk.model_copy(update={"leader": None})
+        return health if answers["known"] is True else health.model_copy(update={"clerk": hidden})
+
+    async def workers(self) -> WorkerList:
+        """Return who is there, and how much each does."""
+        present = await self._ask(self._stream.presences)
+        if isinstance(present, Exception):
+            return WorkerList(items=(), known=False)
+        running = await self._ask(self._running)
+        counts = {} if isinstance(running, Exception) else running
+        return WorkerList(items=tuple(_worker(presence, counts) for presence in present), known=True)
+
+    async def _ask(self, question: Callable[[], T]) -> T | Exception:
+        self._limiter = self._limiter or anyio.CapacityLimiter(_THREADS)
+        try:
+            with anyio.fail_after(ANSWER_S):
+                return await anyio.to_thread.run_sync(question, abandon_on_cancel=True, limiter=self._limiter)
+        except TimeoutError:
+            return TimeoutError(f"no answer within {ANSWER_S} s")
+        except Exception as error:  # whatever is wrong with a part is what was asked for
+            return error
+
+    def _clerk(self, now_s: float) -> ClerkPart:
+        with self._database.reading() as session:
+            session.execute(text("SELECT 1"))
+            row = clerk_rows.clerk(session)
+            leads = row.leader is not None and row.until_s >= now_s
+            return ClerkPart(ok=leads, leader=row.leader if leads else None)
+
+    def _free_bytes(self) -> int | None:
+        self._store.exists("scenes/none.zip")
+        return self._store.free_bytes()
+
+    def _running(self) -> dict[str, int]:
+        with self._database.reading() as session:
+            return task_rows.running_on(session, job_rows.open_ids(session))
+
+
+def package_version() -> str:
+    """Return the version of this package."""
+    try:
+        return version("lippmann")
+    except PackageNotFoundError:
+        return "0+unknown"
+
+
+def _health(clerk: object, workers: object, free: object) -> Health:
+    database = Part(ok=not isinstance(clerk, Exception), detail=_detail(clerk))
+    broker = Part(ok=not isinstance(workers, Exception), detail=_detail(workers))
+    store = StorePart(
+        ok=not isinstance(free, Exception), detail=_detail(free), free_bytes=free if isinstance(free, int) else None
+    )
+    leading = clerk if isinstance(clerk, ClerkPart) else ClerkPart(ok=False, leader=None)
+    present: Sequence[Presence] | None = workers if isinstance(workers, tuple) else None
+    return Health(
+        status="ok" if all((database.ok, broker.ok, store.ok, leading.ok)) else "degraded",
+        version=package_version(),
+        database=database,
+        broker=broker,
+        store=store,
+        clerk=leading,
+        workers=None if present is None else len(present),
+        slots=None if present is None else sum(presence.slots for presence in present),
+    )
+
+
+def _detail(answer: object) -> str:
+    if not isinstance(answer, Exception):
+        return "answers"
+    # Health needs no key, so it says what kind of thing is wrong and not where things are.
+    return str(answer) if isinstance(answer, TimeoutError) else type(answer).__name__
+
+
+def _worker(presence: Presence, running: dict[str, int]) -> Worker:
+    return Worker(**presence.model_dump(), running=running.get(presence.name, 0))

@@ -1,0 +1,78 @@
+"""Celery, only here: orders go out by task name.
+
+Publishing can block for ever when the broker is half open, so every socket has a timeout, nothing is tried twice, and
+only the clerk publishes, in its own thread.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from celery import Celery
+from kombu.exceptions import KombuError
+from redis.exceptions import RedisError
+
+from lippmann.job import wire
+from lippmann.job.orders import Order
+from service.errors import BrokerUnavailable
+
+
+class OrderQueue:
+    """The way to the workers."""
+
+    def __init__(self, redis_url: str, *, timeout_s: float) -> None:
+        self._celery = _celery(redis_url, timeout_s)
+
+    def publish(self, orders: Sequence[Order]) -> None:
+        """Send orders, over one connection.
+
+        Raises
+        ------
+        BrokerUnavailable
+            Some orders may have gone out all the same.
+        """
+        try:
+            with self._celery.connection_for_write() as connection:
+                connection.ensure_connection(max_retries=1, interval_start=0, interval_step=0, timeout=0.1)
+                with self._celery.amqp.Producer(connection) as producer:
+                    for order in orders:
+                        self._send(producer, order)
+        except (KombuError, RedisError, OSError) as error:
+            raise BrokerUnavailable(f"expected the broker to take {len(orders)} orders, got {error!r}") from error
+
+    def close(self) -> None:
+        """Close every connection."""
+        self._celery.close()
+
+    def _send(self, producer: Any, order: Order) -> None:
+        self._celery.send_task(
+            wire.task_name(order.kind),
+            kwargs={"order": order.model_dump(mode="json")},
+            task_id=order.attempt,
+            queue=wire.QUEUE,
+            producer=producer,
+            ignore_result=True,
+            retry=False,
+        )
+
+
+def _celery(redis_url: str, timeout_s: float) -> Celery:
+    celery = Celery("lippmann-service", broker=wire.broker_url(redis_url), set_as_current=False)
+    celery.conf.update(
+        task_serializer="json",
+        accept_content=["json"],
+        task_ignore_result=True,
+        task_publish_retry=False,
+        task_default_queue=wire.QUEUE,
+        task_create_missing_queues=True,
+        broker_connection_timeout=timeout_s,
+        broker_transport_options={
+            "global_keyprefix": wire.CARRIER_PREFIX,
+            "socket_timeout": timeout_s,
+            "socket_connect_timeout": timeout_s,
+            "retry_on_timeout": False,
+            "max_retries": 0,
+        },
+    )
+    return celery

@@ -1,0 +1,1 @@
+"""Views of a frame on demand."""

@@ -1,0 +1,173 @@
+"""What the clerk's rounds make of gaps in what they hear: a real broker, and clocks that the test moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from sqlalchemy.exc import OperationalError
+
+from lippmann.job import wire
+from lippmann.job.events import Event
+from lippmann.job.orders import Order, TaskKind
+from lippmann.job.states import JobStatus, TaskStatus
+from service.coordinator import coordinator as clerks
+from service.coordinator.coordinator import FOLLOW_COUNT, Clerk
+from service.db import coordinator as clerk_rows
+from service.events.wakeup import Bell
+from service.jobs.remove import remove_job
+from tests.broker import Broker
+from tests.builders_service import T0, Farm, beat, claimed, done, presence
+
+
+class Rounds:
+    """A farm whose clerk makes a round when the test says so."""
+
+    def __init__(self, tmp_path: Path, broker: Broker) -> None:
+        url = f"sqlite:///{tmp_path}/farm.db"
+        self.farm = Farm(url, redis_url=broker.url, data_dir=tmp_path, tick_s=0.01, leader_ttl_s=600)
+        self.steady_s = 0.0
+        self._client = broker.client
+        self.clerk = Clerk(
+            self.farm.database, self.farm.store, self.farm.settings, Bell(),
+            clock=lambda: self.farm.now_s, steady=lambda: self.steady_s,
+        )  # fmt: skip
+        self.clerk.lead_round()
+        self.clerk.reconcile_round()
+
+    def send(self, *events: Event) -> None:
+        for event in events:
+            self._client.xadd(wire.EVENTS_STREAM, {"event": event.model_dump_json()})
+
+    def running(self) -> list[Order]:
+        """Return orders that attempts are at work on."""
+        self.farm.planned(frames="1-9")
+        with self.farm.writing() as session:
+            clerk_rows.rewind(session)
+        orders = self.farm.dispatch()
+        self.send(*(claimed(order) for order in orders))
+        self.clerk.follow_round()
+        return orders
+
+    def wait(self, seconds: float) -> None:
+        self.farm.now_s += seconds
+        self.steady_s += seconds
+
+    def listen(self, seconds: int) -> None:
+        for _ in range(seconds // 5):
+            self.wait(5)
+            self.clerk.follow_round()
+            self.clerk.reconcile_round()
+
+    def statuses(self, orders: list[Order]) -> set[TaskStatus]:
+        return {self.farm.task(order).status for order in orders}
+
+
+@pytest.fixture
+def rounds(tmp_path: Path, broker: Broker) -> Iterator[Rounds]:
+    rounds = Rounds(tmp_path, broker)
+    yield rounds
+    rounds.clerk.stop()
+    rounds.farm.database.dispose()
+
+
+def _away(*_: object, **__: object) -> bool:
+    raise OperationalError("BEGIN IMMEDIATE", {}, Exception("database is locked"))
+
+
+def _database_away(rounds: Rounds, monkeypatch: pytest.MonkeyPatch) -> None:
+    with monkeypatch.context() as patched:
+        patched.setattr(clerks, "follow", _away)
+        rounds.send(beat(rounds.farm.queue.orders[0]))
+        for _ in range(12):
+            rounds.wait(5)
+            with pytest.raises(OperationalError):
+                rounds.clerk.follow_round()
+
+
+def _machine_slept(rounds: Rounds, _: pytest.MonkeyPatch) -> None:
+    rounds.farm.now_s += 3600
+
+
+def _follower_hung(rounds: Rounds, _: pytest.MonkeyPatch) -> None:
+    rounds.wait(3600)
+
+
+@pytest.mark.parametrize("gap", [_database_away, _machine_slept, _follower_hung])
+def test_nobody_is_lost_in_a_gap_and_the_silent_are_lost_after_their_usual_time(
+    rounds: Rounds, monkeypatch: pytest.MonkeyPatch, gap: Callable[[Rounds, pytest.MonkeyPatch], None]
+) -> None:
+    orders = rounds.running()
+    rounds.listen(10)
+    gap(rounds, monkeypatch)
+    rounds.clerk.reconcile_round()
+    assert rounds.statuses(orders) == {TaskStatus.RUNNING}
+    rounds.listen(45)
+    assert rounds.statuses(orders) == {TaskStatus.RUNNING}
+    rounds.listen(10)
+    assert rounds.statuses(orders) == {TaskStatus.READY}
+
+
+def test_one_round_that_could_not_be_written_down_gives_everyone_their_time_again(
+    rounds: Rounds, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    orders = rounds.running()
+    rounds.listen(40)
+    rounds.send(beat(orders[0]))
+    with monkeypatch.context() as patched:
+        patched.setattr(clerks, "follow", _away)
+        with pytest.raises(OperationalError):
+            rounds.clerk.follow_round()
+    rounds.listen(40)
+    assert rounds.statuses(orders) == {TaskStatus.RUNNING}
+    rounds.listen(15)
+    assert TaskStatus.READY in rounds.statuses(orders)
+
+
+def test_the_silent_are_lost_though_the_farm_is_so_busy_that_rounds_are_full(rounds: Rounds) -> None:
+    silent, talkative, *_ = rounds.running()
+    for _ in range(12):
+        rounds.send(*(beat(talkative) for _ in range(FOLLOW_COUNT + 1)))
+        rounds.listen(10)
+    assert rounds.statuses([silent]) == {TaskStatus.READY}
+    assert rounds.statuses([talkative]) == {TaskStatus.RUNNING}
+
+
+def test_a_new_leader_counts_the_slots_before_it_plans(rounds: Rounds, broker: Broker) -> None:
+    broker.client.set(wire.presence_key("w1"), presence("w1", slots=8).model_dump_json())
+    farm = rounds.farm
+    job_id = farm.submit(
+        frames="1", render={"tiles": "auto"}, rig={"lens_array": {"count": [90, 90]}, "px_per_lens": 16}
+    )
+    (order,) = farm.dispatch()
+    probe = done(order).probe
+    assert probe is not None
+    slow = probe.model_copy(update={"s_per_px": 50.0 / (90 * 16) ** 2})
+    farm.say(done(order).model_copy(update={"probe": slow}))
+    rounds.clerk.dispatch_round()
+    plan = farm.job(job_id).plan
+    assert plan is not None
+    assert plan["tile_rows"] == 8
+
+
+def test_a_job_whose_folder_cannot_be_removed_keeps_no_order_from_going_out(
+    rounds: Rounds, broker: Broker, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    broker.client.set(wire.presence_key("w1"), presence("w1").model_dump_json())
+    farm = rounds.farm
+    stuck = farm.planned()
+    farm.work()
+    assert farm.job(stuck).status is JobStatus.DONE
+    with farm.writing() as session:
+        remove_job(session, stuck)
+
+    def refuse(name: str) -> None:
+        raise PermissionError(name)
+
+    monkeypatch.setattr(farm.store, "delete", refuse)
+    job_id = farm.submit()
+    rounds.clerk.dispatch_round()
+    assert farm.job(job_id).dispatched == 1
+    assert farm.tasks(job_id)[0].kind is TaskKind.PROBE
+    assert farm.now_s == T0

@@ -1,0 +1,193 @@
+"""The command as others see it: exit codes, help, documentation."""
+
+from __future__ import annotations
+
+import errno
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import typer.main
+
+from lippmann import errors
+from lippmann.cli import main
+from lippmann.cli.exit_codes import ExitCode
+from lippmann.client.errors import refusal
+from lippmann.errors import BundleError, RenderFailed, SpecError
+
+ROOT = Path(__file__).parents[3]
+HEAVY = (
+    "numpy", "scipy", "celery", "fastapi", "httpx", "pydantic", "sqlalchemy", "OpenImageIO", "av", "tifffile",
+    "reportlab", "redis", "matplotlib",
+)  # fmt: skip
+
+
+def _commands(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
+    for name, command in group.commands.items():
+        if hasattr(command, "commands"):
+            yield from _commands(command, (*path, name))
+        else:
+            yield (*path, name), command
+
+
+COMMANDS = dict(_commands(typer.main.get_command(main.app)))
+
+
+def test_there_are_the_commands_that_were_promised() -> None:
+    farm = {"up", "serve", "worker", "demo", "keys"}
+    jobs = {"submit", "jobs", "show", "watch", "fetch", "cancel", "pause", "resume", "retry"}
+    integral = {"views", "view", "refocus", "observe", "export", "coding-study", "orthoscopic", "depth"}
+    optics = {"design", "lens", "paper", "calibration-sheet"}
+    assert {path[0] for path in COMMANDS} == farm | jobs | integral | optics | {"scenes", "capture", "compare"}
+
+
+@pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
+def test_every_command_is_documented_with_an_example_and_speaks_json(path: tuple[str, ...]) -> None:
+    assert f"`lippmann {' '.join(path)}" in (ROOT / "docs" / "command.md").read_text()
+    assert COMMANDS[path].help
+    options = {option for parameter in COMMANDS[path].params for option in parameter.opts}
+    assert "--json" in options
+
+
+@pytest.mark.parametrize("code", ExitCode)
+def test_every_exit_code_is_documented(code: ExitCode) -> None:
+    assert f"\n| {int(code)} | " in (ROOT / "docs" / "command.md").read_text()
+    assert f"\n{int(code)} " in (main.__doc__ or "")
+
+
+def test_help_imports_nothing_heavy() -> None:
+    program = (
+        "import sys\nsys.argv = ['lippmann', '--help']\nfrom lippmann.cli.main import main\n"
+        "try:\n    main()\nexcept SystemExit as end:\n    assert not end.code\n"
+        f"print([name for name in {HEAVY} if name in sys.modules])"
+    )
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert run.stdout.splitlines()[-1] == "[]"
+
+
+def test_the_package_hands_out_its_client_late() -> None:
+    program = "import sys, lippmann\nassert 'httpx' not in sys.modules\nprint(lippmann.Client.__name__)"
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert run.stdout == "Client\n"
+
+
+@pytest.mark.parametrize(
+    ("error", "code"),
+    [
+        (errors.BadInput("x"), 2),
+        (errors.Unreachable("x"), 3),
+        (errors.NotAllowed("x"), 4),
+        (errors.JobEnded("x"), 1),
+        (refusal(401, "", None), 4),
+        (refusal(403, "", None), 4),
+        (refusal(404, "", None), 1),
+        (refusal(409, "", None), 1),
+        (refusal(422, "", None), 2),
+        (refusal(500, "", None), 1),
+        (SpecError("x"), 2),
+        (BundleError("x"), 2),
+        (RenderFailed("x"), 1),
+        (KeyboardInterrupt(), 130),
+        (OSError(errno.ENOSPC, "No space left on device", "out/0001.png"), 1),
+    ],
+    ids=lambda value: repr(value)[:40],
+)
+def test_an_error_becomes_one_line_and_its_exit_code(
+    error: BaseException, code: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(main, "app", _raising(error))
+    with pytest.raises(SystemExit) as ended:
+        main.main()
+    assert ended.value.code == code
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("lippmann: ")
+
+
+def test_a_fault_of_ours_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(main, "app", _raising(ZeroDivisionError()))
+    with pytest.raises(ZeroDivisionError):
+        main.main()
+
+
+def test_a_problem_names_every_field() -> None:
+    fields = [{"field": "frames", "expected": "a", "got": "b"}, {"field": "fps", "expected": "c", "got": "d"}]
+    error = refusal(422, "", {"detail": "2 fields are wrong", "code": "spec", "errors": fields})
+    assert error.message == "frames: expected a, got b; fps: expected c, got d"
+    assert (error.code, len(error.problems)) == ("spec", 2)
+
+
+def test_an_answer_that_is_no_problem_says_its_status() -> None:
+    assert refusal(502, "Bad Gateway", None).message == "the service answered 502 Bad Gateway"
+    assert refusal(500, "Oh", ["not", "an", "object"]).status == 500
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code", "said"),
+    [
+        (["nonsense"], 2, "nonsense"),
+        (["jobs", "--limit", "0"], 2, "--limit"),
+        (["up", "--port", "99999"], 2, "--port"),
+        (["demo", "--frames", "6-1"], 2, "expected a range that counts up"),
+        (["submit", "nowhere.json"], 2, "expected a job file, got nowhere.json"),
+        (["capture"], 2, "expected a SCENE"),
+        (["compare", "a.exr", "b.exr"], 2, "expected a picture or a folder of pictures, got a.exr"),
+        (["compare", "a.exr", "b.exr", "--lens-count", "9", "9"], 2, "or neither, got only --lens-count"),
+        (["capture", "nowhere"], 2, "one of fish, "),
+        (["capture", "fish", "--set", "rig.px_per_lens=1"], 2, "rig.px_per_lens"),
+        (["capture", "fish", "--out", "/proc/out"], 2, "expected a folder that can be written, got /proc/out"),
+        (["scenes", "upload", "nowhere"], 2, "expected a scene bundle"),
+        (["jobs"], 3, "got no data/farm.json"),
+        (["jobs", "--url", "http://127.0.0.1:1"], 4, "expected a key"),
+        (["jobs", "--url", "http://127.0.0.1:1", "--key", "k"], 3, "expected a service at http://127.0.0.1:1"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)
+def test_what_cannot_be_is_said_with_the_right_exit_code(
+    arguments: list[str], code: int, said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["lippmann", *arguments])
+    for name in ("LIPPMANN_URL", "LIPPMANN_KEY", "LIPPMANN_DATA_DIR"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(SystemExit) as ended:
+        main.main()
+    assert ended.value.code == code
+    assert said in " ".join(capsys.readouterr().err.split())
+    left = {path.name for path in tmp_path.rglob("*")}
+    assert left <= {"out"}, "nothing half-written"
+
+
+def test_a_machine_without_povray_cannot_start_a_farm_and_is_told_why(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("LIPPMANN_POVRAY", "povray-of-the-future")
+    for arguments in (["up"], ["worker"], ["capture", "fish"], ["demo"]):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", ["lippmann", *arguments])
+        with pytest.raises(SystemExit) as ended:
+            main.main()
+        assert ended.value.code == 1
+        assert "expected POV-Ray as 'povray-of-the-future' on PATH" in capsys.readouterr().err
+
+
+def test_json_is_the_only_thing_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
+    from lippmann.terminal.output import Talk
+
+    Talk(as_json=True).note("for people")
+    Talk(as_json=True).result({"ä": 1}, "text")
+    said = capsys.readouterr()
+    assert json.loads(said.out) == {"ä": 1}
+    assert said.err == "for people\n"
+
+
+def _raising(error: BaseException) -> Callable[[], None]:
+    def app() -> None:
+        raise error
+
+    return app

@@ -1,0 +1,52 @@
+"""Signs of depth against the captions of Fig. 7."""
+
+from __future__ import annotations
+
+import pytest
+
+from lippmann.experiments.figures.captions import CAPTIONS, Depth, agrees, mean_mm
+from lippmann.experiments.settings import POSITIONS_MM, sweep
+
+
+def depths(*measured_mm: float) -> list[Depth]:
+    return [Depth("x", 0.0, 0.0, each, 1.0) for each in measured_mm]
+
+
+CASES = [
+    ("a", (58, 30, 16, 9, 3), True),
+    ("a", (58, 30, 16, 9, -3), False),
+    ("a", (-1, 30, 16, 9, 3), False),
+    ("b", (38, 10, -4, -12, -18), True),
+    ("b", (38, 10, 4, 2, -6), False),
+    ("b", (-38, -10, -4, -12, -18), False),
+    ("c", (7, -21, -35, -42, -48), True),
+    ("c", (7, 1, -35, -42, -48), False),
+    ("c", (-7, -21, -35, -42, -48), False),
+    ("d", (-13, -41, -55, -63, -69), True),
+    ("d", (1, -41, -55, -63, -69), False),
+]
+
+
+@pytest.mark.parametrize(("letter", "measured", "expected"), CASES)
+def test_a_caption_agrees_with_depths_on_its_sides_of_the_array(
+    letter: str, measured: tuple[float, ...], expected: bool
+) -> None:
+    caption = next(each for each in CAPTIONS if each.letter == letter)
+    assert agrees(caption, depths(*measured)) is expected
+
+
+def test_the_mean_of_depths_is_their_mean() -> None:
+    assert mean_mm(depths(10, -4, -12, -18)) == -6
+
+
+def test_the_four_positions_are_one_job_in_which_only_the_array_moves() -> None:
+    spec = sweep(px_per_lens=None)
+    frames = [spec.at(frame) for frame in spec.frame_numbers]
+    assert tuple(frame.rig.lens_array.offset_mm for frame in frames) == POSITIONS_MM
+    assert spec.rig.px_per_lens == 24
+    assert spec.rig.device is not None
+    assert (spec.rig.device.dpi, spec.rig.device.window_px) == (600, (2400, 2400))
+    first, *others = (frame.model_dump(exclude={"rig": {"lens_array": {"offset_mm"}}}) for frame in frames)
+    assert all(other == first for other in others)
+    assert spec.clock is not None
+    assert {spec.clock.at(frame) for frame in spec.frame_numbers} == {0.0}

@@ -1,0 +1,27 @@
+"""What workers say is believed only within bounds, since plans are made of it."""
+
+from __future__ import annotations
+
+import pytest
+from pydantic import ValidationError
+
+from lippmann.job.events import LONGEST_PROBE_S, ProbeResult
+from lippmann.job.spec import JobSpec
+from lippmann.plan.tasks import plan_sheet
+
+BAD = (-1.0, float("nan"), float("inf"), 2 * LONGEST_PROBE_S, 8.5e303)
+
+
+@pytest.mark.parametrize("field", ["start_s", "s_per_px"])
+@pytest.mark.parametrize("seconds", BAD)
+def test_a_probe_that_measured_what_cannot_be_is_refused(field: str, seconds: float) -> None:
+    with pytest.raises(ValidationError):
+        ProbeResult.model_validate({"start_s": 0.5, "s_per_px": 1e-5, "tileable": True, field: seconds})
+
+
+@pytest.mark.parametrize("seconds", [0.0, LONGEST_PROBE_S])
+def test_the_largest_job_can_be_planned_from_the_slowest_and_the_quickest_probe(seconds: float) -> None:
+    rig = {"lens_array": {"count": [500, 500]}, "px_per_lens": 16}
+    spec = JobSpec.model_validate({"scene": "ball", "frames": "1-1000", "rig": rig})
+    sheet = plan_sheet(spec, ProbeResult(start_s=seconds, s_per_px=seconds, tileable=True), slots=2000)
+    assert 1 <= sheet.tile_rows <= 100

@@ -1,0 +1,225 @@
+"""Events become rows: once each, and only while their attempt owns its task."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+from sqlalchemy.exc import OperationalError
+
+from lippmann.job.events import Event, EventKind
+from lippmann.job.orders import Order, TaskKind
+from lippmann.job.states import TaskStatus
+from service.coordinator import event_consumer as following
+from service.coordinator.event_consumer import follow
+from service.db.coordinator import clerk, stopped, to_stop
+from service.db.tables import JobEvent
+from service.jobs.cancel import cancel_job
+from service.jobs.pause import pause_job
+from tests.builders_service import T0, Farm, beat, canonical, claimed, declined, done, event, failed
+
+
+def test_claimed_beats_and_done_write_worker_progress_and_times(farm: Farm) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.now_s += 1
+    farm.say(claimed(order, "w7"))
+    farm.now_s += 5
+    farm.say(beat(order, 0.25))
+    task = farm.task(order)
+    assert (task.status, task.worker, task.progress) == (TaskStatus.RUNNING, "w7", 0.25)
+    assert (task.dispatched_s, task.claimed_s, task.beat_s) == (T0, T0 + 1, T0 + 6)
+    farm.say(done(order, cpu_s=3.0, wall_s=4.0))
+    task = farm.task(order)
+    assert (task.status, task.progress, task.cpu_s, task.wall_s, task.ended_s) == (
+        TaskStatus.DONE, 1.0, 3.0, 4.0, T0 + 6,
+    )  # fmt: skip
+
+
+def test_a_late_event_of_an_old_attempt_is_counted_and_changes_nothing(farm: Farm) -> None:
+    job_id = farm.planned()
+    old, *_ = farm.dispatch()
+    farm.say(claimed(old), failed(old))
+    farm.now_s += 10
+    new = next(order for order in farm.dispatch() if order.task_id == old.task_id)
+    assert (new.attempt != old.attempt, new.attempt_number) == (True, 2)
+    before = canonical(farm.task(new))
+    for late in (claimed(old), beat(old), done(old), failed(old, permanent=True), declined(old)):
+        farm.say(late)
+    assert canonical(farm.task(new)) == before
+    assert farm.job(job_id).late_events == 5
+
+
+def test_an_event_said_twice_changes_nothing_the_second_time(farm: Farm) -> None:
+    job_id = farm.planned()
+    order, *_ = farm.dispatch()
+    for say in (claimed, beat, done):
+        farm.say(say(order))
+        task, job = canonical(farm.task(order)), canonical(farm.job(job_id))
+        farm.say(say(order))
+        assert (canonical(farm.task(order)), canonical(farm.job(job_id))) == (task, job), say
+
+
+def test_a_failure_said_twice_counts_once(farm: Farm) -> None:
+    job_id = farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order), failed(order), failed(order))
+    assert (farm.task(order).failures, farm.job(job_id).late_events) == (1, 0)
+
+
+def test_a_piece_of_the_stream_that_was_followed_is_not_followed_again(farm: Farm) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    with farm.database.reading() as session:
+        was = clerk(session).position
+    entries = [("900-0", claimed(order)), ("900-1", failed(order))]
+    assert follow(farm.database, entries, was=was, now_s=farm.now_s, settings=farm.settings)
+    assert not follow(farm.database, entries, was=was, now_s=farm.now_s, settings=farm.settings)
+    assert farm.task(order).failures == 1
+
+
+def test_done_is_enough_when_claimed_was_lost(farm: Farm) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(done(order))
+    assert farm.task(order).status is TaskStatus.DONE
+
+
+def test_a_beat_is_as_good_as_a_claim(farm: Farm) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(beat(order, worker="w3"))
+    assert (farm.task(order).status, farm.task(order).worker) == (TaskStatus.RUNNING, "w3")
+
+
+def test_an_order_delivered_to_two_workers_is_done_once(farm: Farm) -> None:
+    job_id = farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order, "a"), claimed(order, "b"), done(order, "a"), done(order, "b"))
+    assert (farm.task(order).worker, farm.job(job_id).done) == ("a", 2)
+    assert farm.job(job_id).done_px == farm.task(order).weight_px
+
+
+def test_events_of_strangers_are_ignored(farm: Farm) -> None:
+    job_id = farm.planned()
+    order, *_ = farm.dispatch()
+    strangers = [
+        order.model_copy(update={"task_id": "nonsense"}),
+        order.model_copy(update={"task_id": f"{job_id}-999"}),
+        order.model_copy(update={"job_id": "other"}),
+    ]
+    before = canonical(farm.job(job_id))
+    farm.say(*(done(stranger) for stranger in strangers))
+    assert canonical(farm.job(job_id)) == before
+
+
+def test_an_unreadable_event_does_not_stop_the_stream(farm: Farm) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    with farm.database.reading() as session:
+        was = clerk(session).position
+    follow(farm.database, [("900-0", None), ("900-1", done(order))], was=was, now_s=T0, settings=farm.settings)
+    assert farm.task(order).status is TaskStatus.DONE
+
+
+def test_a_declined_order_rests_and_is_no_failure(farm: Farm) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(declined(order))
+    task = farm.task(order)
+    assert (task.status, task.failures, task.not_before_s) == (TaskStatus.READY, 0, T0 + farm.settings.decline_pause_s)
+
+
+def test_a_probe_without_a_measurement_has_failed(farm: Farm) -> None:
+    farm.submit()
+    (order,) = farm.dispatch()
+    assert order.kind is TaskKind.PROBE
+    farm.say(event(order, EventKind.DONE))
+    assert (farm.task(order).status, farm.task(order).error_code) == (TaskStatus.READY, "probe-empty")
+
+
+def test_listeners_are_told_of_every_move_in_order(farm: Farm) -> None:
+    job_id = farm.planned(frames="1")
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order), beat(order), done(order))
+    with farm.database.reading() as session:
+        heard = [
+            (row.topic.value, row.data.get("status"))
+            for row in session.query(JobEvent).filter(JobEvent.job_id == job_id).order_by(JobEvent.id)
+            if row.data.get("id") == order.task_id or row.topic.value in ("job", "frame")
+        ]
+    assert heard == [
+        ("job", "queued"), ("job", "probing"), ("job", "running"),
+        ("task", "dispatched"), ("task", "running"), ("frame", "rendering"), ("task", "done"),
+    ]  # fmt: skip
+
+
+def test_of_many_beats_of_an_attempt_only_the_last_is_written(farm: Farm) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order), *(beat(order, i / 100) for i in range(100)))
+    assert farm.task(order).progress == 0.99
+
+
+def _stops(farm: Farm) -> set[str]:
+    with farm.database.reading() as session:
+        return set(to_stop(session))
+
+
+@pytest.mark.parametrize(("say", "stops"), [(claimed, True), (beat, True), (done, False), (failed, False)])
+def test_who_works_on_what_is_no_longer_theirs_is_told_to_stop_again(
+    farm: Farm, say: Callable[[Order], Event], stops: bool
+) -> None:
+    job_id = farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order))
+    with farm.writing() as session:
+        pause_job(session, job_id, now_s=farm.now_s)
+        cancel_job(session, job_id, now_s=farm.now_s)
+        stopped(session, [*to_stop(session)])  # told, and then the broker was wiped
+    assert _stops(farm) == set()
+    farm.say(say(order))
+    assert _stops(farm) == ({order.attempt} if stops else set())
+
+
+def test_an_attempt_of_a_job_that_was_removed_is_told_to_stop(farm: Farm) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(beat(order.model_copy(update={"job_id": "gone", "task_id": "gone-7"})))
+    assert _stops(farm) == {order.attempt}
+
+
+def test_who_says_twice_that_it_is_done_is_not_told_to_stop(farm: Farm) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order), beat(order), done(order))
+    farm.say(claimed(order), beat(order), done(order))
+    assert _stops(farm) == set()
+
+
+def test_one_event_that_cannot_be_written_down_is_passed_over_and_counted(farm: Farm) -> None:
+    job_id = farm.planned()
+    first, second, third, *_ = farm.dispatch()
+    assert farm.say(claimed(first), done(first, cpu_s=float("nan")), done(second), beat(third, 0.25))
+    assert [farm.task(order).status for order in (first, second, third)] == [
+        TaskStatus.RUNNING, TaskStatus.DONE, TaskStatus.RUNNING,
+    ]  # fmt: skip
+    job = farm.job(job_id)
+    assert (job.late_events, job.running, job.done, job.dispatched) == (1, 2, 2, 1)
+    assert farm.task(third).progress == 0.25
+
+
+def test_a_database_that_is_away_passes_over_nothing(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+
+    def away(*_: object) -> None:
+        raise OperationalError("UPDATE", {}, Exception("database is locked"))
+
+    with monkeypatch.context() as patched:
+        patched.setattr(following, "apply_event", away)
+        with pytest.raises(OperationalError):
+            farm.say(done(order))
+    assert farm.task(order).status is TaskStatus.DISPATCHED
+    farm.say(done(order))
+    assert farm.task(order).status is TaskStatus.DONE

@@ -1,0 +1,239 @@
+"""The rows are made right without any event, by a clock that the test moves."""
+
+from __future__ import annotations
+
+import pytest
+from sqlalchemy import update
+
+from lippmann.errors import StoreUnavailable
+from lippmann.job.orders import Order
+from lippmann.job.states import JobStatus, TaskStatus
+from lippmann.plan import artifact_names as names
+from service.coordinator.reconciler import Reconciler, Sight
+from service.db.coordinator import clerk, to_stop
+from service.db.tables import Job, Task
+from tests.builders_service import Farm, beat, claimed, done, presence
+
+
+class Watch:
+    """A reconciler, and time that passes in its own steps."""
+
+    def __init__(self, farm: Farm) -> None:
+        self.farm = farm
+        self.since_s: float | None = farm.now_s
+        self.slots = 2
+        self.reconciler = Reconciler(farm.database, farm.store, farm.settings)
+        self.look()
+
+    def look(self) -> None:
+        self.reconciler.run(Sight(now_s=self.farm.now_s, slots=self.slots, listening_since_s=self.since_s))
+
+    def wait(self, seconds: float) -> None:
+        for _ in range(round(seconds / self.farm.settings.reconcile_s)):
+            self.farm.now_s += self.farm.settings.reconcile_s
+            self.look()
+
+
+@pytest.fixture
+def watch(farm: Farm) -> Watch:
+    return Watch(farm)
+
+
+def _store(farm: Farm, order: Order) -> None:
+    farm.store.files[names.job_artifact(order.job_id, farm.task(order).artifact)] = b"whole"
+
+
+def _stops(farm: Farm) -> set[str]:
+    with farm.database.reading() as session:
+        return set(to_stop(session))
+
+
+def test_a_silent_attempt_is_lost_and_its_task_goes_back(farm: Farm, watch: Watch) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order, "w1"))
+    watch.wait(farm.settings.lease_ttl_s)
+    assert farm.task(order).status is TaskStatus.RUNNING
+    watch.wait(5)
+    task = farm.task(order)
+    assert (task.status, task.failures, task.failed_on, task.error_code) == (TaskStatus.READY, 1, ["w1"], "lost")
+    assert order.attempt in _stops(farm)
+
+
+def test_an_attempt_that_beats_is_never_lost(farm: Farm, watch: Watch) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order))
+    for _ in range(10):
+        watch.wait(30)
+        farm.say(beat(order))
+    assert farm.task(order).status is TaskStatus.RUNNING
+
+
+def test_a_task_that_kills_its_workers_three_times_has_failed(farm: Farm, watch: Watch) -> None:
+    farm.planned(frames="1-30", outputs=[])
+    order, *_ = farm.dispatch()
+    for losses in (1, 2, 3):
+        farm.say(claimed(order, f"w{losses}"))
+        watch.wait(50)
+        assert farm.task(order).failures == losses
+        if losses < 3:
+            farm.now_s += 10
+            order = next(other for other in farm.dispatch() if other.task_id == order.task_id)
+    assert (farm.task(order).status, farm.task(order).error_code) == (TaskStatus.FAILED, "lost")
+
+
+def test_a_lost_attempt_whose_artifact_is_there_was_done(farm: Farm, watch: Watch) -> None:
+    job_id = farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order))
+    _store(farm, order)
+    watch.wait(50)
+    assert (farm.task(order).status, farm.job(job_id).done_px) == (TaskStatus.DONE, farm.task(order).weight_px)
+
+
+def test_one_folder_that_cannot_be_read_keeps_no_other_row_from_being_made_right(
+    farm: Farm, watch: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    farm.planned()
+    first, second, *_ = farm.dispatch()
+    farm.say(claimed(first), claimed(second))
+    unreadable = names.job_artifact(first.job_id, farm.task(first).artifact)
+
+    def exists(name: str) -> bool:
+        if name == unreadable:
+            raise StoreUnavailable
+        return False
+
+    monkeypatch.setattr(farm.store, "exists", exists)
+    watch.wait(50)
+    assert (farm.task(first).status, farm.task(second).status) == (TaskStatus.RUNNING, TaskStatus.READY)
+    monkeypatch.undo()
+    watch.wait(5)
+    assert farm.task(first).status is TaskStatus.READY
+
+
+def test_a_clock_that_was_set_back_hides_no_silent_attempt(farm: Farm, watch: Watch) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order))
+    farm.now_s -= 3600
+    watch.since_s = farm.now_s  # noticed, so it starts anew
+    watch.wait(40)
+    assert farm.task(order).status is TaskStatus.RUNNING
+    watch.wait(10)
+    assert farm.task(order).status is TaskStatus.READY
+
+
+def test_nobody_is_lost_while_nobody_listened(farm: Farm, watch: Watch) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order))
+    watch.since_s = None  # the broker is down
+    watch.wait(300)
+    assert farm.task(order).status is TaskStatus.RUNNING
+    watch.since_s = farm.now_s  # it is back, and the attempt has the usual time to say something
+    watch.wait(40)
+    assert farm.task(order).status is TaskStatus.RUNNING
+    watch.wait(10)
+    assert farm.task(order).status is TaskStatus.READY
+
+
+def test_an_unclaimed_order_goes_back_after_its_time_and_its_attempt_is_told_to_stop(farm: Farm, watch: Watch) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    watch.wait(farm.settings.unclaimed_s)
+    assert farm.task(order).status is TaskStatus.DISPATCHED
+    watch.wait(5)
+    task = farm.task(order)
+    assert (task.status, task.failures, order.attempt in _stops(farm)) == (TaskStatus.READY, 0, True)
+
+
+def test_the_time_of_an_unclaimed_order_stands_still_while_every_slot_is_busy(farm: Farm, watch: Watch) -> None:
+    farm.planned()
+    first, second, third, *_ = farm.dispatch()
+    farm.say(claimed(first), claimed(second))
+    for _ in range(60):
+        watch.wait(10)
+        farm.say(beat(first), beat(second))
+    assert farm.task(third).status is TaskStatus.DISPATCHED
+    farm.say(done(first))
+    watch.wait(farm.settings.unclaimed_s + 5)
+    assert farm.task(third).status is TaskStatus.READY
+
+
+def test_an_unclaimed_order_whose_artifact_is_there_was_done(farm: Farm, watch: Watch) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    _store(farm, order)
+    watch.wait(65)
+    assert farm.task(order).status is TaskStatus.DONE
+
+
+def test_a_new_broker_has_no_orders_so_all_go_back_at_once_and_the_stream_begins_again(
+    farm: Farm, watch: Watch
+) -> None:
+    job_id = farm.planned()
+    running, *waiting = farm.dispatch()
+    farm.say(claimed(running))
+    assert watch.reconciler.broker_is_new(now_s=farm.now_s) == len(waiting)
+    assert {farm.task(order).status for order in waiting} == {TaskStatus.READY}
+    assert farm.task(running).status is TaskStatus.RUNNING
+    assert farm.job(job_id).dispatched == 0
+    with farm.database.reading() as session:
+        assert clerk(session).position == "0-0"
+
+
+def test_a_job_ends_though_no_worker_ever_says_that_it_is_done(farm: Farm, watch: Watch) -> None:
+    job_id = farm.planned()
+    farm.workers = [presence(slots=50)]
+    for _ in range(4):
+        for order in farm.dispatch():
+            _store(farm, order)
+        watch.wait(65)
+    assert (farm.job(job_id).status, farm.job(job_id).frames_done) == (JobStatus.DONE, 3)
+
+
+def test_a_task_whose_needs_are_done_becomes_ready_even_if_that_was_missed(farm: Farm, watch: Watch) -> None:
+    job_id = farm.planned()
+    for order in farm.dispatch()[:2]:
+        farm.say(done(order))
+    assemble = next(task for task in farm.tasks(job_id) if task.needs == "render/0001")
+    assert assemble.status is TaskStatus.READY
+    with farm.writing() as session:  # as if the crash had come between the two
+        of_assemble = (Task.job_id == job_id, Task.sequence == assemble.sequence)
+        session.execute(update(Task).where(*of_assemble).values(status=TaskStatus.WAITING))
+        session.execute(update(Job).values(ready=Job.ready - 1, waiting=Job.waiting + 1))
+    watch.look()
+    assert farm.tasks(job_id)[assemble.sequence].status is TaskStatus.READY
+
+
+def test_a_job_that_has_ended_and_does_not_know_it_ends(farm: Farm, watch: Watch) -> None:
+    job_id = farm.planned()
+    farm.work()
+    with farm.writing() as session:
+        session.execute(update(Job).values(status=JobStatus.RUNNING))
+    watch.look()
+    assert farm.job(job_id).status is JobStatus.DONE
+
+
+def test_wrong_counts_are_found_at_start(farm: Farm, watch: Watch) -> None:
+    job_id = farm.planned()
+    right = farm.job(job_id).ready
+    assert watch.reconciler.start() == 0
+    with farm.writing() as session:
+        session.execute(update(Job).values(ready=77))
+    assert watch.reconciler.start() == 1
+    assert farm.job(job_id).ready == right
+
+
+def test_old_events_are_forgotten_and_the_newest_kept(farm: Farm, watch: Watch) -> None:
+    farm.planned()
+    farm.work()
+    watch.reconciler.settings = farm.settings.model_copy(update={"events_kept": 5})
+    watch.look()
+    from service.db import events as event_rows
+
+    with farm.database.reading() as session:
+        kept = event_rows.after(session, 0, job_id=None, limit=100)
+        assert [row.id for row in kept] == list(range(kept[-1].id - 4, kept[-1].id + 1))

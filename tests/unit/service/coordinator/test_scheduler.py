@@ -1,0 +1,150 @@
+"""Which orders go out, how many, and what each says."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lippmann.job.orders import TaskKind
+from lippmann.job.states import TaskStatus
+from service.coordinator.fair_share import Claim, share_out
+from service.errors import BrokerUnavailable
+from service.jobs.pause import pause_job
+from service.jobs.prioritise import prioritise_job
+from tests.builders_service import Farm, claimed, done, presence
+
+claims = st.lists(
+    st.builds(
+        Claim,
+        job_id=st.uuids().map(str),
+        priority=st.integers(0, 3),
+        outstanding=st.integers(0, 5),
+        ready=st.integers(0, 5),
+    ),
+    max_size=6,
+    unique_by=lambda claim: claim.job_id,
+)
+
+
+@given(claims=claims, room=st.integers(0, 12))
+def test_what_is_shared_out_is_all_there_is_room_for_and_no_more_than_is_ready(claims: list[Claim], room: int) -> None:
+    given_out = share_out(claims, room)
+    assert sum(given_out.values()) == min(room, sum(claim.ready for claim in claims))
+    assert all(given_out.get(claim.job_id, 0) <= claim.ready for claim in claims)
+
+
+@given(claims=claims, room=st.integers(0, 12))
+def test_no_job_gets_anything_while_one_of_higher_priority_could_have_more(claims: list[Claim], room: int) -> None:
+    given_out = share_out(claims, room)
+    served = [claim.priority for claim in claims if given_out.get(claim.job_id)]
+    hungry = [claim.priority for claim in claims if given_out.get(claim.job_id, 0) < claim.ready]
+    assert not served or not hungry or min(served) >= max(hungry)
+
+
+@given(claims=claims, room=st.integers(0, 12))
+def test_among_equals_nobody_who_gained_is_two_ahead_of_a_hungry_one(claims: list[Claim], room: int) -> None:
+    given_out = share_out(claims, room)
+    for gained in claims:
+        for hungry in claims:
+            is_hungry = given_out.get(hungry.job_id, 0) < hungry.ready
+            if gained.priority == hungry.priority and given_out.get(gained.job_id) and is_hungry:
+                ahead = gained.outstanding + given_out[gained.job_id]
+                assert ahead <= hungry.outstanding + given_out.get(hungry.job_id, 0) + 1
+
+
+def test_the_queue_is_two_orders_a_slot_deep_and_stays_so(farm: Farm) -> None:
+    farm.workers = [presence("a", 2), presence("b", 1)]
+    farm.planned(frames="1-50")
+    orders = farm.dispatch()
+    assert len(orders) == 6
+    assert farm.dispatch() == []
+    farm.say(claimed(orders[0]), done(orders[0]))
+    assert len(farm.dispatch()) == 1
+
+
+def test_nothing_goes_out_while_no_worker_is_there(farm: Farm) -> None:
+    farm.workers = []
+    farm.submit()
+    assert farm.dispatch() == []
+
+
+def test_tasks_of_a_job_go_out_in_frame_order_and_a_frame_is_assembled_before_later_ones(farm: Farm) -> None:
+    farm.workers = [presence(slots=1)]
+    farm.planned()
+    farm.work()
+    frames = [order.frame for order in farm.queue.orders if order.kind is TaskKind.ASSEMBLE]
+    assert frames == [1, 2, 3]
+    assert [order.kind for order in farm.queue.orders].index(TaskKind.ASSEMBLE) < 6
+
+
+def test_higher_priority_goes_first(farm: Farm) -> None:
+    low = farm.planned(priority=10)
+    high = farm.submit(priority=90)
+    orders = farm.dispatch()
+    assert orders[0].job_id == high
+    assert {order.job_id for order in orders[1:]} == {low}
+
+
+def test_jobs_of_one_priority_share_the_slots(farm: Farm) -> None:
+    farm.workers = [presence(slots=5)]
+    jobs = farm.planned_jobs(2)
+    assert Counter(order.job_id for order in farm.dispatch()) == dict.fromkeys(jobs, 5)
+
+
+def test_a_new_priority_acts_on_the_next_orders(farm: Farm) -> None:
+    _, second = farm.planned_jobs(2, frames="1-9")
+    with farm.writing() as session:
+        prioritise_job(session, second, 99)
+    assert {order.job_id for order in farm.dispatch()} == {second}
+
+
+def test_resting_tasks_of_one_job_do_not_keep_the_slots_from_another(farm: Farm) -> None:
+    farm.planned(priority=90, frames="1", outputs=[])
+    with farm.writing() as session:
+        from sqlalchemy import update
+
+        from service.db.tables import Task
+
+        session.execute(update(Task).where(Task.status == TaskStatus.READY).values(not_before_s=farm.now_s + 9))
+    other = farm.submit(priority=1)
+    assert [order.job_id for order in farm.dispatch()] == [other]
+
+
+def test_paused_jobs_get_nothing(farm: Farm) -> None:
+    job_id = farm.planned()
+    with farm.writing() as session:
+        pause_job(session, job_id, now_s=farm.now_s)
+    assert farm.dispatch() == []
+
+
+def test_a_broker_that_takes_nothing_costs_nothing(farm: Farm) -> None:
+    job_id = farm.planned()
+    farm.queue.error = BrokerUnavailable()
+    with pytest.raises(BrokerUnavailable):
+        farm.dispatch()
+    assert (farm.job(job_id).dispatched, farm.job(job_id).ready) == (0, 6)
+    farm.queue.error = None
+    assert len(farm.dispatch()) == 4
+
+
+def test_orders_that_may_have_gone_out_all_the_same_are_told_to_stop(farm: Farm) -> None:
+    farm.planned()
+    farm.queue.error = BrokerUnavailable()
+    with pytest.raises(BrokerUnavailable):
+        farm.dispatch()
+    with farm.database.reading() as session:
+        from service.db.coordinator import to_stop
+
+        assert len(to_stop(session)) == 4
+
+
+def test_an_order_carries_ids_numbers_and_names(farm: Farm) -> None:
+    job_id = farm.planned()
+    order = farm.dispatch()[1]
+    assert order.model_dump(mode="json") == {
+        "kind": "render", "job_id": job_id, "task_id": f"{job_id}-2", "attempt": order.attempt, "attempt_number": 1,
+        "frame": 1, "tile": {"row": 1, "col": 0}, "output": None, "avoid": [],
+    }  # fmt: skip

@@ -1,0 +1,233 @@
+"""Looking into frames over HTTP: the pictures are made when they are asked for, by the real pixels."""
+
+from __future__ import annotations
+
+import io
+import time
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from lippmann.farm.adapters import make_parts
+from lippmann.job.spec import JobSpec
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.observer.looking import Looking, look
+from lippmann.lightfield.observer.observe import whole_window
+from lippmann.lightfield.refocus.shift_and_sum import refocus
+from lippmann.lightfield.views.perspective import Eye, perspective
+from lippmann.lightfield.views.square_pixels import as_square
+from lippmann.lightfield.views.views import centre, view
+from lippmann.plan.design.observed_display import observed_display
+from lippmann.plan.sampling import display_size
+from service.main import create_app
+from service.viewing.frames import Sheets, Sight
+from tests.builders_service import CARD, Client, FakePictures, Farm, parts
+from worker.images.colour import srgb_codes
+from worker.images.write import write_exr
+
+RIG: dict[str, Any] = {"lens_array": {"count": [12, 10], "lattice": "square"}, "px_per_lens": 4}
+
+
+@pytest.fixture
+def looked(tmp_path: Path, make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]) -> Farm:
+    """Lend a farm with a real store and real pictures."""
+    farm = make_farm(clerk=False, redis_url="redis://127.0.0.1:1/0")
+    real = make_parts(tmp_path)
+    farm.parts = replace(farm.parts, store=real.store, pictures=real.pictures)
+    return farm
+
+
+def stored(farm: Farm, tmp_path: Path, **rig: Any) -> tuple[str, NDArray[np.float16], CellLayout]:
+    """Return a job of two frames, the first of them assembled; its sheet and layout."""
+    job_id = farm.submit(rig=RIG | rig, frames="1-2", render={})
+    layout = display_size(JobSpec.model_validate({"scene": "ball", "rig": RIG | rig}).rig)
+    light = np.random.default_rng(1).random((layout.rows, layout.cols, 3), dtype=np.float32)
+    write_exr(tmp_path / "sheet.exr", light, attributes={})
+    farm.parts.store.put_file(f"{job_id}/orthoscopic/0001.exr", tmp_path / "sheet.exr")
+    return job_id, light.astype(np.float16), layout
+
+
+def observed(sheet: NDArray[np.float16], *, gap_mm: float | None = None, **how: Any) -> NDArray[np.floating[Any]]:
+    display = observed_display(JobSpec.model_validate({"scene": "ball", "rig": RIG}).rig, gap_mm=gap_mm)
+    eye = Eye(x_mm=-20.0, y_mm=5.0, distance_mm=400.0)
+    return look(sheet, display, eye, Looking(rays=4, **how), window=whole_window(display, size_px=40))
+
+
+def codes(data: bytes) -> NDArray[np.uint8]:
+    return np.asarray(Image.open(io.BytesIO(data)).convert("RGB"))
+
+
+def test_what_is_seen_is_what_the_library_makes_of_the_sheet(
+    looked: Farm, make_client: Callable[[Farm], Client], tmp_path: Path
+) -> None:
+    api = make_client(looked)
+    job_id, sheet, layout = stored(looked, tmp_path)
+    eye = Eye(x_mm=-20.0, y_mm=5.0, distance_mm=400.0)
+    expected = {
+        "view?u=1&v=3": view(sheet, layout, 1, 3),
+        "view": view(sheet, layout, *centre(layout)),
+        "perspective?x=-20&y=5&z=400": perspective(sheet, layout, eye, pitch_mm=1.0, gap_mm=3.3).picture,
+        "refocus?depth_mm=-7.5": refocus(sheet, layout, -7.5, focal_mm=3.3),
+        "observer?x=-20&y=5&z=400&size=40&rays=4&stereo=side_by_side": observed(sheet, stereo="side_by_side"),
+        "observer?x=-20&y=5&z=400&size=40&rays=4&gap_mm=3.7&focus_mm=20": observed(sheet, gap_mm=3.7, focus_mm=20.0),
+    }
+    for asked, light in expected.items():
+        answer = api.get(f"/api/v1/jobs/{job_id}/frames/1/{asked}")
+        assert (answer.status_code, answer.headers["Content-Type"]) == (200, "image/png"), asked
+        np.testing.assert_array_equal(codes(answer.content), srgb_codes(light), err_msg=asked)
+
+
+def test_the_atlas_lies_as_the_description_says_on_a_hexagonal_lattice_too(
+    looked: Farm, make_client: Callable[[Farm], Client], tmp_path: Path
+) -> None:
+    api = make_client(looked)
+    job_id, sheet, layout = stored(looked, tmp_path, lens_array=RIG["lens_array"] | {"lattice": "hexagonal"})
+    said = api.get(f"/api/v1/jobs/{job_id}/frames/1/look?max_px=64").json()
+    assert (said["us"], said["vs"]) == (layout.cell_cols, layout.cell_rows)
+    atlas = codes(api.get(said["atlas"]["url"]).content)
+    assert atlas.shape == (said["atlas"]["rows"], said["atlas"]["cols"], 3)
+    col, row = len(said["atlas"]["us"]) // 2, len(said["atlas"]["vs"]) // 2
+    u, v = said["atlas"]["us"][col], said["atlas"]["vs"][row]
+    shown = atlas[row * said["view_rows"] :, col * said["view_cols"] :][: said["view_rows"], : said["view_cols"]]
+    np.testing.assert_array_equal(shown, srgb_codes(as_square(view(sheet, layout, u, v), layout)))
+    u, v = said["missing"][0]
+    assert api.get(f"/api/v1/jobs/{job_id}/frames/1/view?u={u}&v={v}").status_code == 422
+
+
+def test_a_picture_comes_enlarged_and_as_webp(
+    looked: Farm, make_client: Callable[[Farm], Client], tmp_path: Path
+) -> None:
+    api = make_client(looked)
+    job_id, sheet, layout = stored(looked, tmp_path)
+    url = f"/api/v1/jobs/{job_id}/frames/1/view?u=0&v=0&scale=3&filter=box"
+    large = codes(api.get(url).content)
+    small = srgb_codes(view(sheet, layout, 0, 0))
+    np.testing.assert_allclose(large, small.repeat(3, axis=0).repeat(3, axis=1), atol=1)
+    answer = api.get(f"{url}&format=webp")
+    assert answer.headers["Content-Type"] == "image/webp"
+    assert codes(answer.content).shape == large.shape
+
+
+def test_what_the_caller_has_seen_is_not_made_again_until_the_sheet_or_the_question_changes(
+    looked: Farm, make_client: Callable[[Farm], Client], tmp_path: Path
+) -> None:
+    api = make_client(looked)
+    job_id, *_ = stored(looked, tmp_path)
+    url = f"/api/v1/jobs/{job_id}/frames/1/view"
+    etag = api.get(url, params={"u": 1, "v": 1}).headers["ETag"]
+    again = api.get(url, params={"v": 1, "u": 1}, headers={"If-None-Match": etag})
+    assert (again.status_code, again.content) == (304, b"")
+    assert api.get(url, params={"u": 1, "v": 2}, headers={"If-None-Match": etag}).status_code == 200
+    write_exr(tmp_path / "other.exr", np.zeros((48, 40, 3), np.float16), attributes={})
+    looked.parts.store.delete(f"{job_id}/orthoscopic/0001.exr")
+    looked.parts.store.put_file(f"{job_id}/orthoscopic/0001.exr", tmp_path / "other.exr")
+    changed = api.get(url, params={"u": 1, "v": 1}, headers={"If-None-Match": etag})
+    assert (changed.status_code, codes(changed.content).max()) == (200, 0)
+
+
+@pytest.mark.parametrize(
+    ("asked", "status", "words"),
+    [
+        ("1/view?u=4&v=0", 422, "u: expected 0 to 3, got 4"),
+        ("1/view?u=0&v=-1", 422, "v: expected 0 to 3, got -1"),
+        ("1/view?uu=1", 422, "uu: expected no such field"),
+        ("1/view?scale=0", 422, "scale"),
+        ("1/view?filter=cubic", 422, "filter"),
+        ("1/perspective?z=-100", 422, "z: expected an eye in front of the display, above 0, got -100"),
+        ("1/perspective?x=nan", 422, "x"),
+        ("1/observer?pupil_mm=0", 422, "pupil_mm"),
+        ("1/observer?gap=real&gap_mm=3", 422, "gap: expected either this or gap_mm, got both"),
+        ("1/observer?z=100&focus_mm=100", 422, "expected a focus nearer to the display than the eye"),
+        ("1/observer?gap=sideways", 422, "gap"),
+        ("1/refocus", 422, "depth_mm: expected a value, got nothing"),
+        ("1/refocus?depth_mm=9999", 422, "expected a depth at which neighbouring views"),
+        ("1/views.atlas?max_px=11", 422, "max_px"),
+        ("1/look?max_px=11", 422, "max_px"),
+        ("2/view", 404, "not assembled yet"),
+        ("3/view", 404, "has the frames 1-2, not 3"),
+    ],
+)
+def test_what_cannot_be_seen_is_said_by_field(
+    asked: str, status: int, words: str, looked: Farm, make_client: Callable[[Farm], Client], tmp_path: Path
+) -> None:
+    api = make_client(looked)
+    job_id, *_ = stored(looked, tmp_path)
+    answer = api.get(f"/api/v1/jobs/{job_id}/frames/{asked}")
+    assert answer.status_code == status
+    assert words in answer.json()["detail"]
+
+
+def test_a_sheet_that_is_cut_short_is_named_and_not_kept(
+    looked: Farm, make_client: Callable[[Farm], Client], tmp_path: Path
+) -> None:
+    api = make_client(looked)
+    job_id, *_ = stored(looked, tmp_path)
+    whole = (tmp_path / "sheet.exr").read_bytes()
+    looked.parts.store.put_bytes(f"{job_id}/orthoscopic/0002.exr", whole[: len(whole) // 2])
+    answer = api.get(f"/api/v1/jobs/{job_id}/frames/2/view")
+    assert (answer.status_code, answer.json()["code"]) == (500, "artifact-broken")
+
+
+def test_only_as_many_sheets_are_kept_as_there_is_room_for() -> None:
+    read: list[str] = []
+
+    class Pictures(FakePictures):
+        def light(self, path: Path) -> NDArray[np.float16]:
+            read.append(path.name)
+            return np.zeros((10, 10, 3), np.float16)
+
+    class Store:
+        def local_path(self, name: str) -> Any:
+            return nullcontext(Path(name))
+
+    store: Any = Store()
+    sheets = Sheets(replace(parts(), store=store, pictures=Pictures()), room_bytes=1200)
+    spec = JobSpec(scene="ball")
+    first, second, third = (Sight(1, spec, CARD.stage, name, "e") for name in "abc")
+    for sight in (first, second, first, third, first, second):
+        sheets.sheet(sight)
+    assert read == ["a", "b", "c", "b"]
+
+
+def test_a_sheet_that_several_ask_for_at_once_is_decoded_once() -> None:
+    read: list[str] = []
+
+    class Pictures(FakePictures):
+        def light(self, path: Path) -> NDArray[np.float16]:
+            read.append(path.name)
+            time.sleep(0.1)
+            return np.zeros((10, 10, 3), np.float16)
+
+    store: Any = SimpleNamespace(local_path=lambda name: nullcontext(Path(name)))
+    sheets = Sheets(replace(parts(), store=store, pictures=Pictures()), room_bytes=0)
+    sight = Sight(1, JobSpec(scene="ball"), CARD.stage, "a", "e")
+    with ThreadPoolExecutor(4) as pool:
+        found = list(pool.map(sheets.sheet, [sight] * 4))
+    assert read == ["a"]
+    assert all(sheet is found[0] for sheet in found)
+
+
+def test_a_sheet_that_memory_may_not_hold_is_refused_before_it_is_read(
+    looked: Farm, make_client: Callable[[Farm], Client]
+) -> None:
+    api = make_client(looked)
+    job_id = looked.submit(rig={"lens_array": {"count": [1200, 1200]}, "px_per_lens": 16}, frames="1")
+    answer = api.get(f"/api/v1/jobs/{job_id}/frames/1/refocus", params={"depth_mm": 1})
+    assert (answer.status_code, answer.json()["code"]) == (422, "invalid")
+    assert "frame: expected an integral image of at most 134217728 px" in answer.json()["detail"]
+    assert "got 19200 x 19200 px" in answer.json()["detail"]
+
+
+def test_a_look_needs_a_key(looked: Farm) -> None:
+    app = create_app(looked.settings, looked.parts, clock=lambda: looked.now_s)
+    with Client(app) as nobody:
+        assert nobody.get("/api/v1/jobs/x/frames/1/view").status_code == 401

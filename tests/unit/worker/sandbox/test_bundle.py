@@ -1,0 +1,120 @@
+"""Zips from strangers: refused by name, without being unpacked first."""
+
+from __future__ import annotations
+
+import io
+import tracemalloc
+import zipfile
+from pathlib import Path
+
+import pytest
+
+from lippmann.errors import BundleError
+from povtemplates.catalogue import scene_folders
+from worker.sandbox.bundle import check_bundle, pack_folder, unpack
+
+SCENE_TOML = (scene_folders()["target-white"] / "scene.toml").read_bytes()
+
+
+def zipped(files: dict[str, bytes], *, method: int = zipfile.ZIP_DEFLATED) -> bytes:
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w", method) as archive:
+        for name, content in {"scene.inc": b"", "scene.toml": SCENE_TOML, **files}.items():
+            archive.writestr(name, content)
+    return data.getvalue()
+
+
+def test_a_right_zip_is_taken() -> None:
+    assert check_bundle(zipped({"textures/a.png": b"a"})).card.title
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["../out", "/etc/passwd", "a/../../out", "a\\b", f"{'x' * 201}.png"],
+    ids=["up", "root", "in", "back", "long"],
+)
+def test_a_name_that_leads_out_or_does_not_fit_is_refused(name: str) -> None:
+    with pytest.raises(BundleError, match="expected names"):
+        check_bundle(zipped({name: b"a"}))
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_a_name_that_is_file_and_folder_is_refused() -> None:
+    with pytest.raises(BundleError, match="both as a file and as a folder"):
+        check_bundle(zipped({"a": b"a", "a/b": b"b"}))
+
+
+def test_other_compressions_are_refused() -> None:
+    with pytest.raises(BundleError, match="stored or deflated"):
+        check_bundle(zipped({}, method=zipfile.ZIP_BZIP2))
+
+
+def test_a_zip_that_lies_about_its_sizes_costs_no_memory() -> None:
+    """10 MB of zeros that say they are 10 bytes; a few kilobytes as a zip."""
+    honest = zipped({"bomb": bytes(10_000_000)})
+    lying = honest.replace((10_000_000).to_bytes(4, "little"), (10).to_bytes(4, "little"))
+    assert lying != honest
+    tracemalloc.start()
+    with pytest.raises(BundleError, match="bomb: "):
+        check_bundle(lying)
+    assert tracemalloc.get_traced_memory()[1] < 2_000_000
+    tracemalloc.stop()
+
+
+def test_a_damaged_file_is_named() -> None:
+    data = bytearray(zipped({"skin.png": b"0123456789" * 10}, method=zipfile.ZIP_STORED))
+    data[data.index(b"0123456789") + 3] ^= 0xFF
+    with pytest.raises(BundleError, match=r"skin\.png: damaged in the zip"):
+        check_bundle(bytes(data))
+
+
+def test_a_link_that_leads_out_of_the_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "scene.inc").symlink_to("/etc/hostname")
+    with pytest.raises(BundleError, match="a link that leads out"):
+        pack_folder(tmp_path)
+
+
+def test_what_is_unpacked_is_what_was_packed(tmp_path: Path) -> None:
+    unpack(zipped({"textures/a.png": b"abc"}), tmp_path)
+    assert (tmp_path / "textures" / "a.png").read_bytes() == b"abc"
+
+
+OWN = b"""file = "old/wood box.pov"
+[stage]
+location = [0, 0, -20]
+look_at = [0, 0, 0]
+near_mm = 1000
+far_mm = 2000
+mm_per_unit = 50
+"""
+
+
+def test_a_scene_toml_may_name_any_file_of_the_bundle(tmp_path: Path) -> None:
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "wood box.pov").write_text("sphere { 0, 1 }")
+    (tmp_path / "scene.toml").write_bytes(OWN)
+    assert check_bundle(pack_folder(tmp_path)).card.file == "old/wood box.pov"
+
+
+def test_a_named_file_that_is_not_in_the_bundle_is_refused_with_those_that_are() -> None:
+    message = r"file: expected one that is in the bundle, got 'old/wood box\.pov'; there are scene\.inc, woodbox\.pov, "
+    with pytest.raises(BundleError, match=message):
+        check_bundle(zipped({"scene.toml": OWN, "woodbox.pov": b"", "a.png": b""}))
+
+
+@pytest.mark.parametrize("name", ["lippmann-rays.inc", "LIPPMANN-Frame.pov", "old/lippmann-picture.exr"])
+def test_a_name_that_a_worker_s_own_files_have_is_refused_where_povray_looks(name: str) -> None:
+    with pytest.raises(BundleError, match=f"expected no name .* 'lippmann-', got '{name}'"):
+        check_bundle(zipped({"scene.toml": OWN, "old/wood box.pov": b"", name: b""}))
+
+
+@pytest.mark.parametrize("name", ["lippmann/stage.inc", "pictures/lippmann-logo.png", "rays.inc"])
+def test_any_other_name_of_ours_is_free(name: str) -> None:
+    assert check_bundle(zipped({"scene.toml": OWN, "old/wood box.pov": b"", name: b""})).card.file
+
+
+def test_without_a_name_the_scene_is_scene_inc(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_bytes(SCENE_TOML)
+    (tmp_path / "woodbox.pov").write_text("")
+    with pytest.raises(BundleError, match=r"got 'scene\.inc'; there are woodbox\.pov"):
+        check_bundle(pack_folder(tmp_path))

@@ -1,0 +1,75 @@
+"""A disk that is full, or may not be written to."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lippmann.errors import StoreFull, StoreUnavailable
+from tests.unit.worker.store.conftest import TINY_BYTES
+from worker.images.write import write_code_rows, write_exr
+from worker.store.local import LocalStore
+from worker.video.encode import encode
+from worker.video.kinds import FFV1, H264
+
+
+def test_a_full_disk_is_said_and_the_old_artifact_stays(tiny_disk: Path, tmp_path: Path) -> None:
+    store = LocalStore(tiny_disk / "artifacts")
+    store.put_bytes("job/a", b"old")
+    with pytest.raises(StoreFull, match="no room for job/a: No space left"):
+        store.put_bytes("job/a", os.urandom(TINY_BYTES))
+    (tmp_path / "large").write_bytes(os.urandom(TINY_BYTES))
+    with pytest.raises(StoreFull, match="no room for job/b"):
+        store.put_file("job/b", tmp_path / "large")
+    assert [info.name for info in store.list("")] == ["job/a"]
+    assert store.get_bytes("job/a") == b"old"
+    # Nothing half-written takes up the room.
+    store.put_bytes("job/a", os.urandom(TINY_BYTES // 2))
+
+
+def test_a_disk_that_is_read_only_is_unavailable(tiny_disk: Path) -> None:
+    store = LocalStore(tiny_disk / "artifacts")
+    store.put_bytes("a", b"old")
+    subprocess.run(["mount", "-o", "remount,ro", str(tiny_disk)], check=True, timeout=30)
+    with pytest.raises(StoreUnavailable, match="Read-only file system"):
+        store.put_bytes("a", b"new")
+    with pytest.raises(StoreUnavailable, match="Read-only file system"):
+        store.delete("a")
+    assert store.get_bytes("a") == b"old"
+    with pytest.raises(StoreUnavailable, match="Read-only file system"):
+        LocalStore(tiny_disk / "other")
+
+
+def test_pictures_and_videos_on_any_nearly_full_disk_are_whole_or_refused(tiny_disk: Path, tmp_path: Path) -> None:
+    frames = list(np.random.default_rng(1).integers(0, 256, (6, 64, 64, 3), dtype=np.uint8))
+    codes = frames[0]
+    light = codes.astype(np.float16) / 255
+    writers: dict[str, Callable[[Path], object]] = {
+        "a.exr": partial(write_exr, linear=light, attributes={}),
+        "a.png": partial(write_code_rows, bands=[codes], size=(64, 64)),
+        "a.tif": partial(write_code_rows, bands=[codes], size=(64, 64)),
+        "a.mp4": partial(encode, frames=frames, kind=H264, fps=8),
+        "a.mkv": partial(encode, frames=frames, kind=FFV1, fps=8),
+    }
+    for name, write in writers.items():
+        write(tmp_path / name)
+        whole = (tmp_path / name).read_bytes()
+        outcomes = set()
+        for free in range(0, len(whole) + 16_384, 4096):
+            (tiny_disk / "fill").write_bytes(bytes(TINY_BYTES - free))
+            try:
+                write(tiny_disk / name)
+            except StoreFull:
+                outcomes.add("refused")
+                assert not (tiny_disk / name).exists()
+            else:
+                outcomes.add("whole")
+                assert (tiny_disk / name).read_bytes() == whole
+                (tiny_disk / name).unlink()
+        assert outcomes == {"whole", "refused"}, name

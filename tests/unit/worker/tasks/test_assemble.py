@@ -1,0 +1,96 @@
+"""A frame that does not fit in memory is assembled into the same files as one that does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lippmann.errors import LayoutError, Stopped
+from lippmann.job.orders import TaskKind
+from lippmann.job.spec import JobSpec
+from lippmann.lightfield.depth.depth_map import CHANNELS
+from lippmann.plan import artifact_names as names
+from tests.builders import local_place, order_of, small_job, stored_job, tiles_of
+from worker.images import rows, views
+from worker.images.write import write_channels, write_exr
+from worker.tasks import assemble, masters
+from worker.tasks.local import JOB_ID
+from worker.tasks.watch import Unwatched
+from worker.tasks.workplace import Workplace
+
+
+def job_with_tiles(folder: Path, lattice: str, *, more_rows: int = 0) -> Workplace:
+    """Store a job whose tiles are given, as noise; their depths, too."""
+    place = local_place(folder)
+    spec: JobSpec = small_job(
+        "target-white", count=(9, 7), px_per_lens=8, tiles=[3, 2], lens_array={"lattice": lattice},
+        rig={"device": {"dpi": 180}}, capture={"depth": True},
+    )  # fmt: skip
+    stored_job(place, spec)
+    noise = np.random.default_rng(1)
+    for tile in tiles_of(spec):
+        size = tile.rows + more_rows, tile.cols
+        write_exr(folder / "tile.exr", noise.random((*size, 3)).astype(np.float16), attributes={})
+        place.store.put_file(names.job_artifact(JOB_ID, names.tile_name(1, tile.index)), folder / "tile.exr")
+        depths = noise.random((*size, len(CHANNELS)), dtype=np.float32)
+        write_channels(folder / "depth.exr", (depths,), CHANNELS, size=size, attributes={})
+        place.store.put_file(names.job_artifact(JOB_ID, names.depth_tile_name(1, tile.index)), folder / "depth.exr")
+    return place
+
+
+def left(place: Workplace) -> dict[str, bytes]:
+    masters = (names.integral_name, names.orthoscopic_name, names.depth_name, names.device_name, names.views_name)
+    made = [names.job_artifact(JOB_ID, name(1)) for name in (*masters, names.thumb_name)]
+    return {name: place.store.get_bytes(name) for name in made}
+
+
+@pytest.mark.parametrize("lattice", ["square", "hexagonal"])
+def test_in_bands_or_whole_the_files_are_the_same(
+    lattice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = job_with_tiles(tmp_path / "whole", lattice)
+    assemble.assemble_frame(whole, order_of(TaskKind.ASSEMBLE), Unwatched())
+    for module in (assemble, masters, views):
+        monkeypatch.setattr(module, "BAND_PX", 700)
+    monkeypatch.setattr(rows, "BAND_BYTES", 4200)
+    banded = job_with_tiles(tmp_path / "bands", lattice)
+    assemble.assemble_frame(banded, order_of(TaskKind.ASSEMBLE), Unwatched())
+    assert left(banded) == left(whole)
+
+
+class Watcher:
+    """Counts looks, and sees progress."""
+
+    def __init__(self, stop_after: int | None = None) -> None:
+        self.looks = 0
+        self.seen = [0.0]
+        self.stop_after = stop_after
+
+    @property
+    def progress(self) -> float:
+        return self.seen[-1]
+
+    @progress.setter
+    def progress(self, part: float) -> None:
+        self.seen.append(part)
+
+    def should_stop(self) -> bool:
+        self.looks += 1
+        return self.looks == self.stop_after
+
+
+def test_progress_rises_to_the_end_and_a_stop_is_heard(tmp_path: Path) -> None:
+    place, watch = job_with_tiles(tmp_path, "square"), Watcher()
+    with pytest.raises(Stopped):
+        assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), Watcher(stop_after=5))
+    assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), watch)
+    assert watch.seen == sorted(watch.seen)
+    assert watch.progress == 1.0
+
+
+def test_a_tile_of_another_size_is_named(tmp_path: Path) -> None:
+    place = job_with_tiles(tmp_path, "square", more_rows=1)
+    with pytest.raises(LayoutError, match=r"tiles/0001/00-00\.exr: expected 24 x 24 px, got 25 x 24"):
+        assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())

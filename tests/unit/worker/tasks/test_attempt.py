@@ -1,0 +1,171 @@
+"""One attempt against a real Valkey: what is said, and when nothing is."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from redis import Redis
+
+from lippmann.errors import RenderFailed, SceneError, Stopped
+from lippmann.job import wire
+from lippmann.job.events import Event, EventKind, ProbeResult
+from lippmann.job.orders import Order, TaskKind
+from tests.broker import Broker
+from worker.sandbox.sandbox import Sandbox
+from worker.settings import WorkerSettings
+from worker.store.local import LocalStore
+from worker.tasks.attempt import Work, attempt
+from worker.tasks.watch import Watch
+from worker.tasks.workplace import Workplace
+
+_HANGS = """
+import sys, threading
+from lippmann.job.orders import Order
+from worker.report import Heart, Wire
+order = Order(kind="encode", job_id="j", task_id="t", attempt="a", attempt_number=1)
+with Heart(Wire(sys.argv[1], "w1"), order, worker_stopping=lambda: False, hung_s=2.0):
+    threading.Event().wait(60)
+"""
+
+
+@pytest.fixture(scope="module")
+def redis_url(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    broker = Broker(tmp_path_factory.mktemp("broker"))
+    yield broker.url
+    broker.kill()
+
+
+@pytest.fixture
+def redis(redis_url: str) -> Redis:
+    connection: Redis = Redis.from_url(redis_url)
+    connection.flushall()
+    return connection
+
+
+@pytest.fixture
+def place(redis_url: str, tmp_path: Path) -> Workplace:
+    settings = WorkerSettings(redis_url=redis_url, data_dir=tmp_path, worker_name="w1")
+    settings.scratch_dir.mkdir(parents=True)
+    return Workplace(settings=settings, store=LocalStore(settings.artifacts_dir), sandbox=Sandbox("none"))
+
+
+def order(**more: object) -> Order:
+    data = {"kind": TaskKind.PROBE, "job_id": "j", "task_id": "t", "attempt": "a1", "attempt_number": 1}
+    return Order.model_validate(data | more)
+
+
+def said(redis: Redis) -> list[Event]:
+    entries: Any = redis.xrange(wire.EVENTS_STREAM)
+    return [Event.model_validate_json(fields[b"event"]) for _, fields in entries]
+
+
+def doing(result: Work | Exception) -> Callable[[Workplace, Order, Watch], Work]:
+    def do(place: Workplace, order: Order, watch: Watch) -> Work:
+        if isinstance(result, Exception):
+            raise result
+        return result
+
+    return do
+
+
+def test_an_attempt_that_ends_well_says_claimed_and_done(place: Workplace, redis: Redis) -> None:
+    measured = ProbeResult(start_s=0.7, s_per_px=1e-5, tileable=True)
+    attempt(place, order(), doing(Work(cpu_s=3.0, probe=measured)))
+    claimed, done = said(redis)
+    assert (claimed.kind, done.kind) == (EventKind.CLAIMED, EventKind.DONE)
+    assert done.attempt == "a1"
+    assert done.probe == measured
+    assert done.cpu_s is not None
+    assert done.cpu_s >= 3.0
+    assert not redis.exists(wire.lease_key("a1"))
+
+
+@pytest.mark.parametrize(
+    ("error", "code", "permanent"),
+    [
+        (SceneError("line 3: what"), "scene", True),
+        (RenderFailed(), "render-failed", False),
+        (Stopped(), "stopped", False),
+        (OSError(28, "No space left on device"), "store-full", False),
+        (ZeroDivisionError("oh"), "unexpected", False),
+    ],
+)
+def test_a_failure_says_what_it_was_and_whether_to_try_again(
+    place: Workplace, redis: Redis, error: Exception, code: str, permanent: bool
+) -> None:
+    attempt(place, order(), doing(error))
+    failed = said(redis)[-1]
+    assert failed.kind is EventKind.FAILED
+    assert failed.failure is not None
+    assert (failed.failure.code, failed.failure.permanent) == (code, permanent)
+    assert failed.failure.message
+
+
+def test_an_order_of_a_newer_service_is_understood() -> None:
+    assert Order.model_validate(order().model_dump() | {"colour": "red"}) == order()
+
+
+def test_a_process_whose_work_hangs_ends_itself(redis_url: str, tmp_path: Path) -> None:
+    ran = subprocess.run([sys.executable, "-c", _HANGS, redis_url], check=False, timeout=60)
+    assert ran.returncode == -signal.SIGKILL
+
+
+def test_an_order_for_others_is_declined_and_not_worked_on(place: Workplace, redis: Redis) -> None:
+    attempt(place, order(avoid=("w1",)), doing(AssertionError("worked")))
+    assert [event.kind for event in said(redis)] == [EventKind.DECLINED]
+
+
+def test_an_order_that_was_called_back_is_left_alone(place: Workplace, redis: Redis) -> None:
+    redis.set(wire.stop_key("a1"), "1")
+    attempt(place, order(), doing(AssertionError("worked")))
+    assert said(redis) == []
+
+
+def test_an_order_that_arrives_twice_is_worked_on_once(place: Workplace, redis: Redis) -> None:
+    redis.set(wire.lease_key("a1"), "w2")
+    attempt(place, order(), doing(AssertionError("worked")))
+    assert said(redis) == []
+    assert redis.get(wire.lease_key("a1")) == b"w2", "the other's lease is untouched"
+
+
+def test_work_hears_the_stop_sign_while_it_works(place: Workplace, redis: Redis) -> None:
+    def do(place: Workplace, order: Order, watch: Watch) -> Work:
+        redis.set(wire.stop_key("a1"), "1")
+        while not watch.should_stop():
+            pass
+        raise Stopped
+
+    attempt(place, order(), do)
+    failure = said(redis)[-1].failure
+    assert failure is not None
+    assert failure.code == "stopped"
+
+
+def test_work_hears_that_its_worker_is_shut_down(place: Workplace, redis: Redis) -> None:
+    def do(place: Workplace, order: Order, watch: Watch) -> Work:
+        assert not watch.should_stop()
+        place.settings.stopping_file.touch()
+        assert watch.should_stop()
+        raise Stopped
+
+    attempt(place, order(), do)
+    assert said(redis)[-1].kind is EventKind.FAILED
+
+
+def test_a_heart_beats_with_progress_and_keeps_the_lease(place: Workplace, redis: Redis) -> None:
+    def do(place: Workplace, order: Order, watch: Watch) -> Work:
+        watch.progress = 0.25
+        while not any(event.kind is EventKind.BEAT for event in said(redis)):
+            pass
+        assert redis.pttl(wire.lease_key("a1")) > 0
+        return Work()
+
+    attempt(place, order(), do)
+    beat = next(event for event in said(redis) if event.kind is EventKind.BEAT)
+    assert beat.progress == 0.25

@@ -1,0 +1,106 @@
+"""A job of integral images from elsewhere, by the worker's own steps."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from lippmann.cli.main import app
+from lippmann.errors import BundleError
+from lippmann.job.orders import TaskKind
+from lippmann.job.spec import parse_spec
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.sheet.orthoscopic import half_turn_cells
+from lippmann.lightfield.views.views import views_grid
+from lippmann.plan import artifact_names as names
+from lippmann.plan.tasks import plan_sheet
+from tests.builders import local_place, order_of, stored_picture
+from tests.unit.lippmann.lightfield.sheets import numbered_sheet
+from worker.images.colour import srgb_codes
+from worker.images.imported import read_foreign
+from worker.images.read import read_attributes
+from worker.sandbox.bundle import check_bundle, pack_folder
+from worker.tasks.assemble import assemble_frame
+from worker.tasks.encode import encode_output
+from worker.tasks.local import JOB_ID, local_job, store_plan
+from worker.tasks.probe import probe_job
+from worker.tasks.watch import Unwatched
+from worker.tasks.workplace import Workplace
+
+LAYOUT = CellLayout(8, 10, 6, "hexagonal")
+JOB = {"scene": "mine", "frames": "1-2", "outputs": ["views.mp4"]}
+
+
+@pytest.fixture
+def bundle(tmp_path: Path) -> Path:
+    sheet = numbered_sheet(LAYOUT)
+    for number in (1, 2):
+        codes = srgb_codes((sheet / sheet.max() / number).astype(np.float32), bits=8)
+        Image.fromarray(codes).save(tmp_path / f"{number}.png")
+    words = ["views", str(tmp_path / "1.png"), str(tmp_path / "2.png"), "--pitch-px", "6", "--row-pitch-px", "6"]
+    words += ["--lattice", "hexagonal", "--out", str(tmp_path / "out"), "--bundle", str(tmp_path / "bundle")]
+    ran = CliRunner().invoke(app, words)
+    assert ran.exit_code == 0, ran.output
+    return tmp_path / "bundle"
+
+
+def _place(folder: Path, bundle: Path) -> Workplace:
+    place = local_place(folder / "data")
+    sheet = local_job(place, parse_spec(JOB), pack_folder(bundle))
+    work = probe_job(place, order_of(TaskKind.PROBE, frame=None), Unwatched())
+    assert work.probe is not None
+    assert not work.probe.renders
+    store_plan(place, plan_sheet(sheet.spec, work.probe, slots=2))
+    return place
+
+
+def test_the_frames_become_masters_and_videos_as_those_of_any_job(tmp_path: Path, bundle: Path) -> None:
+    place = _place(tmp_path, bundle)
+    for frame in (1, 2):
+        assemble_frame(place, order_of(TaskKind.ASSEMBLE, frame=frame), Unwatched())
+        shown = stored_picture(place, names.orthoscopic_name(frame))
+        # As the command made them of the same pictures, by the same chain.
+        assert np.array_equal(shown, read_foreign(tmp_path / f"out/orthoscopic/{frame:04d}.exr"))
+        assert np.array_equal(stored_picture(place, names.integral_name(frame)), half_turn_cells(shown, LAYOUT))
+        assert np.array_equal(stored_picture(place, names.views_name(frame)), views_grid(shown, LAYOUT))
+    encode_output(place, order_of(TaskKind.ENCODE, frame=None, output="views.mp4"), Unwatched())
+    assert place.store.exists(names.job_artifact(JOB_ID, "video/views.mp4"))
+    with place.store.local_path(names.job_artifact(JOB_ID, names.orthoscopic_name(1))) as path:
+        assert "stage" not in read_attributes(path)
+
+
+def test_a_bundle_names_its_pictures_and_one_without_is_refused(tmp_path: Path, bundle: Path) -> None:
+    card = check_bundle(pack_folder(bundle)).card
+    assert card.sheets is not None
+    assert card.sheets.files == ("frames/0001.png", "frames/0002.png")
+    for path in (bundle / "frames").iterdir():
+        path.unlink()
+    with pytest.raises(BundleError, match=r"sheets\.files: expected pictures .* of the bundle, got 'frames/0001\.png'"):
+        check_bundle(pack_folder(bundle))
+
+
+@pytest.mark.parametrize(
+    ("files", "found"), [('"frames/*"', 2), ('"frames/0002.*"', 1), ('"../*"', 0), ('["../1.png"]', 0), ("[]", 0)]
+)
+def test_pictures_are_those_of_the_bundle_and_no_others(bundle: Path, files: str, found: int) -> None:
+    manifest = bundle / "scene.toml"
+    lines = [f"files = {files}" if line.startswith("files") else line for line in manifest.read_text().splitlines()]
+    manifest.write_text("\n".join(lines))
+    if not found:
+        with pytest.raises(BundleError, match=r"sheets\.files: expected pictures"):
+            check_bundle(pack_folder(bundle))
+        return
+    card = check_bundle(pack_folder(bundle)).card
+    assert card.sheets is not None
+    assert len(card.sheets.files) == found
+
+
+def test_a_picture_cut_short_ends_the_job_by_name(tmp_path: Path, bundle: Path) -> None:
+    path = bundle / "frames/0001.png"
+    path.write_bytes(path.read_bytes()[:200])
+    with pytest.raises(BundleError, match=r"frames/0001\.png: expected a whole picture"):
+        _place(tmp_path, bundle)

@@ -1,0 +1,1 @@
+"""Render engines. Today there is one: POV-Ray."""

@@ -1,0 +1,120 @@
+"""POV-Ray's command line, made by a pure function.
+
+Every option that matters is on it, because POV-Ray's defaults come from an INI file that may be anyone's.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal, NamedTuple
+
+from lippmann.job.render_settings import Antialias
+
+PictureFormat = Literal["png16", "exr"]
+
+SYSTEM_INCLUDE = Path("/usr/share/povray-3.7/include")
+"""Where Debian's package has colors.inc and its like; without an INI file POV-Ray looks nowhere by itself."""
+
+BLOCK_PX = 32
+"""POV-Ray renders and reports in blocks of 32 x 32 px."""
+
+_OUTPUT = {"png16": ("+FN16", "File_Gamma=1.0"), "exr": ("+FE",)}
+"""Both in linear light: a PNG's codes are numbers, for targets that code positions."""
+
+
+class Region(NamedTuple):
+    """A part of a picture: pixels counted from 0, half-open."""
+
+    row_start: int
+    row_stop: int
+    col_start: int
+    col_stop: int
+
+
+@dataclass(frozen=True)
+class RenderCommand:
+    """What POV-Ray is asked for: one picture of one .pov, both in the task's folder.
+
+    With a `region`, POV-Ray writes the full size all the same and leaves the rest black.
+    """
+
+    pov_file: str
+    picture: str
+    cols: int
+    rows: int
+    picture_format: PictureFormat = "exr"
+    region: Region | None = None
+    clock: float = 0.0
+    """POV-Ray keeps it as a 32-bit float."""
+    declares: Mapping[str, float] = field(default_factory=dict)
+    library_paths: tuple[Path, ...] = (SYSTEM_INCLUDE,)
+    antialias: Antialias | None = None
+    threads: int = 1
+    program: str = "povray"
+
+    def __post_init__(self) -> None:
+        """Refuse what POV-Ray would render as rubbish without a word."""
+        values = {"clock": self.clock, **self.declares}
+        endless = {name: value for name, value in values.items() if not math.isfinite(value)}
+        if endless:
+            raise ValueError(f"expected finite numbers for POV-Ray, got {endless}")
+        row_start, row_stop, col_start, col_stop = self.traced
+        if not (0 <= row_start < row_stop <= self.rows and 0 <= col_start < col_stop <= self.cols):
+            raise ValueError(f"expected a region inside {self.rows} x {self.cols} px, got {self.traced}")
+
+    @property
+    def traced(self) -> Region:
+        """The pixels that are traced."""
+        return self.region or Region(0, self.rows, 0, self.cols)
+
+    @property
+    def first_block_px(self) -> int:
+        """Pixels of the first block that POV-Ray reports."""
+        row_start, row_stop, col_start, col_stop = self.traced
+        return min(BLOCK_PX, row_stop - row_start) * min(BLOCK_PX, col_stop - col_start)
+
+
+def povray_argv(command: RenderCommand) -> list[str]:
+    """Return the exact command line: no window, no pause, progress on stderr."""
+    return [
+        command.program,
+        f"+I{command.pov_file}",
+        f"+O{command.picture}",
+        *_OUTPUT[command.picture_format],
+        f"+W{command.cols}",
+        f"+H{command.rows}",
+        *_region_options(command.region),
+        "-D",
+        "-P",
+        *_antialias_options(command.antialias),
+        "+V",
+        f"+WT{command.threads}",
+        f"+K{_number(command.clock)}",
+        *(f"Declare={name}={_number(value)}" for name, value in sorted(command.declares.items())),
+        *(f"+L{path}" for path in command.library_paths),
+    ]
+
+
+def _region_options(region: Region | None) -> list[str]:
+    if region is None:
+        return []
+    return [
+        f"+SR{region.row_start + 1}",
+        f"+ER{region.row_stop}",
+        f"+SC{region.col_start + 1}",
+        f"+EC{region.col_stop}",
+    ]
+
+
+def _antialias_options(antialias: Antialias | None) -> list[str]:
+    """Return the options, without jitter: a picture must come out the same twice."""
+    if antialias is None:
+        return ["-A"]
+    return [f"+A{_number(antialias.threshold)}", f"+AM{antialias.method}", f"+R{antialias.depth}", "-J"]
+
+
+def _number(value: float) -> str:
+    return repr(float(value))

@@ -1,0 +1,234 @@
+"""What POV-Ray, the sandbox and the kernel can answer, and what we make of it.
+
+============================================ =============================== =====================================
+answer                                       means                           what we do
+============================================ =============================== =====================================
+ended by us                                  stop, timeout, stall            Stopped, RenderTimedOut, RenderStalled
+0, and a picture                             done                            go on
+0, no picture                                it went elsewhere               RenderFailed
+no room in the task's folder                 disk full                       StoreFull
+1, "Timed out waiting for worker thread..."  fault of POV-Ray's start        start again at once, no attempt spent
+1, "bad_alloc", "Out of memory"              memory limit                    RenderFailed
+1, "File ... line ...: Parse Error: ..."     the scene is wrong              SceneError with file and line
+1, "Cannot find file ..." before it          a file is not in the bundle     SceneError that names it
+1, "Cannot open input file"                  our own .pov is gone            RenderFailed
+1, parser gave up and said nothing           most often the memory limit     RenderFailed
+1, "Cannot access data in file"              the picture cannot be written   StoreFull
+1, "Problem with option setting"             our command line is wrong       RenderFailed
+2                                            somebody else's SIGTERM         RenderFailed
+SIGXCPU                                      CPU limit                       RenderTimedOut
+SIGXFSZ                                      limit of a file's size          RenderFailed
+SIGABRT, "thread_resource_error"             no room for threads             RenderFailed
+SIGKILL                                      most often out of memory        RenderFailed
+125 "landlock:", 1 "bwrap:"                  the sandbox did not start       SandboxMissing
+127 "prlimit: failed to execute"             not installed                   PovrayMissing
+anything else                                                                RenderFailed
+============================================ =============================== =====================================
+
+An error in a scene's mathematics is often none to POV-Ray: a division by zero is a warning, gives infinity, and ends
+with 0.
+"""
+
+from __future__ import annotations
+
+import re
+import signal
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from lippmann.errors import (
+    LippmannError,
+    PovrayMissing,
+    RenderFailed,
+    RenderStalled,
+    RenderTimedOut,
+    SandboxMissing,
+    SceneError,
+    Stopped,
+    StoreFull,
+)
+from worker.engines.povray.messages import Message, MessageKind, read_messages, relative
+from worker.engines.povray.progress import Phase
+from worker.sandbox.limits import Limits
+from worker.sandbox.process import Ending, Outcome
+
+NO_ROOM_BYTES = 1024 * 1024
+"""Less than this free in the task's folder, and a failure is the disk's."""
+
+_STARTUP_FAULT = "Timed out waiting for worker thread startup"
+_MISSING = re.compile(r"Cannot find file '(.+?)', even after")
+_NO_MEMORY = re.compile(r"bad_alloc|insufficient memory|out of memory|memory allocation failure", re.IGNORECASE)
+_NOISE = re.compile(
+    r"povray: cannot open the (?:user|system) configuration|povray: I/O restrictions are disabled|Render failed|\s*$"
+)
+
+
+@dataclass(frozen=True)
+class Case:
+    """An outcome that was no picture, and what is known around it."""
+
+    outcome: Outcome
+    limits: Limits
+    roots: tuple[Path, ...]
+    free_bytes: int
+
+    @property
+    def messages(self) -> list[Message]:
+        """POV-Ray's messages about the scene."""
+        return read_messages(self.outcome.lines, roots=self.roots)
+
+    def says(self, text: str) -> bool:
+        """Tell whether POV-Ray said this anywhere."""
+        return any(text in line for line in self.outcome.lines)
+
+
+def is_startup_fault(outcome: Outcome) -> bool:
+    """Tell whether POV-Ray failed to start by its own fault, so that starting it again is all there is to do."""
+    return (
+        outcome.ending is Ending.EXITED
+        and outcome.exit_code == 1
+        and outcome.progress.phase is Phase.STARTING
+        and any(_STARTUP_FAULT in line for line in outcome.lines)
+    )
+
+
+def diagnose(case: Case) -> LippmannError | None:
+    """Return what an outcome means for the attempt, or None if POV-Ray ended well."""
+    if case.outcome.ending is Ending.EXITED and case.outcome.exit_code == 0:
+        return None
+    for rule in _RULES:
+        if error := rule(case):
+            return error
+    return RenderFailed(f"POV-Ray ended with {case.outcome.exit_code}: {last_words(case)}")
+
+
+def last_words(case: Case) -> str:
+    """Return the last thing that was said and says something, for a message."""
+    said = [line.strip() for line in case.outcome.lines if not _NOISE.match(line)]
+    fatal = [line for line in said if line.startswith("Fatal error")]
+    return relative((fatal or said or ["it said nothing"])[-1], case.roots)[:300]
+
+
+def _ended_by_us(case: Case) -> LippmannError | None:
+    outcome = case.outcome
+    at = f"{outcome.progress.phase.value} at {100 * outcome.progress.fraction:.0f} %"
+    return {
+        Ending.STOPPED: Stopped(),
+        Ending.TIMED_OUT: RenderTimedOut(f"POV-Ray ran for {outcome.wall_s:.0f} s and was ended, {at}."),
+        Ending.STALLED: RenderStalled(f"POV-Ray made no progress for too long and was ended, {at}."),
+    }.get(outcome.ending)
+
+
+def _disk_full(case: Case) -> LippmannError | None:
+    if case.free_bytes < NO_ROOM_BYTES:
+        return StoreFull(f"There is no room left where the worker renders: {case.free_bytes} bytes free.")
+    return None
+
+
+def _sandbox(case: Case) -> LippmannError | None:
+    if case.outcome.progress.phase is not Phase.STARTING:
+        return None
+    for line in case.outcome.lines:
+        if line.startswith(("bwrap: ", "landlock: ", "setpriv: ")):
+            return SandboxMissing(f"The sandbox did not start: {line}")
+        if line.startswith("prlimit: failed to execute"):
+            return PovrayMissing(f"POV-Ray did not start: {line}")
+    return None
+
+
+def _startup(case: Case) -> LippmannError | None:
+    if is_startup_fault(case.outcome):
+        return RenderFailed(f"POV-Ray did not start, again and again: {_STARTUP_FAULT}.")
+    return None
+
+
+def _signalled(case: Case) -> LippmannError | None:
+    number = signal_of(case.outcome.exit_code)
+    if number is None:
+        return None
+    if number == signal.SIGXCPU:
+        return RenderTimedOut(f"POV-Ray used up its {case.limits.cpu_s:.0f} s of CPU.")
+    reasons = {
+        signal.SIGXFSZ: f"it wrote a file of more than {case.limits.file_mb} MB",
+        signal.SIGKILL: f"most often the machine is out of memory; {_memory(case)}",
+        signal.SIGABRT: f"it found no room for itself; {_memory(case)}",
+    }
+    reason = reasons.get(signal.Signals(number), last_words(case))
+    return RenderFailed(f"POV-Ray was ended by {signal.Signals(number).name}: {reason}.")
+
+
+def _memory_limit(case: Case) -> LippmannError | None:
+    silent = case.says("Fatal error in parser: Cannot parse input.") and not _errors(case)
+    if silent or any(_NO_MEMORY.search(line) for line in case.outcome.lines):
+        return RenderFailed(f"POV-Ray ran out of memory: {_memory(case)}.")
+    return None
+
+
+def _scene(case: Case) -> LippmannError | None:
+    errors = _errors(case)
+    if not errors:
+        return None
+    error = errors[-1]
+    if error.text.startswith("Cannot open input file"):
+        return RenderFailed("POV-Ray did not find the .pov that the worker wrote.")
+    for hint in case.messages:
+        here = hint.kind is MessageKind.HINT and (hint.file, hint.line) == (error.file, error.line)
+        if here and (missing := _MISSING.search(hint.text)):
+            return SceneError(str(replace(hint, text=f"no file {missing[1]!r} in the scene bundle")))
+    return SceneError(str(error))
+
+
+def _unwritable(case: Case) -> LippmannError | None:
+    if case.outcome.progress.phase is not Phase.PARSING and case.says("Cannot access data in file."):
+        return StoreFull("POV-Ray could not write its picture: no room in the task's folder.")
+    if case.says("Cannot create render state output file."):
+        return RenderFailed("POV-Ray could not create its files in the task's folder.")
+    return None
+
+
+def _command_line(case: Case) -> LippmannError | None:
+    if case.says("Problem with option setting"):
+        return RenderFailed(f"POV-Ray refused its command line: {last_words(case)}")
+    return None
+
+
+def _cancelled(case: Case) -> LippmannError | None:
+    if case.outcome.exit_code == 2:
+        return RenderFailed("POV-Ray was cancelled by a signal from outside.")
+    return None
+
+
+_RULES: Sequence[Callable[[Case], LippmannError | None]] = (
+    _ended_by_us,
+    _disk_full,
+    _sandbox,
+    _startup,
+    _signalled,
+    _memory_limit,
+    _scene,
+    _unwritable,
+    _command_line,
+    _cancelled,
+)
+"""Asked in this order; the first that knows the answer gives it."""
+
+
+def signal_of(exit_code: int) -> int | None:
+    """Return the signal that ended a process, said by the kernel (-9) or by a shell above it (137).
+
+    >>> signal_of(-9), signal_of(137), signal_of(1)
+    (9, 9, None)
+    """
+    number = -exit_code if exit_code < 0 else exit_code - 128
+    return number if number in set(signal.Signals) else None
+
+
+def _errors(case: Case) -> list[Message]:
+    """Return the errors; a hint such as "Cannot read PNG data" is one when nothing else was said."""
+    messages = [message for message in case.messages if message.kind is not MessageKind.WARNING]
+    return [message for message in messages if message.kind is MessageKind.ERROR] or messages
+
+
+def _memory(case: Case) -> str:
+    return f"{case.outcome.peak_memory_mb:.0f} MB resident at most, limit {case.limits.memory_mb} MB of address space"

@@ -1,0 +1,146 @@
+"""One picture: command, sandbox, process and diagnosis, tied together."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from lippmann.errors import PovrayMissing, RenderFailed
+from worker.engines.povray.command import RenderCommand, povray_argv
+from worker.engines.povray.diagnosis import Case, diagnose, is_startup_fault
+from worker.engines.povray.environment import PATH, prepare
+from worker.engines.povray.messages import MessageKind, Statistics, read_messages, read_statistics
+from worker.engines.povray.progress import Progress
+from worker.sandbox.limits import Limits
+from worker.sandbox.log import AttemptLog
+from worker.sandbox.process import Outcome, run
+from worker.sandbox.sandbox import Sandbox
+
+STARTS = 4
+"""POV-Ray's start fails by its own fault about once in 40 times under load; it is started again up to 3 times."""
+
+_MAGIC = {"png16": b"\x89PNG\r\n\x1a\n", "exr": b"\x76\x2f\x31\x01"}
+_KEPT_WARNINGS = 20
+
+
+@dataclass(frozen=True)
+class RenderOutcome:
+    """A picture and what it cost."""
+
+    picture: Path
+    wall_s: float
+    """From the start of the sandbox to its end, of the start that worked."""
+    cpu_s: float
+    """Of the whole sandbox, by the kernel's account, with starts that failed."""
+    peak_memory_mb: float
+    statistics: Statistics
+    radiosity_seen: bool
+    photons_seen: bool
+    warnings: tuple[str, ...]
+    """What POV-Ray disliked and rendered all the same."""
+
+
+def render(
+    command: RenderCommand,
+    *,
+    task_dir: Path,
+    readable: Sequence[Path],
+    sandbox: Sandbox,
+    limits: Limits,
+    timeout_s: float,
+    stall_s: float,
+    on_progress: Callable[[Progress], None],
+    should_stop: Callable[[], bool],
+    log: AttemptLog,
+) -> RenderOutcome:
+    """Render one picture into `task_dir`, where the .pov lies and nothing else is written.
+
+    Raises
+    ------
+    SceneError
+        If POV-Ray refuses the scene, with file and line.
+    Stopped, RenderTimedOut, RenderStalled, RenderFailed, StoreFull, SandboxMissing, PovrayMissing
+        As the table of answers in `diagnosis` says.
+    """
+    task_dir = task_dir.resolve()
+    readable = [path.resolve() for path in readable]
+    program = _found(command.program)
+    # POV-Ray works in the task's folder and sees no links from outside the sandbox.
+    libraries = tuple(path.resolve() for path in command.library_paths)
+    env = prepare(task_dir)
+    inside = sandbox.wrap(
+        povray_argv(replace(command, program=program, library_paths=libraries)),
+        readable=[*readable, *_outside_system(program)],
+        writable=task_dir,
+        limits=limits,
+    )
+    picture = task_dir / command.picture
+    picture.unlink(missing_ok=True)
+
+    def start() -> Outcome:
+        log.write(f"$ {' '.join(inside)}")
+        return run(
+            inside,
+            cwd=task_dir,
+            env=env,
+            timeout_s=timeout_s,
+            stall_s=stall_s,
+            first_block_px=command.first_block_px,
+            on_progress=on_progress,
+            should_stop=should_stop,
+            log=log,
+        )
+
+    outcome, spent_cpu_s = _start_until_it_starts(start, log)
+    roots = (*readable, *libraries, task_dir)
+    case = Case(outcome, limits, roots, free_bytes=shutil.disk_usage(task_dir).free)
+    if error := diagnose(case):
+        raise error
+    _check_picture(picture, command)
+    messages = read_messages(outcome.lines, roots=roots)
+    return RenderOutcome(
+        picture=picture,
+        wall_s=outcome.wall_s,
+        cpu_s=spent_cpu_s,
+        peak_memory_mb=outcome.peak_memory_mb,
+        statistics=read_statistics(outcome.lines) or Statistics(),
+        radiosity_seen=outcome.progress.radiosity,
+        photons_seen=outcome.progress.photons,
+        warnings=tuple(str(message) for message in messages if message.kind is MessageKind.WARNING)[:_KEPT_WARNINGS],
+    )
+
+
+def _start_until_it_starts(start: Callable[[], Outcome], log: AttemptLog) -> tuple[Outcome, float]:
+    cpu_s = 0.0
+    for number in range(1, STARTS + 1):
+        outcome = start()
+        cpu_s += outcome.cpu_s
+        if not is_startup_fault(outcome):
+            break
+        log.write(f"POV-Ray did not start ({number} of {STARTS}); this is a fault of its own.")
+    return outcome, cpu_s
+
+
+def _found(program: str) -> str:
+    found = shutil.which(program, path=PATH)
+    if found is None:
+        raise PovrayMissing(f"POV-Ray is not installed on this worker: no {program!r} in {PATH}.")
+    return str(Path(found).absolute())
+
+
+def _outside_system(program: str) -> list[Path]:
+    """Return the program itself where the sandbox would not have it."""
+    return [] if program.startswith(("/usr/", "/bin/")) else [Path(program)]
+
+
+def _check_picture(picture: Path, command: RenderCommand) -> None:
+    magic = _MAGIC[command.picture_format]
+    try:
+        with picture.open("rb") as file:
+            begin = file.read(len(magic))
+    except FileNotFoundError as error:
+        raise RenderFailed(f"POV-Ray ended well and left no picture {command.picture}.") from error
+    if begin != magic:
+        raise RenderFailed(f"POV-Ray ended well and left {command.picture} broken: it begins with {begin!r}.")

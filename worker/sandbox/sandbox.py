@@ -1,0 +1,150 @@
+"""What holds POV-Ray, because its own file security does not.
+
+========= ====================================================================== ==========================
+mode      holds                                                                  needs
+========= ====================================================================== ==========================
+bwrap     files, network, processes, IPC: namespaces with nothing else in them   user namespaces
+landlock  files and TCP; no new privileges, no capabilities                      Linux 5.13, no privilege
+none      nothing but limits; for one's own scenes, and only when allowed        nothing
+========= ====================================================================== ==========================
+
+In each of them POV-Ray dies with the thread that started it, and only the task's folder can be written.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from lippmann.errors import SandboxMissing
+from worker.engines.povray.environment import PATH
+from worker.sandbox import landlock
+from worker.sandbox.limits import Limits, limited
+
+SandboxMode = Literal["bwrap", "landlock", "none"]
+
+TMP_BYTES = 64 * 1024 * 1024
+"""Size of /tmp inside bwrap; POV-Ray's own temp folder is in the task's."""
+
+TRIAL_S = 20.0
+
+_MODES: tuple[SandboxMode, ...] = ("bwrap", "landlock")
+_TRIAL_LIMITS = Limits(cpu_s=10, memory_mb=1024, file_mb=1)
+_TRIAL = 'cat "$1" 2>/dev/null && exit 9; (echo out >>"$1") 2>/dev/null; echo in >"$2"'
+"""Read outside (must fail), write outside (must change nothing), write inside (must work)."""
+
+_REAPER = ["/bin/sh", "-c", '"$@"; exit $?', "sh"]
+"""Process 1 of the namespace. As process 1 itself, POV-Ray would not end by SIGXCPU or SIGXFSZ; and bwrap's own process
+1 is not waited for, so that POV-Ray's CPU seconds would be lost."""
+
+
+@dataclass(frozen=True)
+class Sandbox:
+    """The mode that was found to hold on this machine."""
+
+    mode: SandboxMode
+    allow_none: bool = False
+
+    def wrap(self, argv: Sequence[str], *, readable: Sequence[Path], writable: Path, limits: Limits) -> list[str]:
+        """Return the command line that runs `argv` inside: it reads `readable`, and works in and writes `writable`.
+
+        Raises
+        ------
+        SandboxMissing
+            In mode `none`, unless it was allowed.
+        ValueError
+            If a path is not absolute, or a readable one lies in the writable one.
+        """
+        _check_paths(readable, writable)
+        if self.mode == "bwrap":
+            inside = limited(argv, limits, counted_alone=True)
+            return [*_bwrap(readable, writable), *_REAPER, *inside]
+        if self.mode == "landlock":
+            return [*_landlock(readable, writable), *limited(argv, limits, counted_alone=False)]
+        if not self.allow_none:
+            raise SandboxMissing("This worker has neither bwrap nor Landlock, and scenes run in nothing less.")
+        return ["setpriv", "--pdeathsig", "KILL", "--no-new-privs", "--", *limited(argv, limits, counted_alone=False)]
+
+
+def detect(wanted: SandboxMode | Literal["auto"], *, allow_none: bool = False) -> Sandbox:
+    """Return the sandbox to use: the wanted one, or the best that holds; found by trying. Call once, keep the answer.
+
+    `auto` on a machine where nothing holds gives mode `none`, which refuses every scene unless `allow_none`.
+
+    Raises
+    ------
+    SandboxMissing
+        If the wanted one does not hold here; the message says what it answered.
+    """
+    if wanted == "none":
+        return Sandbox("none", allow_none)
+    faults = {}
+    for mode in _MODES if wanted == "auto" else (wanted,):
+        fault = trial(Sandbox(mode))
+        if fault is None:
+            return Sandbox(mode)
+        faults[mode] = fault
+    if wanted == "auto":
+        return Sandbox("none", allow_none)
+    raise SandboxMissing(f"Sandbox {wanted} does not hold on this machine: {faults[wanted]}")
+
+
+def trial(sandbox: Sandbox) -> str | None:
+    """Return what is wrong with a sandbox on this machine, or None if it holds: a real run that tries to get out."""
+    with tempfile.TemporaryDirectory(prefix="lippmann-trial-") as folder:
+        outside, inside = Path(folder, "outside"), Path(folder, "task")
+        outside.write_text("secret")
+        inside.mkdir()
+        script = ["/bin/sh", "-c", _TRIAL, "sh", str(outside), str(inside / "written")]
+        argv = sandbox.wrap(script, readable=[], writable=inside, limits=_TRIAL_LIMITS)
+        try:
+            ran = subprocess.run(
+                argv, cwd=inside, env={"PATH": PATH}, stdin=subprocess.DEVNULL, capture_output=True, timeout=TRIAL_S
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            return str(error)
+        if ran.returncode == 0 and (inside / "written").exists() and outside.read_text() == "secret":
+            return None
+        return ran.stderr.decode(errors="replace").strip() or f"it let a file outside be touched ({ran.returncode})"
+
+
+def _bwrap(readable: Sequence[Path], writable: Path) -> list[str]:
+    mounts = [("--ro-bind", path) for path in readable] + [("--bind", writable)]
+    # A folder inside another is mounted after it.
+    mounts.sort(key=lambda mount: (len(mount[1].parts), mount[1]))
+    return [
+        "bwrap",
+        "--unshare-all",
+        "--die-with-parent",
+        "--new-session",
+        "--as-pid-1",
+        *("--cap-drop", "ALL"),
+        *("--ro-bind", "/usr", "/usr"),
+        *(word for path in landlock.SYSTEM[1:] for word in ("--ro-bind-try", path, path)),
+        *("--ro-bind-try", "/etc/ld.so.cache", "/etc/ld.so.cache"),
+        *("--dev", "/dev"),
+        *("--size", str(TMP_BYTES), "--tmpfs", "/tmp"),  # noqa: S108 - inside the namespace it is nobody else's
+        *(word for option, path in mounts for word in (option, str(path), str(path))),
+        *("--chdir", str(writable)),
+        "--",
+    ]
+
+
+def _landlock(readable: Sequence[Path], writable: Path) -> list[str]:
+    reads = [word for path in readable for word in ("--read", str(path))]
+    return [sys.executable, "-I", "-S", landlock.__file__, *reads, "--write", str(writable), "--"]
+
+
+def _check_paths(readable: Sequence[Path], writable: Path) -> None:
+    for path in (*readable, writable):
+        if not path.is_absolute():
+            raise ValueError(f"expected absolute paths for the sandbox, got {path}")
+    for path in readable:
+        # Landlock adds rights up along the path, so such a folder would be writable.
+        if path.is_relative_to(writable):
+            raise ValueError(f"expected read-only paths outside the writable {writable}, got {path}")

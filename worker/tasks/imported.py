@@ -1,0 +1,48 @@
+"""The sheet of a frame that is not rendered: a picture of the job's bundle, made into whole cells."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import ArtifactBroken, BundleError
+from lippmann.job.events import ProbeResult
+from lippmann.job.resolved import JobSheet
+from lippmann.lightfield.calibrate.imported import captured_of
+from lippmann.plan.imported import lens_grid
+from lippmann.plan.sampling import frame_size
+from worker.images.imported import read_foreign
+from worker.tasks.workplace import Workplace
+
+
+def foreign_sheet(place: Workplace, sheet: JobSheet, frame: int) -> NDArray[np.float16]:
+    """Return a frame's sheet as direct pickup would have captured it, `(rows, cols, 3)`.
+
+    Raises
+    ------
+    BundleError
+        If the picture is not whole.
+    LayoutError
+        If the lenses do not lie on it.
+    """
+    said = sheet.sheets
+    assert said is not None  # noqa: S101 - its caller's promise
+    name = said.files[frame - 1]
+    try:
+        picture = read_foreign(place.bundle_folder(sheet.bundle) / name)
+    except ArtifactBroken as error:
+        raise BundleError(f"{name}: expected a whole picture, got {error.message}") from error
+    grid = lens_grid(said, picture.shape[:2])
+    layout = grid.layout(said.px_per_lens)
+    captured = captured_of(picture, grid, layout, pseudoscopic=said.pseudoscopic, inverted=said.inverted)
+    return captured.astype(np.float16)
+
+
+def probe_foreign(place: Workplace, sheet: JobSheet) -> ProbeResult:
+    """Take the first frame in and measure; nothing of such a job is rendered."""
+    began_s = time.process_time()
+    foreign_sheet(place, sheet, sheet.spec.frame_numbers[0])
+    s_per_px = (time.process_time() - began_s) / frame_size(sheet.spec.rig).px
+    return ProbeResult(start_s=0.0, s_per_px=s_per_px, tileable=False, renders=False)
