@@ -22,11 +22,13 @@ from pathlib import Path
 from typing import Literal
 
 from lippmann.errors import SandboxMissing
-from worker.engines.povray.environment import PATH
 from worker.sandbox import landlock
 from worker.sandbox.limits import Limits, limited
 
 SandboxMode = Literal["bwrap", "landlock", "none"]
+
+PATH = "/usr/local/bin:/usr/bin:/bin"
+"""The search path inside the sandbox."""
 
 TMP_BYTES = 64 * 1024 * 1024
 """Size of /tmp inside bwrap; POV-Ray's own temp folder is in the task's."""

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-PATH = "/usr/local/bin:/usr/bin:/bin"
+from worker.sandbox.sandbox import PATH
 
 _OWN = ".povray"
 _INI = "; every option is on the command line; an empty file would be an error\n"

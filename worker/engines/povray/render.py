@@ -10,13 +10,13 @@ from pathlib import Path
 from lippmann.errors import PovrayMissing, RenderFailed
 from worker.engines.povray.command import RenderCommand, povray_argv
 from worker.engines.povray.diagnosis import Case, diagnose, is_startup_fault
-from worker.engines.povray.environment import PATH, prepare
+from worker.engines.povray.environment import prepare
 from worker.engines.povray.messages import MessageKind, Statistics, read_messages, read_statistics
 from worker.engines.povray.progress import Progress
 from worker.sandbox.limits import Limits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.process import Outcome, run
-from worker.sandbox.sandbox import Sandbox
+from worker.sandbox.sandbox import PATH, Sandbox
 
 STARTS = 4
 """POV-Ray's start fails by its own fault about once in 40 times under load; it is started again up to 3 times."""
