@@ -16,9 +16,9 @@ import pytest
 from lippmann.client import Client
 from tests.broker import Broker, free_port
 from tests.farm import LIPPMANN, ended
+from tests.repository import ROOT
 from tests.waiting import until
 
-ROOT = Path(__file__).parents[2]
 COMPOSE = str(Path(sysconfig.get_path("scripts")) / "docker-compose")
 
 pytestmark = pytest.mark.timeout(200)

@@ -23,6 +23,7 @@ from lippmann.job.spec import JobSpec
 from lippmann.lightfield.views.views import view
 from lippmann.plan.sampling import frame_size
 from tests.builders import small_job
+from tests.repository import DOCS
 from worker.engines.povray.command import SYSTEM_INCLUDE
 from worker.images.read import read_rgb
 from worker.sandbox.bundle import pack_folder
@@ -32,7 +33,7 @@ from worker.tasks.local import capture_frame
 EXAMPLES = Path("/usr/share/doc/povray/examples")
 """Of Debian's povray-examples."""
 
-TUTORIAL = Path(__file__).parents[2] / "docs" / "own-scenes.md"
+TUTORIAL = DOCS / "own-scenes.md"
 
 LENSES = 40
 ENTRANCE_PUPIL_MM = 56.56

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+from tests.repository import ROOT
+
 BIN = Path(sysconfig.get_path("scripts"))
 DOCKERFILES = sorted((ROOT / "deploy/images").glob("*.Dockerfile"))
 

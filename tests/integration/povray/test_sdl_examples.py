@@ -12,12 +12,13 @@ import pytest
 from numpy.typing import NDArray
 
 from povtemplates.catalogue import INCLUDE_FOLDER
+from tests.repository import DOCS
 from worker.engines.povray.command import SYSTEM_INCLUDE
 from worker.images.read import read_rgb
 
 EXAMPLES = sorted((INCLUDE_FOLDER / "examples").glob("*.pov"))
 INCLUDES = sorted((INCLUDE_FOLDER / "lippmann").glob("*.inc"))
-PAGE = (Path(__file__).parents[3] / "docs" / "sdl-library.md").read_text()
+PAGE = (DOCS / "sdl-library.md").read_text()
 
 MADE_BY_LIPPMANN = {"ray_camera"}
 """Needs rays that a person does not write by hand."""

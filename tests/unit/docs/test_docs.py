@@ -15,9 +15,9 @@ from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.job.states import JOB_MOVES, TASK_MOVES
 from povtemplates.catalogue import scene_folders
 from service.settings import Settings
+from tests.repository import DOCS, ROOT
 from worker.settings import WorkerSettings
 
-ROOT = Path(__file__).parents[3]
 DOCS = ROOT / "docs"
 PAGES = sorted([*DOCS.rglob("*.md"), ROOT / "README.md", ROOT / "CHANGELOG.md"])
 

@@ -18,8 +18,8 @@ from lippmann.cli import main
 from lippmann.cli.exit_codes import ExitCode
 from lippmann.client.errors import refusal
 from lippmann.errors import BundleError, RenderFailed, SpecError
+from tests.repository import ROOT
 
-ROOT = Path(__file__).parents[3]
 HEAVY = (
     "numpy", "scipy", "celery", "fastapi", "httpx", "pydantic", "sqlalchemy", "OpenImageIO", "av", "tifffile",
     "reportlab", "redis", "matplotlib",

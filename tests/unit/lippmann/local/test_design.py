@@ -15,6 +15,7 @@ from lippmann.cli import main
 from lippmann.cli.text.design import design_text
 from lippmann.errors import BadInput
 from lippmann.local.design import design_here
+from tests.repository import DOCS
 
 NUMBER = re.compile(r"(?<![\w.#])(-?\d+\.?\d*)")
 
@@ -107,7 +108,7 @@ def test_what_cannot_be_asked_for_is_said(job_file: str | None, preset: str | No
 
 
 def test_the_drawing_in_the_docs_is_the_one_that_its_command_makes() -> None:
-    shown = Path(__file__).parents[3] / "docs" / "images" / "bench.svg"
+    shown = DOCS / "images" / "bench.svg"
     drawing = str(found(preset="paper-still", with_drawing=True).svg)
     kept, made = (NUMBER.split(text) for text in (shown.read_text(encoding="utf-8").strip(), drawing))
     assert kept[::2] == made[::2], "run the command of docs/designer.md, and look at it"

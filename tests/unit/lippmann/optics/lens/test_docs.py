@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import re
-from pathlib import Path
 
 import pytest
 
@@ -17,8 +16,9 @@ from lippmann.optics.lens.matrices import cardinal_points
 from lippmann.optics.lens.prescription import lens_of, rig_lens
 from lippmann.optics.lens.published import IMAGING_LENSES
 from lippmann.optics.lens.stop import f_number
+from tests.repository import DOCS
 
-PAGE = (Path(__file__).parents[3] / "docs" / "imaging-lenses.md").read_text("utf-8")
+PAGE = (DOCS / "imaging-lenses.md").read_text("utf-8")
 
 
 def blocks(language: str) -> list[str]:

@@ -6,7 +6,6 @@ import json
 import math
 import re
 import tomllib
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -24,6 +23,7 @@ from lippmann.plan.design.designer import design
 from lippmann.plan.design.display import device_cells_px
 from lippmann.plan.design.estimate import START_S, estimate
 from povtemplates.catalogue import scene_folders
+from tests.repository import DOCS
 
 FISH = SceneCard.model_validate(tomllib.loads((scene_folders()["fish"] / "scene.toml").read_text()))
 
@@ -247,7 +247,7 @@ def test_a_device_that_shows_more_pixels_than_are_rendered_is_said() -> None:
 
 
 def test_every_number_is_defined_in_the_docs() -> None:
-    page = (Path(__file__).parents[3] / "docs" / "designer.md").read_text()
+    page = (DOCS / "designer.md").read_text()
     assert set(Design.model_fields) <= set(re.findall(r"`([a-z_]+)`", page))
 
 
