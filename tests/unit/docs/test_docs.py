@@ -18,7 +18,6 @@ from service.settings import Settings
 from tests.repository import DOCS, ROOT
 from worker.settings import WorkerSettings
 
-DOCS = ROOT / "docs"
 PAGES = sorted([*DOCS.rglob("*.md"), ROOT / "README.md", ROOT / "CHANGELOG.md"])
 
 
