@@ -62,7 +62,7 @@ def run_figure(name: str, *, out: Path, quick: bool) -> Figure:
     began_s = time.monotonic()
     with ProgressLine(name) as line:
         request = Request(name, out, quick, settings, machine, lambda part, words: line.show(part, words))
-        made: Made = getattr(import_module(f"lippmann.experiments.{FIGURES[name]}"), name)(request)
+        made: Made = getattr(import_module(f"lippmann.experiments.figures.{FIGURES[name]}"), name)(request)
     data = {
         "figure": name,
         "quick": quick,

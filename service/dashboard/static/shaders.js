@@ -27,7 +27,7 @@ void main() {
 }`;
 
 // All views, each shifted against the eye and linearly interpolated; pixels that would come from beyond the array do
-// not count, as in lippmann/lightfield/refocus/shift_and_sum.py. Shifts are rounded a little: whole ones ask for no neighbour.
+// not count, as in lippmann/lightfield/refocus. Shifts are rounded a little: whole ones need no neighbour.
 export const REFOCUS = `${HEAD}
 uniform sampler2D atlas;
 uniform sampler2D present; // of every view, whether there is one

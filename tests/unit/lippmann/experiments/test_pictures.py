@@ -74,7 +74,7 @@ def test_without_matplotlib_it_is_said_what_to_install(tmp_path: Path, monkeypat
 def test_every_figure_has_its_function(name: str) -> None:
     from importlib import import_module
 
-    assert callable(getattr(import_module(f"lippmann.experiments.{FIGURES[name]}"), name))
+    assert callable(getattr(import_module(f"lippmann.experiments.figures.{FIGURES[name]}"), name))
 
 
 def test_size_and_distortion_of_an_image_are_read_off_its_places() -> None:
