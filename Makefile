@@ -51,7 +51,7 @@ setup: $(VENV)/.installed
 	@deploy/system-packages povray bwrap
 
 setup-test: $(VENV)/.installed
-	@deploy/system-packages povray bwrap chromium ffprobe examples
+	@deploy/system-packages povray bwrap chromium libatomic ffprobe examples
 
 $(VENV)/.installed: requirements.lock pyproject.toml
 	@deploy/system-packages venv

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import signal
 import socket
 import subprocess
@@ -11,6 +12,7 @@ from typing import Any
 import redis
 
 from lippmann.farm.supervisor.broker import find_server
+from lippmann.farm.supervisor.descendants import dying_with
 from tests.waiting import until
 
 
@@ -27,8 +29,10 @@ class Broker:
 
     def start(self) -> None:
         command = [str(find_server()), "--port", str(self.port), "--bind", "127.0.0.1", "--save", "", *self._on_socket]
-        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=self._folder)
-        until(self._answers)
+        # Valkey overwrites its environment, so `tests.leftovers` would not know it.
+        die = dying_with(os.getpid())
+        self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=self._folder, preexec_fn=die)
+        until(self._answers, within_s=60)
 
     @property
     def client(self) -> Any:

@@ -14,8 +14,9 @@ from tests.leftovers import watch_this_run
 settings.register_profile("lippmann", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("lippmann")
 
-# A script ignores SIGINT for what it starts in the background, and children inherit that; they do not inherit a handler.
-# A handler that does nothing leaves this process as deaf as before, and gives its children the signal as users have it.
+# A shell without job control ignores SIGINT for what it starts in the background. Children inherit that a signal is
+# ignored, but not that it is handled. With a handler that does nothing, this process goes on as before, and its
+# children start as those of an interactive shell do.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, lambda *_: None)
 signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])

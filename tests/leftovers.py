@@ -2,6 +2,7 @@
 
 Every process that loads tests/conftest.py marks its environment, which the processes below it inherit, and starts a
 watcher. The watcher waits for the end of the test run, and then kills every process with the mark and all below them.
+A program that overwrites its environment, such as Valkey, is started with `dying_with` instead.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import sys
 import time
 from pathlib import Path
 
-from lippmann.supervisor.kin import descendants, kill
+from lippmann.farm.supervisor.descendants import descendants, kill
 
 MARK = "LEFT_BY_TEST_RUNS"
 """The variable that names every test run above a process; a test run may start another."""

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, cast
 
 import pytest
+from playwright._impl._driver import compute_driver_executable
 from playwright.sync_api import Browser, Page, Playwright, Request, sync_playwright
 
 from lippmann.job.events import Event
@@ -19,6 +20,7 @@ from service.settings import Settings
 from tests.broker import Broker
 from tests.browser.studio import SPEC, Studio, parts
 from tests.integration.service.conftest import FakeWorker, Service
+from tests.needs import missing, need_to_run
 
 CHROMIUM_ARGS = [
     "--no-sandbox",  # tests run as root in containers; the page is ours
@@ -94,6 +96,7 @@ def farm(tmp_path: Path, broker: Broker) -> Iterator[Farm]:
 # that call asyncio.run would fail.
 @pytest.fixture(scope="package")
 def playwright() -> Iterator[Playwright]:
+    need_to_run([*compute_driver_executable(), "--version"], what="Playwright's driver does not start")
     with sync_playwright() as playwright:
         yield playwright
 
@@ -102,9 +105,7 @@ def playwright() -> Iterator[Playwright]:
 def chromium(playwright: Playwright) -> Iterator[Browser]:
     program = os.environ.get("LIPPMANN_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
     if program is None:
-        if os.environ.get("CI"):
-            pytest.fail("expected Chromium on PATH")
-        pytest.skip("Chromium is not installed")
+        missing("Chromium is not installed")
     browser = playwright.chromium.launch(executable_path=program, args=CHROMIUM_ARGS)
     yield browser
     browser.close()

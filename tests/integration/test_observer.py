@@ -17,7 +17,7 @@ from lippmann.optics.rig.bench import Bench, bench, object_rays
 from lippmann.plan import artifact_names as names
 from lippmann.plan.design.observed_display import observed_display
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture, tiles_of
-from tests.integration.lippmann.conftest import needs_povray
+from tests.needs import needs_povray
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.render import render_tile
 from worker.tasks.watch import Unwatched

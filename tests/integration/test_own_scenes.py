@@ -5,7 +5,6 @@ What POV-Ray shows of the same files by a pinhole at the entrance pupil is the o
 
 from __future__ import annotations
 
-import os
 import re
 import shutil
 import subprocess
@@ -23,6 +22,7 @@ from lippmann.job.spec import JobSpec
 from lippmann.lightfield.views.views import view
 from lippmann.plan.sampling import frame_size
 from tests.builders import small_job
+from tests.needs import missing
 from tests.repository import DOCS
 from worker.engines.povray.command import SYSTEM_INCLUDE
 from worker.images.read import read_rgb
@@ -85,10 +85,7 @@ def present(example: Example) -> Path:
     """Return the example's file; skip at home and fail in CI without it."""
     scene = EXAMPLES / example.scene
     if not scene.is_file():
-        what = f"povray-examples is not installed: no {scene}"
-        if os.environ.get("CI"):
-            pytest.fail(what)
-        pytest.skip(what)
+        missing(f"povray-examples is not installed: no {scene}")
     return scene
 
 

@@ -11,7 +11,8 @@ from lippmann.job.rig import Rig
 from lippmann.lightfield.refocus.all_in_focus import sharpness
 from lippmann.lightfield.views.views import view_of_grid
 from lippmann.plan.sampling import display_size
-from tests.integration.lippmann.conftest import needs_povray, run
+from tests.integration.lippmann.conftest import run
+from tests.needs import needs_povray
 from worker.images.read import read_rgb
 from worker.images.write import write_png
 

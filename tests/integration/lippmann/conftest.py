@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
@@ -20,6 +19,7 @@ import pytest
 from lippmann.client import Client
 from lippmann.client.address import Address
 from lippmann.farm.supervisor.descendants import descendants
+from tests.needs import need_to_run
 
 LIPPMANN = (sys.executable, "-P", "-m", "lippmann.cli.main")
 
@@ -80,6 +80,14 @@ def farm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Up]:
         yield up
 
 
+@pytest.fixture(scope="session")
+def bwrap() -> list[str]:
+    """Lend the beginning of a command line that sees other mounts than this process does."""
+    command = ["bwrap", "--dev-bind", "/", "/"]
+    need_to_run([*command, "--tmpfs", "/tmp", "--", "true"], what="bubblewrap cannot make a mount namespace here")
+    return command
+
+
 def run(*arguments: str, given: str = "", **environment: str) -> subprocess.CompletedProcess[str]:
     """Run a command to its end."""
     inherited = {name: value for name, value in os.environ.items() if not name.startswith("LIPPMANN_")}
@@ -116,8 +124,3 @@ def command(pid: int) -> str:
         return Path(f"/proc/{pid}/cmdline").read_bytes().replace(b"\0", b" ").decode()
     except OSError:
         return ""
-
-
-needs_povray = pytest.mark.skipif(
-    shutil.which("povray") is None and not os.environ.get("CI"), reason="needs POV-Ray (it is there in CI)"
-)

@@ -15,7 +15,8 @@ import httpx
 import pytest
 
 from lippmann.farm.supervisor.descendants import descendants
-from tests.integration.lippmann.conftest import LIPPMANN, Up, alive, born, lippmann_up, needs_povray, run, until
+from tests.integration.lippmann.conftest import LIPPMANN, Up, alive, born, lippmann_up, run, until
+from tests.needs import needs_povray
 
 pytestmark = needs_povray
 
@@ -124,11 +125,11 @@ def test_a_port_that_is_taken_is_refused_before_anything_starts(tmp_path: Path) 
     assert not (tmp_path / "data" / "lippmann.db").exists()
 
 
-def test_a_read_only_data_folder_is_refused_by_name(tmp_path: Path) -> None:
+def test_a_read_only_data_folder_is_refused_by_name(bwrap: list[str], tmp_path: Path) -> None:
     folder = tmp_path / "data"
     folder.mkdir()
     # Mounted read-only: taking the right to write away does not stop root.
-    inside = ["bwrap", "--dev-bind", "/", "/", "--ro-bind", str(folder), str(folder), "--", *LIPPMANN]
+    inside = [*bwrap, "--ro-bind", str(folder), str(folder), "--", *LIPPMANN]
     for name in ("up", "serve", "worker"):
         command = [*inside, name, "--data-dir", str(folder)]
         ended = subprocess.run(command, capture_output=True, text=True, timeout=60)
@@ -136,8 +137,8 @@ def test_a_read_only_data_folder_is_refused_by_name(tmp_path: Path) -> None:
         assert re.search(f"folder that can be written, got {folder}: Read-only file system", ended.stderr)
 
 
-def test_a_disk_that_is_full_is_refused_with_numbers(tmp_path: Path) -> None:
-    small = ["bwrap", "--dev-bind", "/", "/", "--size", "5000000", "--tmpfs", str(tmp_path), "--", *LIPPMANN]
+def test_a_disk_that_is_full_is_refused_with_numbers(bwrap: list[str], tmp_path: Path) -> None:
+    small = [*bwrap, "--size", "5000000", "--tmpfs", str(tmp_path), "--", *LIPPMANN]
     ended = subprocess.run([*small, "up", "--data-dir", str(tmp_path)], capture_output=True, text=True, timeout=60)
     assert ended.returncode == 2
     assert re.search(rf"expected at least 100 MB free in {tmp_path}, got [45] MB", ended.stderr)

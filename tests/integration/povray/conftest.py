@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from tests.needs import missing
 from worker.engines.povray.command import RenderCommand
 from worker.engines.povray.progress import Progress
 from worker.engines.povray.render import RenderOutcome, render
@@ -95,13 +96,6 @@ def until(true: Callable[[], bool], *, within_s: float = 10) -> None:
     while not true():
         assert time.monotonic() < deadline_s, "it did not come to pass"
         time.sleep(0.02)
-
-
-def missing(what: str) -> None:
-    """Skip at home and fail where everything must be there."""
-    if os.environ.get("CI"):
-        pytest.fail(what)
-    pytest.skip(what)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -1,0 +1,37 @@
+"""A test run that is killed leaves no process behind."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+from tests.chaos import stuck
+from tests.integration.lippmann.conftest import alive, born, command
+from tests.needs import needs_povray
+from tests.waiting import until
+
+STARTED = {"lippmann", "python", "valkey-server", "postgres", "chromium", "povray"}
+"""The names of some programs that a test run starts, itself or through others."""
+
+
+@needs_povray
+def test_a_killed_test_run_leaves_no_process_behind(tmp_path: Path) -> None:
+    ready = tmp_path / "ready"
+    arguments = [sys.executable, "-m", "pytest", "-q", "--basetemp", str(tmp_path / "inner"), stuck.__file__]
+    with subprocess.Popen(
+        arguments, cwd=Path(__file__).parents[2], env=os.environ | {stuck.STUCK_FILE: str(ready)}
+    ) as run:
+        until(lambda: ready.exists() or run.poll() is not None, within_s=400)
+        assert run.poll() is None
+        names = stuck.names_below(run.pid)
+        processes = {found for pid in names if (found := born(pid))}
+        data = next(Path(command(pid).split(" -D ")[1].split()[0]) for pid in names if " -D " in command(pid))
+        run.kill()
+    try:
+        assert set(names.values()) >= STARTED
+        until(lambda: not alive(processes), within_s=60)
+    finally:
+        shutil.rmtree(data.parent)
