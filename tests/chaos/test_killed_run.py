@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from lippmann.farm.supervisor.descendants import kill
 from tests.chaos import stuck
 from tests.integration.lippmann.conftest import alive, born, command
 from tests.needs import needs_povray
@@ -33,4 +34,5 @@ def test_a_killed_test_run_leaves_no_process_behind(tmp_path: Path) -> None:
         assert set(names.values()) >= STARTED
         until(lambda: not alive(processes), within_s=60)
     finally:
+        kill({pid for pid, _ in alive(processes)})
         shutil.rmtree(data.parent)

@@ -39,8 +39,7 @@ def up(
     """Start a farm on this machine: broker, service and workers. Ctrl-C ends all of them; the next start goes on."""
     talk = Talk(as_json)
     with _farm(data_dir, host, port, slots, public_url, talk) as farm:
-        _say_up(farm, data_dir, talk)
-        _until_told(farm)
+        _stay_up(farm, data_dir, talk)
 
 
 def demo(
@@ -67,8 +66,7 @@ def demo(
             made = run_demo(client, frames=frames, out=out, talk=talk)
         talk.result(demo_data(made), demo_text(made))
         if stay:
-            _say_up(farm, data_dir, Talk(as_json=False))
-            _until_told(farm)
+            _stay_up(farm, data_dir, Talk(as_json=False))
 
 
 def serve(
@@ -129,15 +127,19 @@ def _farm(data_dir: Path, host: str, port: int, slots: int | None, public_url: s
 
     check_povray(os.environ.get("LIPPMANN_POVRAY", "povray"))
     plan = FarmPlan(data_dir, host=host, port=port, slots=slots or _cores(), public_url=public_url)
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):  # SIGINT too: a shell ignores it for `lippmann up &`
-        signal.signal(number, signal.default_int_handler)  # ends like Ctrl-C
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        # What is ignored from the start stays ignored: SIGHUP under nohup, SIGINT in the background of a script.
+        if signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, signal.default_int_handler)  # ends like Ctrl-C
     talk.note("Starting ...")
     with running_farm(plan, on_event=lambda event: _say_event(event, talk)) as farm:
         yield farm
 
 
-def _until_told(farm: Farm) -> None:
+def _stay_up(farm: Farm, data_dir: Path, talk: Talk) -> None:
+    """Say where the farm is, and wait until it is told to end."""
     try:
+        _say_up(farm, data_dir, talk)
         farm.wait()
     except KeyboardInterrupt:
         return  # to be told so is how it ends well

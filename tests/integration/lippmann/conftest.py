@@ -8,7 +8,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,6 +22,9 @@ from lippmann.farm.supervisor.descendants import descendants
 from tests.needs import need_to_run
 
 LIPPMANN = (sys.executable, "-P", "-m", "lippmann.cli.main")
+
+ENOUGH_S = 120.0
+"""A limit for what takes seconds, on a machine that does much else."""
 
 Process = tuple[int, str]
 """A process id and when it started, so that a number used anew is not taken for the old one."""
@@ -53,13 +56,14 @@ class Up:
 
     def end(self, number: int = signal.SIGINT) -> int:
         self.process.send_signal(number)
-        return self.process.wait(timeout=60)
+        return self.process.wait(timeout=ENOUGH_S)
 
 
 @contextmanager
-def lippmann_up(data_dir: Path, *options: str) -> Iterator[Up]:
-    arguments = [*LIPPMANN, "up", "--json", "--port", "0", "--slots", "2", "--data-dir", str(data_dir), *options]
-    process = subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True)
+def lippmann_up(data_dir: Path, *options: str, through: Sequence[str] = ()) -> Iterator[Up]:
+    """Run a farm; `through` is the beginning of a command line that starts it."""
+    command = [*through, *LIPPMANN, "up", "--json", "--port", "0", "--slots", "2"]
+    process = subprocess.Popen([*command, "--data-dir", str(data_dir), *options], stdout=subprocess.PIPE, text=True)
     try:
         assert process.stdout is not None
         line = process.stdout.readline()
@@ -67,8 +71,8 @@ def lippmann_up(data_dir: Path, *options: str) -> Iterator[Up]:
         yield Up(process, data_dir, json.loads(line))
     finally:
         if process.poll() is None:
-            process.send_signal(signal.SIGINT)
-            process.wait(timeout=60)
+            process.send_signal(signal.SIGTERM)
+            process.wait(timeout=ENOUGH_S)
         if process.stdout:
             process.stdout.close()
 
@@ -96,7 +100,7 @@ def run(*arguments: str, given: str = "", **environment: str) -> subprocess.Comp
     )
 
 
-def until(true: Callable[[], Any], *, within_s: float = 30.0) -> float:
+def until(true: Callable[[], Any], *, within_s: float = ENOUGH_S) -> float:
     """Wait until something is so; return how long that took."""
     began_s = time.monotonic()
     while not true():

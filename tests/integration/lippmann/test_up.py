@@ -14,6 +14,7 @@ from pathlib import Path
 import httpx
 import pytest
 
+from lippmann.farm.supervisor.broker import socket_path
 from lippmann.farm.supervisor.descendants import descendants
 from tests.integration.lippmann.conftest import LIPPMANN, Up, alive, born, lippmann_up, run, until
 from tests.needs import needs_povray
@@ -26,7 +27,10 @@ LONG_JOB = {"scene": "fish", "rig": {"px_per_lens": 32}, "render": {"tiles": [2,
 
 def test_it_answers_says_where_it_is_and_leaves_nothing_after_ctrl_c(tmp_path: Path) -> None:
     data_dir = tmp_path / ("long" * 40)  # longer than the path of a Unix socket may be
+    socket_in_tmp = socket_path(data_dir / "broker")
     with lippmann_up(data_dir) as up:
+        assert socket_in_tmp.is_relative_to("/tmp")
+        assert socket_in_tmp.exists()
         assert up.said.keys() == {"url", "login_url", "data_dir", "pid"}
         assert httpx.get(f"{up.said['url']}/api/v1/health").json()["database"]["ok"]
         with up.client() as client:
@@ -39,7 +43,7 @@ def test_it_answers_says_where_it_is_and_leaves_nothing_after_ctrl_c(tmp_path: P
         assert not alive(processes)
     assert not (data_dir / "farm.json").exists()
     assert not list(data_dir.rglob("*.sock"))
-    assert not list(Path("/tmp").glob(f"lippmann-{os.getuid()}-*/broker.sock"))
+    assert not socket_in_tmp.parent.exists()
     assert {path.name for path in (data_dir / "log").iterdir()} == {"broker.log", "service.log", "worker.log"}
 
 
@@ -70,13 +74,21 @@ def test_ctrl_c_in_the_middle_of_a_rendering_is_told_and_leaves_nothing(tmp_path
         assert not [task for task in client.tasks(job.id) if task.failures], "to be stopped is no failure"
 
 
+def test_signals_that_are_ignored_from_the_start_stay_ignored_and_sigterm_ends_it(tmp_path: Path) -> None:
+    with lippmann_up(tmp_path, through=["sh", "-c", 'trap "" INT HUP; exec "$@"', "sh"]) as up:
+        ignored = _signals(up.process.pid, "SigIgn")
+        assert {signal.SIGINT, signal.SIGHUP} <= ignored
+        assert signal.SIGTERM not in ignored
+        assert up.end(signal.SIGTERM) == 0
+
+
 def test_a_second_ctrl_c_ends_everything_at_once(tmp_path: Path) -> None:
     with lippmann_up(tmp_path) as up:
         processes = set(up.below())
         worker = up.one("lippmann.cli.main worker")
         os.kill(worker, signal.SIGSTOP)  # it will not hear that it should end
         up.process.send_signal(signal.SIGINT)
-        until(lambda: _is_pending(worker, signal.SIGTERM))
+        until(lambda: signal.SIGTERM in _signals(worker, "ShdPnd"))
         up.process.send_signal(signal.SIGINT)
         assert up.process.wait(timeout=8) == 0
         assert not alive(processes)
@@ -189,7 +201,8 @@ def _is_another(up: Up, words: str, old: int) -> bool:
     return any(words in line and pid != old for (pid, _), line in up.below().items())
 
 
-def _is_pending(pid: int, number: signal.Signals) -> bool:
-    """Return whether a signal waits for a process that is stopped."""
-    (line,) = [line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith("ShdPnd")]
-    return bool(int(line.split()[1], 16) >> (number - 1) & 1)
+def _signals(pid: int, mask: str) -> set[int]:
+    """Return the signals in one of the masks of a process: `ShdPnd` waits for it, `SigIgn` is ignored by it."""
+    (line,) = [line for line in Path(f"/proc/{pid}/status").read_text().splitlines() if line.startswith(f"{mask}:")]
+    bits = int(line.split()[1], 16)
+    return {number for number in signal.valid_signals() if bits >> (number - 1) & 1}

@@ -1,0 +1,23 @@
+"""Tests of Ctrl-C pass where a script starts the test run in its background, which ignores SIGINT."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+
+from tests.repository import ROOT
+
+IGNORING = ("sh", "-c", 'trap "" INT; exec "$@"', "sh")
+
+
+def test_what_a_test_starts_ends_on_sigint() -> None:
+    with subprocess.Popen(["sleep", "1000"]) as started:
+        started.send_signal(signal.SIGINT)
+        assert started.wait(120) == -signal.SIGINT
+
+
+def test_it_does_so_when_the_test_run_ignores_sigint() -> None:
+    test = f"{__file__}::{test_what_a_test_starts_ends_on_sigint.__name__}"
+    ran = subprocess.run([*IGNORING, sys.executable, "-m", "pytest", test], cwd=ROOT, capture_output=True, text=True)
+    assert ran.returncode == 0, ran.stdout
