@@ -1,8 +1,8 @@
 """The command `lippmann`.
 
 main         the entry point: sub-commands, errors and exit codes
+options      options that several sub-commands share, and the context of a command
 commands     one module for each group of sub-commands
-options      options that several sub-commands share
 text         results as text for people
 exit_codes   which error ends the command with which exit code
 """

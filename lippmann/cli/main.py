@@ -1,14 +1,14 @@
-"""The command: every sub-command, and the one place where errors become messages and exit codes.
+"""The command `lippmann`: its sub-commands, and the one place where errors become messages and exit codes.
 
 =====  =============================================================================================
-exit   means
+exit   meaning
 =====  =============================================================================================
-0      it did what was asked; `up` and `serve`: ended because they were told to
-1      the job failed or was cancelled; or the service or this machine could not do it
-2      what was asked cannot be: an option, a job file, a field, a folder, a port
-3      the service does not answer
-4      no key, a key that is not known, or one whose role is too low
-130    Ctrl-C
+0      The command did what was asked. `up`, `serve` and `worker` were stopped by the user.
+1      The job failed or was cancelled, or the service or this machine could not do it.
+2      The input is invalid: an option, a job file, a field of a job, a folder or a port.
+3      The service does not answer.
+4      There is no key, the key is not known, or its role does not permit the operation.
+130    The user pressed Ctrl-C.
 =====  =============================================================================================
 """
 
@@ -20,15 +20,14 @@ from collections.abc import Callable
 
 import typer
 
-from lippmann.cli.commands import calibration_sheet as calibration
 from lippmann.cli.commands import (
-    capture,
     coding_study,
     compare,
     depth,
     design,
     export,
     farm,
+    import_sheets,
     jobs,
     keys,
     lens,
@@ -38,9 +37,10 @@ from lippmann.cli.commands import (
     scenes,
     views,
 )
-from lippmann.cli.commands import import_sheets as foreign
 from lippmann.cli.exit_codes import ExitCode, exit_code_of
+from lippmann.cli.options import with_context
 from lippmann.errors import LippmannError
+from lippmann.terminal.output import print_paths_as_they_are
 
 app = typer.Typer(
     name="lippmann",
@@ -49,56 +49,60 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-COMMANDS: dict[str, tuple[Callable[..., None], ...]] = {
-    "Run a farm": (farm.up, farm.demo, farm.serve, farm.worker),
-    "Jobs": (
-        jobs.submit,
-        jobs.jobs,
-        jobs.show,
-        jobs.watch,
-        jobs.fetch,
-        jobs.cancel,
-        jobs.pause,
-        jobs.resume,
-        jobs.retry,
-    ),
-    "Scenes": (capture.capture,),
-    "Integral images": (
-        foreign.views,
-        orthoscopic.orthoscopic,
-        views.view,
-        views.refocus,
-        observe.observe,
-        export.export,
-        depth.depth,
-        compare.compare,
-        coding_study.coding_study,
-    ),
-    "Optics": (design.design, lens.lens, calibration.calibration_sheet),
+COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
+    "Run a farm": {"up": farm.up, "demo": farm.demo, "serve": farm.serve, "worker": farm.worker},
+    "Jobs": {
+        "submit": jobs.submit,
+        "jobs": jobs.jobs,
+        "show": jobs.show,
+        "watch": jobs.watch,
+        "fetch": jobs.fetch,
+        "cancel": jobs.cancel,
+        "pause": jobs.pause,
+        "resume": jobs.resume,
+        "retry": jobs.retry,
+    },
+    "Scenes": {"capture": scenes.capture},
+    "Integral images": {
+        "import": import_sheets.import_sheets,
+        "orthoscopic": orthoscopic.orthoscopic,
+        "view": views.view,
+        "refocus": views.refocus,
+        "observe": observe.observe,
+        "export": export.export,
+        "depth": depth.depth,
+        "compare": compare.compare,
+        "coding-study": coding_study.coding_study,
+    },
+    "Optics": {"design": design.design, "lens": lens.lens, "calibration-sheet": design.calibration_sheet},
 }
 for panel, commands in COMMANDS.items():
-    for command in commands:
-        app.command(rich_help_panel=panel)(command)
+    for name, command in commands.items():
+        app.command(name, rich_help_panel=panel)(with_context(command))
+app.command("views", hidden=True)(with_context(import_sheets.views))
 app.add_typer(scenes.app, name="scenes", rich_help_panel="Scenes")
 app.add_typer(keys.app, name="keys", rich_help_panel="Run a farm")
 app.add_typer(paper.app, name="paper", rich_help_panel="Optics")
 
 
 def main() -> None:
-    """Run the command; never shows a traceback for what a user can do something about."""
+    """Run the command; a mistake of the user or a failure of the machine never shows a traceback."""
+    print_paths_as_they_are()
     try:
         app()
     except LippmannError as error:
-        sys.exit(_say(error.message, exit_code_of(error)))
+        sys.exit(_print_error(error.message, exit_code_of(error)))
     except KeyboardInterrupt:
-        sys.exit(_say("interrupted", ExitCode.INTERRUPTED))
+        sys.exit(_print_error("interrupted", ExitCode.INTERRUPTED))
     except OSError as error:
         if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM):
             raise
-        sys.exit(_say(f"expected to write {error.filename or 'a file'}, got: {error.strerror}", ExitCode.FAILED))
+        sys.exit(
+            _print_error(f"expected to write {error.filename or 'a file'}, got: {error.strerror}", ExitCode.FAILED)
+        )
 
 
-def _say(message: str, code: ExitCode) -> int:
+def _print_error(message: str, code: ExitCode) -> int:
     print(f"lippmann: {message}", file=sys.stderr)
     return int(code)
 

@@ -1,35 +1,84 @@
-"""What several sub-commands take."""
+"""Options that several commands share, and the context of a command.
+
+A command asks for its context by type. A parameter of type `Connection` stands for the options `--url`, `--key` and
+`--data-dir`, and a parameter of type `Output` stands for `--json`. `with_context` puts the options in their place.
+"""
 
 from __future__ import annotations
 
+import functools
+import inspect
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-RECONNECT_S = 60.0
-"""How long a command that waits for a job puts up with a service that is away."""
+from lippmann.client.connection import Connection
+from lippmann.terminal.output import Output
 
-AsJson = Annotated[bool, typer.Option("--json", help="Say it as JSON on stdout, for programs.")]
+RECONNECT_S = 60.0
+"""How long a command that waits for a job keeps trying to reach the service, s."""
+
+DATA_DIR = Path("data")
+
+AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")]
 Url = Annotated[
-    str | None, typer.Option("--url", envvar="LIPPMANN_URL", help="The service; else the farm of --data-dir.")
+    str | None,
+    typer.Option("--url", envvar="LIPPMANN_URL", help="The URL of the service. The default is the farm of --data-dir."),
 ]
-Key = Annotated[str | None, typer.Option("--key", envvar="LIPPMANN_KEY", help="A key to the service.")]
-DataDir = Annotated[Path, typer.Option("--data-dir", envvar="LIPPMANN_DATA_DIR", help="The farm's data folder.")]
-JobId = Annotated[str, typer.Argument(help="The job's id.", metavar="JOB")]
+Key = Annotated[str | None, typer.Option("--key", envvar="LIPPMANN_KEY", help="The key to the service.")]
+DataDir = Annotated[
+    Path, typer.Option("--data-dir", envvar="LIPPMANN_DATA_DIR", help="The data folder of the farm on this machine.")
+]
+JobId = Annotated[str, typer.Argument(help="The id of the job.", metavar="JOB")]
 Overrides = Annotated[
     list[str] | None,
-    typer.Option("--set", help="Set a field of the job: rig.px_per_lens=4; may be repeated.", metavar="FIELD=VALUE"),
+    typer.Option(
+        "--set",
+        help="Set one field of the job, for example rig.px_per_lens=4. The option may be repeated.",
+        metavar="FIELD=VALUE",
+    ),
 ]
+OutputFolder = Annotated[Path, typer.Option(help="The folder to write to.")]
 
 Source = Annotated[
     Path,
     typer.Argument(
-        metavar="FILE", help="A master: orthoscopic/0001.exr, or device/0001.exr; a folder of them; or a job."
+        metavar="FILE",
+        help="An orthoscopic master (orthoscopic/0001.exr, device/0001.exr), a folder of masters, or the id of a job.",
     ),
 ]
 Frame = Annotated[
-    int | None, typer.Option("--frame", min=1, help="Of the folder or the job; the first one when not said.")
+    int | None,
+    typer.Option("--frame", min=1, help="The frame of the folder or the job. The default is the first frame."),
 ]
 
-DATA_DIR = Path("data")
+_OPTIONS: Mapping[type, Mapping[str, tuple[Any, Any]]] = {
+    Output: {"as_json": (AsJson, False)},
+    Connection: {"url": (Url, None), "key": (Key, None), "data_dir": (DataDir, DATA_DIR)},
+}
+"""The options of each part of the context, which are the arguments of its constructor: annotation and default."""
+
+
+def with_context(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command for typer, with options in the place of every parameter of type `Connection` or `Output`."""
+    declared = list(inspect.signature(command, eval_str=True).parameters.values())
+    context = {one.name: one.annotation for one in declared if one.annotation in (Output, Connection)}
+    options = {name: option for kind in context.values() for name, option in _OPTIONS[kind].items()}
+
+    @functools.wraps(command)
+    def run(**values: Any) -> None:
+        parts = {name: kind(**{one: values.pop(one) for one in _OPTIONS[kind]}) for name, kind in context.items()}
+        command(**values, **parts)
+
+    parameters = [
+        *(one for one in declared if one.name not in context),
+        *(
+            inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=annotation)
+            for name, (annotation, default) in options.items()
+        ),
+    ]
+    run.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]  # typer reads both of these
+    run.__annotations__ = {one.name: one.annotation for one in parameters}
+    return run

@@ -1,8 +1,8 @@
-"""A job's files brought here: what is here already, and whole, is passed over.
+"""Download the files of a job; files that are complete in the folder already are skipped.
 
     out/integral/0001.png  orthoscopic/0001.png  views/0001.png  video/views.mp4 ...
 
-Beside them `.fetched.json` says which file of the service each one is, by entity tag and size.
+The file `.fetched.json` in the same folder records the entity tag and the size of every downloaded file.
 """
 
 from __future__ import annotations
@@ -23,37 +23,39 @@ from service.schemas.artifact import Artifact
 
 RECORD = ".fetched.json"
 SAVED_EVERY_S = 5.0
-"""How often the record is written while files come."""
+"""How often the record is written while files are downloaded, s."""
 PICTURES = ("integral", "orthoscopic", "device", "views")
 MASTERS_ONLY = ("depth",)
-"""Numbers: no pictures."""
+"""These hold numbers, so no PNG picture is made of them."""
 OUTPUTS = ("video", "exports")
 
 
 @dataclass(frozen=True)
 class Fetched:
-    """A file that is here."""
+    """A downloaded file."""
 
     path: Path
     etag: str
-    """Of the master that it was made from."""
+    """The entity tag of the artifact on the service."""
     size: int
 
 
 @dataclass(frozen=True)
-class Haul:
-    """What a fetch brought."""
+class FetchResult:
+    """The result of fetching a job."""
 
     folder: Path
     files: tuple[Path, ...]
-    """Everything of the job that is here now."""
-    brought: int
-    """How many of them came just now."""
-    bytes_brought: int
+    """All files of the job that are in the folder now."""
+    fetched: int
+    """The number of files that this call downloaded."""
+    fetched_bytes: int
 
 
-def fetch_job(client: Client, job_id: str, folder: Path, *, frames: str | None = None, masters: bool = False) -> Haul:
-    """Bring what is ready of a job into a folder: PNG pictures, or EXR masters, and all outputs.
+def fetch_job(
+    client: Client, job_id: str, folder: Path, *, frames: str | None = None, masters: bool = False
+) -> FetchResult:
+    """Download the finished files of a job into a folder: PNG pictures or EXR masters, and all outputs.
 
     Raises
     ------
@@ -61,19 +63,19 @@ def fetch_job(client: Client, job_id: str, folder: Path, *, frames: str | None =
         If the folder cannot be written.
     """
     wanted = tuple(_wanted(client, job_id, frames, masters=masters))
-    brought: list[Fetched] = []
-    with _kept_record(folder) as record, ProgressLine(f"fetch {job_id}") as line:
+    downloaded: list[Fetched] = []
+    with _record_of(folder) as record, ProgressLine(f"fetch {job_id}") as line:
         for number, artifact in enumerate(wanted):
             path = _place(artifact.name, masters=masters)
-            if not _is_here(folder, record.known.get(path.as_posix()), artifact):
-                fetched = _bring(client, job_id, artifact, folder, path)
-                brought.append(fetched)
-                record.note(path.as_posix(), fetched)
-            total = size_text(sum(one.size for one in brought))
+            if not _is_complete(folder, record.known.get(path.as_posix()), artifact):
+                fetched = _download(client, job_id, artifact, folder, path)
+                downloaded.append(fetched)
+                record.add(path.as_posix(), fetched)
+            total = size_text(sum(one.size for one in downloaded))
             count = number + 1
             line.show(count / len(wanted), f"{count} of {len(wanted)} files, {total}", news=count == len(wanted))
     files = tuple(folder / _place(artifact.name, masters=masters) for artifact in wanted)
-    return Haul(folder, files, brought=len(brought), bytes_brought=sum(one.size for one in brought))
+    return FetchResult(folder, files, fetched=len(downloaded), fetched_bytes=sum(one.size for one in downloaded))
 
 
 def _wanted(client: Client, job_id: str, frames: str | None, *, masters: bool) -> Iterator[Artifact]:
@@ -91,11 +93,11 @@ def _place(name: str, *, masters: bool) -> Path:
     path = Path(name)
     if not path.parts or path.is_absolute() or ".." in path.parts:
         raise BadInput(f"expected files below the job, got {name!r} from the service")
-    shown = path.suffix == ".exr" and path.parts[0] in PICTURES and not masters
-    return path.with_suffix(".png") if shown else path
+    as_picture = path.suffix == ".exr" and path.parts[0] in PICTURES and not masters
+    return path.with_suffix(".png") if as_picture else path
 
 
-def _is_here(folder: Path, known: Fetched | None, artifact: Artifact) -> bool:
+def _is_complete(folder: Path, known: Fetched | None, artifact: Artifact) -> bool:
     if known is None or known.etag != artifact.etag:
         return False
     try:
@@ -104,7 +106,7 @@ def _is_here(folder: Path, known: Fetched | None, artifact: Artifact) -> bool:
         return False
 
 
-def _bring(client: Client, job_id: str, artifact: Artifact, folder: Path, path: Path) -> Fetched:
+def _download(client: Client, job_id: str, artifact: Artifact, folder: Path, path: Path) -> Fetched:
     made: Literal["png"] | None = "png" if path.suffix != Path(artifact.name).suffix else None
     try:
         download = client.download(job_id, artifact.name, folder / path, format=made)
@@ -115,29 +117,29 @@ def _bring(client: Client, job_id: str, artifact: Artifact, folder: Path, path: 
 
 @dataclass
 class _Record:
-    """What is here, by place; on disk never much older than `SAVED_EVERY_S`, as it may be long."""
+    """The downloaded files by their path in the folder; written every `SAVED_EVERY_S`, because it may be long."""
 
     folder: Path
     known: dict[str, Fetched]
     _saved_s: float
     _is_saved: bool = True
 
-    def note(self, place: str, fetched: Fetched) -> None:
-        """Note a file that came."""
+    def add(self, place: str, fetched: Fetched) -> None:
+        """Record a downloaded file."""
         self.known[place], self._is_saved = fetched, False
         if time.monotonic() - self._saved_s > SAVED_EVERY_S:
             self.save()
 
     def save(self) -> None:
-        """Write it down, unless it is."""
+        """Write the record to disk if it has changed."""
         if not self._is_saved:
             _write_record(self.folder, self.known)
             self._saved_s, self._is_saved = time.monotonic(), True
 
 
 @contextmanager
-def _kept_record(folder: Path) -> Iterator[_Record]:
-    """Lend the record of a folder; it is written whatever ends the fetch."""
+def _record_of(folder: Path) -> Iterator[_Record]:
+    """Yield the record of a folder; it is written however the fetch ends."""
     record = _Record(folder, _read_record(folder), time.monotonic())
     try:
         yield record
@@ -150,7 +152,7 @@ def _read_record(folder: Path) -> dict[str, Fetched]:
         data = json.loads((folder / RECORD).read_bytes())
         return {name: Fetched(Path(name), one["etag"], one["size"]) for name, one in data.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return {}  # a record that is lost costs downloads, nothing else
+        return {}  # A lost record costs downloads and nothing else.
 
 
 def _write_record(folder: Path, record: Mapping[str, Fetched]) -> None:
@@ -160,13 +162,14 @@ def _write_record(folder: Path, record: Mapping[str, Fetched]) -> None:
     beside.replace(folder / RECORD)
 
 
-def haul_text(haul: Haul, *, most: int = 8) -> str:
-    """Return what is here now, folder by folder."""
+def fetch_text(result: FetchResult, *, most: int = 8) -> str:
+    """Return the files that are in the folder now, as text, one line for each sub-folder."""
     folders: dict[Path, list[Path]] = {}
-    for path in haul.files:
+    for path in result.files:
         folders.setdefault(path.parent, []).append(path)
     lines = [_folder_line(folder, paths) for folder, paths in folders.items()]
-    head = f"{len(haul.files)} files in {haul.folder}, {haul.brought} of them new ({size_text(haul.bytes_brought)})"
+    new = f"{result.fetched} of them new ({size_text(result.fetched_bytes)})"
+    head = f"{len(result.files)} files in {result.folder}, {new}"
     return "\n".join([head, *lines[:most]])
 
 

@@ -1,4 +1,4 @@
-"""A job watched until it ends."""
+"""Watch a job until it ends, with its progress on stderr."""
 
 from __future__ import annotations
 
@@ -9,32 +9,32 @@ from lippmann.terminal.progress import ProgressLine, duration_text
 from service.schemas.job import Job
 
 
-def follow_job(client: Client, job_id: str) -> Job:
-    """Show how far a job is until it ends; return it as it ended.
+def watch_job(client: Client, job_id: str) -> Job:
+    """Print the progress of a job until it ends, and return the ended job.
 
     Raises
     ------
     JobEnded
-        If it failed or was cancelled: with its message.
+        If the job failed or was cancelled, with its message.
     """
     job = client.job(job_id)
     with ProgressLine(job_id) as line:
-        shown: tuple[JobStatus, int] | None = None
+        printed: tuple[JobStatus, int] | None = None
         for job in client.follow(job_id):
             news = (job.status, job.frames_done)
-            line.show(job.progress, progress_words(job), news=news != shown)
-            shown = news
+            line.show(job.progress, progress_text(job), news=news != printed)
+            printed = news
     if job.status is not JobStatus.DONE:
-        raise JobEnded(f"job {job.id} {ended_words(job)}")
+        raise JobEnded(f"job {job.id} {ending_text(job)}")
     return job
 
 
-def progress_words(job: Job) -> str:
-    """Return where a job stands, as people say it: `running, 3 of 6 frames, 40 s to go`."""
-    words = f"{job.status}, {job.frames_done} of {job.frames_total} frames"
-    return f"{words}, {duration_text(job.eta_s)} to go" if job.eta_s is not None else words
+def progress_text(job: Job) -> str:
+    """Return the progress of a job as text, for example `running, 3 of 6 frames, 40 s to go`."""
+    text = f"{job.status}, {job.frames_done} of {job.frames_total} frames"
+    return f"{text}, {duration_text(job.eta_s)} to go" if job.eta_s is not None else text
 
 
-def ended_words(job: Job) -> str:
-    """Return how a job ended, with its message: `failed (scene): ...`."""
+def ending_text(job: Job) -> str:
+    """Return how a job ended as text, for example `failed (scene): ...`."""
     return f"{job.status} ({job.error.code}): {job.error.message}" if job.error else str(job.status)

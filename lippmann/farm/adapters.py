@@ -1,4 +1,7 @@
-"""What the service is given: artifact store, pictures, scenes."""
+"""The adapters that connect the service to the worker's code: artifact store, pictures and scenes.
+
+The service names what it needs in `service.ports` and imports nothing from `worker`; this module builds it.
+"""
 
 from __future__ import annotations
 
@@ -18,11 +21,11 @@ from worker.sandbox.bundle import check_bundle, pack_folder
 from worker.store.local import LocalStore
 
 ARTIFACTS = "artifacts"
-"""Where they lie below the data folder, as workers know."""
+"""The folder of the artifacts below the data folder; workers use the same one."""
 
 
 def make_parts(data_dir: Path) -> Parts:
-    """Return the parts of a service whose artifacts lie in a data folder."""
+    """Return the adapters of a service whose artifacts are in a data folder."""
     return Parts(store=LocalStore(data_dir / ARTIFACTS), pictures=_Pictures(), scenes=_Scenes())
 
 

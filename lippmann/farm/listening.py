@@ -1,4 +1,4 @@
-"""The address that a service listens on."""
+"""The socket on which the service listens."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ _BACKLOG = 512
 
 
 def listening_socket(host: str, port: int) -> socket.socket:
-    """Return a socket that listens; port 0 takes a free one.
+    """Open a listening socket. Port 0 takes a free port.
 
     Raises
     ------
     BadInput
-        If another program listens there, or the address is none of this machine.
+        If another program listens there, or the address does not belong to this machine.
     """
     try:
         family, kind, protocol, _, address = socket.getaddrinfo(
@@ -31,19 +31,19 @@ def listening_socket(host: str, port: int) -> socket.socket:
         listening.listen(_BACKLOG)
     except OSError as error:
         listening.close()
-        raise BadInput(_why_not(host, port, error)) from error
+        raise BadInput(_refusal(host, port, error)) from error
     return listening
 
 
 def url_of(listening: socket.socket) -> str:
-    """Return what one types on this machine to get to a listening socket."""
+    """Return the URL at which programs on this machine reach a listening socket."""
     host, port = listening.getsockname()[:2]
     if host in ("0.0.0.0", "::"):  # noqa: S104 - compared, not bound
         host = "127.0.0.1"
     return f"http://[{host}]:{port}" if ":" in host else f"http://{host}:{port}"
 
 
-def _why_not(host: str, port: int, error: OSError) -> str:
+def _refusal(host: str, port: int, error: OSError) -> str:
     if error.errno == errno.EADDRINUSE:
         return f"--port: expected a free port, got {host}:{port}, where another program listens (0 takes a free one)"
     return f"expected an address to listen on, got {host}:{port}: {error.strerror}"

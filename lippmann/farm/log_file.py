@@ -1,4 +1,4 @@
-"""Where a process writes its log: a file whose reader may go away."""
+"""A log whose reader may go away."""
 
 from __future__ import annotations
 
@@ -7,19 +7,19 @@ from typing import TextIO
 
 
 class LogFile:
-    """Writes to a text file, and forgets what cannot be written: a log nobody reads ends no work."""
+    """A text file for a log that drops what cannot be written, so that a log without a reader never stops the work."""
 
     def __init__(self, file: TextIO) -> None:
         self._file = file
 
     def write(self, text: str) -> int:
         """Write text if it can be written."""
-        # A pipe whose reader has gone, a disk that is full, a file that was closed.
+        # The reader of a pipe may have gone, a disk may be full, and a file may be closed.
         with suppress(OSError, ValueError):
             self._file.write(text)
         return len(text)
 
     def flush(self) -> None:
-        """Flush what was written, if it can be."""
+        """Flush the file if it can be flushed."""
         with suppress(OSError, ValueError):
             self._file.flush()

@@ -26,7 +26,7 @@ from service.settings import Settings
 
 
 class _Announcing(Server):
-    """A server that says when it answers."""
+    """A server that prints a line when it accepts requests."""
 
     async def startup(self, sockets: list[socket.socket] | None = None) -> None:
         await super().startup(sockets=sockets)
@@ -35,14 +35,14 @@ class _Announcing(Server):
 
 
 def run_service(settings: Settings, listening: socket.socket, *, key_file: Path | None) -> bool:
-    """Serve until told to stop; return whether it came up.
+    """Serve until the process is stopped; return whether the service started.
 
     Parameters
     ----------
     listening
-        Bound before anything else was started.
+        A socket that was bound before anything else was started.
     key_file
-        Keeps an admin key of this service; written when it is not there or not known.
+        The file for an admin key of this service. It is written if it does not exist or its key is not known.
     """
     _log_to_stderr()
     if key_file is not None:
@@ -50,7 +50,7 @@ def run_service(settings: Settings, listening: socket.socket, *, key_file: Path 
     app = create_app(settings, make_parts(settings.data_dir))
     server = _Announcing(app, host=settings.host, port=settings.port)
     for number in (signal.SIGINT, signal.SIGTERM):
-        # uvicorn raises these once more after it has ended in order; by then nothing is left to end.
+        # uvicorn raises these signals again after it has stopped in order; by then nothing is left to stop.
         signal.signal(number, lambda *_: None)
     server.run(sockets=[listening])
     return server.started
@@ -64,7 +64,7 @@ def _log_to_stderr() -> None:
 
 
 def keep_admin_key(settings: Settings, key_file: Path) -> None:
-    """See that a file holds an admin key of this service: the one that is there if it is good, else a new one."""
+    """Make sure that a file holds an admin key of this service; a key that is valid is kept."""
     database = Database(settings.database)
     try:
         migrate(database)
@@ -73,7 +73,7 @@ def keep_admin_key(settings: Settings, key_file: Path) -> None:
             if known is None or known.role is not Role.ADMIN:
                 _, key = keys.create_key(session, "admin", Role.ADMIN)
                 key_file.parent.mkdir(parents=True, exist_ok=True)
-                write_private(key_file, key + "\n")  # not written, not made: the key is only kept if this goes well
+                write_private(key_file, key + "\n")  # If this fails, the new key is rolled back.
     finally:
         database.dispose()
 

@@ -1,4 +1,4 @@
-"""A worker as a process: Celery, told what it needs to know."""
+"""The worker as a process: Celery with its command line and environment."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def worker_name() -> str:
 def worker_arguments(*, slots: int, name: str) -> list[str]:
     """Return Celery's command line for one worker.
 
-    Gossip, mingle and heartbeats are Celery's own talk among workers, which nobody listens to here.
+    Gossip, mingle and heartbeats are Celery's own messages among workers, and nothing here reads them.
     """
     return [
         "worker",
@@ -33,11 +33,11 @@ def worker_arguments(*, slots: int, name: str) -> list[str]:
 
 
 def run_worker(*, slots: int) -> None:
-    """Become a worker, until told to stop; ends the process."""
+    """Run a worker until it is stopped; the process then ends."""
     name = worker_name()
-    # Before the worker's settings are imported: they read the environment then.
+    # The worker's settings read the environment when they are imported.
     os.environ |= {"LIPPMANN_WORKER_NAME": name, "LIPPMANN_SLOTS": str(slots)}
-    # Before NumPy is: a slot is a core, for matrix products too.
+    # This must be set before NumPy is imported: a slot is one core, for matrix products too.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from worker.app import app
 

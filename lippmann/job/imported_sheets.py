@@ -88,7 +88,7 @@ class ForeignSheets(SheetGeometry):
         """Refuse what leaves open how large the sheets will be: a job is planned before a picture is read."""
         for field in ("count", "px_per_lens"):
             if getattr(self, field) is None:
-                raise Misfit(field, expected="a value, as lippmann views --bundle writes it", got="nothing")
+                raise Misfit(field, expected="a value, as lippmann import --bundle writes it", got="nothing")
         rows, _ = self.count or (1, 1)
         if self.lattice == "hexagonal" and rows > 1 and self.first_row_shifted != (self.inverted and rows % 2 == 1):
             got = "a lens row that comes out on top and shifted"

@@ -145,4 +145,4 @@ def _fitting(rows: int, cols: int, layout: CellLayout) -> str:
     row_pitch_px = rows / layout.rows * layout.px_per_lens
     if abs(row_pitch_px / pitch_px - 1) > SQUARE_PX:
         return ""
-    return f"; a pitch of {(pitch_px + row_pitch_px) / 2:.4g} px fits, for which lippmann views makes whole cells"
+    return f"; a pitch of {(pitch_px + row_pitch_px) / 2:.4g} px fits, for which lippmann import makes whole cells"

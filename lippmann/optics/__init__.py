@@ -13,6 +13,7 @@ stop           where a stop stands and how wide its hole is for an f-number
 lens_check     whether a lens can be built and lets light through
 dispersion     an Abbe number as POV-Ray takes it
 trace          the exact trace of skew rays through imaging lenses
+field_spots    the spots of distant points, by the exact trace: how sharp a lens is
 spots          the picture of a point, by the exact trace
 microlens      one lens of the array: radius, displacement, thickness
 lattice        where the lenses of an array stand, square or hexagonal, and the window that shows them

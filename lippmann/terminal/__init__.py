@@ -1,1 +1,9 @@
-"""Output of commands on a terminal: progress bars, tables, and results as text or JSON."""
+"""What commands print: progress, tables, and results as text or JSON.
+
+The package stands below the command line because `client`, `local` and `farm` report progress too, and none of them
+may import `cli`.
+
+output    the result on stdout, notes on stderr
+progress  progress bars, durations and sizes as text
+table     columns of text
+"""

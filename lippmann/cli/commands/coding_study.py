@@ -7,36 +7,38 @@ from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
 
 import typer
 
-from lippmann.cli.options import DATA_DIR, AsJson, DataDir, Key, Url
 from lippmann.client.connection import Connection
 from lippmann.errors import BadInput
-from lippmann.terminal.output import Talk
+from lippmann.terminal.output import Output
+from lippmann.terminal.table import table
 
 if TYPE_CHECKING:
-    from lippmann.local.coding_study import Studied, Wanted
+    from lippmann.local.coding_study import Studied
 
-Word = TypeVar("Word", bound=str)
+Name = TypeVar("Name", bound=str)
 
 
 def coding_study(
-    source: Annotated[str, typer.Argument(metavar="JOB", help="A job, or a folder of orthoscopic masters.")],
-    codecs: Annotated[str, typer.Option(help="Any of x264, x265, svtav1, vp9, with commas.")] = "x264,x265,svtav1",
-    qp: Annotated[str, typer.Option(help="Quantizers, with commas.")] = "22,27,32,37",
+    source: Annotated[str, typer.Argument(metavar="JOB", help="The id of a job, or a folder of orthoscopic masters.")],
+    codecs: Annotated[
+        str, typer.Option(help="The codecs, separated by commas: x264, x265, svtav1, vp9.")
+    ] = "x264,x265,svtav1",
+    qp: Annotated[str, typer.Option(help="The quantization parameters, separated by commas.")] = "22,27,32,37",
     arrange: Annotated[
-        str, typer.Option(help="How the video goes in: as sheets, as a video of its views, or both.")
+        str, typer.Option(help="The arrangements to code, separated by commas: whole integral images, or their views.")
     ] = "sheets,views",
-    chroma: Annotated[Literal["4:2:0", "4:4:4"], typer.Option(help="Resolution of the chroma.")] = "4:2:0",
-    intra: Annotated[bool, typer.Option("--intra", help="Every frame stands alone.")] = False,
+    chroma: Annotated[Literal["4:2:0", "4:4:4"], typer.Option(help="The chroma subsampling.")] = "4:2:0",
+    intra: Annotated[bool, typer.Option("--intra", help="Code every frame independently.")] = False,
     fps: Annotated[
-        float, typer.Option(min=0.001, help="Frames a second of a folder's frames; a job knows its own.")
+        float,
+        typer.Option(min=0.001, help="The frames per second of a folder of masters. A job has its own frame rate."),
     ] = 8.0,
     out: Annotated[Path, typer.Option(help="The folder for the numbers and the plot.")] = Path("out/coding-study"),
-    as_json: AsJson = False,
-    url: Url = None,
-    key: Key = None,
-    data_dir: DataDir = DATA_DIR,
+    *,
+    output: Output,
+    connection: Connection,
 ) -> None:
-    """Code an integral video with several codecs and quantizers, and plot what is left of its views."""
+    """Code an integral video with several codecs and quantizers, and measure the distortion of its views."""
     from lippmann.local.codec_rates import ARRANGEMENTS, ENCODERS
     from lippmann.local.coding_study import Wanted, study_data, study_here
     from lippmann.local.files.job_masters import job_masters
@@ -51,32 +53,32 @@ def coding_study(
     if Path(source).is_dir():
         studied = study_here(Path(source), wanted, fps=fps, out=out)
     else:
-        with Connection(url, key, data_dir).client() as client:
+        with connection.client() as client:
             job = client.job(source)
             with job_masters(client, job, job.spec.frame_numbers) as folder:
                 studied = study_here(folder, wanted, fps=job.fps, out=out)
     data = study_data(studied, wanted) | {"files": [str(path) for path in studied.files]}
-    Talk(as_json).result(data, _text(studied, wanted))
+    output.result(data, _text(studied))
 
 
-def _chosen(option: str, text: str, known: tuple[Word, ...]) -> tuple[Word, ...]:
-    words = [word.strip() for word in text.split(",")]
-    if not set(words) <= set(known) or len(set(words)) < len(words):
-        raise BadInput(f"{option}: expected some of {', '.join(known)}, each once, with commas, got {text}")
-    return tuple(word for word in known if word in words)
+def _chosen(option: str, text: str, known: tuple[Name, ...]) -> tuple[Name, ...]:
+    names = [name.strip() for name in text.split(",")]
+    if not set(names) <= set(known) or len(set(names)) < len(names):
+        raise BadInput(
+            f"{option}: expected some of {', '.join(known)}, each at most once and separated by commas, got {text}"
+        )
+    return tuple(name for name in known if name in names)
 
 
 def _quantizers(text: str) -> tuple[int, ...]:
     try:
-        numbers = sorted({int(word) for word in text.split(",")})
+        numbers = sorted({int(number) for number in text.split(",")})
     except ValueError as error:
-        raise BadInput(f"--qp: expected whole numbers with commas, got {text}") from error
+        raise BadInput(f"--qp: expected whole numbers separated by commas, got {text}") from error
     return tuple(numbers)
 
 
-def _text(studied: Studied, wanted: Wanted) -> str:
-    from lippmann.terminal.table import table
-
+def _text(studied: Studied) -> str:
     rows = [
         (
             point.codec, point.arrangement, point.qp, f"{point.bits_per_px:.4f}", f"{point.kbit_s:.0f}",
@@ -97,7 +99,7 @@ def _text(studied: Studied, wanted: Wanted) -> str:
             "",
             table(head, rows),
             "",
-            f"rate at the same PSNR Y of the views, against {first.codec} as {first.arrangement} (Bjøntegaard):",
+            f"Rate at the same PSNR Y of the views, relative to {first.codec} as {first.arrangement} (Bjøntegaard):",
             table(("codec", "coded as", "rate"), savings),
             "",
             *(str(path) for path in studied.files),

@@ -1,4 +1,4 @@
-"""Two integral images side by side, in numbers."""
+"""The comparison of two integral images."""
 
 from __future__ import annotations
 
@@ -7,25 +7,33 @@ from typing import Annotated
 
 import typer
 
-from lippmann.cli.options import AsJson
-from lippmann.terminal.output import Talk
+from lippmann.terminal.output import Output
 
 
 def compare(
-    first: Annotated[Path, typer.Argument(metavar="A", help="An orthoscopic EXR or PNG, or a folder of frames.")],
-    second: Annotated[Path, typer.Argument(metavar="B", help="The same once more, of the same size.")],
+    first: Annotated[
+        Path, typer.Argument(metavar="A", help="An orthoscopic integral image (EXR or PNG), or a folder of frames.")
+    ],
+    second: Annotated[
+        Path, typer.Argument(metavar="B", help="The image or folder to compare with A, of the same size.")
+    ],
     px_per_lens: Annotated[
-        int | None, typer.Option(min=1, help="Pixels across a square lens, where no EXR says it.")
+        int | None,
+        typer.Option(min=1, help="The pixels across a square lens. It is needed if no EXR header gives the lenses."),
     ] = None,
     lens_count: Annotated[
-        tuple[int, int] | None, typer.Option(metavar="ROWS COLS", help="Lenses, where no EXR says it.")
+        tuple[int, int] | None,
+        typer.Option(
+            metavar="ROWS COLS", help="The number of lens rows and columns. It is needed if no EXR header gives them."
+        ),
     ] = None,
-    as_json: AsJson = False,
+    *,
+    output: Output,
 ) -> None:
-    """Compare two orthoscopic integral images: PSNR and SSIM of the sheet and of its views."""
+    """Compare two orthoscopic integral images: PSNR and SSIM of the whole image and of its views."""
     from lippmann.cli.text.compare import compared_data, compared_text
     from lippmann.local.compare import compare_here
     from lippmann.local.lens_options import said_lenses
 
     compared = compare_here(first, second, said=said_lenses(px_per_lens, lens_count))
-    Talk(as_json).result(compared_data(compared), compared_text(compared))
+    output.result(compared_data(compared), compared_text(compared))

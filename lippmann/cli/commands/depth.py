@@ -1,4 +1,4 @@
-"""How deep what a view shows lies."""
+"""Depth maps of views."""
 
 from __future__ import annotations
 
@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from lippmann.cli.options import DATA_DIR, AsJson, DataDir, Frame, Key, Source, Url
+from lippmann.cli.options import Frame, Source
 from lippmann.client.connection import Connection
 from lippmann.errors import BadInput
-from lippmann.terminal.output import Talk
+from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
     from lippmann.local.depth import FoundDepth
@@ -18,31 +18,35 @@ if TYPE_CHECKING:
 
 def depth(
     file: Source,
-    out: Annotated[Path, typer.Option(help="PNG: colours. EXR: s, disparity, confidence or z. PFM: disparity.")],
+    out: Annotated[
+        Path,
+        typer.Option(
+            help="The file to write: PNG in false colours, EXR with depth and disparity, or PFM of disparity."
+        ),
+    ],
     truth: Annotated[
-        bool, typer.Option("--truth", help="What capture.depth found, in depth/ beside the master.")
+        bool, typer.Option("--truth", help="Write the ground truth that capture.depth stored in depth/.")
     ] = False,
-    u: Annotated[int | None, typer.Option("--u", help="Which view, from the left; with --v.")] = None,
-    v: Annotated[int | None, typer.Option("--v", help="Which view, from the top; with --u.")] = None,
+    u: Annotated[int | None, typer.Option("--u", help="The column of the view, from the left. It needs --v.")] = None,
+    v: Annotated[int | None, typer.Option("--v", help="The row of the view, from the top. It needs --u.")] = None,
     method: Annotated[
         Literal["tensor", "sweep"],
-        typer.Option(help="Of the estimate: lines in epipolar images, or a plane swept through the depths."),
+        typer.Option(help="The method: the structure tensor of epipolar images, or a plane sweep."),
     ] = "tensor",
-    reach: Annotated[int, typer.Option(min=1, help="How many views to each side the estimate looks at.")] = 2,
+    reach: Annotated[int, typer.Option(min=1, help="The number of views on each side that the estimate uses.")] = 2,
     between: Annotated[
         str | None,
-        typer.Option(
-            "--range", metavar="A:B", help="Between which depths the estimate looks, mm; colours reach as far."
-        ),
+        typer.Option("--range", metavar="A:B", help="The range of depths of the estimate and of the colours, mm."),
     ] = None,
-    border: Annotated[int, typer.Option(min=0, help="Pixels along each edge whose error does not count.")] = 5,
+    border: Annotated[
+        int, typer.Option(min=0, help="The pixels along each edge that the error statistics leave out.")
+    ] = 5,
     frame: Frame = None,
-    as_json: AsJson = False,
-    url: Url = None,
-    key: Key = None,
-    data_dir: DataDir = DATA_DIR,
+    *,
+    output: Output,
+    connection: Connection,
 ) -> None:
-    """Tell how deep what a view shows lies; an estimate is compared with the truth where it is there."""
+    """Compute the depth map of a view, and compare the estimate with the ground truth if there is one."""
     from lippmann.local.depth import depth_here
     from lippmann.local.files.open_master import lent_master
     from lippmann.local.numbers import numbers_of
@@ -50,7 +54,7 @@ def depth(
     if (u is None) != (v is None):
         raise BadInput("expected --u and --v, or neither for the view in the middle")
     far_near = numbers_of(between, ":", count=2, wanted="depths as A:B in mm") if between is not None else None
-    with lent_master(file, frame=frame, connection=Connection(url, key, data_dir), depth=True) as master:
+    with lent_master(file, frame=frame, connection=connection, depth=True) as master:
         found = depth_here(
             master,
             out,
@@ -61,10 +65,10 @@ def depth(
             range_mm=(far_near[0], far_near[1]) if far_near else None,
             border_px=border,
         )
-    Talk(as_json).result(_as_data(found, border), _text(found, border))
+    output.result(_data(found, border), _text(found, border))
 
 
-def _as_data(found: FoundDepth, border: int) -> dict[str, Any]:
+def _data(found: FoundDepth, border: int) -> dict[str, Any]:
     data: dict[str, Any] = {
         "file": str(found.file),
         "view": {"u": found.number[0], "v": found.number[1]},
@@ -92,7 +96,7 @@ def _text(found: FoundDepth, border: int) -> str:
         (
             str(found.file),
             f"BadPix {bad}; MSE x 100 {errors.mse_x100:.2f}; Q25 x 100 {errors.q25_x100:.2f}",
-            f"of the disparity in pitches a view, over {errors.pixels} pixels ({errors.pixels_percent:.0f} %) that show"
-            f" a surface and lie {border} px or more from the edge",
+            f"These are errors of the disparity in pitches a view, over {errors.pixels} pixels"
+            f" ({errors.pixels_percent:.0f} %) that show a surface and lie at least {border} px from the edge.",
         )
     )

@@ -1,40 +1,74 @@
-"""What a job will give, before anything is rendered."""
+"""The designer, and the sheet that calibrates a printer to an array."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
-from lippmann.cli.options import AsJson, Overrides
-from lippmann.terminal.output import Talk
+from lippmann.cli.options import Overrides
+from lippmann.terminal.output import Output
 
 
 def design(
-    job_file: Annotated[str | None, typer.Argument(metavar="[JOB]", help="A job file; - for stdin.")] = None,
-    preset: Annotated[str | None, typer.Option(help="A job of the paper: paper-still, paper-iv.")] = None,
+    job_file: Annotated[
+        str | None, typer.Argument(metavar="[JOB]", help="A job file, or - to read it from stdin.")
+    ] = None,
+    preset: Annotated[str | None, typer.Option(help="Take a job of the paper: paper-still or paper-iv.")] = None,
     scene: Annotated[
-        str | None, typer.Option(help="A scene that comes along, or a folder or zip of your own; before the job's.")
+        str | None,
+        typer.Option(help="A built-in scene, or a folder or zip with a scene. It replaces the scene of the job."),
     ] = None,
     frame: Annotated[
-        int | None, typer.Option(min=1, max=999_999, help="At which frame; the first one when not said.")
+        int | None,
+        typer.Option(min=1, max=999_999, help="The frame to compute. The default is the first frame of the job."),
     ] = None,
     svg: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the drawing of the bench there.", dir_okay=False)
+        Path | None,
+        typer.Option(metavar="FILE", help="Write a drawing of the optical bench to this file.", dir_okay=False),
     ] = None,
     overrides: Overrides = None,
-    as_json: AsJson = False,
+    *,
+    output: Output,
 ) -> None:
-    """Tell what a job will give: lens, image, views, display, depth budget, cost; renders nothing."""
+    """Compute what a job will produce, without rendering: image, views, display, depth budget and cost."""
     from lippmann.cli.text.design import design_text
     from lippmann.local.design import design_here
 
-    talk = Talk(as_json)
     found = design_here(
         job_file, overrides or (), preset=preset, scene=scene, frame=frame, with_drawing=svg is not None
     )
     if svg is not None and found.svg is not None:
         svg.write_text(found.svg + "\n", encoding="utf-8")
-        talk.note(f"the drawing is in {svg}")
-    talk.result(found.numbers.model_dump(mode="json"), design_text(found.numbers))
+        output.note(f"The drawing is in {svg}.")
+    output.result(found.numbers.model_dump(mode="json"), design_text(found.numbers))
+
+
+def calibration_sheet(
+    out: Annotated[
+        Path, typer.Option(help="The file to write: a .pdf of two pages, or a .tif or .png for each of the two pages.")
+    ],
+    pitch_mm: Annotated[float, typer.Option("--pitch-mm", help="The nominal pitch of the array, mm.")] = 1.0,
+    lattice: Annotated[Literal["square", "hexagonal"], typer.Option(help="The lattice of the array.")] = "square",
+    dpi: Annotated[float | None, typer.Option(help="The resolution of the printer, dots per inch.")] = None,
+    pitch_um: Annotated[
+        float | None,
+        typer.Option("--pitch-um", help="The pixel pitch of the printer in micrometres, instead of --dpi."),
+    ] = None,
+    range_percent: Annotated[
+        float, typer.Option("--range-percent", help="The largest deviation from the nominal pitch, percent.")
+    ] = 1.0,
+    steps: Annotated[int, typer.Option(help="The number of strips.")] = 21,
+    length_mm: Annotated[
+        float, typer.Option("--length-mm", help="The length of a strip, mm. A longer strip shows smaller deviations.")
+    ] = 150.0,
+    *,
+    output: Output,
+) -> None:
+    """Write a sheet of line strips that shows the true pitch of an array on a printer: one strip looks uniform."""
+    from lippmann.local.calibration_sheet import calibration_here
+
+    options = {"dpi": dpi, "pitch_um": pitch_um, "range_percent": range_percent, "steps": steps, "length_mm": length_mm}
+    files = [str(path) for path in calibration_here(out, pitch_mm=pitch_mm, lattice=lattice, options=options)]
+    output.result({"files": files}, "\n".join(files))

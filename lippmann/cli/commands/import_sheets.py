@@ -1,60 +1,74 @@
-"""Integral images from elsewhere."""
+"""Integral images that other programs or cameras made."""
 
 from __future__ import annotations
 
+import functools
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from lippmann.cli.options import AsJson
-from lippmann.terminal.output import Talk
+from lippmann.cli.options import OutputFolder
+from lippmann.errors import BadInput
+from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
     from lippmann.local.import_sheets import Imported
 
 
-def views(
+def import_sheets(
     files: Annotated[
-        list[Path], typer.Argument(metavar="FILE...", help="PNG, TIFF or EXR; several are frames of a sequence.")
+        list[Path],
+        typer.Argument(metavar="FILE...", help="PNG, TIFF or EXR files. Several files are the frames of a sequence."),
     ],
-    out: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("out"),
-    pitch_px: Annotated[float | None, typer.Option(help="Pixels across a lens, any number: 23.622.")] = None,
-    lattice: Annotated[Literal["square", "hexagonal"] | None, typer.Option(help="How lenses stand.")] = None,
+    out: OutputFolder = Path("out"),
+    pitch_px: Annotated[
+        float | None, typer.Option(help="The lens pitch, px. It need not be a whole number, for example 23.622.")
+    ] = None,
+    lattice: Annotated[Literal["square", "hexagonal"] | None, typer.Option(help="The lattice of the lenses.")] = None,
     row_pitch_px: Annotated[
-        float | None, typer.Option(help="From lens row to lens row, if not as on square pixels.")
+        float | None,
+        typer.Option(help="The distance between lens rows, px. The default is the one of a regular lattice."),
     ] = None,
-    rotation_deg: Annotated[float | None, typer.Option(help="Turn of the lens rows, clockwise.")] = None,
+    rotation_deg: Annotated[
+        float | None, typer.Option(help="The rotation of the lens rows, degrees clockwise.")
+    ] = None,
     offset_px: Annotated[
-        str | None, typer.Option(metavar="DOWN,RIGHT", help="Centre of the first whole lens, from the top left corner.")
+        str | None,
+        typer.Option(
+            metavar="DOWN,RIGHT", help="The centre of the first whole lens, px from the top left corner of the picture."
+        ),
     ] = None,
-    lens_count: Annotated[tuple[int, int] | None, typer.Option(metavar="ROWS COLS", help="How many lenses.")] = None,
+    lens_count: Annotated[
+        tuple[int, int] | None, typer.Option(metavar="ROWS COLS", help="The number of lens rows and columns.")
+    ] = None,
     first_row_shifted: Annotated[
-        bool, typer.Option("--first-row-shifted", help="Hexagonal: the first lens row stands further right.")
+        bool,
+        typer.Option("--first-row-shifted", help="The first row of a hexagonal lattice is shifted to the right."),
     ] = False,
-    px_per_lens: Annotated[int | None, typer.Option(help="Of the cells that are made of it.")] = None,
-    find_from: Annotated[Path | None, typer.Option(help="A white image through the same lenses.")] = None,
+    px_per_lens: Annotated[int | None, typer.Option(help="The pixels across a lens of the imported image.")] = None,
+    find_from: Annotated[
+        Path | None, typer.Option(help="Calibrate with this white image through the same lenses.")
+    ] = None,
     find: Annotated[bool, typer.Option("--find", help="Find the lenses in the first picture itself.")] = False,
     pseudoscopic: Annotated[
-        bool | None, typer.Option("--pseudoscopic/--orthoscopic", help="Depth is inside out, or as it should be.")
+        bool | None, typer.Option("--pseudoscopic/--orthoscopic", help="Whether depth is inverted.")
     ] = None,
     inverted: Annotated[
-        bool | None, typer.Option("--inverted/--upright", help="The picture is upside down, or not.")
+        bool | None, typer.Option("--inverted/--upright", help="Whether the picture is upside down.")
     ] = None,
-    pitch_mm: Annotated[float | None, typer.Option(help="Pitch of the lenses.")] = None,
-    focal_length_mm: Annotated[float | None, typer.Option(help="Focal length of the lenses, the gap.")] = None,
+    pitch_mm: Annotated[float | None, typer.Option(help="The pitch of the lenses, mm.")] = None,
+    focal_length_mm: Annotated[float | None, typer.Option(help="The focal length of the lenses, mm.")] = None,
     bundle: Annotated[
-        Path | None, typer.Option(help="Also write them here as a bundle for a job: lippmann scenes upload.")
+        Path | None, typer.Option(help="Also write a scene bundle for a job, for `lippmann scenes upload`.")
     ] = None,
-    as_json: AsJson = False,
+    *,
+    output: Output,
 ) -> None:
-    """Take integral images from elsewhere into the chain: whole cells, turned as they must be, and all their views.
-
-    `lippmann view`, without s, takes one view of what this leaves.
-    """
+    """Import integral images from elsewhere: rectify them, and write an orthoscopic master and all views."""
     from lippmann.local.import_sheets import Wanted, geometry_data, import_here, write_bundle
 
-    said: dict[str, Any] = {
+    options: dict[str, Any] = {
         "pitch_px": pitch_px,
         "lattice": lattice,
         "row_pitch_px": row_pitch_px,
@@ -68,21 +82,25 @@ def views(
         "pitch_mm": pitch_mm,
         "focal_length_mm": focal_length_mm,
     }
-    wanted = Wanted({name: value for name, value in said.items() if value is not None}, white=find_from, find=find)
+    wanted = Wanted({name: value for name, value in options.items() if value is not None}, white=find_from, find=find)
     imported = import_here(files, wanted, out=out)
     if bundle is not None:
         write_bundle(files, imported.lenses, bundle, title=files[0].stem)
-    talk = Talk(as_json)
     for note in imported.lenses.notes:
-        talk.note(f"note: {note}")
+        output.note(f"note: {note}")
     lenses = imported.lenses
     data = {"known_by": lenses.known_by, "agreement": lenses.agreement, "geometry": geometry_data(lenses)}
-    talk.result(data | {"files": [str(path) for path in imported.files]}, _told(imported))
+    output.result(data | {"files": [str(path) for path in imported.files]}, _text(imported))
+
+
+@functools.wraps(import_sheets)
+def views(**values: Any) -> None:
+    """Import integral images; this is the old name of `lippmann import`."""
+    values["output"].note("note: `lippmann views` is now `lippmann import`; the next release drops the old name")
+    import_sheets(**values)
 
 
 def _pair(text: str) -> tuple[float, float]:
-    from lippmann.errors import BadInput
-
     try:
         down, right = map(float, text.split(","))
     except ValueError as error:
@@ -90,9 +108,13 @@ def _pair(text: str) -> tuple[float, float]:
     return down, right
 
 
-def _told(imported: Imported) -> str:
+def _text(imported: Imported) -> str:
     lenses = imported.lenses
-    sure = f" (agreement {lenses.agreement:.2f} of 1)" if lenses.agreement is not None else ""
-    by = {"said": "as said", "white": "found in the white image", "picture": "found in the picture",
-          "header": "as its header says"}[lenses.known_by]  # fmt: skip
-    return "\n".join((f"{lenses.grid}: {by}{sure}", *map(str, imported.files)))
+    agreement = f" (agreement {lenses.agreement:.2f} of 1)" if lenses.agreement is not None else ""
+    source = {
+        "said": "as the options give it",
+        "white": "found in the white image",
+        "picture": "found in the picture",
+        "header": "as the header gives it",
+    }[lenses.known_by]
+    return "\n".join((f"{lenses.grid}: {source}{agreement}", *map(str, imported.files)))

@@ -1,4 +1,4 @@
-"""Keys: create, list, revoke; a link that logs a browser in."""
+"""Keys: create, list and revoke them, and links that log a browser in."""
 
 from __future__ import annotations
 
@@ -6,56 +6,57 @@ from typing import Annotated, Literal
 
 import typer
 
-from lippmann.cli.options import DATA_DIR, AsJson, DataDir, Key, Url
+from lippmann.cli.options import with_context
 from lippmann.client.connection import Connection
-from lippmann.terminal.output import Talk
+from lippmann.terminal.output import Output
 
-app = typer.Typer(help="Keys to the service, for admins.", no_args_is_help=True)
+app = typer.Typer(help="Manage the keys to the service. An admin key is needed.", no_args_is_help=True)
 
 
 @app.command()
+@with_context
 def create(
-    name: Annotated[str, typer.Argument(help="Whose key, or what for.")],
-    role: Annotated[Literal["viewer", "submitter", "admin"], typer.Option(help="What it may do.")] = "submitter",
-    as_json: AsJson = False,
-    url: Url = None,
-    key: Key = None,
-    data_dir: DataDir = DATA_DIR,
+    name: Annotated[str, typer.Argument(help="The name of the key: its owner or its purpose.")],
+    role: Annotated[Literal["viewer", "submitter", "admin"], typer.Option(help="The role of the key.")] = "submitter",
+    *,
+    output: Output,
+    connection: Connection,
 ) -> None:
-    """Make a key; it is shown this once."""
-    with Connection(url, key, data_dir).client() as client:
+    """Create a key. It is shown only once."""
+    with connection.client() as client:
         made = client.create_key(name, role)
-    Talk(as_json).note(f"key {made.id} ({made.role}) of {made.name}; keep it, it is not shown again:")
-    Talk(as_json).result(made.model_dump(mode="json"), made.key)
+    output.note(f"Key {made.id} ({made.role}) of {made.name}. Keep it, because it is not shown again:")
+    output.result(made.model_dump(mode="json"), made.key)
 
 
 @app.command("list")
-def list_keys(as_json: AsJson = False, url: Url = None, key: Key = None, data_dir: DataDir = DATA_DIR) -> None:
-    """List keys, without their secrets."""
+@with_context
+def list_keys(output: Output, connection: Connection) -> None:
+    """List the keys without their secrets."""
     from lippmann.cli.text.jobs import key_table
 
-    with Connection(url, key, data_dir).client() as client:
+    with connection.client() as client:
         found = client.keys()
-    Talk(as_json).result([one.model_dump(mode="json") for one in found], key_table(found))
+    output.result([one.model_dump(mode="json") for one in found], key_table(found))
 
 
 @app.command()
+@with_context
 def revoke(
-    key_id: Annotated[str, typer.Argument(help="The key's id, from `keys list`.")],
-    as_json: AsJson = False,
-    url: Url = None,
-    key: Key = None,
-    data_dir: DataDir = DATA_DIR,
+    key_id: Annotated[str, typer.Argument(help="The id of the key, as `keys list` shows it.")],
+    output: Output,
+    connection: Connection,
 ) -> None:
-    """Make a key useless at once."""
-    with Connection(url, key, data_dir).client() as client:
+    """Revoke a key and the browser sessions that it opened."""
+    with connection.client() as client:
         client.revoke_key(key_id)
-    Talk(as_json).result({"id": key_id, "revoked": True}, f"{key_id} revoked")
+    output.result({"id": key_id, "revoked": True}, f"Key {key_id} is revoked.")
 
 
 @app.command()
-def link(as_json: AsJson = False, url: Url = None, key: Key = None, data_dir: DataDir = DATA_DIR) -> None:
-    """Make a link that logs a browser in, once."""
-    with Connection(url, key, data_dir).client() as client:
+@with_context
+def link(output: Output, connection: Connection) -> None:
+    """Create a link that logs a browser in once."""
+    with connection.client() as client:
         made = client.login_link()
-    Talk(as_json).result(made.model_dump(mode="json"), made.url)
+    output.result(made.model_dump(mode="json"), made.url)

@@ -1,4 +1,4 @@
-"""Imaging lenses: what there is by name, and what a file holds."""
+"""Imaging lenses: the published ones by name, and those in files."""
 
 from __future__ import annotations
 
@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from lippmann.cli.options import AsJson
-from lippmann.terminal.output import Talk
+from lippmann.errors import BadInput
+from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
+    from lippmann.optics.lens.field_spots import FieldSpots
     from lippmann.optics.lens.surfaces import ImagingLens
 
 
@@ -18,42 +19,66 @@ def lens(
     name: Annotated[
         str | None,
         typer.Argument(
-            metavar="[NAME|FILE]", help="A lens by name, or a file (.json, .csv, .zmx); without it, all names."
+            metavar="[NAME|FILE]",
+            help="The name of a published lens, or a prescription file (.json, .csv, .zmx).",
         ),
     ] = None,
-    as_json: AsJson = False,
+    focal_length_mm: Annotated[
+        float | None,
+        typer.Option("--focal-length-mm", min=0.001, help="Scale a published lens to this focal length, mm."),
+    ] = None,
+    f_number: Annotated[
+        float | None,
+        typer.Option("--f-number", min=0.001, help="Set the stop to this f-number. The default is full aperture."),
+    ] = None,
+    *,
+    output: Output,
 ) -> None:
-    """Show an imaging lens: surfaces, focal length, f-number; as JSON, ready for a job."""
+    """Show an imaging lens: its surfaces, focal length, f-number and spots. With --json it is ready for a job."""
     from lippmann.cli.text.lens import lens_list, lens_text
+    from lippmann.optics.lens.field_spots import field_spots
     from lippmann.optics.lens.published import IMAGING_LENSES
 
     if name is None:
+        if focal_length_mm is not None or f_number is not None:
+            raise BadInput("expected --focal-length-mm and --f-number with the name of a lens, got no name")
         found = list(IMAGING_LENSES.values())
-        Talk(as_json).result(
-            [{"name": one.name, "title": one.title, **_numbers(one)} for one in found], lens_list(found)
-        )
+        output.result([{"name": one.name, "title": one.title, **_numbers(one)} for one in found], lens_list(found))
         return
-    chosen = _lens(name)
-    Talk(as_json).result(_data(chosen), lens_text(chosen))
+    chosen = _lens(name, focal_length_mm=focal_length_mm, f_number=f_number)
+    spots = field_spots(chosen)
+    output.result(_data(chosen, spots), lens_text(chosen, spots))
 
 
-def _lens(name: str) -> ImagingLens:
+def _lens(name: str, *, focal_length_mm: float | None, f_number: float | None) -> ImagingLens:
+    from lippmann.job.lens import NamedLens
+    from lippmann.job.rig import Rig
     from lippmann.local.files.lens import SUFFIXES, read_prescription
     from lippmann.optics.lens.check import check_lens
-    from lippmann.optics.lens.prescription import imaging_lens, lens_of
+    from lippmann.optics.lens.prescription import chosen_lens, imaging_lens, lens_of
+    from lippmann.optics.lens.stop import with_stop
 
-    if Path(name).suffix.lower() not in SUFFIXES:
-        return imaging_lens(name, field="NAME")
-    chosen = lens_of(read_prescription(Path(name)))
-    check_lens(chosen)
-    return chosen
+    if Path(name).suffix.lower() in SUFFIXES:
+        if focal_length_mm is not None:
+            raise BadInput("expected --focal-length-mm with the name of a published lens, got it with a file")
+        chosen = lens_of(read_prescription(Path(name)))
+        check_lens(chosen)
+    else:
+        chosen = imaging_lens(name, field="NAME")
+        if focal_length_mm is not None:
+            chosen = chosen_lens(NamedLens(name=name, focal_length_mm=focal_length_mm))
+    return with_stop(chosen, Rig(f_number=f_number))
 
 
-def _data(lens: ImagingLens) -> dict[str, Any]:
+def _data(lens: ImagingLens, spots: FieldSpots) -> dict[str, Any]:
     from lippmann.optics.lens.prescription import prescription_of
 
     prescription = prescription_of(lens).model_dump(mode="json", exclude_defaults=True)
-    return {"imaging_lens": prescription, **_numbers(lens)}
+    points = [
+        {"field_deg": angle, "rms_radius_mm": rms_mm}
+        for angle, rms_mm in zip(spots.angles_deg, spots.rms_mm, strict=True)
+    ]
+    return {"imaging_lens": prescription, **_numbers(lens), "spots": {"image_mm": spots.image_mm, "points": points}}
 
 
 def _numbers(lens: ImagingLens) -> dict[str, float]:

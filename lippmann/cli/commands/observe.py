@@ -1,4 +1,4 @@
-"""What an eye sees of a display."""
+"""What an observer sees of a display."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
-from lippmann.cli.options import DATA_DIR, AsJson, DataDir, Frame, Key, Source, Url
+from lippmann.cli.options import Frame, Source
 from lippmann.client.connection import Connection
 from lippmann.errors import BadInput
 from lippmann.job.viewing import EYES_APART_MM, MOVING_RAYS, PUPIL_MM, RAYS, REACH_MM, SIZE_PX
-from lippmann.terminal.output import Talk
+from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
     from lippmann.local.observe import Observed
@@ -21,59 +21,75 @@ if TYPE_CHECKING:
 def observe(
     file: Source,
     eye: Annotated[
-        str, typer.Option(metavar="X,Y,Z", help="Where the eye is, mm from the display's middle: right, up, in front.")
+        str,
+        typer.Option(
+            metavar="X,Y,Z", help="The position of the eye: mm to the right, up and in front of the display centre."
+        ),
     ],
-    out: Annotated[Path, typer.Option(help="The PNG to write; with --clip, the MP4.")],
+    out: Annotated[Path, typer.Option(help="The PNG file to write, or the MP4 file with --clip.")],
     stereo: Annotated[
         Literal["side_by_side", "cross_eyed", "anaglyph"] | None,
-        typer.Option(help="Two eyes beside the place of --eye."),
+        typer.Option(help="Compute a stereo picture of two eyes on both sides of --eye."),
     ] = None,
-    eye_distance_mm: Annotated[float, typer.Option("--eye-distance-mm", help="Between two eyes.")] = EYES_APART_MM,
+    eye_distance_mm: Annotated[
+        float, typer.Option("--eye-distance-mm", help="The distance between two eyes, mm.")
+    ] = EYES_APART_MM,
     clip: Annotated[
         Literal["horizontal", "vertical", "circle", "toward"] | None,
-        typer.Option(help="A clip; how the eye moves about its place."),
+        typer.Option(help="Write a clip in which the eye moves like this about its position."),
     ] = None,
-    reach_mm: Annotated[float, typer.Option("--reach-mm", help="How far the eye moves in a clip.")] = REACH_MM,
-    seconds: Annotated[float, typer.Option(help="Length of a clip.")] = 4.0,
-    fps: Annotated[float, typer.Option(help="Pictures a second of a clip.")] = 24.0,
+    reach_mm: Annotated[
+        float, typer.Option("--reach-mm", help="The distance that the eye moves from its position in a clip, mm.")
+    ] = REACH_MM,
+    seconds: Annotated[float, typer.Option(help="The length of a clip, s.")] = 4.0,
+    fps: Annotated[float, typer.Option(help="The frames per second of a clip.")] = 24.0,
     gap: Annotated[
         Literal["real", "virtual", "collimated"] | None,
-        typer.Option(help="The gap that `lippmann design` chooses for images of this kind."),
+        typer.Option(help="Use the gap that `lippmann design` chooses for images of this kind."),
     ] = None,
     gap_mm: Annotated[
-        float | None, typer.Option("--gap-mm", help="The gap, reduced; one focal length when none is said.")
+        float | None,
+        typer.Option("--gap-mm", help="The reduced gap, mm. The default is one focal length of the lenses."),
     ] = None,
     physical_gap_mm: Annotated[
-        float | None, typer.Option("--physical-gap-mm", help="The gap as built, substrate included.")
+        float | None, typer.Option("--physical-gap-mm", help="The gap as it is built, including the substrate, mm.")
     ] = None,
-    device: Annotated[bool, typer.Option("--device", help="On the pixels of the rig's device.")] = False,
-    pupil_mm: Annotated[float, typer.Option("--pupil-mm", help="Diameter of the pupil.")] = PUPIL_MM,
+    device: Annotated[
+        bool, typer.Option("--device", help="Show the picture on the pixels of the display device of the rig.")
+    ] = False,
+    pupil_mm: Annotated[float, typer.Option("--pupil-mm", help="The diameter of the pupil, mm.")] = PUPIL_MM,
     focus_mm: Annotated[
-        float, typer.Option("--focus-mm", help="The depth the eye focuses on, + in front of the display.")
+        float,
+        typer.Option("--focus-mm", help="The depth on which the eye focuses, mm. Positive is in front of the display."),
     ] = 0.0,
-    size: Annotated[int, typer.Option(help="Longer side of an eye's picture, px.")] = SIZE_PX,
+    size: Annotated[int, typer.Option(help="The longer side of the picture of one eye, px.")] = SIZE_PX,
     part: Annotated[
-        str | None, typer.Option(metavar="X,Y,W,H", help="A part of the display, mm: its middle, its width and height.")
+        str | None,
+        typer.Option(metavar="X,Y,W,H", help="Show only a part of the display: its centre, width and height, mm."),
     ] = None,
     rays: Annotated[
-        int | None, typer.Option(help=f"For every pixel; {RAYS}, in a clip {MOVING_RAYS}.", show_default=False)
+        int | None,
+        typer.Option(
+            help=f"The rays for every pixel. The default is {RAYS}, and {MOVING_RAYS} in a clip.", show_default=False
+        ),
     ] = None,
-    bare: Annotated[Literal["clear", "black"], typer.Option(help="What is where no lens is.")] = "clear",
-    surround: Annotated[Literal["black", "white"], typer.Option(help="What is beyond the pixels.")] = "black",
+    bare: Annotated[
+        Literal["clear", "black"], typer.Option(help="The areas of the display that no lens covers.")
+    ] = "clear",
+    surround: Annotated[Literal["black", "white"], typer.Option(help="The area outside the pixels.")] = "black",
     frame: Frame = None,
-    as_json: AsJson = False,
-    url: Url = None,
-    key: Key = None,
-    data_dir: DataDir = DATA_DIR,
+    *,
+    output: Output,
+    connection: Connection,
 ) -> None:
-    """Show what an eye sees of a print or panel under its lenses, with all that a display does wrong."""
+    """Simulate what an observer sees of a print or panel under its lenses, with pupil, pixels, gap and crosstalk."""
     from lippmann.lightfield.observer.looking import Looking
     from lippmann.local.display import GapWish, read_shown
     from lippmann.local.files.open_master import lent_master
     from lippmann.local.observe import Clip, Observer, clip_here, observe_here, part_of
     from lippmann.local.view import eye_at
 
-    if sum(said is not None for said in (gap, gap_mm, physical_gap_mm)) > 1:
+    if sum(choice is not None for choice in (gap, gap_mm, physical_gap_mm)) > 1:
         raise BadInput("expected at most one of --gap, --gap-mm and --physical-gap-mm, got more")
     rays = rays if rays is not None else MOVING_RAYS if clip else RAYS
     observer = Observer(
@@ -85,22 +101,23 @@ def observe(
         part_mm=part_of(part) if part is not None else None,
     )
     wish = GapWish(reduced_mm=gap_mm, physical_mm=physical_gap_mm, use=gap)
-    with lent_master(file, frame=frame, connection=Connection(url, key, data_dir)) as master:
+    with lent_master(file, frame=frame, connection=connection) as master:
         shown = read_shown(master, gap=wish, device=device, bare=bare, surround=surround)
     if clip is None:
         seen = observe_here(shown, out, observer)
     else:
         seen = clip_here(shown, out, observer, Clip(path=clip, reach_mm=reach_mm, seconds=seconds, fps=fps))
-    talk = Talk(as_json)
-    _notes(talk, seen)
-    talk.result({**asdict(seen), "file": str(seen.file)}, str(seen.file))
+    _print_notes(seen, output)
+    output.result({**asdict(seen), "file": str(seen.file)}, str(seen.file))
 
 
-def _notes(talk: Talk, seen: Observed) -> None:
+def _print_notes(seen: Observed, output: Output) -> None:
     if seen.own_share < 1:
-        talk.note(
-            f"note: {1 - seen.own_share:.0%} of the lenses show a neighbour's cell to an eye there; at its distance the"
-            f" viewing zone of a lens is {seen.viewing_zone_mm:.0f} mm wide"
+        output.note(
+            f"note: {1 - seen.own_share:.0%} of the lenses show a cell of a neighbour to an eye at this position;"
+            f" the viewing zone of a lens is {seen.viewing_zone_mm:.0f} mm wide at this distance"
         )
     if abs(seen.depths_times - 1) > 1e-6:
-        talk.note(f"note: the gap shows depths {seen.depths_times:.3g} times as deep as one of a focal length")
+        output.note(
+            f"note: this gap multiplies depths by {seen.depths_times:.3g} compared with a gap of one focal length"
+        )

@@ -1,4 +1,4 @@
-"""A capture into what is shown."""
+"""The conversion of a pseudoscopic capture."""
 
 from __future__ import annotations
 
@@ -7,55 +7,83 @@ from typing import Annotated, Literal
 
 import typer
 
-from lippmann.cli.options import AsJson
-from lippmann.terminal.output import Talk
+from lippmann.terminal.output import Output
 
 Lattice = Literal["square", "hexagonal"]
 
 
 def orthoscopic(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="A pseudoscopic EXR, PNG or TIFF: integral/0001.exr.")],
-    out: Annotated[Path, typer.Option(help="The EXR, PNG or TIFF to write.")],
-    px_per_lens: Annotated[int | None, typer.Option(help="Pixels across a lens, where no header says it.")] = None,
-    lens_count: Annotated[
-        tuple[int, int] | None, typer.Option(metavar="ROWS COLS", help="Lenses, where no header says it.")
+    file: Annotated[
+        Path,
+        typer.Argument(metavar="FILE", help="A pseudoscopic EXR, PNG or TIFF file, for example integral/0001.exr."),
+    ],
+    out: Annotated[Path, typer.Option(help="The EXR, PNG or TIFF file to write.")],
+    px_per_lens: Annotated[
+        int | None, typer.Option(help="The pixels across a lens. It is needed if no header gives it.")
     ] = None,
-    lattice: Annotated[Lattice | None, typer.Option(help="With these two; square when nothing is said.")] = None,
+    lens_count: Annotated[
+        tuple[int, int] | None,
+        typer.Option(
+            metavar="ROWS COLS", help="The number of lens rows and columns. It is needed if no header gives it."
+        ),
+    ] = None,
+    lattice: Annotated[
+        Lattice | None, typer.Option(help="The lattice for --px-per-lens and --lens-count. The default is square.")
+    ] = None,
     turn_sheet: Annotated[
         bool | None,
         typer.Option(
             "--turn-sheet/--keep-sheet",
-            help="Whether an imaging lens turned the picture upside down; else as the header says, else not.",
+            help="Whether an imaging lens inverted the picture. The default is as the header says, or else no.",
             show_default=False,
         ),
     ] = None,
     pitch_mm: Annotated[
-        float | None, typer.Option("--pitch-mm", help="Of the capture's lenses, where no header says it.")
+        float | None,
+        typer.Option("--pitch-mm", help="The pitch of the capture's lenses, mm. It is needed if no header gives it."),
     ] = None,
     gap_mm: Annotated[
-        float | None, typer.Option("--gap-mm", help="Their focal length, where no header says it.")
+        float | None,
+        typer.Option(
+            "--gap-mm", help="The focal length of the capture's lenses, mm. It is needed if no header gives it."
+        ),
     ] = None,
-    display_lattice: Annotated[Lattice | None, typer.Option(help="Of another display.")] = None,
+    display_lattice: Annotated[Lattice | None, typer.Option(help="The lattice of the other display.")] = None,
     display_count: Annotated[
-        tuple[int, int] | None, typer.Option(metavar="ROWS COLS", help="Its lenses; else as many on the same area.")
+        tuple[int, int] | None,
+        typer.Option(
+            metavar="ROWS COLS",
+            help="The number of lens rows and columns of the other display. The default covers the same area.",
+        ),
     ] = None,
-    display_pitch_mm: Annotated[float | None, typer.Option("--display-pitch-mm", help="Of its lenses.")] = None,
-    display_px_per_lens: Annotated[int | None, typer.Option(help="Pixels across one of them.")] = None,
+    display_pitch_mm: Annotated[
+        float | None, typer.Option("--display-pitch-mm", help="The lens pitch of the other display, mm.")
+    ] = None,
+    display_px_per_lens: Annotated[
+        int | None, typer.Option(help="The pixels across a lens of the other display.")
+    ] = None,
     display_gap_mm: Annotated[
-        float | None, typer.Option("--display-gap-mm", help="From its lenses to its pixels, reduced.")
+        float | None, typer.Option("--display-gap-mm", help="The reduced gap of the other display, mm.")
     ] = None,
     distance_mm: Annotated[
-        float | None, typer.Option("--distance-mm", help="How far in front of the capture's own display it stands.")
+        float | None,
+        typer.Option(
+            "--distance-mm", help="The distance of the other display in front of the capture's own display, mm."
+        ),
     ] = None,
     reference_mm: Annotated[
-        float | None, typer.Option("--reference-mm", help="The depth that is kept exactly; else the scene's plane.")
+        float | None,
+        typer.Option(
+            "--reference-mm", help="The depth that SPOC keeps exactly, mm. The default is the scene's reference plane."
+        ),
     ] = None,
     bits: Annotated[
-        Literal["8", "16"] | None, typer.Option(help="A channel, of an EXR made into a PNG or a TIFF.")
+        Literal["8", "16"] | None, typer.Option(help="The bits of each channel of a PNG or TIFF made from an EXR.")
     ] = None,
-    as_json: AsJson = False,
+    *,
+    output: Output,
 ) -> None:
-    """Make a pseudoscopic integral image orthoscopic: by the half-turn, or by SPOC for another display."""
+    """Convert a pseudoscopic integral image to an orthoscopic one, by half-turns or by SPOC for another display."""
     from lippmann.local.lens_options import said_lenses
     from lippmann.local.orthoscopic import Capture, display_of, orthoscopic_here
 
@@ -87,4 +115,4 @@ def orthoscopic(
         },
         "size_px": [layout.rows, layout.cols],
     }
-    Talk(as_json).result(data, f"{made.file}: {layout}, by {made.method}")
+    output.result(data, f"{made.file}: {layout}, by {made.method}")

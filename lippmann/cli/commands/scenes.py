@@ -1,4 +1,4 @@
-"""Scenes: list, show, upload."""
+"""Scenes: list, show and upload them, and capture one frame without a farm."""
 
 from __future__ import annotations
 
@@ -7,54 +7,79 @@ from typing import Annotated
 
 import typer
 
-from lippmann.cli.options import DATA_DIR, AsJson, DataDir, Key, Url
+from lippmann.cli.options import OutputFolder, Overrides, with_context
 from lippmann.client.connection import Connection
-from lippmann.terminal.output import Talk
+from lippmann.terminal.output import Output
 
-app = typer.Typer(help="Scenes that jobs can ask for.", no_args_is_help=True)
+app = typer.Typer(help="List, show and upload scenes.", no_args_is_help=True)
 
 
 @app.command("list")
-def list_scenes(as_json: AsJson = False, url: Url = None, key: Key = None, data_dir: DataDir = DATA_DIR) -> None:
-    """List the scenes that jobs can ask for."""
+@with_context
+def list_scenes(output: Output, connection: Connection) -> None:
+    """List the scenes of the service."""
     from lippmann.cli.text.jobs import scene_table
 
-    with Connection(url, key, data_dir).client() as client:
+    with connection.client() as client:
         found = list(client.scenes())
-    Talk(as_json).result([scene.model_dump(mode="json") for scene in found], scene_table(found))
+    output.result([scene.model_dump(mode="json") for scene in found], scene_table(found))
 
 
 @app.command()
+@with_context
 def show(
-    name: Annotated[str, typer.Argument(help="The scene's name.")],
-    as_json: AsJson = False,
-    url: Url = None,
-    key: Key = None,
-    data_dir: DataDir = DATA_DIR,
+    name: Annotated[str, typer.Argument(help="The name of the scene.")], output: Output, connection: Connection
 ) -> None:
     """Show a scene and its parameters."""
     from lippmann.cli.text.jobs import scene_text
 
-    with Connection(url, key, data_dir).client() as client:
+    with connection.client() as client:
         scene = client.scene(name)
-    Talk(as_json).result(scene.model_dump(mode="json"), scene_text(scene))
+    output.result(scene.model_dump(mode="json"), scene_text(scene))
 
 
 @app.command()
+@with_context
 def upload(
     bundle: Annotated[
-        Path, typer.Argument(metavar="BUNDLE", help="A folder or zip with scene.toml and the scene it names.")
+        Path, typer.Argument(metavar="BUNDLE", help="A folder or zip with scene.toml and the files of the scene.")
     ],
-    name: Annotated[str | None, typer.Option(help="Its name for jobs; else that of the folder.")] = None,
-    as_json: AsJson = False,
-    url: Url = None,
-    key: Key = None,
-    data_dir: DataDir = DATA_DIR,
+    name: Annotated[
+        str | None, typer.Option(help="The name of the scene in jobs. The default is the name of the folder or zip.")
+    ] = None,
+    *,
+    output: Output,
+    connection: Connection,
 ) -> None:
-    """Give the service a scene of your own."""
+    """Upload a scene to the service."""
     from lippmann.local.files.bundle import read_bundle
 
     data = read_bundle(bundle)
-    with Connection(url, key, data_dir).client() as client:
+    with connection.client() as client:
         scene = client.upload_scene(name or bundle.resolve().stem, data)
-    Talk(as_json).result(scene.model_dump(mode="json"), f"{scene.name} is there ({scene.digest[:12]})")
+    output.result(scene.model_dump(mode="json"), f"The scene {scene.name} is uploaded ({scene.digest[:12]}).")
+
+
+def capture(
+    scene: Annotated[
+        str | None,
+        typer.Argument(metavar="[SCENE]", help="A built-in scene, or a folder or zip with a scene."),
+    ] = None,
+    job_file: Annotated[
+        str | None, typer.Option("--job", metavar="JOB.json", help="A job file, or - to read it from stdin.")
+    ] = None,
+    frame: Annotated[int, typer.Option(min=1, max=999_999, help="The frame to render.")] = 1,
+    out: OutputFolder = Path("out"),
+    overrides: Overrides = None,
+    *,
+    output: Output,
+) -> None:
+    """Render one frame on this machine, without a farm, with the same code as a worker."""
+    from lippmann.local.capture import capture_here
+
+    captured = capture_here(scene, job_file, overrides or (), frame=frame, out=out)
+    for note in captured.notes:
+        output.note(f"note: {note}")
+    files = [str(path) for path in captured.files]
+    data = {"frame": frame, "files": files, "notes": list(captured.notes), "seconds": round(captured.seconds, 2)}
+    output.result(data, "\n".join(files))

@@ -1,4 +1,4 @@
-"""What an integral image gives: views and refocused pictures."""
+"""Views and refocused pictures of an integral image."""
 
 from __future__ import annotations
 
@@ -7,43 +7,53 @@ from typing import Annotated, Literal
 
 import typer
 
-from lippmann.cli.options import DATA_DIR, AsJson, DataDir, Frame, Key, Source, Url
+from lippmann.cli.options import Frame, Source
 from lippmann.client.connection import Connection
 from lippmann.errors import BadInput
 from lippmann.job.viewing import Filter
-from lippmann.terminal.output import Talk
+from lippmann.terminal.output import Output
 
-Scale = Annotated[float | None, typer.Option(metavar="FACTOR", help="Write it so many times as large.")]
-Size = Annotated[int | None, typer.Option(metavar="PX", help="Write it with so many px on the longer side.")]
-FilterName = Annotated[Filter, typer.Option("--filter", help="By which it comes to another size.")]
-PxPerLens = Annotated[int | None, typer.Option("--px-per-lens", metavar="N", help="Of the picture, from the sheet.")]
+Scale = Annotated[float | None, typer.Option(metavar="FACTOR", help="Enlarge or reduce the picture by this factor.")]
+Size = Annotated[
+    int | None, typer.Option(metavar="PX", help="Enlarge or reduce the picture to this many pixels on its longer side.")
+]
+FilterName = Annotated[Filter, typer.Option("--filter", help="The resampling filter for --scale and --size.")]
+PxPerLens = Annotated[
+    int | None, typer.Option("--px-per-lens", metavar="N", help="The pixels that the picture has for each lens.")
+]
 
 
 def view(
     file: Source,
-    out: Annotated[Path, typer.Option(help="The PNG to write.")],
-    u: Annotated[int | None, typer.Option("--u", help="Which view, from the left; with --v.")] = None,
-    v: Annotated[int | None, typer.Option("--v", help="Which view, from the top; with --u.")] = None,
-    centre: Annotated[bool, typer.Option("--centre", help="The view in the middle.")] = False,
+    out: Annotated[Path, typer.Option(help="The PNG file to write.")],
+    u: Annotated[int | None, typer.Option("--u", help="The column of the view, from the left. It needs --v.")] = None,
+    v: Annotated[int | None, typer.Option("--v", help="The row of the view, from the top. It needs --u.")] = None,
+    centre: Annotated[bool, typer.Option("--centre", help="Take the central view.")] = False,
     eye: Annotated[
         str | None,
-        typer.Option(metavar="X,Y,Z", help="What an eye sees, mm from the middle of the display: right, up, in front."),
+        typer.Option(
+            metavar="X,Y,Z",
+            help="Compute what an eye sees at this position: mm to the right, up and in front of the display centre.",
+        ),
     ] = None,
     depth_mm: Annotated[
         float | None,
-        typer.Option("--depth-mm", metavar="S", help="Several pixels a lens, joined up at this depth, + in front."),
+        typer.Option(
+            "--depth-mm",
+            metavar="S",
+            help="Use several pixels of each lens, joined at this depth, mm. Positive is in front of the display.",
+        ),
     ] = None,
     px_per_lens: PxPerLens = None,
     scale: Scale = None,
     size: Size = None,
     filter_name: FilterName = "lanczos3",
     frame: Frame = None,
-    as_json: AsJson = False,
-    url: Url = None,
-    key: Key = None,
-    data_dir: DataDir = DATA_DIR,
+    *,
+    output: Output,
+    connection: Connection,
 ) -> None:
-    """Take one view of an integral image, what an eye sees of it, or a view that joins up at a depth."""
+    """Extract one view of an integral image, or compute what an eye sees of it."""
     from lippmann.local.files.open_master import lent_master
     from lippmann.local.picture_size import PictureSize
     from lippmann.local.view import depth_view_here, eye_here, view_here
@@ -56,45 +66,52 @@ def view(
     if px_per_lens is not None and depth_mm is None:
         raise BadInput("expected --px-per-lens with --depth-mm only: a view has one pixel a lens")
     wanted = PictureSize(scale=scale, longer_px=size, filter_name=filter_name)
-    with lent_master(file, frame=frame, connection=Connection(url, key, data_dir)) as master:
+    with lent_master(file, frame=frame, connection=connection) as master:
         if eye is not None:
             seen = eye_here(master, out, place_mm=eye, size=wanted)
         elif depth_mm is not None:
             seen = depth_view_here(master, out, number=number, depth_mm=depth_mm, px_per_lens=px_per_lens, size=wanted)
         else:
             seen = view_here(master, out, number=number, size=wanted)
-    talk = Talk(as_json)
     if seen.dark_lenses:
-        talk.note(f"note: {seen.dark_lenses} lenses are dark: their light for this eye lies outside their own cell")
+        output.note(
+            f"note: {seen.dark_lenses} lenses are dark, because their light for this eye lies outside their own cell"
+        )
     data = {"file": str(seen.file), "rows": seen.rows, "cols": seen.cols, "dark_lenses": seen.dark_lenses}
-    talk.result(data, str(seen.file))
+    output.result(data, str(seen.file))
 
 
 def refocus(
     file: Source,
-    out: Annotated[Path, typer.Option(help="The PNG to write; for a stack, the folder.")],
+    out: Annotated[Path, typer.Option(help="The PNG file to write, or the folder of a focal stack.")],
     depth_mm: Annotated[
-        float | None, typer.Option("--depth-mm", metavar="S", help="Where to focus, + in front of the display.")
+        float | None,
+        typer.Option("--depth-mm", metavar="S", help="The depth to focus on, mm. Positive is in front of the display."),
     ] = None,
     stack: Annotated[
-        str | None, typer.Option(metavar="A:B:STEP", help="A picture for each of these depths, mm.")
+        str | None,
+        typer.Option(metavar="A:B:STEP", help="Write a focal stack: one picture for each of these depths, mm."),
     ] = None,
-    extended: Annotated[bool, typer.Option("--extended", help="One picture, sharp at all depths of --stack.")] = False,
+    extended: Annotated[
+        bool, typer.Option("--extended", help="Write one all-in-focus picture of the depths of --stack.")
+    ] = False,
     method: Annotated[
         Literal["shift_and_sum", "ciir"],
-        typer.Option(help="Views shifted and added, one pixel a lens; or cells magnified and laid over each other."),
+        typer.Option(
+            help="The method: shift_and_sum adds shifted views (one pixel a lens), and ciir superimposes magnified"
+            " elemental images."
+        ),
     ] = "shift_and_sum",
     px_per_lens: PxPerLens = None,
     scale: Scale = None,
     size: Size = None,
     filter_name: FilterName = "lanczos3",
     frame: Frame = None,
-    as_json: AsJson = False,
-    url: Url = None,
-    key: Key = None,
-    data_dir: DataDir = DATA_DIR,
+    *,
+    output: Output,
+    connection: Connection,
 ) -> None:
-    """Focus an integral image anew at a depth, at many, or at all of them."""
+    """Refocus an integral image at one depth, as a focal stack, or all in focus."""
     from lippmann.local.files.open_master import lent_master
     from lippmann.local.picture_size import PictureSize
     from lippmann.local.refocus import Focusing, depths_of, refocus_here, stack_here
@@ -102,16 +119,17 @@ def refocus(
     if (depth_mm is None) == (stack is None) or (extended and stack is None):
         raise BadInput("expected either --depth-mm, or --stack, with or without --extended")
     if extended and method == "ciir":
-        # What CIIR has out of focus near the display is a pattern of cells, which counts as sharp.
+        # Near the display, CIIR turns what is out of focus into a pattern of cells, which the focus measure takes for
+        # detail.
         raise BadInput("expected --extended with --method shift_and_sum, got ciir")
     depths_mm = (depth_mm,) if depth_mm is not None else depths_of(stack or "")
     wanted = PictureSize(scale=scale, longer_px=size, filter_name=filter_name)
     focusing = Focusing(method=method, px_per_lens=px_per_lens, size=wanted)
-    with lent_master(file, frame=frame, connection=Connection(url, key, data_dir)) as master:
+    with lent_master(file, frame=frame, connection=connection) as master:
         if stack is not None and not extended:
             files = [str(path) for path in stack_here(master, out, depths_mm=depths_mm, focusing=focusing)]
         else:
             refocus_here(master, out, depths_mm=depths_mm, focusing=focusing)
             files = [str(out)]
     data = {"files": files, "depths_mm": depths_mm, "extended": extended, "method": method}
-    Talk(as_json).result(data, "\n".join(files))
+    output.result(data, "\n".join(files))

@@ -11,6 +11,7 @@ from lippmann.optics.lens.stop import f_number, stop_place_mm
 from lippmann.terminal.table import fields, table
 
 if TYPE_CHECKING:
+    from lippmann.optics.lens.field_spots import FieldSpots
     from lippmann.optics.lens.surfaces import ImagingLens, Surface
 
 
@@ -23,8 +24,8 @@ def lens_list(lenses: Iterable[ImagingLens]) -> str:
     return table(("name", "efl mm", "f-number", "title"), rows)
 
 
-def lens_text(lens: ImagingLens) -> str:
-    """Return a lens with its surfaces."""
+def lens_text(lens: ImagingLens, spots: FieldSpots) -> str:
+    """Return a lens with its surfaces and its spots."""
     points = cardinal_points(lens)
     head = fields(
         [
@@ -34,16 +35,25 @@ def lens_text(lens: ImagingLens) -> str:
             ("focal length", f"{points.effective_focal_length_mm:.4f} mm"),
             ("back focal distance", f"{points.back_focal_distance_mm:.4f} mm behind the last surface"),
             ("front focal distance", f"{points.front_focal_distance_mm:.4f} mm behind surface 1"),
-            ("f-number", f"{f_number(lens):.3f} at full aperture"),
+            ("f-number", f"{f_number(lens):.3f}{' at full aperture' if lens.stop is None else ''}"),
             (
                 "stop",
-                f"{stop_place_mm(lens):.3f} mm behind surface 1" + ("" if lens.stop_z_mm is not None else " (chosen)"),
+                f"{stop_place_mm(lens):.3f} mm behind surface 1{'' if lens.stop_z_mm is not None else ' (chosen)'}",
             ),
         ]
     )
     columns = ("surface", "radius mm", "thickness mm", "index", "v-no", "sa mm", "conic", "r^4, ...")
     rows = [(number, *_row(surface)) for number, surface in enumerate(lens.surfaces, start=1)]
-    return f"{head}\n\n{table(columns, rows)}"
+    return f"{head}\n\n{table(columns, rows)}\n\n{_spots_text(spots)}"
+
+
+def _spots_text(spots: FieldSpots) -> str:
+    rows = [
+        (f"{angle:g}", "no light" if rms_mm is None else f"{rms_mm:.4g}")
+        for angle, rms_mm in zip(spots.angles_deg, spots.rms_mm, strict=True)
+    ]
+    head = f"Spots of distant points, {spots.image_mm:.4f} mm behind the last surface (the best plane on the axis):"
+    return f"{head}\n{table(('field degrees', 'rms radius mm'), rows)}"
 
 
 def _row(surface: Surface) -> tuple[str, ...]:

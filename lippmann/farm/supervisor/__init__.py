@@ -1,17 +1,17 @@
 """The one-machine farm: a broker, the service and a worker that live and end together.
 
-farm      the farm as others use it: starts a keeper, hears from it, ends it
-plan      what a farm is: folder, address, slots
-__main__  the keeper as a process of its own
-keeper    starts the children in order, starts them anew, ends them
-children  the command lines of the three
-child     one child: its process, its log, its pauses
-broker    where a Valkey or Redis server is, and how it is told
-logs      a child's log, bounded
-kin       processes below this one: none outlives it
-folder    the data folder: can be written, has room, one farm only
+farm         starts a supervisor, receives its events and stops it
+plan         what a farm is: folder, address, slots
+__main__     the supervisor as a process
+supervisor   starts the children in order, restarts them, stops them
+children     the command lines of the three children
+child        one child: its process, its log, its pauses
+broker       where a Valkey or Redis server is, and its command line
+logs         the bounded log of a child
+descendants  the processes below this one, which must not outlive it
+folder       the data folder: it is writable, has free space, and belongs to one farm
 
-Three things keep a farm from leaving anything behind. The kernel kills every child when its parent dies. The keeper
-hears the end of whoever started it (its stdin closes), and adopts and kills whatever lost its parent. Who started it
-does the same for the keeper.
+Three mechanisms keep a farm from leaving processes behind. The kernel kills every child when its parent dies. The
+supervisor sees the end of the process that started it, because its stdin closes, and it adopts and kills orphaned
+processes. The process that started the supervisor does the same for the supervisor.
 """

@@ -1,4 +1,4 @@
-"""The keeper as a process of its own: `python -m lippmann.farm.supervisor PLAN`, started by `supervisor.farm`."""
+"""The supervisor as a process: `python -m lippmann.farm.supervisor PLAN`, started by `supervisor.farm`."""
 
 from __future__ import annotations
 
@@ -15,31 +15,31 @@ from lippmann.farm.supervisor.descendants import adopt_orphans
 from lippmann.farm.supervisor.folder import data_folder
 from lippmann.farm.supervisor.logs import BoundedLog
 from lippmann.farm.supervisor.plan import FarmPlan
-from lippmann.farm.supervisor.supervisor import Keeper, tell
+from lippmann.farm.supervisor.supervisor import Supervisor, send_event
 
 
 def main() -> int:
-    """Keep the farm in the first argument."""
+    """Run the farm in the first argument."""
     adopt_orphans()
     try:
-        _keep(FarmPlan.from_json(sys.argv[1]))
+        _run(FarmPlan.from_json(sys.argv[1]))
     except LippmannError as error:
-        tell("failed", message=error.message, code=error.code)
+        send_event("failed", message=error.message, code=error.code)
         return 1
     except OSError as error:
-        tell("failed", message=f"expected to run a farm, got: {error}", code=FarmFailed.code)
+        send_event("failed", message=f"expected to run a farm, got: {error}", code=FarmFailed.code)
         return 1
     return 0
 
 
-def _keep(plan: FarmPlan) -> None:
+def _run(plan: FarmPlan) -> None:
     server = broker.find_server()
     with ExitStack() as stack:
         stack.enter_context(data_folder(plan.data_dir))
         listening = stack.enter_context(listening_socket(plan.host, plan.port))
         socket = broker.socket_path(plan.broker_dir)
         _make_folders(plan, socket)
-        # The lock says that no other farm runs here: a socket or farm file that is there is left over.
+        # The lock shows that no other farm runs here, so an existing socket or farm file is a leftover.
         socket.unlink(missing_ok=True)
         stack.callback(broker.clear_socket, socket, plan.broker_dir)
         remove_farm_file(plan.data_dir)
@@ -47,7 +47,8 @@ def _keep(plan: FarmPlan) -> None:
         url = url_of(listening)
         plans = children.child_plans(plan, server=server, socket=socket, listen_fd=listening.fileno(), url=url)
         farm = [Child(one, BoundedLog(plan.log_dir / f"{one.name}.log")) for one in plans]
-        Keeper(farm).run(needed=(children.BROKER, children.SERVICE), when_ready=lambda: _say_ready(plan, url))
+        needed = (children.BROKER, children.SERVICE)
+        Supervisor(farm).run(needed=needed, when_ready=lambda: _announce(plan, url))
 
 
 def _make_folders(plan: FarmPlan, socket: Path) -> None:
@@ -58,10 +59,10 @@ def _make_folders(plan: FarmPlan, socket: Path) -> None:
         raise BadInput(f"expected a data folder that can be written, got {plan.data_dir}: {error}") from error
 
 
-def _say_ready(plan: FarmPlan, url: str) -> None:
+def _announce(plan: FarmPlan, url: str) -> None:
     address = Address(url=url, key=plan.key_file.read_text().strip())
     write_farm_file(plan.data_dir, address)
-    tell("ready", url=url, key=address.key)
+    send_event("ready", url=url, key=address.key)
 
 
 if __name__ == "__main__":

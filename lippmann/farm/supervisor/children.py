@@ -13,11 +13,12 @@ from lippmann.farm.supervisor.plan import FarmPlan
 BROKER, SERVICE, WORKER = "broker", "service", "worker"
 
 SERVICE_READY = "The service listens"
-"""What `lippmann serve` says when it answers."""
+"""The line that `lippmann serve` prints when it accepts requests."""
 WORKER_READY = " ready."
-"""What Celery says when it takes orders."""
+"""The text that Celery prints when it accepts orders."""
 
-_LIPPMANN = (sys.executable, "-P", "-m", "lippmann.cli.main")  # -P: a folder `worker` where one stands is not ours
+_LIPPMANN = (sys.executable, "-P", "-m", "lippmann.cli.main")
+# With -P, a folder `worker` in the current folder is not imported instead of ours.
 
 
 def child_plans(plan: FarmPlan, *, server: Path, socket: Path, listen_fd: int, url: str) -> tuple[ChildPlan, ...]:
@@ -36,7 +37,7 @@ def child_plans(plan: FarmPlan, *, server: Path, socket: Path, listen_fd: int, u
             ready_text=SERVICE_READY,
             grace_s=8.0,
             environment=environment,
-            handed_over=(listen_fd,),
+            passed_descriptors=(listen_fd,),
         ),
         ChildPlan(
             name=WORKER,
@@ -49,7 +50,7 @@ def child_plans(plan: FarmPlan, *, server: Path, socket: Path, listen_fd: int, u
 
 
 def farm_environment(plan: FarmPlan, *, socket: Path, url: str) -> Mapping[str, str]:
-    """Return what service and worker are told."""
+    """Return the environment of the service and the worker."""
     return {
         "LIPPMANN_DATA_DIR": str(plan.data_dir.resolve()),
         "LIPPMANN_REDIS_URL": f"unix://{socket}",

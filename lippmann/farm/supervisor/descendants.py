@@ -1,4 +1,4 @@
-"""Processes below this one: none outlives it. Linux only (prctl, /proc)."""
+"""The processes below this one, which must not outlive it. Linux only (prctl, /proc)."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ _LIBC = ctypes.CDLL(None, use_errno=True)
 
 
 def adopt_orphans() -> None:
-    """Let processes below this one that lose their parent become children of this one, instead of init's."""
+    """Let orphans below this process become its children instead of children of init."""
     _LIBC.prctl(_PR_SET_CHILD_SUBREAPER, 1, 0, 0, 0)
 
 
 def dying_with(parent: int) -> Callable[[], None]:
-    """Return what a child calls before its program starts, so that the kernel kills it when `parent` dies."""
+    """Return a function for a new child to call, so that the kernel kills the child when `parent` dies."""
 
     def prepare() -> None:
         _LIBC.prctl(_PR_SET_PDEATHSIG, signal.SIGKILL, 0, 0, 0)
-        if os.getppid() != parent:  # it died before the kernel was told
+        if os.getppid() != parent:  # The parent died before the call.
             os._exit(1)
 
     return prepare
 
 
 def descendants(pid: int) -> set[int]:
-    """Return every process below a process, itself not counted."""
+    """Return every process below a process, without the process itself."""
     children: dict[int, list[int]] = {}
     for child, parent in _parents():
         children.setdefault(parent, []).append(child)
@@ -47,7 +47,7 @@ def descendants(pid: int) -> set[int]:
 
 
 def kill(pids: Set[int]) -> None:
-    """End processes at once, those that are there."""
+    """Kill those of the processes that exist."""
     for pid in pids:
         try:
             os.kill(pid, signal.SIGKILL)
@@ -56,18 +56,18 @@ def kill(pids: Set[int]) -> None:
 
 
 def kill_all_below(*, within_s: float = 5.0) -> bool:
-    """End every process below this one, and reap; return whether none is left."""
+    """Kill and reap every process below this one; return whether none is left."""
     until = time.monotonic() + within_s
     while time.monotonic() < until:
         kill(descendants(os.getpid()))
         if not _reap():
             return True
-        time.sleep(0.01)  # killed processes end soon; new orphans arrive as their parents end
+        time.sleep(0.01)  # Killed processes end soon, and new orphans arrive as their parents end.
     return False
 
 
 def _reap() -> bool:
-    """Reap what has ended; return whether children are left."""
+    """Reap the children that have ended; return whether any are left."""
     try:
         while os.waitpid(-1, os.WNOHANG)[0]:
             pass
@@ -81,7 +81,7 @@ def _parents() -> Iterator[tuple[int, int]]:
         if entry.name.isdigit():
             try:
                 stat = (entry / "stat").read_text("utf-8", "replace")
-            except OSError:  # it ended meanwhile
+            except OSError:  # The process has ended meanwhile.
                 continue
-            # pid (name) state parent ...; the name may hold spaces and brackets
+            # The line is "pid (name) state parent ...", and the name may hold spaces and brackets.
             yield int(entry.name), int(stat.rpartition(")")[2].split()[1])

@@ -1,4 +1,4 @@
-"""The farm as others use it: starts a keeper, hears from it, ends it."""
+"""A one-machine farm as a context: it starts a supervisor, receives its events and stops it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lippmann.farm.supervisor.descendants import adopt_orphans, kill_all_below
 from lippmann.farm.supervisor.plan import FarmPlan
 
 KILL_WITHIN_S = 10.0
-"""How long a keeper may take to end everything at once."""
+"""How long a supervisor may take to kill all its processes, s."""
 
 Listener = Callable[[Mapping[str, Any]], None]
 
@@ -24,17 +24,17 @@ Listener = Callable[[Mapping[str, Any]], None]
 class Farm:
     """A farm that was started."""
 
-    def __init__(self, keeper: subprocess.Popen[str], on_event: Listener) -> None:
+    def __init__(self, supervisor: subprocess.Popen[str], on_event: Listener) -> None:
         self.address = Address(url="", key="")
-        """Where the service is, once the farm is up."""
-        self._keeper = keeper
-        self._words = cast(IO[str], keeper.stdin)
-        self._answers = cast(IO[str], keeper.stdout)
+        """The address of the service, once the farm is up."""
+        self._supervisor = supervisor
+        self._commands = cast(IO[str], supervisor.stdin)
+        self._events = cast(IO[str], supervisor.stdout)
         self._on_event = on_event
-        self._up_or_over = threading.Event()
-        self._over = threading.Event()
+        self._up_or_ended = threading.Event()
+        self._ended = threading.Event()
         self._failure: LippmannError = FarmFailed("the farm ended by itself")
-        threading.Thread(target=self._hear, name="keeper", daemon=True).start()
+        threading.Thread(target=self._receive, name="supervisor", daemon=True).start()
 
     def wait_until_up(self) -> None:
         """Wait until the service answers.
@@ -42,70 +42,72 @@ class Farm:
         Raises
         ------
         LippmannError
-            If the farm cannot run: why, with the exit code for it.
+            If the farm cannot run, with the reason.
         """
-        self._up_or_over.wait()
+        self._up_or_ended.wait()
         if not self.address.url:
             raise self._failure
 
     def wait(self) -> None:
-        """Wait for ever.
+        """Wait until the farm ends by itself.
 
         Raises
         ------
         LippmannError
-            If the farm ends by itself: why.
+            When the farm ends by itself, with the reason.
         """
-        self._over.wait()
+        self._ended.wait()
         raise self._failure
 
-    def end(self) -> None:
-        """End the farm in order; at once, if Ctrl-C comes meanwhile."""
+    def stop(self) -> None:
+        """Stop the farm in order; if Ctrl-C comes meanwhile, kill it."""
         try:
-            self._ask_to_stop()
-            self._keeper.wait()
+            self._send_stop()
+            self._supervisor.wait()
         except KeyboardInterrupt:
-            self._on_event({"event": "hurrying"})
+            self._on_event({"event": "killing"})
         finally:
             with suppress(BrokenPipeError):
-                self._words.close()  # the keeper hears that, and ends everything at once
+                self._commands.close()  # The supervisor sees the end of its stdin and kills everything.
             with suppress(subprocess.TimeoutExpired):
-                self._keeper.wait(timeout=KILL_WITHIN_S)
+                self._supervisor.wait(timeout=KILL_WITHIN_S)
             kill_all_below()
 
-    def _hear(self) -> None:
-        for line in self._answers:
+    def _receive(self) -> None:
+        for line in self._events:
             event = json.loads(line)
             if event["event"] == "ready":
                 self.address = Address(url=event["url"], key=event["key"])
-                self._up_or_over.set()
+                self._up_or_ended.set()
             elif event["event"] == "failed":
                 kind = BadInput if event["code"] == BadInput.code else FarmFailed
                 self._failure = kind(event["message"])
             else:
                 self._on_event(event)
-        self._over.set()
-        self._up_or_over.set()
+        self._ended.set()
+        self._up_or_ended.set()
 
-    def _ask_to_stop(self) -> None:
-        with suppress(BrokenPipeError):  # it is over already
-            self._words.write("stop\n")
-            self._words.flush()
+    def _send_stop(self) -> None:
+        with suppress(BrokenPipeError):  # The supervisor has ended already.
+            self._commands.write("stop\n")
+            self._commands.flush()
 
 
 @contextmanager
 def running_farm(plan: FarmPlan, *, on_event: Listener = lambda event: None) -> Iterator[Farm]:
     """Run a one-machine farm while the context lasts.
 
-    For a process that has no other children: at the end everything below the process is ended.
+    The calling process must have no other children, because at the end every process below it is killed.
     """
     adopt_orphans()
     command = [sys.executable, "-P", "-m", "lippmann.farm.supervisor", plan.to_json()]
-    # A session of its own: Ctrl-C reaches us, and we end the farm in order.
-    keeper = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True)
-    farm = Farm(keeper, on_event)
+    # The supervisor has a session of its own, so that Ctrl-C reaches only this process, which stops the farm in order.
+    supervisor = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
+    farm = Farm(supervisor, on_event)
     try:
         farm.wait_until_up()
         yield farm
     finally:
-        farm.end()
+        farm.stop()

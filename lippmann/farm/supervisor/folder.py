@@ -1,4 +1,4 @@
-"""The data folder: can be written, has room, one farm only."""
+"""The data folder: it is writable, has free space, and belongs to one farm."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from lippmann.errors import BadInput
 
 LOCK_FILE = "farm.lock"
 MIN_FREE_BYTES = 100_000_000
-"""Less than this does not hold the first frame of a common job."""
+"""The least free space, bytes; less does not hold the first frame of a common job."""
 LOCK_PATIENCE_S = 2.0
-"""A farm that was just killed needs a moment to be gone."""
+"""How long the lock is tried, s, because a farm that was just killed needs a moment to end."""
 
 
 @contextmanager
 def data_folder(
     folder: Path, *, free_bytes: Callable[[Path], int] | None = None, patience_s: float = LOCK_PATIENCE_S
 ) -> Iterator[None]:
-    """Hold a data folder for one farm; made if it is not there.
+    """Lock a data folder for one farm; the folder is created if it does not exist.
 
     Raises
     ------
     BadInput
-        If it cannot be written, has no room, or another farm holds it.
+        If the folder cannot be written, has too little free space, or another farm uses it.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -55,7 +55,7 @@ def _lock(descriptor: int, folder: Path, patience_s: float) -> None:
                 raise BadInput(
                     f"expected a data folder that no farm uses, got {folder}, where one runs (process {holder})"
                 ) from None
-            time.sleep(0.05)  # flock has no wait with an end
+            time.sleep(0.05)  # flock has no wait with a time limit.
         except OSError as error:
             raise BadInput(f"expected a data folder that can be locked, got {folder}: {error.strerror}") from error
     os.ftruncate(descriptor, 0)

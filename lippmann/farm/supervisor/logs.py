@@ -1,4 +1,4 @@
-"""A child's log: the file is bounded, the last lines are at hand."""
+"""The bounded log of a child."""
 
 from __future__ import annotations
 
@@ -6,12 +6,12 @@ from collections import deque
 from pathlib import Path
 
 MAX_BYTES = 2_000_000
-"""Of one file; the one before it is kept beside it as `.1`."""
+"""The largest size of a log file, bytes; the previous file is kept as `.1`."""
 LAST_LINES = 20
 
 
 class BoundedLog:
-    """What a child says, in a file that does not grow for ever."""
+    """The output of a child, in a file of bounded size; the last lines are also kept in memory."""
 
     def __init__(self, path: Path, *, max_bytes: int = MAX_BYTES) -> None:
         self.path = path
@@ -20,7 +20,7 @@ class BoundedLog:
         self._open_line = b""
 
     def write(self, data: bytes) -> list[str]:
-        """Take what a child said; return the lines that it completes."""
+        """Add output of the child; return the lines that it completes."""
         self._store(data)
         *whole, self._open_line = (self._open_line + data).split(b"\n")
         if len(self._open_line) > 10_000:
@@ -37,5 +37,5 @@ class BoundedLog:
             with self.path.open("ab") as file:
                 file.write(data)
         except OSError:
-            # A full disk must not end the farm: the children meet it where it matters and say so.
+            # A full disk must not end the farm: the children report it where it matters.
             return

@@ -1,4 +1,4 @@
-"""What a farm is: folder, address, slots."""
+"""The plan of a farm: folder, address, slots."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from typing import Self
 
 @dataclass(frozen=True)
 class FarmPlan:
-    """A one-machine farm, as it was asked for."""
+    """A one-machine farm as the user asked for it."""
 
     data_dir: Path
     host: str = "127.0.0.1"
     port: int = 8080
-    """0 takes a free one."""
+    """The port of the service; 0 takes a free port."""
     slots: int = 1
     public_url: str = ""
 
@@ -31,15 +31,15 @@ class FarmPlan:
 
     @property
     def log_dir(self) -> Path:
-        """Where the children's logs lie."""
+        """The folder of the logs of the children."""
         return self.data_dir / "log"
 
     @property
     def broker_dir(self) -> Path:
-        """Where the broker remembers."""
+        """The folder in which the broker stores its data."""
         return self.data_dir / "broker"
 
     @property
     def key_file(self) -> Path:
-        """Where the farm's own key lies."""
+        """The file with the farm's admin key."""
         return self.data_dir / "admin.key"

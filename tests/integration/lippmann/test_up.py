@@ -38,7 +38,7 @@ def test_it_answers_says_where_it_is_and_leaves_nothing_after_ctrl_c(tmp_path: P
         login = httpx.get(up.said["login_url"])
         assert (login.status_code, "lippmann_session" in login.cookies) == (303, True)
         processes = set(up.below())
-        assert len(processes) >= 6  # keeper, broker, service, worker and its two slots
+        assert len(processes) >= 6  # supervisor, broker, service, worker and its two slots
         assert up.end() == 0
         assert not alive(processes)
     assert not (data_dir / "farm.json").exists()
@@ -47,12 +47,12 @@ def test_it_answers_says_where_it_is_and_leaves_nothing_after_ctrl_c(tmp_path: P
     assert {path.name for path in (data_dir / "log").iterdir()} == {"broker.log", "service.log", "worker.log"}
 
 
-@pytest.mark.parametrize("victims", [{"up"}, {"keeper"}, {"up", "keeper"}], ids=" and ".join)
+@pytest.mark.parametrize("victims", [{"up"}, {"supervisor"}, {"up", "supervisor"}], ids=" and ".join)
 def test_kill_9_in_the_middle_of_a_rendering_leaves_nothing(tmp_path: Path, victims: set[str]) -> None:
     with lippmann_up(tmp_path) as up:
         _render(up)
         processes = set(up.below())
-        pids = {"up": up.process.pid, "keeper": up.one("lippmann.farm.supervisor")}
+        pids = {"up": up.process.pid, "supervisor": up.one("lippmann.farm.supervisor")}
         for victim in sorted(victims, reverse=True):  # whoever looks after the other goes first
             os.kill(pids[victim], signal.SIGKILL)
         until(lambda: not alive(processes), within_s=10)

@@ -28,6 +28,8 @@ HEAVY = (
 
 def _commands(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:
     for name, command in group.commands.items():
+        if command.hidden:
+            continue
         if hasattr(command, "commands"):
             yield from _commands(command, (*path, name))
         else:
@@ -40,7 +42,7 @@ COMMANDS = dict(_commands(typer.main.get_command(main.app)))
 def test_there_are_the_commands_that_were_promised() -> None:
     farm = {"up", "serve", "worker", "demo", "keys"}
     jobs = {"submit", "jobs", "show", "watch", "fetch", "cancel", "pause", "resume", "retry"}
-    integral = {"views", "view", "refocus", "observe", "export", "coding-study", "orthoscopic", "depth"}
+    integral = {"import", "view", "refocus", "observe", "export", "coding-study", "orthoscopic", "depth"}
     optics = {"design", "lens", "paper", "calibration-sheet"}
     assert {path[0] for path in COMMANDS} == farm | jobs | integral | optics | {"scenes", "capture", "compare"}
 
@@ -177,10 +179,10 @@ def test_a_machine_without_povray_cannot_start_a_farm_and_is_told_why(
 
 
 def test_json_is_the_only_thing_on_stdout(capsys: pytest.CaptureFixture[str]) -> None:
-    from lippmann.terminal.output import Talk
+    from lippmann.terminal.output import Output
 
-    Talk(as_json=True).note("for people")
-    Talk(as_json=True).result({"ä": 1}, "text")
+    Output(as_json=True).note("for people")
+    Output(as_json=True).result({"ä": 1}, "text")
     said = capsys.readouterr()
     assert json.loads(said.out) == {"ä": 1}
     assert said.err == "for people\n"

@@ -48,9 +48,9 @@ class Service:
 )
 def test_depth_comes_with_the_masters_and_never_as_a_picture(tmp_path: Path, masters: bool, expected: set[str]) -> None:
     service: Any = Service()
-    haul = fetch_job(service, "j", tmp_path, frames="2", masters=masters)
-    assert {str(path.relative_to(tmp_path)) for path in haul.files} == expected
-    assert all(path.read_text() == ("None" if masters else "png") for path in haul.files)
+    fetched = fetch_job(service, "j", tmp_path, frames="2", masters=masters)
+    assert {str(path.relative_to(tmp_path)) for path in fetched.files} == expected
+    assert all(path.read_text() == ("None" if masters else "png") for path in fetched.files)
 
 
 EXPORTS = tuple(f"exports/npz/{frame:04d}.npz" for frame in range(1, 301))
@@ -61,9 +61,9 @@ def test_a_fetch_that_was_interrupted_brings_only_what_is_missing(tmp_path: Path
     with pytest.raises(KeyboardInterrupt):
         fetch_job(service, "j", tmp_path)
     again: Any = Service(EXPORTS)
-    assert fetch_job(again, "j", tmp_path).brought == 100
+    assert fetch_job(again, "j", tmp_path).fetched == 100
     assert again.asked == list(EXPORTS[200:])
-    assert fetch_job(again, "j", tmp_path).brought == 0
+    assert fetch_job(again, "j", tmp_path).fetched == 0
 
 
 def test_what_a_fetch_writes_down_grows_with_its_files_and_not_with_their_square(

@@ -21,7 +21,7 @@ from lippmann.farm.supervisor.logs import BoundedLog
 from lippmann.farm.supervisor.plan import FarmPlan
 
 
-def test_a_plan_travels_to_the_keeper_and_arrives_whole(tmp_path: Path) -> None:
+def test_a_plan_travels_to_the_supervisor_and_arrives_whole(tmp_path: Path) -> None:
     plan = FarmPlan(tmp_path / "ä b", host="::1", port=0, slots=3, public_url="https://farm.example")
     assert FarmPlan.from_json(plan.to_json()) == plan
 
@@ -100,7 +100,7 @@ def test_the_three_children_start_in_order_with_exact_command_lines(tmp_path: Pa
     assert [one.name for one in plans] == ["broker", "service", "worker"]
     assert plans[1].command == (*us, "serve", "--listen-fd", "7", "--key-file", str(tmp_path / "admin.key"))
     assert plans[2].command == (*us, "worker")
-    assert plans[1].handed_over == (7,)
+    assert plans[1].passed_descriptors == (7,)
     assert dict(plans[2].environment) == {
         "LIPPMANN_DATA_DIR": str(tmp_path),
         "LIPPMANN_REDIS_URL": "unix:///s",
@@ -115,20 +115,20 @@ def test_a_child_that_dies_quickly_rests_longer_each_time_and_one_that_was_stead
     pauses = []
     for turn in range(7):
         os.close(child.start(float(turn)))
-        child.bury(turn + 0.1)
+        child.reap(turn + 0.1)
         pauses.append(child.pause_s)
     assert pauses == [0.5, 1.0, 2.0, 4.0, 8.0, MAX_PAUSE_S, MAX_PAUSE_S]
     os.close(child.start(100.0))
-    child.bury(100.0 + STEADY_S)
+    child.reap(100.0 + STEADY_S)
     assert (child.pause_s, child.quick_deaths) == (0.5, 1)
 
 
 def test_what_a_child_says_is_kept_also_after_it_said_that_it_works(tmp_path: Path) -> None:
     child = Child(ChildPlan("a", ("true",), "I work", 1.0), BoundedLog(tmp_path / "a.log"))
-    assert [child.hear(data) for data in (b"begin\nI wo", b"rk\n", b"I work\n", b"the end\n")] == [
+    assert [child.receive(data) for data in (b"begin\nI wo", b"rk\n", b"I work\n", b"the end\n")] == [
         False, True, False, False,
     ]  # fmt: skip
-    assert child.last_words() == "  a: begin\n  a: I work\n  a: I work\n  a: the end"
+    assert child.last_lines() == "  a: begin\n  a: I work\n  a: I work\n  a: the end"
     assert (tmp_path / "a.log").read_text() == "begin\nI work\nI work\nthe end\n"
 
 
@@ -142,7 +142,7 @@ def test_a_log_takes_at_most_twice_its_bound(tmp_path: Path) -> None:
     assert log.last_lines[-1].startswith("line 099")
 
 
-def test_a_log_that_cannot_be_written_still_knows_the_last_words() -> None:
+def test_a_log_that_cannot_be_written_still_knows_the_last_lines() -> None:
     log = BoundedLog(Path("/proc/nowhere/a.log"))
     assert log.write(b"no room\n") == ["no room"]
     assert list(log.last_lines) == ["no room"]

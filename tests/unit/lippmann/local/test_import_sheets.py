@@ -27,7 +27,7 @@ LAYOUT = CellLayout(6, 7, 8)
 
 
 def _run(*words: object) -> Any:
-    return CliRunner().invoke(app, ["views", *map(str, words)])
+    return CliRunner().invoke(app, ["import", *map(str, words)])
 
 
 def _sheet(layout: CellLayout = LAYOUT) -> np.ndarray[Any, np.dtype[np.float32]]:
