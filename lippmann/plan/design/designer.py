@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from lippmann.errors import FieldProblem, SpecError
 from lippmann.job.resolved import JobSheet
 from lippmann.job.rig import Rig
 from lippmann.job.spec import JobSpec
@@ -33,8 +34,10 @@ def design(sheet: JobSheet, *, frame: int | None = None) -> Design:
     Raises
     ------
     OpticsError, SpecError
-        As `lippmann.optics.rig.check.check_job`: what cannot be built has no design.
+        As `lippmann.optics.rig.check.check_job`: what cannot be built has no design. A job of imported integral images
+        has none either: its optics are unknown.
     """
+    _check_rendered(sheet)
     check_job(sheet)
     frame = sheet.spec.frame_numbers[0] if frame is None else frame
     there = sheet.at(frame)
@@ -62,6 +65,7 @@ def drawing(sheet: JobSheet, *, frame: int | None = None) -> str:
     OpticsError, SpecError
         As `design`.
     """
+    _check_rendered(sheet)
     check_job(sheet)
     there = sheet.at(sheet.spec.frame_numbers[0] if frame is None else frame)
     stood = bench_as_written(there.spec.rig, there.stage)
@@ -77,6 +81,13 @@ def bench_as_written(rig: Rig, stage: Stage) -> Bench:
     image_mm = conjugate(lens, stage.reference_mm).image_mm
     mla_z_mm = lens.length_mm + image_mm - rig.lens_array.offset_mm
     return replace(built, imaging_lens=lens, mla_z_mm=mla_z_mm, camera_z_mm=mla_z_mm + camera_distance_mm(rig))
+
+
+def _check_rendered(sheet: JobSheet) -> None:
+    if sheet.sheets is not None:
+        expected = "a scene that is rendered: a design describes a capture"
+        got = f"{sheet.spec.scene!r}, a bundle of imported integral images, which has no design"
+        raise SpecError.of([FieldProblem("scene", expected=expected, got=got)])
 
 
 def _array_numbers(stood: Bench, stage: Stage, place_words: str) -> dict[str, Any]:

@@ -13,7 +13,7 @@ import pytest
 
 from lippmann.cli import main
 from lippmann.cli.text.design import design_text
-from lippmann.errors import BadInput
+from lippmann.errors import BadInput, SpecError
 from lippmann.local.design import design_here
 from tests.repository import DOCS
 
@@ -114,3 +114,12 @@ def test_the_drawing_in_the_docs_is_the_one_that_its_command_makes() -> None:
     assert kept[::2] == made[::2], "run the command of docs/designer.md, and look at it"
     # The last digit may be rounded otherwise on another machine.
     assert list(map(float, kept[1::2])) == pytest.approx(list(map(float, made[1::2])), abs=0.011)
+
+
+@pytest.mark.parametrize("with_drawing", [False, True])
+def test_imported_integral_images_have_no_design(tmp_path: Path, with_drawing: bool) -> None:
+    (tmp_path / "sheet.png").touch()
+    manifest = '[sheets]\nfiles = ["sheet.png"]\npitch_px = 6\ncount = [8, 8]\npx_per_lens = 6\n'
+    (tmp_path / "scene.toml").write_text(manifest)
+    with pytest.raises(SpecError, match="a bundle of imported integral images, which has no design"):
+        found(scene=str(tmp_path), with_drawing=with_drawing)
