@@ -36,14 +36,19 @@ def numbers(values: Iterable[float]) -> str:
     return ", ".join(map(number, values))
 
 
-def parameter(value: bool | int | float | str) -> str:
-    """Return a scene parameter: a number, a switch or a colour written '#rrggbb' in sRGB.
+def switch(value: bool) -> str:
+    """Return a boolean.
 
-    >>> parameter(True), parameter("#ff0080")
-    ('yes', 'srgb <1, 0, 0.5019607843137255>')
+    >>> switch(True)
+    'yes'
     """
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    if isinstance(value, str):
-        return "srgb " + vector(int(value[start : start + 2], 16) / 255 for start in (1, 3, 5))
-    return number(value)
+    return "yes" if value else "no"
+
+
+def colour(linear: Iterable[float]) -> str:
+    """Return a colour in linear light. `srgb <...>` cannot be parsed before the scene has set assumed_gamma.
+
+    >>> colour((1, 0, 0.25))
+    'rgb <1, 0, 0.25>'
+    """
+    return f"rgb {vector(linear)}"

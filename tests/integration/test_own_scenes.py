@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lippmann.errors import LippmannError
 from lippmann.job.scene import parse_scene
 from lippmann.job.spec import JobSpec
 from lippmann.lightfield.views.views import view
@@ -25,6 +26,7 @@ from tests.builders import small_job
 from tests.needs import missing
 from tests.repository import DOCS
 from worker.engines.povray.command import SYSTEM_INCLUDE
+from worker.images.colour import srgb_codes
 from worker.images.read import read_rgb
 from worker.sandbox.bundle import pack_folder
 from worker.settings import WorkerSettings
@@ -282,13 +284,16 @@ def small_capture(folder: Path, text: str, *, file: str = "scene.pov", method: s
     return float(linear.mean())
 
 
-def small_picture(folder: Path, text: str, *, file: str = "scene.pov", method: str = "auto") -> NDArray[np.float64]:
+def small_picture(
+    folder: Path, text: str, *, file: str = "scene.pov", method: str = "auto", parameters: str = ""
+) -> NDArray[np.float64]:
     """Return the sheet of a captured scene in millimetres, linear."""
     scene = folder / "bundle" / file
     scene.parent.mkdir(parents=True, exist_ok=True)
     scene.write_text(text)
     (folder / "bundle" / "scene.toml").write_text(
         f'file = "{file}"\n[stage]\nlocation = [0, 0, -1000]\nlook_at = [0, 0, 0]\nnear_mm = 1000\nfar_mm = 2000\n'
+        + parameters
     )
     captured = capture_frame(
         small_job("own", count=(6, 6), px_per_lens=4, capture={"method": method}),
@@ -300,3 +305,38 @@ def small_picture(folder: Path, text: str, *, file: str = "scene.pov", method: s
     )
     (picture,) = (path for path in captured.pictures if path.suffix == ".exr" and "orthoscopic" in str(path))
     return read_rgb(picture, np.float16).astype(np.float64)
+
+
+TINT = '[parameters.tint]\ntype = "color"\ndefault = "#20a0ff"\n'
+"""A colour with three different codes."""
+
+TINTED = "#ifndef (tint) #declare tint = rgb 0; #end background { color tint }\n"
+
+
+@METHODS
+@pytest.mark.parametrize(
+    ("file", "head"),
+    [
+        ("scene.inc", "global_settings { assumed_gamma 1.0 }"),
+        ("scene.inc", ""),
+        ("scene.pov", "#version 3.7;"),
+        ("scene.pov", "#version 3.6; global_settings { assumed_gamma 1 }"),
+    ],
+    ids=["include", "include without gamma", "version 3.7 without gamma", "version 3.6"],
+)
+def test_a_colour_parameter_is_seen_as_its_srgb_codes(tmp_path: Path, file: str, head: str, method: str) -> None:
+    seen = small_picture(tmp_path, head + "\n" + TINTED, file=file, method=method, parameters=TINT)
+    np.testing.assert_array_equal(srgb_codes(seen), np.broadcast_to([0x20, 0xA0, 0xFF], seen.shape))
+
+
+@pytest.mark.parametrize(
+    ("head", "said"),
+    [
+        ("#version 3.7; global_settings { assumed_gamma 2.2 }", "parameter of type color needs assumed_gamma 1"),
+        ("#version 3.6;", "before assumed_gamma has been set"),
+    ],
+    ids=["gamma 2.2", "version 3.6 without gamma"],
+)
+def test_a_colour_parameter_in_a_scene_that_is_not_linear_is_refused(tmp_path: Path, head: str, said: str) -> None:
+    with pytest.raises(LippmannError, match=said):
+        small_picture(tmp_path, head + "\n" + TINTED, parameters=TINT)

@@ -51,6 +51,22 @@ def srgb_codes(linear: NDArray[np.floating[Any]], *, bits: int = 8) -> NDArray[A
     return _converted(linear, bits)
 
 
+def decoded_srgb(encoded: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the linear light of sRGB values (IEC 61966-2-1, section 5.3).
+
+    Parameters
+    ----------
+    encoded
+        Values from 0 to 1, any shape.
+
+    Examples
+    --------
+    >>> decoded_srgb(np.array([0.0, 0.5, 1.0])).round(3).tolist()
+    [0.0, 0.214, 1.0]
+    """
+    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
+
+
 def linear_light(codes: NDArray[Any]) -> NDArray[np.float16]:
     """Return the linear light of sRGB codes, in half floats; the inverse of `srgb_codes` of 8 bits.
 
@@ -72,10 +88,8 @@ def linear_light(codes: NDArray[Any]) -> NDArray[np.float16]:
 
 @lru_cache
 def _light_of_codes(bits: int) -> NDArray[np.float16]:
-    """Return the light of every code (IEC 61966-2-1, section 5.3)."""
-    encoded = np.arange(2**bits) / (2**bits - 1)
-    light = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-    halves: NDArray[np.float16] = light.astype(np.float16)
+    """Return the light of every code."""
+    halves: NDArray[np.float16] = decoded_srgb(np.arange(2**bits) / (2**bits - 1)).astype(np.float16)
     return halves
 
 

@@ -12,6 +12,8 @@ from functools import lru_cache
 
 import numpy as np
 
+from worker.images.colour import decoded_srgb
+
 _D50 = (0.9642, 1.0, 0.8249)
 _PRIMARIES = {
     b"rXYZ": (0.43607, 0.22249, 0.01392),
@@ -55,8 +57,7 @@ def _header(size: int) -> bytes:
 
 def _curve() -> bytes:
     code = np.linspace(0.0, 1.0, _CURVE_POINTS)
-    light = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
-    codes: bytes = np.rint(light * 65535).astype(">u2").tobytes()
+    codes: bytes = np.rint(decoded_srgb(code) * 65535).astype(">u2").tobytes()
     return struct.pack(">4s4xI", b"curv", _CURVE_POINTS) + codes
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from lippmann.job.resolved import JobSheet
 from lippmann.job.stage import Stage
 from lippmann.optics.lens.dispersion import povray_dispersion
@@ -12,6 +14,7 @@ from lippmann.optics.lens.surfaces import ImagingLens, Surface
 from lippmann.optics.rig.bench import Bench, bench
 from lippmann.optics.rig.method import Method
 from povtemplates import literals, write
+from worker.images.colour import decoded_srgb
 
 TRACE_LEVEL = 24
 """Refractions and reflections a ray may meet: 2 + 6 surfaces of the paper's rig, and 10 to 21 in all were seen."""
@@ -56,7 +59,8 @@ def pov_text(sheet: JobSheet, method: Method, *, depth: DepthPass | None = None)
         title=f"Scene {sheet.spec.scene}",
         file=sheet.file.rpartition("/")[2],
         as_itself=sheet.file.lower().endswith(".pov"),
-        parameters=[(name, literals.parameter(value)) for name, value in sorted(sheet.parameters.items())],
+        parameters=[(name, _literal(value)) for name, value in sorted(sheet.parameters.items())],
+        colours=any(isinstance(value, str) for value in sheet.parameters.values()),
         trace_level=TRACE_LEVEL + max(0, len(surfaces) - 6),
         surfaces=len(surfaces),
         numbers_a_surface=6,
@@ -69,6 +73,15 @@ def pov_text(sheet: JobSheet, method: Method, *, depth: DepthPass | None = None)
         stage=_stage(sheet.stage),
         depth=_depth(depth, sheet.stage) if depth else None,
     )
+
+
+def _literal(value: bool | int | float | str) -> str:
+    """Return the SDL of a scene parameter: a number, a switch, or a colour '#rrggbb', which is sRGB."""
+    if isinstance(value, bool):
+        return literals.switch(value)
+    if isinstance(value, str):
+        return literals.colour(map(float, decoded_srgb(np.array([*bytes.fromhex(value[1:])]) / 255)))
+    return literals.number(value)
 
 
 def _depth(depth: DepthPass, stage: Stage) -> dict[str, str]:
