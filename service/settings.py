@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import logging
+import os
 from pathlib import Path
+from typing import Any
 
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from lippmann.job import wire
+from lippmann.job.old_names import rename_settings
 
 
 class Settings(BaseSettings):
@@ -78,6 +82,11 @@ class Settings(BaseSettings):
     """The largest request, which is a scene bundle."""
     sheets_mb: float = Field(default=256.0, ge=0)
     """How much memory may hold integral images that people are looking into; the last one stays, whatever its size."""
+
+    def __init__(self, **values: Any) -> None:
+        for note in rename_settings(os.environ):
+            logging.getLogger(__name__).warning(note)
+        super().__init__(**values)
 
     @property
     def database(self) -> str:

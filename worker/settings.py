@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import platform
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from lippmann.job.old_names import rename_settings
 
 STOPPING = "stopping-"
 """What the names of stopping files begin with."""
@@ -33,6 +36,11 @@ class WorkerSettings(BaseSettings):
     """POV-Ray's command."""
     heartbeat_file: Path | None = None
     """Touched every few seconds while the worker lives: for a container's health check."""
+
+    def __init__(self, **values: Any) -> None:
+        for note in rename_settings(os.environ):
+            logging.getLogger(__name__).warning(note)
+        super().__init__(**values)
 
     @property
     def artifacts_dir(self) -> Path:

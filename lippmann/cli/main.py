@@ -15,8 +15,11 @@ exit   meaning
 from __future__ import annotations
 
 import errno
+import os
 import sys
+import warnings
 from collections.abc import Callable
+from typing import Any
 
 import typer
 
@@ -40,6 +43,7 @@ from lippmann.cli.commands import (
 from lippmann.cli.exit_codes import ExitCode, exit_code_of
 from lippmann.cli.options import with_context
 from lippmann.errors import LippmannError
+from lippmann.job.old_names import rename_settings
 from lippmann.terminal.output import print_paths_as_they_are
 
 app = typer.Typer(
@@ -88,6 +92,9 @@ app.add_typer(paper.app, name="paper", rich_help_panel="Optics")
 def main() -> None:
     """Run the command; a mistake of the user or a failure of the machine never shows a traceback."""
     print_paths_as_they_are()
+    warnings.showwarning = _print_warning
+    for note in rename_settings(os.environ):
+        warnings.warn(note, FutureWarning, stacklevel=1)
     try:
         app()
     except LippmannError as error:
@@ -100,6 +107,14 @@ def main() -> None:
         sys.exit(
             _print_error(f"expected to write {error.filename or 'a file'}, got: {error.strerror}", ExitCode.FAILED)
         )
+
+
+def _print_warning(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
+    """Print a warning for users as one line, and any other as Python does."""
+    if category is FutureWarning:
+        print(f"note: {message}", file=sys.stderr)
+    else:
+        print(warnings.formatwarning(message, category, *where[:2]), file=sys.stderr, end="")
 
 
 def _print_error(message: str, code: ExitCode) -> int:

@@ -78,4 +78,4 @@ def _array(job: str) -> dict[str, Any]:
 
 def _job(name: str, rig: dict[str, Any], **more: Any) -> JobSpec:
     # The paper's own road: array and imaging lens stand in the scene as glass.
-    return parse_spec({**JOBS[name], "rig": rig, "capture": {"method": "raytraced"}, **more})
+    return parse_spec({**JOBS[name], "rig": rig, "capture": {"method": "glass"}, **more})

@@ -15,6 +15,7 @@ filters    how a picture is brought to another size, by name
 outputs/   what a job asks for beside its masters, a module a group of kinds
 tagged     fields with several forms
 misfit     fields that do not go together
+old_names  names that changed, which job files and the environment may still use
 problems   what was found wrong, field by field
 spec       the job as it was asked for, and the one door that checks it
 foreign_sheets   a bundle of integral images from elsewhere, in place of a scene

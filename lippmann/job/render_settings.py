@@ -17,8 +17,8 @@ class _Part(BaseModel):
 class Capture(_Part):
     """How the rays of the camera find their way through the optics."""
 
-    method: Literal["auto", "raytraced", "ray_camera"] = "auto"
-    """`raytraced`: POV-Ray refracts them in modelled glass. `ray_camera`: they come from the exact trace."""
+    method: Literal["auto", "glass", "ray_camera"] = "auto"
+    """`glass`: POV-Ray refracts them in modelled glass. `ray_camera`: they come from the exact trace."""
     supersample: int = Field(default=1, ge=1, le=8)
     """Rendered pixels in each direction that are averaged to one, inside their cell and in linear light."""
     depth: bool = False

@@ -6,6 +6,7 @@ field that is wrong, what was expected there and what came.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Annotated, Any, Self
@@ -21,6 +22,7 @@ from pydantic import (
 from lippmann.errors import FieldProblem, SpecError
 from lippmann.job.frames import FrameList, parse_frames
 from lippmann.job.keyframes import ANIMATED_PARTS, MAX_KEYS, Keyframes, lift, put
+from lippmann.job.old_names import current_job
 from lippmann.job.outputs.choice import DEFAULT_OUTPUTS, Output, check_names, check_options
 from lippmann.job.problems import Misfit, problems_of
 from lippmann.job.render_settings import Capture, RenderSettings
@@ -93,6 +95,11 @@ class JobSpec(_Part):
         constant, found = lift(data)
         given = constant.get("animation", {})
         return constant | {"animation": {**given, **found}} if found and isinstance(given, Mapping) else data
+
+    @model_validator(mode="before")
+    @classmethod
+    def _rename_old_names(cls, data: Any) -> Any:
+        return current_job(data)[0]
 
     @model_validator(mode="after")
     def _keyframes_are_meant(self) -> Self:
@@ -210,9 +217,16 @@ def parse_spec(data: Any) -> JobSpec:
     ------
     SpecError
         With one `FieldProblem` for every field that is unknown, missing or out of bounds, at any keyframe.
+
+    Warns
+    -----
+    FutureWarning
+        For every old name in the job; see `lippmann.job.old_names`.
     """
     if not isinstance(data, Mapping):
         raise SpecError(f"expected a job as a JSON object, got {type(data).__name__}")
+    for note in current_job(data)[1]:
+        warnings.warn(note, FutureWarning, stacklevel=2)
     try:
         spec = JobSpec.model_validate(data)
     except ValidationError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from lippmann.job.old_names import current_job
 from lippmann.job.resolved import JobSheet
 from lippmann.job.spec import parse_spec
 from lippmann.plan.design.designer import design, drawing
@@ -20,7 +21,8 @@ def design_job(database: Database, body: Any, *, frame: int | None) -> Design:
     SpecError
         Naming every field that cannot be, as when it is submitted.
     """
-    return design(_sheet(database, body), frame=frame)
+    designed = design(_sheet(database, body), frame=frame)
+    return designed.model_copy(update={"warnings": (*current_job(body)[1], *designed.warnings)})
 
 
 def draw_job(database: Database, body: Any, *, frame: int | None) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from lippmann.errors import FieldProblem, SpecError
+from lippmann.job.old_names import current_job
 from lippmann.job.resolved import JobSheet
 from lippmann.job.scene import SceneCard
 from lippmann.job.spec import JobSpec, parse_spec
@@ -52,7 +53,7 @@ def submit_job(
         if known is not None:
             return show.show_job(session, known), False
         sheet = resolved(session, spec, new_job_id(now_s))
-    notes = check_job(sheet)
+    notes = (*current_job(body)[1], *check_job(sheet))
     # The artifact first, the row last: a crash in between leaves a file nobody asks for, never a job without one.
     data = sheet.model_dump_json(indent=2).encode()
     parts.store.put_bytes(names.job_artifact(sheet.job_id, names.JOB_SHEET), data)

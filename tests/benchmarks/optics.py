@@ -114,7 +114,7 @@ def pinhole_picture(folder: Path, sheet: JobSheet) -> Picture:
 
 def glass_picture(folder: Path, sheet: JobSheet) -> Picture:
     """Return the sheet through modelled glass."""
-    return written(folder, pov_text(sheet, "raytraced"), sheet)
+    return written(folder, pov_text(sheet, "glass"), sheet)
 
 
 def written(folder: Path, text: str, sheet: JobSheet) -> Picture:

@@ -104,7 +104,7 @@ def test_the_letter_f_is_upright_and_not_mirrored(tmp_path: Path, changes: dict[
         ([4, 5], {}),
         ([3, 2], {"lens_array": {"lattice": "hexagonal"}}),
         ([3, 2], {"lens_array": {"lattice": "hexagonal"}, "capture": {"supersample": 2}}),
-        ([3, 2], {"capture": {"method": "raytraced"}}),
+        ([3, 2], {"capture": {"method": "glass"}}),
         ([4, 3], {"rig": {"imaging_lens": {"name": "double-gauss-tronnier", "focal_length_mm": 300}, "f_number": 4}}),
         ([2, 2], {"render": {"antialias": {"threshold": 0.1, "method": 2, "depth": 3}}}),
     ],

@@ -73,7 +73,7 @@ BENCHES: dict[str, dict[str, Any]] = {
     "hexagonal, odd lens rows, through glass": {
         "lens_array": {"lattice": "hexagonal"},
         "count": (13, 12),
-        "capture": {"method": "raytraced"},
+        "capture": {"method": "glass"},
     },
     "inscribed, stopped down": {"lens_array": {"aperture": "inscribed"}, "rig": {"f_number": 4.0}, "count": (40, 12)},
     "direct pickup": {"rig": {"imaging_lens": None}, "lens_array": {"offset_mm": -200.0}},

@@ -187,7 +187,7 @@ def assert_shown(example: Example, tmp_path: Path) -> None:
 
 def test_an_example_looks_the_same_by_glass_and_by_the_ray_camera(tmp_path: Path) -> None:
     example = EXAMPLES_TRIED["version 3.6, image map and include"]
-    glass, rays = (centre_view(example, tmp_path / method, method=method) for method in ("raytraced", "ray_camera"))
+    glass, rays = (centre_view(example, tmp_path / method, method=method) for method in ("glass", "ray_camera"))
     assert np.median(np.abs(glass - rays)) < 0.001
     assert np.corrcoef(glass.ravel(), rays.ravel())[0, 1] > 0.99
 
@@ -237,7 +237,7 @@ def test_a_scene_may_have_any_name_and_includes_beside_it(tmp_path: Path, file: 
 
 GREY = "#version 3.7; global_settings { assumed_gamma 1 } background { rgb 0.5 }\n"
 TAKES_GREY = '#include "rays.inc"\nbackground { Grey }'
-METHODS = pytest.mark.parametrize("method", ["raytraced", "ray_camera"])
+METHODS = pytest.mark.parametrize("method", ["glass", "ray_camera"])
 
 
 @METHODS
@@ -259,7 +259,7 @@ def test_a_scene_includes_its_own_file_of_any_name_and_the_rig_its_own(tmp_path:
     assert small_capture(tmp_path, text, file=file, method=method) == pytest.approx(0.5, abs=0.001)
 
 
-@pytest.mark.parametrize(("method", "fog_mm"), [("raytraced", 1454), ("ray_camera", 1000)])
+@pytest.mark.parametrize(("method", "fog_mm"), [("glass", 1454), ("ray_camera", 1000)])
 def test_fog_fills_a_rig_of_glass_and_ends_at_the_lens_of_the_ray_camera(
     tmp_path: Path, method: str, fog_mm: float
 ) -> None:
@@ -270,7 +270,7 @@ def test_fog_fills_a_rig_of_glass_and_ends_at_the_lens_of_the_ray_camera(
     assert seen.mean() == pytest.approx(1 - np.exp(-fog_mm / 500), abs=0.01)
 
 
-@pytest.mark.parametrize(("method", "seen"), [("raytraced", 1.0), ("ray_camera", 0.5)])
+@pytest.mark.parametrize(("method", "seen"), [("glass", 1.0), ("ray_camera", 0.5)])
 def test_a_wall_behind_the_lens_hides_the_scene_from_glass_alone(tmp_path: Path, method: str, seen: float) -> None:
     text = """#version 3.7; global_settings { assumed_gamma 1 } background { rgb 0.5 }
     box { <-500, -500, -1500>, <500, 500, -1490> pigment { rgb 1 } finish { ambient 0 diffuse 0 emission 1 } }"""

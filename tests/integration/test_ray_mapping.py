@@ -89,7 +89,7 @@ def test_glass_maps_every_pixel_where_the_exact_trace_does(
     tmp_path: Path, changes: dict[str, Any], distance_mm: float
 ) -> None:
     parameters = {"distance_mm": distance_mm, "half_width_mm": HALF_WIDTH_MM}
-    glass = {"capture": {"method": "raytraced"}}
+    glass = {"capture": {"method": "glass"}}
     spec = small_job("target-position", parameters=parameters, tiles=[2, 2], **glass | changes)
     found_mm, hit = rendered_mm(tmp_path, spec)
     expected_mm = traced_mm(spec, distance_mm=distance_mm)

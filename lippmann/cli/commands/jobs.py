@@ -24,15 +24,18 @@ def submit(
     connection: Connection,
 ) -> None:
     """Submit a job from a job file (docs/job-file.md)."""
+    from lippmann.job.old_names import current_job
     from lippmann.job.spec import parse_spec
     from lippmann.local.files.job import read_job
 
     job = read_job(job_file, overrides or ())
-    parse_spec(job)  # An invalid job is refused at once, with or without a service.
+    parse_spec(job)  # An invalid job is refused at once, with or without a service, and old names are noted.
+    old_names = current_job(job)[1]
     with connection.client(patience_s=RECONNECT_S if watching else 3.0) as client:
         made = client.submit(job)
         for note in made.notes:
-            output.note(f"note: {note}")
+            if note not in old_names:
+                output.note(f"note: {note}")
         if watching:
             from lippmann.client.watch import watch_job
 

@@ -16,7 +16,7 @@ from lippmann.optics.lens.stop import stop_space
 from lippmann.optics.lens.surfaces import CONTACT_GAP_MM, ImagingLens
 from lippmann.optics.rig.microlens import microlens
 
-Method = Literal["raytraced", "ray_camera"]
+Method = Literal["glass", "ray_camera"]
 
 LEAST_GLASS_MM_PER_UNIT = 0.001
 """Below it glass was not exact any more (measured; a rig of kilometres in its scene's units)."""
@@ -52,10 +52,10 @@ def capture_method(spec: JobSpec, stage: Stage) -> Method:
         return "ray_camera"
     obstacle = _obstacle_to_glass(spec, stage)
     if obstacle is None:
-        return "raytraced"
-    field = "capture.method" if asked == "raytraced" else str(needs_glass)
-    expected = f"{'ray_camera' if asked == 'raytraced' else 'off'}, because {obstacle}"
-    raise OpticsError.of([FieldProblem(field=field, expected=expected, got=asked if asked == "raytraced" else "on")])
+        return "glass"
+    field = "capture.method" if asked == "glass" else str(needs_glass)
+    expected = f"{'ray_camera' if asked == 'glass' else 'off'}, because {obstacle}"
+    raise OpticsError.of([FieldProblem(field=field, expected=expected, got=asked if asked == "glass" else "on")])
 
 
 def _obstacle_to_glass(spec: JobSpec, stage: Stage) -> str | None:

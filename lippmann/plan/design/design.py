@@ -126,7 +126,7 @@ class CaptureDesign(_Part):
     views: int
     view_rows_px: int
     view_cols_px: int
-    capture_method: Literal["raytraced", "ray_camera"]
+    capture_method: Literal["glass", "ray_camera"]
 
 
 class DisplayDesign(_Part):

@@ -17,7 +17,7 @@ MEASURED_ON = "one core of a 2-vCPU AMD EPYC cloud machine, fish scene"
 
 START_S = 1.0
 """POV-Ray's start, and reading the scene with its pictures."""
-S_PER_PX = {"raytraced": 1.1e-5, "ray_camera": 8.5e-6}
+S_PER_PX = {"glass": 1.1e-5, "ray_camera": 8.5e-6}
 """CPU seconds a rendered pixel: glass 6.7, 25.8 and 59.8 s for 0.52, 2.07 and 5.76 million; the ray camera 4.7 and
 18.4 s for the first two, its trace (1.2e-6) included."""
 
@@ -25,8 +25,8 @@ DEPTH_S_PER_PX = 1.45e-5
 """The same for `capture.depth`, of a pixel of the integral image: 8.4 s for 0.52 million, of them 4.0 s the worker's
 own."""
 
-START_MB = {"raytraced": 86.0, "ray_camera": 190.0}
-B_PER_PX = {"raytraced": 19.0, "ray_camera": 160.0}
+START_MB = {"glass": 86.0, "ray_camera": 190.0}
+B_PER_PX = {"glass": 19.0, "ray_camera": 160.0}
 """Resident memory while a tile is rendered: POV-Ray with glass took 95 MB for 0.5 million pixels and 194 MB for 5.76;
 rays take about 160 bytes a pixel in POV-Ray, and the worker 118 MB to write 5.76 million of them."""
 ASSEMBLE_MB, ASSEMBLE_B_PER_PX = 105.0, 69.0
@@ -54,7 +54,7 @@ def estimate(spec: JobSpec, method: Method) -> Estimate:
     """Return what a job will take by its number of pixels.
 
     >>> from lippmann.job.spec import parse_spec
-    >>> round(estimate(parse_spec({"scene": "fish"}), "raytraced").frame_cpu_s, 1)
+    >>> round(estimate(parse_spec({"scene": "fish"}), "glass").frame_cpu_s, 1)
     6.7
     """
     px = frame_size(spec.rig).px

@@ -255,7 +255,7 @@ COINCIDENCES: dict[str, dict[str, Any]] = {
 @pytest.mark.parametrize("changes", COINCIDENCES.values(), ids=COINCIDENCES.keys())
 def test_no_light_leaks_where_parts_of_a_rig_would_coincide_or_end(tmp_path: Path, changes: dict[str, Any]) -> None:
     parameters = {"half_width_mm": HALF_WIDTH_MM}
-    rig = {"count": (16, 16), "capture": {"method": "raytraced"}} | changes
+    rig = {"count": (16, 16), "capture": {"method": "glass"}} | changes
     spec = small_job("target-position", parameters=parameters, **rig)
     place = local_place(tmp_path)
     codes = rendered_codes(place, stored_job(place, spec))
@@ -278,7 +278,7 @@ def test_a_whole_rig_with_a_well_corrected_lens_maps_every_pixel(tmp_path: Path,
         parameters={"half_width_mm": HALF_WIDTH_MM},
         count=(20, 20),
         rig={"imaging_lens": lens, **rig},
-        capture={"method": "raytraced"},
+        capture={"method": "glass"},
     )
     place = local_place(tmp_path)
     codes = rendered_codes(place, stored_job(place, spec))

@@ -53,7 +53,7 @@ def pov_text(sheet: JobSheet, method: Method, *, depth: DepthPass | None = None)
     of one tile, in `RAYS_FILE` beside it.
     """
     stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
-    modelled = stood.imaging_lens if method == "raytraced" else None
+    modelled = stood.imaging_lens if method == "glass" else None
     surfaces = modelled.surfaces if modelled else ()
     return write.write_capture(
         title=f"Scene {sheet.spec.scene}",

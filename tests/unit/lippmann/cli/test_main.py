@@ -165,6 +165,17 @@ def test_what_cannot_be_is_said_with_the_right_exit_code(
     assert left <= {"out"}, "nothing half-written"
 
 
+def test_old_names_of_a_job_file_and_of_a_command_are_noted_on_stderr(tmp_path: Path) -> None:
+    (tmp_path / "job.json").write_text('{"scene": "fish", "capture": {"method": "raytraced"}}')
+    command = [sys.executable, "-P", "-m", "lippmann.cli.main"]
+    designed = subprocess.run([*command, "design", "job.json"], capture_output=True, text=True, cwd=tmp_path)
+    assert designed.returncode == 0, designed.stderr
+    assert designed.stderr == "note: capture.method raytraced is now glass; the next release refuses the old name\n"
+    imported = subprocess.run([*command, "views", "nowhere.png"], capture_output=True, text=True, cwd=tmp_path)
+    assert imported.returncode == 2
+    assert imported.stderr.startswith("note: `lippmann views` is now `lippmann import`; ")
+
+
 def test_a_machine_without_povray_cannot_start_a_farm_and_is_told_why(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

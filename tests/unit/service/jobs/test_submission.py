@@ -43,6 +43,17 @@ def test_notes_on_the_optics_are_kept_with_the_job(api: Client, monkeypatch: pyt
     assert api.get(f"{JOBS}/{job_id}").json()["notes"] == ["the array stands close"]
 
 
+@pytest.mark.filterwarnings("ignore:capture.method raytraced:FutureWarning")
+def test_a_job_with_an_old_name_is_taken_and_keeps_a_note_of_the_new_one(api: Client) -> None:
+    answer = api.post(JOBS, json={**SPEC, "capture": {"method": "raytraced"}})
+    assert answer.status_code == 201
+    job = api.get(answer.headers["Location"]).json()
+    assert job["spec"]["capture"]["method"] == "glass"
+    assert "capture.method raytraced is now glass; the next release refuses the old name" in job["notes"]
+    designed = api.post("/api/v1/design", json={**SPEC, "capture": {"method": "raytraced"}}).json()
+    assert designed["warnings"][0].startswith("capture.method raytraced is now glass")
+
+
 @pytest.mark.parametrize(
     ("change", "field", "expected"),
     [

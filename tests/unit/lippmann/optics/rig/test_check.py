@@ -89,8 +89,8 @@ def test_an_asphere_goes_by_the_ray_camera() -> None:
     ("more", "message"),
     [
         (
-            {"capture": {"method": "raytraced"}},
-            r"capture\.method: expected ray_camera, because .*aspheric.* got raytraced",
+            {"capture": {"method": "glass"}},
+            r"capture\.method: expected ray_camera, because .*aspheric.* got glass",
         ),
         ({"render": {"antialias": {}}}, r"render\.antialias: expected off, because .*aspheric.* got on"),
     ],
@@ -105,9 +105,9 @@ def test_an_asphere_of_glass_is_refused_by_name(more: dict[str, Any], message: s
     ("more", "method"),
     [
         ({}, "ray_camera"),
-        ({"capture": {"method": "raytraced"}}, "raytraced"),
-        ({"render": {"antialias": {}}}, "raytraced"),
-        ({"rig": {"dispersion": True}}, "raytraced"),
+        ({"capture": {"method": "glass"}}, "glass"),
+        ({"render": {"antialias": {}}}, "glass"),
+        ({"rig": {"dispersion": True}}, "glass"),
     ],
 )
 def test_the_cheaper_road_is_taken_that_can_do_it(more: dict[str, Any], method: str) -> None:
@@ -116,7 +116,7 @@ def test_the_cheaper_road_is_taken_that_can_do_it(more: dict[str, Any], method: 
 
 @pytest.mark.parametrize("mm_per_unit", [1000.0, 0.0001])
 def test_glass_at_a_scale_that_spoils_it_is_refused(mm_per_unit: float) -> None:
-    spec = parse_spec({"scene": "fish", "capture": {"method": "raytraced"}})
+    spec = parse_spec({"scene": "fish", "capture": {"method": "glass"}})
     with pytest.raises(OpticsError, match=r"capture\.method: expected ray_camera, because stage\.mm_per_unit is .*"):
         capture_method(spec, STAGE.model_copy(update={"mm_per_unit": mm_per_unit}))
 

@@ -50,8 +50,8 @@ WIDE_ARRAY = {"pitch_mm": 5.0, "focal_length_mm": 16.5}
     ids=["array", "contact", "single lens", "stop on glass", "stop afar", "baffle on glass", "cement", "wide", "flat"],
 )
 def test_glass_is_modelled_up_to_where_its_narrowest_gap_is_seen(rig: dict[str, Any], most_mm_per_unit: float) -> None:
-    spec = parse_spec({"scene": "fish", "rig": rig, "capture": {"method": "raytraced"}})
+    spec = parse_spec({"scene": "fish", "rig": rig, "capture": {"method": "glass"}})
     stage = Stage(location=(0, 0, -1000), look_at=(0, 0, 0), reference_mm=1000.0, near_mm=1000.0, far_mm=2500.0)
-    assert capture_method(spec, stage.model_copy(update={"mm_per_unit": 0.99 * most_mm_per_unit})) == "raytraced"
+    assert capture_method(spec, stage.model_copy(update={"mm_per_unit": 0.99 * most_mm_per_unit})) == "glass"
     with pytest.raises(OpticsError, match=r"capture\.method: expected ray_camera, because stage\.mm_per_unit is"):
         capture_method(spec, stage.model_copy(update={"mm_per_unit": 1.01 * most_mm_per_unit}))

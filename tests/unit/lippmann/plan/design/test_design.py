@@ -236,7 +236,7 @@ def test_cells_on_a_device_are_the_pitch_rounded_down_or_up(lens_cols: int, pixe
 
 
 def test_time_and_memory_grow_with_the_pixels_that_are_rendered() -> None:
-    one, four = (estimate(parse_spec({"scene": "fish", "capture": {"supersample": k}}), "raytraced") for k in (1, 2))
+    one, four = (estimate(parse_spec({"scene": "fish", "capture": {"supersample": k}}), "glass") for k in (1, 2))
     assert (four.frame_cpu_s - START_S) / (one.frame_cpu_s - START_S) == pytest.approx(4.0)
     assert one.sheet_mb == pytest.approx(720 * 720 * 6 / 1e6)
 
@@ -254,9 +254,9 @@ def test_every_number_is_defined_in_the_docs() -> None:
 @pytest.mark.parametrize(
     ("lenses", "px_per_lens", "method", "measured_s"),
     [
-        (90, 8, "raytraced", 6.7),
-        (60, 24, "raytraced", 25.8),
-        (100, 24, "raytraced", 59.8),
+        (90, 8, "glass", 6.7),
+        (60, 24, "glass", 25.8),
+        (100, 24, "glass", 59.8),
         (60, 24, "ray_camera", 18.4),
     ],
 )
