@@ -13,7 +13,7 @@ import redis
 
 from lippmann.farm.supervisor.broker import find_server
 from lippmann.farm.supervisor.descendants import dying_with
-from tests.waiting import until
+from tests.waiting import ENOUGH_S, until
 
 
 class Broker:
@@ -32,11 +32,11 @@ class Broker:
         # Valkey overwrites its environment, so `tests.leftovers` would not know it.
         die = dying_with(os.getpid())
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=self._folder, preexec_fn=die)
-        until(self._answers, within_s=60)
+        until(self._answers)
 
     @property
     def client(self) -> Any:
-        return redis.Redis.from_url(self.url, protocol=2, socket_timeout=5)
+        return redis.Redis.from_url(self.url, protocol=2, socket_timeout=ENOUGH_S)
 
     def freeze(self) -> None:
         self.process.send_signal(signal.SIGSTOP)

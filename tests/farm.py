@@ -16,11 +16,13 @@ from pathlib import Path
 from lippmann.client import Client
 from lippmann.client.address import read_farm_file
 from service.schemas.job import Job
+from tests.waiting import ENOUGH_S
 
 LIPPMANN = str(Path(sysconfig.get_path("scripts")) / "lippmann")
 
 ENDED = ("done", "failed", "cancelled")
-START_S = 60.0
+JOB_S = 400.0
+"""A limit for jobs that take seconds when nothing else runs."""
 
 
 @dataclass(frozen=True)
@@ -51,22 +53,22 @@ def farm_up(data_dir: Path, *, slots: int = 2, env: Mapping[str, str] | None = N
         json.loads(process.stdout.readline())
         address = read_farm_file(data_dir)
         assert address is not None
-        with Client(address.url, address.key, patience_s=30.0) as client:
+        with Client(address.url, address.key, patience_s=ENOUGH_S) as client:
             yield Farm(process, data_dir, client)
     finally:
         if process.poll() is None:
             process.send_signal(signal.SIGINT)
-            process.wait(START_S)
+            process.wait(ENOUGH_S)
         if process.stdout:
             process.stdout.close()
 
 
-def ended(client: Client, job_id: str, *, within_s: float) -> Job:
+def ended(client: Client, job_id: str, *, within_s: float = JOB_S) -> Job:
     """Return a job once it has ended."""
     return until(client, job_id, lambda job: job.status in ENDED, within_s=within_s)
 
 
-def until(client: Client, job_id: str, right: object, *, within_s: float) -> Job:
+def until(client: Client, job_id: str, right: object, *, within_s: float = JOB_S) -> Job:
     """Return a job once it is as asked for, polling as an impatient user does."""
     assert callable(right)
     stop = time.monotonic() + within_s

@@ -14,8 +14,6 @@ from service.schemas.job import Job
 from tests.farm import Farm, ended, farm_up
 from tests.pictures import read_png
 
-pytestmark = pytest.mark.timeout(300)
-
 LENS_ROWS, LENS_COLS = 24, 20
 
 JOB = {
@@ -47,7 +45,7 @@ def farm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Farm]:
 
 @pytest.fixture(scope="module")
 def job(farm: Farm) -> Job:
-    return ended(farm.client, farm.client.submit(JOB).id, within_s=120)
+    return ended(farm.client, farm.client.submit(JOB).id)
 
 
 @pytest.fixture(scope="module")

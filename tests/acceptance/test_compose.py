@@ -17,11 +17,9 @@ from lippmann.client import Client
 from tests.broker import Broker, free_port
 from tests.farm import LIPPMANN, ended
 from tests.repository import ROOT
-from tests.waiting import until
+from tests.waiting import ENOUGH_S, until
 
 COMPOSE = str(Path(sysconfig.get_path("scripts")) / "docker-compose")
-
-pytestmark = pytest.mark.timeout(200)
 
 
 def composed() -> dict[str, Any]:
@@ -53,13 +51,13 @@ def started(tmp_path: Path) -> Iterator[Client]:
         processes.append(subprocess.Popen([LIPPMANN, *words[1:]], env=os.environ | env))
     try:
         url = f"http://127.0.0.1:{port}"
-        until(lambda: answers(url), within_s=60)
-        with Client(url, (tmp_path / "key").read_text().strip(), patience_s=30.0) as client:
+        until(lambda: answers(url))
+        with Client(url, (tmp_path / "key").read_text().strip(), patience_s=ENOUGH_S) as client:
             yield client
     finally:
         for process in processes:
             process.terminate()
-        codes = [process.wait(60) for process in processes]
+        codes = [process.wait(ENOUGH_S) for process in processes]
         broker.kill()
     assert codes[0] == 0, "the service ends well when it is told to"
 
@@ -72,7 +70,7 @@ def answers(url: str) -> bool:
 
 
 def test_a_service_and_two_workers_do_a_job(started: Client, tmp_path: Path) -> None:
-    until(lambda: len(started.workers().items) == 2, within_s=60)
+    until(lambda: len(started.workers().items) == 2)
     job = started.submit(
         {
             "scene": "target-letter",
@@ -81,7 +79,7 @@ def test_a_service_and_two_workers_do_a_job(started: Client, tmp_path: Path) -> 
             "outputs": ["orthoscopic.mkv"],
         }
     )
-    assert ended(started, job.id, within_s=120).status == "done"
+    assert ended(started, job.id).status == "done"
     workers = {task.worker for task in started.tasks(job.id) if task.kind == "render"}
     assert len(workers) == 2, "both of them rendered"
     assert all((tmp_path / f"heartbeat-{number}").exists() for number in (1, 2))

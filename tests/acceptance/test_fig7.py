@@ -15,8 +15,6 @@ import pytest
 from tests.farm import LIPPMANN
 from tests.pictures import read_png
 
-pytestmark = pytest.mark.timeout(300)
-
 OFF_MM = 3.5
 """Measured depth against the exact trace: the flank of the fish is a few millimetres deep itself."""
 

@@ -11,7 +11,7 @@ from typing import Any, cast
 
 import pytest
 from playwright._impl._driver import compute_driver_executable
-from playwright.sync_api import Browser, Page, Playwright, Request, sync_playwright
+from playwright.sync_api import Browser, Page, Playwright, Request, expect, sync_playwright
 
 from lippmann.job.events import Event
 from lippmann.job.orders import Order
@@ -21,6 +21,7 @@ from tests.broker import Broker
 from tests.browser.studio import SPEC, Studio, parts
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.needs import missing, need_to_run
+from tests.waiting import ENOUGH_S
 
 CHROMIUM_ARGS = [
     "--no-sandbox",  # tests run as root in containers; the page is ours
@@ -31,7 +32,7 @@ CHROMIUM_ARGS = [
     "--mute-audio",
     "--enable-unsafe-swiftshader",  # WebGL2 without a graphics card
 ]
-PATIENCE_MS = 10_000
+PATIENCE_MS = 1000 * ENOUGH_S
 
 
 @dataclass
@@ -106,6 +107,7 @@ def chromium(playwright: Playwright) -> Iterator[Browser]:
     program = os.environ.get("LIPPMANN_CHROMIUM") or shutil.which("chromium") or shutil.which("chromium-browser")
     if program is None:
         missing("Chromium is not installed")
+    expect.set_options(timeout=PATIENCE_MS)
     browser = playwright.chromium.launch(executable_path=program, args=CHROMIUM_ARGS)
     yield browser
     browser.close()

@@ -17,7 +17,7 @@ NATURAL_PX = "picture => picture.complete && picture.naturalWidth"
 @pytest.fixture
 def done_job(farm: Farm) -> str:
     job_id = farm.submit()
-    until(lambda: farm.service.status(job_id) == "done", within_s=30)
+    until(lambda: farm.service.status(job_id) == "done")
     return job_id
 
 
@@ -79,7 +79,7 @@ def test_videos_of_every_kind_play_and_files_of_other_outputs_can_be_taken_home(
     page: Page, farm: Farm, log_in: Callable[[], Page]
 ) -> None:
     job_id = farm.submit(outputs=["stereo.mp4", "anaglyph.webm", "view_grid.png"])
-    until(lambda: farm.service.status(job_id) == "done", within_s=30)
+    until(lambda: farm.service.status(job_id) == "done")
     log_in()
     for title in ("For two eyes, side by side", "For red-cyan glasses: anaglyph.webm"):
         video = page.get_by_label(title)

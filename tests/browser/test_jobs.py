@@ -95,7 +95,7 @@ def test_a_job_is_paused_resumed_and_when_it_was_cancelled_retried(
 
 def test_a_job_that_somebody_removed_leaves_the_list(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
     removed, kept = (farm.submit(title=title, frames="1", outputs=[]) for title in ("Removed", "Kept"))
-    until(lambda: farm.service.status(kept) == farm.service.status(removed) == "done", within_s=30)
+    until(lambda: farm.service.status(kept) == farm.service.status(removed) == "done")
     log_in()
     page.get_by_role("link", name="Removed").click()
     expect(page.get_by_role("heading", name="Removed")).to_be_visible()

@@ -87,7 +87,7 @@ def open_frame(page: Page, farm: Farm, log_in: Callable[[], Page]) -> Callable[.
     def go(layout: CellLayout = SQUARE, *, moves: bool = False) -> Viewer:
         rig = RIG | {"lens_array": {"count": [LENSES, LENSES], "lattice": layout.lattice}}
         job_id = farm.submit(rig=rig, frames="1-2", outputs=[])
-        until(lambda: farm.service.status(job_id) == "done", within_s=30)
+        until(lambda: farm.service.status(job_id) == "done")
         page.emulate_media(reduced_motion="no-preference" if moves else "reduce")
         page.set_viewport_size({"width": 900, "height": 600})  # Without a graphics card every pixel costs.
         log_in()

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser
 from lippmann.farm.supervisor.descendants import descendants
 from tests.broker import Broker
 from tests.browser.conftest import chromium, playwright
-from tests.farm import farm_up
+from tests.farm import JOB_S, farm_up
 from tests.integration.service.conftest import postgresql
 from tests.waiting import until
 
@@ -34,10 +34,11 @@ def names_below(pid: int) -> dict[int, str]:
 
 def test_never_ends(tmp_path: Path, postgresql: str, chromium: Browser) -> None:
     chromium.new_page()
-    Broker(tmp_path)
+    broker = Broker(tmp_path)
     with farm_up(tmp_path / "data") as farm:
         farm.client.submit({"scene": "fish", "rig": {"px_per_lens": 64}, "frames": "1-50"})
-        until(lambda: "povray" in names_below(os.getpid()).values(), within_s=300)
+        until(lambda: "povray" in names_below(os.getpid()).values(), within_s=JOB_S)
+        assert broker.client.ping()
         Path(os.environ[STUCK_FILE]).touch()
         while True:
             signal.pause()

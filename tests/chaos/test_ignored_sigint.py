@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 from tests.repository import ROOT
+from tests.waiting import ENOUGH_S
 
 IGNORING = ("sh", "-c", 'trap "" INT; exec "$@"', "sh")
 
@@ -14,7 +15,7 @@ IGNORING = ("sh", "-c", 'trap "" INT; exec "$@"', "sh")
 def test_what_a_test_starts_ends_on_sigint() -> None:
     with subprocess.Popen(["sleep", "1000"]) as started:
         started.send_signal(signal.SIGINT)
-        assert started.wait(120) == -signal.SIGINT
+        assert started.wait(ENOUGH_S) == -signal.SIGINT
 
 
 def test_it_does_so_when_the_test_run_ignores_sigint() -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from lippmann.farm.supervisor.descendants import kill
 from tests.chaos import stuck
+from tests.farm import JOB_S
 from tests.integration.lippmann.conftest import alive, born, command
 from tests.needs import needs_povray
 from tests.repository import ROOT
@@ -24,7 +25,7 @@ def test_a_killed_test_run_leaves_no_process_behind(tmp_path: Path) -> None:
     ready = tmp_path / "ready"
     arguments = [sys.executable, "-m", "pytest", "-q", "--basetemp", str(tmp_path / "inner"), stuck.__file__]
     with subprocess.Popen(arguments, cwd=ROOT, env=os.environ | {stuck.STUCK_FILE: str(ready)}) as run:
-        until(lambda: ready.exists() or run.poll() is not None, within_s=400)
+        until(lambda: ready.exists() or run.poll() is not None, within_s=JOB_S)
         assert run.poll() is None
         names = stuck.names_below(run.pid)
         processes = {found for pid in names if (found := born(pid))}
@@ -32,7 +33,7 @@ def test_a_killed_test_run_leaves_no_process_behind(tmp_path: Path) -> None:
         run.kill()
     try:
         assert set(names.values()) >= STARTED
-        until(lambda: not alive(processes), within_s=60)
+        until(lambda: not alive(processes))
     finally:
         kill({pid for pid, _ in alive(processes)})
         shutil.rmtree(data.parent)

@@ -24,8 +24,6 @@ FILES = {
     "fig11": ["fig11.png", "fig11-16-views.png", "fig11.mp4"],
 }
 
-pytestmark = pytest.mark.timeout(120)
-
 
 def run(*arguments: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run([LIPPMANN, "paper", *arguments], capture_output=True, text=True, check=False)

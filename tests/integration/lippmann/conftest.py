@@ -7,8 +7,7 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,11 +19,9 @@ from lippmann.client import Client
 from lippmann.client.address import Address
 from lippmann.farm.supervisor.descendants import descendants
 from tests.needs import need_to_run
+from tests.waiting import ENOUGH_S
 
 LIPPMANN = (sys.executable, "-P", "-m", "lippmann.cli.main")
-
-ENOUGH_S = 120.0
-"""A limit for what takes seconds, on a machine that does much else."""
 
 Process = tuple[int, str]
 """A process id and when it started, so that a number used anew is not taken for the old one."""
@@ -98,15 +95,6 @@ def run(*arguments: str, given: str = "", **environment: str) -> subprocess.Comp
     return subprocess.run(
         [*LIPPMANN, *arguments], input=given, capture_output=True, text=True, timeout=300, env=inherited | environment
     )
-
-
-def until(true: Callable[[], Any], *, within_s: float = ENOUGH_S) -> float:
-    """Wait until something is so; return how long that took."""
-    began_s = time.monotonic()
-    while not true():
-        assert time.monotonic() - began_s < within_s, "it did not come to be"
-        time.sleep(0.02)
-    return time.monotonic() - began_s
 
 
 def born(pid: int) -> Process | None:

@@ -11,8 +11,9 @@ from typing import Any
 import pytest
 
 from povtemplates.catalogue import scene_folders
-from tests.integration.lippmann.conftest import LIPPMANN, Up, run, until
+from tests.integration.lippmann.conftest import LIPPMANN, Up, run
 from tests.needs import needs_povray
+from tests.waiting import ENOUGH_S, until
 
 pytestmark = needs_povray
 
@@ -167,7 +168,7 @@ def test_ctrl_c_ends_watch_with_130_and_leaves_the_job_alone(farm: Up) -> None:
         assert watching.stderr is not None
         assert watching.stderr.readline()
         watching.send_signal(signal.SIGINT)
-        assert watching.wait(timeout=20) == 130
+        assert watching.wait(ENOUGH_S) == 130
         watching.stderr.close()
         assert client.job(job.id).status in ("queued", "probing", "running")
         client.cancel(job.id)

@@ -10,7 +10,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from tests.integration.lippmann.conftest import alive, born, until
+from tests.integration.lippmann.conftest import alive, born
+from tests.waiting import ENOUGH_S, until
 
 SLEEPS = "echo works; exec sleep 1000"
 STUBBORN = "trap '' TERM; echo works; while :; do sleep 1000; done"
@@ -19,7 +20,7 @@ STUBBORN = "trap '' TERM; echo works; while :; do sleep 1000; done"
 def test_children_start_in_order_and_end_in_the_other(tmp_path: Path) -> None:
     with _supervisor(tmp_path, first=SLEEPS, second=SLEEPS) as process:
         assert _events(process, 3) == ["first child_ready", "second child_ready", "ready"]
-        process.communicate("stop\n", timeout=20)
+        process.communicate("stop\n", timeout=ENOUGH_S)
     assert process.returncode == 0
     assert (tmp_path / "order").read_text().split() == ["first", "second"]
 
@@ -54,7 +55,7 @@ def test_a_child_that_does_not_want_to_end_is_killed_with_everything_below_it(tm
         assert _events(process, 2) == ["first child_ready", "ready"]
         below = born(int((tmp_path / "below").read_text()))
         assert below is not None
-        process.communicate("stop\n", timeout=20)
+        process.communicate("stop\n", timeout=ENOUGH_S)
     assert process.returncode == 0
     assert not alive({below})
 
@@ -69,7 +70,7 @@ def test_what_a_dead_child_left_below_it_is_gone_before_it_starts_again(tmp_path
         subprocess.run(["kill", "-KILL", str(pid)], check=True)
         assert _events(process, 2) == ["first died", "first restarted"]
         assert not alive({left})
-        process.communicate("stop\n", timeout=20)
+        process.communicate("stop\n", timeout=ENOUGH_S)
 
 
 def test_everything_ends_at_once_when_whoever_started_the_keeper_is_gone(tmp_path: Path) -> None:
@@ -79,8 +80,8 @@ def test_everything_ends_at_once_when_whoever_started_the_keeper_is_gone(tmp_pat
         assert child is not None
         assert process.stdin is not None
         process.stdin.close()
-        until(lambda: not alive({child}), within_s=10)
-        assert process.wait(timeout=10) == 0
+        until(lambda: not alive({child}))
+        assert process.wait(ENOUGH_S) == 0
 
 
 _PROGRAM = """
@@ -120,7 +121,7 @@ except FarmFailed as error:
 
 @contextmanager
 def _supervisor(
-    folder: Path, *, grace_s: float = 5.0, start_within_s: float = 10.0, pause_s: float = 10.0, **scripts: str
+    folder: Path, *, grace_s: float = ENOUGH_S, start_within_s: float = ENOUGH_S, pause_s: float = 10.0, **scripts: str
 ) -> Iterator[subprocess.Popen[str]]:
     asked: dict[str, Any] = {"folder": str(folder), "grace_s": grace_s, "start_within_s": start_within_s}
     asked |= {"pause_s": pause_s, "scripts": scripts}
@@ -142,7 +143,7 @@ def _to_the_end(process: subprocess.Popen[str]) -> str:
     """Return everything that a supervisor says; its stdin stays open, for that is its reason to live."""
     assert process.stdout is not None
     said = process.stdout.read()
-    process.wait(timeout=20)
+    process.wait(timeout=ENOUGH_S)
     return said
 
 

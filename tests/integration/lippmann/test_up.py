@@ -16,8 +16,9 @@ import pytest
 
 from lippmann.farm.supervisor.broker import socket_path
 from lippmann.farm.supervisor.descendants import descendants
-from tests.integration.lippmann.conftest import LIPPMANN, Up, alive, born, lippmann_up, run, until
+from tests.integration.lippmann.conftest import LIPPMANN, Up, alive, born, lippmann_up, run
 from tests.needs import needs_povray
+from tests.waiting import ENOUGH_S, until
 
 pytestmark = needs_povray
 
@@ -55,8 +56,8 @@ def test_kill_9_in_the_middle_of_a_rendering_leaves_nothing(tmp_path: Path, vict
         pids = {"up": up.process.pid, "supervisor": up.one("lippmann.farm.supervisor")}
         for victim in sorted(victims, reverse=True):  # whoever looks after the other goes first
             os.kill(pids[victim], signal.SIGKILL)
-        until(lambda: not alive(processes), within_s=10)
-        assert up.process.wait(timeout=10) == (-signal.SIGKILL if "up" in victims else 1)
+        until(lambda: not alive(processes))
+        assert up.process.wait(ENOUGH_S) == (-signal.SIGKILL if "up" in victims else 1)
     with lippmann_up(tmp_path) as up, up.client() as client:  # and the next start goes on
         assert [job.status for job in client.jobs()] == ["running"]
 
@@ -83,15 +84,17 @@ def test_signals_that_are_ignored_from_the_start_stay_ignored_and_sigterm_ends_i
 
 
 def test_a_second_ctrl_c_ends_everything_at_once(tmp_path: Path) -> None:
-    with lippmann_up(tmp_path) as up:
+    told = tmp_path / "told"
+    with lippmann_up(tmp_path, through=["sh", "-c", 'exec "$@" 2>"$0"', str(told)]) as up:
         processes = set(up.below())
         worker = up.one("lippmann.cli.main worker")
         os.kill(worker, signal.SIGSTOP)  # it will not hear that it should end
         up.process.send_signal(signal.SIGINT)
         until(lambda: signal.SIGTERM in _signals(worker, "ShdPnd"))
         up.process.send_signal(signal.SIGINT)
-        assert up.process.wait(timeout=8) == 0
+        assert up.process.wait(ENOUGH_S) == 0
         assert not alive(processes)
+    assert "service is asked to end" not in told.read_text(), "nothing waits for the worker"
 
 
 def test_what_dies_is_started_again_at_the_same_address_with_the_same_key(tmp_path: Path) -> None:
@@ -102,7 +105,7 @@ def test_what_dies_is_started_again_at_the_same_address_with_the_same_key(tmp_pa
             os.kill(old, signal.SIGKILL)
             until(partial(_is_another, up, words, old))
         job = client.submit({"scene": "target-white", "rig": {"lens_array": {"count": [4, 4]}}, "outputs": []})
-        until(lambda: client.job(job.id).status == "done", within_s=90)
+        until(lambda: client.job(job.id).status == "done")
         workers = [line for line in up.below().values() if "lippmann.cli.main worker" in line]
         assert len(workers) == 3, "one parent and two slots; nothing of the old ones"
 
@@ -144,14 +147,16 @@ def test_a_read_only_data_folder_is_refused_by_name(bwrap: list[str], tmp_path: 
     inside = [*bwrap, "--ro-bind", str(folder), str(folder), "--", *LIPPMANN]
     for name in ("up", "serve", "worker"):
         command = [*inside, name, "--data-dir", str(folder)]
-        ended = subprocess.run(command, capture_output=True, text=True, timeout=60)
+        ended = subprocess.run(command, capture_output=True, text=True, timeout=ENOUGH_S)
         assert ended.returncode == 2, ended.stderr
         assert re.search(f"folder that can be written, got {folder}: Read-only file system", ended.stderr)
 
 
 def test_a_disk_that_is_full_is_refused_with_numbers(bwrap: list[str], tmp_path: Path) -> None:
     small = [*bwrap, "--size", "5000000", "--tmpfs", str(tmp_path), "--", *LIPPMANN]
-    ended = subprocess.run([*small, "up", "--data-dir", str(tmp_path)], capture_output=True, text=True, timeout=60)
+    ended = subprocess.run(
+        [*small, "up", "--data-dir", str(tmp_path)], capture_output=True, text=True, timeout=ENOUGH_S
+    )
     assert ended.returncode == 2
     assert re.search(rf"expected at least 100 MB free in {tmp_path}, got [45] MB", ended.stderr)
 
@@ -163,7 +168,7 @@ def test_ctrl_c_ends_a_demo_with_130_and_leaves_nothing(tmp_path: Path) -> None:
         assert any("0 of 6 frames" in line for line in demo.stderr)
         processes = {found for pid in descendants(demo.pid) if (found := born(pid))}
         demo.send_signal(signal.SIGINT)
-        assert demo.wait(timeout=60) == 130
+        assert demo.wait(ENOUGH_S) == 130
     assert len(processes) >= 4
     assert not alive(processes)
     assert not list((tmp_path / "out").iterdir())
@@ -185,7 +190,7 @@ def test_the_service_alone_says_where_it_is_keeps_its_key_and_ends_when_told(tmp
             assert httpx.get(f"{url}/api/v1/jobs", headers=headers).status_code == 200
             keys.add(key_file.read_text())
             service.send_signal(signal.SIGTERM)
-            assert service.wait(timeout=30) == 0
+            assert service.wait(ENOUGH_S) == 0
     assert len(keys) == 1
 
 
@@ -193,7 +198,7 @@ def _render(up: Up) -> None:
     """Bring POV-Ray to work in the farm."""
     with up.client() as client:
         client.submit(LONG_JOB)
-    until(lambda: sum(line.split(" ")[0].endswith("/povray") for line in up.below().values()) >= 2, within_s=60)
+    until(lambda: sum(line.split(" ")[0].endswith("/povray") for line in up.below().values()) >= 2)
 
 
 def _is_another(up: Up, words: str, old: int) -> bool:

