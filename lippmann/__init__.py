@@ -1,65 +1,65 @@
-"""The command `lippmann`, the Python client and the one-machine farm. Wires the rest together; nothing imports it.
+"""Lippmann: a Python library, a command and a render farm for integral photography.
 
-main            the command: every sub-command, errors and exit codes
-commands        the sub-commands: options in, words out
-talk            what a command says: JSON for programs, text for people
-progress        how far a job is: a bar on a terminal, plain lines in a pipe
-table           columns of text
-job_file        job files and `--set`
-address         where the service is, and the key to it
-client          the Python client: `from lippmann import Client`
-follow_job      a job watched until it ends
-fetch_job       a job's files brought here
-demo            the paper's integral video, from nothing
-capture_here    one frame without a farm
-import_here     integral images from elsewhere, taken into the chain
-orthoscopic_here   a pseudoscopic sheet made orthoscopic, by the half-turn or by SPOC
-compare_here    two integral images, or folders of them, compared
-coding_study    what codecs make of an integral video: rate and distortion
-study_here      such a study of frames on disk: numbers and curves
-lent_master     the master to look at: a file, a frame of a folder or of a job
-job_masters     masters of a job, brought here for as long as they are needed
-master_file     an orthoscopic master from disk
-files_footage   masters on disk as what outputs are made of
-said_lenses     the lenses over a picture, where no header says them
-shown_display   the display that a master would be shown on
-numbers         numbers as options carry them
-picture_size    in which size a picture is written
-view_here       views of it
-refocus_here    refocused pictures of it
-depth_here      the depth of its views
-observe_here    what eyes see of its display
-export_here     outputs made of masters here
-calibration_here   a calibration sheet without a job
-design_here     what a job will give, before it is rendered
-lens_file       imaging lenses from files
-plot            axes, points and lines in one style
-paper           the paper's experiments, each a command
-bundle_file     scene bundles from disk
-writable        whether a folder can be written
-parts           what the service is given: store, pictures, scenes
-serve           the service as a process
-listen          the address that a service listens on
-log_file        where a process writes its log
-worker_process  a worker as a process
-supervisor      the one-machine farm: broker, service and workers that live and end together
-errors          what a command cannot do, and the exit codes
+    from lippmann import IntegralImage, Client, design
+
+IntegralImage   an integral image: open, views, refocus, depth, perspective, save
+CellLayout      the lattice of lenses over its pixels, square or hexagonal
+Eye             the place of an eye in front of a display
+design          what a job will give: lens, views, display, depth budget, cost
+JobSpec         a job, validated
+Client          the HTTP client of a farm
+LippmannError   the root of all errors
+
+Names are imported when they are first used, so `import lippmann` is quick. The packages below it, from the bottom up:
+
+errors        the errors
+lattice       where the lenses are, square and hexagonal
+job           what is asked for: job, rig, outputs, orders, events
+optics        millimetres: lenses, rigs, drawings
+lightfield    integral images in pixels: views, refocus, depth, observer, quality, calibration
+plan          a job into tasks, tiles and artifact names; the designer; printing
+terminal      progress and output on a terminal
+client        the HTTP client
+local         the work of a farm on this machine, without a farm
+farm          a farm on this machine
+experiments   the figures of the paper, made again
+cli           the command `lippmann`
 """
 
 from __future__ import annotations
 
+from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from lippmann.client import Client
+    from lippmann.errors import LippmannError
+    from lippmann.job.spec import JobSpec
+    from lippmann.lattice.layout import CellLayout
+    from lippmann.lightfield.views.perspective import Eye
+    from lippmann.local.design import design
+    from lippmann.local.image import IntegralImage
 
-__all__ = ["Client"]
+__all__ = ["CellLayout", "Client", "Eye", "IntegralImage", "JobSpec", "LippmannError", "design"]
+
+_MODULES = {
+    "CellLayout": "lippmann.lattice.layout",
+    "Client": "lippmann.client",
+    "Eye": "lippmann.lightfield.views.perspective",
+    "IntegralImage": "lippmann.local.image",
+    "JobSpec": "lippmann.job.spec",
+    "LippmannError": "lippmann.errors",
+    "design": "lippmann.local.design",
+}
 
 
 def __getattr__(name: str) -> Any:
-    # Late, so that `lippmann --help` does not wait for the HTTP library.
-    if name == "Client":
-        from lippmann.client import Client
+    # A name is imported when it is first used: `import lippmann` and `lippmann --help` load no heavy library.
+    if name not in _MODULES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    value = globals()[name] = getattr(import_module(_MODULES[name]), name)
+    return value
 
-        return Client
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,4 +1,4 @@
-"""A calibration sheet on disk, without a job."""
+"""Write a calibration sheet without a job."""
 
 from __future__ import annotations
 
@@ -15,30 +15,30 @@ from lippmann.local.files.writable import check_writable
 from worker.tasks.outputs.calibration import sheet_files, write_sheet
 
 FORMATS = {spelling: options.get("file_format", "pdf") for spelling, options in CalibrationSheet.SPELLINGS.items()}
-"""By suffix, what is written."""
+"""The file format of each suffix."""
 
 
-def calibration_here(out: Path, *, pitch_mm: float, lattice: str, options: dict[str, Any]) -> tuple[Path, ...]:
-    """Write a sheet: a PDF of two pages, or as TIFF or PNG a picture for each direction.
+def write_calibration_sheet(out: Path, *, pitch_mm: float, lattice: str, options: dict[str, Any]) -> tuple[Path, ...]:
+    """Write a calibration sheet: a PDF of two pages, or a TIFF or PNG for each direction.
 
     Parameters
     ----------
     out
-        A .pdf, .tif or .png; of pictures, `-across` and `-down` come before the suffix.
+        A .pdf, .tif or .png; the names of pictures get `-across` and `-down` before the suffix.
     pitch_mm, lattice
-        Of the array.
+        The pitch, mm, and the lattice of the lens array.
     options
-        Of `CalibrationSheet`: dpi, pitch_um, range_percent and so on.
+        The fields of `CalibrationSheet`: dpi, pitch_um, range_percent and so on.
 
     Returns
     -------
     tuple
-        What was written.
+        The files.
 
     Raises
     ------
     BadInput
-        If such a sheet cannot be, naming what is wrong.
+        If there can be no such sheet; the message names the option.
     """
     suffix = out.suffix.lower()
     if suffix not in FORMATS:
@@ -50,9 +50,9 @@ def calibration_here(out: Path, *, pitch_mm: float, lattice: str, options: dict[
         sheet = CalibrationSheet.model_validate({"file_format": FORMATS[suffix], **options})
         sheet.check(rig, ())
     except ValidationError as error:
-        raise BadInput("; ".join(map(_said, problems_of(error)))) from error
+        raise BadInput("; ".join(map(_message, problems_of(error)))) from error
     except Misfit as wrong:
-        raise BadInput(_said(FieldProblem(wrong.field, wrong.expected, wrong.got))) from wrong
+        raise BadInput(_message(FieldProblem(wrong.field, wrong.expected, wrong.got))) from wrong
     check_writable(out.parent)
     written = []
     for file, pages in sheet_files(sheet, rig):
@@ -62,6 +62,6 @@ def calibration_here(out: Path, *, pitch_mm: float, lattice: str, options: dict[
     return tuple(written)
 
 
-def _said(problem: FieldProblem) -> str:
+def _message(problem: FieldProblem) -> str:
     option = problem.field.rpartition(".")[2].replace("_", "-")
     return f"--{option}: expected {problem.expected}, got {problem.got}"

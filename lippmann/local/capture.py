@@ -1,4 +1,4 @@
-"""One frame without a farm: which scene and which job, then the worker's own steps."""
+"""Capture one frame without a farm: the job and its scene, then the steps of a worker."""
 
 from __future__ import annotations
 
@@ -19,31 +19,42 @@ from worker.settings import WorkerSettings
 from worker.tasks.local import capture_frame
 
 _UNNAMED = "scene"
-"""What a job calls a folder whose name is none for a scene."""
+"""The scene's name in a job whose folder has a name that is not allowed."""
 
 
 @dataclass(frozen=True)
-class Captured:
-    """What a capture made."""
+class CaptureResult:
+    """The files of a capture."""
 
     files: tuple[Path, ...]
     notes: tuple[str, ...]
     seconds: float
 
 
-def capture_here(
+def capture(
     scene: str | None, job_file: str | None, overrides: Sequence[str], *, frame: int, out: Path
-) -> Captured:
+) -> CaptureResult:
     """Render one frame of a scene, or of a job, into a folder.
+
+    Parameters
+    ----------
+    scene
+        The scene: the name of one that is included, a folder or a zip; None for the scene of the job.
+    job_file
+        The job file; None for a job of defaults.
+    overrides
+        Fields of the job to set, each as `field=value`.
+    frame
+        The number of the frame.
+    out
+        The folder to write.
 
     Raises
     ------
     LippmannError
-        If neither scene nor job is there, the folder cannot be written, or POV-Ray is missing.
-    lippmann.errors.LippmannError
-        Whatever an attempt on the farm would fail with.
+        If there is neither a scene nor a job, the folder cannot be written, POV-Ray is missing, or the render fails.
     """
-    spec, bundle = wanted_job(scene, job_file, overrides)
+    spec, bundle = requested_job(scene, job_file, overrides)
     settings = WorkerSettings()
     check_povray(settings.povray)
     check_writable(out)
@@ -52,11 +63,11 @@ def capture_here(
         captured = capture_frame(
             spec, bundle, frame=frame, out=out, settings=settings, on_progress=lambda step, part: line.show(part, step)
         )
-    return Captured(files=captured.pictures, notes=captured.notes, seconds=time.monotonic() - began_s)
+    return CaptureResult(files=captured.pictures, notes=captured.notes, seconds=time.monotonic() - began_s)
 
 
-def wanted_job(scene: str | None, job_file: str | None, overrides: Sequence[str]) -> tuple[JobSpec, bytes]:
-    """Return the job that the options ask for, and its scene's bundle: SCENE goes before the job file's scene."""
+def requested_job(scene: str | None, job_file: str | None, overrides: Sequence[str]) -> tuple[JobSpec, bytes]:
+    """Return the job that the options request, and the bundle of its scene; `scene` overrides that of the job file."""
     job: dict[str, Any] = read_job(job_file) if job_file else {}
     for override in overrides:
         set_field(job, override)
@@ -65,7 +76,7 @@ def wanted_job(scene: str | None, job_file: str | None, overrides: Sequence[str]
 
 
 def job_of(job: dict[str, Any], scene: str | None) -> tuple[JobSpec, bytes]:
-    """Return a job as it was read, checked, and its scene's bundle: `scene` goes before the job's own."""
+    """Validate a job as it was read, and return it with the bundle of its scene; `scene` overrides the job's own."""
     wanted = scene or job.get("scene")
     if not isinstance(wanted, str):
         raise BadInput("expected a SCENE or a job with one in --job, got neither")

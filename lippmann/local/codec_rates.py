@@ -1,4 +1,4 @@
-"""What codecs make of an integral video: rate and distortion at several quantizers, of the sheets and of their views.
+"""Rate and distortion of an integral video under several codecs and quantizers, for its sheets and for its views.
 
 Two ways to put an integral video into a codec are compared:
 
@@ -38,7 +38,7 @@ Codes = NDArray[np.uint8]
 Encoder = Literal["x264", "x265", "svtav1", "vp9"]
 
 ENCODERS: Mapping[Encoder, Codec] = {"x264": "h264", "x265": "h265", "svtav1": "av1", "vp9": "vp9"}
-"""What a study may try, and the codec that each is an encoder of."""
+"""The encoders of a study, and the codec of each."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Sequence8:
     """An integral video in 8-bit sRGB codes."""
 
     frames: Callable[[], Iterator[Codes]]
-    """Its orthoscopic sheets, from the first, each time it is called."""
+    """Returns an iterator over the orthoscopic sheets, from the first, each time it is called."""
     count: int
     layout: CellLayout
     fps: float
@@ -54,28 +54,28 @@ class Sequence8:
 
 @dataclass(frozen=True)
 class Point:
-    """One way of coding, measured: means over frames, and over views."""
+    """The rate and distortion of one way of coding: means over the frames, and over the views."""
 
     codec: Encoder
     arrangement: Arrangement
     qp: int
     bits: int
     bits_per_px: float
-    """Of the sheets."""
+    """Bits per pixel of the sheets."""
     kbit_s: float
     psnr_y_db: float
-    """Of the sheets."""
+    """PSNR of the luma of the sheets."""
     psnr_rgb_db: float
     view_psnr_y_db: float
-    """Mean over the views."""
+    """PSNR of the luma, mean over the views."""
     view_psnr_y_min_db: float
-    """Of the worst view."""
+    """PSNR of the luma of the worst view."""
     view_ssim: float
-    """Mean over the views; NaN where they are smaller than its window."""
+    """SSIM, mean over the views; NaN where the views are smaller than its window."""
 
     @property
     def curve(self) -> tuple[Encoder, Arrangement]:
-        """Which curve it is a point of."""
+        """The curve of the point."""
         return self.codec, self.arrangement
 
 
@@ -87,7 +87,7 @@ def study(
     qps: Sequence[int],
     chroma: Chroma,
     intra: bool,
-    tell: Callable[[float, str], None],
+    on_progress: Callable[[float, str], None],
 ) -> Iterator[Point]:
     """Yield a point for every codec, arrangement and quantizer.
 
@@ -99,7 +99,7 @@ def study(
     runs = list(product(codecs, arrangements, qps))
     kinds = [kind(ENCODERS[codec], container="mkv", qp=qp, chroma=chroma, intra=intra) for codec, _, qp in runs]
     for number, (codec, arrangement, qp) in enumerate(runs):
-        tell(number / len(runs), f"{codec} {arrangement} qp {qp}")
+        on_progress(number / len(runs), f"{codec} {arrangement} qp {qp}")
         yield _measured(video, codec, arrangement, qp, kinds[number])
 
 

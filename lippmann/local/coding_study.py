@@ -1,4 +1,4 @@
-"""A coding study of a job's frames, or of a folder of them: numbers as CSV and JSON, curves as a plot."""
+"""Run a coding study of a folder of frames: numbers as CSV and JSON, curves as a plot."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ _MARKS: dict[Arrangement, str] = {"sheets": "o-", "views": "s--"}
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """What a study is to try."""
+class StudyOptions:
+    """The codecs, arrangements and quantizers of a study."""
 
     codecs: tuple[Encoder, ...]
     arrangements: tuple[Arrangement, ...]
@@ -38,8 +38,8 @@ class Wanted:
 
 
 @dataclass(frozen=True)
-class Studied:
-    """What it found, and where that lies."""
+class StudyResult:
+    """The points of a study, and the files that hold them."""
 
     points: tuple[Point, ...]
     bd_rates: dict[tuple[Encoder, Arrangement], float]
@@ -48,8 +48,19 @@ class Studied:
     files: tuple[Path, ...]
 
 
-def study_here(folder: Path, wanted: Wanted, *, fps: float, out: Path) -> Studied:
-    """Study the frames of a folder, and write `coding-study.csv`, `.json` and `.png`.
+def run_study(folder: Path, options: StudyOptions, *, fps: float, out: Path) -> StudyResult:
+    """Run a coding study, and write `coding-study.csv`, `.json` and `.png`.
+
+    Parameters
+    ----------
+    folder
+        A folder of orthoscopic frames.
+    options
+        What is tried.
+    fps
+        Frames a second.
+    out
+        The folder to write.
 
     Raises
     ------
@@ -67,40 +78,40 @@ def study_here(folder: Path, wanted: Wanted, *, fps: float, out: Path) -> Studie
         with ProgressLine(NAME) as line:
             for point in study(
                 video,
-                codecs=wanted.codecs,
-                arrangements=wanted.arrangements,
-                qps=wanted.qps,
-                chroma=wanted.chroma,
-                intra=wanted.intra,
-                tell=line.show,
+                codecs=options.codecs,
+                arrangements=options.arrangements,
+                qps=options.qps,
+                chroma=options.chroma,
+                intra=options.intra,
+                on_progress=line.show,
             ):
                 points.append(point)
     except OutputError as error:
         raise BadInput(error.message) from error
     files = tuple(out / f"{NAME}{suffix}" for suffix in (".csv", ".json", ".png"))
-    studied = Studied(tuple(points), savings(points), video.count, video.layout, files)
+    result = StudyResult(tuple(points), savings(points), video.count, video.layout, files)
     _write_csv(files[0], points)
-    files[1].write_text(json.dumps(study_data(studied, wanted), indent=1) + "\n")
-    _plot(files[2], studied, wanted)
-    return studied
+    files[1].write_text(json.dumps(study_data(result, options), indent=1) + "\n")
+    _plot(files[2], result, options)
+    return result
 
 
-def study_data(studied: Studied, wanted: Wanted) -> dict[str, Any]:
-    """Return everything for programs; null is an infinite or an unknown number."""
-    layout = studied.layout
+def study_data(result: StudyResult, options: StudyOptions) -> dict[str, Any]:
+    """Return the result as JSON data; an infinite or unknown number is null."""
+    layout = result.layout
     return {
-        "frames": studied.frames,
+        "frames": result.frames,
         "lenses": {
             "count": [layout.lens_rows, layout.lens_cols],
             "px_per_lens": layout.px_per_lens,
             "lattice": layout.lattice,
         },
-        "chroma": wanted.chroma,
-        "intra": wanted.intra,
-        "points": [{name: _number(value) for name, value in asdict(point).items()} for point in studied.points],
+        "chroma": options.chroma,
+        "intra": options.intra,
+        "points": [{name: _number(value) for name, value in asdict(point).items()} for point in result.points],
         "bd_rate": [
             {"codec": codec, "arrangement": arrangement, "against_the_first": _number(saving)}
-            for (codec, arrangement), saving in studied.bd_rates.items()
+            for (codec, arrangement), saving in result.bd_rates.items()
         ],
     }
 
@@ -133,9 +144,9 @@ def _write_csv(path: Path, points: Sequence[Point]) -> None:
         writer.writerows(rows)
 
 
-def _plot(path: Path, studied: Studied, wanted: Wanted) -> None:
-    note = f"{studied.layout}, {studied.frames} frames, {wanted.chroma}"
-    note += ", every frame alone" if wanted.intra else ""
+def _plot(path: Path, result: StudyResult, options: StudyOptions) -> None:
+    note = f"{result.layout}, {result.frames} frames, {options.chroma}"
+    note += ", every frame alone" if options.intra else ""
     with axes(
         title="Rate and distortion of an integral video",
         x="bits a pixel",
@@ -146,9 +157,9 @@ def _plot(path: Path, studied: Studied, wanted: Wanted) -> None:
         drawn.set_xscale("log")
         for axis in (drawn.xaxis.set_major_formatter, drawn.xaxis.set_minor_formatter):
             axis("{x:g}")
-        for number, codec in enumerate(wanted.codecs):
-            for arrangement in wanted.arrangements:
-                curve = [point for point in studied.points if point.curve == (codec, arrangement)]
+        for number, codec in enumerate(options.codecs):
+            for arrangement in options.arrangements:
+                curve = [point for point in result.points if point.curve == (codec, arrangement)]
                 drawn.plot(
                     [point.bits_per_px for point in curve],
                     [point.view_psnr_y_db for point in curve],

@@ -1,28 +1,25 @@
-"""Two orthoscopic integral images, or two folders of them, read and compared: which pictures, and which lenses."""
+"""Compare two orthoscopic integral images on disk, or the frames of two folders."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
 
-from lippmann.errors import BadInput, LayoutError
+from lippmann.errors import BadInput
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.quality.compare import Likeness, ViewLikeness, compare, compare_views
-from lippmann.local.files.master import OTHER_MASTERS, rig_in, whole_picture
+from lippmann.local.files.master import ORTHOSCOPIC, OTHER_MASTERS, naming, rig_in, whole_picture
 from lippmann.plan.sampling import display_size
 from lippmann.terminal.progress import ProgressLine
 from worker.images.codes import MASTER, SHOWN, picture_codes
 
-ORTHOSCOPIC = "orthoscopic"
-"""The folder of a job or a capture that is compared."""
-
-_SAID = "--px-per-lens and --lens-count"
+_OPTIONS = "--px-per-lens and --lens-count"
 _NAMED_AT_MOST = 8
 
 
 @dataclass(frozen=True)
 class Pair:
-    """One frame, twice."""
+    """The two files of one frame."""
 
     name: str
     first: Path
@@ -30,8 +27,8 @@ class Pair:
 
 
 @dataclass(frozen=True)
-class Compared:
-    """How alike the two are."""
+class Comparison:
+    """The similarity of the two pictures of a frame."""
 
     pair: Pair
     layout: CellLayout
@@ -39,34 +36,35 @@ class Compared:
     views: ViewLikeness
 
 
-def compare_here(first: Path, second: Path, *, said: CellLayout | None) -> tuple[Compared, ...]:
+def compare_files(first: Path, second: Path, *, layout: CellLayout | None) -> tuple[Comparison, ...]:
     """Compare two pictures, or the frames of two folders by name.
 
     Parameters
     ----------
     first, second
-        EXR or PNG files, or folders of them (or with a folder `orthoscopic/`), where an EXR goes before a PNG.
-    said
-        The lenses over them, if the user says; else as the header of an EXR says.
+        EXR or PNG files, or folders of them (or with a folder `orthoscopic/`), in which an EXR is preferred to a PNG.
+    layout
+        The lenses over both, if no header names them.
 
     Raises
     ------
     BadInput
-        If there is no such pair, a frame is missing, a picture cannot be read, the sizes differ, or the lenses are not
-        known or not the same.
+        If there is no such pair, a frame is missing, a picture cannot be read, or the lenses are unknown or differ.
+    LayoutError
+        If the sizes differ.
     """
     pairs = find_pairs(first, second)
     compared = []
     with ProgressLine("compare") as line:
         for number, pair in enumerate(pairs):
-            compared.append(_compared(pair, said))
+            compared.append(_compare(pair, layout))
             if len(pairs) > 1:
                 line.show((number + 1) / len(pairs), pair.name)
     return tuple(compared)
 
 
 def find_pairs(first: Path, second: Path) -> tuple[Pair, ...]:
-    """Return the pictures that belong together: two files, or the frames of two folders by name."""
+    """Return the pairs of pictures to compare: two files, or the frames of two folders, by name."""
     for path in (first, second):
         if not path.exists():
             raise BadInput(f"expected a picture or a folder of pictures, got {path}, which is not there")
@@ -83,7 +81,7 @@ def find_pairs(first: Path, second: Path) -> tuple[Pair, ...]:
 
 
 def find_frames(folder: Path) -> dict[str, Path]:
-    """Return the orthoscopic frames of a folder, or of its `orthoscopic/`, by name; an EXR goes before a PNG.
+    """Return the orthoscopic frames of a folder, or of its `orthoscopic/`, by name; an EXR is preferred to a PNG.
 
     Raises
     ------
@@ -91,7 +89,7 @@ def find_frames(folder: Path) -> dict[str, Path]:
         If there are none, or they are another kind of master.
     """
     inside = folder / ORTHOSCOPIC if (folder / ORTHOSCOPIC).is_dir() else folder
-    # The later go before the earlier: masters are read where there are both.
+    # A later file replaces an earlier one of the same name: the master is read where there are both.
     found = [path for suffix in (SHOWN, MASTER) for path in inside.iterdir() if path.suffix.lower() == suffix]
     if not found:
         raise BadInput(f"expected frames as EXR or PNG in {inside}, got none")
@@ -112,30 +110,28 @@ def _checked(path: Path) -> Path:
     return path
 
 
-def _compared(pair: Pair, said: CellLayout | None) -> Compared:
-    layout = _layout(pair, said)
+def _compare(pair: Pair, given: CellLayout | None) -> Comparison:
+    layout = _layout(pair, given)
     with whole_picture(pair.first):
         first = picture_codes(pair.first)
     with whole_picture(pair.second):
         second = picture_codes(pair.second)
-    try:
-        return Compared(pair, layout, compare(first, second), compare_views(first, second, layout))
-    except LayoutError as error:
-        raise BadInput(f"{pair.first} and {pair.second}: {error.message}") from error
+    with naming(pair.first, pair.second):
+        return Comparison(pair, layout, compare(first, second), compare_views(first, second, layout))
 
 
-def _layout(pair: Pair, said: CellLayout | None) -> CellLayout:
-    """Return the lenses over both pictures, which everyone who knows them must say alike."""
+def _layout(pair: Pair, given: CellLayout | None) -> CellLayout:
+    """Return the lenses over both pictures; the headers and the options must agree on them."""
     found = {str(path): _layout_in(path) for path in (pair.first, pair.second)}
-    known = {who: layout for who, layout in {**found, _SAID: said}.items() if layout is not None}
+    known = {who: layout for who, layout in {**found, _OPTIONS: given}.items() if layout is not None}
     if not known:
         raise BadInput(
-            f"expected {_SAID}, or a master (EXR) whose header names its rig, got neither for {pair.first} and"
+            f"expected {_OPTIONS}, or a master (EXR) whose header names its rig, got neither for {pair.first} and"
             f" {pair.second}"
         )
     if len(set(known.values())) > 1:
-        says = "; ".join(f"{layout} by {who}" for who, layout in known.items())
-        raise BadInput(f"expected the same lenses over both, got {says}")
+        listed = "; ".join(f"{layout} by {who}" for who, layout in known.items())
+        raise BadInput(f"expected the same lenses over both, got {listed}")
     return next(iter(known.values()))
 
 

@@ -1,64 +1,79 @@
-"""A design without a farm: which job, its scene's stage, then numbers and drawing."""
+"""Design a job without a farm: the job, the stage of its scene, then the numbers."""
 
 from __future__ import annotations
 
 import copy
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from lippmann.errors import BadInput
 from lippmann.job.presets import JOBS
 from lippmann.job.resolved import JobSheet
+from lippmann.job.spec import JobSpec
 from lippmann.local.capture import job_of
 from lippmann.local.files.job import read_job, set_field, take_in_lens
+from lippmann.plan.design import designer
 from lippmann.plan.design.design import Design
-from lippmann.plan.design.designer import design, drawing
 from worker.sandbox.bundle import check_bundle
 
-
-@dataclass(frozen=True)
-class Designed:
-    """What was designed."""
-
-    numbers: Design
-    svg: str | None
+Job = JobSpec | Mapping[str, Any] | str | Path
+"""A job: validated, as the data of a job file, or as the path of a job file."""
 
 
-def design_here(
-    job_file: str | None,
-    overrides: Sequence[str],
+def design(
+    job: Job | None = None,
     *,
-    preset: str | None,
-    scene: str | None,
-    frame: int | None,
-    with_drawing: bool,
-) -> Designed:
-    """Return the design of a job from a file or a preset, and its drawing if wanted.
+    preset: str | None = None,
+    scene: str | None = None,
+    overrides: Sequence[str] = (),
+    frame: int | None = None,
+) -> Design:
+    """Compute what a job will give, without rendering: lens, image, views, display, depth budget, cost.
+
+    Parameters
+    ----------
+    job
+        The job; None for the preset, or for a job of defaults.
+    preset
+        A job of the paper, `paper-still` or `paper-iv`, in place of a job.
+    scene
+        The scene: the name of one that is included, a folder or a zip; None for the scene of the job.
+    overrides
+        Fields of the job to set, each as `field=value`.
+    frame
+        The number of the frame; None for the first one.
 
     Raises
     ------
-    LippmannError
-        If there is no such job or scene.
-    lippmann.errors.SpecError
-        If it asks for what cannot be.
+    BadInput
+        If there is no such job or scene, or both a job and a preset are given.
+    SpecError
+        If the job asks for something that cannot be done.
     """
-    job = dict(_chosen(job_file, preset, scene))
+    return designer.design(design_sheet(job, preset=preset, scene=scene, overrides=overrides), frame=frame)
+
+
+def design_sheet(job: Job | None, *, preset: str | None, scene: str | None, overrides: Sequence[str]) -> JobSheet:
+    """Return a job with the stage of its scene, as the designer takes it; the arguments are those of `design`."""
+    fields = _fields(job, preset, scene)
     for override in overrides:
-        set_field(job, override)
-    take_in_lens(job, Path())
-    spec, bundle = job_of(job, scene)
+        set_field(fields, override)
+    take_in_lens(fields, Path())
+    spec, bundle = job_of(fields, scene)
     checked = check_bundle(bundle)
-    sheet = JobSheet.of("design", spec, checked.card, bundle=checked.digest)
-    return Designed(design(sheet, frame=frame), drawing(sheet, frame=frame) if with_drawing else None)
+    return JobSheet.of("design", spec, checked.card, bundle=checked.digest)
 
 
-def _chosen(job_file: str | None, preset: str | None, scene: str | None) -> dict[str, Any]:
-    if job_file is not None and preset is not None:
+def _fields(job: Job | None, preset: str | None, scene: str | None) -> dict[str, Any]:
+    if job is not None and preset is not None:
         raise BadInput("expected a JOB or a --preset, got both")
-    if job_file is not None:
-        return read_job(job_file)
+    if isinstance(job, JobSpec):
+        return job.model_dump(mode="json")
+    if isinstance(job, str | Path):
+        return read_job(str(job))
+    if job is not None:
+        return copy.deepcopy(dict(job))
     if preset is None:
         if scene is None:
             raise BadInput(f"expected a JOB, a --scene or a --preset of {', '.join(JOBS)}, got neither")

@@ -1,4 +1,4 @@
-"""Outputs made here of masters that are here, by the makers that a worker runs."""
+"""Make outputs of masters on this machine, by the makers that a worker runs."""
 
 from __future__ import annotations
 
@@ -33,35 +33,35 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Exported:
-    """What came of one output."""
+class ExportResult:
+    """The files of one output, or why it could not be made."""
 
     output: str
-    """Its file name."""
+    """The file name of the output."""
     files: tuple[Path, ...]
-    """The sidecar among them, first."""
+    """The files, the sidecar first."""
     error: str | None = None
-    """Why it could not be made."""
+    """The reason why it could not be made."""
 
 
 @contextmanager
 def footage_of_job(client: Client, job_id: str, *, frames: str | None) -> Iterator[Footage]:
-    """Lend the footage of a job, its masters fetched into a folder of its own."""
+    """Yield the footage of a job, whose masters are fetched into a temporary folder."""
     job = client.job(job_id)
     numbers = parse_frames(frames) if frames else job.spec.frame_numbers
     with job_masters(client, job, numbers, depth=True) as folder:
         yield files_footage(folder, fps=job.fps, display=job.spec.display)
 
 
-def wanted_outputs(written: Sequence[str], footage: Footage) -> tuple[OutputOptions, ...]:
-    """Return outputs as a user writes them: the name of a file, or JSON.
+def parse_outputs(written: Sequence[str], footage: Footage) -> tuple[OutputOptions, ...]:
+    """Parse outputs, each written as the name of a file or as JSON.
 
     Raises
     ------
     BadInput
-        If something is no JSON.
+        If the JSON of an output is invalid.
     SpecError
-        Naming every option that cannot be.
+        If an option cannot be; the error names every one.
     """
     try:
         outputs = TypeAdapter(tuple[Output, ...]).validate_python([_read(text) for text in written])
@@ -83,13 +83,13 @@ def _read(text: str) -> Any:
         raise BadInput(f"expected an output as a file name or as JSON, got {text}: {error}") from error
 
 
-def export_here(footage: Footage, outputs: Sequence[OutputOptions], out: Path) -> tuple[Exported, ...]:
-    """Make outputs into a folder, named as below a job; one that cannot be made keeps no other from being made."""
+def export_outputs(footage: Footage, outputs: Sequence[OutputOptions], out: Path) -> tuple[ExportResult, ...]:
+    """Make outputs into a folder, named as those of a job; one that fails does not stop the others."""
     check_writable(out)
     return tuple(_export(footage, output, out) for output in outputs)
 
 
-def _export(footage: Footage, output: OutputOptions, out: Path) -> Exported:
+def _export(footage: Footage, output: OutputOptions, out: Path) -> ExportResult:
     made: list[Path] = []
 
     def put(name: str, path: Path) -> None:
@@ -104,30 +104,30 @@ def _export(footage: Footage, output: OutputOptions, out: Path) -> Exported:
     with tempfile.TemporaryDirectory(prefix="lippmann-export-") as folder, ProgressLine(output.file_name) as line:
         making = Making(
             footage=footage, output=output, scratch=Path(folder), put=put, is_there=lambda name: False,
-            watch=_Shown(line),
+            watch=_LineWatch(line),
         )  # fmt: skip
         try:
-            # Of an earlier export: what it tells of would be files of two exports, if this one stops half-way.
+            # A sidecar of an earlier export would list files of two exports if this one stops half-way.
             (out / names.sidecar_name(output)).unlink(missing_ok=True)
             make_output(making)
         except LippmannError as error:
-            return Exported(output=output.file_name, files=tuple(made), error=error.message)
+            return ExportResult(output=output.file_name, files=tuple(made), error=error.message)
         except OSError as error:
-            said = f"cannot write {error.filename or out}: {error.strerror}"
-            return Exported(output=output.file_name, files=tuple(made), error=said)
+            message = f"cannot write {error.filename or out}: {error.strerror}"
+            return ExportResult(output=output.file_name, files=tuple(made), error=message)
     sidecar = out / names.sidecar_name(output)
-    return Exported(output=output.file_name, files=(sidecar, *(path for path in made if path != sidecar)))
+    return ExportResult(output=output.file_name, files=(sidecar, *(path for path in made if path != sidecar)))
 
 
-class _Shown:
-    """A watch that shows how far the work is, and never says stop: Ctrl-C does."""
+class _LineWatch:
+    """A watch that shows the progress on a line, and never stops the work: Ctrl-C does."""
 
     def __init__(self, line: ProgressLine) -> None:
         self._line, self._progress = line, 0.0
 
     @property
     def progress(self) -> float:
-        """How far the work is, 0 to 1."""
+        """The progress, 0 to 1."""
         return self._progress
 
     @progress.setter
@@ -136,5 +136,5 @@ class _Shown:
         self._line.show(fraction, "")
 
     def should_stop(self) -> bool:
-        """Return False."""
+        """Return False: nothing but Ctrl-C stops an export."""
         return False

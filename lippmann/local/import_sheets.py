@@ -1,4 +1,4 @@
-"""Integral images from elsewhere, taken into the chain: which lenses, then masters like a job's."""
+"""Import integral images from elsewhere: find their lenses, then write masters like those of a job."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from lippmann.errors import BadInput, LayoutError
+from lippmann.errors import BadInput
 from lippmann.job.imported_sheets import SheetGeometry
 from lippmann.job.problems import problems_of
 from lippmann.job.rig import Rig
@@ -23,7 +23,7 @@ from lippmann.lightfield.sheet.device import device_size
 from lippmann.lightfield.sheet.lens_grid import LensGrid, device_grid, layout_grid
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import centre, view, views_grid
-from lippmann.local.files.master import rig_in, whole_picture
+from lippmann.local.files.master import naming, rig_in, whole_picture
 from lippmann.local.files.writable import check_writable
 from lippmann.plan import artifact_names as names
 from lippmann.plan.imported import foreign_rig, lens_grid, upright_first
@@ -34,44 +34,53 @@ from worker.images.write import write_exr, write_png, write_thumbnail
 from worker.tasks.assemble import THUMB_PX
 
 FITS = 0.002
-"""By so much a pitch that is said may differ from the one that is found: 0.2 lenses in a hundred."""
+"""The largest relative difference between a given pitch and the calibrated one: 0.2 lenses in a hundred."""
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """What was asked for."""
+class ImportOptions:
+    """What is known of the lenses, and how the rest is calibrated."""
 
-    said: Mapping[str, Any]
-    """Fields of `SheetGeometry`; those not there are found, or have their defaults."""
+    fields: Mapping[str, Any]
+    """The given fields of `SheetGeometry`; the others are calibrated, or have their defaults."""
     white: Path | None = None
-    """To find the lenses from."""
+    """The white image from which the lenses are calibrated."""
     find: bool = False
-    """In the first picture."""
+    """True to calibrate the lenses from the first picture."""
 
 
 @dataclass(frozen=True)
 class Lenses:
-    """The lenses over every picture, and how they came to be known."""
+    """The lenses over every picture, and the source of that knowledge."""
 
     geometry: SheetGeometry
     grid: LensGrid
     rig: Rig
     known_by: Literal["said", "white", "picture", "header"]
     agreement: float | None
-    """0 to 1, of what was found."""
+    """The agreement of the calibration with the picture, 0 to 1."""
     notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Imported:
-    """What an import left in its folder."""
+class ImportResult:
+    """The files of an import."""
 
     lenses: Lenses
     files: tuple[Path, ...]
 
 
-def import_here(files: Sequence[Path], wanted: Wanted, *, out: Path) -> Imported:
-    """Take pictures into the chain as frames 1, 2, .. and write their masters into a folder.
+def import_sheets(files: Sequence[Path], options: ImportOptions, *, out: Path) -> ImportResult:
+    """Import pictures as frames 1, 2, .. and write their masters into a folder.
+
+    Parameters
+    ----------
+    files
+        The pictures, in the order of the frames.
+    options
+        What is known of their lenses.
+    out
+        The folder to write.
 
     Raises
     ------
@@ -81,7 +90,7 @@ def import_here(files: Sequence[Path], wanted: Wanted, *, out: Path) -> Imported
     for path in files:
         _check_suffix(path)
     first = _read(files[0])
-    lenses = find_lenses(files[0], first, wanted)
+    lenses = find_lenses(files[0], first, options)
     check_writable(out)
     written: list[Path] = []
     with ProgressLine("import") as line:
@@ -92,40 +101,60 @@ def import_here(files: Sequence[Path], wanted: Wanted, *, out: Path) -> Imported
                 raise BadInput(f"expected frames of {first.shape[0]} x {first.shape[1]} px as {files[0]}, got {got}")
             written += _write_frame(picture, lenses, path, frame=place + 1, out=out)
             line.show((place + 1) / len(files), path.name)
-    return Imported(lenses=lenses, files=tuple(written))
+    return ImportResult(lenses=lenses, files=tuple(written))
 
 
-def find_lenses(path: Path, picture: NDArray[np.float32], wanted: Wanted) -> Lenses:
-    """Return the lenses over a picture: as its header says, as found, or as said, each checked against the others.
+def find_lenses(path: Path, picture: NDArray[np.float32], options: ImportOptions) -> Lenses:
+    """Return the lenses over a picture, as its header names them, as calibrated, or as given; all must agree.
+
+    Parameters
+    ----------
+    path
+        The file of the picture.
+    picture
+        `(rows, cols, 3)`, linear light.
+    options
+        What is known of the lenses.
 
     Raises
     ------
     BadInput
-        If nothing says the pitch, or what is said is not what is found.
+        If nothing gives the pitch, or a given value does not agree with the calibration.
+    LayoutError
+        If the lenses do not lie on the picture.
     """
     rig = rig_in(path) if path.suffix.lower() == ".exr" else None
-    try:
-        if rig is not None and not wanted.said.get("pitch_px"):
-            return _of_master(path, rig, picture, wanted)
-        found = _found(picture, wanted)
-        if found is None and wanted.said.get("pitch_px") is None:
+    with naming(path):
+        if rig is not None and not options.fields.get("pitch_px"):
+            return _of_master(path, rig, picture, options)
+        found = _found(picture, options)
+        if found is None and options.fields.get("pitch_px") is None:
             raise BadInput("expected --pitch-px, or --find, or --find-from with a white image, got none of them")
-        geometry = _geometry(wanted.said, found)
+        geometry = _geometry(options.fields, found)
         if found is not None:
-            _check_fit(wanted.said, found)
+            _check_fit(options.fields, found)
         placed = lens_grid(geometry, picture.shape[:2])
         kept = upright_first(placed, inverted=geometry.inverted)
         dropped = ("The first lens row is left out, as a sheet begins with one that is not shifted.",)
         notes = _scale_notes(geometry) + (dropped if kept is not placed else ())
-        by: Literal["said", "white", "picture"] = "said" if found is None else "white" if wanted.white else "picture"
+        by: Literal["said", "white", "picture"] = "said" if found is None else "white" if options.white else "picture"
         agreement = found.agreement if found else None
         return Lenses(geometry, kept, foreign_rig(geometry, kept), by, agreement, notes)
-    except LayoutError as error:
-        raise BadInput(f"{path}: {error.message}") from error
 
 
 def write_bundle(files: Sequence[Path], lenses: Lenses, folder: Path, *, title: str) -> None:
-    """Write pictures and what is known of them as a bundle, for a job that renders nothing.
+    """Write pictures and their geometry as a bundle, for a job that renders nothing.
+
+    Parameters
+    ----------
+    files
+        The pictures, in the order of the frames.
+    lenses
+        The lenses over every picture.
+    folder
+        The folder to write.
+    title
+        The title of the scene.
 
     Raises
     ------
@@ -135,19 +164,19 @@ def write_bundle(files: Sequence[Path], lenses: Lenses, folder: Path, *, title: 
     check_writable(folder)
     frames = folder / "frames"
     frames.mkdir(exist_ok=True)
-    # Listed, so that what an earlier import left beside them is not taken for frames.
+    # The frames are listed, so that files of an earlier import are not taken for frames.
     listed = [f"frames/{place + 1:04d}{path.suffix.lower()}" for place, path in enumerate(files)]
     for name, path in zip(listed, files, strict=True):
         shutil.copyfile(path, folder / name)
-    # JSON's numbers, words, lists and switches are TOML's.
+    # Numbers, texts, lists and booleans are written in TOML as in JSON.
     lines = (f"{name} = {json.dumps(value)}" for name, value in geometry_data(lenses).items())
     text = (f"title = {json.dumps(title)}", "", "[sheets]", f"files = {json.dumps(listed)}", *lines, "")
     (folder / "scene.toml").write_text("\n".join(text))
 
 
 def geometry_data(lenses: Lenses) -> dict[str, Any]:
-    """Return the lenses as `--json` and a bundle have them: every number said."""
-    grid, said = lenses.grid, lenses.geometry
+    """Return the lenses as `--json` and a bundle name them, with every number."""
+    grid, geometry = lenses.grid, lenses.geometry
     return {
         "pitch_px": round(grid.pitch_px, 6),
         "lattice": grid.lattice,
@@ -157,15 +186,15 @@ def geometry_data(lenses: Lenses) -> dict[str, Any]:
         "count": [grid.lens_rows, grid.lens_cols],
         "first_row_shifted": grid.first_row_shifted,
         "px_per_lens": lenses.rig.px_per_lens,
-        "pseudoscopic": said.pseudoscopic,
-        "inverted": said.inverted,
+        "pseudoscopic": geometry.pseudoscopic,
+        "inverted": geometry.inverted,
         "pitch_mm": lenses.rig.lens_array.pitch_mm,
         "focal_length_mm": lenses.rig.lens_array.focal_length_mm,
     }
 
 
-def _of_master(path: Path, rig: Rig, picture: NDArray[np.float32], wanted: Wanted) -> Lenses:
-    """Return the lenses of a master of ours: its header says all."""
+def _of_master(path: Path, rig: Rig, picture: NDArray[np.float32], options: ImportOptions) -> Lenses:
+    """Return the lenses of a master, whose header names everything."""
     kind, inverted = path.absolute().parent.name, rig.imaging_lens is not None
     if kind in ("views", "depth"):
         raise BadInput(f"expected an integral image, as {names.orthoscopic_name(1)}, got {path}")
@@ -183,25 +212,25 @@ def _of_master(path: Path, rig: Rig, picture: NDArray[np.float32], wanted: Wante
         pitch_px=grid.pitch_px, lattice=grid.lattice, row_pitch_px=grid.row_px, offset_px=grid.offset_px,
         count=(grid.lens_rows, grid.lens_cols), first_row_shifted=grid.first_row_shifted, px_per_lens=rig.px_per_lens,
         pitch_mm=rig.lens_array.pitch_mm, focal_length_mm=rig.lens_array.focal_length_mm,
-        **(turned | {name: bool(value) for name, value in wanted.said.items() if name in turned}),
+        **(turned | {name: bool(value) for name, value in options.fields.items() if name in turned}),
     )  # fmt: skip
     kept = upright_first(grid, inverted=geometry.inverted)
     return Lenses(geometry, kept, foreign_rig(geometry, kept), "header", None)
 
 
-def _found(picture: NDArray[np.float32], wanted: Wanted) -> Found | None:
-    if wanted.white is not None:
-        white = _read(wanted.white)
+def _found(picture: NDArray[np.float32], options: ImportOptions) -> Found | None:
+    if options.white is not None:
+        white = _read(options.white)
         if white.shape != picture.shape:
             raise BadInput(
                 f"expected a white image of {picture.shape[0]} x {picture.shape[1]} px as the picture, got"
-                f" {white.shape[0]} x {white.shape[1]} px in {wanted.white}"
+                f" {white.shape[0]} x {white.shape[1]} px in {options.white}"
             )
         return find_from_white(white)
-    return find_from_picture(picture, near_px=wanted.said.get("pitch_px")) if wanted.find else None
+    return find_from_picture(picture, near_px=options.fields.get("pitch_px")) if options.find else None
 
 
-def _geometry(said: Mapping[str, Any], found: Found | None) -> SheetGeometry:
+def _geometry(fields: Mapping[str, Any], found: Found | None) -> SheetGeometry:
     known: dict[str, Any] = {}
     if found is not None:
         grid = found.grid
@@ -209,23 +238,23 @@ def _geometry(said: Mapping[str, Any], found: Found | None) -> SheetGeometry:
             "lattice": grid.lattice, "row_pitch_px": grid.row_px, "rotation_deg": grid.turn_deg,
             "offset_px": grid.offset_px, "first_row_shifted": grid.first_row_shifted,
         }  # fmt: skip
-        if "offset_px" not in said:
+        if "offset_px" not in fields:
             known["count"] = (grid.lens_rows, grid.lens_cols)
-    # What was found is more exact than a pitch that is said, once the two agree.
+    # A calibrated pitch is more exact than a given one, once the two agree.
     pitch = {"pitch_px": found.grid.pitch_px} if found is not None else {}
     try:
-        return SheetGeometry.model_validate(known | dict(said) | pitch)
+        return SheetGeometry.model_validate(known | dict(fields) | pitch)
     except ValidationError as error:
         raise BadInput("; ".join(map(str, problems_of(error)))) from error
 
 
-def _check_fit(said: Mapping[str, Any], found: Found) -> None:
-    """Refuse what is said of the lenses and is not what is found: the message says the one that fits."""
-    pitch, grid = said.get("pitch_px"), found.grid
+def _check_fit(fields: Mapping[str, Any], found: Found) -> None:
+    """Refuse given values that do not agree with the calibration; the message names the one that fits."""
+    pitch, grid = fields.get("pitch_px"), found.grid
     if pitch is not None and abs(pitch / grid.pitch_px - 1) > FITS:
         raise BadInput(f"expected --pitch-px {grid.pitch_px:.4f}, which fits the picture, got {pitch:g}")
-    if said.get("lattice", grid.lattice) != grid.lattice:
-        raise BadInput(f"expected --lattice {grid.lattice}, which fits the picture, got {said['lattice']}")
+    if fields.get("lattice", grid.lattice) != grid.lattice:
+        raise BadInput(f"expected --lattice {grid.lattice}, which fits the picture, got {fields['lattice']}")
 
 
 def _scale_notes(geometry: SheetGeometry) -> tuple[str, ...]:
@@ -241,8 +270,8 @@ def _scale_notes(geometry: SheetGeometry) -> tuple[str, ...]:
 
 def _write_frame(picture: NDArray[np.float32], lenses: Lenses, source: Path, *, frame: int, out: Path) -> list[Path]:
     layout = lenses.grid.layout(lenses.rig.px_per_lens)
-    said = lenses.geometry
-    shown = orthoscopic_of(picture, lenses.grid, layout, pseudoscopic=said.pseudoscopic, inverted=said.inverted)
+    sense = {"pseudoscopic": lenses.geometry.pseudoscopic, "inverted": lenses.geometry.inverted}
+    shown = orthoscopic_of(picture, lenses.grid, layout, **sense)
     display = display_size(lenses.rig)
     attributes = {"rig": lenses.rig.model_dump_json(), "frame": str(frame), "source": source.name}
     written = []

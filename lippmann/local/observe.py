@@ -1,4 +1,4 @@
-"""What an eye, two eyes or a moving eye sees of a display, as PNG or MP4."""
+"""What an eye, two eyes or a moving eye see of a display, written as PNG or MP4."""
 
 from __future__ import annotations
 
@@ -11,16 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.errors import BadInput, LayoutError
+from lippmann.errors import BadInput
 from lippmann.job.viewing import EyePath
 from lippmann.lightfield.observer.looking import Looking, least_own_share, look
 from lippmann.lightfield.observer.moving_eye import moving_eye
 from lippmann.lightfield.observer.observe import whole_window
 from lippmann.lightfield.observer.window import Window, window_of
 from lippmann.lightfield.views.perspective import Eye
-from lippmann.local.display import Shown
+from lippmann.local.displayed_image import DisplayedImage
 from lippmann.local.files.writable import check_writable
-from lippmann.local.numbers import numbers_of
 from lippmann.optics.rig.display import viewing_zone_mm
 from lippmann.terminal.progress import ProgressLine
 from worker.images.colour import srgb_codes
@@ -33,27 +32,27 @@ MAX_CLIP_FRAMES = 10_000
 
 @dataclass(frozen=True)
 class Observer:
-    """Who looks, from where, at which part."""
+    """An observer: place, eyes, and the part of the display in the picture."""
 
     place: Eye
-    """Of the eye, or of the middle between two."""
+    """The place of the eye, or of the middle between two eyes."""
     looking: Looking
     size_px: int
-    """Longer side of an eye's picture."""
+    """The longer side of the picture of one eye."""
     part_mm: tuple[float, float, float, float] | None = None
-    """Of the array: the middle of the part (right, up), its width and height; all of it when not said."""
+    """The part of the array in the picture: its middle (right, up), width and height; None for the whole array."""
 
-    def window(self, shown: Shown) -> Window:
-        """Return what the picture shows."""
+    def window(self, image: DisplayedImage) -> Window:
+        """Return the window of the picture on a display."""
         if self.part_mm is None:
-            return whole_window(shown.display, size_px=self.size_px)
+            return whole_window(image.display, size_px=self.size_px)
         right, up, wide, high = self.part_mm
         return window_of(right_mm=right, up_mm=up, wide_mm=wide, high_mm=high, size_px=self.size_px)
 
 
 @dataclass(frozen=True)
 class Clip:
-    """How the eye moves, once round."""
+    """The path of a moving eye, once there and back."""
 
     path: EyePath
     reach_mm: float
@@ -62,90 +61,92 @@ class Clip:
 
     @property
     def frames(self) -> int:
-        """How many there are."""
-        counts = self.seconds * self.fps if self.fps > 0 else math.nan
-        if not 0.5 <= counts <= MAX_CLIP_FRAMES:
+        """The number of frames."""
+        count = self.seconds * self.fps if self.fps > 0 else math.nan
+        if not 0.5 <= count <= MAX_CLIP_FRAMES:
             raise BadInput(
                 f"expected a clip of 1 to {MAX_CLIP_FRAMES} frames, got {self.seconds:g} s of {self.fps:g} a second"
             )
-        return max(1, round(counts))
+        return max(1, round(count))
 
 
 @dataclass(frozen=True)
-class Observed:
-    """What was seen."""
+class Observation:
+    """The file of what an observer sees, and numbers of the display."""
 
     file: Path
     rows: int
     cols: int
     gap_mm: float
-    """Reduced."""
+    """The reduced gap."""
     depths_times: float
-    """By how much the gap stretches depths: g / f."""
+    """The factor by which the gap stretches depths, g / f."""
     viewing_zone_mm: float
-    """Width in which one lens shows its own cell, at the eye's distance."""
+    """The width in which one lens shows its own cell, at the distance of the eye."""
     own_share: float
-    """Of the lenses that show their own cell from the place, to the eye of two that sees fewer of them."""
+    """The share of the lenses that show their own cell, to the eye of two that sees fewer of them."""
 
 
-def observe_here(shown: Shown, out: Path, observer: Observer) -> Observed:
-    """Write a PNG of what is seen.
+def write_observation(image: DisplayedImage, out: Path, observer: Observer) -> Observation:
+    """Write a PNG of what an observer sees.
+
+    Parameters
+    ----------
+    image
+        The display.
+    out
+        A PNG.
+    observer
+        The observer.
 
     Raises
     ------
     BadInput
-        If nothing can be seen so, or the file cannot be written.
+        If the file cannot be written, or is no PNG.
+    LayoutError
+        If nothing can be seen in this way.
     """
     _check_suffix(out, ".png")
-    picture = _seen(shown, observer, observer.place)
+    picture = _picture(image, observer, observer.place)
     write_png(out, picture)
-    return _observed(out, picture, shown, observer)
+    return _observation(out, picture, image, observer)
 
 
-def clip_here(shown: Shown, out: Path, observer: Observer, clip: Clip) -> Observed:
+def write_clip(image: DisplayedImage, out: Path, observer: Observer, clip: Clip) -> Observation:
     """Write an MP4 of what a moving observer sees.
+
+    Parameters
+    ----------
+    image, observer
+        As in `write_observation`.
+    out
+        An MP4.
+    clip
+        The path of the eye.
 
     Raises
     ------
-    BadInput
-        If nothing can be seen so, or the file cannot be written.
+    BadInput, LayoutError
+        As in `write_observation`.
     """
     _check_suffix(out, ".mp4")
     count = clip.frames
-    try:
-        places = list(moving_eye(observer.place, path=clip.path, reach_mm=clip.reach_mm, count=count))
-    except LayoutError as error:
-        raise BadInput(error.message) from error
-    first = _seen(shown, observer, places[0])  # what cannot be is said before there is a file
+    places = list(moving_eye(observer.place, path=clip.path, reach_mm=clip.reach_mm, count=count))
+    first = _picture(image, observer, places[0])  # what cannot be seen is refused before there is a file
 
     def frames() -> Iterator[Frame]:
         yield srgb_codes(first)
         for number, place in enumerate(places[1:], start=2):
             line.show(number / count, f"frame {number} of {count}")
-            yield srgb_codes(_seen(shown, observer, place))
+            yield srgb_codes(_picture(image, observer, place))
 
     with ProgressLine("clip") as line:
         encode(out, frames(), kind=kind("h264"), fps=clip.fps)
-    return _observed(out, first, shown, observer)
+    return _observation(out, first, image, observer)
 
 
-def part_of(text: str) -> tuple[float, float, float, float]:
-    """Return the part of a display that "X,Y,W,H" names, mm.
-
-    Raises
-    ------
-    BadInput
-        If these are not four numbers.
-    """
-    right, up, wide, high = numbers_of(text, ",", count=4, wanted="a part of the display as X,Y,W,H in mm")
-    return right, up, wide, high
-
-
-def _seen(shown: Shown, observer: Observer, place: Eye) -> NDArray[np.floating[Any]]:
-    try:
-        return look(shown.sheet, shown.display, place, observer.looking, window=observer.window(shown))
-    except LayoutError as error:
-        raise BadInput(error.message) from error
+def _picture(image: DisplayedImage, observer: Observer, place: Eye) -> NDArray[np.floating[Any]]:
+    return look(image.pixels, image.display, place, observer.looking, window=observer.window(image))
 
 
 def _check_suffix(out: Path, suffix: str) -> None:
@@ -154,9 +155,11 @@ def _check_suffix(out: Path, suffix: str) -> None:
     check_writable(out.parent)
 
 
-def _observed(out: Path, picture: NDArray[np.floating[Any]], shown: Shown, observer: Observer) -> Observed:
-    display, place = shown.display, observer.place
-    return Observed(
+def _observation(
+    out: Path, picture: NDArray[np.floating[Any]], image: DisplayedImage, observer: Observer
+) -> Observation:
+    display, place = image.display, observer.place
+    return Observation(
         file=out,
         rows=picture.shape[0],
         cols=picture.shape[1],

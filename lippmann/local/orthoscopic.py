@@ -1,10 +1,9 @@
-"""A pseudoscopic sheet from disk made orthoscopic, in bands: by the half-turn, or for another display by SPOC."""
+"""Convert a pseudoscopic integral image on disk, in bands: by the half-turn, or for another display by SPOC."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -14,13 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import ValidationError
 
-from lippmann.errors import BadInput, LayoutError
+from lippmann.errors import BadInput
 from lippmann.job.outputs.spoc import Spoc
 from lippmann.job.problems import Misfit, problems_of
 from lippmann.job.rig import Rig
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.bands import OrthoscopicSheet, Sheet, SheetOfRows, TurnedSheet, stitched
-from lippmann.local.files.master import rig_in, whole_picture
+from lippmann.local.files.master import KIND, naming, rig_in, whole_picture
 from lippmann.local.files.writable import check_writable
 from lippmann.plan.sampling import display_size, frame_size
 from lippmann.terminal.progress import ProgressLine
@@ -34,23 +33,23 @@ from worker.tasks.outputs.spoc import spoc_sheet
 MASTER = ".exr"
 PICTURES = (".png", ".tif", ".tiff")
 NOT_CAPTURED = ("orthoscopic", "views", "device", "depth")
-"""Folders of masters with the same header that are no capture; some have the same size."""
+"""The folders of masters that are no captures although their headers name the same rig."""
 
 
 @dataclass(frozen=True)
-class Capture:
-    """What is said of a sheet, where its header does not."""
+class CaptureOptions:
+    """What the options tell of a capture whose header does not."""
 
     layout: CellLayout | None = None
     pitch_mm: float | None = None
     gap_mm: float | None = None
     turn_sheet: bool | None = None
-    """Whether an imaging lens turned the picture upside down."""
+    """True if an imaging lens turned the picture upside down."""
 
 
 @dataclass(frozen=True)
-class Converted:
-    """What was written."""
+class Conversion:
+    """The file of a conversion, and its lenses."""
 
     file: Path
     method: str
@@ -60,56 +59,57 @@ class Converted:
     sheet_turned: bool
 
 
-def orthoscopic_here(
-    file: Path, out: Path, *, said: Capture, display: Spoc | None, bits: int | None = None
-) -> Converted:
-    """Write the orthoscopic integral image of a pseudoscopic sheet.
+def write_orthoscopic(
+    file: Path, out: Path, *, capture: CaptureOptions, display: Spoc | None, bits: int | None = None
+) -> Conversion:
+    """Write the orthoscopic integral image of a pseudoscopic one.
 
     Parameters
     ----------
     file
-        EXR, PNG or TIFF; a master's header says which lenses are over it.
+        EXR, PNG or TIFF; the header of a master names its lenses.
     out
-        EXR for linear light, or PNG or TIFF for sRGB codes; appears when it is whole.
-    said
-        What the header does not say. What both say must agree.
+        EXR for linear light, or PNG or TIFF for sRGB codes; the file appears when it is whole.
+    capture
+        What the header does not name; what both name must agree.
     display
-        Another display than the capture's, for which SPOC is done; its `name` and `bits` do not count.
+        Another display than that of the capture, for SPOC; its `name` and `bits` are ignored.
     bits
-        Of the codes made of an EXR; codes stay as they are.
+        The bits of codes made from an EXR; existing codes keep theirs.
 
     Raises
     ------
     BadInput
-        If there is no such picture, it is no capture or not whole, its lenses are not known, the pixels do not divide
-        among them, or the display cannot be.
+        If there is no such picture, it is no capture or damaged, its lenses are unknown, or the display cannot be.
+    LayoutError
+        If the pixels do not divide among the lenses.
     OutputError, StoreFull, StoreUnavailable
         If it cannot be written.
     """
     _check_files(file, out)
     rig = rig_in(file) if file.suffix.lower() == MASTER else None
-    layout = _layout(file, rig, said)
-    known = _rig_known(rig, layout, said, display)
-    turn = said.turn_sheet if said.turn_sheet is not None else rig is not None and rig.imaging_lens is not None
-    with _named(file), open_rows(file, dtype=_numbers(file), scratch=out.parent) as picture:
+    layout = _layout(file, rig, capture)
+    known = _known_rig(rig, layout, capture, display)
+    turn = capture.turn_sheet if capture.turn_sheet is not None else rig is not None and rig.imaging_lens is not None
+    with naming(file), whole_picture(file), open_rows(file, dtype=_numbers(file), scratch=out.parent) as picture:
         made = _made(SheetOfRows(picture, layout), turn, known, display)
         shown = known if known is None or display is None else display.display(known)
         _write(out, made, picture.dtype, header=_header(file, made, shown), bits=bits, shown=shown)
     method = "half-turn" if display is None else "spoc"
-    return Converted(file=out, method=method, captured=layout, layout=made.layout, sheet_turned=turn)
+    return Conversion(file=out, method=method, captured=layout, layout=made.layout, sheet_turned=turn)
 
 
 def display_of(options: Mapping[str, Any]) -> Spoc | None:
-    """Return the display that options say, by the fields of `Spoc`; None if they are all None.
+    """Return the display that options describe by the fields of `Spoc`; None if they are all None.
 
     Raises
     ------
     BadInput
-        Naming the option that cannot be.
+        If an option cannot be; the message names it.
     """
-    said = {field: value for field, value in options.items() if value is not None}
+    fields = {field: value for field, value in options.items() if value is not None}
     try:
-        return Spoc.model_validate(said) if said else None
+        return Spoc.model_validate(fields) if fields else None
     except ValidationError as error:
         problem = problems_of(error)[0]
         field = problem.field.partition(".")[0]
@@ -117,13 +117,13 @@ def display_of(options: Mapping[str, Any]) -> Spoc | None:
 
 
 def option_of(field: str) -> str:
-    """Return the option that says a field of a display.
+    """Return the option of a field of a display.
 
     >>> option_of("pitch_mm"), option_of("reference_mm")
     ('--display-pitch-mm', '--reference-mm')
     """
-    of_the_place = field in ("distance_mm", "reference_mm")
-    return f"--{'' if of_the_place else 'display-'}{field.replace('_', '-')}"
+    is_depth = field in ("distance_mm", "reference_mm")
+    return f"--{'' if is_depth else 'display-'}{field.replace('_', '-')}"
 
 
 def _check_files(file: Path, out: Path) -> None:
@@ -139,11 +139,11 @@ def _check_files(file: Path, out: Path) -> None:
     check_writable(out.parent)
 
 
-def _layout(file: Path, rig: Rig | None, said: Capture) -> CellLayout:
+def _layout(file: Path, rig: Rig | None, capture: CaptureOptions) -> CellLayout:
     found = None if rig is None else frame_size(rig)
-    if found is not None and said.layout is not None and found != said.layout:
-        raise BadInput(f"expected the lenses that the header of {file} names, {found}, got {said.layout}")
-    layout = found or said.layout
+    if found is not None and capture.layout is not None and found != capture.layout:
+        raise BadInput(f"expected the lenses that the header of {file} names, {found}, got {capture.layout}")
+    layout = found or capture.layout
     if layout is None:
         raise BadInput(
             f"expected --px-per-lens and --lens-count, or a master (EXR) whose header names its rig, got neither for"
@@ -152,29 +152,29 @@ def _layout(file: Path, rig: Rig | None, said: Capture) -> CellLayout:
     return layout
 
 
-def _rig_known(rig: Rig | None, layout: CellLayout, said: Capture, display: Spoc | None) -> Rig | None:
-    """Return the header's rig, or one that captures directly through lenses of the pitch and gap that are said."""
-    lengths = {"--pitch-mm": said.pitch_mm, "--gap-mm": said.gap_mm}
-    told = [option for option, length_mm in lengths.items() if length_mm is not None]
-    if rig is not None and told:
-        raise BadInput(f"expected no {' and '.join(told)}: the header names pitch and focal length")
+def _known_rig(rig: Rig | None, layout: CellLayout, capture: CaptureOptions, display: Spoc | None) -> Rig | None:
+    """Return the rig of the header, or one of direct pickup with the pitch and gap of the options."""
+    lengths = {"--pitch-mm": capture.pitch_mm, "--gap-mm": capture.gap_mm}
+    given = [option for option, length_mm in lengths.items() if length_mm is not None]
+    if rig is not None and given:
+        raise BadInput(f"expected no {' and '.join(given)}: the header names pitch and focal length")
     for option, length_mm in lengths.items():
         if length_mm is not None and not 0 < length_mm < math.inf:
             raise BadInput(f"expected a positive number of mm in {option}, got {length_mm:g}")
-    if display is not None and rig is None and (len(told) < 2 or display.reference_mm is None):
+    if display is not None and rig is None and (len(given) < 2 or display.reference_mm is None):
         raise BadInput(
             "expected --pitch-mm and --gap-mm of the capture and --reference-mm for another display, or a master (EXR)"
             " whose header names its rig"
         )
-    return rig or (_direct(layout, said) if len(told) == 2 else None)
+    return rig or (_direct(layout, capture) if len(given) == 2 else None)
 
 
-def _direct(layout: CellLayout, said: Capture) -> Rig:
+def _direct(layout: CellLayout, capture: CaptureOptions) -> Rig:
     array = {
         "lattice": layout.lattice,
         "count": [layout.lens_rows, layout.lens_cols],
-        "pitch_mm": said.pitch_mm,
-        "focal_length_mm": said.gap_mm,
+        "pitch_mm": capture.pitch_mm,
+        "focal_length_mm": capture.gap_mm,
     }
     try:
         return Rig.model_validate({"imaging_lens": None, "px_per_lens": layout.px_per_lens, "lens_array": array})
@@ -193,12 +193,12 @@ def _made(captured: Sheet, turn: bool, rig: Rig | None, display: Spoc | None) ->
 
 
 def _header(file: Path, made: Sheet, shown: Rig | None) -> dict[str, str]:
-    """Return what the header says of the picture that is written."""
+    """Return the header of the picture that is written."""
     found = read_attributes(file) if file.suffix.lower() == MASTER else {}
-    said = {name: text for name, text in found.items() if name != "rig"}
-    # A rig names all lenses or none: a hexagonal sheet turned otherwise than its header says begins with the other row.
+    kept = {name: text for name, text in found.items() if name not in ("rig", KIND)}
+    # A rig describes all lenses or none: a hexagonal sheet turned otherwise than its header begins with the other row.
     named = shown is not None and display_size(shown) == made.layout
-    return {**said, "rig": shown.model_dump_json()} if shown is not None and named else said
+    return {**kept, "rig": shown.model_dump_json()} if shown is not None and named else kept
 
 
 def _numbers(file: Path) -> type[np.float16] | None:
@@ -213,7 +213,7 @@ def _write(
         raise BadInput(f"expected --bits for codes made of linear light only, got it for {out}")
     size, beside = (made.layout.rows, made.layout.cols), out.with_name(f".{out.stem}.part{out.suffix}")
     with ProgressLine("orthoscopic") as line:
-        bands = _told(stitched(made, BAND_PX), made.layout.rows, line)
+        bands = _with_progress(stitched(made, BAND_PX), made.layout.rows, line)
         if master:
             write_exr_rows(beside, bands if light else map(linear_light, bands), size=size, attributes=header)
         else:
@@ -224,18 +224,9 @@ def _write(
     beside.replace(out)
 
 
-def _told(bands: Iterator[NDArray[Any]], rows: int, line: ProgressLine) -> Iterator[NDArray[Any]]:
+def _with_progress(bands: Iterator[NDArray[Any]], rows: int, line: ProgressLine) -> Iterator[NDArray[Any]]:
     done = 0
     for band in bands:
         yield band
         done += len(band)
         line.show(done / rows, f"{done} of {rows} rows")
-
-
-@contextmanager
-def _named(file: Path) -> Iterator[None]:
-    try:
-        with whole_picture(file):
-            yield
-    except LayoutError as error:
-        raise BadInput(f"{file}: {error.message}") from error

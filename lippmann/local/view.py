@@ -1,4 +1,4 @@
-"""Views of an orthoscopic master, as PNG."""
+"""Views of an orthoscopic image, written as PNG."""
 
 from __future__ import annotations
 
@@ -9,123 +9,116 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.errors import BadInput, LayoutError
-from lippmann.lightfield.refocus.depth_focused_view import depth_view
-from lippmann.lightfield.views.perspective import Eye, perspective
-from lippmann.lightfield.views.square_pixels import as_square, square_size
-from lippmann.lightfield.views.views import centre, view
-from lippmann.local.files.master import read_orthoscopic
+from lippmann.errors import BadInput
+from lippmann.lightfield.views.square_pixels import square_size
 from lippmann.local.files.writable import check_writable
-from lippmann.local.numbers import numbers_of
+from lippmann.local.image import IntegralImage, Place
 from lippmann.local.picture_size import PictureSize, check_side
 from worker.images.write import write_png
 
 
 @dataclass(frozen=True)
-class Seen:
-    """What an eye saw."""
+class WrittenView:
+    """The file of a view, and its size in pixels."""
 
     file: Path
     rows: int
     cols: int
     dark_lenses: int
-    """Lenses that showed it no light of their own cell."""
+    """How many lenses show the eye no light of their own cell."""
 
 
-def view_here(file: Path, out: Path, *, number: tuple[int, int] | None, size: PictureSize) -> Seen:
-    """Write a view, or without a number the one in the middle.
+def write_view(image: IntegralImage, out: Path, *, number: tuple[int, int] | None, size: PictureSize) -> WrittenView:
+    """Write a view.
+
+    Parameters
+    ----------
+    image
+        An orthoscopic image.
+    out
+        A PNG.
+    number
+        (u, v) of the view; None for the one nearest to the axes of the lenses.
+    size
+        The size of the picture.
 
     Raises
     ------
     BadInput
-        If there is no such view, or as in `read_orthoscopic`.
+        If the file cannot be written, or is no PNG.
+    LayoutError
+        If there is no such view.
     """
     check_png(out)
-    master = read_orthoscopic(file)
-    try:
-        picture = view(master.sheet, master.layout, *(number or centre(master.layout)))
-    except LayoutError as error:
-        raise BadInput(error.message) from error
-    return _seen(out, as_square(picture, master.layout), size)
+    return _write(out, image.view(*(number or image.centre)), size)
 
 
-def depth_view_here(
-    file: Path,
+def write_depth_focused_view(
+    image: IntegralImage,
     out: Path,
     *,
     number: tuple[int, int] | None,
     depth_mm: float,
     px_per_lens: int | None,
     size: PictureSize,
-) -> Seen:
-    """Write the view that joins up at a depth, about a view or, without a number, about the lenses' axes.
+) -> WrittenView:
+    """Write the view that joins up at a depth.
+
+    Parameters
+    ----------
+    image, out, size
+        As in `write_view`.
+    number
+        (u, v) of the view; None for the axes of the lenses.
+    depth_mm
+        The depth, mm in front of the display.
+    px_per_lens
+        The pixels a lens of the picture before it is resized; None for as many as the depth gives.
 
     Raises
     ------
-    BadInput
-        If there is no such view, or none at that depth, or as in `read_orthoscopic`.
+    BadInput, LayoutError
+        As in `write_view`, or if there is no such view at that depth.
     """
     check_png(out)
-    master = read_orthoscopic(file)
-    check_side(max(square_size(master.layout, px_per_lens or 1)))
-    try:
-        picture = depth_view(
-            master.sheet,
-            master.layout,
-            depth_mm,
-            focal_mm=master.focal_mm,
-            direction=number,
-            px_per_lens=px_per_lens,
-        )
-    except LayoutError as error:
-        raise BadInput(error.message) from error
-    return _seen(out, picture, size)
+    check_side(max(square_size(image.layout, px_per_lens or 1)))
+    return _write(out, image.depth_focused_view(depth_mm, direction=number, px_per_lens=px_per_lens), size)
 
 
-def eye_here(file: Path, out: Path, *, place_mm: str, size: PictureSize) -> Seen:
-    """Write what an eye at "X,Y,Z" sees, mm: to the right, upward, in front.
+def write_perspective(image: IntegralImage, out: Path, *, eye: Place, size: PictureSize) -> WrittenView:
+    """Write what an eye sees through pinholes in place of the lenses.
+
+    Parameters
+    ----------
+    image, out, size
+        As in `write_view`.
+    eye
+        (x, y, z) of the eye, mm to the right, upward and in front of the middle of the display.
 
     Raises
     ------
-    BadInput
-        If the eye is not in front of the display, or as in `read_orthoscopic`.
+    BadInput, LayoutError
+        As in `write_view`, or if the eye is not in front of the display.
     """
     check_png(out)
-    eye = eye_at(place_mm)
-    master = read_orthoscopic(file)
-    found = perspective(master.sheet, master.layout, eye, pitch_mm=master.pitch_mm, gap_mm=master.focal_mm)
-    return _seen(out, as_square(found.picture, master.layout), size, dark_lenses=int((~found.seen).sum()))
-
-
-def eye_at(place_mm: str) -> Eye:
-    """Return the eye at "X,Y,Z", mm: to the right, upward, in front.
-
-    Raises
-    ------
-    BadInput
-        If it is not in front of the display.
-    """
-    right_mm, up_mm, distance_mm = numbers_of(place_mm, ",", count=3, wanted="an eye as X,Y,Z in mm")
-    try:
-        return Eye(x_mm=right_mm, y_mm=up_mm, distance_mm=distance_mm)
-    except LayoutError as error:
-        raise BadInput(error.message) from error
+    dark_lenses = int((~image.lenses_seen(eye)).sum())
+    return _write(out, image.perspective(eye), size, dark_lenses=dark_lenses)
 
 
 def check_png(out: Path) -> None:
-    """Refuse what is no PNG in a folder that can be written to.
+    """Refuse a file that is no PNG, or whose folder cannot be written.
 
     Raises
     ------
     BadInput
-        Naming it.
+        If so, naming the file.
     """
     if out.suffix.lower() != ".png":
         raise BadInput(f"expected a .png in --out, got {out}")
     check_writable(out.parent)
 
 
-def _seen(out: Path, picture: NDArray[np.floating[Any]], size: PictureSize, *, dark_lenses: int = 0) -> Seen:
-    shown = size.sized(picture)
-    write_png(out, shown)
-    return Seen(file=out, rows=shown.shape[0], cols=shown.shape[1], dark_lenses=dark_lenses)
+def _write(out: Path, picture: NDArray[np.floating[Any]], size: PictureSize, *, dark_lenses: int = 0) -> WrittenView:
+    resized = size.sized(picture)
+    write_png(out, resized)
+    return WrittenView(file=out, rows=resized.shape[0], cols=resized.shape[1], dark_lenses=dark_lenses)

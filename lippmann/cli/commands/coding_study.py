@@ -13,7 +13,7 @@ from lippmann.terminal.output import Output
 from lippmann.terminal.table import table
 
 if TYPE_CHECKING:
-    from lippmann.local.coding_study import Studied
+    from lippmann.local.coding_study import StudyResult
 
 Name = TypeVar("Name", bound=str)
 
@@ -40,10 +40,10 @@ def coding_study(
 ) -> None:
     """Code an integral video with several codecs and quantizers, and measure the distortion of its views."""
     from lippmann.local.codec_rates import ARRANGEMENTS, ENCODERS
-    from lippmann.local.coding_study import Wanted, study_data, study_here
+    from lippmann.local.coding_study import StudyOptions, run_study, study_data
     from lippmann.local.files.job_masters import job_masters
 
-    wanted = Wanted(
+    wanted = StudyOptions(
         codecs=_chosen("--codecs", codecs, tuple(ENCODERS)),
         arrangements=_chosen("--arrange", arrange, ARRANGEMENTS),
         qps=_quantizers(qp),
@@ -51,12 +51,12 @@ def coding_study(
         intra=intra,
     )
     if Path(source).is_dir():
-        studied = study_here(Path(source), wanted, fps=fps, out=out)
+        studied = run_study(Path(source), wanted, fps=fps, out=out)
     else:
         with connection.client() as client:
             job = client.job(source)
             with job_masters(client, job, job.spec.frame_numbers) as folder:
-                studied = study_here(folder, wanted, fps=job.fps, out=out)
+                studied = run_study(folder, wanted, fps=job.fps, out=out)
     data = study_data(studied, wanted) | {"files": [str(path) for path in studied.files]}
     output.result(data, _text(studied))
 
@@ -78,7 +78,7 @@ def _quantizers(text: str) -> tuple[int, ...]:
     return tuple(numbers)
 
 
-def _text(studied: Studied) -> str:
+def _text(studied: StudyResult) -> str:
     rows = [
         (
             point.codec, point.arrangement, point.qp, f"{point.bits_per_px:.4f}", f"{point.kbit_s:.0f}",

@@ -31,9 +31,9 @@ def compare(
     output: Output,
 ) -> None:
     """Compare two orthoscopic integral images: PSNR and SSIM of the whole image and of its views."""
+    from lippmann.cli.option_values import layout_of
     from lippmann.cli.text.compare import compared_data, compared_text
-    from lippmann.local.compare import compare_here
-    from lippmann.local.lens_options import said_lenses
+    from lippmann.local.compare import compare_files
 
-    compared = compare_here(first, second, said=said_lenses(px_per_lens, lens_count))
+    compared = compare_files(first, second, layout=layout_of(px_per_lens, lens_count))
     output.result(compared_data(compared), compared_text(compared))

@@ -13,7 +13,7 @@ from lippmann.errors import BadInput
 from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
-    from lippmann.local.depth import FoundDepth
+    from lippmann.local.depth import WrittenDepth
 
 
 def depth(
@@ -47,28 +47,29 @@ def depth(
     connection: Connection,
 ) -> None:
     """Compute the depth map of a view, and compare the estimate with the ground truth if there is one."""
-    from lippmann.local.depth import depth_here
-    from lippmann.local.files.open_master import lent_master
-    from lippmann.local.numbers import numbers_of
+    from lippmann.cli.option_values import range_of
+    from lippmann.local.depth import write_depth
+    from lippmann.local.files.open_master import open_master
+    from lippmann.local.image import open_orthoscopic
 
     if (u is None) != (v is None):
         raise BadInput("expected --u and --v, or neither for the view in the middle")
-    far_near = numbers_of(between, ":", count=2, wanted="depths as A:B in mm") if between is not None else None
-    with lent_master(file, frame=frame, connection=connection, depth=True) as master:
-        found = depth_here(
-            master,
+    range_mm = range_of(between) if between is not None else None
+    with open_master(file, frame=frame, connection=connection, depth=True) as master:
+        found = write_depth(
+            open_orthoscopic(master, with_depth=True),
             out,
             truth=truth,
             number=(u, v) if u is not None and v is not None else None,
             method=method,
             reach=reach,
-            range_mm=(far_near[0], far_near[1]) if far_near else None,
+            range_mm=range_mm,
             border_px=border,
         )
     output.result(_data(found, border), _text(found, border))
 
 
-def _data(found: FoundDepth, border: int) -> dict[str, Any]:
+def _data(found: WrittenDepth, border: int) -> dict[str, Any]:
     data: dict[str, Any] = {
         "file": str(found.file),
         "view": {"u": found.number[0], "v": found.number[1]},
@@ -87,7 +88,7 @@ def _data(found: FoundDepth, border: int) -> dict[str, Any]:
     return data
 
 
-def _text(found: FoundDepth, border: int) -> str:
+def _text(found: WrittenDepth, border: int) -> str:
     if found.errors is None:
         return str(found.file)
     errors = found.errors

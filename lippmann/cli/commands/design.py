@@ -34,15 +34,15 @@ def design(
 ) -> None:
     """Compute what a job will produce, without rendering: image, views, display, depth budget and cost."""
     from lippmann.cli.text.design import design_text
-    from lippmann.local.design import design_here
+    from lippmann.local.design import design_sheet
+    from lippmann.plan.design import designer
 
-    found = design_here(
-        job_file, overrides or (), preset=preset, scene=scene, frame=frame, with_drawing=svg is not None
-    )
-    if svg is not None and found.svg is not None:
-        svg.write_text(found.svg + "\n", encoding="utf-8")
+    sheet = design_sheet(job_file, preset=preset, scene=scene, overrides=overrides or ())
+    found = designer.design(sheet, frame=frame)
+    if svg is not None:
+        svg.write_text(designer.drawing(sheet, frame=frame) + "\n", encoding="utf-8")
         output.note(f"The drawing is in {svg}.")
-    output.result(found.numbers.model_dump(mode="json"), design_text(found.numbers))
+    output.result(found.model_dump(mode="json"), design_text(found))
 
 
 def calibration_sheet(
@@ -67,8 +67,8 @@ def calibration_sheet(
     output: Output,
 ) -> None:
     """Write a sheet of line strips that shows the true pitch of an array on a printer: one strip looks uniform."""
-    from lippmann.local.calibration_sheet import calibration_here
+    from lippmann.local.calibration_sheet import write_calibration_sheet
 
     options = {"dpi": dpi, "pitch_um": pitch_um, "range_percent": range_percent, "steps": steps, "length_mm": length_mm}
-    files = [str(path) for path in calibration_here(out, pitch_mm=pitch_mm, lattice=lattice, options=options)]
+    files = [str(path) for path in write_calibration_sheet(out, pitch_mm=pitch_mm, lattice=lattice, options=options)]
     output.result({"files": files}, "\n".join(files))

@@ -49,9 +49,9 @@ def export(
 
 
 def _export(footage: Footage, outputs: list[str], out: Path, output: Output) -> None:
-    from lippmann.local.export import export_here, wanted_outputs
+    from lippmann.local.export import export_outputs, parse_outputs
 
-    made = export_here(footage, wanted_outputs(outputs, footage), out)
+    made = export_outputs(footage, parse_outputs(outputs, footage), out)
     data = [{"output": one.output, "files": [str(path) for path in one.files], "error": one.error} for one in made]
     output.result(data, "\n".join(str(path) for one in made for path in one.files))
     failed = [f"{one.output}: {one.error}" for one in made if one.error is not None]

@@ -13,7 +13,7 @@ from lippmann.errors import BadInput
 from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
-    from lippmann.local.import_sheets import Imported
+    from lippmann.local.import_sheets import ImportResult
 
 
 def import_sheets(
@@ -66,7 +66,7 @@ def import_sheets(
     output: Output,
 ) -> None:
     """Import integral images from elsewhere: rectify them, and write an orthoscopic master and all views."""
-    from lippmann.local.import_sheets import Wanted, geometry_data, import_here, write_bundle
+    from lippmann.local.import_sheets import ImportOptions, geometry_data, import_sheets, write_bundle
 
     options: dict[str, Any] = {
         "pitch_px": pitch_px,
@@ -82,8 +82,8 @@ def import_sheets(
         "pitch_mm": pitch_mm,
         "focal_length_mm": focal_length_mm,
     }
-    wanted = Wanted({name: value for name, value in options.items() if value is not None}, white=find_from, find=find)
-    imported = import_here(files, wanted, out=out)
+    fields = {name: value for name, value in options.items() if value is not None}
+    imported = import_sheets(files, ImportOptions(fields, white=find_from, find=find), out=out)
     if bundle is not None:
         write_bundle(files, imported.lenses, bundle, title=files[0].stem)
     for note in imported.lenses.notes:
@@ -108,7 +108,7 @@ def _pair(text: str) -> tuple[float, float]:
     return down, right
 
 
-def _text(imported: Imported) -> str:
+def _text(imported: ImportResult) -> str:
     lenses = imported.lenses
     agreement = f" (agreement {lenses.agreement:.2f} of 1)" if lenses.agreement is not None else ""
     source = {

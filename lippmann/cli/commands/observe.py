@@ -15,7 +15,7 @@ from lippmann.job.viewing import EYES_APART_MM, MOVING_RAYS, PUPIL_MM, RAYS, REA
 from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
-    from lippmann.local.observe import Observed
+    from lippmann.local.observe import Observation
 
 
 def observe(
@@ -83,35 +83,36 @@ def observe(
     connection: Connection,
 ) -> None:
     """Simulate what an observer sees of a print or panel under its lenses, with pupil, pixels, gap and crosstalk."""
+    from lippmann.cli.option_values import eye_of, part_of
     from lippmann.lightfield.observer.looking import Looking
-    from lippmann.local.display import GapWish, read_shown
-    from lippmann.local.files.open_master import lent_master
-    from lippmann.local.observe import Clip, Observer, clip_here, observe_here, part_of
-    from lippmann.local.view import eye_at
+    from lippmann.lightfield.views.perspective import Eye
+    from lippmann.local.displayed_image import Gap, open_displayed_image
+    from lippmann.local.files.open_master import open_master
+    from lippmann.local.observe import Clip, Observer, write_clip, write_observation
 
     if sum(choice is not None for choice in (gap, gap_mm, physical_gap_mm)) > 1:
         raise BadInput("expected at most one of --gap, --gap-mm and --physical-gap-mm, got more")
     rays = rays if rays is not None else MOVING_RAYS if clip else RAYS
     observer = Observer(
-        place=eye_at(eye),
+        place=Eye(*eye_of(eye)),
         looking=Looking(
             pupil_mm=pupil_mm, focus_mm=focus_mm, rays=rays, stereo=stereo, eye_distance_mm=eye_distance_mm
         ),
         size_px=size,
         part_mm=part_of(part) if part is not None else None,
     )
-    wish = GapWish(reduced_mm=gap_mm, physical_mm=physical_gap_mm, use=gap)
-    with lent_master(file, frame=frame, connection=connection) as master:
-        shown = read_shown(master, gap=wish, device=device, bare=bare, surround=surround)
+    wanted_gap = Gap(reduced_mm=gap_mm, physical_mm=physical_gap_mm, use=gap)
+    with open_master(file, frame=frame, connection=connection) as master:
+        image = open_displayed_image(master, gap=wanted_gap, device=device, bare=bare, surround=surround)
     if clip is None:
-        seen = observe_here(shown, out, observer)
+        seen = write_observation(image, out, observer)
     else:
-        seen = clip_here(shown, out, observer, Clip(path=clip, reach_mm=reach_mm, seconds=seconds, fps=fps))
+        seen = write_clip(image, out, observer, Clip(path=clip, reach_mm=reach_mm, seconds=seconds, fps=fps))
     _print_notes(seen, output)
     output.result({**asdict(seen), "file": str(seen.file)}, str(seen.file))
 
 
-def _print_notes(seen: Observed, output: Output) -> None:
+def _print_notes(seen: Observation, output: Output) -> None:
     if seen.own_share < 1:
         output.note(
             f"note: {1 - seen.own_share:.0%} of the lenses show a cell of a neighbour to an eye at this position;"

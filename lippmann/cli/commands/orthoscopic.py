@@ -84,8 +84,8 @@ def orthoscopic(
     output: Output,
 ) -> None:
     """Convert a pseudoscopic integral image to an orthoscopic one, by half-turns or by SPOC for another display."""
-    from lippmann.local.lens_options import said_lenses
-    from lippmann.local.orthoscopic import Capture, display_of, orthoscopic_here
+    from lippmann.cli.option_values import layout_of
+    from lippmann.local.orthoscopic import CaptureOptions, display_of, write_orthoscopic
 
     display = display_of(
         {
@@ -98,10 +98,10 @@ def orthoscopic(
             "reference_mm": reference_mm,
         }
     )
-    said = Capture(
-        layout=said_lenses(px_per_lens, lens_count, lattice), pitch_mm=pitch_mm, gap_mm=gap_mm, turn_sheet=turn_sheet
+    capture = CaptureOptions(
+        layout=layout_of(px_per_lens, lens_count, lattice), pitch_mm=pitch_mm, gap_mm=gap_mm, turn_sheet=turn_sheet
     )
-    made = orthoscopic_here(file, out, said=said, display=display, bits=None if bits is None else int(bits))
+    made = write_orthoscopic(file, out, capture=capture, display=display, bits=None if bits is None else int(bits))
     layout = made.layout
     data = {
         "file": str(made.file),

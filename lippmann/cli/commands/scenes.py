@@ -75,9 +75,9 @@ def capture(
     output: Output,
 ) -> None:
     """Render one frame on this machine, without a farm, with the same code as a worker."""
-    from lippmann.local.capture import capture_here
+    from lippmann.local.capture import capture
 
-    captured = capture_here(scene, job_file, overrides or (), frame=frame, out=out)
+    captured = capture(scene, job_file, overrides or (), frame=frame, out=out)
     for note in captured.notes:
         output.note(f"note: {note}")
     files = [str(path) for path in captured.files]

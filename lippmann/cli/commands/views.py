@@ -54,9 +54,11 @@ def view(
     connection: Connection,
 ) -> None:
     """Extract one view of an integral image, or compute what an eye sees of it."""
-    from lippmann.local.files.open_master import lent_master
+    from lippmann.cli.option_values import eye_of
+    from lippmann.local.files.open_master import open_master
+    from lippmann.local.image import open_orthoscopic
     from lippmann.local.picture_size import PictureSize
-    from lippmann.local.view import depth_view_here, eye_here, view_here
+    from lippmann.local.view import write_depth_focused_view, write_perspective, write_view
 
     number = (u, v) if u is not None and v is not None else None
     if (u is None) != (v is None) or (number is not None) + centre + (eye is not None) != 1:
@@ -66,13 +68,16 @@ def view(
     if px_per_lens is not None and depth_mm is None:
         raise BadInput("expected --px-per-lens with --depth-mm only: a view has one pixel a lens")
     wanted = PictureSize(scale=scale, longer_px=size, filter_name=filter_name)
-    with lent_master(file, frame=frame, connection=connection) as master:
-        if eye is not None:
-            seen = eye_here(master, out, place_mm=eye, size=wanted)
-        elif depth_mm is not None:
-            seen = depth_view_here(master, out, number=number, depth_mm=depth_mm, px_per_lens=px_per_lens, size=wanted)
-        else:
-            seen = view_here(master, out, number=number, size=wanted)
+    with open_master(file, frame=frame, connection=connection) as master:
+        image = open_orthoscopic(master)
+    if eye is not None:
+        seen = write_perspective(image, out, eye=eye_of(eye), size=wanted)
+    elif depth_mm is not None:
+        seen = write_depth_focused_view(
+            image, out, number=number, depth_mm=depth_mm, px_per_lens=px_per_lens, size=wanted
+        )
+    else:
+        seen = write_view(image, out, number=number, size=wanted)
     if seen.dark_lenses:
         output.note(
             f"note: {seen.dark_lenses} lenses are dark, because their light for this eye lies outside their own cell"
@@ -112,9 +117,11 @@ def refocus(
     connection: Connection,
 ) -> None:
     """Refocus an integral image at one depth, as a focal stack, or all in focus."""
-    from lippmann.local.files.open_master import lent_master
+    from lippmann.cli.option_values import depths_of
+    from lippmann.local.files.open_master import open_master
+    from lippmann.local.image import open_orthoscopic
     from lippmann.local.picture_size import PictureSize
-    from lippmann.local.refocus import Focusing, depths_of, refocus_here, stack_here
+    from lippmann.local.refocus import RefocusOptions, write_all_in_focus, write_focal_stack, write_refocused
 
     if (depth_mm is None) == (stack is None) or (extended and stack is None):
         raise BadInput("expected either --depth-mm, or --stack, with or without --extended")
@@ -124,12 +131,15 @@ def refocus(
         raise BadInput("expected --extended with --method shift_and_sum, got ciir")
     depths_mm = (depth_mm,) if depth_mm is not None else depths_of(stack or "")
     wanted = PictureSize(scale=scale, longer_px=size, filter_name=filter_name)
-    focusing = Focusing(method=method, px_per_lens=px_per_lens, size=wanted)
-    with lent_master(file, frame=frame, connection=connection) as master:
-        if stack is not None and not extended:
-            files = [str(path) for path in stack_here(master, out, depths_mm=depths_mm, focusing=focusing)]
-        else:
-            refocus_here(master, out, depths_mm=depths_mm, focusing=focusing)
-            files = [str(out)]
+    options = RefocusOptions(method=method, px_per_lens=px_per_lens, size=wanted)
+    with open_master(file, frame=frame, connection=connection) as master:
+        image = open_orthoscopic(master)
+    files = [str(out)]
+    if depth_mm is not None:
+        write_refocused(image, out, depth_mm=depth_mm, options=options)
+    elif extended:
+        write_all_in_focus(image, out, depths_mm=depths_mm, size=wanted)
+    else:
+        files = [str(path) for path in write_focal_stack(image, out, depths_mm=depths_mm, options=options)]
     data = {"files": files, "depths_mm": depths_mm, "extended": extended, "method": method}
     output.result(data, "\n".join(files))

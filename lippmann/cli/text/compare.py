@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.lightfield.quality.compare import Spread, spread
-from lippmann.local.compare import Compared
+from lippmann.local.compare import Comparison
 from lippmann.terminal.table import table
 
 NUMBERS = ("psnr_y_db", "psnr_rgb_db", "ssim")
 _HEADS = ("psnr y", "psnr rgb", "ssim")
 
 
-def compared_data(compared: Sequence[Compared]) -> dict[str, Any]:
+def compared_data(compared: Sequence[Comparison]) -> dict[str, Any]:
     """Return everything for programs: null is an infinite PSNR, or an SSIM or a view that is not there."""
     return {
         "frames": [_frame_data(one) for one in compared],
@@ -28,14 +28,14 @@ def compared_data(compared: Sequence[Compared]) -> dict[str, Any]:
     }
 
 
-def compared_text(compared: Sequence[Compared]) -> str:
+def compared_text(compared: Sequence[Comparison]) -> str:
     """Return one comparison in full, or one line a frame."""
     text = _one_text(compared[0]) if len(compared) == 1 else _frames_text(compared)
     lenses = dict.fromkeys(one.layout for one in compared)
     return "\n".join([*(f"{layout}, {int(layout.mask.sum())} views" for layout in lenses), "", text])
 
 
-def _frame_data(one: Compared) -> dict[str, Any]:
+def _frame_data(one: Comparison) -> dict[str, Any]:
     layout = one.layout
     return {
         "name": one.pair.name,
@@ -64,7 +64,7 @@ def _views_data(values: NDArray[np.float64]) -> dict[str, Any]:
     }
 
 
-def _one_text(one: Compared) -> str:
+def _one_text(one: Comparison) -> str:
     over = [_over(one, name) for name in NUMBERS]
     rows = [
         ("whole sheet", *_cells([getattr(one.sheet, name) for name in NUMBERS])),
@@ -76,7 +76,7 @@ def _one_text(one: Compared) -> str:
     return "\n".join([table(("", *_HEADS), rows), *_alike_note(one)])
 
 
-def _frames_text(compared: Sequence[Compared]) -> str:
+def _frames_text(compared: Sequence[Comparison]) -> str:
     rows = [(one.pair.name, *_cells(_line(one)), _worst_text(_over(one, "psnr_y_db"))) for one in compared]
     means = [_mean(column) for column in zip(*(_line(one) for one in compared), strict=True)]
     views = tuple(f"views {head}" for head in _HEADS)
@@ -84,11 +84,11 @@ def _frames_text(compared: Sequence[Compared]) -> str:
     return "\n".join([text, *(f"{one.pair.name}: {note}" for one in compared for note in _alike_note(one))])
 
 
-def _line(one: Compared) -> list[float]:
+def _line(one: Comparison) -> list[float]:
     return [*(getattr(one.sheet, name) for name in NUMBERS), *(_over(one, name).mean for name in NUMBERS)]
 
 
-def _alike_note(one: Compared) -> list[str]:
+def _alike_note(one: Comparison) -> list[str]:
     alike = _over(one, "psnr_rgb_db").infinite
     return [f"identical views: {alike}; mean and deviation of the PSNR leave them out"] if alike else []
 
@@ -97,7 +97,7 @@ def _worst_text(over: Spread) -> str:
     return "-" if over.worst is None else f"{over.worst} {over.minimum:.2f} dB"
 
 
-def _over(one: Compared, name: str) -> Spread:
+def _over(one: Comparison, name: str) -> Spread:
     return spread(getattr(one.views, name))
 
 

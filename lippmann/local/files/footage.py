@@ -7,21 +7,17 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from pydantic import ValidationError
-
 from lippmann.errors import ArtifactMissing, BadInput
 from lippmann.job.frames import parse_frames
 from lippmann.job.rig import Rig
 from lippmann.job.spec import Display
 from lippmann.job.stage import Stage
-from lippmann.local.files.master import OTHER_MASTERS, named_rig
+from lippmann.local.files.master import ORTHOSCOPIC, OTHER_MASTERS, depth_beside, named_rig, stage_in
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from worker.images.read import read_attributes
 from worker.tasks.outputs.footage import Footage
 
-ORTHOSCOPIC = "orthoscopic"
-DEPTH = "depth"
 FACTS = ("job", "scene", "bundle")
 """What a header says of where a master comes from."""
 
@@ -66,7 +62,7 @@ def files_footage(source: Path, *, frames: str | None = None, fps: float, displa
     first = next(iter(found.values()))
     attributes = read_attributes(first.path)
     paths = {names.orthoscopic_name(number): master.path for number, master in found.items()}
-    depths = {names.depth_name(number): _depth_beside(master.path) for number, master in found.items()}
+    depths = {names.depth_name(number): depth_beside(master.path) for number, master in found.items()}
 
     @contextmanager
     def lend(name: str) -> Iterator[Path]:
@@ -106,25 +102,6 @@ def _numbered(source: Path) -> dict[int, Path]:
 
 def _master(path: Path) -> _Master:
     return _Master(path=path, rig=named_rig(path), stage=stage_in(path))
-
-
-def stage_in(path: Path) -> Stage | None:
-    """Return the stage that a master's header names; None if it names none.
-
-    Raises
-    ------
-    BadInput
-        If the header names something else.
-    """
-    said = read_attributes(path).get("stage")
-    try:
-        return None if said is None else Stage.model_validate_json(said)
-    except ValidationError as error:
-        raise BadInput(f"{path}: expected a stage in the header, got {error.errors()[0]['msg']}") from error
-
-
-def _depth_beside(path: Path) -> Path:
-    return path.parent.parent / DEPTH / path.name
 
 
 def _listed(numbers: Iterable[int]) -> str:

@@ -1,4 +1,4 @@
-"""Masters of a job brought here for as long as a command needs them."""
+"""Masters of a job, fetched into a temporary folder for a command."""
 
 from __future__ import annotations
 
@@ -19,21 +19,27 @@ if TYPE_CHECKING:
 
 @contextmanager
 def job_masters(client: Client, job: Job, frames: Sequence[int], *, depth: bool = False) -> Iterator[Path]:
-    """Lend a folder with the orthoscopic masters of some frames, as `fetch --masters` leaves them.
+    """Yield a temporary folder with the orthoscopic masters of some frames, laid out as by `fetch --masters`.
 
     Parameters
     ----------
+    client
+        The client of the service.
+    job
+        The job.
+    frames
+        The numbers of the frames.
     depth
-        Whether to bring the depth of these frames, too, if the job asked for it.
+        True to fetch the depth of these frames too, if the job asked for it.
 
     Raises
     ------
     BadInput
-        If the job has no such frame; before anything is brought.
+        If the job has no such frame; nothing is fetched then.
     """
-    strange = [frame for frame in frames if frame not in job.spec.frame_numbers]
-    if strange:
-        raise BadInput(f"expected a frame of job {job.id}, {job.spec.frames}, got {strange[0]}")
+    unknown = [frame for frame in frames if frame not in job.spec.frame_numbers]
+    if unknown:
+        raise BadInput(f"expected a frame of job {job.id}, {job.spec.frames}, got {unknown[0]}")
     wanted = [names.orthoscopic_name(frame) for frame in frames]
     if depth and job.spec.capture.depth:
         wanted += [names.depth_name(frame) for frame in frames]

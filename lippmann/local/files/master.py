@@ -1,4 +1,4 @@
-"""An orthoscopic master from disk, with what its header says of the lenses over it."""
+"""Masters on disk: pixels, and the rig that the header of an EXR names."""
 
 from __future__ import annotations
 
@@ -13,63 +13,99 @@ from pydantic import ValidationError
 
 from lippmann.errors import ArtifactBroken, BadInput, LayoutError
 from lippmann.job.rig import Rig
+from lippmann.job.stage import Stage
 from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
 from lippmann.lightfield.sheet.device import device_size
 from lippmann.lightfield.sheet.lens_grid import device_grid
 from lippmann.lightfield.sheet.rectify import whole_cells
-from lippmann.plan.sampling import device_pixels, display_size
-from worker.images.read import read_attributes, read_rgb
+from lippmann.plan.sampling import device_pixels, display_size, frame_size
+from worker.images.read import read_attributes, read_channels, read_rgb
+
+INTEGRAL = "integral"
+"""The folder of the masters as captured, which are pseudoscopic."""
+
+ORTHOSCOPIC = "orthoscopic"
+"""The folder of the orthoscopic masters."""
 
 DEVICE = "device"
-"""The folder of masters on a device's pixels."""
+"""The folder of the masters on the pixels of a device."""
 
-OTHER_MASTERS = ("integral", "views", DEVICE, "depth")
-"""Folders of masters with the same header that are something else; some have the same size."""
+DEPTH = "depth"
+"""The folder of the depth of every pixel."""
+
+OTHER_MASTERS = (INTEGRAL, "views", DEVICE, DEPTH)
+"""The folders of masters that are no orthoscopic integral images although their headers name the same rig."""
+
+KIND = "kind"
+"""The header attribute by which a saved image tells `PSEUDOSCOPIC` from `ORTHOSCOPIC`, in any folder."""
+
+PSEUDOSCOPIC = "pseudoscopic"
 
 
 @dataclass(frozen=True)
-class Orthoscopic:
-    """An orthoscopic integral image and its lenses."""
+class Master:
+    """An integral image as its file holds it."""
 
-    sheet: NDArray[np.float16]
+    pixels: NDArray[np.float16]
     """`(rows, cols, 3)`, linear light."""
     layout: CellLayout
-    pitch_mm: float
-    focal_mm: float
-    """Of the lenses: the display's gap, too."""
+    rig: Rig
+    pseudoscopic: bool
+
+    @property
+    def inverted(self) -> bool:
+        """Whether the imaging lens turned the picture of a pseudoscopic image upside down."""
+        return self.pseudoscopic and self.rig.imaging_lens is not None
 
 
-def read_orthoscopic(path: Path) -> Orthoscopic:
-    """Return an orthoscopic master, as `orthoscopic/0001.exr` of a job or a capture.
+def read_master(path: Path) -> Master:
+    """Read an integral image whose header names its rig.
 
-    One on a device's pixels, `device/0001.exr`, is brought back to whole cells.
+    A master on the pixels of a device, `device/0001.exr`, is resampled to whole cells.
 
     Raises
     ------
     BadInput
-        If there is no such file, it is no picture, has no rig in its header, or is another master than this.
+        If it is no picture, its header names no rig, or it holds views or depths.
     lippmann.errors.ArtifactBroken
-        If it is cut short or damaged behind its header.
+        If the file is damaged behind its header.
     """
-    if not path.is_file():
-        raise BadInput(f"expected an orthoscopic master (EXR), got {path}, which is no file")
     folder = path.absolute().parent.name
-    if folder in OTHER_MASTERS and folder != DEVICE:
+    if folder in OTHER_MASTERS and folder not in (INTEGRAL, DEVICE):
         raise BadInput(f"expected an orthoscopic master, as orthoscopic/{path.name}, got {path}")
     rig = named_rig(path)
-    layout, sheet = display_size(rig), read_rgb(path, np.float16)
+    kind = read_attributes(path).get(KIND)
+    pseudoscopic = folder == INTEGRAL if kind is None else kind == PSEUDOSCOPIC
+    layout = frame_size(rig) if pseudoscopic else display_size(rig)
+    pixels = read_rgb(path, np.float16)
     if folder == DEVICE:
-        sheet = _from_device(sheet, layout, rig, path)
-    if sheet.shape[:2] != (layout.rows, layout.cols):
+        pixels = _rectified(pixels, layout, rig, path)
+    if pixels.shape[:2] != (layout.rows, layout.cols):
         raise BadInput(
-            f"{path}: expected an orthoscopic master of {layout.rows} x {layout.cols} px for {layout}, got"
-            f" {sheet.shape[0]} x {sheet.shape[1]} px"
+            f"{path}: expected a master of {layout.rows} x {layout.cols} px for {layout}, got"
+            f" {pixels.shape[0]} x {pixels.shape[1]} px"
         )
-    array = rig.lens_array
-    return Orthoscopic(sheet=sheet, layout=layout, pitch_mm=array.pitch_mm, focal_mm=array.focal_length_mm)
+    return Master(pixels=pixels, layout=layout, rig=rig, pseudoscopic=pseudoscopic)
 
 
-def _from_device(shown: NDArray[np.float16], layout: CellLayout, rig: Rig, path: Path) -> NDArray[np.float16]:
+def depth_beside(master: Path) -> Path:
+    """Return the path at which `fetch` and `capture` store the depth of an orthoscopic master."""
+    return master.absolute().parent.parent / DEPTH / master.name
+
+
+def read_depth(path: Path) -> DepthMap:
+    """Read the depth of every pixel of an orthoscopic master.
+
+    Raises
+    ------
+    ArtifactMissing, ArtifactBroken
+        If there is no such file, or it is damaged.
+    """
+    return DepthMap(read_channels(path, CHANNELS))
+
+
+def _rectified(shown: NDArray[np.float16], layout: CellLayout, rig: Rig, path: Path) -> NDArray[np.float16]:
     if rig.device is None:
         raise BadInput(f"{path}: expected a rig with a device in the header, got one without")
     pixels = device_pixels(rig.device, pitch_mm=rig.lens_array.pitch_mm)
@@ -78,14 +114,12 @@ def _from_device(shown: NDArray[np.float16], layout: CellLayout, rig: Rig, path:
         raise BadInput(
             f"{path}: expected a master of {rows} x {cols} px on its device, got {shown.shape[0]} x {shown.shape[1]} px"
         )
-    try:
+    with naming(path):
         return whole_cells(shown, device_grid(layout, **pixels), layout)
-    except LayoutError as error:
-        raise BadInput(f"{path}: {error.message}") from error
 
 
 def named_rig(path: Path) -> Rig:
-    """Return the rig that a master's header names.
+    """Return the rig that the header of a master names.
 
     Raises
     ------
@@ -99,31 +133,61 @@ def named_rig(path: Path) -> Rig:
 
 
 def rig_in(path: Path) -> Rig | None:
-    """Return the rig that a master's header names; None if it names none.
+    """Return the rig that the header of a master names; None if it names none.
 
     Raises
     ------
     BadInput
-        If it is no whole picture, or the header names something else.
+        If the picture is damaged, or the rig in its header is invalid.
     """
     with whole_picture(path):
-        said = read_attributes(path).get("rig")
+        text = read_attributes(path).get("rig")
     try:
-        return None if said is None else Rig.model_validate_json(said)
+        return None if text is None else Rig.model_validate_json(text)
     except ValidationError as error:
         raise BadInput(f"{path}: expected a rig in the header, got {error.errors()[0]['msg']}") from error
 
 
-@contextmanager
-def whole_picture(path: Path) -> Iterator[None]:
-    """Name a file that turns out to be broken while it is read.
+def stage_in(path: Path) -> Stage | None:
+    """Return the stage that the header of a master names; None if it names none.
 
     Raises
     ------
     BadInput
-        If it does.
+        If the stage in its header is invalid.
+    """
+    text = read_attributes(path).get("stage")
+    try:
+        return None if text is None else Stage.model_validate_json(text)
+    except ValidationError as error:
+        raise BadInput(f"{path}: expected a stage in the header, got {error.errors()[0]['msg']}") from error
+
+
+@contextmanager
+def whole_picture(path: Path) -> Iterator[None]:
+    """Report a damaged picture as invalid input that names the file.
+
+    Raises
+    ------
+    BadInput
+        If the picture is damaged.
     """
     try:
         yield
     except ArtifactBroken as error:
         raise BadInput(f"expected a whole picture at {path}, got {error.message}") from error
+
+
+@contextmanager
+def naming(*files: Path) -> Iterator[None]:
+    """Add the names of files to the message of a `LayoutError`.
+
+    Raises
+    ------
+    LayoutError
+        With the names of the files before its message.
+    """
+    try:
+        yield
+    except LayoutError as error:
+        raise type(error)(f"{' and '.join(map(str, files))}: {error.message}") from error

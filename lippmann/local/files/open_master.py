@@ -1,4 +1,4 @@
-"""The master that a command is to look at: a file, a frame of a folder, or a frame of a job, brought here for it."""
+"""Open the master that a command works on: a file, a frame of a folder, or a frame of a job, which is fetched."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from service.ids import is_job_id
 
 
 @contextmanager
-def lent_master(source: Path, *, frame: int | None, connection: Connection, depth: bool = False) -> Iterator[Path]:
-    """Lend an orthoscopic master.
+def open_master(source: Path, *, frame: int | None, connection: Connection, depth: bool = False) -> Iterator[Path]:
+    """Yield the path of an orthoscopic master; that of a job exists until the block ends.
 
     Parameters
     ----------
     source
-        A master; a folder as `capture` and `fetch --masters` leave it; or a job's id.
+        A master; a folder as `capture` and `fetch --masters` leave it; or the id of a job.
     frame
-        Of the folder or the job; the first one when not said.
+        The frame of the folder or the job; None for the first one.
     connection
-        The service that knows the job.
+        The service that has the job.
     depth
-        Whether to bring the depth of the job's frame, too, if the job asked for it.
+        True to fetch the depth of the job's frame too, if the job asked for it.
 
     Raises
     ------

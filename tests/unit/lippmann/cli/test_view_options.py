@@ -17,7 +17,7 @@ from lippmann.lightfield.refocus.depth_focused_view import depth_view
 from lippmann.lightfield.refocus.shift_and_sum import refocus
 from lippmann.lightfield.views.square_pixels import square_size
 from lippmann.lightfield.views.views import view
-from lippmann.local.files.master import read_orthoscopic
+from lippmann.local.image import open_orthoscopic
 from lippmann.local.picture_size import MAX_SIDE_PX, PictureSize
 from lippmann.plan.sampling import display_size
 from tests.unit.lippmann.local.masters import master_of, rig_of, said_by
@@ -49,9 +49,9 @@ def test_view_at_a_depth_is_the_depth_focused_view(
     out, expected = tmp_path / "view.png", tmp_path / "expected.png"
     options = [*where, "--depth-mm", "20", *more, "--out", str(out)]
     said = said_by("view", str(master), *options, monkeypatch=monkeypatch, capsys=capsys)
-    found = read_orthoscopic(master)
+    found = open_orthoscopic(master)
     picture = depth_view(
-        found.sheet, found.layout, 20.0, focal_mm=3.3, direction=direction, px_per_lens=px if more else None
+        found.pixels, found.layout, 20.0, focal_mm=3.3, direction=direction, px_per_lens=px if more else None
     )
     write_png(expected, picture)
     assert (said["rows"], said["cols"]) == square_size(display_size(rig), px)
@@ -61,14 +61,14 @@ def test_view_at_a_depth_is_the_depth_focused_view(
 def test_refocus_by_ciir_has_the_sheets_pixels_or_as_many_as_are_asked_for(
     master: Path, rig: Rig, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    found, expected = read_orthoscopic(master), tmp_path / "expected.png"
+    found, expected = open_orthoscopic(master), tmp_path / "expected.png"
     for more, px in (([], 8), (["--px-per-lens", "3"], 3)):
         out = tmp_path / "one.png"
         options = ["--depth-mm", "20", "--method", "ciir", *more, "--out", str(out)]
         said = said_by("refocus", str(master), *options, monkeypatch=monkeypatch, capsys=capsys)
         assert said["method"] == "ciir"
         assert read_rgb(out, np.float32).shape[:2] == square_size(display_size(rig), px)
-        write_png(expected, ciir(found.sheet, found.layout, 20.0, focal_mm=3.3, px_per_lens=px))
+        write_png(expected, ciir(found.pixels, found.layout, 20.0, focal_mm=3.3, px_per_lens=px))
         assert out.read_bytes() == expected.read_bytes()
 
 
@@ -94,10 +94,10 @@ def test_a_picture_comes_in_the_size_and_by_the_filter_that_were_asked_for(
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
     master = master_of(tmp_path, rig_of())
-    found, out, expected = read_orthoscopic(master), tmp_path / "sized.png", tmp_path / "expected.png"
+    found, out, expected = open_orthoscopic(master), tmp_path / "sized.png", tmp_path / "expected.png"
     for command, picture in (
-        (["view", str(master), "--centre"], view(found.sheet, found.layout, 4, 4)),
-        (["refocus", str(master), "--depth-mm", "20"], refocus(found.sheet, found.layout, 20.0, focal_mm=3.3)),
+        (["view", str(master), "--centre"], view(found.pixels, found.layout, 4, 4)),
+        (["refocus", str(master), "--depth-mm", "20"], refocus(found.pixels, found.layout, 20.0, focal_mm=3.3)),
     ):
         said_by(*command, *options, "--out", str(out), monkeypatch=monkeypatch, capsys=capsys)
         assert read_rgb(out, np.float32).shape[:2] == (size["rows"], size["cols"])
@@ -112,13 +112,13 @@ def test_views_of_a_master_on_a_devices_pixels_are_those_of_the_orthoscopic_one(
 ) -> None:
     rig = Rig.model_validate({**rig_of(lattice).model_dump(mode="json"), "device": {"dpi": 1200, "margin_px": 7}})
     master = master_of(tmp_path, rig)
-    whole = read_orthoscopic(master)
+    whole = open_orthoscopic(master)
     assert rig.device is not None
     device = tmp_path / "device" / "0001.exr"
     device.parent.mkdir()
-    shown = on_device(whole.sheet, whole.layout, rig.device, pitch_mm=1.0)
+    shown = on_device(whole.pixels, whole.layout, rig.device, pitch_mm=1.0)
     write_exr(device, shown, attributes={"rig": rig.model_dump_json()})
-    assert shown.shape != whole.sheet.shape
+    assert shown.shape != whole.pixels.shape
     pictures = []
     for file in (master, device):
         out = str(tmp_path / "view.png")
@@ -132,11 +132,11 @@ def test_a_device_master_that_is_none_is_refused(tmp_path: Path) -> None:
     master = master_of(tmp_path, rig_of())
     device = master.parent.rename(tmp_path / "device") / master.name
     with pytest.raises(BadInput, match="expected a rig with a device in the header"):
-        read_orthoscopic(device)
+        open_orthoscopic(device)
     rig = Rig.model_validate({**rig_of().model_dump(mode="json"), "device": {"dpi": 300}})
     write_exr(device, np.zeros((8, 8, 3), np.float16), attributes={"rig": rig.model_dump_json()})
     with pytest.raises(BadInput, match=r"expected a master of 248 x 236 px on its device, got 8 x 8"):
-        read_orthoscopic(device)
+        open_orthoscopic(device)
 
 
 @pytest.mark.parametrize(

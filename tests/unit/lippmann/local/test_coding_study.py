@@ -12,13 +12,15 @@ import pytest
 from lippmann.errors import BadInput
 from lippmann.lattice.layout import CellLayout
 from lippmann.local.codec_rates import Sequence8, study
-from lippmann.local.coding_study import Wanted, study_here
+from lippmann.local.coding_study import StudyOptions, run_study
 from lippmann.plan.sampling import display_size
 from tests.builders import small_job
 from worker.images.read import read_attributes
 from worker.images.write import write_exr
 
-WANTED = Wanted(codecs=("x264", "vp9"), arrangements=("sheets", "views"), qps=(10, 40), chroma="4:4:4", intra=False)
+OPTIONS = StudyOptions(
+    codecs=("x264", "vp9"), arrangements=("sheets", "views"), qps=(10, 40), chroma="4:4:4", intra=False
+)
 
 
 def masters(folder: Path, frames: int = 2, **lens_array: str) -> CellLayout:
@@ -38,7 +40,7 @@ def masters(folder: Path, frames: int = 2, **lens_array: str) -> CellLayout:
 @pytest.mark.parametrize("lattice", ["square", "hexagonal"])
 def test_every_codec_arrangement_and_quantizer_is_measured_and_written_down(tmp_path: Path, lattice: str) -> None:
     layout = masters(tmp_path / "job", lattice=lattice)
-    studied = study_here(tmp_path / "job", WANTED, fps=8.0, out=tmp_path / "out")
+    studied = run_study(tmp_path / "job", OPTIONS, fps=8.0, out=tmp_path / "out")
     assert (studied.frames, studied.layout, len(studied.points)) == (2, layout, 8)
     table, data, plot = studied.files
     with table.open() as file:
@@ -59,7 +61,7 @@ def test_arranged_as_views_a_picture_in_the_plane_of_the_display_costs_less(tmp_
     noise = np.random.default_rng(1).random((layout.lens_rows, layout.lens_cols, 3))
     attributes = read_attributes(tmp_path / "orthoscopic/0001.exr")
     write_exr(tmp_path / "orthoscopic/0001.exr", noise.repeat(4, axis=0).repeat(4, axis=1), attributes=attributes)
-    studied = study_here(tmp_path, WANTED, fps=8.0, out=tmp_path / "out")
+    studied = run_study(tmp_path, OPTIONS, fps=8.0, out=tmp_path / "out")
     bits = {(point.codec, point.arrangement, point.qp): point.bits for point in studied.points}
     assert bits["x264", "views", 10] < bits["x264", "sheets", 10]
     assert studied.bd_rates["x264", "sheets"] == pytest.approx(0, abs=1e-12)
@@ -73,7 +75,7 @@ def test_a_codec_that_changes_nothing_shows_that_sheets_come_back_from_their_vie
     video = Sequence8(frames=lambda: iter(noise), count=2, layout=layout, fps=8.0)
     points = study(
         video, codecs=("vp9",), arrangements=("sheets", "views"), qps=(0,), chroma="4:4:4", intra=False,
-        tell=lambda part, what: None,
+        on_progress=lambda part, what: None,
     )  # fmt: skip
     sheets, views = points
     assert sheets.psnr_y_db > 48
@@ -83,11 +85,11 @@ def test_a_codec_that_changes_nothing_shows_that_sheets_come_back_from_their_vie
 def test_bad_input_is_named(tmp_path: Path) -> None:
     masters(tmp_path / "job", frames=1)
     with pytest.raises(BadInput, match="expected of h264 a qp from 0 to 51, got 60"):
-        study_here(tmp_path / "job", Wanted(("x264",), ("sheets",), (60,), "4:2:0", False), fps=8.0, out=tmp_path)
+        run_study(tmp_path / "job", StudyOptions(("x264",), ("sheets",), (60,), "4:2:0", False), fps=8.0, out=tmp_path)
     (tmp_path / "empty").mkdir()
     with pytest.raises(BadInput, match="expected frames as EXR or PNG"):
-        study_here(tmp_path / "empty", WANTED, fps=8.0, out=tmp_path)
+        run_study(tmp_path / "empty", OPTIONS, fps=8.0, out=tmp_path)
     whole = (tmp_path / "job/orthoscopic/0001.exr").read_bytes()
     (tmp_path / "job/orthoscopic/0001.exr").write_bytes(whole[: len(whole) - 2000])
     with pytest.raises(BadInput, match=r"expected a whole picture at .*0001\.exr"):
-        study_here(tmp_path / "job", WANTED, fps=8.0, out=tmp_path)
+        run_study(tmp_path / "job", OPTIONS, fps=8.0, out=tmp_path)

@@ -14,7 +14,8 @@ import pytest
 from lippmann.cli import main
 from lippmann.cli.text.design import design_text
 from lippmann.errors import BadInput, SpecError
-from lippmann.local.design import design_here
+from lippmann.local.design import design, design_sheet
+from lippmann.plan.design import designer
 from tests.repository import DOCS
 
 NUMBER = re.compile(r"(?<![\w.#])(-?\d+\.?\d*)")
@@ -29,8 +30,7 @@ def run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], *ar
 
 
 def found(job_file: str | None = None, *overrides: str, preset: str | None = None, **more: Any) -> Any:
-    wanted = {"scene": None, "frame": None, "with_drawing": False} | more
-    return design_here(job_file, overrides, preset=preset, **wanted)
+    return design(job_file, overrides=overrides, preset=preset, **more)
 
 
 def test_json_is_flat_and_carries_units(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
@@ -66,7 +66,7 @@ def test_text_says_every_part_in_words(monkeypatch: pytest.MonkeyPatch, capsys: 
     ],
 )
 def test_any_design_has_a_text(overrides: tuple[str, ...]) -> None:
-    text = design_text(found(None, *overrides, preset="paper-still").numbers)
+    text = design_text(found(None, *overrides, preset="paper-still"))
     assert "nan" not in text
     assert "None" not in text
 
@@ -82,15 +82,15 @@ def test_the_drawing_is_written_where_it_was_asked_for(
 def test_a_job_file_goes_with_its_scene_and_another_scene_goes_before_it(tmp_path: Path) -> None:
     job = tmp_path / "job.json"
     job.write_text(json.dumps({"scene": "fish", "rig": {"px_per_lens": 4}}))
-    assert found(str(job)).numbers.scene == "fish"
-    other = found(str(job), "rig.px_per_lens=6", scene="target-white").numbers
+    assert found(str(job)).scene == "fish"
+    other = found(str(job), "rig.px_per_lens=6", scene="target-white")
     assert (other.scene, other.px_per_lens) == ("target-white", 6)
-    assert found(scene="fish").numbers.px_per_lens == 8
+    assert found(scene="fish").px_per_lens == 8
 
 
 def test_presets_are_not_changed_by_what_is_set() -> None:
-    changed = found(None, "rig.lens_array.offset_mm=10", preset="paper-still").numbers
-    again = found(preset="paper-still").numbers
+    changed = found(None, "rig.lens_array.offset_mm=10", preset="paper-still")
+    again = found(preset="paper-still")
     assert (changed.s_reference_mm, again.s_reference_mm) == pytest.approx((10.0, 40.0))
 
 
@@ -109,7 +109,7 @@ def test_what_cannot_be_asked_for_is_said(job_file: str | None, preset: str | No
 
 def test_the_drawing_in_the_docs_is_the_one_that_its_command_makes() -> None:
     shown = DOCS / "images" / "bench.svg"
-    drawing = str(found(preset="paper-still", with_drawing=True).svg)
+    drawing = designer.drawing(design_sheet(None, preset="paper-still", scene=None, overrides=()))
     kept, made = (NUMBER.split(text) for text in (shown.read_text(encoding="utf-8").strip(), drawing))
     assert kept[::2] == made[::2], "run the command of docs/designer.md, and look at it"
     # The last digit may be rounded otherwise on another machine.

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from lippmann.errors import BadInput, SpecError
-from lippmann.local.export import export_here, wanted_outputs
+from lippmann.local.export import export_outputs, parse_outputs
 from lippmann.local.files.footage import files_footage
 from lippmann.plan import artifact_names as names
 from tests.builders_outputs import GivenJob, given_job
@@ -35,7 +35,7 @@ def masters(tmp_path: Path, job: GivenJob) -> Path:
 def test_what_is_made_here_is_what_the_job_makes(job: GivenJob, masters: Path, tmp_path: Path) -> None:
     footage = files_footage(masters, fps=8.0)
     written = ["quilt.png", '{"kind": "centre", "codec": "ffv1"}', "view_grid.png"]
-    made = export_here(footage, wanted_outputs(written, footage), tmp_path / "out")
+    made = export_outputs(footage, parse_outputs(written, footage), tmp_path / "out")
     assert [one.output for one in made] == ["quilt.png", "centre.mkv", "view_grid.png"]
     for one in made:
         assert one.error is None
@@ -53,7 +53,7 @@ def test_of_one_master_or_of_some_frames_only_these_are_made(masters: Path, tmp_
     one = files_footage(masters / "orthoscopic/0002.exr", fps=8.0)
     assert one.frames == (2,)
     some = files_footage(masters, frames="2-3", fps=8.0)
-    (made,) = export_here(some, wanted_outputs(["view_grid.png"], some), tmp_path)
+    (made,) = export_outputs(some, parse_outputs(["view_grid.png"], some), tmp_path)
     assert [path.name for path in made.files[1:]] == ["0002.png", "0003.png"]
 
 
@@ -61,15 +61,15 @@ def test_an_output_that_cannot_be_made_keeps_no_other_from_being_made(masters: P
     whole = (masters / "orthoscopic/0003.exr").read_bytes()
     footage = files_footage(masters, fps=8.0)
     (masters / "orthoscopic/0003.exr").write_bytes(whole[: len(whole) // 2])
-    outputs = wanted_outputs(["centre.mkv", "quilt.png"], footage)
-    broken, also_broken = export_here(footage, outputs, tmp_path / "out")
+    outputs = parse_outputs(["centre.mkv", "quilt.png"], footage)
+    broken, also_broken = export_outputs(footage, outputs, tmp_path / "out")
     assert "0003.exr" in (broken.error or "")
     assert also_broken.error
     assert not (tmp_path / "out/video/centre.mkv").exists()
     (masters / "orthoscopic/0003.exr").write_bytes(whole)
-    assert all(one.error is None for one in export_here(footage, outputs, tmp_path / "out"))
+    assert all(one.error is None for one in export_outputs(footage, outputs, tmp_path / "out"))
     (masters / "orthoscopic/0003.exr").write_bytes(whole[: len(whole) // 2])
-    assert all(one.error for one in export_here(footage, outputs, tmp_path / "out"))
+    assert all(one.error for one in export_outputs(footage, outputs, tmp_path / "out"))
     assert not (tmp_path / "out/exports/quilt.png.json").exists(), "it told of files of the export before"
 
 
@@ -77,8 +77,8 @@ def test_a_place_that_cannot_be_written_keeps_no_other_output_from_being_made(ma
     footage = files_footage(masters, fps=8.0)
     (tmp_path / "exports").mkdir()
     (tmp_path / "exports/quilt").write_text("a file where the folder of the quilts would be")
-    written = wanted_outputs(["quilt.png", "view_grid.png"], footage)
-    quilt, grid = export_here(footage, written, tmp_path)
+    written = parse_outputs(["quilt.png", "view_grid.png"], footage)
+    quilt, grid = export_outputs(footage, written, tmp_path)
     assert "exports/quilt" in (quilt.error or "")
     assert (quilt.files, grid.error, len(grid.files)) == ((), None, 4)
 
@@ -91,7 +91,7 @@ def test_what_a_full_disk_cuts_short_is_not_there(
 
     footage = files_footage(masters, fps=8.0)
     monkeypatch.setattr("lippmann.local.export.shutil.copyfileobj", is_full)
-    (made,) = export_here(footage, wanted_outputs(["centre.mkv"], footage), tmp_path / "out")
+    (made,) = export_outputs(footage, parse_outputs(["centre.mkv"], footage), tmp_path / "out")
     assert "No space left on device" in (made.error or "")
     assert [path.name for path in (tmp_path / "out").rglob("*") if path.is_file()] == []
 
@@ -109,7 +109,7 @@ def test_what_a_full_disk_cuts_short_is_not_there(
 def test_what_is_no_output_is_named(written: list[str], words: str, masters: Path) -> None:
     footage = files_footage(masters, fps=8.0)
     with pytest.raises((BadInput, SpecError), match=words):
-        wanted_outputs(written, footage)
+        parse_outputs(written, footage)
 
 
 def test_what_are_no_masters_is_named(masters: Path, tmp_path: Path) -> None:

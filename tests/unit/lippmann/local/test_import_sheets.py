@@ -17,7 +17,7 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.lens_grid import LensGrid
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells, orthoscopic
 from lippmann.lightfield.views.views import views_grid
-from lippmann.local.files.master import read_orthoscopic
+from lippmann.local.image import open_orthoscopic
 from tests.unit.lippmann.lightfield.lens_pictures import white_image
 from tests.unit.lippmann.lightfield.sheets import numbered_sheet
 from worker.images.read import read_rgb
@@ -56,11 +56,11 @@ def test_whole_cells_pass_as_they_are_but_for_what_must_be_turned(
     sheet = _sheet()
     ran = _run(_exr(tmp_path / "a.exr", sheet), "--pitch-px", 8, "--out", tmp_path / "out", *options)
     assert ran.exit_code == 0, ran.output
-    master = read_orthoscopic(tmp_path / "out/orthoscopic/0001.exr")
+    master = open_orthoscopic(tmp_path / "out/orthoscopic/0001.exr")
     assert master.layout == LAYOUT
-    assert np.array_equal(master.sheet, expected(sheet))
+    assert np.array_equal(master.pixels, expected(sheet))
     views = read_rgb(tmp_path / "out/views/0001.exr", np.float16)
-    assert np.array_equal(views, views_grid(master.sheet, LAYOUT))
+    assert np.array_equal(views, views_grid(master.pixels, LAYOUT))
     assert (tmp_path / "out/thumbs/0001.webp").is_file()
 
 
@@ -68,9 +68,9 @@ def test_several_files_are_frames(tmp_path: Path) -> None:
     files = [_exr(tmp_path / f"{name}.exr", _sheet() * part) for name, part in (("a", 1), ("b", 0.5))]
     ran = _run(*files, "--pitch-px", 8, "--out", tmp_path / "out", "--json", "--pitch-mm", 2, "--focal-length-mm", 7)
     assert ran.exit_code == 0, ran.output
-    second = read_orthoscopic(tmp_path / "out/orthoscopic/0002.exr")
-    assert (second.pitch_mm, second.focal_mm) == (2, 7)
-    assert np.array_equal(second.sheet, (_sheet() * 0.5).astype(np.float16))
+    second = open_orthoscopic(tmp_path / "out/orthoscopic/0002.exr")
+    assert (second.pitch_mm, second.focal_length_mm) == (2, 7)
+    assert np.array_equal(second.pixels, (_sheet() * 0.5).astype(np.float16))
 
 
 def test_a_master_of_ours_says_all_itself(tmp_path: Path) -> None:
@@ -80,7 +80,7 @@ def test_a_master_of_ours_says_all_itself(tmp_path: Path) -> None:
     write_exr(tmp_path / "integral/0001.exr", sheet, attributes={"rig": rig.model_dump_json()})
     ran = _run(tmp_path / "integral/0001.exr", "--out", tmp_path / "out")
     assert ran.exit_code == 0, ran.output
-    assert np.array_equal(read_orthoscopic(tmp_path / "out/orthoscopic/0001.exr").sheet, orthoscopic(sheet, LAYOUT))
+    assert np.array_equal(open_orthoscopic(tmp_path / "out/orthoscopic/0001.exr").pixels, orthoscopic(sheet, LAYOUT))
 
 
 def test_a_hexagonal_row_that_would_come_out_shifted_is_left_out_and_said(tmp_path: Path) -> None:
@@ -90,7 +90,7 @@ def test_a_hexagonal_row_that_would_come_out_shifted_is_left_out_and_said(tmp_pa
     ran = _run(file, *options, "--offset-px", "5.5,8", "--lens-count", 5, 4, "--out", tmp_path / "out")
     assert ran.exit_code == 0, ran.output
     assert "The first lens row is left out" in ran.output
-    assert read_orthoscopic(tmp_path / "out/orthoscopic/0001.exr").layout == CellLayout(4, 4, 8, "hexagonal")
+    assert open_orthoscopic(tmp_path / "out/orthoscopic/0001.exr").layout == CellLayout(4, 4, 8, "hexagonal")
 
 
 def test_lenses_are_found_from_white_and_a_wrong_pitch_is_put_right(tmp_path: Path) -> None:

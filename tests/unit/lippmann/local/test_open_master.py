@@ -8,7 +8,7 @@ import pytest
 
 from lippmann.client.connection import Connection
 from lippmann.errors import BadInput
-from lippmann.local.files.open_master import lent_master
+from lippmann.local.files.open_master import open_master
 
 NOWHERE = Connection(url=None, key=None, data_dir=Path("nowhere"))
 
@@ -24,7 +24,7 @@ def folder(tmp_path: Path) -> Path:
 def test_a_file_is_lent_as_it_is_and_a_folder_lends_its_first_frame_or_the_one_asked_for(folder: Path) -> None:
     file = folder / "orthoscopic/0012.exr"
     for source, frame, expected in ((file, None, file), (folder, None, "0003"), (folder, 12, "0012")):
-        with lent_master(source, frame=frame, connection=NOWHERE) as master:
+        with open_master(source, frame=frame, connection=NOWHERE) as master:
             assert master == expected or master.stem == expected
 
 
@@ -34,5 +34,5 @@ def test_what_is_not_there_is_named(folder: Path) -> None:
         (folder / "orthoscopic/0003.exr", 3, "expected --frame with a job or a folder"),
         (folder / "orthoscopic", None, "expected masters in"),
     ):
-        with pytest.raises(BadInput, match=words), lent_master(source, frame=frame, connection=NOWHERE):
+        with pytest.raises(BadInput, match=words), open_master(source, frame=frame, connection=NOWHERE):
             pass

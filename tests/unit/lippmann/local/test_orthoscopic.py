@@ -15,8 +15,8 @@ from lippmann.cli import main
 from lippmann.job.rig import Rig
 from lippmann.lattice.layout import CellLayout, Lattice
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells, orthoscopic, turn_sheet
-from lippmann.local import orthoscopic as orthoscopic_here
-from lippmann.local.files.master import read_orthoscopic
+from lippmann.local import orthoscopic as conversion
+from lippmann.local.image import open_orthoscopic
 from lippmann.plan.sampling import display_size, frame_size
 from tests.pictures import read_tiff
 from tests.unit.lippmann.lightfield.sheets import numbered_sheet
@@ -75,14 +75,14 @@ def test_a_capture_becomes_the_jobs_own_orthoscopic_master(
     lattice: str, imaging_lens: str | None, band_px: int, here: Path, monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
-    monkeypatch.setattr(orthoscopic_here, "BAND_PX", band_px)
+    monkeypatch.setattr(conversion, "BAND_PX", band_px)
     rig = rig_of(lattice, imaging_lens=imaging_lens)
     path, light = captured(here, rig)
     said = made(str(path), "--out", "new/shown.exr", monkeypatch=monkeypatch, capsys=capsys)
     inverted = imaging_lens is not None
     assert (said["method"], said["sheet_turned"]) == ("half-turn", inverted)
-    found = read_orthoscopic(here / "new/shown.exr")
-    np.testing.assert_array_equal(found.sheet, orthoscopic(light, frame_size(rig), inverted=inverted))
+    found = open_orthoscopic(here / "new/shown.exr")
+    np.testing.assert_array_equal(found.pixels, orthoscopic(light, frame_size(rig), inverted=inverted))
     assert found.layout == display_size(rig)
     assert read_attributes(here / "new/shown.exr") == read_attributes(path)
     assert said["lenses"]["first_row_shifted"] == found.layout.first_row_shifted
@@ -96,7 +96,7 @@ def test_codes_from_elsewhere_stay_as_they_are(
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
     # In small bands, read backward if the sheet is turned.
-    monkeypatch.setattr(orthoscopic_here, "BAND_PX", 100)
+    monkeypatch.setattr(conversion, "BAND_PX", 100)
     monkeypatch.setattr(rows, "BAND_BYTES", 1000)
     layout = CellLayout(*COUNT, px_per_lens=8, lattice=lattice)
     codes = picture_of(here / f"a.{suffix}", layout, bits)
@@ -164,17 +164,17 @@ def test_the_header_names_the_new_display(
     said = made(
         str(path), "--out", "a.exr", *display, "--display-gap-mm", "2", monkeypatch=monkeypatch, capsys=capsys
     )  # fmt: skip
-    found = read_orthoscopic(here / "a.exr")
-    assert (found.pitch_mm, found.focal_mm) == (0.5, 2.0)
+    found = open_orthoscopic(here / "a.exr")
+    assert (found.pitch_mm, found.focal_length_mm) == (0.5, 2.0)
     assert said["lenses"]["count"] == [found.layout.lens_rows, found.layout.lens_cols] == [12, 8]
-    assert said["size_px"] == list(found.sheet.shape[:2])
+    assert said["size_px"] == list(found.pixels.shape[:2])
     # A sheet from elsewhere has one too, if its lengths are said.
     picture_of(here / "p.png", frame_size(rig_of()))
     lenses = ["--px-per-lens", "8", "--lens-count", "5", "4", "--pitch-mm", "1", "--gap-mm", "3.3"]
     made("p.png", "--out", "b.exr", *lenses, monkeypatch=monkeypatch, capsys=capsys)
-    assert read_orthoscopic(here / "b.exr").focal_mm == 3.3
+    assert open_orthoscopic(here / "b.exr").focal_length_mm == 3.3
     made("p.png", "--out", "c.exr", *lenses, *display, "--reference-mm", "9", monkeypatch=monkeypatch, capsys=capsys)
-    assert read_orthoscopic(here / "c.exr").pitch_mm == 0.5
+    assert open_orthoscopic(here / "c.exr").pitch_mm == 0.5
 
 
 NO_LENS = "expected at least one lens of at least one px"

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from lippmann.cli import main
+from lippmann.cli.option_values import depths_of
 from lippmann.errors import BadInput
 from lippmann.job.rig import Rig
 from lippmann.lightfield.views.square_pixels import square_size
-from lippmann.local.files.master import read_orthoscopic
-from lippmann.local.refocus import depths_of
+from lippmann.local.image import open_orthoscopic
 from lippmann.plan.sampling import display_size
 from tests.unit.lippmann.local.masters import master_of, rig_of, said_by
 from worker.images.read import read_attributes, read_rgb
@@ -31,10 +31,10 @@ def master(rig: Rig, tmp_path: Path) -> Path:
 
 
 def test_a_master_brings_its_lenses_along(master: Path, rig: Rig) -> None:
-    found = read_orthoscopic(master)
+    found = open_orthoscopic(master)
     assert found.layout == display_size(rig)
-    assert (found.pitch_mm, found.focal_mm) == (1.0, 3.3)
-    assert found.sheet.dtype == np.float16
+    assert (found.pitch_mm, found.focal_length_mm) == (1.0, 3.3)
+    assert found.pixels.dtype == np.float16
     assert set(read_attributes(master)) == {"rig"}
 
 
@@ -132,29 +132,29 @@ def test_other_masters_of_the_same_size_are_refused(folder: str, tmp_path: Path)
     master = master_of(tmp_path, rig_of())
     other = master.parent.rename(tmp_path / folder) / master.name
     with pytest.raises(BadInput, match=r"expected an orthoscopic master, as orthoscopic/0001\.exr"):
-        read_orthoscopic(other)
+        open_orthoscopic(other)
 
 
 def test_a_picture_of_another_size_than_its_lenses_is_refused(tmp_path: Path) -> None:
     master = master_of(tmp_path, rig_of(), said=rig_of().model_copy(update={"px_per_lens": 9}).model_dump_json())
     with pytest.raises(BadInput, match=r"189 x 180 px for 21 x 20 lenses of 9 px, got 168 x 160 px"):
-        read_orthoscopic(master)
+        open_orthoscopic(master)
 
 
 def test_a_picture_without_a_rig_or_with_another_kind_of_rig_is_refused(tmp_path: Path) -> None:
     plain = tmp_path / "plain.png"
     write_png(plain, np.ones((4, 4, 3), dtype=np.float32))
-    with pytest.raises(BadInput, match="got a picture without lippmann:rig"):
-        read_orthoscopic(plain)
+    with pytest.raises(BadInput, match="expected a master whose header names its rig"):
+        open_orthoscopic(plain)
     with pytest.raises(BadInput, match="expected a rig in the header"):
-        read_orthoscopic(master_of(tmp_path, rig_of(), said='{"px_per_lens": "many"}'))
+        open_orthoscopic(master_of(tmp_path, rig_of(), said='{"px_per_lens": "many"}'))
 
 
 def test_a_file_that_is_no_picture_is_refused(tmp_path: Path) -> None:
     text = tmp_path / "text.exr"
     text.write_text("no picture")
     with pytest.raises(BadInput, match=r"expected a whole picture at .*text\.exr"):
-        read_orthoscopic(text)
+        open_orthoscopic(text)
 
 
 def test_depths_include_both_ends_where_the_step_meets_them() -> None:

@@ -9,7 +9,7 @@ from lippmann.errors import BadInput
 from lippmann.farm.demo import FULL_TURN, demo_job
 from lippmann.job.rig import Rig
 from lippmann.job.spec import parse_spec
-from lippmann.local.capture import wanted_job
+from lippmann.local.capture import requested_job
 from lippmann.plan.sampling import frame_size
 from povtemplates.catalogue import scene_folders
 from worker.sandbox.bundle import check_bundle, pack_folder
@@ -27,7 +27,7 @@ def test_the_demo_is_the_paper_s_integral_video() -> None:
 def test_a_scene_goes_before_the_scene_of_the_job_file_and_overrides_before_both(tmp_path: Path) -> None:
     job = tmp_path / "job.json"
     job.write_text(json.dumps({"scene": "fish", "rig": {"px_per_lens": 4}, "fps": 5}))
-    spec, bundle = wanted_job("target-white", str(job), ["rig.px_per_lens=3"])
+    spec, bundle = requested_job("target-white", str(job), ["rig.px_per_lens=3"])
     assert (spec.scene, spec.rig.px_per_lens, spec.fps) == ("target-white", 3, 5)
     assert bundle == pack_folder(scene_folders()["target-white"])
 
@@ -38,10 +38,10 @@ def test_a_folder_of_any_name_can_be_captured(tmp_path: Path, folder: str, scene
     own.mkdir()
     for name in ("scene.inc", "scene.toml"):
         (own / name).write_bytes((scene_folders()["target-white"] / name).read_bytes())
-    spec, _ = wanted_job(str(own), None, [])
+    spec, _ = requested_job(str(own), None, [])
     assert spec.scene == scene
 
 
 def test_neither_scene_nor_job_is_refused() -> None:
     with pytest.raises(BadInput, match="expected a SCENE or a job"):
-        wanted_job(None, None, [])
+        requested_job(None, None, [])

@@ -12,7 +12,7 @@ from PIL import Image
 
 from lippmann.errors import BadInput, SpecError
 from lippmann.job.spec import parse_spec
-from lippmann.local.calibration_sheet import calibration_here
+from lippmann.local.calibration_sheet import write_calibration_sheet
 from tests.builders_outputs import given_job
 from tests.pictures import read_tiff, tags_of_tiff
 
@@ -66,7 +66,7 @@ def test_pictures_are_one_for_each_direction_with_the_devices_density(tmp_path: 
 @pytest.mark.parametrize("suffix", [".pdf", ".tif", ".png"])
 def test_the_command_writes_by_the_suffix_and_names_its_files(tmp_path: Path, suffix: str) -> None:
     options = {"dpi": 300.0, "pitch_um": None, "steps": 3, "length_mm": 20.0}
-    files = calibration_here(tmp_path / f"my{suffix}", pitch_mm=1.0, lattice="hexagonal", options=options)
+    files = write_calibration_sheet(tmp_path / f"my{suffix}", pitch_mm=1.0, lattice="hexagonal", options=options)
     names = ["my.pdf"] if suffix == ".pdf" else [f"my-across{suffix}", f"my-down{suffix}"]
     assert [file.name for file in files] == names
     assert sorted(file.name for file in tmp_path.iterdir()) == names
@@ -92,7 +92,7 @@ def test_the_command_writes_by_the_suffix_and_names_its_files(tmp_path: Path, su
 def test_the_command_says_which_option_is_wrong(tmp_path: Path, file: str, options: dict[str, Any], said: str) -> None:
     pitch_mm = options.pop("pitch_mm", 1.0) if "pitch_mm" in options else 1.0
     with pytest.raises(BadInput, match=said):
-        calibration_here(
+        write_calibration_sheet(
             tmp_path / file, pitch_mm=pitch_mm, lattice="square", options={"dpi": None, "pitch_um": None, **options}
         )
     assert not list(tmp_path.iterdir())

@@ -12,7 +12,7 @@ from lippmann.errors import SpecError
 from lippmann.job.outputs.spoc import Spoc
 from lippmann.job.rig import Rig
 from lippmann.lightfield.sheet.pinholes import PinholeArray
-from lippmann.local.files.master import read_orthoscopic
+from lippmann.local.image import open_orthoscopic
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from tests.builders import small_job
@@ -48,20 +48,20 @@ def test_a_point_is_where_it_should_be_before_the_new_display(lattice: str, tmp_
     job = given_job(tmp_path, {1: light}, outputs=[output], **options)
     job.make("panel")
     with job.file("exports/panel/0001.exr") as made:
-        shown = read_orthoscopic(made)
-    assert (shown.pitch_mm, shown.focal_mm, shown.layout.px_per_lens) == (0.8, 4.0, 12)
+        shown = open_orthoscopic(made)
+    assert (shown.pitch_mm, shown.focal_length_mm, shown.layout.px_per_lens) == (0.8, 4.0, 12)
     assert shown.layout.lattice == lattice
     # As many lenses as stand on the same area: 25 x 25 mm, or 25 x 0.866 mm high.
     assert (shown.layout.lens_rows, shown.layout.lens_cols) == ((27, 31) if lattice == "square" else (31, 31))
-    array = PinholeArray(shown.layout, shown.pitch_mm, shown.focal_mm)
+    array = PinholeArray(shown.layout, shown.pitch_mm, shown.focal_length_mm)
     theory = (depth_mm - distance_mm) / (4.0 * 12)
-    assert disparity(shown.sheet, array) == pytest.approx(theory, rel=0.02)
+    assert disparity(shown.pixels, array) == pytest.approx(theory, rel=0.02)
     said = job.sidecar("panel")
     assert said["files"] == ["exports/panel/0001.exr", "exports/panel/0001.png"]
     assert said["integral_image"]["pitch_px"] == 32
     image = said["format"]["integral_image"]
     assert (image["lattice"], image["pitch_px"], image["pitch_mm"], image["gap_mm"]) == (lattice, 12, 0.8, 4.0)
-    assert image["size_px"] == list(shown.sheet.shape[:2])
+    assert image["size_px"] == list(shown.pixels.shape[:2])
     assert said["format"]["reference_mm"] == depth_mm
 
 
