@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree as ET
@@ -116,10 +117,10 @@ def test_the_drawing_in_the_docs_is_the_one_that_its_command_makes() -> None:
     assert list(map(float, kept[1::2])) == pytest.approx(list(map(float, made[1::2])), abs=0.011)
 
 
-@pytest.mark.parametrize("with_drawing", [False, True])
-def test_imported_integral_images_have_no_design(tmp_path: Path, with_drawing: bool) -> None:
+@pytest.mark.parametrize("of_design", [designer.design, designer.drawing])
+def test_imported_integral_images_have_no_design(tmp_path: Path, of_design: Callable[..., Any]) -> None:
     (tmp_path / "sheet.png").touch()
     manifest = '[sheets]\nfiles = ["sheet.png"]\npitch_px = 6\ncount = [8, 8]\npx_per_lens = 6\n'
     (tmp_path / "scene.toml").write_text(manifest)
     with pytest.raises(SpecError, match="a bundle of imported integral images, which has no design"):
-        found(scene=str(tmp_path), with_drawing=with_drawing)
+        of_design(design_sheet(None, preset=None, scene=str(tmp_path), overrides=()))

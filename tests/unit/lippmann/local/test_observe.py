@@ -94,7 +94,7 @@ def test_every_option_of_the_eye_and_the_display_counts(master: Path, run: Run, 
     seen = observe(sheet, display, Eye(0, 0, 300), pupil_mm=6.0, focus_mm=25.0, rays=9, window=window)
     np.testing.assert_allclose(read_codes_8(out), srgb_codes(seen), atol=1)  # the device sheet was kept in half floats
     assert said["depths_times"] == pytest.approx(3.7148 / 3.3, rel=1e-4)
-    assert "the gap shows depths 1.13 times as deep" in notes
+    assert "this gap multiplies depths by 1.13" in notes
 
 
 def test_a_device_master_is_seen_on_its_own_pixels(master: Path, run: Run, tmp_path: Path) -> None:
@@ -137,7 +137,7 @@ def test_an_eye_beside_the_viewing_zone_is_told_so(master: Path, run: Run, tmp_p
     assert code == 0
     assert said["viewing_zone_mm"] == pytest.approx(400 / 3.3)
     assert said["own_share"] == pytest.approx(0.5, abs=0.06)  # the zone ends 60.6 mm from the axis of each lens
-    assert "of the lenses show a neighbour's cell" in notes
+    assert "of the lenses show a cell of a neighbour" in notes
 
 
 @pytest.mark.parametrize(
