@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 import pytest
+import typer.main
 from pydantic import BaseModel
 
 from lippmann.cli.main import app
@@ -96,9 +97,7 @@ def test_every_setting_is_documented_and_no_other(heading: str, settings: type[B
 
 
 def test_every_command_in_a_block_of_code_is_one_that_lippmann_has() -> None:
-    functions = [command.callback for command in app.registered_commands if command.callback]
-    commands = {function.__name__.replace("_", "-") for function in functions}
-    commands |= {group.name for group in app.registered_groups if isinstance(group.name, str)}
+    commands = set(typer.main.get_group(app).commands)
     for page in PAGES:
         for block in re.findall(r"```[a-z]*\n(.*?)```", page.read_text(), re.DOTALL):
             for word in re.findall(r"^\s*(?:\$ )?lippmann ([a-z-]+)", block, re.MULTILINE):
