@@ -30,7 +30,8 @@ class ChildPlan:
     environment: Mapping[str, str] = field(default_factory=dict)
     passed_descriptors: tuple[int, ...] = ()
     """The file descriptors that the child inherits."""
-    start_within_s: float = 30.0
+    start_within_s: float = 120.0
+    """The limit against hanging; a busy machine takes ten times as long as an idle one. An end is noticed at once."""
 
 
 class Child:
