@@ -82,6 +82,8 @@ class ForeignSheets(SheetGeometry):
 
     files: Annotated[str, Field(min_length=1, max_length=200)] | tuple[str, ...]
     """The pictures, by name frames 1, 2, ..: a pattern as `frames/*.png`; once looked through, their names."""
+    linear: bool = False
+    """The codes of the pictures are linear light, whatever their files say."""
 
     @model_validator(mode="after")
     def _says_its_size(self) -> Self:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from lippmann.local.files.master import ORTHOSCOPIC, OTHER_MASTERS, naming, rig_
 from lippmann.plan.sampling import display_size
 from lippmann.terminal.progress import ProgressLine
 from worker.images.codes import MASTER, SHOWN, picture_codes
+from worker.images.colour_space import colour_notes
 
 _OPTIONS = "--px-per-lens and --lens-count"
 _NAMED_AT_MOST = 8
@@ -36,7 +38,9 @@ class Comparison:
     views: ViewLikeness
 
 
-def compare_files(first: Path, second: Path, *, layout: CellLayout | None) -> tuple[Comparison, ...]:
+def compare_files(
+    first: Path, second: Path, *, layout: CellLayout | None, linear: bool = False
+) -> tuple[Comparison, ...]:
     """Compare two pictures, or the frames of two folders by name.
 
     Parameters
@@ -45,6 +49,8 @@ def compare_files(first: Path, second: Path, *, layout: CellLayout | None) -> tu
         EXR or PNG files, or folders of them (or with a folder `orthoscopic/`), in which an EXR is preferred to a PNG.
     layout
         The lenses over both, if no header names them.
+    linear
+        True to take the codes of PNG files for linear light, whatever the files say.
 
     Raises
     ------
@@ -57,10 +63,15 @@ def compare_files(first: Path, second: Path, *, layout: CellLayout | None) -> tu
     compared = []
     with ProgressLine("compare") as line:
         for number, pair in enumerate(pairs):
-            compared.append(_compare(pair, layout))
+            compared.append(_compare(pair, layout, linear=linear))
             if len(pairs) > 1:
                 line.show((number + 1) / len(pairs), pair.name)
     return tuple(compared)
+
+
+def colour_notes_of(compared: Sequence[Comparison]) -> tuple[str, ...]:
+    """Return what the user should know about the colour spaces of the compared files."""
+    return colour_notes([path for one in compared for path in (one.pair.first, one.pair.second)])
 
 
 def find_pairs(first: Path, second: Path) -> tuple[Pair, ...]:
@@ -110,12 +121,12 @@ def _checked(path: Path) -> Path:
     return path
 
 
-def _compare(pair: Pair, given: CellLayout | None) -> Comparison:
+def _compare(pair: Pair, given: CellLayout | None, *, linear: bool) -> Comparison:
     layout = _layout(pair, given)
     with whole_picture(pair.first):
-        first = picture_codes(pair.first)
+        first = picture_codes(pair.first, linear=linear)
     with whole_picture(pair.second):
-        second = picture_codes(pair.second)
+        second = picture_codes(pair.second, linear=linear)
     with naming(pair.first, pair.second):
         return Comparison(pair, layout, compare(first, second), compare_views(first, second, layout))
 

@@ -29,6 +29,7 @@ from lippmann.plan import artifact_names as names
 from lippmann.plan.imported import foreign_rig, lens_grid, upright_first
 from lippmann.plan.sampling import device_pixels, display_size, frame_size
 from lippmann.terminal.progress import ProgressLine
+from worker.images.colour_space import NOT_NAMED, colour_notes
 from worker.images.imported import FOREIGN_SUFFIXES, read_foreign
 from worker.images.write import write_exr, write_png, write_thumbnail
 from worker.tasks.assemble import THUMB_PX
@@ -47,6 +48,8 @@ class ImportOptions:
     """The white image from which the lenses are calibrated."""
     find: bool = False
     """True to calibrate the lenses from the first picture."""
+    linear: bool = False
+    """True to take the codes of the pictures for linear light, whatever their files say."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,8 @@ class ImportResult:
 
     lenses: Lenses
     files: tuple[Path, ...]
+    notes: tuple[str, ...] = ()
+    """What the user should know about the lenses and the colour spaces."""
 
 
 def import_sheets(files: Sequence[Path], options: ImportOptions, *, out: Path) -> ImportResult:
@@ -89,19 +94,20 @@ def import_sheets(files: Sequence[Path], options: ImportOptions, *, out: Path) -
     """
     for path in files:
         _check_suffix(path)
-    first = _read(files[0])
+    first = _read(files[0], options)
     lenses = find_lenses(files[0], first, options)
     check_writable(out)
     written: list[Path] = []
     with ProgressLine("import") as line:
         for place, path in enumerate(files):
-            picture = first if place == 0 else _read(path)
+            picture = first if place == 0 else _read(path, options)
             if picture.shape != first.shape:
                 got = f"{picture.shape[0]} x {picture.shape[1]} px in {path}"
                 raise BadInput(f"expected frames of {first.shape[0]} x {first.shape[1]} px as {files[0]}, got {got}")
             written += _write_frame(picture, lenses, path, frame=place + 1, out=out)
             line.show((place + 1) / len(files), path.name)
-    return ImportResult(lenses=lenses, files=tuple(written))
+    notes = () if options.linear else tuple(map(_with_override, colour_notes(files)))
+    return ImportResult(lenses=lenses, files=tuple(written), notes=(*lenses.notes, *notes))
 
 
 def find_lenses(path: Path, picture: NDArray[np.float32], options: ImportOptions) -> Lenses:
@@ -142,7 +148,7 @@ def find_lenses(path: Path, picture: NDArray[np.float32], options: ImportOptions
         return Lenses(geometry, kept, foreign_rig(geometry, kept), by, agreement, notes)
 
 
-def write_bundle(files: Sequence[Path], lenses: Lenses, folder: Path, *, title: str) -> None:
+def write_bundle(files: Sequence[Path], lenses: Lenses, folder: Path, *, title: str, linear: bool = False) -> None:
     """Write pictures and their geometry as a bundle, for a job that renders nothing.
 
     Parameters
@@ -155,6 +161,8 @@ def write_bundle(files: Sequence[Path], lenses: Lenses, folder: Path, *, title: 
         The folder to write.
     title
         The title of the scene.
+    linear
+        True if the codes of the pictures are linear light, whatever their files say.
 
     Raises
     ------
@@ -170,7 +178,8 @@ def write_bundle(files: Sequence[Path], lenses: Lenses, folder: Path, *, title: 
         shutil.copyfile(path, folder / name)
     # Numbers, texts, lists and booleans are written in TOML as in JSON.
     lines = (f"{name} = {json.dumps(value)}" for name, value in geometry_data(lenses).items())
-    text = (f"title = {json.dumps(title)}", "", "[sheets]", f"files = {json.dumps(listed)}", *lines, "")
+    colour = ("linear = true",) if linear else ()
+    text = (f"title = {json.dumps(title)}", "", "[sheets]", f"files = {json.dumps(listed)}", *lines, *colour, "")
     (folder / "scene.toml").write_text("\n".join(text))
 
 
@@ -220,7 +229,7 @@ def _of_master(path: Path, rig: Rig, picture: NDArray[np.float32], options: Impo
 
 def _found(picture: NDArray[np.float32], options: ImportOptions) -> Found | None:
     if options.white is not None:
-        white = _read(options.white)
+        white = _read(options.white, options)
         if white.shape != picture.shape:
             raise BadInput(
                 f"expected a white image of {picture.shape[0]} x {picture.shape[1]} px as the picture, got"
@@ -294,7 +303,11 @@ def _check_suffix(path: Path) -> None:
         raise BadInput(f"expected a picture at {path}, got no file")
 
 
-def _read(path: Path) -> NDArray[np.float32]:
+def _read(path: Path, options: ImportOptions) -> NDArray[np.float32]:
     _check_suffix(path)
     with whole_picture(path):
-        return read_foreign(path)
+        return read_foreign(path, linear=options.linear)
+
+
+def _with_override(note: str) -> str:
+    return f"{note} If they are linear light, give --linear." if NOT_NAMED in note else note

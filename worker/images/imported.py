@@ -1,7 +1,7 @@
-"""Pictures from elsewhere as linear light: PNG, TIFF, EXR, whatever their numbers.
+"""Pictures of other programs as linear light: PNG, TIFF, EXR, whatever their numbers.
 
-Whole numbers are sRGB codes and are decoded; floating ones are linear light. Alpha is left out, and what it covers is
-not darkened by it. Grey becomes three equal channels.
+Whole numbers are decoded by the file's colour space (`worker.images.colour_space`); floating ones are linear light.
+Alpha is left out, and what it covers is not darkened by it. Grey becomes three equal channels.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from OpenImageIO import ImageInput, ImageSpec
 
 from lippmann.errors import ArtifactBroken
 from lippmann.job.rig import MAX_FRAME_PX
+from worker.images.colour_space import ColourSpace, colour_space, linear_space
 from worker.images.read import checked, opened
 
 FOREIGN_SUFFIXES = (".png", ".tif", ".tiff", ".exr")
@@ -25,8 +26,15 @@ _WHITE = {"uint8": 2**8 - 1, "uint16": 2**16 - 1}
 _LIGHT = {"half", "float", "double"}
 
 
-def read_foreign(path: Path) -> NDArray[np.float32]:
+def read_foreign(path: Path, *, linear: bool = False) -> NDArray[np.float32]:
     """Return a picture of any program as linear light, `(rows, cols, 3)`.
+
+    Parameters
+    ----------
+    path
+        A PNG, TIFF or EXR.
+    linear
+        Take codes for linear light, whatever the file says.
 
     Raises
     ------
@@ -44,7 +52,8 @@ def read_foreign(path: Path) -> NDArray[np.float32]:
         places = _places(path, spec)
         kind = str(spec.format)
         if kind in _WHITE:
-            return _linear(_read(path, source, kind, places), _WHITE[kind])
+            space = linear_space(None) if linear else colour_space(path, spec)
+            return _decoded(_read(path, source, kind, places), _WHITE[kind], space)
         if kind not in _LIGHT:
             raise ArtifactBroken(f"{path.name}: expected 8 or 16 bits, or floating numbers, got {kind}")
         return _read(path, source, "float", places).astype(np.float32, copy=False)
@@ -74,9 +83,8 @@ def _read(path: Path, source: ImageInput, kind: str, places: list[int]) -> NDArr
     return np.ascontiguousarray(shaped[:, :, places])
 
 
-def _linear(codes: NDArray[Any], white: int) -> NDArray[np.float32]:
-    """Return the linear light of sRGB codes (IEC 61966-2-1), by a table of all codes."""
-    shown = np.arange(white + 1) / white
-    table = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4).astype(np.float32)
-    linear: NDArray[np.float32] = table[codes]
-    return linear
+def _decoded(codes: NDArray[Any], white: int, space: ColourSpace) -> NDArray[np.float32]:
+    """Return the linear light of codes, by a table of all codes."""
+    table = space.decode(np.arange(white + 1) / white).astype(np.float32)
+    light: NDArray[np.float32] = table[codes]
+    return light

@@ -13,7 +13,9 @@ from lippmann.job.resolved import JobSheet
 from lippmann.lightfield.calibrate.imported import captured_of
 from lippmann.plan.imported import lens_grid
 from lippmann.plan.sampling import frame_size
+from worker.images.colour_space import file_colour_space, linear_space
 from worker.images.imported import read_foreign
+from worker.sandbox.log import AttemptLog
 from worker.tasks.workplace import Workplace
 
 
@@ -31,7 +33,7 @@ def foreign_sheet(place: Workplace, sheet: JobSheet, frame: int) -> NDArray[np.f
     assert said is not None  # noqa: S101 - its caller's promise
     name = said.files[frame - 1]
     try:
-        picture = read_foreign(place.bundle_folder(sheet.bundle) / name)
+        picture = read_foreign(place.bundle_folder(sheet.bundle) / name, linear=said.linear)
     except ArtifactBroken as error:
         raise BundleError(f"{name}: expected a whole picture, got {error.message}") from error
     grid = lens_grid(said, picture.shape[:2])
@@ -40,9 +42,17 @@ def foreign_sheet(place: Workplace, sheet: JobSheet, frame: int) -> NDArray[np.f
     return captured.astype(np.float16)
 
 
-def probe_foreign(place: Workplace, sheet: JobSheet) -> ProbeResult:
-    """Take the first frame in and measure; nothing of such a job is rendered."""
+def probe_foreign(place: Workplace, sheet: JobSheet, log: AttemptLog) -> ProbeResult:
+    """Take the first frame in and measure; nothing of such a job is rendered. The log names its colour space."""
+    assert sheet.sheets is not None  # noqa: S101 - its caller's promise
+    frame = sheet.spec.frame_numbers[0]
     began_s = time.process_time()
-    foreign_sheet(place, sheet, sheet.spec.frame_numbers[0])
+    foreign_sheet(place, sheet, frame)
+    name = sheet.sheets.files[frame - 1]
+    space = linear_space(None) if sheet.sheets.linear else file_colour_space(place.bundle_folder(sheet.bundle) / name)
+    source = "sheets.linear" if sheet.sheets.linear else space.known_by or "nothing in the file"
+    log.write(f"{name}: colour space {space.name}, named by {source}")
+    if space.note:
+        log.write(f"{name}: {space.note}")
     s_per_px = (time.process_time() - began_s) / frame_size(sheet.spec.rig).px
     return ProbeResult(start_s=0.0, s_per_px=s_per_px, tileable=False, renders=False)

@@ -23,7 +23,8 @@ def probe_job(place: Workplace, order: Order, watch: Watch) -> Work:
     """Render the first frame of a job with few pixels and measure."""
     sheet = place.job_sheet(order.job_id)
     if sheet.sheets is not None:
-        return Work(probe=probe_foreign(place, sheet))
+        with place.task_folder() as folder, kept_log(place, order, folder) as log:
+            return Work(probe=probe_foreign(place, sheet, log))
     rows, cols = probe_size(frame_size(sheet.spec.rig))
     with place.task_folder() as folder, kept_log(place, order, folder) as log:
         picture = render_picture(

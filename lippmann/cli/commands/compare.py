@@ -27,13 +27,18 @@ def compare(
             metavar="ROWS COLS", help="The number of lens rows and columns. It is needed if no EXR header gives them."
         ),
     ] = None,
+    linear: Annotated[
+        bool, typer.Option("--linear", help="The codes of PNG files are linear light, whatever the files say.")
+    ] = False,
     *,
     output: Output,
 ) -> None:
     """Compare two orthoscopic integral images: PSNR and SSIM of the whole image and of its views."""
     from lippmann.cli.option_values import layout_of
     from lippmann.cli.text.compare import compared_data, compared_text
-    from lippmann.local.compare import compare_files
+    from lippmann.local.compare import colour_notes_of, compare_files
 
-    compared = compare_files(first, second, layout=layout_of(px_per_lens, lens_count))
+    compared = compare_files(first, second, layout=layout_of(px_per_lens, lens_count), linear=linear)
+    for note in () if linear else colour_notes_of(compared):
+        output.note(f"note: {note}")
     output.result(compared_data(compared), compared_text(compared))

@@ -59,6 +59,9 @@ def import_sheets(
     ] = None,
     pitch_mm: Annotated[float | None, typer.Option(help="The pitch of the lenses, mm.")] = None,
     focal_length_mm: Annotated[float | None, typer.Option(help="The focal length of the lenses, mm.")] = None,
+    linear: Annotated[
+        bool, typer.Option("--linear", help="The codes of the pictures are linear light, whatever the files say.")
+    ] = False,
     bundle: Annotated[
         Path | None, typer.Option(help="Also write a scene bundle for a job, for `lippmann scenes upload`.")
     ] = None,
@@ -83,10 +86,10 @@ def import_sheets(
         "focal_length_mm": focal_length_mm,
     }
     fields = {name: value for name, value in options.items() if value is not None}
-    imported = import_sheets(files, ImportOptions(fields, white=find_from, find=find), out=out)
+    imported = import_sheets(files, ImportOptions(fields, white=find_from, find=find, linear=linear), out=out)
     if bundle is not None:
-        write_bundle(files, imported.lenses, bundle, title=files[0].stem)
-    for note in imported.lenses.notes:
+        write_bundle(files, imported.lenses, bundle, title=files[0].stem, linear=linear)
+    for note in imported.notes:
         output.note(f"note: {note}")
     lenses = imported.lenses
     data = {"known_by": lenses.known_by, "agreement": lenses.agreement, "geometry": geometry_data(lenses)}

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from lippmann.cli import main
 from lippmann.job.rig import Rig
@@ -212,3 +214,35 @@ def test_pictures_that_are_none_are_named(refused: Any) -> None:
     for name in ("cut.exr", "words.png"):
         Path(name).write_bytes(Path("a.exr").read_bytes()[:900] if name == "cut.exr" else b"words")
         assert f"expected a whole picture at {name}" in refused("a.exr", name)
+
+
+def test_a_png_in_another_colour_space_is_compared_by_its_light(ask: Any, tmp_path: Path) -> None:
+    picture = master(tmp_path / "a.exr").astype(np.float32)
+    # Pillow cannot write 16 bits of three channels, so the light is rounded to 8 bits.
+    codes = np.rint(np.clip(picture, 0, 1) * 255).astype(np.uint8)
+    gamma = PngInfo()
+    gamma.add(b"gAMA", (100_000).to_bytes(4, "big"))
+    Image.fromarray(codes).save(tmp_path / "linear.png", pnginfo=gamma)
+    Image.fromarray(codes).save(tmp_path / "unnamed.png")
+    psnr = {
+        words: ask("a.exr", *words)["mean"]["sheet"]["psnr_y_db"]
+        for words in (("linear.png",), ("unnamed.png",), ("unnamed.png", "--linear"))
+    }
+    assert psnr["linear.png",] > 45
+    assert psnr["unnamed.png",] < 20
+    assert psnr["unnamed.png", "--linear"] == psnr["linear.png",]
+
+
+def test_a_png_without_a_colour_space_is_noted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    picture = master(tmp_path / "a.exr")
+    Image.fromarray(srgb_codes(picture)).save("unnamed.png")
+    write_png(tmp_path / "ours.png", picture.astype(np.float32))
+    for name, noted in (("unnamed.png", True), ("ours.png", False)):
+        monkeypatch.setattr(sys, "argv", ["lippmann", "compare", "a.exr", name])
+        with pytest.raises(SystemExit):
+            main.main()
+        err = " ".join(capsys.readouterr().err.split())
+        assert ("unnamed.png: no colour space is named" in err) == noted

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -125,3 +126,21 @@ def test_what_cannot_be_is_said(tmp_path: Path, options: tuple[object, ...], sai
     assert ran.exit_code != 0
     assert said in str(ran.exception)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "light", "noted"),
+    [((), ((0x80 / 255 + 0.055) / 1.055) ** 2.4, True), (("--linear",), 0x80 / 255, False)],
+    ids=["as sRGB", "--linear"],
+)
+def test_a_png_without_a_colour_space_is_srgb_with_a_note_unless_it_is_said_to_be_linear(
+    tmp_path: Path, options: tuple[str, ...], light: float, noted: bool
+) -> None:
+    path, bundle = tmp_path / "a.png", tmp_path / "bundle"
+    Image.new("RGB", (LAYOUT.cols, LAYOUT.rows), (0x80,) * 3).save(path)
+    ran = _run(path, "--pitch-px", 8, "--out", tmp_path / "out", "--bundle", bundle, *options)
+    assert ran.exit_code == 0, ran.output
+    np.testing.assert_allclose(read_orthoscopic(tmp_path / "out/orthoscopic/0001.exr").sheet, light, atol=5e-4)
+    assert ("a.png: no colour space is named, so the codes are read as sRGB" in ran.stderr) == noted
+    sheets = tomllib.loads((bundle / "scene.toml").read_text())["sheets"]
+    assert sheets.get("linear", False) != noted

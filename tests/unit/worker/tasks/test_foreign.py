@@ -104,3 +104,23 @@ def test_a_picture_cut_short_ends_the_job_by_name(tmp_path: Path, bundle: Path) 
     path.write_bytes(path.read_bytes()[:200])
     with pytest.raises(BundleError, match=r"frames/0001\.png: expected a whole picture"):
         _place(tmp_path, bundle)
+
+
+def test_the_pictures_of_a_bundle_are_linear_where_the_bundle_says_so_and_the_log_names_their_colour_space(
+    tmp_path: Path, bundle: Path
+) -> None:
+    name = names.job_artifact(JOB_ID, names.log_name(TaskKind.PROBE, None, None, None, 1))
+    pictures, logs = [], []
+    for words in ("", "linear = true\n"):
+        manifest = bundle / "scene.toml"
+        manifest.write_text(manifest.read_text() + words)
+        place = _place(tmp_path / f"linear{len(words)}", bundle)
+        assemble_frame(place, order_of(TaskKind.ASSEMBLE, frame=1), Unwatched())
+        pictures.append(stored_picture(place, names.orthoscopic_name(1)))
+        with place.store.local_path(name) as log:
+            logs.append(log.read_text())
+    # The codes of light that was decoded are that light without decoding.
+    np.testing.assert_allclose(srgb_codes(pictures[0]) / 255, pictures[1], atol=0.004)
+    assert "colour space sRGB, named by nothing in the file" in logs[0]
+    assert "no colour space is named, so the codes are read as sRGB" in logs[0]
+    assert "colour space linear, named by sheets.linear" in logs[1]

@@ -1,0 +1,185 @@
+"""Colour spaces of pictures from other programs: what the codes of a PNG or a TIFF mean in linear light.
+
+A PNG says it in its chunks; where several are present, the order of precedence is cICP, iCCP, sRGB, gAMA (PNG, third
+edition, section 4.3). A TIFF says it in an ICC profile. A file that says nothing is read as sRGB, with a note.
+Floating numbers are linear light. Primaries are not converted.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from OpenImageIO import ImageSpec
+
+from worker.images.colour import decoded_srgb
+from worker.images.icc import profile_curve
+from worker.images.read import opened
+
+Decode = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+
+_PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_CHUNKS = (b"cICP", b"sRGB", b"gAMA")
+_CHUNKS_AT_MOST = 1000
+_CHUNK_BYTES_AT_MOST = 16
+
+_TRANSFERS: dict[int, tuple[str, float | None]] = {
+    4: ("gamma 2.2", 2.2),
+    5: ("gamma 2.8", 2.8),
+    8: ("linear", 1.0),
+    13: ("sRGB", None),
+}
+"""Transfer characteristics of a cICP chunk (ITU-T H.273, table 3) as exponents; None is sRGB."""
+
+
+@dataclass(frozen=True)
+class ColourSpace:
+    """What the codes of a picture mean."""
+
+    name: str
+    """How the codes are decoded: `sRGB`, `linear`, `gamma 2.2`, `ICC curve`."""
+    decode: Decode
+    """Makes linear light from codes between 0 and 1."""
+    known_by: str | None
+    """The part of the file that says it; None if nothing does and sRGB is assumed."""
+    note: str | None = None
+    """What the user should know, as a sentence without the file's name."""
+
+
+NOT_NAMED = "no colour space is named, so the codes are read as sRGB"
+"""The note on a picture that says nothing."""
+
+
+def linear_space(known_by: str | None) -> ColourSpace:
+    """Return the colour space of codes that are proportional to light."""
+    return ColourSpace("linear", _same, known_by)
+
+
+def file_colour_space(path: Path) -> ColourSpace:
+    """Return the colour space of a picture of another program.
+
+    Raises
+    ------
+    ArtifactMissing
+        If there is no such file.
+    ArtifactBroken
+        If its header cannot be read.
+    """
+    with opened(path) as source:
+        return colour_space(path, source.spec())
+
+
+def colour_space(path: Path, spec: ImageSpec) -> ColourSpace:
+    """Return the colour space of an open picture of another program.
+
+    Parameters
+    ----------
+    path
+        The file, whose PNG chunks are read.
+    spec
+        Its header as OpenImageIO reads it.
+    """
+    if str(spec.format) in ("half", "float", "double"):
+        return linear_space("floating numbers")
+    chunks = _png_chunks(path)
+    if b"cICP" in chunks:
+        return _of_cicp(chunks[b"cICP"])
+    profile = spec.getattribute("ICCProfile")
+    if profile is not None:
+        return _of_profile(np.asarray(profile, dtype=np.uint8).tobytes())
+    if b"sRGB" in chunks:
+        return _srgb("sRGB chunk")
+    if len(chunks.get(b"gAMA", b"")) == 4 and any(chunks[b"gAMA"]):
+        (scaled,) = struct.unpack(">I", chunks[b"gAMA"])
+        return _gamma(100_000 / scaled, "gAMA chunk")
+    return _srgb(None, NOT_NAMED)
+
+
+def colour_notes(paths: Sequence[Path]) -> tuple[str, ...]:
+    """Return what the user should know about the colour spaces of some pictures: each note once, with the first file.
+
+    Raises
+    ------
+    ArtifactMissing, ArtifactBroken
+        As `file_colour_space`.
+    """
+    files: dict[str, list[Path]] = {}
+    for path in paths:
+        note = file_colour_space(path).note
+        if note is not None:
+            files.setdefault(note, []).append(path)
+    return tuple(f"{_named(noted)}: {note}." for note, noted in files.items())
+
+
+def _named(paths: Sequence[Path]) -> str:
+    others = len(paths) - 1
+    return f"{paths[0].name} and {others} more" if others else paths[0].name
+
+
+def _png_chunks(path: Path) -> dict[bytes, bytes]:
+    """Return the contents of the chunks before a PNG's pixels that say its colour space."""
+    found: dict[bytes, bytes] = {}
+    with path.open("rb") as file:
+        if file.read(len(_PNG_SIGNATURE)) != _PNG_SIGNATURE:
+            return found
+        for _ in range(_CHUNKS_AT_MOST):
+            head = file.read(8)
+            if len(head) < 8:
+                break
+            length, name = struct.unpack(">I4s", head)
+            if name == b"IDAT":
+                break
+            wanted = name in _CHUNKS and length <= _CHUNK_BYTES_AT_MOST
+            if wanted:
+                found[name] = file.read(length)
+            file.seek(4 if wanted else length + 4, 1)
+    return found
+
+
+def _of_cicp(content: bytes) -> ColourSpace:
+    """Return what a cICP chunk says: primaries, transfer, matrix, full range (PNG, third edition, section 11.3.2.6)."""
+    known_by = "cICP chunk"
+    if len(content) != 4 or content[1] not in _TRANSFERS or content[2:] != b"\x00\x01":
+        said = ", ".join(map(str, content))
+        return _srgb(None, f"the cICP chunk ({said}) is none that can be decoded, so the codes are read as sRGB")
+    name, exponent = _TRANSFERS[content[1]]
+    space = _srgb(known_by) if exponent is None else _gamma(exponent, known_by)
+    if content[0] == 1:
+        return space
+    return ColourSpace(name, space.decode, known_by, _primaries(f"cICP chunk, primaries {content[0]}"))
+
+
+def _of_profile(profile: bytes) -> ColourSpace:
+    known_by = "ICC profile"
+    curve = profile_curve(profile)
+    if curve is None:
+        return _srgb(None, "the ICC profile has no single tone curve, so the codes are read as sRGB")
+    note = None if curve.srgb_primaries else _primaries(known_by)
+    if curve.is_srgb:
+        return _srgb(known_by, note)
+    if curve.exponent == 1.0:
+        return ColourSpace("linear", _same, known_by, note)
+    name = "ICC curve" if curve.exponent is None else f"gamma {curve.exponent:.4g}"
+    return ColourSpace(name, curve.decode, known_by, note)
+
+
+def _primaries(said_by: str) -> str:
+    return f"its primaries ({said_by}) are not those of sRGB and are not converted"
+
+
+def _srgb(known_by: str | None, note: str | None = None) -> ColourSpace:
+    return ColourSpace("sRGB", decoded_srgb, known_by, note)
+
+
+def _gamma(exponent: float, known_by: str) -> ColourSpace:
+    if abs(exponent - 1) < 1e-4:
+        return linear_space(known_by)
+    return ColourSpace(f"gamma {exponent:.4g}", lambda encoded: encoded**exponent, known_by)
+
+
+def _same(encoded: NDArray[np.float64]) -> NDArray[np.float64]:
+    return encoded
