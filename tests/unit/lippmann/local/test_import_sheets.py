@@ -140,7 +140,7 @@ def test_a_png_without_a_colour_space_is_srgb_with_a_note_unless_it_is_said_to_b
     Image.new("RGB", (LAYOUT.cols, LAYOUT.rows), (0x80,) * 3).save(path)
     ran = _run(path, "--pitch-px", 8, "--out", tmp_path / "out", "--bundle", bundle, *options)
     assert ran.exit_code == 0, ran.output
-    np.testing.assert_allclose(read_orthoscopic(tmp_path / "out/orthoscopic/0001.exr").sheet, light, atol=5e-4)
+    np.testing.assert_allclose(open_orthoscopic(tmp_path / "out/orthoscopic/0001.exr").pixels, light, atol=5e-4)
     assert ("a.png: no colour space is named, so the codes are read as sRGB" in ran.stderr) == noted
     sheets = tomllib.loads((bundle / "scene.toml").read_text())["sheets"]
     assert sheets.get("linear", False) != noted
