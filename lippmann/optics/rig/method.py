@@ -29,8 +29,13 @@ LEAST_LENS_UNITS = 6e-4
 6.4e-4 is right, below 5.1e-4 pixels in the corners are wrong, and at 1.3e-4 most are)."""
 
 OVERLAP_MM = 0.02
-OVERLAP = 0.37
-"""How far cemented elements reach into each other, and which part of a thin one: as in imaging_lens.inc."""
+OVERLAP_FRACTION = 0.37
+"""Cemented elements overlap by the first number, but at most by this fraction of the thinner one, as in
+lippmann/imaging_lens.inc."""
+
+BAFFLE_GAP_FRACTION = 0.4
+"""A baffle is moved by at most this fraction of the distance to the neighbouring surface, as in
+lippmann/imaging_lens.inc."""
 
 LEAST_PITCH_UNITS = 0.005
 """Of the microlenses: smaller ones are missed (measured: pitch 1 mm is right to 300 mm a unit and fails at 500)."""
@@ -84,12 +89,15 @@ def _gaps_mm(lens: ImagingLens) -> Iterator[float]:
     yield from thicknesses
     for place, pair in enumerate(pairwise(thicknesses)):
         if media[place] != 1.0 and media[place + 1] != 1.0:
-            yield min(OVERLAP_MM, OVERLAP * min(pair))
+            yield min(OVERLAP_MM, OVERLAP_FRACTION * min(pair))
     for place, surface in enumerate(lens.surfaces):
         beside = lens.surfaces[max(0, place - 1) : place + 2]
         if surface.is_flat and any(one.semi_aperture_mm > surface.semi_aperture_mm for one in beside):
             outside = [] if 0 < place < len(thicknesses) else [math.inf]
-            yield min(CONTACT_GAP_MM, 0.4 * max(outside + thicknesses[max(0, place - 1) : place + 1]))
+            yield min(
+                CONTACT_GAP_MM,
+                BAFFLE_GAP_FRACTION * max(outside + thicknesses[max(0, place - 1) : place + 1]),
+            )
     if lens.stop is not None:
         behind = stop_space(lens, lens.stop)
         for place in range(max(0, behind - 1), min(behind + 1, len(lens.surfaces))):

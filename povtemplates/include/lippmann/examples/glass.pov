@@ -1,18 +1,19 @@
-// What the optics are made of: a ball of clear glass and a black ring. Neither casts a shadow on the floor.
+// A ball of clear glass and a black ring, the two materials of optical parts. Neither casts a shadow on the floor.
 //
-//   povray +Iglass.pov +L.. +W320 +H240
+//   povray +Iglass.pov +L../.. +W320 +H240
 //
-// Units: mm.
+// Licence: MIT. Run the command in this folder. Units: mm.
 
 #version 3.7;
 global_settings { assumed_gamma 1 }
 
 #include "lippmann/glass.inc"
 
+// The glass is Schott N-BK7 by its data sheet: index 1.5168, Abbe number 64.17.
 sphere {
   <-30, 40, 0>, 30
   texture { Lippmann_Clear }
-  interior { ior 1.5 }
+  Lippmann_Glass(1.5168, Lippmann_Dispersion(1.5168, 64.17))
   Lippmann_Invisible_To_The_Scene()
 }
 

@@ -1,7 +1,9 @@
-// Where a rig stands: its axes as bars of 100 mm, red to the right, green upward, blue along the optical axis, at a
-// place in a scene that is made in metres.
+// The axes of a rig, placed in a scene that is made in metres: red points to the right, green upward, and blue along the
+// optical axis to the observer. Each bar is 100 mm long.
 //
-//   povray +Istage.pov +L.. +W320 +H240
+//   povray +Istage.pov +L../.. +W320 +H240
+//
+// Licence: MIT. Run the command in this folder.
 
 #version 3.7;
 global_settings { assumed_gamma 1 }
@@ -19,7 +21,8 @@ global_settings { assumed_gamma 1 }
   sphere { 0, 10 pigment { rgb 0.9 } }
 };
 
-// Half a metre above the floor, looking at the ball: the blue bar points away from it. 1 unit = 1 m = 1000 mm.
+// The rig is 0.2 m above the floor and looks at the ball, so the blue bar points away from the ball. One unit of the
+// scene is 1 m, which is 1000 mm.
 object { Axes Lippmann_Stage(<-0.1, 0.2, -0.1>, <0.4, 0.05, 0.5>, y, 1000) }
 
 sphere { <0.4, 0.05, 0.5>, 0.05 pigment { rgb <0.8, 0.6, 0.2> } }

@@ -1,0 +1,67 @@
+"""The headers, guards and constants of the include files. Tests that need POV-Ray are in tests/integration/povray."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from lippmann.optics.lens import dispersion
+from lippmann.optics.lens.surfaces import CONTACT_GAP_MM
+from lippmann.optics.rig import method
+from povtemplates.catalogue import INCLUDE_FOLDER
+from tests.repository import ROOT
+from worker.engines.povray import depth_codes, scene
+
+LIBRARY = INCLUDE_FOLDER / "lippmann"
+INCLUDES = sorted(LIBRARY.glob("*.inc"))
+
+VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
+
+
+def declared(name: str) -> float:
+    """Return the number that the library declares under a name unless the user declares another."""
+    text = "".join(include.read_text() for include in INCLUDES)
+    (value,) = re.findall(rf"^#ifndef \({name}\) #declare {name} = ([\d.e-]+); #end$", text, re.MULTILINE)
+    return float(value)
+
+
+@pytest.mark.parametrize("include", INCLUDES, ids=lambda include: include.stem)
+def test_an_include_has_a_header_and_a_guard(include: Path) -> None:
+    """The header has the file's name, the project's version, the licence and an example of use."""
+    text = include.read_text()
+    guard = f"Lippmann_{include.stem.title()}_Inc"
+    header, _, rest = text.partition(f"\n\n#ifndef ({guard})\n#declare {guard} = version;\n")
+    assert rest, "the guard follows the header"
+    assert header.startswith(f"// lippmann/{include.name} ")
+    assert f"// Version:  Lippmann {VERSION}, for POV-Ray 3.7\n// Licence:  MIT\n" in header
+    assert f'// Use:      #include "lippmann/{include.name}"\n' in header
+    assert all(line.startswith("//") for line in header.splitlines() if line)
+    assert rest.endswith(f"#if ({guard} < 3.7) #version {guard}; #end\n#end\n")
+
+
+def test_the_library_path_holds_nothing_but_the_library() -> None:
+    """Its folders come before those of a bundle, and a folder of the same name in a bundle would not be found."""
+    assert [path.name for path in INCLUDE_FOLDER.iterdir()] == ["lippmann"]
+
+
+def test_the_optics_in_python_know_how_the_library_builds_glass() -> None:
+    """`capture_method` decides by these numbers whether POV-Ray can resolve the gaps of a lens."""
+    assert declared("Lippmann_Overlap") == method.OVERLAP_MM
+    assert declared("Lippmann_Overlap_Fraction") == method.OVERLAP_FRACTION
+    assert declared("Lippmann_Baffle_Gap") == CONTACT_GAP_MM
+    assert declared("Lippmann_Baffle_Reach") == scene.BAFFLE_REACH
+    assert declared("Lippmann_Baffle_Gap_Fraction") == method.BAFFLE_GAP_FRACTION
+
+
+def test_dispersion_is_the_same_formula_in_both_languages() -> None:
+    text = (LIBRARY / "glass.inc").read_text()
+    lines = {dispersion.LINE_F_NM, dispersion.LINE_D_NM, dispersion.LINE_C_NM}
+    assert {float(number) for number in re.findall(r"\b\d{3}\.\d{4}\b", text)} == lines
+    assert set(re.findall(r"\) / (\d+)\b", text)) == {f"{dispersion.POVRAY_WIDTH_NM:g}"}
+
+
+def test_the_mark_of_a_depth_pass_is_the_one_that_is_decoded() -> None:
+    assert f"color rgb <0, 0, {depth_codes.MARK}> * Amplitude" in (LIBRARY / "depth.inc").read_text()
