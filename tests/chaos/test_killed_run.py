@@ -16,7 +16,7 @@ from tests.needs import needs_povray
 from tests.repository import ROOT
 from tests.waiting import until
 
-STARTED = {"lippmann", "python", "valkey-server", "postgres", "chromium", "povray"}
+STARTED = {"lippmann", "valkey-server", "postgres", "chromium", "povray"}
 """The names of some programs that a test run starts, itself or through others."""
 
 
