@@ -3,6 +3,7 @@
     from lippmann import IntegralImage, Client, design
 
 IntegralImage   an integral image: open, views, refocus, depth, perspective, save
+save_picture    a picture of linear light as PNG or TIFF
 CellLayout      the lattice of lenses over its pixels, square or hexagonal
 Eye             the place of an eye in front of a display
 design          what a job will give: lens, views, display, depth budget, cost
@@ -38,9 +39,10 @@ if TYPE_CHECKING:
     from lippmann.lattice.layout import CellLayout
     from lippmann.lightfield.views.perspective import Eye
     from lippmann.local.design import design
+    from lippmann.local.files.image_files import save_picture
     from lippmann.local.image import IntegralImage
 
-__all__ = ["CellLayout", "Client", "Eye", "IntegralImage", "JobSpec", "LippmannError", "design"]
+__all__ = ["CellLayout", "Client", "Eye", "IntegralImage", "JobSpec", "LippmannError", "design", "save_picture"]
 
 _MODULES = {
     "CellLayout": "lippmann.lattice.layout",
@@ -50,6 +52,7 @@ _MODULES = {
     "JobSpec": "lippmann.job.spec",
     "LippmannError": "lippmann.errors",
     "design": "lippmann.local.design",
+    "save_picture": "lippmann.local.files.image_files",
 }
 
 

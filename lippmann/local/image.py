@@ -39,13 +39,11 @@ from lippmann.lightfield.views.light_field import light_field, on_square_pixels
 from lippmann.lightfield.views.perspective import Eye, inside_cells, perspective, places_px
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import centre, interlace, view, view_numbers
-from lippmann.local.files.master import KIND, ORTHOSCOPIC, PSEUDOSCOPIC, depth_beside, read_depth, read_master, rig_in
+from lippmann.local.files.image_files import preview_png, save_image
+from lippmann.local.files.master import depth_beside, read_depth, read_master, rig_in
 from lippmann.plan.design.observed_display import observed_display
-from lippmann.plan.sampling import display_size, frame_size
-from worker.images.colour import linear_light, srgb_codes
+from worker.images.colour import linear_light
 from worker.images.imported import FOREIGN_SUFFIXES, read_foreign
-from worker.images.resize import resize
-from worker.images.write import encoded_png, write_code_rows, write_exr
 
 Light = NDArray[np.floating[Any]]
 Place = Eye | tuple[float, float, float]
@@ -555,27 +553,11 @@ class IntegralImage(lightfield.IntegralImage):
         OutputError, StoreFull, StoreUnavailable
             If the file cannot be written.
         """
-        file, pixels = Path(path), _three_channels(self.pixels)
-        beside = file.with_name(f".{file.stem}.part{file.suffix}")
-        match file.suffix.lower():
-            case ".exr":
-                kind = PSEUDOSCOPIC if self.pseudoscopic else ORTHOSCOPIC
-                write_exr(beside, pixels, attributes={"rig": _rig_of(self).model_dump_json(), KIND: kind})
-            case ".png" | ".tif" | ".tiff":
-                write_code_rows(beside, (srgb_codes(pixels, bits=bits),), size=pixels.shape[:2], bits=bits)
-            case _:
-                raise BadInput(f"expected an EXR, a PNG or a TIFF to write, got {file}")
-        beside.replace(file)
+        save_image(self, Path(path), rig=self.rig, bits=bits)
 
     def _repr_png_(self) -> bytes:
         """Return the picture that a notebook shows: the integral image, reduced to `REPR_PX` px."""
-        pixels = _three_channels(self.pixels)
-        shrink = REPR_PX / max(pixels.shape[:2])
-        if shrink < 1:
-            rows, cols = (max(1, round(side * shrink)) for side in pixels.shape[:2])
-            pixels = resize(pixels, rows=rows, cols=cols, filter_name="triangle")
-        with encoded_png(pixels, bits=8) as file:
-            return file.read()
+        return preview_png(self.pixels, longest_px=REPR_PX)
 
     def _view_number(self, u: int | None, v: int | None) -> tuple[int, int]:
         if (u is None) != (v is None):
@@ -595,38 +577,6 @@ def _filling(pixels: NDArray[Any], px_per_lens: int, lattice: Lattice) -> CellLa
     one = CellLayout(1, 1, px_per_lens, lattice)
     lens_rows = max(1, (pixels.shape[0] - 2 * one.overhang_px) // one.row_px)
     return CellLayout(lens_rows, max(1, pixels.shape[1] // px_per_lens), px_per_lens, lattice)
-
-
-def _three_channels(pixels: Light) -> Light:
-    if pixels.shape[2] not in (1, 3):
-        raise LayoutError(f"expected one channel or red, green and blue, got {pixels.shape[2]} channels")
-    return np.broadcast_to(pixels, (*pixels.shape[:2], 3))
-
-
-def _rig_of(image: IntegralImage) -> Rig:
-    """Return a rig that describes the lenses of an image: its own, or else one of direct pickup.
-
-    A hexagonal image whose first lens row is shifted is described by a capture through an imaging lens, which turns an
-    odd number of rows upside down.
-    """
-    layout = image.layout
-    lens_array = {
-        "count": (layout.lens_rows, layout.lens_cols), "lattice": layout.lattice, "pitch_mm": image.pitch_mm,
-        "focal_length_mm": image.focal_length_mm,
-    }  # fmt: skip
-    lens = "athineos-2006" if image.inverted or layout.first_row_shifted else None
-    made = {"imaging_lens": lens, "px_per_lens": layout.px_per_lens, "lens_array": lens_array}
-    for rig in (image.rig, Rig.model_validate(made)):
-        if rig is not None and _describes(rig, image):
-            return rig
-    raise LayoutError(f"expected lenses that a rig can describe, got {layout} whose first row is shifted")
-
-
-def _describes(rig: Rig, image: IntegralImage) -> bool:
-    array = rig.lens_array
-    same_mm = (array.pitch_mm, array.focal_length_mm) == (image.pitch_mm, image.focal_length_mm)
-    same_sense = not image.pseudoscopic or image.inverted == (rig.imaging_lens is not None)
-    return same_mm and same_sense and image.layout == (frame_size(rig) if image.pseudoscopic else display_size(rig))
 
 
 def open_orthoscopic(path: Path, *, with_depth: bool = False) -> IntegralImage:
