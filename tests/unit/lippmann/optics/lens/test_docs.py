@@ -8,14 +8,16 @@ import re
 import pytest
 
 from lippmann.job.glasses import glass
-from lippmann.job.lens import LensSurface, Prescription
+from lippmann.job.lens import LensSurface, NamedLens, Prescription
+from lippmann.job.rig import Rig
 from lippmann.job.spec import parse_spec
 from lippmann.optics.lens.check import check_lens
 from lippmann.optics.lens.csv_files import read_lens_csv
+from lippmann.optics.lens.field_spots import field_spots
 from lippmann.optics.lens.matrices import cardinal_points
-from lippmann.optics.lens.prescription import lens_of, rig_lens
+from lippmann.optics.lens.prescription import chosen_lens, lens_of, rig_lens
 from lippmann.optics.lens.published import IMAGING_LENSES
-from lippmann.optics.lens.stop import f_number
+from lippmann.optics.lens.stop import f_number, with_stop
 from tests.repository import DOCS
 
 PAGE = (DOCS / "imaging-lenses.md").read_text("utf-8")
@@ -49,6 +51,17 @@ def test_the_table_of_lenses_is_measured() -> None:
         lens = IMAGING_LENSES[name]
         assert float(efl_mm) == pytest.approx(cardinal_points(lens).effective_focal_length_mm, abs=5.1e-4)
         assert float(fastest) == pytest.approx(f_number(lens), abs=5.1e-3)
+
+
+def test_the_table_of_spots_is_computed() -> None:
+    rows = re.findall(r"^\| `([a-z0-9-]+)` \| ([0-9., ]+) \| ([0-9., ]+) \| ([0-9., ]+) \|$", PAGE, re.MULTILINE)
+    assert [name for name, *_ in rows] == list(IMAGING_LENSES)
+    for name, *cells in rows:
+        named = NamedLens(name=name, focal_length_mm=300)
+        for cell, stop in zip(cells, (None, 4, 8), strict=True):
+            spots = field_spots(with_stop(chosen_lens(named), Rig(imaging_lens=named, f_number=stop)))
+            assert spots.angles_deg == (0, 4, 8)
+            assert cell == ", ".join(f"{rms_mm:.3g}" for rms_mm in spots.rms_mm if rms_mm is not None)
 
 
 def test_every_field_of_a_surface_is_on_the_page() -> None:
