@@ -1,4 +1,4 @@
-"""The headers, guards and constants of the include files. Tests that need POV-Ray are in tests/integration/povray."""
+"""The headers, guards, constants and docs of the include files. tests/integration/povray has the tests with POV-Ray."""
 
 from __future__ import annotations
 
@@ -12,11 +12,12 @@ from lippmann.optics.lens import dispersion
 from lippmann.optics.lens.surfaces import CONTACT_GAP_MM
 from lippmann.optics.rig import method
 from povtemplates.catalogue import INCLUDE_FOLDER
-from tests.repository import ROOT
+from tests.repository import DOCS, ROOT
 from worker.engines.povray import depth_codes, scene
 
 LIBRARY = INCLUDE_FOLDER / "lippmann"
 INCLUDES = sorted(LIBRARY.glob("*.inc"))
+PAGE = (DOCS / "sdl-library.md").read_text()
 
 VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
 
@@ -65,3 +66,41 @@ def test_dispersion_is_the_same_formula_in_both_languages() -> None:
 
 def test_the_mark_of_a_depth_pass_is_the_one_that_is_decoded() -> None:
     assert f"color rgb <0, 0, {depth_codes.MARK}> * Amplitude" in (LIBRARY / "depth.inc").read_text()
+
+
+def test_every_macro_stands_in_the_docs_with_its_parameters_and_no_other() -> None:
+    macros = [f"{name}({arguments})" for name, arguments in _in_library(r"^#macro (\w+)\(([^)]*)\)")]
+    assert re.findall(r"^### `(\w+\([^`]*\))`$", PAGE, re.MULTILINE) == sorted(macros, key=_place_on_page)
+
+
+def test_every_value_that_can_be_changed_stands_in_the_docs_with_its_default_and_no_other() -> None:
+    values = {
+        name: default.strip()
+        for name, default in _in_library(r"#ifndef \((\w+)\)\s+#declare \1 = ([^;{]+)")
+        if default != "version"
+    }
+    rows = dict(re.findall(r"^\| `(Lippmann_\w+)` \| (.*?) \|", PAGE, re.MULTILINE))
+    assert {name: default.removeprefix("a ") for name, default in rows.items()} == values
+
+
+def test_the_docs_name_nothing_that_is_not_in_the_library() -> None:
+    library = {name for (name,) in _in_library(r"\b(Lippmann_\w+)")}
+    assert set(re.findall(r"\bLippmann_\w+", PAGE)) <= library
+
+
+def test_every_parameter_is_explained_in_the_section_of_its_file() -> None:
+    for include in INCLUDES:
+        section = PAGE.split(f"\n## lippmann/{include.name}\n")[1].split("\n## ")[0]
+        rows = re.findall(r"^\| ([A-Z][\w, ]*) \|", section, re.MULTILINE)
+        explained = {name.strip() for row in rows for name in row.split(",")}
+        for name, arguments in re.findall(r"^#macro (\w+)\(([^)]*)\)", include.read_text(), re.MULTILINE):
+            assert {one.strip() for one in arguments.split(",") if one} <= explained, name
+
+
+def _in_library(pattern: str) -> list[tuple[str, ...]]:
+    """Return the groups of every match in the text of the include files."""
+    return [match.groups() for one in INCLUDES for match in re.finditer(pattern, one.read_text(), re.MULTILINE)]
+
+
+def _place_on_page(macro: str) -> int:
+    return PAGE.find(f"### `{macro}`")
