@@ -1,8 +1,10 @@
-"""Run a child to its end: hear what it says, tell how far it is, end it when it must end.
+"""Run a child process to its end: read its output, report its progress, and end it when a limit is reached.
 
-The child ends by itself, or is told to: SIGTERM first (POV-Ray answers with exit code 2), SIGKILL after a grace. When
-the worker itself is killed, the sandbox's PDEATHSIG ends the child; the kernel sends it when the *thread* that started
-the child ends, so `run` starts and waits in one.
+The child ends by itself, or it is sent SIGTERM and, after a grace period, SIGKILL. When the worker itself is killed,
+the sandbox's PDEATHSIG ends the child; the kernel sends it when the *thread* that started the child ends, so `run`
+starts the child and waits for it in one thread.
+
+What the output means is the engine's affair: `run` splits it into lines and hands each line to a `ProgressReader`.
 """
 
 from __future__ import annotations
@@ -13,18 +15,36 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
+from typing import Generic, Protocol, TypeVar
 
 from lippmann.errors import SandboxMissing
-from worker.engines.povray.progress import Lines, Progress, advance, is_progress
 from worker.sandbox.child import Child
 from worker.sandbox.log import AttemptLog
 
 POLL_S = 0.2
-"""Between two questions to `should_stop`, and between two reports of progress."""
+"""The interval of calls to `should_stop` and of reports of progress."""
 LOG_PROGRESS_S = 5.0
-"""Between two progress lines in the log."""
+"""The interval of progress lines in the log."""
+MAX_LINE_BYTES = 16_384
+"""A program can print a line without end; it is cut at this length."""
 
 _KEPT_LINES = 3000
+
+P = TypeVar("P")
+ReadProgress = TypeVar("ReadProgress", covariant=True)
+
+
+class ProgressReader(Protocol[ReadProgress]):
+    """Reads the progress of a program from its output; each engine has its own."""
+
+    @property
+    def progress(self) -> ReadProgress:
+        """How far the program is. Values are compared: a program whose progress stays equal makes no progress."""
+        ...
+
+    def read(self, line: str) -> bool:
+        """Update the progress from the next line of output; return whether the line says nothing else."""
+        ...
 
 
 class Ending(StrEnum):
@@ -37,20 +57,20 @@ class Ending(StrEnum):
 
 
 @dataclass(frozen=True)
-class Outcome:
-    """What is left of a child."""
+class Outcome(Generic[P]):
+    """How a child ended, and what it used."""
 
     ending: Ending
     exit_code: int
-    """Negative: the signal that ended it."""
+    """A negative number is the signal that ended it."""
     lines: tuple[str, ...]
-    """The last of what it said, without progress."""
-    progress: Progress
+    """The last lines of its output, without progress."""
+    progress: P
     wall_s: float
     cpu_s: float
-    """Of the child and all below it."""
+    """CPU time of the child and of all processes below it."""
     peak_memory_mb: float
-    """Resident, of the largest process."""
+    """Resident memory of the largest process."""
 
 
 def run(
@@ -60,44 +80,78 @@ def run(
     env: Mapping[str, str],
     timeout_s: float,
     stall_s: float,
-    first_block_px: int,
-    on_progress: Callable[[Progress], None],
+    reader: ProgressReader[P],
+    on_progress: Callable[[P], None],
     should_stop: Callable[[], bool],
     log: AttemptLog,
-) -> Outcome:
-    """Run a child to its end and return what is left of it.
+) -> Outcome[P]:
+    """Run a child to its end and return its outcome.
 
-    Whatever is raised in between, by a callback or by a signal's handler, the child is gone when this is left.
+    The child has ended when this function is left, whatever a callback or a signal handler raises meanwhile.
+
+    Parameters
+    ----------
+    argv, cwd, env
+        The command line, working directory and whole environment of the child.
+    timeout_s, stall_s
+        The child is ended after this time, and after this time without progress.
+    reader
+        Reads the progress from the child's output.
+    on_progress
+        Is called when the progress has changed, at most every `POLL_S` seconds and once at the end.
+    should_stop
+        Is called every `POLL_S` seconds; True ends the child.
+    log
+        Receives the output.
 
     Raises
     ------
     SandboxMissing
-        If it cannot be started: what comes first on the command line is the sandbox.
+        If the child cannot be started: the first word of the command line is the sandbox's program.
     """
     started_s = time.monotonic()
-    listener = _Listener(log, first_block_px)
-    watch = _Watch(timeout_s=timeout_s, stall_s=stall_s, should_stop=should_stop)
-    told, telling = listener.progress, _Every(POLL_S)
+    output = _OutputReader(log, reader)
+    limits = _EndingRule(reader.progress, timeout_s=timeout_s, stall_s=stall_s, should_stop=should_stop)
+    reported, report_timer = reader.progress, _Interval(POLL_S)
     with _started(argv, cwd, env) as child:
         while not child.is_over():
-            listener.hear(child.read(POLL_S))
-            if watch.look(listener.progress) is not Ending.EXITED:
+            output.feed(child.read(POLL_S))
+            if limits.update(reader.progress) is not Ending.EXITED:
                 child.end()
-            if listener.progress != told and telling.due():
-                told = listener.progress
-                on_progress(told)
-    listener.close()
-    if listener.progress != told:
-        on_progress(listener.progress)
+            if reader.progress != reported and report_timer.is_due():
+                reported = reader.progress
+                on_progress(reported)
+    output.close()
+    if reader.progress != reported:
+        on_progress(reader.progress)
     return Outcome(
-        ending=watch.ending,
+        ending=limits.ending,
         exit_code=child.exit_code,
-        lines=tuple(listener.kept),
-        progress=listener.progress,
+        lines=tuple(output.kept),
+        progress=reader.progress,
         wall_s=time.monotonic() - started_s,
         cpu_s=child.cpu_s,
         peak_memory_mb=child.peak_memory_mb,
     )
+
+
+class Lines:
+    r"""Splits bytes that arrive in any pieces into lines, at \r and \n."""
+
+    def __init__(self) -> None:
+        self._rest = b""
+
+    def feed(self, data: bytes) -> list[str]:
+        """Return the lines that these bytes complete."""
+        *whole, self._rest = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
+        if len(self._rest) > MAX_LINE_BYTES:
+            whole.append(self._rest)
+            self._rest = b""
+        return [line[:MAX_LINE_BYTES].decode(errors="replace") for line in whole]
+
+    def close(self) -> list[str]:
+        """Return the unfinished last line, if there is one."""
+        return self.feed(b"\n") if self._rest else []
 
 
 def _started(argv: Sequence[str], cwd: Path, env: Mapping[str, str]) -> Child:
@@ -107,14 +161,14 @@ def _started(argv: Sequence[str], cwd: Path, env: Mapping[str, str]) -> Child:
         raise SandboxMissing(f"The sandbox did not start: {error}") from error
 
 
-class _Every:
-    """Says yes at most once in so many seconds."""
+class _Interval:
+    """Is due at most once in a number of seconds."""
 
     def __init__(self, seconds: float) -> None:
         self._seconds = seconds
         self._last_s = -seconds
 
-    def due(self) -> bool:
+    def is_due(self) -> bool:
         now_s = time.monotonic()
         if now_s - self._last_s < self._seconds:
             return False
@@ -122,19 +176,19 @@ class _Every:
         return True
 
 
-class _Watch:
-    """Decides whether a child must end; it does not change its mind."""
+class _EndingRule:
+    """Decides whether and why a child must end; the first decision is final."""
 
-    def __init__(self, *, timeout_s: float, stall_s: float, should_stop: Callable[[], bool]) -> None:
+    def __init__(self, progress: object, *, timeout_s: float, stall_s: float, should_stop: Callable[[], bool]) -> None:
         self.ending = Ending.EXITED
         self._should_stop = should_stop
-        self._asking = _Every(POLL_S)
+        self._stop_timer = _Interval(POLL_S)
         self._moved_s = time.monotonic()
         self._deadline_s = self._moved_s + timeout_s
         self._stall_s = stall_s
-        self._progress = Progress()
+        self._progress = progress
 
-    def look(self, progress: Progress) -> Ending:
+    def update(self, progress: object) -> Ending:
         now_s = time.monotonic()
         if progress != self._progress:
             self._progress, self._moved_s = progress, now_s
@@ -143,7 +197,7 @@ class _Watch:
         return self.ending
 
     def _ending(self, now_s: float) -> Ending:
-        if self._asking.due() and self._should_stop():
+        if self._stop_timer.is_due() and self._should_stop():
             return Ending.STOPPED
         if now_s >= self._deadline_s:
             return Ending.TIMED_OUT
@@ -152,19 +206,18 @@ class _Watch:
         return Ending.EXITED
 
 
-class _Listener:
-    """Hears what a child says: progress, log, and the last lines."""
+class _OutputReader:
+    """Hands a child's output to the progress reader and the log, and keeps the last lines."""
 
-    def __init__(self, log: AttemptLog, first_block_px: int) -> None:
-        self.progress = Progress()
+    def __init__(self, log: AttemptLog, reader: ProgressReader[object]) -> None:
         self.kept: deque[str] = deque(maxlen=_KEPT_LINES)
         self._lines = Lines()
         self._log = log
-        self._logging = _Every(LOG_PROGRESS_S)
+        self._log_timer = _Interval(LOG_PROGRESS_S)
         self._unlogged: str | None = None
-        self._first_block_px = first_block_px
+        self._reader = reader
 
-    def hear(self, data: bytes) -> None:
+    def feed(self, data: bytes) -> None:
         for line in self._lines.feed(data):
             self._take(line)
 
@@ -174,10 +227,9 @@ class _Listener:
         self._log_progress()
 
     def _take(self, line: str) -> None:
-        self.progress = advance(self.progress, line, first_block_px=self._first_block_px)
-        if is_progress(line):
+        if self._reader.read(line):
             self._unlogged = line
-            if self._logging.due():
+            if self._log_timer.is_due():
                 self._log_progress()
             return
         self._log_progress()

@@ -13,7 +13,7 @@ import pytest
 from lippmann.errors import RenderFailed, RenderStalled, RenderTimedOut, SandboxMissing, SceneError, Stopped
 from tests.integration.povray.conftest import BALL, ENDLESS_PARSE, ENDLESS_TRACE, HEAD, Room
 from tests.waiting import until
-from worker.engines.povray.progress import Phase, Progress
+from worker.engines.povray.progress import Phase, PovrayProgressReader, Progress
 from worker.sandbox.limits import Limits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.process import Ending, Outcome, run
@@ -30,7 +30,7 @@ room.render(cols=2000, rows=2000, on_progress=lambda progress: print(progress.ph
 """
 
 
-def _ran(room: Room, argv: list[str], timeout_s: float = 300) -> Outcome:
+def _ran(room: Room, argv: list[str], timeout_s: float = 300) -> Outcome[Progress]:
     """Run any program as POV-Ray is run."""
     with AttemptLog(room.log, head_bytes=100_000, tail_bytes=100_000) as log:
         return run(
@@ -39,7 +39,7 @@ def _ran(room: Room, argv: list[str], timeout_s: float = 300) -> Outcome:
             env={"PATH": "/usr/bin:/bin", "HOME": str(room.task_dir)},
             timeout_s=timeout_s,
             stall_s=60,
-            first_block_px=1024,
+            reader=PovrayProgressReader(first_block_px=1024),
             on_progress=room.heard.append,
             should_stop=lambda: False,
             log=log,

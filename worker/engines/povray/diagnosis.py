@@ -49,7 +49,7 @@ from lippmann.errors import (
     StoreFull,
 )
 from worker.engines.povray.messages import Message, MessageKind, read_messages, relative
-from worker.engines.povray.progress import Phase
+from worker.engines.povray.progress import Phase, Progress
 from worker.sandbox.limits import Limits
 from worker.sandbox.process import Ending, Outcome
 
@@ -68,7 +68,7 @@ _NOISE = re.compile(
 class Case:
     """An outcome that was no picture, and what is known around it."""
 
-    outcome: Outcome
+    outcome: Outcome[Progress]
     limits: Limits
     roots: tuple[Path, ...]
     free_bytes: int
@@ -83,7 +83,7 @@ class Case:
         return any(text in line for line in self.outcome.lines)
 
 
-def is_startup_fault(outcome: Outcome) -> bool:
+def is_startup_fault(outcome: Outcome[Progress]) -> bool:
     """Tell whether POV-Ray failed to start by its own fault, so that starting it again is all there is to do."""
     return (
         outcome.ending is Ending.EXITED

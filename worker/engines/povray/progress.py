@@ -1,10 +1,10 @@
-r"""How far POV-Ray is, read from its messages: lines that end with \r or \n.
+"""POV-Ray's progress, read from its messages.
 
 ===================================== ================================================================
-Parsing 8190K tokens                  about once a second while parsing; nothing for a short scene
+Parsing 8190K tokens                  about once a second while parsing; no line for a short scene
 Photon count 1949402                  while photons are shot; no total
-Rendered 1024 of 30000 pixels (3%)    after each block of 32 x 32 px. A radiosity pretrace says the same,
-                                      in smaller steps and up to any share, and then the count begins anew
+Rendered 1024 of 30000 pixels (3%)    after each block of 32 x 32 px. A radiosity pretrace prints the same,
+                                      in smaller steps and up to any share; then the count starts again
 ===================================== ================================================================
 """
 
@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from enum import StrEnum
 
 PRETRACE_SHARE = 0.3
-"""How much of the bar a radiosity pretrace gets; POV-Ray does not say how long it will take."""
+"""The share of the progress that a radiosity pretrace takes; POV-Ray does not report how long it will last."""
 
 _RENDERED = re.compile(r"Rendered (\d+) of (\d+) pixels")
 _PARSING = re.compile(r"Parsing (\d+)K tokens")
@@ -23,12 +23,9 @@ _PHOTONS = re.compile(r"Photon count (\d+)")
 _RADIOSITY_TIME = re.compile(r"\s*Radiosity Time:\s+\d")
 _PHOTON_TIME = re.compile(r"\s*Photon Time:\s+\d")
 
-MAX_LINE_BYTES = 16_384
-"""A scene can print a line without end; it is cut here."""
-
 
 class Phase(StrEnum):
-    """What POV-Ray is doing."""
+    """The phase in which POV-Ray is."""
 
     STARTING = "starting"
     PARSING = "parsing"
@@ -39,19 +36,38 @@ class Phase(StrEnum):
 
 @dataclass(frozen=True)
 class Progress:
-    """How far POV-Ray is."""
+    """The phase and the share of the work that is done."""
 
     phase: Phase = Phase.STARTING
     fraction: float = 0.0
-    """From 0 to 1; never falls."""
+    """The share that is done, 0 to 1; it never falls."""
     count: int = 0
-    """Thousands of tokens, photons or pixels of this phase; it moves while POV-Ray works."""
+    """Thousands of tokens, or photons, or pixels, of this phase; it changes while POV-Ray works."""
     radiosity: bool = False
     photons: bool = False
 
 
+class PovrayProgressReader:
+    """Reads POV-Ray's progress from its output; a `worker.sandbox.process.ProgressReader`.
+
+    Parameters
+    ----------
+    first_block_px
+        Pixels of the first block that POV-Ray reports: fewer in the first report mean a radiosity pretrace.
+    """
+
+    def __init__(self, *, first_block_px: int) -> None:
+        self.progress = Progress()
+        self._first_block_px = first_block_px
+
+    def read(self, line: str) -> bool:
+        """Update the progress from the next line of output; return whether the line says nothing else."""
+        self.progress = advance(self.progress, line, first_block_px=self._first_block_px)
+        return is_progress(line)
+
+
 def is_progress(line: str) -> bool:
-    """Tell whether a line says nothing but how far POV-Ray is."""
+    """Return whether a line reports progress and nothing else."""
     return any(pattern.match(line) for pattern in (_RENDERED, _PARSING, _PHOTONS))
 
 
@@ -82,7 +98,7 @@ def _rendered(progress: Progress, done_px: int, total_px: int, first_block_px: i
     phase = progress.phase
     first = phase is not Phase.PRETRACE and (phase is not Phase.RENDERING or progress.count == 0)
     if first:
-        # A pretrace looks at a few pixels of each block only.
+        # A pretrace traces only a few pixels of each block.
         phase = Phase.PRETRACE if done_px < first_block_px else Phase.RENDERING
     begun_anew = phase is Phase.PRETRACE and done_px < progress.count
     if begun_anew:
@@ -95,22 +111,3 @@ def _rendered(progress: Progress, done_px: int, total_px: int, first_block_px: i
         share = PRETRACE_SHARE + (1 - PRETRACE_SHARE) * share
     fraction = min(1.0, max(progress.fraction, share))
     return replace(progress, phase=phase, fraction=fraction, count=done_px, radiosity=radiosity)
-
-
-class Lines:
-    r"""Bytes that come in any pieces become lines, split at \r and \n."""
-
-    def __init__(self) -> None:
-        self._rest = b""
-
-    def feed(self, data: bytes) -> list[str]:
-        """Return the lines that these bytes complete."""
-        *whole, self._rest = (self._rest + data).replace(b"\r", b"\n").split(b"\n")
-        if len(self._rest) > MAX_LINE_BYTES:
-            whole.append(self._rest)
-            self._rest = b""
-        return [line[:MAX_LINE_BYTES].decode(errors="replace") for line in whole]
-
-    def close(self) -> list[str]:
-        """Return what is left."""
-        return self.feed(b"\n") if self._rest else []

@@ -12,7 +12,7 @@ from worker.engines.povray.command import RenderCommand, povray_argv
 from worker.engines.povray.diagnosis import Case, diagnose, is_startup_fault
 from worker.engines.povray.environment import prepare
 from worker.engines.povray.messages import MessageKind, Statistics, read_messages, read_statistics
-from worker.engines.povray.progress import Progress
+from worker.engines.povray.progress import PovrayProgressReader, Progress
 from worker.sandbox.limits import Limits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.process import Outcome, run
@@ -79,7 +79,7 @@ def render(
     picture = task_dir / command.picture
     picture.unlink(missing_ok=True)
 
-    def start() -> Outcome:
+    def start() -> Outcome[Progress]:
         log.write(f"$ {' '.join(inside)}")
         return run(
             inside,
@@ -87,7 +87,7 @@ def render(
             env=env,
             timeout_s=timeout_s,
             stall_s=stall_s,
-            first_block_px=command.first_block_px,
+            reader=PovrayProgressReader(first_block_px=command.first_block_px),
             on_progress=on_progress,
             should_stop=should_stop,
             log=log,
@@ -112,7 +112,7 @@ def render(
     )
 
 
-def _start_until_it_starts(start: Callable[[], Outcome], log: AttemptLog) -> tuple[Outcome, float]:
+def _start_until_it_starts(start: Callable[[], Outcome[Progress]], log: AttemptLog) -> tuple[Outcome[Progress], float]:
     cpu_s = 0.0
     for number in range(1, STARTS + 1):
         outcome = start()

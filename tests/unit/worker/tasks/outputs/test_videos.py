@@ -22,7 +22,7 @@ from lippmann.lightfield.views.views import successive_views, view
 from tests.builders_outputs import given_job
 from tests.needs import needs_ffprobe
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture
-from tests.unit.worker.outputs.films import film, probed
+from tests.unit.worker.tasks.outputs.films import film, probed
 from worker.images.colour import srgb_codes
 from worker.tasks.outputs.clips import focus_depths
 from worker.tasks.outputs.footage import job_footage

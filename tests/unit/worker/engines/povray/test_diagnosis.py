@@ -27,7 +27,9 @@ from worker.sandbox.process import Ending, Outcome
 PARSER_GAVE_UP = "Fatal error in parser: Cannot parse input.\nRender failed\n"
 
 
-def _outcome(code: int, said: str = "", *, phase: Phase = Phase.PARSING, ending: Ending = Ending.EXITED) -> Outcome:
+def _outcome(
+    code: int, said: str = "", *, phase: Phase = Phase.PARSING, ending: Ending = Ending.EXITED
+) -> Outcome[Progress]:
     return Outcome(
         ending=ending,
         exit_code=code,
@@ -39,7 +41,7 @@ def _outcome(code: int, said: str = "", *, phase: Phase = Phase.PARSING, ending:
     )
 
 
-def _diagnosed(outcome: Outcome, *, free_bytes: int = 10**9) -> LippmannError | None:
+def _diagnosed(outcome: Outcome[Progress], *, free_bytes: int = 10**9) -> LippmannError | None:
     limits = Limits(cpu_s=60, memory_mb=512, file_mb=20)
     return diagnose(Case(outcome, limits, (Path("/scratch/bundle"),), free_bytes))
 

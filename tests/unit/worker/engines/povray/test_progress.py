@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from itertools import accumulate, pairwise
 
-from hypothesis import given
-from hypothesis import strategies as st
-
-from worker.engines.povray.progress import MAX_LINE_BYTES, Lines, Phase, Progress, advance, is_progress
+from worker.engines.povray.progress import Phase, PovrayProgressReader, Progress, advance, is_progress
 
 PLAIN = """\
 ==== [Parsing...] ==========================================================
@@ -45,7 +42,7 @@ Rendered 76800 of 76800 pixels (100%)
 """.splitlines()
 
 
-def _heard(lines: list[str], first_block_px: int = 1024) -> list[Progress]:
+def _after(lines: list[str], first_block_px: int = 1024) -> list[Progress]:
     steps = accumulate(
         lines, lambda progress, line: advance(progress, line, first_block_px=first_block_px), initial=Progress()
     )
@@ -54,34 +51,38 @@ def _heard(lines: list[str], first_block_px: int = 1024) -> list[Progress]:
 
 def test_progress_never_falls_and_reaches_one() -> None:
     for lines in (PLAIN, PHOTONS, RADIOSITY):
-        fractions = [progress.fraction for progress in _heard(lines)]
+        fractions = [progress.fraction for progress in _after(lines)]
         assert all(before <= after for before, after in pairwise(fractions))
         assert fractions[-1] == 1.0
 
 
 def test_phases_come_in_the_order_of_the_work() -> None:
-    assert list(dict.fromkeys(step.phase for step in _heard(PLAIN))) == [Phase.STARTING, Phase.PARSING, Phase.RENDERING]
-    assert Phase.PHOTONS in {step.phase for step in _heard(PHOTONS)}
-    assert [step.phase for step in _heard(RADIOSITY)][2:7] == [Phase.PRETRACE] * 4 + [Phase.RENDERING]
+    assert list(dict.fromkeys(step.phase for step in _after(PLAIN))) == [
+        Phase.STARTING,
+        Phase.PARSING,
+        Phase.RENDERING,
+    ]
+    assert Phase.PHOTONS in {step.phase for step in _after(PHOTONS)}
+    assert [step.phase for step in _after(RADIOSITY)][2:7] == [Phase.PRETRACE] * 4 + [Phase.RENDERING]
 
 
 def test_photons_and_radiosity_are_seen_where_they_are() -> None:
-    seen = [(last.photons, last.radiosity) for last in (_heard(lines)[-1] for lines in (PLAIN, PHOTONS, RADIOSITY))]
+    seen = [(last.photons, last.radiosity) for last in (_after(lines)[-1] for lines in (PLAIN, PHOTONS, RADIOSITY))]
     assert seen == [(False, False), (True, False), (False, True)]
 
 
 def test_the_whole_pretrace_is_a_part_of_the_bar() -> None:
-    pretraced = [step.fraction for step in _heard(RADIOSITY) if step.phase is Phase.PRETRACE]
+    pretraced = [step.fraction for step in _after(RADIOSITY) if step.phase is Phase.PRETRACE]
     assert 0.29 < pretraced[-1] <= 0.3
 
 
 def test_a_picture_smaller_than_a_block_is_no_pretrace() -> None:
-    last = _heard(["==== [Rendering...] ====", "Rendered 64 of 64 pixels (100%)"], first_block_px=64)[-1]
+    last = _after(["==== [Rendering...] ====", "Rendered 64 of 64 pixels (100%)"], first_block_px=64)[-1]
     assert (last.phase, last.fraction, last.radiosity) == (Phase.RENDERING, 1.0, False)
 
 
 def test_work_without_a_fraction_still_counts() -> None:
-    parsing = [step.count for step in _heard(PLAIN) if step.phase is Phase.PARSING]
+    parsing = [step.count for step in _after(PLAIN) if step.phase is Phase.PARSING]
     assert parsing == [0, 14273, 28496]
 
 
@@ -91,19 +92,7 @@ def test_only_progress_is_progress() -> None:
     assert len(told) == 10
 
 
-@given(st.lists(st.integers(0, 40), max_size=12))
-def test_lines_are_the_same_however_the_bytes_are_cut(cuts: list[int]) -> None:
-    said = b"Rendered 1 of 2\rRendered 2 of 2\r\nPOV-Ray finished\nno end"
-    lines, heard, at = Lines(), [], 0
-    for cut in cuts:
-        heard += lines.feed(said[at : at + cut])
-        at += cut
-    heard += lines.feed(said[at:]) + lines.close()
-    assert heard == ["Rendered 1 of 2", "Rendered 2 of 2", "", "POV-Ray finished", "no end"]
-
-
-def test_a_line_without_end_is_cut() -> None:
-    lines = Lines()
-    heard = [line for _ in range(100) for line in lines.feed(b"x" * 1000)]
-    assert heard
-    assert max(map(len, heard)) <= MAX_LINE_BYTES
+def test_the_reader_follows_the_lines_and_names_those_of_progress() -> None:
+    reader = PovrayProgressReader(first_block_px=1024)
+    assert [reader.read(line) for line in PLAIN[:5]] == [False, True, True, False, True]
+    assert reader.progress == _after(PLAIN[:5])[-1]

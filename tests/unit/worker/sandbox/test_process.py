@@ -1,0 +1,90 @@
+"""The child runner with an engine of its own: a shell that prints percentages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from worker.sandbox.log import AttemptLog
+from worker.sandbox.process import MAX_LINE_BYTES, Ending, Lines, Outcome, run
+
+
+class PercentReader:
+    """Reads lines such as `40 %`."""
+
+    def __init__(self) -> None:
+        self.progress = 0
+
+    def read(self, line: str) -> bool:
+        if line.endswith(" %"):
+            self.progress = int(line.removesuffix(" %"))
+            return True
+        return False
+
+
+def _run(
+    folder: Path,
+    script: str,
+    *,
+    stall_s: float = 60,
+    on_progress: Callable[[int], None] = lambda progress: None,
+    should_stop: Callable[[], bool] = lambda: False,
+) -> Outcome[int]:
+    with AttemptLog(folder / "log.txt") as log:
+        return run(
+            ["/bin/sh", "-c", script],
+            cwd=folder,
+            env={"PATH": "/usr/bin:/bin"},
+            timeout_s=120,
+            stall_s=stall_s,
+            reader=PercentReader(),
+            on_progress=on_progress,
+            should_stop=should_stop,
+            log=log,
+        )
+
+
+def test_the_engines_own_progress_is_reported_and_kept_out_of_the_last_lines(tmp_path: Path) -> None:
+    reported: list[int] = []
+    outcome = _run(tmp_path, "echo begins; echo '40 %'; echo '100 %'; echo ends; exit 3", on_progress=reported.append)
+    assert (outcome.ending, outcome.exit_code, outcome.progress) == (Ending.EXITED, 3, 100)
+    assert reported[-1] == 100
+    assert outcome.lines == ("begins", "ends")
+    assert (tmp_path / "log.txt").read_text().split("\n")[:2] == ["begins", "40 %"]
+
+
+def test_a_child_whose_progress_stays_equal_is_ended_as_stalled(tmp_path: Path) -> None:
+    outcome = _run(tmp_path, "while true; do echo '7 %'; sleep 0.1; done", stall_s=0.5)
+    assert (outcome.ending, outcome.progress) == (Ending.STALLED, 7)
+
+
+def test_a_child_is_ended_when_it_should_stop(tmp_path: Path) -> None:
+    reported: list[int] = []
+    outcome = _run(
+        tmp_path,
+        "echo '1 %'; sleep 600",
+        on_progress=reported.append,
+        should_stop=lambda: bool(reported),
+    )
+    assert outcome.ending is Ending.STOPPED
+
+
+@given(st.lists(st.integers(0, 40), max_size=12))
+def test_lines_are_the_same_however_the_bytes_are_cut(cuts: list[int]) -> None:
+    printed = b"Rendered 1 of 2\rRendered 2 of 2\r\nPOV-Ray finished\nno end"
+    lines, found, at = Lines(), [], 0
+    for cut in cuts:
+        found += lines.feed(printed[at : at + cut])
+        at += cut
+    found += lines.feed(printed[at:]) + lines.close()
+    assert found == ["Rendered 1 of 2", "Rendered 2 of 2", "", "POV-Ray finished", "no end"]
+
+
+def test_a_line_without_end_is_cut() -> None:
+    lines = Lines()
+    found = [line for _ in range(100) for line in lines.feed(b"x" * 1000)]
+    assert found
+    assert max(map(len, found)) <= MAX_LINE_BYTES
