@@ -1,4 +1,4 @@
-"""Where the includes and the scenes lie."""
+"""The folders of the include library, the templates and the scenes."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from pathlib import Path
 _ROOT = Path(__file__).parent
 
 INCLUDE_FOLDER = _ROOT / "include"
+"""It holds the folder `lippmann` alone: it comes before the folders of a bundle on POV-Ray's library path."""
+
 RIGS_FOLDER = _ROOT / "rigs"
 SCENES_FOLDER = _ROOT / "scenes"
 
@@ -15,5 +17,5 @@ POSTER = "poster.png"
 
 
 def scene_folders() -> dict[str, Path]:
-    """Return the folders of the scenes that come with the project, by name."""
+    """Return the folders of the scenes that come with the project, sorted by name."""
     return {folder.name: folder for folder in sorted(SCENES_FOLDER.iterdir()) if (folder / MANIFEST).is_file()}

@@ -1,8 +1,8 @@
-// Look at the fish scene by hand: a pinhole at the entrance pupil of the lens
-// (56.56 mm behind its first surface, as seen from the scene), seeing what the lens images.
+// A preview of the fish scene for plain POV-Ray. The camera is a pinhole at the entrance pupil of the lens, 56.56 mm behind
+// its first surface, and sees what the lens images. The option +K gives the clock in frames.
 // Licence: MIT.
 //
-//   povray +Ipreview.pov +W720 +H720 +K4 +A0.1      (+K: the clock, in frames)
+//   povray +Ipreview.pov +W720 +H720 +K4 +A0.1
 
 #version 3.7;
 

@@ -1,18 +1,18 @@
 """Draw the textures of the fish scene.
 
-Run from anywhere, with a Python that has numpy and OpenImageIO:
+The script needs NumPy and OpenImageIO, and runs in any folder:
 
     python make_textures.py
 
-It rewrites, next to itself, the same files every time (fixed seed):
+It writes these files to its own folder. The seed is fixed, so the files are the same every time:
 
     skin.png    768x384  sRGB   one flank: u = snout..tail root, v = belly..back
     scales.png  768x384  grey   height of the same flank (scales, gill cover)
     fin.png      512x256 sRGBA  a fin: u = along its root, v = root..margin
     eye.png      256x256 sRGB   the iris, seen from the front
 
-Both flanks of the fish use the same picture.  v = 0 is the bottom row of a
-picture, as POV-Ray's uv mapping has it.
+Both flanks of the fish use the same picture. v = 0 is the bottom row of a
+picture, as in POV-Ray's uv mapping.
 """
 
 from pathlib import Path
