@@ -1,4 +1,4 @@
-"""What an eye sees: how long it takes."""
+"""The observer: how long its pictures take, and how many rays they need."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.observer.display import LensDisplay
 from lippmann.lightfield.observer.observe import observe
 from lippmann.lightfield.views.perspective import Eye
+from tests.unit.lippmann.lightfield.textures import sheet_of_texture
+from worker.images.colour import srgb_codes
 
 REPEATS = 5
 
@@ -23,6 +25,19 @@ def one_ray_ms(folder: Path) -> str:
 def pupil_ms(folder: Path) -> str:
     """Return the time of a picture by 64 rays through the pupil of every pixel."""
     return _ms(rays=64)
+
+
+def rays_differ(folder: Path) -> str:
+    """Return the RMS difference of pictures by 1, 4, 16, 64 and 256 rays from one by 4096, in 8-bit codes."""
+    layout = CellLayout(90, 90, 8)
+    ripples = sheet_of_texture(layout, lambda x, y: 0.5 + 0.4 * np.sin(x) * np.cos(1.3 * y), 20.0, focal_mm=3.3)
+    sheet = np.repeat(ripples, 3, axis=2)
+    display = LensDisplay(layout=layout, pitch_mm=1.0, focal_mm=3.3, gap_mm=3.3)
+    codes = {
+        rays: srgb_codes(observe(sheet, display, Eye(13.1, 7.7, 500.0), rays=rays)).astype(float)
+        for rays in (1, 4, 16, 64, 256, 4096)
+    }
+    return " ".join(f"{np.sqrt(np.mean((codes[rays] - codes[4096]) ** 2)):.1f}" for rays in (1, 4, 16, 64, 256))
 
 
 def _ms(*, rays: int) -> str:
