@@ -35,7 +35,7 @@ LINES = (
     Line("a picture on demand, its sheet in memory: wall", "<= 50 ms", looks.slowest_ms),
     Line("what an eye sees, 90 x 90 lenses of 8 px to 720 px: one ray a pixel", "<= 50 ms", observer.one_ray_ms),
     Line("what an eye sees, the same: 64 rays through the pupil", "<= 1000 ms", observer.pupil_ms),
-    Line("an observer by 1, 4, 16, 64, 256 rays: how much the rays differ from 4096, RMS in codes", "-", observer.rays_differ),
+    Line("what an eye sees by 1, 4, 16, 64, 256 rays differs from 4096: RMS codes", "-", observer.rays_differ),
     Line("half-turn of 2400 x 2400 x 3 half floats / a memory copy: CPU", "<= 5.0", sheets.half_turn_ratio),
     Line("all views of 2400 x 2400 x 3 half floats / a memory copy: CPU", "<= 5.0", sheets.views_ratio),
     Line("turn 8000 x 8000 both ways, and all views, file to file: peak memory", "<= 1 GiB", sheets.streamed_mb),
