@@ -10,7 +10,7 @@ from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout, Lattice
 from lippmann.lightfield.depth.depth_map import DepthMap
 from lippmann.lightfield.depth.errors import depth_errors
-from lippmann.lightfield.depth.plane_sweep import plane_sweep
+from lippmann.lightfield.depth.plane_sweep import plane_sweep, sweep_depths
 from lippmann.lightfield.depth.view_depth import Method, estimated_depth, true_depth
 from lippmann.lightfield.views.square_pixels import as_square, nearest_as_square
 from lippmann.lightfield.views.views import centre, view
@@ -66,6 +66,20 @@ def test_one_thing_before_another_is_told_by_its_edge() -> None:
         s_mm = estimated_depth(sheet, layout, centre(layout), focal_mm=FOCAL_MM, method=method).s_mm[4:-4]
         assert np.median(s_mm[:, 4:10]) == pytest.approx(25.0, abs=1.5)
         assert np.median(s_mm[:, 14:-4]) == pytest.approx(-15.0, abs=1.5)
+
+
+def test_a_sweep_is_sure_of_what_half_of_the_views_do_not_see() -> None:
+    """Beside the edge of a near plane, half of the views see the near plane in place of the far one behind it."""
+    layout = CellLayout(24, 24, 8)
+    near, far = (sheet_of_texture(layout, waves, depth_mm, focal_mm=FOCAL_MM) for depth_mm in (40.0, -30.0))
+    covered = sheet_of_texture(layout, lambda x, _: (x < 0).astype(float), 40.0, focal_mm=FOCAL_MM)
+    sheet = np.where(covered > 0.5, near, 1 - far)
+    depths_mm = sweep_depths(layout, 60, -60, focal_mm=FOCAL_MM)
+    found = plane_sweep(sheet, layout, centre(layout), depths_mm, focal_mm=FOCAL_MM)
+    beside = slice(12, 17)
+    assert np.abs(found.s_mm[4:-4, beside] + 30).max() < 1
+    # The mean of all views, in place of the better half, gives about 0.5 there.
+    assert np.median(found.confidence[4:-4, beside], axis=0).min() > 0.85
 
 
 def test_a_flat_colour_tells_no_depth() -> None:

@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.spatial import cKDTree
 
 from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout
@@ -241,6 +242,13 @@ def test_a_sheet_of_another_size_is_refused() -> None:
         observe(np.ones((66, 77, 3)), display_of(SQUARE), Eye(0, 0, 500))
     with pytest.raises(LayoutError, match="expected a window of at least 260 x 307 px"):
         observe(np.ones((66, 77, 3)), display_of(SQUARE, device_px_mm=25.4 / 600), Eye(0, 0, 500))
+
+
+@pytest.mark.parametrize("count", [16, 64, 256, 1000, 4096])
+def test_no_two_rays_cross_the_pupil_close_to_each_other(count: int) -> None:
+    """The golden angle keeps every two rays 1.5 / sqrt(count) radii apart; an angle 0.001 beside it does not."""
+    distances, _ = cKDTree(pupil := eye_rays(count).pupil).query(pupil, k=2)
+    assert distances[:, 1].min() > 1.5 / math.sqrt(count)
 
 
 @pytest.mark.parametrize("size_px", [0, -5, 8193, 10**9])

@@ -113,6 +113,16 @@ def test_extended_focus_takes_each_point_from_its_depth(layout: CellLayout) -> N
         assert found.picture[rows // 2, col, 0] > 0.5
 
 
+def test_extended_focus_compares_contrast_as_the_eye_sees_it() -> None:
+    """A pattern in the dark, of less light than one in the bright, looks stronger and so counts as sharper."""
+    row, col = np.mgrid[:12, :12]
+    chequers = ((row + col) % 2)[..., np.newaxis].astype(np.float32)
+    dark, bright = 0.04 * chequers, 0.88 + 0.06 * chequers
+    found = extended_focus(np.stack((bright, dark)))
+    assert (found.nearest == 1).all()
+    np.testing.assert_allclose(found.picture, dark, atol=0.01)
+
+
 def test_extended_focus_of_one_picture_is_the_picture() -> None:
     stack = np.random.default_rng(1).random((1, 4, 5, 3))
     np.testing.assert_array_equal(extended_focus(stack).picture, stack[0])
