@@ -1,7 +1,15 @@
-"""Frames to a file, one at a time: never more than one frame and the encoder's own few are in memory.
+"""Write frames to a video file one at a time: only one frame and the encoder's own few are in memory.
 
-A codec in a container, and how it is set, is a `Kind`: see `kinds`. Red, green and blue become BT.709 in video range,
-and the stream and the container both say so; where they are kept (FFV1), both say that.
+A `Kind` is a codec in a container with its settings: see `kinds`. Stream and container both carry four colour facts:
+
+========= ================================================== =====================================
+fact      H.264, H.265, AV1, VP9                             FFV1
+========= ================================================== =====================================
+primaries BT.709, which are those of sRGB                    BT.709
+transfer  sRGB (IEC 61966-2-1): the codes are not converted  sRGB
+matrix    BT.709: Y'CbCr of the sRGB codes                   identity: red, green and blue are kept
+range     video range, 16 to 235                             full range
+========= ================================================== =====================================
 """
 
 from __future__ import annotations
@@ -141,11 +149,11 @@ def _stream(container: av.container.OutputContainer, frame: av.VideoFrame, kind:
     stream.codec_context.time_base = 1 / rate
     if (kind.encoder, kind.container) == ("libx265", "mp4"):
         stream.codec_context.codec_tag = "hvc1"  # FFmpeg writes hev1, which Apple's players refuse
-    stream.color_primaries = ColorPrimaries.BT709
+    stream.color_primaries, stream.color_trc = ColorPrimaries.BT709, ColorTrc.IEC61966_2_1
     if kind.is_rgb:
-        stream.color_range, stream.colorspace, stream.color_trc = ColorRange.JPEG, _GBR, ColorTrc.IEC61966_2_1
+        stream.color_range, stream.colorspace = ColorRange.JPEG, _GBR
     else:
-        stream.color_range, stream.colorspace, stream.color_trc = ColorRange.MPEG, Colorspace.ITU709, ColorTrc.BT709
+        stream.color_range, stream.colorspace = ColorRange.MPEG, Colorspace.ITU709
     return stream
 
 

@@ -100,9 +100,30 @@ def test_colours_are_converted_to_bt709_video_range_and_not_only_tagged(
     assert [int(np.median(plane)) for plane in (luma, cb, cr)] == pytest.approx(ycbcr, abs=1)
     assert frame.color_range == ColorRange.MPEG
     assert frame.colorspace == Colorspace.ITU709
-    assert frame.color_trc == ColorTrc.BT709
+    assert frame.color_trc == ColorTrc.IEC61966_2_1
     assert frame.color_primaries == ColorPrimaries.BT709
     assert np.abs(next(read_frames(tmp_path / "a")).astype(int) - rgb).max() <= 3
+
+
+@needs_ffprobe
+@pytest.mark.parametrize("codec", CHOICES)
+def test_a_reader_that_honours_the_tags_finds_the_light_of_the_pictures(tmp_path: Path, codec: Codec) -> None:
+    """zimg, inside FFmpeg, decodes matrix, range and transfer as the file names them."""
+    codes = np.repeat(np.arange(256, dtype=np.uint8).reshape(4, 64), 16, axis=0)[..., np.newaxis].repeat(3, axis=2)
+    path = tmp_path / f"a.{CHOICES[codec].containers[0]}"
+    encode(path, [codes] * 2, kind=kind_of(codec), fps=8)
+    light = decoded_as_tagged(path, shape=codes.shape)
+    found = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 0) ** (1 / 2.4) - 0.055) * 255
+    assert np.sqrt(np.mean((found - codes) ** 2)) < 1.5
+
+
+def decoded_as_tagged(path: Path, *, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    """Return the linear light of the first frame, `(row, col, channel)`, as FFmpeg's zscale filter decodes the tags."""
+    filters = "zscale=transfer=linear:matrix=gbr:range=full,format=gbrpf32le"
+    command = ["ffmpeg", "-v", "error", "-i", str(path), "-vf", filters, "-frames:v", "1", "-f", "rawvideo", "-"]
+    ended = subprocess.run(command, check=True, capture_output=True, timeout=60)
+    green, blue, red = np.frombuffer(ended.stdout, "<f4").reshape(3, *shape[:2])
+    return np.stack((red, green, blue), axis=-1)
 
 
 PROBED = [
@@ -123,7 +144,7 @@ def test_ffprobe_sees_the_tags_the_sizes_and_the_rate(
     frames = [frame if bits == 8 else frame.astype(np.uint16) * 2 ** (bits - 8) for frame in waves(6, 33, 47)]
     kind = kind_of(codec, container=container, chroma=chroma, bits=bits)
     encode(tmp_path / f"a.{container}", frames, kind=kind, fps=30000 / 1001)
-    yuv = {"color_range": "tv", "color_space": "bt709", "color_transfer": "bt709", "color_primaries": "bt709"}
+    yuv = {"color_range": "tv", "color_space": "bt709", "color_transfer": "iec61966-2-1", "color_primaries": "bt709"}
     rgb = {"color_range": "pc", "color_space": "gbr", "color_transfer": "iec61966-2-1", "color_primaries": "bt709"}
     sides = {"width": 48, "height": 34} if chroma == "4:2:0" else {"width": 47, "height": 33}
     formats = {
@@ -156,11 +177,11 @@ def test_the_container_itself_says_the_colours(tmp_path: Path) -> None:
     """ffprobe may have them from the stream, so here the containers' own bytes are read."""
     encode(tmp_path / "a.mp4", waves(2, 16, 16), kind=H264, fps=8)
     # ISO/IEC 14496-12, 12.1.5: colour type, primaries, transfer, matrix, and a bit for full range.
-    assert b"colrnclx" + bytes([0, 1, 0, 1, 0, 1, 0]) in (tmp_path / "a.mp4").read_bytes()
+    assert b"colrnclx" + bytes([0, 1, 0, 13, 0, 1, 0]) in (tmp_path / "a.mp4").read_bytes()
     encode(tmp_path / "a.webm", waves(2, 16, 16), kind=kind_of("vp9"), fps=8)
     written = (tmp_path / "a.webm").read_bytes()
     # Matroska (RFC 9559): MatrixCoefficients, Range, TransferCharacteristics and Primaries, of one byte each.
-    for element, value in ((0x55B1, 1), (0x55B9, 1), (0x55BA, 1), (0x55BB, 1)):
+    for element, value in ((0x55B1, 1), (0x55B9, 1), (0x55BA, 13), (0x55BB, 1)):
         assert element.to_bytes(2, "big") + bytes([0x81, value]) in written
 
 
