@@ -139,5 +139,6 @@ def _descendants(pid: int) -> list[int]:
 def _children(pid: int) -> list[int]:
     try:
         return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
-    except OSError:
+    except (FileNotFoundError, ProcessLookupError):
+        # The process has ended meanwhile.
         return []

@@ -121,8 +121,7 @@ class LocalStore:
         with _translated("its hidden folder"):
             for path in self._hidden.iterdir():
                 with _gone_is_fine():
-                    if time.time() - path.lstat().st_mtime > older_than_s:
-                        _remove(path)
+                    if time.time() - path.lstat().st_mtime > older_than_s and _remove(path):
                         swept += 1
         return swept
 
@@ -235,11 +234,13 @@ def _flush_folder(folder: Path) -> None:
         os.close(descriptor)
 
 
-def _remove(path: Path) -> None:
+def _remove(path: Path) -> bool:
+    """Remove a hidden file or folder; return whether it is gone. A later sweep tries again."""
     if path.is_dir() and not path.is_symlink():
         shutil.rmtree(path, ignore_errors=True)
     else:
         path.unlink(missing_ok=True)
+    return not os.path.lexists(path)
 
 
 @contextmanager

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import fcntl
 import os
 import shutil
@@ -13,6 +14,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
+import structlog
+
 from lippmann.job.resolved import JobSheet, PlanSheet
 from lippmann.plan import artifact_names as names
 from worker.report import Wire
@@ -21,6 +24,8 @@ from worker.sandbox.sandbox import Sandbox, detect
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
 from worker.store.protocol import ArtifactStore
+
+log = structlog.get_logger()
 
 BUNDLE_KEPT_S = 14 * 86_400.0
 """An unpacked bundle that no attempt asked for so long is removed at the next start; twice the longest attempt."""
@@ -52,7 +57,15 @@ class Workplace:
         return PlanSheet.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.PLAN_SHEET)))
 
     def bundle_folder(self, digest: str) -> Path:
-        """Return the folder with a scene bundle's files, unpacked once for all attempts."""
+        """Return the folder with a scene bundle's files, unpacked once for all attempts.
+
+        Raises
+        ------
+        ArtifactMissing
+            If the store does not have the bundle.
+        OSError
+            If it cannot be unpacked: a folder is returned only when it is complete.
+        """
         folder = self.settings.bundles_dir / digest
         if folder.is_dir():
             os.utime(folder)
@@ -62,8 +75,7 @@ class Workplace:
             try:
                 unpack(self.store.get_bytes(names.bundle_name(digest)), beside)
                 beside.chmod(0o755)
-                with contextlib.suppress(FileExistsError, OSError):  # another attempt was first: the same files
-                    beside.rename(folder)
+                _publish(beside, folder)
             finally:
                 shutil.rmtree(beside, ignore_errors=True)
         return folder.resolve()
@@ -82,15 +94,35 @@ class Workplace:
 def sweep_scratch(settings: WorkerSettings) -> None:
     """Remove what killed workers left: attempts' folders (those of the living are locked), their logs, old bundles."""
     for folder in filter(Path.is_dir, settings.attempts_dir.glob("*")):
-        with contextlib.suppress(OSError), folder_lock(folder):
+        with _failure_is_logged(folder), contextlib.suppress(BlockingIOError), folder_lock(folder):
             shutil.rmtree(folder)
-    for log in settings.attempts_dir.glob("*.txt"):
-        if not log.with_suffix("").exists():
-            log.unlink(missing_ok=True)
+    for log_file in settings.attempts_dir.glob("*.txt"):
+        if not log_file.with_suffix("").exists():
+            log_file.unlink(missing_ok=True)
     for bundle in filter(Path.is_dir, settings.bundles_dir.glob("*")):
-        with contextlib.suppress(OSError):
+        with _failure_is_logged(bundle):
             if time.time() - bundle.stat().st_mtime > BUNDLE_KEPT_S:
                 shutil.rmtree(bundle)
+
+
+def _publish(unpacked: Path, folder: Path) -> None:
+    """Give an unpacked bundle its final name, unless another attempt has put the same files there first."""
+    try:
+        unpacked.rename(folder)
+    except OSError as error:
+        if error.errno not in (errno.EEXIST, errno.ENOTEMPTY):
+            raise
+
+
+@contextlib.contextmanager
+def _failure_is_logged(folder: Path) -> Iterator[None]:
+    """Go on with the other folders when one cannot be removed, and log why; another worker may remove it first."""
+    try:
+        yield
+    except FileNotFoundError:
+        return
+    except OSError as error:
+        log.warning("scratch folder not removed", folder=str(folder), error=str(error))
 
 
 @contextlib.contextmanager

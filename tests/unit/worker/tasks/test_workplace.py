@@ -1,15 +1,35 @@
-"""Scratch folders: of living attempts kept, of dead ones removed."""
+"""Scratch folders: those of living attempts are kept, those of dead ones are removed; bundles are complete."""
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
+from threading import Barrier
 
 import pytest
 
+from lippmann.plan.artifact_names import bundle_name
+from tests.builders import local_place
+from tests.needs import need_to_run
+from worker.sandbox.bundle import digest_of, pack_folder
 from worker.settings import WorkerSettings
-from worker.tasks.workplace import folder_lock, sweep_scratch
+from worker.tasks.workplace import Workplace, folder_lock, sweep_scratch
+
+SCENE = """
+title = "A ball"
+file = "a.pov"
+
+[stage]
+location = [0, 0, -10]
+look_at = [0, 0, 0]
+near_mm = -20
+far_mm = 20
+"""
 
 _KILLED = """
 import os, signal, sys
@@ -38,3 +58,70 @@ def test_the_folder_of_a_killed_worker_is_swept_and_of_a_living_one_kept(tmp_pat
 def test_a_locked_folder_cannot_be_locked_again(tmp_path: Path) -> None:
     with folder_lock(tmp_path), pytest.raises(BlockingIOError), folder_lock(tmp_path):
         pass
+
+
+def test_a_bundle_is_unpacked_once_and_its_folder_exists(tmp_path: Path) -> None:
+    place, digest = _with_bundle(tmp_path)
+    folder = place.bundle_folder(digest)
+    assert sorted(path.name for path in folder.iterdir()) == ["a.pov", "scene.toml"]
+    assert place.bundle_folder(digest) == folder
+
+
+def test_a_bundle_that_cannot_be_published_is_an_error_and_nothing_is_left(tmp_path: Path) -> None:
+    place, digest = _with_bundle(tmp_path)
+    bundles = place.settings.bundles_dir
+    bundles.mkdir(parents=True)
+    (bundles / digest).write_bytes(b"a file in the way")
+    with pytest.raises(NotADirectoryError):
+        place.bundle_folder(digest)
+    assert [path.name for path in bundles.iterdir()] == [digest]
+
+
+def test_attempts_that_unpack_one_bundle_at_the_same_time_all_get_its_folder(tmp_path: Path) -> None:
+    place, digest = _with_bundle(tmp_path)
+    starts = Barrier(8)
+
+    def unpacked(_: int) -> Path:
+        starts.wait(60)
+        return place.bundle_folder(digest)
+
+    with ThreadPoolExecutor(8) as pool:
+        folders = set(pool.map(unpacked, range(8)))
+    assert [path.name for path in place.settings.bundles_dir.iterdir()] == [digest]
+    assert folders == {place.settings.bundles_dir / digest}
+
+
+def test_one_scratch_folder_that_cannot_be_removed_keeps_no_other_and_is_logged(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = WorkerSettings(data_dir=tmp_path)
+    settings.bundles_dir.mkdir(parents=True)
+    for name in ("kept", "removed"):
+        (settings.bundles_dir / name).mkdir()
+        os.utime(settings.bundles_dir / name, (0, 0))
+    with _mount_point(settings.bundles_dir / "kept"):
+        os.utime(settings.bundles_dir / "kept", (0, 0))
+        sweep_scratch(settings)
+    assert [path.name for path in settings.bundles_dir.iterdir()] == ["kept"]
+    assert "scratch folder not removed" in capsys.readouterr().out
+
+
+def _with_bundle(folder: Path) -> tuple[Workplace, str]:
+    """Return a place whose store has a bundle, and the bundle's digest."""
+    place, files = local_place(folder / "data"), folder / "scene"
+    files.mkdir()
+    (files / "scene.toml").write_text(SCENE)
+    (files / "a.pov").write_text("sphere { 0, 1 }")
+    bundle = pack_folder(files)
+    place.store.put_bytes(bundle_name(digest_of(bundle)), bundle)
+    return place, digest_of(bundle)
+
+
+@contextmanager
+def _mount_point(folder: Path) -> Iterator[None]:
+    """Make a folder that cannot be removed, also by root."""
+    need_to_run(["mount", "-t", "tmpfs", "tmpfs", folder], what="cannot mount a file system")
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", "--lazy", str(folder)], check=True, timeout=30)
