@@ -1,28 +1,28 @@
-"""Which pixel lies under which lens: the sheet `(rows, cols, channel)` and the cells it divides into.
+"""The pixels of an integral image and the lenses over them: the sheet `(rows, cols, channel)` and its cells.
 
-On the square lattice cells are squares that fill the sheet. On the hexagonal one lens rows stand m = `row_px` apart and
-every other one is shifted by half a lens; hexagons reach o = `overhang_px` rows into the lens rows above and below, so
-the box round a cell is m + 2 o rows high, and the pixels of the box that are the lens's own are its `mask`. The centre
-of lens (r, c) is at row o + r m + m / 2, col c n + n / 2, and n / 2 further right where its row is shifted.
+On the square lattice cells are squares that fill the sheet. On the hexagonal lattice lens rows stand m = `row_px` apart
+and every other one is shifted by half a lens; hexagons reach o = `overhang_px` rows into the lens rows above and below, so
+the box round a cell is m + 2 o rows high, and the pixels of the box that belong to the lens are its `mask`. The centre of
+lens (r, c) is at row o + r m + m / 2, col c n + n / 2, and n / 2 further right where its row is shifted.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal, TypeVar
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.hexagonal_pixels import ROW_PITCH, hexagon_mask, hexagonal_rows, overhang_rows
+from lippmann.lattice.cell import Cell, Lattice
+from lippmann.lattice.kinds import CELLS
+from lippmann.lattice.lenses import LensLattice
 
 Pixel = TypeVar("Pixel", bound=np.generic)
 
-Lattice = Literal["square", "hexagonal"]
-
 SQUARE_PX = 0.005
-"""By so much the pitches of rows and cols may differ for the same lenses, as a sheet has a whole number of pixels."""
+"""The part by which the pitches of rows and cols may differ for the same lenses: a sheet has whole pixels."""
 
 
 @dataclass(frozen=True)
@@ -32,33 +32,56 @@ class CellLayout:
     lens_rows: int
     lens_cols: int
     px_per_lens: int
-    """Across a lens, n."""
+    """Pixels across a lens, n."""
     lattice: Lattice = "square"
     first_row_shifted: bool = False
-    """Hexagonal: the even lens rows are those half a lens further right, not the odd ones."""
+    """Hexagonal: the even lens rows are the ones that stand half a lens further right, not the odd ones."""
 
     def __post_init__(self) -> None:
-        """Refuse what is not a lattice."""
+        """Refuse numbers that make no lattice."""
         if min(self.lens_rows, self.lens_cols, self.px_per_lens) < 1:
             raise LayoutError(f"expected at least one lens of at least one px, got {self}")
-        if self.lattice == "hexagonal" and self.px_per_lens % 2:
+        if self.px_per_lens % self.cell.row_period:
             raise LayoutError(f"expected an even number of px across a hexagonal lens, got {self.px_per_lens}")
-        if self.first_row_shifted and (self.lattice == "square" or self.lens_rows == 1):
+        if self.first_row_shifted and not self.staggered:
             raise LayoutError(f"expected a shifted row among several hexagonal ones only, got {self}")
 
     def __str__(self) -> str:
-        kind = "lenses" if self.lattice == "square" else "hexagonal lenses"
-        return f"{self.lens_rows} x {self.lens_cols} {kind} of {self.px_per_lens} px"
+        return f"{self.lens_rows} x {self.lens_cols} {self.cell.plural} of {self.px_per_lens} px"
+
+    @property
+    def cell(self) -> Cell:
+        """The shape of a lens's cell."""
+        return CELLS[self.lattice]
+
+    @property
+    def lenses(self) -> LensLattice:
+        """The lenses, in pitches from the middle of the array."""
+        return self.lenses_of_pitch(1.0)
+
+    def lenses_of_pitch(self, pitch: float) -> LensLattice:
+        """Return the lenses with this pitch, in any unit."""
+        return LensLattice(self.lens_rows, self.lens_cols, self.lattice, self.first_row_shifted, pitch=pitch)
+
+    @property
+    def interlocks(self) -> bool:
+        """True if the boxes of cells overlap, so that a cell is not a rectangle of the sheet: on the hexagonal lattice."""
+        return self.cell.overhang > 0
+
+    @property
+    def staggered(self) -> bool:
+        """True if some lens rows are shifted against others."""
+        return self.cell.row_shift > 0 and self.lens_rows > 1
 
     @property
     def row_px(self) -> int:
-        """From one lens row to the next, m, px."""
-        return self.px_per_lens if self.lattice == "square" else hexagonal_rows(self.px_per_lens)
+        """Pixel rows from one lens row to the next, m."""
+        return self.cell.row_px(self.px_per_lens)
 
     @property
     def overhang_px(self) -> int:
-        """By how many rows a cell's box reaches into the next lens row, o, px."""
-        return 0 if self.lattice == "square" else overhang_rows(self.row_px)
+        """Pixel rows by which a cell's box reaches into the next lens row, o."""
+        return self.cell.overhang_px(self.row_px)
 
     @property
     def rows(self) -> int:
@@ -68,56 +91,68 @@ class CellLayout:
     @property
     def cols(self) -> int:
         """Width of the sheet, px."""
-        shifted = self.lattice == "hexagonal" and self.lens_rows > 1
-        return self.lens_cols * self.px_per_lens + (self.px_per_lens // 2 if shifted else 0)
+        return self.lens_cols * self.px_per_lens + (self.px_per_lens // 2 if self.staggered else 0)
 
     @property
     def px(self) -> int:
-        """Pixels in all."""
+        """Number of pixels of the sheet."""
         return self.rows * self.cols
 
     @property
     def cell_rows(self) -> int:
-        """Height of a cell's box, px."""
+        """Height of a cell's box, px; the number of rows of views."""
         return self.row_px + 2 * self.overhang_px
 
     @property
     def cell_cols(self) -> int:
-        """Width of a cell's box, px."""
+        """Width of a cell's box, px; the number of views in a row."""
         return self.px_per_lens
 
     @property
     def mask(self) -> NDArray[np.bool_]:
-        """Which pixels of a cell's box are the lens's own, `(cell_rows, cell_cols)`: for a square lens all."""
-        if self.lattice == "square":
-            return np.broadcast_to(np.True_, (self.cell_rows, self.cell_cols))
-        return hexagon_mask(px_per_lens=self.px_per_lens, row_px=self.row_px, overhang_px=self.overhang_px)
+        """Which pixels of a cell's box belong to the lens, `(cell_rows, cell_cols)` bool: for a square lens all."""
+        return self.finer_mask(1)
+
+    def finer_mask(self, k: int) -> NDArray[np.bool_]:
+        """Return the mask of a cell's box with every pixel divided into k x k, `(k cell_rows, k cell_cols)` bool."""
+        return self.cell.mask(
+            px_per_lens=self.px_per_lens * k, row_px=self.row_px * k, overhang_px=self.overhang_px * k
+        )
 
     @property
     def row_edges(self) -> tuple[int, ...]:
-        """The pixel rows where tiles may be cut, lens_rows + 1: between lens rows, and the sheet's own edges."""
+        """The lens_rows + 1 pixel rows where tiles may be cut: between lens rows, and the sheet's own edges."""
         between = (self.overhang_px + row * self.row_px for row in range(1, self.lens_rows))
         return (0, *between, self.rows)
 
     @property
     def col_edges(self) -> tuple[int, ...]:
-        """The pixel cols where tiles may be cut, lens_cols + 1: between lenses of the rows that are not shifted."""
+        """The lens_cols + 1 pixel cols where tiles may be cut: between lenses of the rows that are not shifted."""
         return (*(col * self.px_per_lens for col in range(self.lens_cols)), self.cols)
 
     def pixel_mm(self, pitch_mm: float) -> tuple[float, float]:
-        """Return a pixel's (height, width) where lenses have this pitch."""
-        row_pitch = 1.0 if self.lattice == "square" else ROW_PITCH
-        return pitch_mm * row_pitch / self.row_px, pitch_mm / self.px_per_lens
+        """Return a pixel's (height, width) in mm where lenses have this pitch."""
+        return pitch_mm * self.cell.row_pitch / self.row_px, pitch_mm / self.px_per_lens
 
     def shift_px(self, lens_row: int) -> int:
         """Return how much further right a lens row stands than the leftmost ones, px."""
-        shifted = self.lattice == "hexagonal" and self.lens_rows > 1 and lens_row % 2 != self.first_row_shifted
-        return self.px_per_lens // 2 if shifted else 0
+        if not self.staggered or not self.cell.shift(lens_row, first_row_shifted=self.first_row_shifted):
+            return 0
+        return self.px_per_lens // 2
 
     def turned(self) -> CellLayout:
-        """Return the layout of the sheet turned by 180 degrees: of an odd number of shifted rows, the others are."""
-        odd = self.lattice == "hexagonal" and self.lens_rows > 1 and self.lens_rows % 2 == 1
-        return replace(self, first_row_shifted=not self.first_row_shifted) if odd else self
+        """Return the layout of the sheet turned by 180 degrees: with an odd number of rows, the others are shifted."""
+        others = self.staggered and self.lens_rows % 2 == 1
+        return replace(self, first_row_shifted=not self.first_row_shifted) if others else self
+
+    def square_size(self, px_per_lens: int = 1) -> tuple[int, int]:
+        """Return the (rows, cols) of a picture of the array on square pixels, so many across a lens.
+
+        >>> CellLayout(lens_rows=90, lens_cols=90, px_per_lens=8, lattice="hexagonal").square_size()
+        (78, 90)
+        """
+        high = round(self.lens_rows * self.cell.row_pitch * px_per_lens)
+        return max(1, high), self.lens_cols * px_per_lens
 
 
 def check_sheet(sheet: NDArray[Pixel], layout: CellLayout) -> None:
