@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 
 from lippmann.errors import BadInput, LayoutError
-from lippmann.lattice.layout import CellLayout, Lattice
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.layout import CellLayout
 
 MAX_DEPTHS = 1000
 """The longest stack; more depths come of a mistyped step."""

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from lippmann.errors import BundleError, FieldProblem, SpecError
 from lippmann.job.problems import Misfit, problems_of
-from lippmann.job.rig import MAX_FRAME_PX, MIN_PX_PER_LENS, Rig
+from lippmann.job.rig import MAX_FRAME_PX, MIN_PX_PER_LENS, Rig, check_px_per_lens
 from lippmann.job.spec import JobSpec
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.kinds import CELLS
+from lippmann.lattice.layout import CellLayout
 
 FOCAL_IN_PITCHES = 3.3
 """Of an array that nothing is said of: the paper's."""
@@ -28,7 +31,7 @@ class SheetGeometry(BaseModel):
 
     pitch_px: PitchPx
     """Across a lens, any number."""
-    lattice: Literal["square", "hexagonal"] = "square"
+    lattice: Lattice = "square"
     row_pitch_px: PitchPx | None = None
     """From one lens row to the next; what square pixels make of the pitch when not given."""
     first_row_shifted: bool = False
@@ -62,10 +65,10 @@ class SheetGeometry(BaseModel):
 
     @model_validator(mode="after")
     def _shifted_among_hexagons(self) -> Self:
-        if self.first_row_shifted and self.lattice == "square":
+        if self.first_row_shifted and not CELLS[self.lattice].row_shift:
             raise Misfit("first_row_shifted", expected="false on a square lattice", got="true")
-        if self.lattice == "hexagonal" and self.px_per_lens is not None and self.px_per_lens % 2:
-            raise Misfit("px_per_lens", expected="an even number for hexagons", got=self.px_per_lens)
+        if self.px_per_lens is not None:
+            check_px_per_lens(self.px_per_lens, self.lattice)
         return self
 
 
@@ -91,8 +94,11 @@ class ForeignSheets(SheetGeometry):
         for field in ("count", "px_per_lens"):
             if getattr(self, field) is None:
                 raise Misfit(field, expected="a value, as lippmann import --bundle writes it", got="nothing")
-        rows, _ = self.count or (1, 1)
-        if self.lattice == "hexagonal" and rows > 1 and self.first_row_shifted != (self.inverted and rows % 2 == 1):
+        rows, cols = self.count or (1, 1)
+        n = self.px_per_lens or MIN_PX_PER_LENS
+        captured = CellLayout(rows, cols, n, self.lattice, first_row_shifted=self.first_row_shifted and rows > 1)
+        shown = captured.turned() if self.inverted else captured
+        if shown.first_row_shifted:
             got = "a lens row that comes out on top and shifted"
             raise Misfit("count", expected="lenses without the outermost row, which would be shifted", got=got)
         return self

@@ -11,6 +11,10 @@ from pydantic import BaseModel, ConfigDict, Field, Tag, model_validator
 from lippmann.job.lens import NamedLens, Prescription
 from lippmann.job.presets import LENS_ARRAYS
 from lippmann.job.problems import Misfit, told_by
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.kinds import CELLS
+from lippmann.lattice.layout import CellLayout
+from lippmann.lattice.lenses import LensLattice
 
 MIN_PX_PER_LENS = 2
 """One pixel per lens holds one view: no parallax, hence no integral image."""
@@ -51,7 +55,7 @@ class LensArray(_Part):
 
     preset: str | None = None
     """An array on the market: gives the numbers that are not said."""
-    lattice: Literal["square", "hexagonal"] = "square"
+    lattice: Lattice = "square"
     """Hexagonal: every second lens row shifted by half a pitch, lens rows pitch x sqrt(3) / 2 apart."""
     count: tuple[Annotated[int, Field(ge=1, le=4096)], Annotated[int, Field(ge=1, le=4096)]] = (90, 90)
     """Lenses as (lens_rows, lens_cols)."""
@@ -74,6 +78,11 @@ class LensArray(_Part):
             known = ", ".join(sorted(LENS_ARRAYS))
             raise Misfit("preset", expected=f"one of {known}", got=repr(data["preset"]))
         return {**LENS_ARRAYS[data["preset"]], **data}
+
+    @property
+    def lenses_mm(self) -> LensLattice:
+        """The lenses, in mm from the middle of the array."""
+        return LensLattice(*self.count, kind=self.lattice, pitch=self.pitch_mm)
 
 
 class Camera(_Part):
@@ -142,8 +151,8 @@ class Rig(_Part):
             needed = math.ceil(round(array.pitch_mm / Device.model_validate(data["device"]).pixel_mm, 1))
         except ValueError:
             return data  # what is wrong there is said by the field itself
-        odd = array.lattice == "hexagonal" and needed % 2 == 1
-        return {**data, "px_per_lens": max(MIN_PX_PER_LENS, needed + odd)}
+        step = array.lenses_mm.cell.row_period
+        return {**data, "px_per_lens": max(MIN_PX_PER_LENS, -(-needed // step) * step)}
 
     @model_validator(mode="after")
     def _fits_in_a_picture(self) -> Self:
@@ -164,7 +173,31 @@ class Rig(_Part):
 
     @model_validator(mode="after")
     def _even_under_hexagons(self) -> Self:
-        if self.lens_array.lattice == "hexagonal" and self.px_per_lens % 2:
-            expected = "an even number on a hexagonal lattice, whose rows are shifted by half a lens"
-            raise Misfit("px_per_lens", expected=expected, got=self.px_per_lens)
+        check_px_per_lens(self.px_per_lens, self.lens_array.lattice)
         return self
+
+    @property
+    def layout(self) -> CellLayout:
+        """The pixels of the integral images that the rig captures, and the lenses over them."""
+        array = self.lens_array
+        return CellLayout(*array.count, px_per_lens=self.px_per_lens, lattice=array.lattice)
+
+
+def check_px_per_lens(px_per_lens: int, lattice: Lattice) -> None:
+    """Refuse a number of pixels that a lens of this lattice cannot have across.
+
+    Parameters
+    ----------
+    px_per_lens
+        The pixels across a lens.
+    lattice
+        The kind of the lattice.
+
+    Raises
+    ------
+    Misfit
+        If the number is odd and lens rows are shifted by half a lens.
+    """
+    if px_per_lens % CELLS[lattice].row_period:
+        expected = "an even number on a hexagonal lattice, whose rows are shifted by half a lens"
+        raise Misfit("px_per_lens", expected=expected, got=px_per_lens)

@@ -1,7 +1,7 @@
 """The cell of one lens: what the square and the hexagonal lattice have to answer.
 
-Lengths are in lens pitches unless a name says otherwise, to the right and downward. The square cell stands on a side. The
-hexagonal cell stands on a corner, and every second lens row is shifted by half a pitch.
+Lengths are in lens pitches unless a name says otherwise, to the right and downward. The square cell stands on a side.
+The hexagonal cell stands on a corner, and every second lens row is shifted by half a pitch.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """The pixels of an integral image and the lenses over them: the sheet `(rows, cols, channel)` and its cells.
 
 On the square lattice cells are squares that fill the sheet. On the hexagonal lattice lens rows stand m = `row_px` apart
-and every other one is shifted by half a lens; hexagons reach o = `overhang_px` rows into the lens rows above and below, so
-the box round a cell is m + 2 o rows high, and the pixels of the box that belong to the lens are its `mask`. The centre of
-lens (r, c) is at row o + r m + m / 2, col c n + n / 2, and n / 2 further right where its row is shifted.
+and every other one is shifted by half a lens. Hexagons reach o = `overhang_px` rows into the lens rows above and below,
+so the box round a cell is m + 2 o rows high, and the pixels of the box that belong to the lens are its `mask`. The
+centre of lens (r, c) is at row o + r m + m / 2, col c n + n / 2, and n / 2 further right where its row is shifted.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ class CellLayout:
 
     @property
     def interlocks(self) -> bool:
-        """True if the boxes of cells overlap, so that a cell is not a rectangle of the sheet: on the hexagonal lattice."""
+        """True on the hexagonal lattice: the boxes of cells overlap, so a cell is no rectangle of the sheet."""
         return self.cell.overhang > 0
 
     @property

@@ -1,7 +1,7 @@
 """An array of lenses: where its lenses stand, which of them is nearest to a place, and how large it is.
 
-The middle of the array is the origin, right and down are positive. All lengths are in the unit of the pitch: with a pitch
-of 1 they are in pitches, with a pitch in mm they are in mm.
+The middle of the array is the origin, right and down are positive. All lengths are in the unit of the pitch: with a
+pitch of 1 they are in pitches, with a pitch in mm they are in mm.
 """
 
 from __future__ import annotations
@@ -94,7 +94,7 @@ class LensLattice:
         """
         middles = np.array([self.row_middle_pitches(0), self.row_middle_pitches(1)])
         right = (lens_col - (self.lens_cols - 1) / 2) * self.pitch + middles[lens_row % 2] * self.pitch
-        return right, (lens_row - (self.lens_rows - 1) / 2) * self.row_pitch
+        return right, np.asarray((lens_row - (self.lens_rows - 1) / 2) * self.row_pitch)
 
     def nearest(self, right: NDArray[np.float64], down: NDArray[np.float64]) -> Nearest:
         """Return the lens that each place is nearest to; the lattice goes on beyond the array, see `has`.

@@ -36,7 +36,6 @@ view_depth        the depth of a view, known or estimated
 depth_errors      how wrong an estimate is
 depth_map         how deep what every pixel of a sheet shows lies
 device            the integral image on the pixel grid of a device, resampled cell by cell
-device_hexagons   the part of that which is the hexagonal lattice's own
 lens_grid         where lenses lie on pixels that their pitch is no whole number of
 under_lenses      light at any place under a lens, of its own cell alone
 whole_cells       a sheet of such a pitch, a print or a scan, made into whole cells: the way back from `device`

@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 from lippmann.errors import BadInput, LayoutError
 from lippmann.job.rig import Rig
 from lippmann.job.viewing import EYES_APART_MM, PUPIL_MM, RAYS, SIZE_PX, Stereo
-from lippmann.lattice.layout import CellLayout, Lattice
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield import image as lightfield
 from lippmann.lightfield.depth.plane_sweep import REACH
 from lippmann.lightfield.depth.view_depth import Method, ViewDepth, estimated_depth, true_depth

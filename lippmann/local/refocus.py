@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 
 from lippmann.errors import BadInput
 from lippmann.lightfield.refocus.shift_and_sum import checked_shifts
-from lippmann.lightfield.views.square_pixels import square_size
 from lippmann.local.files.writable import check_writable
 from lippmann.local.image import IntegralImage, RefocusMethod
 from lippmann.local.picture_size import PictureSize, check_side
@@ -65,7 +64,7 @@ class RefocusOptions:
         for depth_mm in depths_mm:
             checked_shifts(image.layout, depth_mm, focal_mm=image.focal_length_mm)
         px = 1 if self.method == "shift_and_sum" else self.px_per_lens or image.layout.px_per_lens
-        rows, cols = square_size(image.layout, px)
+        rows, cols = image.layout.square_size(px)
         check_side(max(rows, cols))
         self.size.of(rows, cols)
 

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import BadInput
-from lippmann.lightfield.views.square_pixels import square_size
 from lippmann.local.files.writable import check_writable
 from lippmann.local.image import IntegralImage, Place
 from lippmann.local.picture_size import PictureSize, check_side
@@ -81,7 +80,7 @@ def write_depth_focused_view(
         As in `write_view`, or if there is no such view at that depth.
     """
     check_png(out)
-    check_side(max(square_size(image.layout, px_per_lens or 1)))
+    check_side(max(image.layout.square_size(px_per_lens or 1)))
     return _write(out, image.depth_focused_view(depth_mm, direction=number, px_per_lens=px_per_lens), size)
 
 

@@ -53,10 +53,8 @@ def lens_grid(geometry: SheetGeometry, size: tuple[int, ...]) -> LensGrid:
 
 def fitting_pitch_px(grid: LensGrid, size: tuple[int, ...]) -> float:
     """Return the largest pitch at which as many lenses lie on a picture, with the lattice's own proportions."""
-    high = grid.lens_rows * grid.row_px / grid.pitch_px
-    wide = float(grid.lens_cols)
-    if grid.lattice == "hexagonal":
-        high, wide = high + grid.row_px / grid.pitch_px / 3, wide + 0.5 * (grid.lens_rows > 1)
+    high = (grid.lens_rows + grid.cell.overhang) * grid.row_px / grid.pitch_px
+    _, wide = grid.layout().lenses.extent
     return min(size[0] / high, size[1] / wide)
 
 
@@ -65,8 +63,6 @@ def upright_first(grid: LensGrid, *, inverted: bool) -> LensGrid:
 
     A rig's sheets begin with a row that is not shifted; a picture need not.
     """
-    if grid.lattice == "square" or grid.lens_rows == 1:
-        return grid
     if not orthoscopic_layout(grid.layout(), inverted=inverted).first_row_shifted:
         return grid
     if inverted:  # the last row comes out on top

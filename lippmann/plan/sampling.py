@@ -42,8 +42,7 @@ class Tile:
 
 def frame_size(rig: Rig) -> CellLayout:
     """Return the size of the integral images that a rig captures."""
-    array = rig.lens_array
-    return CellLayout(*array.count, px_per_lens=rig.px_per_lens, lattice=array.lattice)
+    return rig.layout
 
 
 def display_size(rig: Rig) -> CellLayout:

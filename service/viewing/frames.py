@@ -24,7 +24,7 @@ from lippmann.lightfield.observer.observe import whole_window
 from lippmann.lightfield.refocus.shift_and_sum import refocus
 from lippmann.lightfield.views.atlas import atlas_picture, plan_atlas
 from lippmann.lightfield.views.perspective import Eye, perspective
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import centre, view, view_numbers
 from lippmann.plan import artifact_names as names
 from lippmann.plan.design.depths import shown_depths
@@ -156,7 +156,7 @@ def describe(sight: Sight, job_id: str, *, max_px: int) -> schema.Look:
     """Return what a frame shows to those who look into it."""
     layout, spec = sight.layout, sight.spec
     atlas = plan_atlas(layout, max_px=max_px)
-    rows, cols = square_size(layout)
+    rows, cols = layout.square_size()
     there = set(view_numbers(layout))
     every = ((u, v) for v in range(layout.cell_rows) for u in range(layout.cell_cols))
     return schema.Look(

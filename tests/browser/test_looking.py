@@ -13,7 +13,7 @@ from PIL import Image
 from playwright.sync_api import Locator, Page, expect
 
 from lippmann.lattice.layout import CellLayout
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import centre, view_numbers
 from tests.browser.conftest import Farm, Watch
 from tests.browser.studio import BAR_MM, LENSES, PX, RIG, coded_view
@@ -61,7 +61,7 @@ class Viewer:
 
     def pixels(self) -> NDArray[np.int64]:
         """Return the codes in the middle of every lens, `(rows, cols, 3)`."""
-        return np.array(self.canvas.evaluate(READ, square_size(self.layout)))
+        return np.array(self.canvas.evaluate(READ, self.layout.square_size()))
 
     def shows(self, expected: NDArray[Any], *, within: int = 2) -> bool:
         return bool(np.abs(self.pixels() - expected).max() <= within)

@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lippmann.job.spec import JobSpec
-from lippmann.lattice.layout import Lattice
+from lippmann.lattice.cell import Lattice
 from lippmann.lightfield.calibrate.calibrate import find_from_white
 from lippmann.lightfield.calibrate.whole_lenses import in_middle
 from lippmann.lightfield.sheet.lens_grid import LensGrid

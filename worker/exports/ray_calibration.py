@@ -54,12 +54,12 @@ def lens_grid(layout: CellLayout, *, rows: int, cols: int) -> LensGrid:
     n, m = layout.px_per_lens, layout.row_px
     right = layout.shift_px(lens_row) + (lens_col + 0.5) * n
     down = layout.overhang_px + (lens_row + 0.5) * m
-    square = layout.lattice == "square"
+    cell = layout.cell
     return LensGrid(
         offset_px=(right - cols / 2, rows / 2 - down),
         diameter_px=float(n),
-        row_base=(0.0, 1.0) if square else (0.5, m / n),
-        period=(1.0, 1.0) if square else (1.0, 2 * m / n),
+        row_base=(cell.row_shift, m / n),
+        period=(1.0, cell.row_period * m / n),
     )
 
 

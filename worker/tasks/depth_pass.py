@@ -18,7 +18,6 @@ from lippmann.errors import SceneError, Stopped
 from lippmann.job.resolved import JobSheet
 from lippmann.job.stage import Stage
 from lippmann.lightfield.depth.depth_map import DepthMap
-from lippmann.optics.rig.array import sheet_px
 from lippmann.optics.rig.bench import Bench, bench, pixel_centres_mm
 from lippmann.optics.rig.parallax import parallax, shown_mm
 from lippmann.optics.rig.pixel_rays import front_mm, ray_bands
@@ -58,7 +57,8 @@ def depth_of_tile(
     """
     there = sheet.at(frame)
     stood = bench(there.spec.rig, reference_mm=there.stage.reference_mm)
-    rows, cols = sheet_px(there.spec.rig)
+    layout = there.spec.rig.layout
+    rows, cols = layout.rows, layout.cols
     region = Region(tile.row_start, tile.row_stop, tile.col_start, tile.col_stop)
     shared = write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=region, watch=watch)
     spent_s = 0.0
@@ -131,7 +131,7 @@ def _has_fog(bundle: Path) -> bool:
 
 
 def _depth_map(distance_mm: NDArray[np.float64], stood: Bench, tile: Tile, shared: Scaffold, watch: Watch) -> DepthMap:
-    rows, cols = sheet_px(stood.rig)
+    rows, cols = stood.rig.layout.rows, stood.rig.layout.cols
     across = slice(tile.col_start, tile.col_stop)
     values = np.empty((tile.rows, tile.cols, 4), dtype=np.float32)
     start = 0

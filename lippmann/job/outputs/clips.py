@@ -79,7 +79,7 @@ class FocusVideo(ClipOptions, ShownVideo):
         super().check(rig, frames)
         array = rig.lens_array
         # A point moves by s / (n f) lenses from view to view; on the hexagonal lattice lens rows are nearer.
-        lenses = min(array.count[0] * (1.0 if array.lattice == "square" else math.sqrt(3) / 2), array.count[1])
+        lenses = min(array.count[0] * array.lenses_mm.cell.row_pitch, array.count[1])
         largest_mm = math.floor(lenses - 1) * rig.px_per_lens * array.focal_length_mm
         for field, depth_mm in (("from_mm", self.from_mm), ("to_mm", self.to_mm)):
             if depth_mm is not None and abs(depth_mm) > largest_mm:
@@ -93,8 +93,5 @@ def least_sweep_mm(array: LensArray, px_per_lens: int) -> float:
     A lens shows its outermost pixel at a slope of (p / 2 f) (n - 1) / n, and the outermost lenses stand half the
     array from the middle.
     """
-    rows, cols = array.count
-    hexagonal = array.lattice == "hexagonal"
-    half_width = (cols - 1 + (0.5 if hexagonal and rows > 1 else 0)) / 2
-    half_height = (rows - 1) / 2 * (math.sqrt(3) / 2 if hexagonal else 1)
-    return max(half_width, half_height) * 2 * array.focal_length_mm * px_per_lens / (px_per_lens - 1)
+    span_pitches = max(array.lenses_mm.span) / array.pitch_mm
+    return span_pitches * array.focal_length_mm * px_per_lens / (px_per_lens - 1)

@@ -13,7 +13,6 @@ from lippmann.job.outputs.output import Name, OutputOptions
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import MAX_FRAME_PX, Rig
 from lippmann.job.viewing import Filter
-from lippmann.lattice.hexagonal_pixels import hexagonal_rows, overhang_rows
 
 Count = Annotated[int, Field(ge=1, le=4096)]
 Index = Annotated[int, Field(ge=0, le=4096)]
@@ -124,7 +123,7 @@ class Quilt(PictureOptions):
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse a row of views that is not there, columns that leave gaps, and what is too large."""
-        if self.views == "all" and rig.lens_array.lattice == "hexagonal":
+        if self.views == "all" and not rig.layout.mask.all():
             expected = "row on a hexagonal lattice, where the views at the corners do not exist"
             raise Misfit("views", expected=expected, got="'all'")
         check_index("view_row", self.view_row, view_rows(rig))
@@ -195,10 +194,7 @@ class ContactSheet(PictureOptions):
 
 def view_rows(rig: Rig) -> int:
     """Return how many rows of views a rig has: pixel rows of a cell's box."""
-    if rig.lens_array.lattice == "square":
-        return rig.px_per_lens
-    row_px = hexagonal_rows(rig.px_per_lens)
-    return row_px + 2 * overhang_rows(row_px)
+    return rig.layout.cell_rows
 
 
 def check_index(field: str, index: int | None, count: int) -> None:

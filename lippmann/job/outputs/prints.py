@@ -11,7 +11,6 @@ from pydantic import Field, model_validator
 from lippmann.job.outputs.output import Name, OutputOptions
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import MAX_FRAME_PX, MM_PER_INCH, Rig
-from lippmann.lattice.hexagonal_pixels import array_extent
 
 PrintFormat = Literal["pdf", "tiff", "png"]
 
@@ -120,9 +119,8 @@ class Print(PaperOptions):
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse a print of unknown pixels, and one that is too large."""
-        pixel_mm, array = self.pixel_mm(rig), rig.lens_array
-        extent = array_extent(*array.count, hexagonal=array.lattice == "hexagonal")
-        side_mm = max(extent) * self.real_pitch_mm(rig)
+        pixel_mm = self.pixel_mm(rig)
+        side_mm = max(rig.layout.lenses_of_pitch(self.real_pitch_mm(rig)).extent)
         self.check_page(side_mm, pixel_mm, field="dpi" if self.pitch_um is None else "pitch_um")
         self.check_page(side_mm + 2 * self.margin_mm, pixel_mm, field="margin_mm")
 
@@ -144,7 +142,7 @@ class CalibrationSheet(PaperOptions):
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse a sheet of unknown pixels, of pixels too coarse for its lines, and one that is too large."""
         pixel_mm, pitch_mm = self.pixel_mm(rig), self.real_pitch_mm(rig)
-        closest_mm = pitch_mm * (0.5 if rig.lens_array.lattice == "hexagonal" else 1.0) * (1 - self.range_percent / 100)
+        closest_mm = pitch_mm / rig.layout.cell.row_period * (1 - self.range_percent / 100)
         if closest_mm < 4 * pixel_mm:
             expected = f"pixels of at most {closest_mm * 250:.4g} um, a quarter of what lines are apart"
             field = "dpi" if self.pitch_um is None else "pitch_um"

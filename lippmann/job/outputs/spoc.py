@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Annotated, Literal
 
@@ -10,7 +9,9 @@ from pydantic import Field
 
 from lippmann.job.outputs.output import Name, OutputOptions
 from lippmann.job.problems import Misfit
-from lippmann.job.rig import MAX_FRAME_PX, MIN_PX_PER_LENS, Rig
+from lippmann.job.rig import MAX_FRAME_PX, MIN_PX_PER_LENS, Rig, check_px_per_lens
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.kinds import CELLS
 
 MAX_LENSES = 4096
 """A side, as of the rig's own array."""
@@ -26,7 +27,7 @@ class Spoc(OutputOptions):
 
     kind: Literal["spoc"] = "spoc"
     name: Name = "spoc"
-    lattice: Literal["square", "hexagonal"] | None = None
+    lattice: Lattice | None = None
     count: tuple[Count, Count] | None = None
     """Lenses of the display as (lens_rows, lens_cols); else as many as stand on the same area."""
     pitch_mm: float | None = Field(default=None, gt=0, le=1000)
@@ -76,8 +77,7 @@ class Spoc(OutputOptions):
         array = rig.lens_array
         lattice, pitch_mm = self.lattice or array.lattice, self.pitch_mm or array.pitch_mm
         count, n = self.count or self._same_area(rig, pitch_mm, lattice), self.px_per_lens or rig.px_per_lens
-        if lattice == "hexagonal" and n % 2:
-            raise Misfit("px_per_lens", expected="an even number on a hexagonal lattice", got=n)
+        check_px_per_lens(n, lattice)
         if max(count) * n > MAX_FRAME_PX:
             expected = f"count x px_per_lens of at most {MAX_FRAME_PX} px a side"
             raise Misfit("px_per_lens", expected=expected, got=f"{max(count) * n} px")
@@ -93,17 +93,12 @@ class Spoc(OutputOptions):
         update = {"px_per_lens": n, "device": None, "lens_array": array.model_copy(update=lens_array)}
         return rig.model_copy(update=update)
 
-    def _same_area(self, rig: Rig, pitch_mm: float, lattice: str) -> tuple[int, int]:
+    def _same_area(self, rig: Rig, pitch_mm: float, lattice: Lattice) -> tuple[int, int]:
         array = rig.lens_array
         across = array.pitch_mm / pitch_mm
-        down = across * _row_pitch(array.lattice) / _row_pitch(lattice)
+        down = across * CELLS[array.lattice].row_pitch / CELLS[lattice].row_pitch
         rows, cols = (max(1, round(lenses * more)) for lenses, more in zip(array.count, (down, across), strict=True))
         if max(rows, cols) > MAX_LENSES:
             expected = f"a pitch at which at most {MAX_LENSES} lenses stand side by side, or a count"
             raise Misfit("pitch_mm", expected=expected, got=f"{pitch_mm:g} mm, which makes {max(rows, cols)}")
         return rows, cols
-
-
-def _row_pitch(lattice: str) -> float:
-    """Return the distance of lens rows, in pitches."""
-    return 1.0 if lattice == "square" else math.sqrt(3) / 2

@@ -12,7 +12,6 @@ from lippmann.job.outputs.videos import Repeat, ShownVideo
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import Rig
 from lippmann.job.viewing import EYES_APART_MM
-from lippmann.lattice.hexagonal_pixels import hexagonal_rows, overhang_rows
 
 Index = Annotated[int, Field(ge=0)]
 View = tuple[Index, Index]
@@ -49,10 +48,7 @@ class PairOptions(ShownVideo):
         """Refuse views that are not there, and eyes so near that they look past the middle lens."""
         super().check(rig, frames)
         if self.views is not None:
-            cols = rig.px_per_lens
-            rows = cols
-            if rig.lens_array.lattice == "hexagonal":
-                rows = hexagonal_rows(cols) + 2 * overhang_rows(hexagonal_rows(cols))
+            rows, cols = rig.layout.cell_rows, rig.layout.cell_cols
             for eye, (u, v) in enumerate(self.views):
                 if u >= cols or v >= rows:
                     expected = f"a view from (0, 0) to ({cols - 1}, {rows - 1})"

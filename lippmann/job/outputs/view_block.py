@@ -9,7 +9,6 @@ from pydantic import Field
 
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import Rig
-from lippmann.lattice.hexagonal_pixels import hexagonal_rows, overhang_rows
 
 ViewCount = tuple[Annotated[int, Field(ge=1, le=1024)], Annotated[int, Field(ge=1, le=1024)]]
 """Views as (rows, cols): down and across."""
@@ -42,11 +41,7 @@ def all_views(rig: Rig) -> ViewBlock:
     >>> all_views(Rig())
     ViewBlock(first_v=0, first_u=0, rows=8, cols=8)
     """
-    n = rig.px_per_lens
-    if rig.lens_array.lattice == "square":
-        return ViewBlock(0, 0, n, n)
-    m = hexagonal_rows(n)
-    return ViewBlock(0, 0, m + 2 * overhang_rows(m), n)
+    return ViewBlock(0, 0, rig.layout.cell_rows, rig.layout.cell_cols)
 
 
 def block_about_the_middle(rig: Rig, views: tuple[int, int]) -> ViewBlock:
@@ -60,17 +55,9 @@ def block_about_the_middle(rig: Rig, views: tuple[int, int]) -> ViewBlock:
 
 
 def exists_wholly(rig: Rig, block: ViewBlock) -> bool:
-    """Return whether every view of a block has its pixel under the lens: the furthest corner tells.
-
-    The rule of `lippmann.lattice.hexagonal_pixels.hexagon_mask`; a test holds the two together.
-    """
-    if rig.lens_array.lattice == "square":
-        return True
-    box, n = all_views(rig), rig.px_per_lens
-    m = hexagonal_rows(n)
-    twice_x = max(abs(2 * u + 1 - box.cols) for u in (block.first_u, block.first_u + block.cols - 1))
-    twice_y = max(abs(2 * v + 1 - box.rows) for v in (block.first_v, block.first_v + block.rows - 1))
-    return 2 * m * twice_x + 3 * n * twice_y < 4 * m * n
+    """Return True if every view of a block has its pixel under the lens."""
+    rows, cols = slice(block.first_v, block.first_v + block.rows), slice(block.first_u, block.first_u + block.cols)
+    return bool(rig.layout.mask[rows, cols].all())
 
 
 def largest_odd_square(rig: Rig) -> ViewBlock:

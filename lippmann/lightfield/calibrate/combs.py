@@ -19,8 +19,8 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.lattice.hexagonal_pixels import ROW_PITCH
-from lippmann.lattice.layout import Lattice
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.kinds import CELLS
 from lippmann.lightfield.calibrate.periods import LENSES_ACROSS
 from lippmann.lightfield.calibrate.phases import Lay, Measured, Wave, fitted_lay, from_middle
 
@@ -29,9 +29,6 @@ ORDERS: dict[Lattice, tuple[tuple[int, int], ...]] = {
     "hexagonal": ((1, 0), (0, 1), (1, 1), (2, 1), (1, 2), (1, -1), (2, 0), (0, 2), (2, 2)),
 }
 """Lines, in waves dual to the steps."""
-
-LEVEL = {"square": 1, "hexagonal": 2}
-"""Waves a pitch of the first line that lies level: of hexagons, whose rows are shifted, every half pitch."""
 
 LARGEST_PX = 3000
 """Of each side so much, in the middle."""
@@ -196,10 +193,10 @@ def _lattices(spectrum: _Spectrum, near_px: float | None) -> Iterator[Lay]:
             continue
         for order, row_order in product(range(1, HIGHEST_ORDER + 1), repeat=2):
             for lattice, unlike in UNLIKE.items():
-                row_pitch = 1.0 if lattice == "square" else ROW_PITCH
-                pitch = LEVEL[lattice] * order / float(np.hypot(*across))
+                # Shifted rows halve the period across.
+                pitch = CELLS[lattice].row_period * order / float(np.hypot(*across))
                 row_px = row_order / float(np.hypot(*down))
-                if abs(row_px / (pitch * row_pitch) - 1) <= unlike and least <= pitch <= most:
+                if abs(row_px / (pitch * CELLS[lattice].row_pitch) - 1) <= unlike and least <= pitch <= most:
                     yield Lay(lattice, pitch, row_px, turn)
 
 
@@ -284,7 +281,7 @@ def _centre(
 def _sign(lattice: Lattice, order: tuple[int, int]) -> float:
     """Return the sign of a wave, counted from a lens's centre, in what is low on the borders between lenses."""
     parts = np.stack(np.meshgrid(*[(np.arange(48) + 0.5) / 48] * 2), axis=-1)
-    steps = Lay(lattice, 1.0, 1.0 if lattice == "square" else ROW_PITCH, 0.0).steps
+    steps = Lay(lattice, 1.0, CELLS[lattice].row_pitch, 0.0).steps
     lenses = np.array(list(product((-1, 0, 1, 2), repeat=2))) @ steps
     away = np.sort(np.linalg.norm((parts @ steps)[:, :, np.newaxis] - lenses, axis=-1), axis=-1)
     borders = np.exp(-(((away[..., 1] - away[..., 0]) / 0.1) ** 2))

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.lattice.layout import Lattice
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.kinds import CELLS
 from lippmann.lightfield.calibrate.periods import Steps
 
 WINDOWS = 12
@@ -22,6 +23,12 @@ WINDOWS = 12
 
 LENSES_A_WINDOW = 5
 """At least, so that the waves next to one another are told apart."""
+
+LONGEST_WAVES: dict[Lattice, tuple[tuple[int, int], ...]] = {
+    "square": ((1, 0), (0, 1)),
+    "hexagonal": ((1, 0), (0, 1), (1, 1)),
+}
+"""The longest waves of a lattice, in waves dual to its steps."""
 
 PASSES = 12
 """At most: every one takes most of the error that is left."""
@@ -51,7 +58,7 @@ class Lay:
         turn = math.radians(self.turn_deg)
         along = self.pitch_px * np.array([math.cos(turn), math.sin(turn)])
         down = self.row_pitch_px * np.array([-math.sin(turn), math.cos(turn)])
-        return np.stack((along, down + along / 2 if self.lattice == "hexagonal" else down))
+        return np.stack((along, down + along * CELLS[self.lattice].row_shift))
 
 
 @dataclass(frozen=True)
@@ -84,7 +91,7 @@ def lay_of(steps: Steps) -> Lay | None:
 
 def measure(evidence: NDArray[np.float64], rough: Lay) -> Measured:
     """Return a lattice as the evidence `(rows, cols)` has it, from a rough one."""
-    orders = ((1, 0), (0, 1)) if rough.lattice == "square" else ((1, 0), (0, 1), (1, 1))
+    orders = LONGEST_WAVES[rough.lattice]
     waves = [_wave(evidence, np.array(order) @ np.linalg.inv(rough.steps.T), rough) for order in orders]
     lay = fitted_lay(rough, orders, waves)
     phases = np.array(

@@ -40,7 +40,8 @@ def whole_lenses(one: LensGrid, size: tuple[int, ...]) -> LensGrid:
     LayoutError
         If there is no whole lens.
     """
-    starts = [one] if one.lattice == "square" else [one, replace(one, offset_px=lens_place(one, 1, 0.5))]
+    cell = one.cell
+    starts = [replace(one, offset_px=lens_place(one, row, cell.shift(row))) for row in range(cell.row_period)]
     blocks = [_block(replace(start, first_row_shifted=False), size) for start in starts]
     largest = max((block for block in blocks if block is not None), key=_count, default=None)
     if largest is None:
@@ -120,7 +121,7 @@ def _block(first: LensGrid, size: tuple[int, ...], *, begins_there: bool = False
     if begins_there:
         low = np.where(low <= 0, 0, high + 1)
     (there,) = np.nonzero(low <= high)
-    alike = rows[there] % (1 if first.lattice == "square" else 2) == 0
+    alike = rows[there] % first.cell.row_period == 0
     begins, ends = there[alike & ((rows[there] == 0) | (not begins_there))][:ENDS], there[-ENDS:]
     if not begins.size:
         return None
@@ -142,8 +143,8 @@ def _spans(first: LensGrid, rows: NDArray[np.intp], size: tuple[int, ...]) -> tu
 
     Hexagonal: as if every row were shifted and not, since the rows of a block are both.
     """
-    shifts = (0.0,) if first.lattice == "square" else (0.0, -0.5 if first.first_row_shifted else 0.5)
-    spans = [_cols(first, rows, np.array(shift), size) for shift in shifts]
+    shifts = [np.array(first.shift_pitches(row)) for row in range(first.cell.row_period)]
+    spans = [_cols(first, rows, shift, size) for shift in shifts]
     return np.max([low for low, _ in spans], axis=0), np.min([high for _, high in spans], axis=0)
 
 
@@ -172,9 +173,6 @@ def _cols(
 
 def _reach_px(grid: LensGrid) -> tuple[float, float]:
     """Return how far a lens reaches from its centre in the picture, (down, right) px."""
-    p, q = grid.pitch_px, grid.row_px
-    square = ((p / 2, q / 2), (p / 2, -q / 2))
-    hexagon = ((0.0, 2 * q / 3), (p / 2, q / 3), (p / 2, -q / 3))
-    corners = square if grid.lattice == "square" else hexagon
+    corners = [(right * grid.pitch_px, down * grid.row_px) for right, down in grid.cell.corners]
     cos, sin = math.cos(math.radians(grid.turn_deg)), math.sin(math.radians(grid.turn_deg))
     return max(abs(x * sin + y * cos) for x, y in corners), max(abs(x * cos - y * sin) for x, y in corners)

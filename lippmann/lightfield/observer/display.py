@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
 from lippmann.job.viewing import Bare, Surround
-from lippmann.lattice.hexagonal_pixels import ROW_PITCH
+from lippmann.lattice.cell import ON_THE_BORDER
 from lippmann.lattice.layout import CellLayout, Pixel, check_sheet
-from lippmann.lightfield.sheet.device import array_pitches, device_size
-from lippmann.lightfield.sheet.interpolation import ON_THE_BORDER
+from lippmann.lightfield.sheet.device import device_size
 
 Aperture = Literal["full", "inscribed"]
 """How much of a cell its lens fills: all, or the circle inside."""
@@ -73,8 +72,7 @@ class LensDisplay:
     @property
     def array_mm(self) -> tuple[float, float]:
         """The (height, width) of the array, from one outermost border or corner to the other."""
-        high, wide = array_pitches(self.layout)
-        return high * self.pitch_mm, wide * self.pitch_mm
+        return self.layout.lenses_of_pitch(self.pitch_mm).extent
 
 
 @dataclass(frozen=True)
@@ -97,16 +95,12 @@ def lens_lines(display: LensDisplay) -> tuple[tuple[LensLine, LensLine], ...]:
     The square lattice is one. The hexagonal lattice is two, its even and its odd lens rows, and so whichever of the
     nearest lenses of both is nearer is the nearest of all.
     """
-    layout, p = display.layout, display.pitch_mm
-    left = -(layout.lens_cols - 1) / 2 * p
-    if layout.lattice == "square":
-        return ((LensLine(-(layout.lens_rows - 1) / 2 * p, p, layout.lens_rows), LensLine(left, p, layout.lens_cols)),)
-    top, step = -(layout.lens_rows - 1) / 2 * ROW_PITCH * p, ROW_PITCH * p
-    beside = [layout.shift_px(row) / layout.px_per_lens - 0.25 for row in (0, 1)] if layout.lens_rows > 1 else (0, 0.5)
+    lenses, period = display.layout.lenses_of_pitch(display.pitch_mm), display.layout.cell.row_period
+    right_mm, down_mm = lenses.centre_of(np.arange(period), np.array(0))
     return tuple(
         (
-            LensLine(top + row * step, 2 * step, (layout.lens_rows - row + 1) // 2),
-            LensLine(left + beside[row] * p, p, layout.lens_cols),
+            LensLine(float(down_mm[row]), period * lenses.row_pitch, (lenses.lens_rows + period - row - 1) // period),
+            LensLine(float(right_mm[row]), lenses.pitch, lenses.lens_cols),
         )
-        for row in (0, 1)
+        for row in range(period)
     )

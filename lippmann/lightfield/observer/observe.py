@@ -28,10 +28,11 @@ from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
 from lippmann.job.viewing import PUPIL_MM, RAYS, SIZE_PX
+from lippmann.lattice.cell import ON_THE_BORDER
 from lippmann.lightfield.observer.display import LensDisplay, LensLine, lens_lines
 from lippmann.lightfield.observer.eye_rays import eye_rays
 from lippmann.lightfield.observer.window import Window, window_of
-from lippmann.lightfield.sheet.interpolation import ON_THE_BORDER, Light
+from lippmann.lightfield.sheet.interpolation import Light
 from lippmann.lightfield.views.perspective import Eye, inside_cells, places_px
 
 ROWS_AT_ONCE = 64

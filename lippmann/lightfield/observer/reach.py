@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.hexagonal_pixels import ROW_PITCH
 from lippmann.lattice.layout import CellLayout
 
 ENDLESS_MM = 1e12
@@ -31,7 +30,7 @@ def reach_mm(layout: CellLayout, distance_mm: float, *, pitch_mm: float, gap_mm:
         If the eye is so near that it nowhere sees all lenses.
     """
     slope = pitch_mm / (2 * gap_mm) * (layout.px_per_lens - 1) / layout.px_per_lens
-    wide_mm, high_mm = _half_array_mm(layout, pitch_mm)
+    high_mm, wide_mm = (side / 2 for side in layout.lenses_of_pitch(pitch_mm).span)
     right_mm, up_mm = slope * distance_mm - wide_mm, slope * distance_mm - high_mm
     if min(right_mm, up_mm) < 0:
         least_mm = max(wide_mm, high_mm) / slope if slope else float("inf")
@@ -39,10 +38,3 @@ def reach_mm(layout: CellLayout, distance_mm: float, *, pitch_mm: float, gap_mm:
             f"expected an eye at least {least_mm:g} mm away, which sees light of all lenses, got {distance_mm:g} mm"
         )
     return right_mm, up_mm
-
-
-def _half_array_mm(layout: CellLayout, pitch_mm: float) -> tuple[float, float]:
-    """Return how far the outermost lenses' axes stand from the middle, across and down."""
-    row_pitch = 1.0 if layout.lattice == "square" else ROW_PITCH
-    shifted = 0.5 if layout.lattice == "hexagonal" and layout.lens_rows > 1 else 0.0
-    return (layout.lens_cols - 1 + shifted) / 2 * pitch_mm, (layout.lens_rows - 1) / 2 * row_pitch * pitch_mm

@@ -23,13 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.hexagonal_pixels import ROW_PITCH
 from lippmann.lattice.layout import CellLayout, check_sheet
 from lippmann.lightfield.refocus.shift_and_sum import checked_shifts
 from lippmann.lightfield.refocus.weighted_sums import Taps, taps, weighted_sums
 from lippmann.lightfield.sheet.cells import cells
 from lippmann.lightfield.sheet.interpolation import Light
-from lippmann.lightfield.views.square_pixels import square_size
 
 LEAST_STEP = 1e-9
 """Of a point from view to view, pitches: nearer to the display it makes no difference."""
@@ -69,7 +67,7 @@ def ciir_stack(
     Returns
     -------
     NDArray
-        `(depth, *square_size(layout, px_per_lens), channel)`, in single precision or the sheet's, if higher. Dark where
+        `(depth, *layout.square_size(px_per_lens), channel)`, in single precision or the sheet's, if higher. Dark where
         no magnified cell comes: in the dents of a hexagonal array's border.
 
     Raises
@@ -83,7 +81,7 @@ def ciir_stack(
     if px < 1:
         raise LayoutError(f"expected at least one pixel a lens, got {px}")
     steps = [checked_shifts(layout, depth_mm, focal_mm=focal_mm) for depth_mm in depths_mm]
-    if layout.lattice == "square":
+    if not layout.interlocks:  # rows and columns are magnified one after the other
         down = [_axis_taps(layout.lens_rows, layout.px_per_lens, step, px=px).shares() for step, _ in steps]
         across = [_axis_taps(layout.lens_cols, layout.px_per_lens, step, px=px).shares() for _, step in steps]
         return weighted_sums(ortho, down, across)
@@ -107,7 +105,7 @@ def _rows_alike(
 ) -> NDArray[np.floating[Any]]:
     """Return what every other hexagonal lens row gives, from one on, and as the last channel how much that is."""
     mask, n = layout.mask, layout.px_per_lens
-    high, wide = square_size(layout, px)
+    high, wide = layout.square_size(px)
     own = cells(ortho, layout)[first_row::2].astype(np.result_type(ortho.dtype, np.float32))
     counted = np.broadcast_to(mask[..., np.newaxis], (*own.shape[:-1], 1)).astype(own.dtype)
     sheet = np.concatenate((own, counted), axis=-1).transpose(0, 2, 1, 3, 4)
@@ -116,11 +114,13 @@ def _rows_alike(
     for step_down, step_across in steps:
         width = _width(px, n, step_across)
         down.append(_magnified_taps(
-            made=_places(high, px), first=(first_row - (layout.lens_rows - 1) / 2) * ROW_PITCH, apart=2 * ROW_PITCH,
+            made=_places(high, px), first=(first_row - (layout.lens_rows - 1) / 2) * layout.cell.row_pitch,
+            apart=layout.cell.row_period * layout.cell.row_pitch,
             lenses=rows, cell_px=layout.cell_rows, step=step_down, width=width,
         ))  # fmt: skip
+        first = layout.lenses.row_middle_pitches(first_row) - (layout.lens_cols - 1) / 2
         across.append(_magnified_taps(
-            made=_places(wide, px), first=(n / 2 + layout.shift_px(first_row) - layout.cols / 2) / n, apart=1.0,
+            made=_places(wide, px), first=first, apart=1.0,
             lenses=layout.lens_cols, cell_px=n, step=step_across, width=width,
         ))  # fmt: skip
     return weighted_sums(sheet.reshape(rows * layout.cell_rows, layout.lens_cols * n, -1), down, across)

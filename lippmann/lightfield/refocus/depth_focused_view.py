@@ -21,13 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
+from lippmann.lattice.cell import ON_THE_BORDER
 from lippmann.lattice.layout import CellLayout, check_sheet
 from lippmann.lightfield.refocus.shift_and_sum import checked_shifts
 from lippmann.lightfield.sheet.cell_sampling import Places, light_under
-from lippmann.lightfield.sheet.device_hexagons import Nearest, nearest_lenses
-from lippmann.lightfield.sheet.interpolation import ON_THE_BORDER, Light
+from lippmann.lightfield.sheet.interpolation import Light
 from lippmann.lightfield.sheet.lens_grid import layout_grid
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 
 ROWS_AT_ONCE = 64
 """Of the picture, so that memory beside sheet and picture stays at some ten MB."""
@@ -62,7 +62,7 @@ def depth_view(
     Returns
     -------
     NDArray
-        `(*square_size(layout, px_per_lens), channel)`, in single precision or the sheet's, if higher. Dark where there
+        `(*layout.square_size(px_per_lens), channel)`, in single precision or the sheet's, if higher. Dark where there
         is no lens, in the dents of a hexagonal array's border.
 
     Raises
@@ -81,16 +81,16 @@ def depth_view(
         raise LayoutError(f"expected at least one pixel a lens, got {px}")
     if px == 1:
         return as_square(_plain(ortho, layout, down, right), layout)
-    rows, cols = square_size(layout, px)
+    rows, cols = layout.square_size(px)
     picture = np.zeros((rows, cols, ortho.shape[2]), dtype=np.result_type(ortho.dtype, np.float32))
-    grid = layout_grid(layout)
+    grid, lenses = layout_grid(layout), layout.lenses
     below, beside = ((np.arange(length) - (length - 1) / 2) / px for length in (rows, cols))
     for start in range(0, rows, ROWS_AT_ONCE):
         part = slice(start, start + ROWS_AT_ONCE)
-        lens = _lenses_at(layout, below[part], beside)
-        lit = lens.in_array(layout)
-        from_axis = down - lens.down[lit] / steps[0], right - lens.right[lit] / steps[1]
-        picture[part][lit] = light_under(ortho, grid, Places(lens.lens_row[lit], lens.lens_col[lit], *from_axis))
+        lens = lenses.nearest(beside[np.newaxis], below[part, np.newaxis])
+        lit = lenses.has(lens.lens_row, lens.lens_col)
+        places = Places(lens.lens_row, lens.lens_col, down - lens.down / steps[0], right - lens.right / steps[1])
+        picture[part][lit] = light_under(ortho, grid, places.flat().some(lit.ravel()))
     return picture
 
 
@@ -100,28 +100,10 @@ def _plain(ortho: NDArray[Light], layout: CellLayout, down: float, right: float)
     return light_under(ortho, layout_grid(layout), Places(rows, cols, np.array(down), np.array(right)))
 
 
-def _lenses_at(layout: CellLayout, below: NDArray[np.float64], beside: NDArray[np.float64]) -> Nearest:
-    """Return the lenses over a grid of places, pitches from the middle of the array."""
-    if layout.lattice == "hexagonal":
-        return nearest_lenses(layout, below[:, np.newaxis], beside[np.newaxis])
-    row, col = (
-        np.floor(at + lenses / 2 + ON_THE_BORDER).astype(np.intp)
-        for at, lenses in ((below, layout.lens_rows), (beside, layout.lens_cols))
-    )
-    from_down, from_right = below - (row - (layout.lens_rows - 1) / 2), beside - (col - (layout.lens_cols - 1) / 2)
-    shape = below.size, beside.size
-    return Nearest(
-        lens_row=np.broadcast_to(row[:, np.newaxis], shape),
-        lens_col=np.broadcast_to(col, shape),
-        right=np.broadcast_to(from_right, shape),
-        down=np.broadcast_to(from_down[:, np.newaxis], shape),
-    )
-
-
 def _off_axis(layout: CellLayout, down: float, right: float) -> float:
     """Return how far a place under a lens is from its axis: 1 on the cell's border, in any direction."""
-    x, y = abs(right) / layout.px_per_lens, abs(down) / layout.row_px
-    return max(2 * x, 2 * y) if layout.lattice == "square" else max(2 * x, x + 1.5 * y)
+    x, y = np.array(right / layout.px_per_lens), np.array(down / layout.row_px)
+    return float(layout.cell.border_distance(x, y))
 
 
 def _checked_steps(

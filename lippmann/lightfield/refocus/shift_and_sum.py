@@ -23,11 +23,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.hexagonal_pixels import ROW_PITCH
 from lippmann.lattice.layout import CellLayout, check_sheet
 from lippmann.lightfield.refocus.weighted_sums import Taps, taps, weighted_sums
 from lippmann.lightfield.sheet.interpolation import SNAP, Light
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers
 
 
@@ -50,8 +49,7 @@ def shifts(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> tuple[flo
     """
     if not (math.isfinite(depth_mm) and math.isfinite(focal_mm) and focal_mm > 0):
         raise LayoutError(f"expected a depth and a positive focal length in mm, got {depth_mm} and {focal_mm}")
-    row_pitch = 1.0 if layout.lattice == "square" else ROW_PITCH
-    return depth_mm / focal_mm * row_pitch / layout.row_px, depth_mm / focal_mm / layout.px_per_lens
+    return depth_mm / focal_mm * layout.cell.row_pitch / layout.row_px, depth_mm / focal_mm / layout.px_per_lens
 
 
 def refocus(
@@ -73,7 +71,7 @@ def refocus(
     Returns
     -------
     NDArray
-        `(*square_size(layout), channel)`, in single precision or the sheet's, if higher. At depth 0 the mean of all
+        `(*layout.square_size(), channel)`, in single precision or the sheet's, if higher. At depth 0 the mean of all
         views.
 
     Raises
@@ -102,7 +100,7 @@ def focal_stack(
     Returns
     -------
     NDArray
-        `(depth, *square_size(layout), channel)`, as in `refocus`.
+        `(depth, *layout.square_size(), channel)`, as in `refocus`.
 
     Raises
     ------
@@ -111,10 +109,10 @@ def focal_stack(
     """
     check_sheet(ortho, layout)
     steps = [checked_shifts(layout, depth_mm, focal_mm=focal_mm) for depth_mm in depths_mm]
-    rows, cols = square_size(layout)
+    rows, cols = layout.square_size()
     down = [_view_taps(rows, layout.cell_rows, step) for step, _ in steps]
     across = [_view_taps(cols, layout.cell_cols, step) for _, step in steps]
-    if layout.lattice == "square":
+    if not layout.interlocks:  # every pixel of a cell is a view, and the sheet itself can be summed
         return weighted_sums(ortho, [one.shares() for one in down], [one.shares() for one in across])
     stack = weighted_sums(_views_with_counts(ortho, layout), down, across)
     # Neighbouring views overlap, so every pixel is counted at least once.
@@ -130,7 +128,7 @@ def checked_shifts(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> t
         If they do not, naming the depth that fits; or as in `shifts`.
     """
     found = shifts(layout, depth_mm, focal_mm=focal_mm)
-    for lenses, views, step in zip(square_size(layout), (layout.cell_rows, layout.cell_cols), found, strict=True):
+    for lenses, views, step in zip(layout.square_size(), (layout.cell_rows, layout.cell_cols), found, strict=True):
         if views > 1 and abs(step) > lenses - 1:
             raise LayoutError(
                 f"expected a depth at which neighbouring views of {layout} overlap, at most"
@@ -162,7 +160,7 @@ def _view_taps(lenses: int, views: int, step: float) -> Taps:
 
 def _views_with_counts(ortho: NDArray[Light], layout: CellLayout) -> NDArray[np.floating[Any]]:
     """Return the views on square pixels as a sheet of square cells, and as its last channel which of them exist."""
-    rows, cols = square_size(layout)
+    rows, cols = layout.square_size()
     light = np.result_type(ortho.dtype, np.float32)
     cells = np.zeros((rows, layout.cell_rows, cols, layout.cell_cols, ortho.shape[2] + 1), dtype=light)
     for u, v in view_numbers(layout):

@@ -157,7 +157,7 @@ def bands(layout: CellLayout, band_px: int) -> tuple[tuple[int, int], ...]:
     >>> bands(CellLayout(5, 4, 8, "hexagonal"), band_px=600)
     ((0, 2), (2, 5))
     """
-    least = 2 if layout.lattice == "hexagonal" else 1
+    least = layout.cell.row_period
     step = max(least, band_px // (layout.row_px * layout.cols))
     firsts = [*range(0, layout.lens_rows, step)]
     if len(firsts) > 1 and layout.lens_rows - firsts[-1] < least:
@@ -204,6 +204,6 @@ def _bits(pixels: NDArray[Any]) -> NDArray[Any]:
 
 def at_least_two(layout: CellLayout, first: int, stop: int) -> tuple[int, int]:
     """Return a band of a hexagonal array that is wide enough to stand alone."""
-    if layout.lattice == "square" or stop - first > 1 or layout.lens_rows == 1:
+    if stop - first >= min(layout.cell.row_period, layout.lens_rows):
         return first, stop
     return (first, stop + 1) if stop < layout.lens_rows else (first - 1, stop)

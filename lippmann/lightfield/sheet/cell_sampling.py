@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.lightfield.sheet.interpolation import ON_THE_BORDER, SNAP, Light
+from lippmann.lightfield.sheet.interpolation import SNAP, Light
 from lippmann.lightfield.sheet.lens_grid import LensGrid
 
 NEARER = 0.8
@@ -39,7 +39,7 @@ class Places:
         lens_row, lens_col, down, right = np.broadcast_arrays(self.lens_row, self.lens_col, self.down, self.right)
         return Places(lens_row.ravel(), lens_col.ravel(), down.ravel(), right.ravel())
 
-    def some(self, which: NDArray[np.bool_], *, nearer: float) -> Places:
+    def some(self, which: NDArray[np.bool_], *, nearer: float = 1.0) -> Places:
         """Return some of them, moved toward the axis."""
         return Places(self.lens_row[which], self.lens_col[which], self.down[which] * nearer, self.right[which] * nearer)
 
@@ -93,7 +93,7 @@ def _interpolated(
         px_row, px_col = first_row + below, first_col + beside
         weight = (1 - np.abs(row - px_row)) * (1 - np.abs(col - px_col))
         down, right = _in_lattice(grid, px_row, px_col)
-        weight *= _own(grid, down - axis_down, right - axis_right)
+        weight *= grid.cell.owns((right - axis_right) / grid.pitch_px, (down - axis_down) / grid.row_px)
         weight *= (px_row >= 0) & (px_row < picture.shape[0]) & (px_col >= 0) & (px_col < picture.shape[1])
         # Taken where they weigh, so that what is no number in one cell stays there.
         (has,) = np.nonzero(weight)
@@ -125,13 +125,3 @@ def _in_lattice(
 def _turn(grid: LensGrid) -> tuple[float, float]:
     """Return the (cos, sin) of the lattice's turn."""
     return math.cos(math.radians(grid.turn_deg)), math.sin(math.radians(grid.turn_deg))
-
-
-def _own(grid: LensGrid, down: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which places, (down, right) px from a lens's axis, are the lens's own."""
-    x, y = right / grid.pitch_px, down / grid.row_px
-    own: NDArray[np.bool_] = (x >= -0.5 - ON_THE_BORDER) & (x < 0.5 - ON_THE_BORDER)
-    if grid.lattice == "square":
-        return own & (y >= -0.5 - ON_THE_BORDER) & (y < 0.5 - ON_THE_BORDER)
-    # The slanted sides, |x| + 3 |y| / 2 <= 1, as in hexagon_mask.
-    return own & (np.abs(x) + 1.5 * np.abs(y) <= 1 + np.where(y > 0, ON_THE_BORDER, -ON_THE_BORDER))

@@ -91,7 +91,7 @@ def cells(sheet: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
     """
     check_sheet(sheet, layout)
     lenses, n = (layout.lens_rows, layout.lens_cols), layout.px_per_lens
-    if layout.lattice == "square":
+    if not layout.interlocks:
         # Splitting an axis never needs a copy, whatever the strides.
         return sheet.reshape(lenses[0], n, lenses[1], n, sheet.shape[2]).transpose(0, 2, 1, 3, 4)
     gathered = np.zeros((*lenses, *layout.mask.shape, sheet.shape[2]), dtype=sheet.dtype)
@@ -124,7 +124,7 @@ def sheet_of(cells: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
     if cells.ndim != 5 or cells.shape[:4] != (*lenses, layout.cell_rows, layout.cell_cols):
         raise LayoutError(f"expected cells of {layout}, got an array of shape {cells.shape}")
     channels = cells.shape[4]
-    if layout.lattice == "square":
+    if not layout.interlocks:  # the cells are the sheet's memory with other axes
         return cells.transpose(0, 2, 1, 3, 4).reshape(layout.rows, layout.cols, channels)
     sheet = np.zeros((layout.rows, layout.cols, channels), dtype=cells.dtype)
     for run in runs(layout):

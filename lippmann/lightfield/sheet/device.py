@@ -3,7 +3,7 @@
 d = `px_per_lens_device` is the device's pixels in one pitch, any number: 600 dpi and 1 mm make 23.622, so cells of 23
 and 24 px alternate. The array stands in the middle of the window: the centre of device pixel i of N lies
 (i + 1/2 - N / 2) / d pitches from the middle, to the right or below. A device pixel belongs to the lens that its centre
-lies under, on a border to the one to the right or below (`hexagons_at` says it of hexagons); under none there is no
+lies under, on a border to the one to the right or below (see `LensLattice.nearest`); under none there is no
 light. Its value is interpolated linearly between the rendered pixels about its centre that are of the same cell; nearer
 to the border than the centres of the outermost ones, these go on.
 
@@ -21,11 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.hexagonal_pixels import array_extent
+from lippmann.lattice.cell import ON_THE_BORDER
 from lippmann.lattice.layout import CellLayout, check_sheet
 from lippmann.lightfield.sheet.bands import HeldRows, Sheet, SheetOfRows
-from lippmann.lightfield.sheet.device_hexagons import hexagonal_lens_rows_under, hexagons_at
-from lippmann.lightfield.sheet.interpolation import ON_THE_BORDER, Light, between, neighbours, working
+from lippmann.lightfield.sheet.interpolation import Light, between, neighbours, working
 
 ROWS_AT_ONCE = 64
 """Device rows that are taken from one part of the sheet."""
@@ -66,7 +65,7 @@ def device_size(
             f"expected a positive number of device px per lens and no negative margin, got {px_per_lens_device} and"
             f" {margin_px}"
         )
-    rows, cols = (max(1, math.floor(side * px_per_lens_device + 0.5)) for side in array_pitches(layout))
+    rows, cols = (max(1, math.floor(side * px_per_lens_device + 0.5)) for side in layout.lenses.extent)
     if window is None:
         return rows + 2 * margin_px, cols + 2 * margin_px
     if window[0] < rows or window[1] < cols:
@@ -124,13 +123,12 @@ def device_bands(
     layout = sheet.layout
     rows, cols = device_size(layout, px_per_lens_device=px_per_lens_device, window=window, margin_px=margin_px)
     down, right = (_offsets(side) / px_per_lens_device for side in (rows, cols))
-    at, under = (
-        (_squares_at, _lens_rows_under) if layout.lattice == "square" else (hexagons_at, hexagonal_lens_rows_under)
-    )
+    # Rows and columns of square cells are interpolated one after the other, which is faster than both at once.
+    at = _hexagons_at if layout.interlocks else _squares_at
     step = max(1, PX_AT_ONCE // cols)
     for start in range(0, rows, ROWS_AT_ONCE):
         band = down[start : start + ROWS_AT_ONCE]
-        first, stop = under(layout, band)
+        first, stop = layout.lenses.lens_rows_near(band)
         part = sheet.part(first, stop)
         shown = np.empty((len(band), cols, part.shape[2]), dtype=part.dtype)
         for row in range(0, len(band), step):
@@ -142,11 +140,6 @@ def device_bands(
 def _offsets(px: int) -> NDArray[np.float64]:
     """Return the pixels' centres from the middle of a line of them, px."""
     return np.arange(px, dtype=np.float64) + 0.5 - px / 2
-
-
-def array_pitches(layout: CellLayout) -> tuple[float, float]:
-    """Return the array's (height, width) in pitches, from the outermost border or corner to the other."""
-    return array_extent(layout.lens_rows, layout.lens_cols, hexagonal=layout.lattice == "hexagonal")
 
 
 @dataclass(frozen=True)
@@ -170,12 +163,6 @@ def _axis(offset_pitches: NDArray[np.float64], lenses: int, px_per_lens: int) ->
     return _Axis(lens * px_per_lens + first, lens * px_per_lens + second, weight, lit)
 
 
-def _lens_rows_under(layout: CellLayout, down: NDArray[np.float64]) -> tuple[int, int]:
-    """Return [first, stop) of the lens rows that places take their light from."""
-    lens = np.clip(_lens_at(down + layout.lens_rows / 2), 0, layout.lens_rows - 1)
-    return int(lens.min()), int(lens.max()) + 1
-
-
 def _lens_at(at_pitches: NDArray[np.float64]) -> NDArray[np.intp]:
     return np.floor(at_pitches + ON_THE_BORDER).astype(np.intp)
 
@@ -188,7 +175,23 @@ def _squares_at(
     right: NDArray[np.float64],
     first_row: int,
 ) -> NDArray[np.floating[Any]]:
-    """Return the light of a square sheet at the places of a grid; see `hexagons_at`."""
+    """Return the light of a square sheet at the places of a grid.
+
+    Parameters
+    ----------
+    part
+        `(rows, cols, channel)`: of a sheet of this layout, the pixel rows from `first_row` on that lie under the
+        places' lenses.
+    down, right
+        Of the grid's rows and cols, from the middle of the array, in pitches.
+    first_row
+        Of the part, in the sheet.
+
+    Returns
+    -------
+    NDArray
+        `(row, col, channel)`; zero where there is no lens.
+    """
     along = _axis(down, layout.lens_rows, layout.px_per_lens)
     across = _axis(right, layout.lens_cols, layout.px_per_lens)
     first, second = (working(part[rows - first_row]) for rows in (along.first, along.second))
@@ -197,3 +200,51 @@ def _squares_at(
     pixels[~along.lit] = 0
     pixels[:, ~across.lit] = 0
     return pixels
+
+
+def _hexagons_at(
+    part: NDArray[Light],
+    layout: CellLayout,
+    *,
+    down: NDArray[np.float64],
+    right: NDArray[np.float64],
+    first_row: int,
+) -> NDArray[np.floating[Any]]:
+    """Return the light of a hexagonal sheet at the places of a grid; see `_squares_at` for the parameters.
+
+    A place belongs to the lens whose centre is nearest: of two in a row the right one, of two in two rows the upper.
+    Its value is interpolated linearly along the two pixel rows of the cell about it, and between these. A row holds it
+    to the pixels that lie in the mask, and only rows that have any count.
+
+    Returns
+    -------
+    NDArray
+        `(row, col, channel)`; zero where there is no lens.
+    """
+    lenses = layout.lenses
+    places = lenses.nearest(right[np.newaxis], down[:, np.newaxis])
+    lit = lenses.has(places.lens_row, places.lens_col)
+    n, m = layout.px_per_lens, layout.row_px
+    has_px = np.flatnonzero(layout.mask.any(axis=1))
+    row_in_cell = places.down / layout.cell.row_pitch * m + (layout.cell_rows - 1) / 2
+    upper, lower, weight = neighbours(row_in_cell, has_px[0], has_px[-1])
+    lens_row = np.clip(places.lens_row, 0, layout.lens_rows - 1)
+    top = lens_row * m - first_row
+    shifts_px = np.array([layout.shift_px(0), layout.shift_px(1)])
+    left = np.clip(places.lens_col, 0, layout.lens_cols - 1) * n + shifts_px[lens_row % 2]
+    col_in_cell = places.right * n + (n - 1) / 2
+    low, high = _ends(layout.mask)
+
+    def in_row(cell_row: NDArray[np.intp]) -> NDArray[np.floating[Any]]:
+        first, second, along = neighbours(col_in_cell, low[cell_row], high[cell_row])
+        row = top + cell_row
+        return between(working(part[row, left + first]), working(part[row, left + second]), along[:, :, np.newaxis])
+
+    pixels = between(in_row(upper), in_row(lower), weight[:, :, np.newaxis])
+    pixels[~lit] = 0
+    return pixels
+
+
+def _ends(mask: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the first and the last pixel of every row of a mask."""
+    return mask.argmax(axis=1), mask.shape[1] - 1 - mask[:, ::-1].argmax(axis=1)

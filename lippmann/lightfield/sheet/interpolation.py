@@ -12,9 +12,6 @@ Light = TypeVar("Light", bound=np.floating[Any])
 SNAP = 2.0**20
 """Positions are rounded to 1 / SNAP px, so that equal grids give equal pixels whatever the rounding errors."""
 
-ON_THE_BORDER = 1e-9
-"""A place so near a border between lenses, in pitches, lies on it."""
-
 
 def working(light: NDArray[Light]) -> NDArray[np.floating[Any]]:
     """Return light in single precision, or its own if that is higher: half floats are for keeping."""

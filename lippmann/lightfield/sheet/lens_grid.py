@@ -10,8 +10,9 @@ import math
 from dataclasses import dataclass
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.hexagonal_pixels import ROW_PITCH
-from lippmann.lattice.layout import CellLayout, Lattice
+from lippmann.lattice.cell import Cell, Lattice
+from lippmann.lattice.kinds import CELLS
+from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.device import device_size
 
 
@@ -45,26 +46,29 @@ class LensGrid:
         self.layout()
 
     def __str__(self) -> str:
-        kind = "lenses" if self.lattice == "square" else "hexagonal lenses"
         turned = f", turned by {self.turn_deg:g} degrees" if self.turn_deg else ""
         down, right = self.offset_px
         return (
-            f"{self.lens_rows} x {self.lens_cols} {kind} of {self.pitch_px:g} px, {self.row_px:g} px from row to row,"
-            f" the first at ({down:g}, {right:g}) px{turned}"
+            f"{self.lens_rows} x {self.lens_cols} {self.cell.plural} of {self.pitch_px:g} px,"
+            f" {self.row_px:g} px from row to row, the first at ({down:g}, {right:g}) px{turned}"
         )
+
+    @property
+    def cell(self) -> Cell:
+        """The shape of a lens's cell."""
+        return CELLS[self.lattice]
 
     @property
     def row_px(self) -> float:
         """From one lens row to the next, px."""
         if self.row_pitch_px is not None:
             return self.row_pitch_px
-        return self.pitch_px * (1.0 if self.lattice == "square" else ROW_PITCH)
+        return self.pitch_px * self.cell.row_pitch
 
     def shift_pitches(self, lens_row: int) -> float:
         """Return how much further right than row 0 a lens row stands, in pitches: -1/2, 0 or 1/2."""
-        if self.lattice == "square" or lens_row % 2 == 0:
-            return 0.0
-        return -0.5 if self.first_row_shifted else 0.5
+        here, first = (self.cell.shift(row, first_row_shifted=self.first_row_shifted) for row in (lens_row, 0))
+        return here - first
 
     def layout(self, px_per_lens: int | None = None) -> CellLayout:
         """Return the layout of as many whole cells, of the nearest number of px that a lens can have.
@@ -72,7 +76,7 @@ class LensGrid:
         >>> LensGrid(90, 100, 23.622, (11.8, 11.8)).layout()
         CellLayout(lens_rows=90, lens_cols=100, px_per_lens=24, lattice='square', first_row_shifted=False)
         """
-        step = 1 if self.lattice == "square" else 2
+        step = self.cell.row_period
         nearest = step * max(1, math.floor(self.pitch_px / step + 0.5))
         return CellLayout(
             self.lens_rows,
@@ -113,14 +117,15 @@ def device_grid(
     (21.75, 21.75)
     """
     rows, cols = device_size(layout, px_per_lens_device=px_per_lens_device, window=window, margin_px=margin_px)
-    row_pitch = 1.0 if layout.lattice == "square" else ROW_PITCH
-    first_down = -(layout.lens_rows - 1) / 2 * row_pitch
-    first_right = (layout.shift_px(0) - (layout.cols - layout.px_per_lens) / 2) / layout.px_per_lens
+    right, down = layout.lenses.centres()
     return LensGrid(
         layout.lens_rows,
         layout.lens_cols,
         pitch_px=px_per_lens_device,
-        offset_px=(rows / 2 + first_down * px_per_lens_device, cols / 2 + first_right * px_per_lens_device),
+        offset_px=(
+            rows / 2 + float(down[0, 0]) * px_per_lens_device,
+            cols / 2 + float(right[0, 0]) * px_per_lens_device,
+        ),
         lattice=layout.lattice,
         first_row_shifted=layout.first_row_shifted,
     )

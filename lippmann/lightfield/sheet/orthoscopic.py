@@ -34,7 +34,7 @@ def half_turn_cells(sheet: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]
     NDArray
         A new sheet of the same shape, dtype and layout; zero where there is no lens.
     """
-    if layout.lattice == "square":
+    if not layout.interlocks:  # the cells are the sheet's memory with other axes
         turned = np.empty_like(sheet, order="C")
         put_pixels(cells(turned, layout), cells(sheet, layout)[:, :, ::-1, ::-1])
         return turned
@@ -72,7 +72,7 @@ def orthoscopic(captured: NDArray[Pixel], layout: CellLayout, *, inverted: bool 
     """
     if not inverted:
         return half_turn_cells(captured, layout)
-    if layout.lattice == "square":
+    if not layout.interlocks:  # the cells are the sheet's memory with other axes
         upright = np.empty_like(captured, order="C")
         cells(upright, layout)[:] = cells(captured, layout)[::-1, ::-1]
         return upright

@@ -75,12 +75,9 @@ class SpocSheet:
 
     def _met(self, first: int, stop: int) -> tuple[int, int]:
         """Return [first, stop) of the capture's lens rows that rays of some lens rows may meet."""
-        rows = self.capture.layout.lens_rows
         reach_mm = np.abs(self._slopes()[0] * self.distance_mm).max()
-        ends_mm = self.display.down_mm(first) - reach_mm, self.display.down_mm(stop - 1) + reach_mm
-        above, below = (math.floor(end_mm / self.capture.row_pitch_mm + (rows - 1) / 2) for end_mm in ends_mm)
-        low, last = (min(max(row, 0), rows - 1) for row in (above, below + 1))
-        return low, last + 1
+        _, down_mm = self.display.lenses_mm.centre_of(np.array([first, stop - 1]), np.array(0))
+        return self.capture.lenses_mm.lens_rows_near(down_mm + np.array([-reach_mm, reach_mm]))
 
     def _slopes(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the slopes of the rays of a cell's pixels, (downward of its rows, to the right of its cols)."""
@@ -97,13 +94,15 @@ class SpocSheet:
         """
         layout = self.capture.layout
         slope_down, slope_right = self._slopes()[0][:, np.newaxis], self._slopes()[1]
-        lens = self.capture.nearest(
-            self.display.down_mm(lens_row) - slope_down * self.distance_mm,
-            self.display.right_mm(lens_row)[:, np.newaxis, np.newaxis] - slope_right * self.distance_mm,
+        right_mm, down_mm = self.display.lenses_mm.centre_of(np.array(lens_row), np.arange(self.layout.lens_cols))
+        lenses = self.capture.lenses_mm
+        lens = lenses.nearest(
+            right_mm[:, np.newaxis, np.newaxis] - slope_right * self.distance_mm,
+            down_mm - slope_down * self.distance_mm,
         )
         row, has_row = self._pixel(lens.down, slope_down, self.capture.pixel_mm[0], layout.cell_rows)
         col, has_col = self._pixel(lens.right, slope_right, self.capture.pixel_mm[1], layout.cell_cols)
-        there = lens.in_array(layout)
+        there = lenses.has(lens.lens_row, lens.lens_col)
         shifts_px = np.array([layout.shift_px(0), layout.shift_px(1)])
         top = np.where(there, lens.lens_row - low, 0) * layout.row_px
         left = np.where(there, lens.lens_col * layout.px_per_lens + shifts_px[lens.lens_row % 2], 0)
@@ -112,10 +111,10 @@ class SpocSheet:
         return taken
 
     def _pixel(
-        self, past_pitches: NDArray[np.float64], slope: NDArray[np.float64], px_mm: float, px: int
+        self, past_mm: NDArray[np.float64], slope: NDArray[np.float64], px_mm: float, px: int
     ) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
         """Return the pixel of a cell that is met on one axis, and whether there is one; of two the one further on."""
-        back = slope + past_pitches * self.capture.pitch_mm / self.reference_mm
+        back = slope + past_mm / self.reference_mm
         # Rounded, so that half-way is half-way whatever the errors of the arithmetic.
         at = np.round((back * self.capture.gap_mm / px_mm + (px - 1) / 2) * SNAP) / SNAP
         number = np.floor(at + 0.5).astype(np.intp)

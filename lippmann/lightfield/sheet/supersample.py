@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.hexagonal_pixels import hexagon_mask
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.interpolation import Light, working
 
@@ -50,7 +49,7 @@ def average_in_cells(
     kept: dict[tuple[tuple[int, int], ...], NDArray[np.float32]] = {}
     for row in range(rows):
         block = working(fine[row * k : (row + 1) * k]).reshape(k, cols, k, -1)
-        if layout.lattice == "square":
+        if not layout.interlocks:  # every fine pixel lies under the lens of its pixel
             averaged[row] = block.sum(axis=(0, 2)) / (k * k)
             continue
         lenses = _lens_rows_of(layout, row_start + row)
@@ -85,8 +84,8 @@ def _lens_rows_of(layout: CellLayout, row: int) -> tuple[tuple[int, int], ...]:
 
 def _own_fine_px(layout: CellLayout, lenses: tuple[tuple[int, int], ...], k: int) -> NDArray[np.bool_]:
     """Return which fine pixels of a pixel row lie under the lens of their pixel, `(k, cols, k)`."""
-    n, m = layout.px_per_lens, layout.row_px
-    fine_mask = hexagon_mask(px_per_lens=n * k, row_px=m * k, overhang_px=layout.overhang_px * k)
+    n = layout.px_per_lens
+    fine_mask = layout.finer_mask(k)
     own = np.zeros((k, layout.cols, k), dtype=bool)
     for cell_row, shift in lenses:
         cell = fine_mask[cell_row * k : (cell_row + 1) * k].reshape(k, n, k)

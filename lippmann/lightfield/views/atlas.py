@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout, check_sheet
 from lippmann.lightfield.sheet.interpolation import Light
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers
 
 
@@ -57,7 +57,7 @@ def plan_atlas(layout: CellLayout, *, max_px: int) -> Atlas:
     >>> plan_atlas(CellLayout(90, 90, 8), max_px=360).us
     (0, 2, 5, 7)
     """
-    rows, cols = square_size(layout)
+    rows, cols = layout.square_size()
     if max(rows, cols) > max_px:
         raise LayoutError(f"expected max_px of at least one view, {max(rows, cols)} px, got {max_px}")
     return Atlas(

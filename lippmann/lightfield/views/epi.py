@@ -16,7 +16,7 @@ from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout, Pixel
 from lippmann.lightfield.sheet.interpolation import Light
 from lippmann.lightfield.views.interpolate import views_in_col, views_in_row
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import centre, view
 
 
@@ -53,10 +53,10 @@ def epi_of_col(ortho: NDArray[Light], layout: CellLayout, lens_col: int) -> NDAr
     Returns
     -------
     NDArray
-        `(square_size(layout)[0], v, channel)`, v growing to the right. Hexagonal: the column of the views on square
+        `(layout.square_size()[0], v, channel)`, v growing to the right. Hexagonal: the column of the views on square
         pixels, as lenses do not stand below each other.
     """
-    _check_lens("lens column", lens_col, square_size(layout)[1])
+    _check_lens("lens column", lens_col, layout.square_size()[1])
     u, _ = centre(layout)
     lines = [as_square(view(ortho, layout, u, v), layout)[:, lens_col] for v in views_in_col(layout, u)]
     return np.stack(lines, axis=1)

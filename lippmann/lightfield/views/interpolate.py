@@ -54,7 +54,7 @@ def spread_views(ortho: NDArray[Light], layout: CellLayout, v: int, count: int) 
     Yields
     ------
     NDArray
-        `(*square_size(layout), channel)` in the sheet's dtype.
+        `(*layout.square_size(), channel)` in the sheet's dtype.
 
     Raises
     ------

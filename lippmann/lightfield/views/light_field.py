@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.lattice.hexagonal_pixels import ROW_PITCH
 from lippmann.lattice.layout import CellLayout, Pixel
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import views_grid
 
 
@@ -38,37 +37,21 @@ def light_field(ortho: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
 
 
 def on_square_pixels(views: NDArray[np.floating[Any]], layout: CellLayout) -> NDArray[np.floating[Any]]:
-    """Return views `(v, u, lens_row, lens_col, channel)` on square pixels, `(v, u, *square_size(layout), channel)`.
+    """Return views `(v, u, lens_row, lens_col, channel)` on square pixels, `(v, u, *layout.square_size(), channel)`.
 
     All at once, by `as_square`; of a square lattice the views themselves.
     """
-    if layout.lattice == "square":
+    if not layout.interlocks:  # the lenses of a view stand on a square grid
         return views
     v, u, lens_rows, lens_cols, channels = views.shape
     stacked = views.transpose(2, 3, 0, 1, 4).reshape(lens_rows, lens_cols, -1)
-    rows, cols = square_size(layout)
+    rows, cols = layout.square_size()
     return as_square(stacked, layout).reshape(rows, cols, v, u, channels).transpose(2, 3, 0, 1, 4)
 
 
-def lens_places(layout: CellLayout) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where the lenses stand, (right, down) from the array's middle in pitches, both `(lens_row, lens_col)`.
-
-    Examples
-    --------
-    >>> lens_places(CellLayout(2, 2, 4, "hexagonal"))[0]
-    array([[-0.75,  0.25],
-           [-0.25,  0.75]])
-    """
-    row_pitch = 1.0 if layout.lattice == "square" else ROW_PITCH
-    shift = np.array([layout.shift_px(row) for row in range(layout.lens_rows)]) / layout.px_per_lens
-    right = np.arange(layout.lens_cols) + 0.5 + shift[:, np.newaxis] - layout.cols / layout.px_per_lens / 2
-    down = (np.arange(layout.lens_rows) - (layout.lens_rows - 1) / 2) * row_pitch
-    return right, np.broadcast_to(down[:, np.newaxis], right.shape).copy()
-
-
 def square_places(layout: CellLayout) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where the square pixels of a view lie; see `lens_places`."""
-    rows, cols = square_size(layout)
+    """Return where the square pixels of a view lie; (right, down) from the array's middle in pitches."""
+    rows, cols = layout.square_size()
     right, down = np.meshgrid(np.arange(cols) - (cols - 1) / 2, np.arange(rows) - (rows - 1) / 2)
     return right, down
 
@@ -77,7 +60,7 @@ def eye_slopes(layout: CellLayout, *, gap_in_pitches: float) -> tuple[NDArray[np
     """Return the slopes at which the views are seen, to the right of each u and downward of each v.
 
     The tangent of the angle between the eye's direction and the display's axis: (u - middle) P / g, with the pixel P
-    and the gap g. Down, pixels of a hexagonal lattice are ROW_PITCH / `row_px` pitches high.
+    and the gap g. Down, pixels of a hexagonal lattice are sqrt(3) / 2 / `row_px` pitches high.
 
     Parameters
     ----------
@@ -86,7 +69,6 @@ def eye_slopes(layout: CellLayout, *, gap_in_pitches: float) -> tuple[NDArray[np
     gap_in_pitches
         g by the pitch of the lenses.
     """
-    row_pitch = 1.0 if layout.lattice == "square" else ROW_PITCH
     right = (np.arange(layout.cell_cols) - (layout.cell_cols - 1) / 2) / layout.px_per_lens
-    down = (np.arange(layout.cell_rows) - (layout.cell_rows - 1) / 2) * row_pitch / layout.row_px
+    down = (np.arange(layout.cell_rows) - (layout.cell_rows - 1) / 2) * layout.cell.row_pitch / layout.row_px
     return right / gap_in_pitches, down / gap_in_pitches

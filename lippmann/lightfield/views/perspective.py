@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
+from lippmann.lattice.cell import ON_THE_BORDER
 from lippmann.lattice.layout import CellLayout, check_sheet
 from lippmann.lightfield.sheet.cell_sampling import Places, light_under
-from lippmann.lightfield.sheet.interpolation import ON_THE_BORDER, SNAP, Light
+from lippmann.lightfield.sheet.interpolation import SNAP, Light
 from lippmann.lightfield.sheet.lens_grid import layout_grid
 
 
@@ -109,14 +110,8 @@ def places_px(
 
 def inside_cells(layout: CellLayout, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return which places lie in their own cell, or on its border."""
-    n, m = layout.px_per_lens, layout.row_px
-    x, y, border = np.abs(right), np.abs(down), 1 + ON_THE_BORDER
-    inside: NDArray[np.bool_] = 2 * x <= n * border
-    if layout.lattice == "square":
-        inside &= 2 * y <= m * border
-    else:  # as in hexagon_mask
-        inside &= 2 * m * x + 3 * n * y <= 2 * m * n * border
-    return inside
+    distance = layout.cell.border_distance(right / layout.px_per_lens, down / layout.row_px)
+    return np.asarray(distance <= 1 + ON_THE_BORDER)
 
 
 def _row_shifts(layout: CellLayout) -> NDArray[np.intp]:

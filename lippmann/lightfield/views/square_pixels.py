@@ -8,22 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.hexagonal_pixels import ROW_PITCH
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.interpolation import Light, between, neighbours, working
 
 Number = TypeVar("Number", bound=np.generic)
-
-
-def square_size(layout: CellLayout, px_per_lens: int = 1) -> tuple[int, int]:
-    """Return the (rows, cols) of a picture of square pixels: so many a lens across, and as high as the array is.
-
-    >>> square_size(CellLayout(lens_rows=90, lens_cols=90, px_per_lens=8, lattice="hexagonal"))
-    (78, 90)
-    """
-    if layout.lattice == "square":
-        return layout.lens_rows * px_per_lens, layout.lens_cols * px_per_lens
-    return max(1, round(layout.lens_rows * ROW_PITCH * px_per_lens)), layout.lens_cols * px_per_lens
 
 
 def as_square(view: NDArray[Light], layout: CellLayout) -> NDArray[Light]:
@@ -45,7 +33,7 @@ def as_square(view: NDArray[Light], layout: CellLayout) -> NDArray[Light]:
     Returns
     -------
     NDArray
-        `(*square_size(layout), channel)` in the view's dtype; the view itself when the lattice is square.
+        `(*layout.square_size(), channel)` in the view's dtype; the view itself when the lattice is square.
 
     Raises
     ------
@@ -53,7 +41,7 @@ def as_square(view: NDArray[Light], layout: CellLayout) -> NDArray[Light]:
         If there are not as many pixels as lenses.
     """
     _check_view(view, layout)
-    if layout.lattice == "square":
+    if not layout.interlocks:  # the lenses stand on a square grid
         return view
     aligned = working(view)
     if layout.lens_rows > 1:
@@ -62,8 +50,8 @@ def as_square(view: NDArray[Light], layout: CellLayout) -> NDArray[Light]:
             aligned[first::2] = _interpolated(
                 aligned[first::2], np.arange(layout.lens_cols, dtype=np.float64) + quarter, axis=1
             )
-    rows, _ = square_size(layout)
-    at = (np.arange(rows, dtype=np.float64) - (rows - 1) / 2) / ROW_PITCH + (layout.lens_rows - 1) / 2
+    rows, _ = layout.square_size()
+    at = (np.arange(rows, dtype=np.float64) - (rows - 1) / 2) / layout.cell.row_pitch + (layout.lens_rows - 1) / 2
     return _interpolated(aligned, at, axis=0).astype(view.dtype)
 
 
@@ -90,10 +78,10 @@ def nearest_as_square(view: NDArray[Number], layout: CellLayout) -> NDArray[Numb
         If there are not as many pixels as lenses.
     """
     _check_view(view, layout)
-    if layout.lattice == "square":
+    if not layout.interlocks:  # the lenses stand on a square grid
         return view
-    rows, cols = square_size(layout)
-    at = (np.arange(rows) - (rows - 1) / 2) / ROW_PITCH + (layout.lens_rows - 1) / 2
+    rows, cols = layout.square_size()
+    at = (np.arange(rows) - (rows - 1) / 2) / layout.cell.row_pitch + (layout.lens_rows - 1) / 2
     lens_row = np.clip(np.rint(at), 0, layout.lens_rows - 1).astype(np.intp)
     further = np.array([layout.shift_px(int(row)) / layout.px_per_lens for row in lens_row])
     middle = 0.25 if layout.lens_rows > 1 else 0.0

@@ -47,7 +47,7 @@ def view(ortho: NDArray[Pixel], layout: CellLayout, u: int, v: int) -> NDArray[P
     """
     _check_view(layout, u, v)
     row, col = layout.cell_rows - 1 - v, layout.cell_cols - 1 - u
-    if layout.lattice == "square":
+    if not layout.interlocks:  # the cells are the sheet's memory with other axes
         return cells(ortho, layout)[:, :, row, col]
     check_sheet(ortho, layout)
     gathered = np.empty((layout.lens_rows, layout.lens_cols, ortho.shape[2]), dtype=ortho.dtype)
@@ -71,7 +71,7 @@ def views_grid(ortho: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
     NDArray
         `(cell_rows lens_rows, cell_cols lens_cols, channel)`, contiguous; black where there is no view.
     """
-    if layout.lattice == "square":
+    if not layout.interlocks:  # the cells are the sheet's memory with other axes
         shown = np.empty((layout.rows, layout.cols, ortho.shape[2]), dtype=ortho.dtype)
         by_view = cells(ortho, layout)[:, :, ::-1, ::-1].transpose(0, 2, 3, 1, 4)
         put_pixels(_by_view(shown, layout).swapaxes(0, 1), by_view)
@@ -99,7 +99,7 @@ def view_of_grid(grid: NDArray[Pixel], layout: CellLayout, u: int, v: int) -> ND
 def interlace(grid: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
     """Return the orthoscopic sheet whose views a grid shows; the inverse of `views_grid`."""
     _check_grid(grid, layout)
-    if layout.lattice == "square":
+    if not layout.interlocks:  # the cells are the sheet's memory with other axes
         return sheet_of(_by_view(grid, layout).transpose(1, 3, 0, 2, 4)[:, :, ::-1, ::-1], layout)
     ortho = np.zeros((layout.rows, layout.cols, grid.shape[2]), dtype=grid.dtype)
     for run in runs(layout):

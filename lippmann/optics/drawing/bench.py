@@ -79,7 +79,8 @@ def array(panel: Panel, bench: Bench) -> Iterator[str]:
     array = bench.rig.lens_array
     half_mm = extent_mm(array)[1] / 2
     yield panel.line([(bench.mla_z_mm, half_mm), (bench.mla_z_mm, -half_mm)], "mla")
-    if array.pitch_mm * panel.px_per_mm < LEAST_LENS_PX or array.lattice == "hexagonal":
+    # The drawing is a section along a column of lenses; shifted rows have none.
+    if array.pitch_mm * panel.px_per_mm < LEAST_LENS_PX or array.lenses_mm.cell.row_shift:
         return
     shape, rim_mm = bench.microlens, min(rim_radius_mm(array), array.pitch_mm / 2)
     for row in range(array.count[0]):

@@ -132,8 +132,7 @@ def pixel_centres_mm(
     region
         Rows and cols of it that are wanted.
     """
-    whole_rows, whole_cols = lattice.sheet_px(bench.rig)
-    rows, cols = rows or whole_rows, cols or whole_cols
+    rows, cols = rows or bench.rig.layout.rows, cols or bench.rig.layout.cols
     x = (np.arange(cols)[region[1]] + 0.5) * (bench.width_mm / cols) - bench.width_mm / 2
     y = bench.height_mm / 2 - (np.arange(rows)[region[0]] + 0.5) * (bench.height_mm / rows)
     return np.stack(np.meshgrid(x, y), axis=-1)

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 
 from lippmann.errors import FieldProblem, OpticsError
 from lippmann.job.rig import LensArray
-from lippmann.optics.rig.array import HEXAGON_CORNER
 
 
 @dataclass(frozen=True)
@@ -37,7 +36,7 @@ def rim_radius_mm(array: LensArray) -> float:
     """
     if array.aperture == "inscribed":
         return array.pitch_mm / 2
-    return array.pitch_mm * (HEXAGON_CORNER if array.lattice == "hexagonal" else 1 / math.sqrt(2))
+    return array.pitch_mm * array.lenses_mm.cell.corner_radius
 
 
 def microlens(array: LensArray) -> Microlens:

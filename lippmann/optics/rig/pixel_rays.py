@@ -8,7 +8,6 @@ import numpy as np
 
 from lippmann.optics.lens.trace import Rays
 from lippmann.optics.rig import array as lattice
-from lippmann.optics.rig.array import HEXAGON_CORNER
 from lippmann.optics.rig.bench import WHOLE, Bench, object_rays, pixel_centres_mm
 
 BAND_PX = 50_000
@@ -52,7 +51,7 @@ def outer_rays(bench: Bench) -> Rays:
     array = bench.rig.lens_array
     rows, cols = (np.unique(np.linspace(0, count - 1, OUTER_LENSES).round().astype(int)) for count in array.count)
     centres = lattice.lens_centres_mm(array)[np.ix_(rows, cols)].reshape(-1, 1, 2)
-    half_mm = np.array([array.pitch_mm, array.pitch_mm * (1 if array.lattice == "square" else 2 * HEXAGON_CORNER)]) / 2
+    half_mm = array.pitch_mm * np.array([0.5, array.lenses_mm.cell.half_height])
     across = np.stack(np.meshgrid(*[np.linspace(-1, 1, OUTER_POINTS)] * 2), axis=-1).reshape(-1, 2)
     return object_rays(bench, centres + across * half_mm)
 

@@ -9,7 +9,6 @@ from lippmann.job.rig import Rig
 from lippmann.job.stage import Stage
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.refocus.shift_and_sum import shifts
-from lippmann.lightfield.views.square_pixels import square_size
 from lippmann.plan.design.designer import bench_as_written
 from lippmann.plan.sampling import display_size
 
@@ -75,6 +74,6 @@ def _planes_mm(rig: Rig, stage: Stage) -> tuple[float, ...]:
 
 def _reach_mm(layout: CellLayout, lenses_per_mm: tuple[float, float]) -> float:
     """Return the depth up to which the outermost views overlap by one lens at least."""
-    axes = zip(square_size(layout), (layout.cell_rows, layout.cell_cols), lenses_per_mm, strict=True)
+    axes = zip(layout.square_size(), (layout.cell_rows, layout.cell_cols), lenses_per_mm, strict=True)
     reaches = [(lenses - 1) / ((views - 1) * step) for lenses, views, step in axes if views > 1]
     return min(reaches, default=math.inf)

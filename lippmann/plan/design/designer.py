@@ -10,7 +10,6 @@ from lippmann.job.resolved import JobSheet
 from lippmann.job.rig import Rig
 from lippmann.job.spec import JobSpec
 from lippmann.job.stage import Stage
-from lippmann.lightfield.views.square_pixels import square_size
 from lippmann.optics.drawing.diagram import draw_bench
 from lippmann.optics.lens.matrices import conjugate
 from lippmann.optics.lens.prescription import chosen_lens
@@ -117,7 +116,7 @@ def _array_numbers(stood: Bench, stage: Stage, place_words: str) -> dict[str, An
 
 def _pixel_numbers(spec: JobSpec, stage: Stage) -> dict[str, Any]:
     size, shown = frame_size(spec.rig), display_size(spec.rig)
-    view_rows_px, view_cols_px = square_size(shown)
+    view_rows_px, view_cols_px = shown.square_size()
     return {
         "rows_px": size.rows,
         "cols_px": size.cols,

@@ -11,7 +11,6 @@ from lippmann.optics.lens.matrices import cardinal_points, conjugate
 from lippmann.optics.lens.stop import f_number
 from lippmann.optics.lens.surfaces import ImagingLens
 from lippmann.optics.lens.trace import axis_crossing_mm
-from lippmann.optics.rig.array import row_pitch_mm
 from lippmann.optics.rig.bench import Bench
 from lippmann.optics.rig.spots import Focus, best_focus, focus_at, working_f_number
 from lippmann.plan.design.design import AxisCrossing, Conjugates, PlaneImage
@@ -40,7 +39,7 @@ def _traced(stood: Bench, object_mm: float) -> _Traced:
     axis = _sharp(best_focus(stood, object_mm))
     # As the scene's image is inverted, the point below the axis is imaged to the array's upper edge.
     array = stood.rig.lens_array
-    image_mm = (array.count[0] - 1) / 2 * row_pitch_mm(array)
+    image_mm = array.lenses_mm.span[0] / 2
     # An image without any size, of what is too far away, has no point that is imaged to the edge.
     edge_mm = image_mm / paraxial.magnification if paraxial.magnification else 0.0
     edge = _sharp(focus_at(stood, object_mm, height_mm=edge_mm, image_mm=axis.image_mm)) if axis and edge_mm else None

@@ -22,7 +22,8 @@ from typing import Literal
 
 from lippmann.job.outputs.prints import CalibrationSheet
 from lippmann.job.rig import MM_PER_INCH, Rig
-from lippmann.lattice.hexagonal_pixels import ROW_PITCH
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.kinds import CELLS
 from lippmann.plan.printing.shapes import Bar, Shape, Words
 
 Direction = Literal["across", "down"]
@@ -79,7 +80,7 @@ def calibration_page(output: CalibrationSheet, rig: Rig, direction: Direction) -
     pixel_mm, pitch_mm = output.pixel_mm(rig), output.real_pitch_mm(rig)
     strips = tuple(_strips(output, pitch_mm, direction, pixel_mm))
     wide_mm, high_mm = page_mm(output, direction)
-    period = line_period(rig.lens_array.lattice == "hexagonal", direction)
+    period = line_period(rig.lens_array.lattice, direction)
     shapes: list[Shape] = [*_head(output, rig, direction, pitch_mm, pixel_mm)]
     for strip in strips:
         shapes += _named(strip, direction)
@@ -99,11 +100,9 @@ def page_mm(output: CalibrationSheet, direction: Direction) -> tuple[float, floa
     return 2 * BORDER_MM + max(wide, HEAD_WIDTH_MM), 2 * BORDER_MM + HEAD_MM + high
 
 
-def line_period(hexagonal: bool, direction: Direction) -> float:
+def line_period(lattice: Lattice, direction: Direction) -> float:
     """Return how far apart lines stand, in lens pitches."""
-    if not hexagonal:
-        return 1.0
-    return 0.5 if direction == "across" else ROW_PITCH
+    return 1 / CELLS[lattice].row_period if direction == "across" else CELLS[lattice].row_pitch
 
 
 def moire_mm(lens_pitch_mm: float, strip_pitch_mm: float) -> float:

@@ -13,9 +13,8 @@ from dataclasses import dataclass
 
 from lippmann.job.outputs.prints import LABEL_MM, MARKS_MM, Print
 from lippmann.job.rig import MM_PER_INCH
-from lippmann.lattice.hexagonal_pixels import ROW_PITCH
 from lippmann.lattice.layout import CellLayout
-from lippmann.lightfield.sheet.device import array_pitches, device_size
+from lippmann.lightfield.sheet.device import device_size
 from lippmann.plan.printing.shapes import Bar, Ring, Shape, Words, line
 
 LINE_MM = 0.1
@@ -62,7 +61,7 @@ def print_page(layout: CellLayout, output: Print, *, lens_pitch_mm: float, pixel
         What stands below the array, if a label is asked for.
     """
     rows, cols = device_size(layout, px_per_lens_device=lens_pitch_mm / pixel_mm)
-    high_mm, wide_mm = (side * lens_pitch_mm for side in array_pitches(layout))
+    high_mm, wide_mm = layout.lenses_of_pitch(lens_pitch_mm).extent
     edge_x, edge_y = (side * lens_pitch_mm for side in middle_edges(layout))
     if output.mirrored:
         edge_x = -edge_x
@@ -91,13 +90,11 @@ def middle_edges(layout: CellLayout) -> tuple[float, float]:
     >>> middle_edges(CellLayout(90, 90, 8)), middle_edges(CellLayout(5, 3, 8))
     ((0.0, 0.0), (0.5, 0.5))
     """
-    high, wide = array_pitches(layout)
+    high, wide = layout.lenses.extent
     right = layout.lens_cols // 2 + layout.lens_cols % 2 - wide / 2
-    if layout.lattice == "square":
-        return right, layout.lens_rows // 2 + layout.lens_rows % 2 - high / 2
-    # The first lens's centre is two thirds of a row below the uppermost corner.
-    edge = layout.lens_rows // 2 + layout.lens_rows % 2 + 1 / 6
-    return right, edge * ROW_PITCH - high / 2
+    # The upper edge of the first lens row lies half the overhang below the uppermost corner.
+    edge = layout.lens_rows // 2 + layout.lens_rows % 2 + layout.cell.overhang / 2
+    return right, edge * layout.cell.row_pitch - high / 2
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from lippmann.lightfield.observer.moving_eye import moving_eye
 from lippmann.lightfield.observer.reach import ENDLESS_MM, reach_mm
 from lippmann.lightfield.refocus.shift_and_sum import focal_stack
 from lippmann.lightfield.views.perspective import Eye, perspective
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.optics.rig.bench import bench
 from worker.tasks.outputs.encoding import Picture, encode_shown
 from worker.tasks.outputs.footage import Footage
@@ -105,7 +105,7 @@ def _focused(footage: Footage, output: FocusVideo, frames: Sequence[int]) -> Ite
     depths_mm = np.linspace(*focus_depths(footage, output), output.planes)
     turns = np.arange(len(frames)) * (2 * np.pi * output.periods / len(frames))
     planes = np.rint((1 - np.cos(turns)) / 2 * (output.planes - 1)).astype(int)
-    for frame, pictures in _runs(frames, most=max(1, MAX_STACK_PX // math.prod(square_size(footage.layout)))):
+    for frame, pictures in _runs(frames, most=max(1, MAX_STACK_PX // math.prod(footage.layout.square_size()))):
         array, ortho = footage.rig(frame).lens_array, footage.orthoscopic(frame)
         shown, of_picture = np.unique(planes[pictures], return_inverse=True)
         stack = focal_stack(ortho, footage.layout, depths_mm[shown].tolist(), focal_mm=array.focal_length_mm)

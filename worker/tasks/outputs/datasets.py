@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.outputs.datasets import HciFolder, NpzArrays, SubapertureViews
-from lippmann.lightfield.views.light_field import eye_slopes, lens_places, square_places
-from lippmann.lightfield.views.square_pixels import square_size
+from lippmann.lightfield.views.light_field import eye_slopes, square_places
 from worker.exports.hci_parameters import DISTANCE_MM, Cameras, disparity_range, parameters_cfg
 from worker.exports.npz import write_npz
 from worker.exports.pfm import write_pfm
@@ -156,7 +155,7 @@ def _write_parameters(views: FrameViews, maps: Collection[DisparityMap], path: P
 
 def _cameras(views: FrameViews, disparities: tuple[float, float] = (0.0, 0.0)) -> Cameras:
     footage, array = views.footage, views.footage.rig(views.frame).lens_array
-    rows, cols = square_size(footage.layout)
+    rows, cols = footage.layout.square_size()
     return Cameras(
         rows_px=rows,
         cols_px=cols,
@@ -175,7 +174,7 @@ def _cameras(views: FrameViews, disparities: tuple[float, float] = (0.0, 0.0)) -
 def _write_arrays(path: Path, *, views: FrameViews, output: NpzArrays) -> None:
     footage, layout, square = views.footage, views.footage.layout, output.pixels == "square"
     array = footage.rig(views.frame).lens_array
-    right, down = square_places(layout) if square else lens_places(layout)
+    right, down = square_places(layout) if square else layout.lenses.centres()
     slope_right, slope_down = eye_slopes(layout, gap_in_pitches=array.focal_length_mm / array.pitch_mm)
     meta = {
         "frame": views.frame,

@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.outputs.videos import ShownVideo, VideoOptions
-from lippmann.lightfield.views.square_pixels import square_size
 from worker.images.colour import srgb_codes
 from worker.images.resize import resize
 from worker.tasks.outputs.making import Making
@@ -72,7 +71,7 @@ def again(make: Callable[[], Iterable[Picture]], times: int) -> Iterator[Picture
 
 
 def _usual_scale(making: Making, output: ShownVideo) -> int:
-    return 1 if output.codec == "ffv1" else screen_scale(*square_size(making.footage.layout))
+    return 1 if output.codec == "ffv1" else screen_scale(*making.footage.layout.square_size())
 
 
 def _encode(

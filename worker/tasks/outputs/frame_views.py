@@ -15,7 +15,7 @@ from lippmann.job.outputs.view_block import ViewBlock
 from lippmann.lightfield.depth.depth_map import DepthMap
 from lippmann.lightfield.depth.view_depth import estimated_depth
 from lippmann.lightfield.views.light_field import light_field, on_square_pixels
-from lippmann.lightfield.views.square_pixels import nearest_as_square, square_size
+from lippmann.lightfield.views.square_pixels import nearest_as_square
 from lippmann.plan import artifact_names as names
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
@@ -110,5 +110,5 @@ def about_views(footage: Footage, output: ViewsOptions) -> dict[str, Any]:
         "views_across": block.cols,
         "first_view": {"u": block.first_u, "v": block.first_v},
         "missing_views": [[u, v] for u, v in block.numbers if not footage.layout.mask[v, u]],
-        "view_size_px": list(square_size(footage.layout)),
+        "view_size_px": list(footage.layout.square_size()),
     }

@@ -17,7 +17,6 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.epi import epi_of_col, epi_of_row
 from lippmann.lightfield.views.interpolate import spread, spread_views, views_in_row
 from lippmann.lightfield.views.mosaic import cut_to_aspect, mosaic
-from lippmann.lightfield.views.square_pixels import square_size
 from lippmann.lightfield.views.views import centre, views_grid
 from lippmann.plan import artifact_names as names
 from worker.images.density import Density
@@ -99,7 +98,7 @@ def _quilt_tiles(output: Quilt, layout: CellLayout) -> tuple[tuple[int, ...], in
 
 
 def _quilt_aspect(output: Quilt, layout: CellLayout) -> float:
-    high, wide = square_size(layout)
+    high, wide = layout.square_size()
     return output.aspect or wide / high
 
 

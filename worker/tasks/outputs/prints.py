@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.outputs.prints import Print
-from lippmann.lightfield.sheet.device import array_pitches, device_bands
+from lippmann.lightfield.sheet.device import device_bands
 from lippmann.plan import artifact_names as names
 from lippmann.plan.printing.page import PrintPage, label_of, print_page
 from worker.exports.pdf import Page, Picture, write_pdf
@@ -69,7 +69,7 @@ def _page(footage: Footage, output: Print, frame: int) -> tuple[PrintPage, str]:
     """Return the page of a frame, and what it says of itself."""
     rig, layout = footage.rig(frame), footage.layout
     pixel_mm, lens_pitch_mm = output.pixel_mm(rig), output.real_pitch_mm(rig)
-    high, wide = (side * lens_pitch_mm for side in array_pitches(layout))
+    high, wide = layout.lenses_of_pitch(lens_pitch_mm).extent
     source = " ".join(footage.facts[fact] for fact in ("scene", "job") if footage.facts.get(fact))
     sizes = {"lens_pitch_mm": lens_pitch_mm, "pixel_mm": pixel_mm}
     label = label_of(f"{source} frame {frame}", output, (wide, high), **sizes)

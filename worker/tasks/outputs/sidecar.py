@@ -77,6 +77,6 @@ def geometry_of(layout: CellLayout, rig: Rig) -> dict[str, Any]:
 
 def _shifted_rows(layout: CellLayout) -> str | None:
     """Return which lens rows stand half a pitch further right, counted from 0 at the top."""
-    if layout.lattice == "square" or layout.lens_rows == 1:
+    if not layout.staggered:
         return None
     return "even" if layout.first_row_shifted else "odd"

@@ -15,7 +15,6 @@ from lippmann.job.rig import Rig
 from lippmann.lightfield.refocus.ciir import ciir
 from lippmann.lightfield.refocus.depth_focused_view import depth_view
 from lippmann.lightfield.refocus.shift_and_sum import refocus
-from lippmann.lightfield.views.square_pixels import square_size
 from lippmann.lightfield.views.views import view
 from lippmann.local.image import open_orthoscopic
 from lippmann.local.picture_size import MAX_SIDE_PX, PictureSize
@@ -54,7 +53,7 @@ def test_view_at_a_depth_is_the_depth_focused_view(
         found.pixels, found.layout, 20.0, focal_mm=3.3, direction=direction, px_per_lens=px if more else None
     )
     write_png(expected, picture)
-    assert (said["rows"], said["cols"]) == square_size(display_size(rig), px)
+    assert (said["rows"], said["cols"]) == display_size(rig).square_size(px)
     assert out.read_bytes() == expected.read_bytes()
 
 
@@ -67,7 +66,7 @@ def test_refocus_by_ciir_has_the_sheets_pixels_or_as_many_as_are_asked_for(
         options = ["--depth-mm", "20", "--method", "ciir", *more, "--out", str(out)]
         said = said_by("refocus", str(master), *options, monkeypatch=monkeypatch, capsys=capsys)
         assert said["method"] == "ciir"
-        assert read_rgb(out, np.float32).shape[:2] == square_size(display_size(rig), px)
+        assert read_rgb(out, np.float32).shape[:2] == display_size(rig).square_size(px)
         write_png(expected, ciir(found.pixels, found.layout, 20.0, focal_mm=3.3, px_per_lens=px))
         assert out.read_bytes() == expected.read_bytes()
 

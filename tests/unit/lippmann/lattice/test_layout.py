@@ -10,8 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.hexagonal_pixels import hexagon_mask, hexagonal_rows, overhang_rows
-from lippmann.lattice.layout import CellLayout, Lattice, check_size
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.hexagonal import HexagonalCell
+from lippmann.lattice.layout import CellLayout, check_size
 from lippmann.lightfield.sheet.cells import cells, sheet_of
 from tests.unit.lippmann.lightfield.sheets import (
     CHANNELS,
@@ -132,16 +133,16 @@ def test_the_lenses_of_a_turned_sheet_stand_where_its_layout_says(layout: CellLa
 
 @given(st.integers(1, 256).map(lambda half: 2 * half))
 def test_hexagonal_pixels_are_nearly_square_and_hexagons_fit_in_their_boxes(n: int) -> None:
-    m = hexagonal_rows(n)
+    m = HexagonalCell().row_px(n)
     assert abs(m - n * math.sqrt(3) / 2) <= 1
     assert m % 2 != n // 2 % 2
     # The corners above and below are 2 m / 3 rows from the centre.
-    assert m / 2 + overhang_rows(m) >= 2 * m / 3 > m / 2 + overhang_rows(m) - 1
+    assert m / 2 + HexagonalCell().overhang_px(m) >= 2 * m / 3 > m / 2 + HexagonalCell().overhang_px(m) - 1
 
 
 @given(st.integers(1, 40).map(lambda half: 2 * half), st.integers(1, 8))
 def test_no_pixel_lies_on_a_border_even_when_divided(n: int, k: int) -> None:
-    m = hexagonal_rows(n)
+    m = HexagonalCell().row_px(n)
     a = np.abs(2 * np.arange(n * k) + 1 - n * k)
     b = np.abs(2 * np.arange(2 * m * k) + 1 - m * k)
     assert (m * a[np.newaxis] + 3 * (n // 2) * b[:, np.newaxis] != 2 * m * n * k).all()
@@ -149,7 +150,7 @@ def test_no_pixel_lies_on_a_border_even_when_divided(n: int, k: int) -> None:
 
 def test_the_hexagon_of_eight_pixels_is_this_one() -> None:
     drawn = ["........", "...##...", ".######.", *["########"] * 5, ".######.", "...##...", "........"]
-    mask = hexagon_mask(px_per_lens=8, row_px=7, overhang_px=2)
+    mask = HexagonalCell().mask(px_per_lens=8, row_px=7, overhang_px=2)
     assert ["".join(".#"[px] for px in row) for row in mask.tolist()] == drawn
 
 

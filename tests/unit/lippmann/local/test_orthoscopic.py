@@ -13,7 +13,8 @@ import tifffile
 
 from lippmann.cli import main
 from lippmann.job.rig import Rig
-from lippmann.lattice.layout import CellLayout, Lattice
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells, orthoscopic, turn_sheet
 from lippmann.local import orthoscopic as conversion
 from lippmann.local.image import open_orthoscopic

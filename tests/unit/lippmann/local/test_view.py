@@ -12,7 +12,6 @@ from lippmann.cli import main
 from lippmann.cli.option_values import depths_of
 from lippmann.errors import BadInput
 from lippmann.job.rig import Rig
-from lippmann.lightfield.views.square_pixels import square_size
 from lippmann.local.image import open_orthoscopic
 from lippmann.plan.sampling import display_size
 from tests.unit.lippmann.local.masters import master_of, rig_of, said_by
@@ -50,7 +49,7 @@ def test_view_writes_one_pixel_a_lens(
 ) -> None:  # fmt: skip
     out = tmp_path / "new" / "view.png"
     said = said_by("view", str(master), *options, "--out", str(out), monkeypatch=monkeypatch, capsys=capsys)
-    rows, cols = square_size(display_size(rig))
+    rows, cols = display_size(rig).square_size()
     assert (said["file"], said["rows"], said["cols"]) == (str(out), rows, cols)
     assert (said["dark_lenses"] > 0) == dark
     assert read_rgb(out, np.float32).shape == (rows, cols, 3)

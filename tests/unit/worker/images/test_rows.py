@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from OpenImageIO import ImageOutput, ImageSpec
 
 from lippmann.errors import ArtifactBroken, ArtifactMissing, OutputError, StoreFull, StoreUnavailable
-from lippmann.lattice.layout import CellLayout, Lattice
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.bands import HeldRows, SheetOfRows
 from lippmann.lightfield.views.views import views_grid
 from tests.pictures import read_tiff

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from lippmann.lattice.layout import Lattice
+from lippmann.lattice.cell import Lattice
 from lippmann.lightfield.calibrate.calibrate import find_from_white
 from lippmann.lightfield.sheet.lens_grid import LensGrid
 from tests.repository import DOCS

@@ -7,7 +7,8 @@ import pytest
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.layout import CellLayout, Lattice
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth.depth_map import DepthMap
 from lippmann.lightfield.depth.errors import depth_errors
 from lippmann.lightfield.depth.plane_sweep import plane_sweep, sweep_depths

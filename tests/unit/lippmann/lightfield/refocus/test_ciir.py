@@ -14,7 +14,6 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.refocus.ciir import ciir, ciir_stack
 from lippmann.lightfield.refocus.shift_and_sum import refocus, shifts
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells
-from lippmann.lightfield.views.square_pixels import square_size
 from tests.unit.lippmann.lightfield.sheets import LAYOUTS, ROW_PITCH, SQUARE_LAYOUTS, lens_centres, numbered_sheet
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture, spot
 
@@ -32,12 +31,12 @@ def ripples(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def overlap(layout: CellLayout, depth_mm: float) -> bool:
     found = shifts(layout, depth_mm, focal_mm=FOCAL_MM)
-    return all(abs(step) <= lenses - 1 for step, lenses in zip(found, square_size(layout), strict=True))
+    return all(abs(step) <= lenses - 1 for step, lenses in zip(found, layout.square_size(), strict=True))
 
 
 def by_hand(sheet: np.ndarray, layout: CellLayout, depth_mm: float, px: int) -> np.ndarray:
     """Lay every pixel of every cell over the picture, one after the other, as a tent."""
-    rows, cols = square_size(layout, px)
+    rows, cols = layout.square_size(px)
     row_pitch = 1.0 if layout.lattice == "square" else ROW_PITCH
     centres = (
         lens_centres(layout) - np.array([layout.cols / layout.px_per_lens, layout.rows / layout.row_px * row_pitch]) / 2
@@ -78,11 +77,11 @@ def test_even_light_stays_even(layout: CellLayout, depth_mm: float, px: int) -> 
     assume(overlap(layout, depth_mm))
     even = np.full((layout.rows, layout.cols, 1), 0.25, dtype=np.float32)
     picture = ciir(even, layout, depth_mm, focal_mm=FOCAL_MM, px_per_lens=px)
-    assert picture.shape == (*square_size(layout, px), 1)
+    assert picture.shape == (*layout.square_size(px), 1)
     # In the dents of a hexagonal border there may be no light.
     inside = picture if layout.lattice == "square" else picture[picture != 0]
     np.testing.assert_allclose(inside, 0.25, rtol=1e-5)
-    dents = 0 if layout.lattice == "square" else 2 * (square_size(layout, px)[0] + square_size(layout, px)[1]) * px
+    dents = 0 if layout.lattice == "square" else 2 * (layout.square_size(px)[0] + layout.square_size(px)[1]) * px
     assert (picture == 0).sum() <= dents
 
 

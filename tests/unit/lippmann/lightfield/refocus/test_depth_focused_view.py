@@ -15,7 +15,7 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.refocus.depth_focused_view import depth_view
 from lippmann.lightfield.sheet.cells import cells, sheet_of
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers
 from tests.unit.lippmann.lightfield.sheets import HEXAGONAL_LAYOUTS, LAYOUTS, SQUARE_LAYOUTS, numbered_sheet
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture
@@ -23,7 +23,7 @@ from tests.unit.lippmann.lightfield.textures import sheet_of_texture
 SQUARE = CellLayout(12, 14, 8)
 HEXAGONAL = CellLayout(14, 12, 8, lattice="hexagonal")
 FOCAL_MM = 3.3
-MANY_LENSES = LAYOUTS.filter(lambda layout: min(square_size(layout)) > 2)
+MANY_LENSES = LAYOUTS.filter(lambda layout: min(layout.square_size()) > 2)
 BOTH = pytest.mark.parametrize("layout", [SQUARE, HEXAGONAL], ids=str)
 
 
@@ -39,7 +39,7 @@ def fine(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 def at_pixels(layout: CellLayout, px: int) -> tuple[np.ndarray, np.ndarray]:
     """Return where a picture's pixels are, (x, y) mm from the middle of an array of 1 mm lenses."""
-    rows, cols = square_size(layout, px)
+    rows, cols = layout.square_size(px)
     y, x = np.mgrid[:rows, :cols].astype(float)
     return (x - (cols - 1) / 2) / px, (y - (rows - 1) / 2) / px
 
@@ -123,7 +123,7 @@ def test_it_shows_detail_between_lenses_that_the_view_does_not(layout: CellLayou
 @settings(deadline=None)  # a few hundred cells one by one, also on a busy machine
 @given(layout=LAYOUTS | HEXAGONAL_LAYOUTS, patch=st.floats(1.2, 3.0), px=st.integers(2, 4), data=st.data())
 def test_no_light_comes_from_another_cell(layout: CellLayout, patch: float, px: int, data: st.DataObject) -> None:
-    assume(patch < layout.px_per_lens and min(square_size(layout)) > 1)
+    assume(patch < layout.px_per_lens and min(layout.square_size()) > 1)
     rows, cols = layout.lens_rows, layout.lens_cols
     lit = data.draw(st.integers(0, rows - 1)), data.draw(st.integers(0, cols - 1))
     one_hot = np.zeros_like(cells(numbered_sheet(layout, 1), layout))

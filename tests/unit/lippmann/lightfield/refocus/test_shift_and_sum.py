@@ -14,7 +14,7 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.refocus.all_in_focus import extended_focus, sharpness
 from lippmann.lightfield.refocus.shift_and_sum import focal_stack, refocus, shifts
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers
 from tests.unit.lippmann.lightfield.sheets import LAYOUTS, numbered_sheet
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture, spot
@@ -27,7 +27,7 @@ DEPTHS_MM = st.floats(-10, 10)
 
 def overlap(layout: CellLayout, depth_mm: float) -> bool:
     found = shifts(layout, depth_mm, focal_mm=FOCAL_MM)
-    return all(abs(step) <= lenses - 1 for step, lenses in zip(found, square_size(layout), strict=True))
+    return all(abs(step) <= lenses - 1 for step, lenses in zip(found, layout.square_size(), strict=True))
 
 
 @given(layout=LAYOUTS)
@@ -107,7 +107,7 @@ def test_extended_focus_takes_each_point_from_its_depth(layout: CellLayout) -> N
     depths_mm = np.arange(-20.0, 31.0, 5.0)
     stack = focal_stack(ortho, layout, depths_mm.tolist(), focal_mm=FOCAL_MM)
     found = extended_focus(stack)
-    rows, cols = square_size(layout)
+    rows, cols = layout.square_size()
     for col, depth_mm in ((cols // 2 - 6, 20.0), (cols // 2 + 6, -10.0)):
         assert abs(depths_mm[found.nearest[rows // 2, col]] - depth_mm) <= 5.0
         assert found.picture[rows // 2, col, 0] > 0.5

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.layout import CellLayout, Lattice
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.cells import cells
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells, orthoscopic, orthoscopic_layout, turn_sheet
 from lippmann.lightfield.views.views import view

@@ -12,7 +12,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.layout import CellLayout, Lattice
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.cell_sampling import Places, picture_places
 from lippmann.lightfield.sheet.device import to_device
 from lippmann.lightfield.sheet.lens_grid import LensGrid, device_grid, layout_grid

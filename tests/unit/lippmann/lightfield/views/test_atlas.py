@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.atlas import atlas_picture, plan_atlas
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers, views_grid
 from tests.unit.lippmann.lightfield.sheets import LAYOUTS
 
@@ -21,7 +21,7 @@ def light(layout: CellLayout) -> np.ndarray[tuple[int, ...], np.dtype[np.float32
 
 @given(layout=LAYOUTS, max_px=st.integers(1, 200))
 def test_an_atlas_fits_and_shows_each_of_its_views_where_it_says(layout: CellLayout, max_px: int) -> None:
-    if max(square_size(layout)) > max_px:
+    if max(layout.square_size()) > max_px:
         with pytest.raises(LayoutError, match=f"got {max_px}"):
             plan_atlas(layout, max_px=max_px)
         return

@@ -8,7 +8,6 @@ import pytest
 from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.epi import epi_of_col, epi_of_row
-from lippmann.lightfield.views.square_pixels import square_size
 from lippmann.lightfield.views.views import grid_size, interlace, view_numbers
 
 SQUARE = CellLayout(7, 9, 4)
@@ -41,7 +40,7 @@ def test_vertical_slices_of_hexagons_are_on_square_pixels() -> None:
     layout = CellLayout(8, 9, 4, "hexagonal")
     ortho = np.ones((layout.rows, layout.cols, 3))
     there = int(layout.mask[:, 2].sum())
-    np.testing.assert_allclose(epi_of_col(ortho, layout, 0), np.ones((square_size(layout)[0], there, 3)))
+    np.testing.assert_allclose(epi_of_col(ortho, layout, 0), np.ones((layout.square_size()[0], there, 3)))
 
 
 def test_lenses_that_are_not_there_are_refused() -> None:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.perspective import Eye, perspective, places_px
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers
 from tests.unit.lippmann.lightfield.sheets import LAYOUTS, numbered_sheet
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture, spot
@@ -55,7 +55,7 @@ def test_a_point_is_seen_on_the_line_from_the_eye(
     ortho = sheet_of_texture(layout, spot, depth_mm, focal_mm=3.3)
     found = perspective(ortho, layout, Eye(x_mm, y_mm, 400.0), pitch_mm=1.0, gap_mm=3.3)
     light = as_square(found.picture, layout)[..., 0].astype(float)
-    rows, cols = square_size(layout)
+    rows, cols = layout.square_size()
     row, col = np.mgrid[:rows, :cols]
     x = (light * (col - (cols - 1) / 2)).sum() / light.sum()
     y = -(light * (row - (rows - 1) / 2)).sum() / light.sum()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from tests.unit.lippmann.lightfield.sheets import HEXAGONAL_LAYOUTS, ROW_PITCH, SQUARE_LAYOUTS, lens_centres
 
 SLOPES = st.floats(-3, 3)
@@ -26,7 +26,7 @@ def from_the_middle(layout: CellLayout) -> tuple[np.ndarray, np.ndarray]:
 def test_a_ramp_stays_the_same_ramp(layout: CellLayout, along: float, down: float) -> None:
     x, y = from_the_middle(layout)
     shown = as_square((along * x + down * y)[:, :, np.newaxis], layout)[:, :, 0]
-    rows, cols = square_size(layout)
+    rows, cols = layout.square_size()
     out_x, out_y = np.arange(cols) - (cols - 1) / 2, np.arange(rows) - (rows - 1) / 2
     inside = np.abs(out_y) <= y.max() + 1e-9
     assert inside.sum() >= rows - 2
@@ -47,7 +47,7 @@ def test_nothing_is_brighter_or_darker_than_the_view(layout: CellLayout, seed: i
     view = np.random.default_rng(seed).random((layout.lens_rows, layout.lens_cols, 1)).astype(np.float16)
     shown = as_square(view, layout)
     assert shown.dtype == np.float16
-    assert shown.shape == (*square_size(layout), 1)
+    assert shown.shape == (*layout.square_size(), 1)
     assert view.min() <= shown.min() <= shown.max() <= view.max()
 
 
@@ -55,7 +55,7 @@ def test_nothing_is_brighter_or_darker_than_the_view(layout: CellLayout, seed: i
 def test_square_views_are_left_alone(layout: CellLayout) -> None:
     view = np.zeros((layout.lens_rows, layout.lens_cols, 3), np.float16)
     assert as_square(view, layout) is view
-    assert square_size(layout) == view.shape[:2]
+    assert layout.square_size() == view.shape[:2]
 
 
 def test_the_view_itself_stays_as_it_is() -> None:

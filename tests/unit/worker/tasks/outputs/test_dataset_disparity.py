@@ -14,7 +14,6 @@ from PIL import Image
 from lippmann.job.rig import Rig
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth.depth_map import CHANNELS
-from lippmann.lightfield.views.square_pixels import square_size
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from tests.builders_coded import linear_of, read_pfm
@@ -118,7 +117,7 @@ def test_hexagonal_disparity_is_of_one_lens_never_between_two(tmp_path: Path) ->
     job = job_with_depth(tmp_path, {"kind": "hci"}, lambda *_: grey(9), coded, lattice="hexagonal")
     job.make("hci")
     found = read(job, "gt_disp_lowres")
-    assert found.shape == square_size(job.layout)
+    assert found.shape == job.layout.square_size()
     u, v = job.layout.cell_cols // 2, job.layout.cell_rows // 2
     assert set(found.ravel().tolist()) <= {coded(u, v, row, col) for row in range(6) for col in range(9)}
     # From the left to the right and from the top down, lens numbers rise.

@@ -16,11 +16,10 @@ from PIL import Image
 from lippmann.errors import Stopped
 from lippmann.job.outputs.view_block import all_views, block_about_the_middle, exists_wholly, largest_odd_square
 from lippmann.job.rig import Rig
-from lippmann.lattice.hexagonal_pixels import hexagon_mask
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.lightfield.views.light_field import light_field, on_square_pixels
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.plan.sampling import display_size
 from tests.builders_coded import coded_sheet, linear_of, read_ppm, view_codes
 from tests.builders_outputs import GivenJob, given_job
@@ -89,7 +88,7 @@ def test_hexagonal_views_come_on_square_pixels_and_those_that_are_not_are_black(
     for v, u in np.ndindex(mask.shape):
         with job.file(f"exports/subaperture_ppm/0001/{u:03d}_{v:03d}.ppm") as path:
             read, _ = read_ppm(path)
-        assert read.shape[:2] == square_size(job.layout)
+        assert read.shape[:2] == job.layout.square_size()
         if (read == 0).all():
             missing.add((u, v))
         else:
@@ -141,7 +140,7 @@ def test_hexagonal_arrays_keep_the_lenses_own_places_if_asked_and_mark_what_is_m
     distance = np.hypot(right - right[3, 3], down - down[3, 3])
     assert np.isclose(distance, 1.0).sum() == 6
     with job.file("exports/square/0001.npz") as path, np.load(path) as read:
-        assert read["views"].shape[2:4] == square_size(job.layout) == read["right_pitches"].shape
+        assert read["views"].shape[2:4] == job.layout.square_size() == read["right_pitches"].shape
         assert not read["views"][~read["exists"]].any()
         np.testing.assert_allclose(read["down_pitches"][:, 0], np.arange(6) - 2.5)
 
@@ -236,7 +235,7 @@ def test_a_sidecar_says_conventions_rows_and_display(tmp_path: Path) -> None:
     with job.file("exports/hci/0001/input_Cam000.png") as path:
         read = read_codes_8(path)
     codes = view_codes(job.layout, of_lens=False)[3, 2, 0, 0]
-    assert read.shape[:2] == square_size(job.layout)
+    assert read.shape[:2] == job.layout.square_size()
     assert np.abs(read - codes / 1023 * 255).max() <= 0.51
 
 
@@ -244,7 +243,7 @@ def test_a_sidecar_says_conventions_rows_and_display(tmp_path: Path) -> None:
 def test_which_views_exist_is_what_the_hexagons_mask_says(n: int) -> None:
     rig = Rig.model_validate({"lens_array": {"lattice": "hexagonal", "count": [3, 3]}, "px_per_lens": n})
     layout, box = display_size(rig), all_views(rig)
-    mask = hexagon_mask(px_per_lens=n, row_px=layout.row_px, overhang_px=layout.overhang_px)
+    mask = layout.mask
     assert (box.rows, box.cols) == mask.shape
     for rows in range(1, box.rows + 1):
         for cols in range(1, box.cols + 1):

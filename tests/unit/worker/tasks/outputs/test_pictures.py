@@ -13,10 +13,11 @@ from PIL import Image
 from lippmann.errors import OutputError, SpecError
 from lippmann.job.outputs.output import OutputOptions
 from lippmann.job.spec import parse_spec
-from lippmann.lattice.layout import CellLayout, Lattice
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.cells import cells
 from lippmann.lightfield.views.interpolate import views_in_row
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import centre, grid_size, interlace, view, view_numbers
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import frame_size
@@ -63,7 +64,7 @@ def test_a_quilt_begins_with_the_leftmost_view_at_the_lower_left(tmp_path: Path,
     job = given_job(tmp_path, {1: place_coded(layout)}, outputs=["quilt.png"], lens_array={"lattice": lattice})
     job.make("quilt.png")
     (name,) = job.sidecar("quilt.png")["files"]
-    high, wide = square_size(layout)
+    high, wide = layout.square_size()
     assert name == f"exports/quilt/0001_qs2x2a{wide / high:.4g}.png"
     for u, tile in enumerate(tiles_of(opened(job, name), 2, 2)):
         np.testing.assert_array_equal(tile, np.broadcast_to(coded(u, centre(layout)[1]), tile.shape))
@@ -125,7 +126,7 @@ def test_a_contact_sheet_shows_the_centre_views_of_the_frames_asked_for(tmp_path
     job = given_job(tmp_path, frames="1-6", outputs=[asked], lens_array={"lattice": lattice})
     job.make("contact_sheet.png")
     sheet = opened(job, "exports/contact_sheet/contact_sheet.png")
-    high, wide = square_size(job.layout)
+    high, wide = job.layout.square_size()
     assert sheet.shape == (2 * high + 9, 2 * wide + 9, 3)
     for number, frame in enumerate((2, 4, 6)):
         with job.file(names.orthoscopic_name(frame)) as master:
@@ -158,7 +159,7 @@ def test_a_contact_sheet_of_views_leaves_out_those_that_are_not_there(tmp_path: 
     job = given_job(tmp_path, given, outputs=[asked], lens_array={"lattice": "hexagonal"})
     job.make("contact_sheet.png")
     sheet = opened(job, "exports/contact_sheet/contact_sheet.png")
-    high, wide = (2 * side for side in square_size(layout))
+    high, wide = (2 * side for side in layout.square_size())
     assert sheet.shape == (high * layout.cell_rows, wide * layout.cell_cols, 3)
     for v in range(layout.cell_rows):
         for u in range(layout.cell_cols):

@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from lippmann.errors import OutputError, SpecError
 from lippmann.job.outputs.clips import FocusVideo
 from lippmann.job.spec import parse_spec
-from lippmann.lattice.layout import CellLayout, Lattice
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.observer.stereo import together
 from lippmann.lightfield.refocus.shift_and_sum import focal_stack
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
-from lippmann.lightfield.views.square_pixels import as_square, square_size
+from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import successive_views, view
 from tests.builders_outputs import given_job
 from tests.needs import needs_ffprobe
@@ -256,7 +257,7 @@ def test_hexagonal_views_are_put_on_square_pixels(tmp_path: Path, lattice: str) 
         {"kind": "anaglyph", "codec": "ffv1"},
     ]
     job = given_job(tmp_path, outputs=outputs, count=(11, 10), px_per_lens=6, lens_array={"lattice": lattice})
-    rows, cols = square_size(job.layout)
+    rows, cols = job.layout.square_size()
     for kind in ("sweep", "focus", "anaglyph"):
         assert film(job, f"{kind}.mkv").shape[1:3] == (rows, cols)
     assert film(job, "stereo.mkv").shape[1:3] == (rows, 2 * cols)
