@@ -52,7 +52,8 @@ def test_a_white_image_tells_the_lattice(grid: LensGrid, look: str, noise: float
     assert found.pitch_px == pytest.approx(grid.pitch_px, rel=2 * exact)
     assert found.row_px == pytest.approx(grid.row_px, rel=4 * exact)
     assert found.turn_deg == pytest.approx(grid.turn_deg, abs=math.degrees(2 * exact))
-    assert off_lattice_px(grid, found) < 0.1 + noise
+    # Of lenses of 40 px there are some sixty, and noise of a tenth moves them by up to a third of a pixel.
+    assert off_lattice_px(grid, found) < 0.1 + noise * (1 + grid.pitch_px / 20)
     assert are_whole(found, size)
 
 
