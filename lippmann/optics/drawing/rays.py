@@ -79,10 +79,10 @@ def _traced(bench: Bench, rays: Rays, *, backward: bool = False) -> tuple[list[N
 def view_of_lens(bench: Bench, *, object_mm: float) -> tuple[Path, ...]:
     """Return what the camera sees through one lens, from the camera to a plane of the scene; none where it is dark.
 
-    The lens stands half-way between the axis and the array's upper edge.
+    The lens stands about half-way between the axis and the array's upper edge.
     """
     array = bench.rig.lens_array
-    centre = lattice.nearest_centre_mm(array, np.array([0.0, bench.height_mm / 4]))
+    centre = lattice.lens_centres_mm(array)[(array.count[0] - 1) // 4, array.count[1] // 2]
     points_mm = np.tile(centre, (VIEW, 1))
     points_mm[:, 1] += np.linspace(-0.48, 0.48, VIEW) * array.pitch_mm
     camera = camera_rays(bench, points_mm)
