@@ -44,7 +44,7 @@ from lippmann.cli.exit_codes import ExitCode, exit_code_of
 from lippmann.cli.options import with_context
 from lippmann.errors import LippmannError
 from lippmann.job.old_names import rename_settings
-from lippmann.terminal.output import print_paths_as_they_are
+from lippmann.terminal.output import print_any_path
 
 app = typer.Typer(
     name="lippmann",
@@ -91,7 +91,7 @@ app.add_typer(paper.app, name="paper", rich_help_panel="Optics")
 
 def main() -> None:
     """Run the command; a mistake of the user or a failure of the machine never shows a traceback."""
-    print_paths_as_they_are()
+    print_any_path()
     warnings.showwarning = _print_warning
     for note in rename_settings(os.environ):
         warnings.warn(note, FutureWarning, stacklevel=1)

@@ -82,7 +82,8 @@ class Transport:
         may_repeat = method != "POST" if again is None else again
         for pause_s in self._pauses():
             try:
-                response = self._http.request(method, path, **parts)
+                with _utf8_only():
+                    response = self._http.request(method, path, **parts)
             except httpx.HTTPError as error:
                 if pause_s is None or not (may_repeat or isinstance(error, httpx.ConnectError | httpx.ConnectTimeout)):
                     raise self._unreachable(error) from error
@@ -162,7 +163,7 @@ class Transport:
 
     @contextmanager
     def _streamed(self, path: str, *, whole_at: int = 0, **parts: Any) -> Iterator[httpx.Response]:
-        with self._http.stream("GET", path, **parts) as response:
+        with _utf8_only(), self._http.stream("GET", path, **parts) as response:
             if response.status_code in _BUSY:
                 raise httpx.RemoteProtocolError(f"the service answered {response.status_code}")
             if response.is_error and not (response.status_code == 416 and _is_whole(response, whole_at)):
@@ -182,6 +183,16 @@ class Transport:
 
     def _unreachable(self, error: Exception) -> Unreachable:
         return Unreachable(f"expected a service at {self.url}, got: {str(error) or type(error).__name__}")
+
+
+@contextmanager
+def _utf8_only() -> Iterator[None]:
+    """Refuse a request with text that is not UTF-8, such as a name from a command line in another encoding."""
+    try:
+        yield
+    except UnicodeEncodeError as error:
+        got = ascii(error.object[max(0, error.start - 20) : error.end + 20])
+        raise BadInput(f"expected names, ids and titles in UTF-8, got {got}") from error
 
 
 def _save(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 import sys
@@ -38,7 +39,8 @@ def json_text(data: Any) -> str:
     return _SURROGATE.sub(lambda found: f"\\u{ord(found[0]):04x}", json.dumps(data, ensure_ascii=False))
 
 
-def print_paths_as_they_are() -> None:
-    """Let stdout carry paths that are not UTF-8 byte for byte; stderr escapes them already."""
-    if hasattr(sys.stdout, "reconfigure"):
-        sys.stdout.reconfigure(errors="surrogateescape")
+def print_any_path() -> None:
+    """Let stdout print paths that are not UTF-8 byte for byte, and let stderr escape them."""
+    for stream, errors in ((sys.stdout, "surrogateescape"), (sys.stderr, "backslashreplace")):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=errors)

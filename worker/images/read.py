@@ -5,6 +5,7 @@ Every read is checked: a file cut short opens, and then reads as nothing.
 
 from __future__ import annotations
 
+import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -158,13 +159,31 @@ def opened(path: Path, ask: ImageSpec | None = None) -> Iterator[ImageInput]:
     """Lend an open picture; see `read_rgb` for what may be wrong with it. `ask` has settings of the reader."""
     if not path.is_file():
         raise ArtifactMissing(f"expected a picture at {path.name}, got no file")
-    source = ImageInput.open(str(path)) if ask is None else ImageInput.open(str(path), ask)
-    if source is None:
-        raise ArtifactBroken(f"{path.name}: {_words(geterror())}")
+    with utf8_path(path) as name:
+        source = ImageInput.open(name) if ask is None else ImageInput.open(name, ask)
+        if source is None:
+            raise ArtifactBroken(f"{path.name}: {_words(geterror())}")
+        try:
+            yield source
+        finally:
+            source.close()
+
+
+@contextmanager
+def utf8_path(path: Path) -> Iterator[str]:
+    """Yield a path that OpenImageIO can open: the path itself, or a symbolic link to it if it is not UTF-8.
+
+    OpenImageIO takes paths as UTF-8 only. A file that is written through the link is created at `path`.
+    """
     try:
-        yield source
-    finally:
-        source.close()
+        str(path).encode("utf-8")
+    except UnicodeEncodeError:
+        with tempfile.TemporaryDirectory(prefix="lippmann-") as folder:
+            link = Path(folder, "picture" + path.suffix.encode("ascii", "ignore").decode())
+            link.symlink_to(path.absolute())
+            yield str(link)
+    else:
+        yield str(path)
 
 
 def channel_places(path: Path, source: ImageInput, names: Sequence[str]) -> list[int]:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from OpenImageIO import ImageInput, ImageOutput, ImageSpec, geterror
 
 from lippmann.errors import ArtifactBroken, LippmannError, OutputError
-from worker.images.read import channel_places, check_channels, checked, opened
+from worker.images.read import channel_places, check_channels, checked, opened, utf8_path
 from worker.images.scratch import ScratchRows, scratch_rows
 from worker.whole_file import new_file
 
@@ -180,7 +180,8 @@ def write_rows(
     spec = ImageSpec(size[1], size[0], len(channels), store_as)
     spec.channelnames = tuple(channels)
     for name, value in attributes.items():
-        spec.attribute(name, value)
+        # A header holds UTF-8; what is not, such as a file name of another encoding, is escaped.
+        spec.attribute(name, value.encode("utf-8", "backslashreplace").decode() if isinstance(value, str) else value)
     with new_file(path):
         _write(path, bands, spec)
 
@@ -189,19 +190,20 @@ def _write(path: Path, bands: Iterable[NDArray[Any]], spec: ImageSpec) -> None:
     target = ImageOutput.create("openexr")
     if target is None:
         raise OutputError(f"this OpenImageIO writes no OpenEXR: {geterror()}")
-    written, whole = 0, target.open(str(path), spec)
-    for pixels in bands:
-        _check_band(pixels, written, spec)
-        stop = written + len(pixels)
-        whole = whole and target.write_scanlines(written, stop, 0, np.ascontiguousarray(pixels))
-        written = stop
-        if not whole:
-            break
-    if whole and written != spec.height:
-        target.close()
-        raise OutputError(f"expected {spec.height} rows for {path.name}, got {written}")
-    closed = target.close()
-    trouble = target.geterror()
+    with utf8_path(path) as name:
+        written, whole = 0, target.open(name, spec)
+        for pixels in bands:
+            _check_band(pixels, written, spec)
+            stop = written + len(pixels)
+            whole = whole and target.write_scanlines(written, stop, 0, np.ascontiguousarray(pixels))
+            written = stop
+            if not whole:
+                break
+        if whole and written != spec.height:
+            target.close()
+            raise OutputError(f"expected {spec.height} rows for {path.name}, got {written}")
+        closed = target.close()
+        trouble = target.geterror()
     if not (whole and closed) or trouble or not _last_row_is_there(path):
         raise _trouble(path, trouble)
 

@@ -52,17 +52,28 @@ def pack_folder(folder: Path) -> bytes:
     Raises
     ------
     BundleError
-        If the folder is not there, or a link in it leads out of it.
+        If the folder is not there, a link in it leads out of it, or the name of a file is not UTF-8.
     """
     if not folder.is_dir():
         raise BundleError(f"expected a folder with {MANIFEST} and a scene, got {folder}")
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
         for path in _files_of(folder):
-            entry = zipfile.ZipInfo(path.relative_to(folder).as_posix(), _EPOCH)
+            name = path.relative_to(folder).as_posix()
+            if not _is_utf8(name):
+                raise BundleError(f"expected file names in UTF-8 in {folder}, got {name!a}")
+            entry = zipfile.ZipInfo(name, _EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
             archive.writestr(entry, path.read_bytes())
     return packed.getvalue()
+
+
+def _is_utf8(name: str) -> bool:
+    try:
+        name.encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def check_bundle(data: bytes) -> CheckedBundle:

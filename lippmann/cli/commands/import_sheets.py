@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -88,7 +89,8 @@ def import_sheets(
     fields = {name: value for name, value in options.items() if value is not None}
     imported = import_sheets(files, ImportOptions(fields, white=find_from, find=find, linear=linear), out=out)
     if bundle is not None:
-        write_bundle(files, imported.lenses, bundle, title=files[0].stem, linear=linear)
+        title = os.fsencode(files[0].stem).decode("utf-8", "replace")
+        write_bundle(files, imported.lenses, bundle, title=title, linear=linear)
     for note in imported.notes:
         output.note(f"note: {note}")
     lenses = imported.lenses

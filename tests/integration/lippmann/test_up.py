@@ -122,6 +122,21 @@ def test_the_next_start_has_the_jobs_and_keys_of_the_last(tmp_path: Path) -> Non
         assert run("jobs", "--url", up.said["url"], "--key", key.key).returncode == 0
 
 
+@pytest.mark.parametrize("name", ["dätä 日", os.fsdecode(b"caf\xe9")], ids=["UTF-8", "ISO 8859-1"])
+def test_a_data_folder_may_have_any_name(tmp_path: Path, name: str) -> None:
+    small = {"px_per_lens": 2, "lens_array": {"count": [4, 4]}}
+    with lippmann_up(tmp_path / name) as up, up.client() as client:
+        assert up.said["data_dir"] == str(tmp_path / name)
+        job = client.submit({"scene": "target-white", "rig": small, "outputs": ["views.mp4"]})
+        until(lambda: client.job(job.id).status in ("done", "failed"))
+        assert client.job(job.id).error is None
+        fetched = run(
+            "fetch", job.id, "--json", "--out", str(tmp_path / name / "out"), "--data-dir", str(tmp_path / name)
+        )
+        assert fetched.returncode == 0, fetched.stderr
+    assert (tmp_path / name / "out" / "video" / "views.mp4").stat().st_size > 0
+
+
 def test_a_second_farm_on_the_same_folder_is_refused_and_the_first_does_not_notice(farm: Up) -> None:
     second = run("up", "--port", "0", "--data-dir", str(farm.data_dir))
     assert second.returncode == 2

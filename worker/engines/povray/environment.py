@@ -6,6 +6,7 @@ not say otherwise.
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from worker.sandbox.sandbox import PATH
@@ -33,7 +34,15 @@ def environment(task_dir: Path) -> dict[str, str]:
     return {
         "PATH": PATH,
         "LANG": "C.UTF-8",
-        "HOME": str(own / "home"),
-        "POVINI": str(own / "povray.ini"),
-        "POV_TEMP_DIR": str(own / "tmp"),
+        "HOME": ascii_path(own / "home", start=task_dir),
+        "POVINI": ascii_path(own / "povray.ini", start=task_dir),
+        "POV_TEMP_DIR": ascii_path(own / "tmp", start=task_dir),
     }
+
+
+def ascii_path(path: Path, *, start: Path) -> str:
+    """Return a path that POV-Ray understands when it runs in the folder `start`.
+
+    POV-Ray 3.7 does not open absolute paths with letters outside ASCII, so such a path is given from `start`.
+    """
+    return str(path) if str(path).isascii() else os.path.relpath(path, start)

@@ -10,7 +10,7 @@ from pathlib import Path
 from lippmann.errors import PovrayMissing, RenderFailed
 from worker.engines.povray.command import RenderCommand, povray_argv
 from worker.engines.povray.diagnosis import Case, diagnose, is_startup_fault
-from worker.engines.povray.environment import prepare
+from worker.engines.povray.environment import ascii_path, prepare
 from worker.engines.povray.messages import MessageKind, Statistics, read_messages, read_statistics
 from worker.engines.povray.progress import PovrayProgressReader, Progress
 from worker.sandbox.limits import Limits
@@ -69,9 +69,10 @@ def render(
     program = _found(command.program)
     # POV-Ray works in the task's folder and sees no links from outside the sandbox.
     libraries = tuple(path.resolve() for path in command.library_paths)
+    names = tuple(Path(ascii_path(path, start=task_dir)) for path in libraries)
     env = prepare(task_dir)
     inside = sandbox.wrap(
-        povray_argv(replace(command, program=program, library_paths=libraries)),
+        povray_argv(replace(command, program=program, library_paths=names)),
         readable=[*readable, *_outside_system(program)],
         writable=task_dir,
         limits=limits,
