@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import stat
 import tracemalloc
 import zipfile
 from pathlib import Path
@@ -11,7 +12,7 @@ import pytest
 
 from lippmann.errors import BundleError
 from povtemplates.catalogue import scene_folders
-from worker.sandbox.bundle import check_bundle, pack_folder, unpack
+from worker.sandbox.bundle import MAX_BYTES, MAX_FILES, check_bundle, pack_folder, unpack
 
 SCENE_TOML = (scene_folders()["target-white"] / "scene.toml").read_bytes()
 
@@ -42,6 +43,40 @@ def test_a_name_that_leads_out_or_does_not_fit_is_refused(name: str) -> None:
 def test_a_name_that_is_file_and_folder_is_refused() -> None:
     with pytest.raises(BundleError, match="both as a file and as a folder"):
         check_bundle(zipped({"a": b"a", "a/b": b"b"}))
+
+
+@pytest.mark.filterwarnings("ignore:Duplicate name")
+def test_a_name_that_comes_twice_is_refused() -> None:
+    data = io.BytesIO(zipped({"a": b"a"}))
+    with zipfile.ZipFile(data, "a") as archive:
+        archive.writestr("a", b"b")
+    with pytest.raises(BundleError, match="expected every name once"):
+        check_bundle(data.getvalue())
+
+
+def test_a_link_in_a_zip_is_refused() -> None:
+    data = io.BytesIO(zipped({}))
+    link = zipfile.ZipInfo("skin.png")
+    link.external_attr = (stat.S_IFLNK | 0o777) << 16
+    with zipfile.ZipFile(data, "a") as archive:
+        archive.writestr(link, "/etc/hostname")
+    with pytest.raises(BundleError, match=r"expected plain files, got a link: 'skin\.png'"):
+        check_bundle(data.getvalue())
+
+
+def test_too_many_files_are_refused() -> None:
+    check_bundle(zipped({f"{number}.inc": b"" for number in range(MAX_FILES - 2)}))
+    with pytest.raises(BundleError, match=f"expected at most {MAX_FILES} files, got {MAX_FILES + 1}"):
+        check_bundle(zipped({f"{number}.inc": b"" for number in range(MAX_FILES - 1)}))
+
+
+def test_files_that_are_too_large_together_are_refused_before_they_are_unpacked() -> None:
+    """Each of two files says that it has 200 MiB, which alone would be allowed."""
+    honest = zipped({"a": bytes(12_345), "b": bytes(12_345)})
+    size = 200 * 2**20
+    large = honest.replace((12_345).to_bytes(4, "little"), size.to_bytes(4, "little"))
+    with pytest.raises(BundleError, match=f"at most {MAX_BYTES} bytes unpacked, got {2 * size + len(SCENE_TOML)}"):
+        check_bundle(large)
 
 
 def test_other_compressions_are_refused() -> None:
