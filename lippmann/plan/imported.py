@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+from bisect import bisect_left
+from collections.abc import Callable
 from dataclasses import replace
 
 from lippmann.errors import LayoutError
 from lippmann.job.imported_sheets import SheetGeometry
-from lippmann.job.rig import LensArray, Rig
+from lippmann.job.rig import MIN_PX_PER_LENS, LensArray, Rig
 from lippmann.lightfield.calibrate.whole_lenses import (
+    BEYOND_PX,
     are_whole,
     in_middle,
     lens_place,
@@ -41,21 +45,74 @@ def lens_grid(geometry: SheetGeometry, size: tuple[int, ...]) -> LensGrid:
         if geometry.offset_px is None:
             return lenses_in_middle(said, size)
         return lenses_from_first(said, size)
-    placed = said if geometry.offset_px is not None else in_middle(said, size)
+    place = in_middle if geometry.offset_px is None else _where_it_is
+    placed = place(said, size)
     if not are_whole(placed, size):
-        room = lenses_in_middle(said, size)
         raise LayoutError(
-            f"expected {placed} to lie on the picture of {size[0]} x {size[1]} px; it has room for"
-            f" {room.lens_rows} x {room.lens_cols}, or as many with a pitch of {fitting_pitch_px(said, size):.2f} px"
+            f"expected {placed} to lie on the picture of {size[0]} x {size[1]} px; {_advice(said, size, place)}"
         )
     return placed
 
 
-def fitting_pitch_px(grid: LensGrid, size: tuple[int, ...]) -> float:
-    """Return the largest pitch at which as many lenses lie on a picture, with the lattice's own proportions."""
-    high = (grid.lens_rows + grid.cell.overhang) * grid.row_px / grid.pitch_px
-    _, wide = grid.layout().lenses.extent
-    return min(size[0] / high, size[1] / wide)
+Placement = Callable[[LensGrid, tuple[int, ...]], LensGrid]
+
+
+def _where_it_is(grid: LensGrid, size: tuple[int, ...]) -> LensGrid:
+    return grid
+
+
+def _advice(asked: LensGrid, size: tuple[int, ...], place: Placement) -> str:
+    """Return what would fit; every suggestion keeps all other fields as they were asked for.
+
+    Raises
+    ------
+    LayoutError
+        If not even the first lens is whole at its offset.
+    """
+    if place is in_middle:
+        room, where = lenses_in_middle(asked, size), "it"
+    else:
+        room, where = lenses_from_first(asked, size), "from this first lens it"
+    fits = [f"{where} has room for {room.lens_rows} x {room.lens_cols}"]
+    pitch_px = fitting_pitch_px(asked, size, place)
+    if pitch_px is not None:
+        fits.append(f"as many with a pitch of {pitch_px:.2f} px")
+    if place is not in_middle and are_whole(in_middle(asked, size), size):
+        fits.append("as many in the middle of the picture, without an offset")
+    return ", or ".join(fits)
+
+
+def fitting_pitch_px(asked: LensGrid, size: tuple[int, ...], place: Placement = in_middle) -> float | None:
+    """Return the largest pitch at which as many lenses lie on a picture, in whole hundredths of a pixel.
+
+    Parameters
+    ----------
+    asked
+        The lenses that do not lie on the picture. Their rotation, their row pitch if it is given, and with `place`
+        their offset are kept.
+    size
+        (rows, cols) of the picture, px.
+    place
+        Returns the lenses of a pitch at their place on the picture.
+
+    Returns
+    -------
+    float | None
+        The pitch, px. None if the lenses of no smaller pitch fit.
+    """
+    strict = (size[0] - 2 * BEYOND_PX, size[1] - 2 * BEYOND_PX)
+
+    def fits(hundredths: int) -> bool:
+        grid = place(replace(asked, pitch_px=hundredths / 100), size)
+        down, right = grid.offset_px
+        # Nothing may reach beyond the picture, not even the half pixel that a whole lens may.
+        return are_whole(replace(grid, offset_px=(down - BEYOND_PX, right - BEYOND_PX)), strict)
+
+    smallest, largest = 100 * MIN_PX_PER_LENS, math.floor(100 * asked.pitch_px)
+    if largest < smallest or not fits(smallest):
+        return None
+    # The largest hundredth that fits, by bisection: a smaller pitch fits wherever a larger one does.
+    return (bisect_left(range(smallest, largest + 1), True, key=lambda one: not fits(one)) + smallest - 1) / 100
 
 
 def upright_first(grid: LensGrid, *, inverted: bool) -> LensGrid:

@@ -91,7 +91,7 @@ def in_middle(grid: LensGrid, size: tuple[int, ...]) -> LensGrid:
     return replace(grid, offset_px=(size[0] / 2 - middle[0], size[1] / 2 - middle[1]))
 
 
-def are_whole(grid: LensGrid, size: tuple[int, ...]) -> bool:
+def are_whole(grid: LensGrid, size: tuple[float, ...]) -> bool:
     """Return whether all lenses of a grid lie on a picture, to half a pixel."""
     outermost = sorted({0, min(1, grid.lens_rows - 1), max(0, grid.lens_rows - 2), grid.lens_rows - 1})
     shifts = np.array([grid.shift_pitches(row) for row in outermost])
@@ -149,7 +149,7 @@ def _spans(first: LensGrid, rows: NDArray[np.intp], size: tuple[int, ...]) -> tu
 
 
 def _cols(
-    grid: LensGrid, rows: NDArray[np.intp], shifts: NDArray[np.float64], size: tuple[int, ...]
+    grid: LensGrid, rows: NDArray[np.intp], shifts: NDArray[np.float64], size: tuple[float, ...]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return the first and the last lens of rows, shifted by so many pitches, that lies on the picture whole."""
     turn = math.radians(grid.turn_deg)

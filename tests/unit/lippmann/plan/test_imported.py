@@ -1,0 +1,67 @@
+"""Lenses over a picture from elsewhere: what is refused comes with advice that holds."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lippmann.errors import LayoutError
+from lippmann.job.imported_sheets import SheetGeometry
+from lippmann.plan.imported import lens_grid
+
+SIZE = (64, 72)
+
+ADVICE = re.compile(
+    r"has room for (?P<rows>\d+) x (?P<cols>\d+)(, or as many with a pitch of (?P<pitch>[\d.]+) px)?"
+    r"(?P<middle>, or as many in the middle of the picture, without an offset)?$"
+)
+
+
+def test_the_advice_knows_of_the_offset() -> None:
+    # 8 x 9 lenses of 8 px fit in the middle, and 7 x 8 of them from a first lens that stands 9 px further in.
+    asked = {"pitch_px": 8.0, "count": (8, 9), "offset_px": (13.0, 13.0)}
+    with pytest.raises(LayoutError) as refused:
+        lens_grid(SheetGeometry.model_validate(asked), SIZE)
+    assert refused.value.message.endswith(
+        "; from this first lens it has room for 6 x 7, or as many with a pitch of 6.80 px,"
+        " or as many in the middle of the picture, without an offset"
+    )
+
+
+@settings(deadline=None, max_examples=150)
+@given(
+    pitch_px=st.floats(2.5, 30),
+    lattice=st.sampled_from(["square", "hexagonal"]),
+    count=st.tuples(st.integers(1, 30), st.integers(1, 30)),
+    rotation_deg=st.floats(-10, 10),
+    row_pitch=st.none() | st.floats(0.8, 1.2),
+    offset=st.none() | st.tuples(st.floats(0.05, 0.5), st.floats(0.05, 0.5)),
+)
+def test_all_advice_is_accepted_when_it_is_taken(
+    pitch_px: float, lattice: str, count: tuple[int, int], rotation_deg: float, row_pitch: float | None,
+    offset: tuple[float, float] | None,
+) -> None:  # fmt: skip
+    asked = {"pitch_px": pitch_px, "lattice": lattice, "count": count, "rotation_deg": rotation_deg}
+    if row_pitch is not None:
+        asked["row_pitch_px"] = max(2.0, row_pitch * pitch_px)
+    if offset is not None:
+        asked["offset_px"] = (offset[0] * SIZE[0], offset[1] * SIZE[1])
+    try:
+        lens_grid(SheetGeometry.model_validate(asked), SIZE)
+        return
+    except LayoutError as error:
+        message = error.message
+    advice = ADVICE.search(message)
+    if advice is None:
+        assert re.search(r"expected (the first lens, of .* px, whole|a whole lens of .* px) on 64 x 72 px", message)
+        return
+    counts = (int(advice["rows"]), int(advice["cols"]))
+    assert counts != count, "what was asked for is not suggested"
+    lens_grid(SheetGeometry.model_validate(asked | {"count": counts}), SIZE)
+    if advice["pitch"]:
+        lens_grid(SheetGeometry.model_validate(asked | {"pitch_px": float(advice["pitch"])}), SIZE)
+    if advice["middle"]:
+        lens_grid(SheetGeometry.model_validate({key: asked[key] for key in asked if key != "offset_px"}), SIZE)
