@@ -16,6 +16,7 @@ from lippmann.client import Client, Refused
 from lippmann.client.address import Address
 from lippmann.client.transport import Transport
 from lippmann.errors import BadInput, Unreachable
+from tests.waiting import ENOUGH_S
 
 Answer = Callable[["_Handler"], None]
 DATA = bytes(range(256)) * 400
@@ -78,7 +79,7 @@ def _serving(answer: Answer) -> Iterator[_Server]:
 
 
 @contextmanager
-def _talking_to(server: _Server, *, patience_s: float = 5.0) -> Iterator[Transport]:
+def _talking_to(server: _Server, *, patience_s: float = ENOUGH_S) -> Iterator[Transport]:
     transport = Transport(Address(server.url, "lip_a_b"), patience_s=patience_s, sleep=lambda _: None)
     try:
         yield transport
@@ -147,7 +148,7 @@ def test_a_file_that_is_not_there_leaves_nothing(tmp_path: Path) -> None:
 
 def test_a_job_is_sent_again_with_the_same_key_when_the_connection_breaks() -> None:
     with _serving(_first(2, _Handler.hang_up, then=lambda handler: handler.say(422))) as server:
-        client = Client(server.url, "k", patience_s=5.0)
+        client = Client(server.url, "k", patience_s=ENOUGH_S)
         with client, pytest.raises(Refused):
             client.submit({"scene": "fish"})
     keys = [headers["Idempotency-Key"] for _, headers, _ in server.asked]

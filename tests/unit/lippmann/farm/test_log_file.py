@@ -5,6 +5,8 @@ from __future__ import annotations
 import subprocess
 import sys
 
+from tests.waiting import ENOUGH_S
+
 WORK = """
 import logging, os, sys, time
 import structlog
@@ -28,4 +30,4 @@ def test_a_process_whose_log_nobody_reads_any_more_works_on() -> None:
         process.stdin.write("go\n")
         process.stdin.close()
         assert process.stdout.read() == "still here\n"
-        process.wait(20)
+        process.wait(ENOUGH_S)

@@ -11,6 +11,7 @@ from service.events.sse import listen
 from service.events.wakeup import Bell
 from service.schemas.access import Role
 from tests.builders_service import Farm, claimed, done, failed
+from tests.waiting import ENOUGH_S
 
 
 def _frames_heard(farm: Farm, job_id: str) -> list[tuple[int, str]]:
@@ -37,7 +38,7 @@ def _hear(farm: Farm, may_listen: Callable[[], bool]) -> list[bytes]:
     async def hear() -> list[bytes]:
         bell = Bell()
         stream = listen(farm.database, bell, job_id=None, position=0, keepalive_s=0.05, may_listen=may_listen)
-        async with asyncio.timeout(5):
+        async with asyncio.timeout(ENOUGH_S):
             return [piece async for piece in stream]
 
     return asyncio.run(hear())

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.waiting import ENOUGH_S
 from worker.store.local import LocalStore
 
 TINY_BYTES = 256 * 1024
@@ -27,8 +28,8 @@ def tiny_disk(tmp_path: Path) -> Iterator[Path]:
     disk = tmp_path / "tiny"
     disk.mkdir()
     command = ["mount", "-t", "tmpfs", "-o", f"size={TINY_BYTES}", "tmpfs", str(disk)]
-    mounted = subprocess.run(command, capture_output=True, text=True, timeout=30)
+    mounted = subprocess.run(command, capture_output=True, text=True, timeout=ENOUGH_S)
     if mounted.returncode:
         pytest.skip(f"cannot mount a small disk: {mounted.stderr.strip()}")
     yield disk
-    subprocess.run(["umount", "--lazy", str(disk)], check=True, timeout=30)
+    subprocess.run(["umount", "--lazy", str(disk)], check=True, timeout=ENOUGH_S)

@@ -13,6 +13,7 @@ import pytest
 
 from lippmann.errors import StoreFull, StoreUnavailable
 from tests.unit.worker.store.conftest import TINY_BYTES
+from tests.waiting import ENOUGH_S
 from worker.images.write import write_code_rows, write_exr
 from worker.store.local import LocalStore
 from worker.video.encode import encode
@@ -36,7 +37,7 @@ def test_a_full_disk_is_said_and_the_old_artifact_stays(tiny_disk: Path, tmp_pat
 def test_a_disk_that_is_read_only_is_unavailable(tiny_disk: Path) -> None:
     store = LocalStore(tiny_disk / "artifacts")
     store.put_bytes("a", b"old")
-    subprocess.run(["mount", "-o", "remount,ro", str(tiny_disk)], check=True, timeout=30)
+    subprocess.run(["mount", "-o", "remount,ro", str(tiny_disk)], check=True, timeout=ENOUGH_S)
     with pytest.raises(StoreUnavailable, match="Read-only file system"):
         store.put_bytes("a", b"new")
     with pytest.raises(StoreUnavailable, match="Read-only file system"):
