@@ -7,54 +7,22 @@ its file, `views.mp4`: the kind, and a suffix that stands for options.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Annotated, Any, get_args
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BeforeValidator, Tag
+from pydantic import GetCoreSchemaHandler, GetJsonSchemaHandler
+from pydantic.json_schema import JsonSchemaValue
+from pydantic_core import CoreSchema, core_schema
 
-from lippmann.job.outputs.clips import FocusVideo, SweepVideo
-from lippmann.job.outputs.datasets import HciFolder, LensletVideo, NpzArrays, SubapertureViews
-from lippmann.job.outputs.depth import DepthPictures
-from lippmann.job.outputs.observer import ObserverPictures, ObserverVideo
-from lippmann.job.outputs.output import OutputOptions
-from lippmann.job.outputs.pictures import ContactSheet, Epi, Quilt, Sheets, ViewGrid
-from lippmann.job.outputs.prints import CalibrationSheet, Print
-from lippmann.job.outputs.spoc import Spoc
-from lippmann.job.outputs.stereo import AnaglyphVideo, StereoVideo
-from lippmann.job.outputs.videos import CentreVideo, IntegralVideo, OrthoscopicVideo, ViewsVideo
-from lippmann.job.problems import Misfit, told_by
+from lippmann.job import outputs
+from lippmann.job.outputs.output import KINDS, OutputOptions
+from lippmann.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
+from lippmann.job.problems import Misfit
 from lippmann.job.rig import Rig
 
-_Kind = Annotated[
-    Annotated[ViewsVideo, Tag("(views)")]
-    | Annotated[CentreVideo, Tag("(centre)")]
-    | Annotated[OrthoscopicVideo, Tag("(orthoscopic)")]
-    | Annotated[ObserverVideo, Tag("(observer)")]
-    | Annotated[ObserverPictures, Tag("(observer_pictures)")]
-    | Annotated[IntegralVideo, Tag("(integral)")]
-    | Annotated[SweepVideo, Tag("(sweep)")]
-    | Annotated[FocusVideo, Tag("(focus)")]
-    | Annotated[StereoVideo, Tag("(stereo)")]
-    | Annotated[AnaglyphVideo, Tag("(anaglyph)")]
-    | Annotated[ViewGrid, Tag("(view_grid)")]
-    | Annotated[Quilt, Tag("(quilt)")]
-    | Annotated[Epi, Tag("(epi)")]
-    | Annotated[ContactSheet, Tag("(contact_sheet)")]
-    | Annotated[Sheets, Tag("(sheets)")]
-    | Annotated[DepthPictures, Tag("(depth)")]
-    | Annotated[Spoc, Tag("(spoc)")]
-    | Annotated[HciFolder, Tag("(hci)")]
-    | Annotated[SubapertureViews, Tag("(subaperture_ppm)")]
-    | Annotated[LensletVideo, Tag("(mpeg_lenslet)")]
-    | Annotated[NpzArrays, Tag("(npz)")]
-    | Annotated[Print, Tag("(print)")]
-    | Annotated[CalibrationSheet, Tag("(calibration_sheet)")],
-    told_by(lambda written: str(written.get("kind"))),
-]
-
-_CLASSES: tuple[type[OutputOptions], ...] = tuple(get_args(member)[0] for member in get_args(get_args(_Kind)[0]))
-
-KINDS: Mapping[str, type[OutputOptions]] = {one.model_fields["kind"].default: one for one in _CLASSES}
-"""Every kind of output, by its word."""
+for _module in iter_modules(outputs.__path__, f"{outputs.__name__}."):
+    import_module(_module.name)  # registers its kinds
 
 
 def spelled_out(written: Any) -> Any:
@@ -77,7 +45,7 @@ def spelled_out(written: Any) -> Any:
             raise ValueError(f"an object with a kind, or one of {', '.join(map(repr, spellings()))}, got {written!r}")
         return {"kind": kind, **options}
     if isinstance(written, Mapping) and written.get("kind") not in KINDS:
-        kinds = ", ".join(KINDS)
+        kinds = ", ".join(sorted(KINDS))
         raise Misfit("kind", expected=f"one of {kinds}", got=repr(written["kind"]) if "kind" in written else "nothing")
     if not isinstance(written, Mapping | OutputOptions):
         raise ValueError(f"an object with a kind, or the name of a file, got {written!r}")
@@ -86,14 +54,44 @@ def spelled_out(written: Any) -> Any:
 
 def spellings() -> tuple[str, ...]:
     """Return every short spelling of an output."""
-    return tuple(kind + suffix for kind, options in KINDS.items() for suffix in options.SPELLINGS)
+    return tuple(kind + suffix for kind in sorted(KINDS) for suffix in KINDS[kind].SPELLINGS)
 
 
-Output = Annotated[_Kind, BeforeValidator(spelled_out)]
-"""One output of a job."""
+def parse_output(written: Any) -> OutputOptions:
+    """Return an output as a model of its kind, whichever way it was written.
 
-DEFAULT_OUTPUTS: tuple[Output, ...] = (ViewsVideo(), CentreVideo(), OrthoscopicVideo())
-"""What a job leaves that says nothing of outputs."""
+    Raises
+    ------
+    ValueError
+        If there is no such kind, or it cannot be as it is written.
+    """
+    spelled = spelled_out(written)
+    return spelled if isinstance(spelled, OutputOptions) else KINDS[spelled["kind"]].model_validate(spelled)
+
+
+class _ByKind:
+    """Makes pydantic choose the model of an output by its kind, also of kinds that are registered later."""
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        as_its_own_class = core_schema.simple_ser_schema("any")
+        return core_schema.no_info_plain_validator_function(parse_output, serialization=as_its_own_class)
+
+    @classmethod
+    def __get_pydantic_json_schema__(cls, schema: CoreSchema, handler: GetJsonSchemaHandler) -> JsonSchemaValue:
+        models: dict[Any, CoreSchema] = {kind: KINDS[kind].__pydantic_core_schema__ for kind in sorted(KINDS)}
+        return handler(core_schema.tagged_union_schema(models, discriminator=lambda written: written))
+
+
+if TYPE_CHECKING:
+    Output = Annotated[OutputOptions, _ByKind]
+    """One output of a job."""
+else:
+    # FastAPI describes every model that it finds in an annotation; the base class is no kind of its own.
+    Output = Annotated[Any, _ByKind]
+
+DEFAULT_OUTPUTS: tuple[OutputOptions, ...] = (ViewsVideo(), CentreVideo(), OrthoscopicVideo())
+"""The outputs of a job that names no outputs."""
 
 
 def check_names(outputs: Iterable[OutputOptions]) -> None:

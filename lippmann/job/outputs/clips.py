@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from lippmann.job.frames import format_frames
-from lippmann.job.outputs.output import Name, OutputOptions
+from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.outputs.videos import Fps, ShownVideo
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import LensArray, Rig
@@ -36,6 +36,7 @@ class ClipOptions(OutputOptions):
             raise Misfit("frame", expected=f"one of the job's frames, {format_frames(frames)}", got=self.frame)
 
 
+@output_kind
 class SweepVideo(ClipOptions, ShownVideo):
     """The eye swings before the display."""
 
@@ -56,6 +57,7 @@ class SweepVideo(ClipOptions, ShownVideo):
             raise Misfit("distance_mm", expected=expected, got=f"{self.distance_mm:g} mm")
 
 
+@output_kind
 class FocusVideo(ClipOptions, ShownVideo):
     """The focus runs through depth."""
 

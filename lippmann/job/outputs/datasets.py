@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
-from lippmann.job.outputs.output import Name, OutputOptions
+from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.outputs.view_block import (
     ViewBlock,
     ViewCount,
@@ -53,6 +53,7 @@ class ViewsOptions(OutputOptions):
             check_block(rig, self.views, wholly=False)
 
 
+@output_kind
 class HciFolder(ViewsOptions, FolderOptions):
     """The folder of the HCI 4D light field benchmark, one a frame (Honauer et al., ACCV 2016)."""
 
@@ -82,6 +83,7 @@ class HciFolder(ViewsOptions, FolderOptions):
             raise Misfit("views", expected=expected, got=f"{block.rows} x {block.cols}")
 
 
+@output_kind
 class SubapertureViews(ViewsOptions, FolderOptions):
     """Views as 10-bit PPM, named as the light fields of JPEG Pleno are; one folder a frame."""
 
@@ -89,6 +91,7 @@ class SubapertureViews(ViewsOptions, FolderOptions):
     name: Name = "subaperture_ppm"
 
 
+@output_kind
 class LensletVideo(FolderOptions):
     """The integral video as MPEG's lenslet sequences are: 8-bit YUV 4:2:0 without a header, and a calibration file."""
 
@@ -100,6 +103,7 @@ class LensletVideo(FolderOptions):
     """Pseudoscopic: as captured."""
 
 
+@output_kind
 class NpzArrays(ViewsOptions):
     """Views as NumPy arrays (v, u, lens_row, lens_col, channel), one .npz a frame."""
 

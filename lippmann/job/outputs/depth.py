@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from lippmann.job.outputs.output import Name, OutputOptions
+from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.outputs.view_block import ViewBlock, all_views, exists_wholly
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import Rig
@@ -16,6 +16,7 @@ Index = Annotated[int, Field(ge=0, le=4096)]
 DepthMm = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
+@output_kind
 class DepthPictures(OutputOptions):
     """How deep what a view shows lies, one file a frame."""
 

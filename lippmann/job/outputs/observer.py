@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 from pydantic import Field
 
 from lippmann.job.outputs.clips import ClipOptions
-from lippmann.job.outputs.output import Name, OutputOptions
+from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.outputs.videos import VideoOptions
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import Rig
@@ -74,6 +74,7 @@ class ObserverOptions(OutputOptions):
             raise Misfit("focus_mm", expected=expected, got=f"{self.focus_mm:g} mm")
 
 
+@output_kind
 class ObserverVideo(ObserverOptions, ClipOptions, VideoOptions):
     """A clip of an eye that moves before the display while time runs."""
 
@@ -95,6 +96,7 @@ class ObserverVideo(ObserverOptions, ClipOptions, VideoOptions):
                 raise Misfit("reach_mm", expected=expected, got=f"{self.reach_mm:g} mm")
 
 
+@output_kind
 class ObserverPictures(ObserverOptions):
     """What is seen of every frame from one place, as PNG."""
 

@@ -1,56 +1,81 @@
-"""What all kinds of output have: a kind, a name, and a short spelling by file name."""
+"""The base of all kinds of output, and the registry of the kinds.
+
+A new kind is one module in this package: a model that derives from `OutputOptions` and is registered with
+`@output_kind`. Its maker is one module in `worker.tasks.outputs`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, Any, ClassVar, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 
 from lippmann.job.rig import Rig
 
 Name = Annotated[str, Field(min_length=1, max_length=50, pattern=r"^[a-z0-9][a-z0-9_-]*$")]
-"""Of a file, without its suffix, or of a folder."""
+"""The name of a file without its suffix, or of a folder."""
 
 
 class OutputOptions(BaseModel):
     """One output of a job.
 
-    A kind's own class says `kind`, a `name` of its own, and its options. What an option says of the file format, it
-    says by `suffix` too.
+    The class of a kind defines `kind`, a default `name`, and its options. An option that selects the file format also
+    selects `suffix`.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
-    """By file suffix, the options that the short spelling `<kind><suffix>` stands for; "" for a folder."""
+    """The options that the short spelling `<kind><suffix>` stands for, by file suffix; the suffix "" is a folder."""
 
     IS_VIDEO: ClassVar[bool] = False
-    """Whether it is one file for the whole job, to be played; else it is one or more files for every frame."""
+    """Whether the output is one video file for the whole job; otherwise it has one or more files for every frame."""
 
     kind: str
     name: Name
 
     @property
     def suffix(self) -> str:
-        """Of its files, as in `.mp4`; empty if it is a folder for every frame."""
+        """The suffix of its files, as in `.mp4`; empty if every frame has a folder."""
         raise NotImplementedError
 
     @property
     def file_name(self) -> str:
-        """What the output is called wherever one is told from the other: its name and suffix."""
+        """The name and suffix, which identify the output among those of its job."""
         return self.name + self.suffix
 
     @property
     def depth_option(self) -> str | None:
-        """The option that asks for the depth of every pixel (`capture.depth`); None if none does."""
+        """The option that requires the depth of every pixel (`capture.depth`); None if the output does not need it."""
         return None
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse options that do not go with the rig, or with the numbers of the frames; most kinds go with any.
+        """Refuse options that do not fit the rig or the numbers of the frames; most kinds fit all of them.
 
         Raises
         ------
         Misfit
-            Naming the option.
+            The error names the option.
         """
+
+
+KINDS: dict[str, type[OutputOptions]] = {}
+"""Every registered kind of output, by its word in job files."""
+
+Kind = TypeVar("Kind", bound=OutputOptions)
+
+
+def output_kind(options: type[Kind]) -> type[Kind]:
+    """Register a kind of output; a class decorator.
+
+    Raises
+    ------
+    ValueError
+        If the class has no kind of its own, or another class has the same kind.
+    """
+    kind = options.model_fields["kind"].default
+    if not isinstance(kind, str) or KINDS.get(kind, options) is not options:
+        raise ValueError(f"expected a kind of output of its own, got {kind!r} from {options.__name__}")
+    KINDS[kind] = options
+    return options

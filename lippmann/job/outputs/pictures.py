@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from lippmann.job.frames import FrameList, parse_frames
-from lippmann.job.outputs.output import Name, OutputOptions
+from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import MAX_FRAME_PX, Rig
 from lippmann.job.viewing import Filter
@@ -18,6 +18,7 @@ Count = Annotated[int, Field(ge=1, le=4096)]
 Index = Annotated[int, Field(ge=0, le=4096)]
 
 
+@output_kind
 class ViewGrid(OutputOptions):
     """All views side by side: v down, u across."""
 
@@ -33,6 +34,7 @@ class ViewGrid(OutputOptions):
         return ".png"
 
 
+@output_kind
 class Sheets(OutputOptions):
     """A master of every frame as an sRGB picture, pixel for pixel."""
 
@@ -79,6 +81,7 @@ class PictureOptions(OutputOptions):
             raise Misfit("scale", expected=f"a picture of at most {MAX_FRAME_PX} px a side", got=f"{longest} px")
 
 
+@output_kind
 class Quilt(PictureOptions):
     """Views as tiles, the leftmost at the lower left, for displays with horizontal parallax (Looking Glass)."""
 
@@ -136,6 +139,7 @@ class Quilt(PictureOptions):
         self.check_size(rig.lens_array.count[0] * rows, rig.lens_array.count[1] * columns)
 
 
+@output_kind
 class Epi(PictureOptions):
     """Epipolar slices: what a line of lenses shows as the eye moves along it."""
 
@@ -161,6 +165,7 @@ class Epi(PictureOptions):
         self.check_size(max(rows, len(self.lens_rows) * slice_px), max(cols, len(self.lens_cols) * slice_px))
 
 
+@output_kind
 class ContactSheet(PictureOptions):
     """Small pictures side by side, with captions: one for the job."""
 

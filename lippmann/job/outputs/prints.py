@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
-from lippmann.job.outputs.output import Name, OutputOptions
+from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import MAX_FRAME_PX, MM_PER_INCH, Rig
 
@@ -86,6 +86,7 @@ class PaperOptions(OutputOptions):
             raise Misfit("file_format", expected=expected, got=f"pdf of {side_mm:.0f} mm")
 
 
+@output_kind
 class Print(PaperOptions):
     """The orthoscopic sheet on the pixels of a printer, one page a frame, for the array to be laid on."""
 
@@ -125,6 +126,7 @@ class Print(PaperOptions):
         self.check_page(side_mm + 2 * self.margin_mm, pixel_mm, field="margin_mm")
 
 
+@output_kind
 class CalibrationSheet(PaperOptions):
     """Strips of lines of slightly different pitches: the one that is even under the array has its pitch."""
 

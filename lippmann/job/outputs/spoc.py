@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from lippmann.job.outputs.output import Name, OutputOptions
+from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import MAX_FRAME_PX, MIN_PX_PER_LENS, Rig, check_px_per_lens
 from lippmann.lattice.cell import Lattice
@@ -19,6 +19,7 @@ MAX_LENSES = 4096
 Count = Annotated[int, Field(ge=1, le=MAX_LENSES)]
 
 
+@output_kind
 class Spoc(OutputOptions):
     """A sheet for another display, of every frame: an EXR master, and a PNG to look at and to print.
 

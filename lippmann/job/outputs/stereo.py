@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from lippmann.job.outputs.output import Name
+from lippmann.job.outputs.output import Name, output_kind
 from lippmann.job.outputs.videos import Repeat, ShownVideo
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import Rig
@@ -58,6 +58,7 @@ class PairOptions(ShownVideo):
             raise Misfit("distance_mm", expected=expected, got=f"{self.distance_mm:g} mm")
 
 
+@output_kind
 class StereoVideo(PairOptions):
     """What two eyes see, side by side."""
 
@@ -80,6 +81,7 @@ class StereoVideo(PairOptions):
         return max(rows, cols if self.packing == "half" else 2 * cols)
 
 
+@output_kind
 class AnaglyphVideo(PairOptions):
     """What two eyes see, in one picture for red-cyan glasses, red on the left."""
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from lippmann.job.outputs.codecs import CHOICES, Bits, Chroma, Codec, Container
-from lippmann.job.outputs.output import Name, OutputOptions
+from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import Rig
 from lippmann.job.viewing import Filter
@@ -81,6 +81,7 @@ class ShownVideo(VideoOptions):
         return max(rig.lens_array.count)
 
 
+@output_kind
 class ViewsVideo(ShownVideo):
     """Every view of every frame, one after the other; every second frame backward, so that nothing jumps."""
 
@@ -90,6 +91,7 @@ class ViewsVideo(ShownVideo):
     """A frame of 8 x 8 views takes 2.7 s."""
 
 
+@output_kind
 class CentreVideo(ShownVideo):
     """The centre view in time."""
 
@@ -98,6 +100,7 @@ class CentreVideo(ShownVideo):
     repeat: Repeat = 1
 
 
+@output_kind
 class OrthoscopicVideo(VideoOptions):
     """The integral video itself, pixel for pixel."""
 
@@ -106,6 +109,7 @@ class OrthoscopicVideo(VideoOptions):
     codec: Codec = "ffv1"
 
 
+@output_kind
 class IntegralVideo(VideoOptions):
     """The integral video as it was captured, pseudoscopic, pixel for pixel."""
 

@@ -11,7 +11,7 @@ import typer.main
 from pydantic import BaseModel
 
 from lippmann.cli.main import app
-from lippmann.job.outputs.choice import KINDS
+from lippmann.job.outputs.output import KINDS
 from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.job.states import JOB_MOVES, TASK_MOVES
 from povtemplates.catalogue import scene_folders

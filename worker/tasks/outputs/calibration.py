@@ -17,11 +17,13 @@ from worker.images.write import write_code_rows
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.paper import paper_bands
+from worker.tasks.outputs.registry import describes, makes
 from worker.whole_file import new_file
 
 TITLE = "Calibration sheet"
 
 
+@makes(CalibrationSheet)
 def make_calibration_sheet(making: Making, output: CalibrationSheet) -> None:
     """Make the sheet: a PDF of two pages, or a picture for each direction."""
     rig = making.footage.rig(making.footage.frames[0])
@@ -29,6 +31,7 @@ def make_calibration_sheet(making: Making, output: CalibrationSheet) -> None:
         making.keep(file, partial(write_sheet, output=output, pages=pages))
 
 
+@describes(CalibrationSheet)
 def about_calibration_sheet(footage: Footage, output: CalibrationSheet) -> dict[str, Any]:
     """Return which strip has which pitch, where it is, and how wide bands are over it if the pitch is as expected."""
     rig = footage.rig(footage.frames[0])

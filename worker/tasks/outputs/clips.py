@@ -21,6 +21,7 @@ from lippmann.optics.rig.bench import bench
 from worker.tasks.outputs.encoding import Picture, encode_shown
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.registry import describes, makes
 
 PERIOD_S = 4.0
 """How long a swing takes, there and back, where nothing is said: slow enough to look about."""
@@ -29,18 +30,21 @@ MAX_STACK_PX = 2**24
 """Of the pictures of a focal stack, together: 200 MB, and as much again while it is made."""
 
 
+@makes(SweepVideo)
 def make_sweep(making: Making, output: SweepVideo) -> None:
     """Make what an eye sees that swings before the display."""
     frames = clip_frames(making.footage, output)
     encode_shown(making, output, _swept(making.footage, output, frames), count=len(frames), fps=output.fps)
 
 
+@makes(FocusVideo)
 def make_focus(making: Making, output: FocusVideo) -> None:
     """Make what is seen while the focus runs through depth."""
     frames = clip_frames(making.footage, output)
     encode_shown(making, output, _focused(making.footage, output, frames), count=len(frames), fps=output.fps)
 
 
+@describes(FocusVideo)
 def about_focus(footage: Footage, output: FocusVideo) -> Mapping[str, Any]:
     """Return what a sidecar says of the focus."""
     from_mm, to_mm = focus_depths(footage, output)

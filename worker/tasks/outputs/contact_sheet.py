@@ -18,12 +18,14 @@ from worker.images.write import write_png
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.pictures import Picture, scaled
+from worker.tasks.outputs.registry import makes
 
 FONT_PX = 12
 BACKGROUND, INK = 0.03, 0.8
 """Linear light: dark grey, and letters that are read on it."""
 
 
+@makes(ContactSheet)
 def make_contact_sheet(making: Making, output: ContactSheet) -> None:
     """Make small pictures side by side, with captions."""
     footage = making.footage

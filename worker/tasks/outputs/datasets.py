@@ -23,6 +23,7 @@ from worker.images.write import write_png
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.frame_views import FrameViews, about_views, each_frame
 from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.registry import describes, makes
 from worker.tasks.outputs.sidecar import geometry
 from worker.whole_file import write_bytes
 
@@ -36,6 +37,7 @@ DisparityMap = Callable[[], NDArray[np.float32]]
 Write = Callable[[Path], None]
 
 
+@makes(HciFolder)
 def make_hci(making: Making, output: HciFolder) -> None:
     """Make a folder of the HCI benchmark for every frame."""
     count = len(making.footage.frames)
@@ -57,6 +59,7 @@ def _hci_files(views: FrameViews, output: HciFolder) -> Iterator[tuple[str, Writ
     yield "parameters.cfg", partial(_write_parameters, views, maps.values())
 
 
+@describes(HciFolder)
 def about_hci(footage: Footage, output: HciFolder) -> Mapping[str, Any]:
     """Return what a sidecar says of HCI folders."""
     return {
@@ -69,6 +72,7 @@ def about_hci(footage: Footage, output: HciFolder) -> Mapping[str, Any]:
     }
 
 
+@makes(SubapertureViews)
 def make_subaperture_ppm(making: Making, output: SubapertureViews) -> None:
     """Make a folder of 10-bit PPMs for every frame."""
     for views in each_frame(making, output):
@@ -76,6 +80,7 @@ def make_subaperture_ppm(making: Making, output: SubapertureViews) -> None:
             making.keep(f"{views.stem}/{u:03d}_{v:03d}.ppm", partial(_write_ppm, views=views, place=(v, u)))
 
 
+@describes(SubapertureViews)
 def about_subaperture_ppm(footage: Footage, output: SubapertureViews) -> Mapping[str, Any]:
     """Return what a sidecar says of sub-aperture PPMs."""
     return {
@@ -85,12 +90,14 @@ def about_subaperture_ppm(footage: Footage, output: SubapertureViews) -> Mapping
     }
 
 
+@makes(NpzArrays)
 def make_npz(making: Making, output: NpzArrays) -> None:
     """Make an NPZ of every frame."""
     for views in each_frame(making, output):
         making.keep(f"{views.stem}{output.suffix}", partial(_write_arrays, views=views, output=output))
 
 
+@describes(NpzArrays)
 def about_npz(footage: Footage, output: NpzArrays) -> Mapping[str, Any]:
     """Return what a sidecar says of NPZ arrays."""
     light = "linear light" if output.dtype.startswith("float") else "sRGB codes"

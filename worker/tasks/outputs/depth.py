@@ -18,8 +18,10 @@ from worker.images.false_colour import deepest_shown_mm, depth_colours
 from worker.images.write import write_channels, write_png
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.registry import describes, makes
 
 
+@makes(DepthPictures)
 def make_depth(making: Making, output: DepthPictures) -> None:
     """Make the depth of a view of every frame."""
     footage = making.footage
@@ -29,6 +31,7 @@ def make_depth(making: Making, output: DepthPictures) -> None:
         )
 
 
+@describes(DepthPictures)
 def about_depth(footage: Footage, output: DepthPictures) -> Mapping[str, Any]:
     """Return what a sidecar says of which view it is, and how colours and numbers are to be read."""
     u, v = _number(footage, output)

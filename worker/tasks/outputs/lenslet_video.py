@@ -20,6 +20,7 @@ from worker.exports.yuv import write_frame
 from worker.images.colour import srgb_codes
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.registry import describes, makes
 from worker.video.size import even_sided
 from worker.whole_file import new_file, write_bytes
 
@@ -45,6 +46,7 @@ class _Sequence:
         return self.layout.cols + self.layout.cols % 2
 
 
+@makes(LensletVideo)
 def make_mpeg_lenslet(making: Making, output: LensletVideo) -> None:
     """Make the sequence and its calibration file."""
     footage = making.footage
@@ -55,6 +57,7 @@ def make_mpeg_lenslet(making: Making, output: LensletVideo) -> None:
     making.keep(f"{sequence.stem}.yuv", partial(_write_frames, making=making, output=output))
 
 
+@describes(LensletVideo)
 def about_mpeg_lenslet(footage: Footage, output: LensletVideo) -> Mapping[str, Any]:
     """Return what a sidecar says of a lenslet sequence."""
     sequence = _sequence(footage, output)

@@ -27,8 +27,10 @@ from worker.tasks.outputs.clips import clip_frames
 from worker.tasks.outputs.encoding import Picture, encode_pixels
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.registry import describes, makes
 
 
+@makes(ObserverVideo)
 def make_observer(making: Making, output: ObserverVideo) -> None:
     """Make the clip of an eye that moves while time runs."""
     moments = clip_moments(making.footage, output)
@@ -36,6 +38,7 @@ def make_observer(making: Making, output: ObserverVideo) -> None:
     encode_pixels(making, output, pictures, count=len(moments), fps=output.fps)
 
 
+@makes(ObserverPictures)
 def make_observer_pictures(making: Making, output: ObserverPictures) -> None:
     """Make a picture of what is seen of every frame."""
     footage = making.footage
@@ -46,6 +49,7 @@ def make_observer_pictures(making: Making, output: ObserverPictures) -> None:
         )
 
 
+@describes(ObserverVideo, ObserverPictures)
 def about_observer(footage: Footage, output: ObserverOptions) -> Mapping[str, Any]:
     """Return what a sidecar says of the display and the eye, at the first frame."""
     display, place = observed(footage, output, footage.frames[0]), place_of(footage, output)

@@ -25,6 +25,7 @@ from worker.images.write import write_png, write_tiff
 from worker.tasks.assemble import on_device
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.registry import describes, makes
 
 Picture = NDArray[np.floating[Any]]
 
@@ -33,6 +34,7 @@ class _Write(Protocol):
     def __call__(self, path: Path, frame: int) -> None: ...
 
 
+@makes(ViewGrid)
 def make_view_grid(making: Making, output: ViewGrid) -> None:
     """Make the picture of all views side by side."""
 
@@ -43,6 +45,7 @@ def make_view_grid(making: Making, output: ViewGrid) -> None:
     _keep_of_every_frame(making, output.suffix, write)
 
 
+@makes(Sheets)
 def make_sheets(making: Making, output: Sheets) -> None:
     """Make masters into pictures for people."""
     write_picture = write_png if output.file_format == "png" else write_tiff
@@ -54,6 +57,7 @@ def make_sheets(making: Making, output: Sheets) -> None:
     _keep_of_every_frame(making, output.suffix, write)
 
 
+@makes(Quilt)
 def make_quilt(making: Making, output: Quilt) -> None:
     """Make quilts, whose names say how they are laid out."""
     layout = making.footage.layout
@@ -73,6 +77,7 @@ def make_quilt(making: Making, output: Quilt) -> None:
     _keep_of_every_frame(making, said + output.suffix, write)
 
 
+@describes(Quilt)
 def about_quilt(footage: Footage, output: Quilt) -> dict[str, Any]:
     """Return which views a quilt's tiles are, in the order of its tiles: from the lower left, to the right, then up."""
     rows_of_views, across, columns = _quilt_tiles(output, footage.layout)
@@ -102,6 +107,7 @@ def _quilt_aspect(output: Quilt, layout: CellLayout) -> float:
     return output.aspect or wide / high
 
 
+@makes(Epi)
 def make_epi(making: Making, output: Epi) -> None:
     """Make epipolar slices: horizontal ones below each other in a picture, vertical ones side by side in another."""
     layout, cols = making.footage.layout, output.lens_cols

@@ -28,9 +28,11 @@ from worker.images.write import write_code_rows
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.paper import paper_bands
+from worker.tasks.outputs.registry import describes, makes
 from worker.whole_file import new_file
 
 
+@makes(Print)
 def make_print(making: Making, output: Print) -> None:
     """Make a page of every frame."""
     frames = making.footage.frames
@@ -39,6 +41,7 @@ def make_print(making: Making, output: Print) -> None:
         making.keep(names.frame_stem(frame) + output.suffix, partial(_write, making=part, output=output, frame=frame))
 
 
+@describes(Print)
 def about_print(footage: Footage, output: Print) -> dict[str, Any]:
     """Return where on the page the array is."""
     page, label = _page(footage, output, footage.frames[0])

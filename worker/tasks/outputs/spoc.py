@@ -22,9 +22,11 @@ from worker.images.write import write_code_rows, write_exr_rows
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.pictures import sheet_density
+from worker.tasks.outputs.registry import describes, makes
 from worker.tasks.outputs.sidecar import geometry_of
 
 
+@makes(Spoc)
 def make_spoc(making: Making, output: Spoc) -> None:
     """Make the sheet of every frame for a display, as master and as picture."""
     frames = making.footage.frames
@@ -40,6 +42,7 @@ def make_spoc(making: Making, output: Spoc) -> None:
         master.unlink()
 
 
+@describes(Spoc)
 def about_spoc(footage: Footage, output: Spoc) -> Mapping[str, Any]:
     """Return what the sidecar says of the sheets for a display."""
     rig = footage.rig(footage.frames[0])

@@ -20,18 +20,22 @@ from lippmann.lightfield.views.views import view
 from worker.tasks.outputs.encoding import Picture, again, encode_shown
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.registry import describes, makes
 
 
+@makes(StereoVideo)
 def make_stereo(making: Making, output: StereoVideo) -> None:
     """Make what two eyes see, side by side."""
     _encode(making, output, output.order, half_width=output.packing == "half")
 
 
+@makes(AnaglyphVideo)
 def make_anaglyph(making: Making, output: AnaglyphVideo) -> None:
     """Make what two eyes see, in one picture for red-cyan glasses."""
     _encode(making, output, "anaglyph")
 
 
+@describes(StereoVideo, AnaglyphVideo)
 def about_pair(footage: Footage, output: PairOptions) -> Mapping[str, Any]:
     """Return what a sidecar says of the two eyes, the left one first."""
     if output.views is not None:

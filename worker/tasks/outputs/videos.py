@@ -10,8 +10,10 @@ from lippmann.lightfield.views.views import centre, successive_views, view, view
 from worker.tasks.outputs.encoding import Picture, again, encode_pixels, encode_shown
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.registry import makes
 
 
+@makes(ViewsVideo)
 def make_views(making: Making, output: ViewsVideo) -> None:
     """Make the movie of every view of every frame."""
     footage = making.footage
@@ -19,6 +21,7 @@ def make_views(making: Making, output: ViewsVideo) -> None:
     encode_shown(making, output, _all_views(footage), count=count, fps=output.views_per_s)
 
 
+@makes(CentreVideo)
 def make_centre(making: Making, output: CentreVideo) -> None:
     """Make the centre view in time."""
     footage, layout = making.footage, making.footage.layout
@@ -31,6 +34,7 @@ def make_centre(making: Making, output: CentreVideo) -> None:
     encode_shown(making, output, again(views, output.repeat), count=count, fps=footage.fps)
 
 
+@makes(OrthoscopicVideo)
 def make_orthoscopic(making: Making, output: OrthoscopicVideo) -> None:
     """Make the integral video itself."""
     footage = making.footage
@@ -38,6 +42,7 @@ def make_orthoscopic(making: Making, output: OrthoscopicVideo) -> None:
     encode_pixels(making, output, sheets, count=len(footage.frames), fps=footage.fps)
 
 
+@makes(IntegralVideo)
 def make_integral(making: Making, output: IntegralVideo) -> None:
     """Make the integral video as it was captured."""
     footage = making.footage

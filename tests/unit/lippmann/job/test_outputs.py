@@ -6,7 +6,8 @@ import pytest
 from sqlalchemy import String
 
 from lippmann.errors import SpecError
-from lippmann.job.outputs.choice import KINDS, spelled_out, spellings
+from lippmann.job.outputs.choice import spelled_out, spellings
+from lippmann.job.outputs.output import KINDS
 from lippmann.job.spec import parse_spec
 from service.db.tables import Task
 
@@ -33,7 +34,7 @@ def test_the_database_has_room_for_the_longest_name_of_every_kind() -> None:
     [
         (["view_grid.png", {"kind": "view_grid", "bits": 16}], "outputs.1.name: expected a name of its own"),
         ([{"kind": "view_grid", "name": "../up"}], "outputs.0.name: expected"),
-        ([{"kind": "nothing"}], "outputs.0.kind: expected one of views, centre,"),
+        ([{"kind": "nothing"}], "outputs.0.kind: expected one of anaglyph, calibration_sheet,"),
         ([{}], "outputs.0.kind: expected one of .*, got nothing"),
         ([7], "outputs.0: expected an object with a kind, or the name of a file, got 7"),
         ([{"kind": "view_grid", "bit": 8}], "outputs.0.bit: expected no such field"),
