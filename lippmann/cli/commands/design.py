@@ -35,11 +35,13 @@ def design(
     """Compute what a job will produce, without rendering: image, views, display, depth budget and cost."""
     from lippmann.cli.text.design import design_text
     from lippmann.local.design import design_sheet
+    from lippmann.local.files.writable import check_writable
     from lippmann.plan.design import designer
 
     sheet = design_sheet(job_file, preset=preset, scene=scene, overrides=overrides or ())
     found = designer.design(sheet, frame=frame)
     if svg is not None:
+        check_writable(svg.absolute().parent)
         svg.write_text(designer.drawing(sheet, frame=frame) + "\n", encoding="utf-8")
         output.note(f"The drawing is in {svg}.")
     output.result(found.model_dump(mode="json"), design_text(found))

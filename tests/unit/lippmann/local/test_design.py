@@ -72,6 +72,19 @@ def test_any_design_has_a_text(overrides: tuple[str, ...]) -> None:
     assert "None" not in text
 
 
+def test_a_drawing_is_written_to_a_new_folder_and_refused_below_a_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    out = tmp_path / "new" / "bench.svg"
+    run(monkeypatch, capsys, "--preset", "paper-iv", "--svg", str(out))
+    assert out.is_file()
+    monkeypatch.setattr(sys, "argv", ["lippmann", "design", "--preset", "paper-iv", "--svg", str(out / "bench.svg")])
+    with pytest.raises(SystemExit) as ended:
+        main.main()
+    assert ended.value.code
+    assert "expected a folder that can be written" in capsys.readouterr().err
+
+
 def test_the_drawing_is_written_where_it_was_asked_for(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
