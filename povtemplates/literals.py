@@ -7,7 +7,7 @@ from collections.abc import Iterable
 
 
 def number(value: float) -> str:
-    """Return a number, all its digits.
+    """Return a number with all its digits.
 
     >>> number(1.0), number(-0.1), number(1e-7)
     ('1', '-0.1', '1e-07')
@@ -15,7 +15,7 @@ def number(value: float) -> str:
     Raises
     ------
     ValueError
-        If it is not finite: SDL has no word for that.
+        If the number is not finite, because SDL has no literal for it.
     """
     if not math.isfinite(value):
         raise ValueError(f"expected a finite number, got {value}")
@@ -32,7 +32,7 @@ def vector(values: Iterable[float]) -> str:
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Return numbers separated by commas, as a macro's arguments."""
+    """Return numbers separated by commas, as arguments of a macro."""
     return ", ".join(map(number, values))
 
 

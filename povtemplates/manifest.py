@@ -1,4 +1,4 @@
-"""The text of a scene.toml, as data."""
+"""Reading the text of a scene.toml."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from typing import Any
 
 
 class ManifestError(ValueError):
-    """scene.toml is not TOML."""
+    """The file scene.toml is not TOML."""
 
 
 def read_manifest(data: bytes) -> dict[str, Any]:
-    """Return what a scene.toml says.
+    """Return the contents of a scene.toml.
 
     Raises
     ------
     ManifestError
-        With the place where it stops being TOML.
+        If the text is not TOML in UTF-8; the message names the place.
     """
     try:
         return tomllib.loads(data.decode("utf-8"))

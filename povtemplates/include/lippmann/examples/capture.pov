@@ -5,8 +5,8 @@
 //
 // Licence: MIT. Run the command in this folder. Units: mm.
 //
-// The sides of the picture are the number of lenses times the pixels of a lens. Antialiasing is off, because neighbouring
-// pixels can belong to different lenses.
+// The sides of the picture are the number of lenses times the pixels of a lens. Antialiasing is off, because
+// neighbouring pixels can belong to different lenses.
 
 #version 3.7;
 
@@ -24,7 +24,8 @@ plane { y, 0 pigment { checker rgb 0.9 rgb 0.4 scale 40 } }
 light_source { <-500, 1500, -1000>, 1 }
 background { rgb <0.5, 0.7, 1> }
 
-// The place of the rig: its first surface, the point that it looks at, the upward direction and the millimetres in a unit.
+// The place of the rig: its first surface, the point that it looks at, the upward direction and the millimetres in a
+// unit.
 #macro Stand()
   Lippmann_Stage(<0, 60, -1000>, <0, 60, 0>, y, 1)
 #end

@@ -1,4 +1,5 @@
-// The distances of a ball, a ring and the ground, as fog: near things are dark, and blue shows that there is a distance.
+// The distances of a ball, a ring and the ground, as fog: near things are dark, and blue shows that there is a
+// distance.
 //
 //   povray +Idepth.pov +L../.. +W320 +H240
 //

@@ -1,5 +1,5 @@
-// A reading glass on a table before a checkered board. Through the lens the board is upright and larger. The black baffle
-// around the rim stops the rays that pass beside the glass.
+// A reading glass on a table before a checkered board. Through the lens the board is upright and larger. The black
+// baffle around the rim stops the rays that pass beside the glass.
 //
 //   povray +Iimaging_lens.pov +L../.. +W320 +H240
 //

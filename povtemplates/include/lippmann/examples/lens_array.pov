@@ -10,7 +10,8 @@ global_settings { assumed_gamma 1 max_trace_level 10 }
 
 #include "lippmann/lens_array.inc"
 
-// 12 rows and 12 columns, pitch 1 mm, focal length 3.3 mm, index 1.49. With an aperture of 0 the lenses fill their cells.
+// 12 rows and 12 columns, pitch 1 mm, focal length 3.3 mm, index 1.49. With an aperture of 0 the lenses fill their
+// cells.
 object { Lippmann_Microlens_Array_Square(12, 12, 1, 3.3, 1.49, 0) }
 
 // The observer looks along -z. The letter is 200 mm behind the flat side of the array.

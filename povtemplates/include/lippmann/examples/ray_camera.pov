@@ -3,7 +3,8 @@
 //
 //   povray +Iray_camera.pov +L../.. +W240 +H241 +SR2 +ER241
 //
-// Licence: MIT. Run the command in this folder. Units: mm. The first row of the picture stays black: see ray_camera.inc.
+// Licence: MIT. Run the command in this folder. Units: mm. The first row of the picture stays black: see
+// ray_camera.inc.
 
 #version 3.7;
 global_settings { assumed_gamma 1 }
@@ -23,8 +24,9 @@ global_settings { assumed_gamma 1 }
     #while (Row < Lenses * Pixels)
       #declare Column = 0;
       #while (Column < Lenses * Pixels)
-        #declare Centre = <floor(Column / Pixels) + 0.5 - Lenses / 2, Lenses / 2 - floor(Row / Pixels) - 0.5, 0> * Pitch;
-        #declare Pixel = <(Column + 0.5) / Pixels - Lenses / 2, Lenses / 2 - (Row + 0.5) / Pixels, 0> * Pitch;
+        #declare Centre = <floor(Column / Pixels) + 0.5, -floor(Row / Pixels) - 0.5, 0>;
+        #declare Centre = (Centre + <-Lenses, Lenses, 0> / 2) * Pitch;
+        #declare Pixel = (<(Column + 0.5) / Pixels, -(Row + 0.5) / Pixels, 0> + <-Lenses, Lenses, 0> / 2) * Pitch;
         , Lippmann_Ray(Centre, Centre - (Pixel + Focal_Length * z))
         #declare Column = Column + 1;
       #end

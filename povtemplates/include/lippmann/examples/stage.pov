@@ -1,5 +1,5 @@
-// The axes of a rig, placed in a scene that is made in metres: red points to the right, green upward, and blue along the
-// optical axis to the observer. Each bar is 100 mm long.
+// The axes of a rig, placed in a scene that is made in metres: red points to the right, green upward, and blue along
+// the optical axis to the observer. Each bar is 100 mm long.
 //
 //   povray +Istage.pov +L../.. +W320 +H240
 //
