@@ -41,8 +41,6 @@ polygon {{ 5, <-H, -H>, <H, -H>, <H, H>, <-H, H>, <-H, -H>
   scale 1 / {mm_per_unit}
 }}
 background {{ rgb 1 }}
-#include "lippmann/stage.inc"
-#include "lippmann/glass.inc"
 #include "lippmann/ray_camera.inc"
 #include "lippmann-rays.inc"
 camera {{ Lippmann_Ray_Camera(Lippmann_Rays, {stage}, {mm_per_unit}) }}

@@ -17,7 +17,8 @@ from lippmann.optics.rig.microlens import microlens
 from tests.builders import small_job
 from tests.integration.povray.sdl import INCLUDES, LIBRARY, STAND_IN, evaluate, render_text, run_povray
 
-TUNABLE = re.compile(r"^ *#ifndef \((Lippmann_\w+)\)\s+#declare \1 = ([^;{]+?)( \{|;)", re.MULTILINE)
+TUNABLE = re.compile(r"^#ifndef \((Lippmann_\w+)\)\s+#declare \1 = (?!version)([^;{]+?)( \{|;)", re.MULTILINE)
+"""The name and the default of a value that the user can declare before the include."""
 LOCAL = re.compile(r"#local (\w+) =")
 
 ALL = "".join(f'#include "lippmann/{include.name}"\n' for include in INCLUDES)
@@ -197,3 +198,5 @@ def test_an_array_by_its_data_sheet_is_the_one_that_the_farm_builds(
     expected, _ = render_text(built + LETTER, tmp_path, cols=70, rows=50)
     assert expected.std() > 0.1
     assert (np.abs(found - expected) > 1e-3).mean() < 0.002
+    (thickness_mm,) = evaluate(tmp_path, asked.replace("object {", "#declare Array = object {"), "max_extent(Array).z")
+    assert thickness_mm - 10 == pytest.approx(shape.thickness_mm, abs=1e-6)

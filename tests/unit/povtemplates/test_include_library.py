@@ -19,6 +19,7 @@ LIBRARY = INCLUDE_FOLDER / "lippmann"
 INCLUDES = sorted(LIBRARY.glob("*.inc"))
 PAGE = (DOCS / "sdl-library.md").read_text()
 
+DEFINED = re.compile(r"(?:#macro|#declare) (Lippmann_\w+)")
 VERSION = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["version"]
 
 
@@ -41,6 +42,15 @@ def test_an_include_has_a_header_and_a_guard(include: Path) -> None:
     assert f'// Use:      #include "lippmann/{include.name}"\n' in header
     assert all(line.startswith("//") for line in header.splitlines() if line)
     assert rest.endswith(f"#if ({guard} < 3.7) #version {guard}; #end\n#end\n")
+
+
+@pytest.mark.parametrize("include", INCLUDES, ids=lambda include: include.stem)
+def test_an_include_itself_includes_every_file_whose_names_it_uses(include: Path) -> None:
+    code = "".join(line.partition("//")[0] + "\n" for line in include.read_text().splitlines())
+    included = {LIBRARY / name for name in re.findall(r'^#include "lippmann/(\w+\.inc)"$', code, re.MULTILINE)}
+    owners = {name: one for one in INCLUDES for name in DEFINED.findall(one.read_text())}
+    needed = {owners[name] for name in re.findall(r"\bLippmann_\w+", code)} - {include}
+    assert needed <= included
 
 
 def test_the_library_path_holds_nothing_but_the_library() -> None:
