@@ -33,7 +33,7 @@ from lippmann.lightfield.observer.observe import whole_window
 from lippmann.lightfield.observer.window import Window
 from lippmann.lightfield.refocus.all_in_focus import extended_focus
 from lippmann.lightfield.refocus.ciir import ciir_stack
-from lippmann.lightfield.refocus.depth_focused_view import depth_view
+from lippmann.lightfield.refocus.depth_focused_view import depth_focused_view
 from lippmann.lightfield.refocus.shift_and_sum import focal_stack
 from lippmann.lightfield.views.epi import epi_of_col, epi_of_row
 from lippmann.lightfield.views.light_field import light_field, on_square_pixels
@@ -281,7 +281,7 @@ class IntegralImage(lightfield.IntegralImage):
             If the image is pseudoscopic.
         """
         self.check_orthoscopic()
-        found = light_field(self.pixels, self.layout)
+        found = light_field(self)
         return on_square_pixels(found, self.layout) if square_pixels else found
 
     def epi(self, *, lens_row: int | None = None, lens_col: int | None = None) -> Light:
@@ -301,9 +301,9 @@ class IntegralImage(lightfield.IntegralImage):
         """
         self.check_orthoscopic()
         if lens_row is not None and lens_col is None:
-            return epi_of_row(self.pixels, self.layout, lens_row)
+            return epi_of_row(self, lens_row)
         if lens_col is not None and lens_row is None:
-            return epi_of_col(self.pixels, self.layout, lens_col)
+            return epi_of_col(self, lens_col)
         raise LayoutError("expected either lens_row or lens_col")
 
     def depth_focused_view(
@@ -326,10 +326,7 @@ class IntegralImage(lightfield.IntegralImage):
             If there is no such view at that depth, or the image is pseudoscopic.
         """
         self.check_orthoscopic()
-        return depth_view(
-            self.pixels, self.layout, depth_mm, focal_mm=self.focal_length_mm, direction=direction,
-            px_per_lens=px_per_lens,
-        )  # fmt: skip
+        return depth_focused_view(self, depth_mm, direction=direction, px_per_lens=px_per_lens)
 
     def refocus(
         self, depth_mm: float, *, method: RefocusMethod = "shift_and_sum", px_per_lens: int | None = None
@@ -374,12 +371,10 @@ class IntegralImage(lightfield.IntegralImage):
         """
         self.check_orthoscopic()
         if method == "ciir":
-            return ciir_stack(
-                self.pixels, self.layout, depths_mm, focal_mm=self.focal_length_mm, px_per_lens=px_per_lens
-            )
+            return ciir_stack(self, depths_mm, px_per_lens=px_per_lens)
         if px_per_lens is not None:
             raise LayoutError(f"expected px_per_lens with the method ciir only, got it with {method}")
-        return focal_stack(self.pixels, self.layout, depths_mm, focal_mm=self.focal_length_mm)
+        return focal_stack(self, depths_mm)
 
     def all_in_focus(self, depths_mm: Sequence[float]) -> Light:
         """Return one picture that is sharp at several depths, put together from their focal stack.
@@ -429,10 +424,7 @@ class IntegralImage(lightfield.IntegralImage):
             If there is no such view or none beside it, or the image is pseudoscopic.
         """
         self.check_orthoscopic()
-        return estimated_depth(
-            self.pixels, self.layout, self._view_number(u, v), focal_mm=self.focal_length_mm, method=method,
-            range_mm=range_mm, reach=reach,
-        )  # fmt: skip
+        return estimated_depth(self, self._view_number(u, v), method=method, range_mm=range_mm, reach=reach)
 
     def true_depth(self, u: int | None = None, v: int | None = None) -> ViewDepth:
         """Return the known depth map of a view.
@@ -472,8 +464,7 @@ class IntegralImage(lightfield.IntegralImage):
             If the eye is not in front of the display, or the image is pseudoscopic.
         """
         self.check_orthoscopic()
-        seen = perspective(self.pixels, self.layout, _eye(eye), pitch_mm=self.pitch_mm, gap_mm=self.focal_length_mm)
-        return as_square(seen.picture, self.layout)
+        return as_square(perspective(self, _eye(eye)).picture, self.layout)
 
     def lenses_seen(self, eye: Place) -> NDArray[np.bool_]:
         """Return which lenses show an eye light of their own cell, `(lens_row, lens_col)`; see `perspective`."""

@@ -19,6 +19,7 @@ from lippmann.job.resolved import JobSheet
 from lippmann.job.spec import JobSpec
 from lippmann.job.stage import Stage
 from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.observer.looking import Looking, look
 from lippmann.lightfield.observer.observe import whole_window
 from lippmann.lightfield.refocus.shift_and_sum import refocus
@@ -71,6 +72,11 @@ class Sight:
     def gap_mm(self) -> float:
         """From the pixels to the lenses: everything here is seen as under an array one focal length off."""
         return self.spec.rig.lens_array.focal_length_mm
+
+    def image(self, pixels: Sheet) -> IntegralImage:
+        """Return the integral image of the frame, from the pixels of its orthoscopic master."""
+        pitch_mm = self.spec.rig.lens_array.pitch_mm
+        return IntegralImage(pixels=pixels, layout=self.layout, pitch_mm=pitch_mm, focal_length_mm=self.gap_mm)
 
 
 class Sheets:
@@ -211,14 +217,13 @@ def see_view(sheet: Sheet, sight: Sight, query: schema.ViewQuery) -> Light:
 def see_from(sheet: Sheet, sight: Sight, query: schema.PerspectiveQuery) -> Light:
     """Return what an eye sees, on square pixels; lenses that show it another's light are dark."""
     eye = _eye(sight, query)
-    pitch_mm = sight.spec.rig.lens_array.pitch_mm
-    seen = perspective(sheet, sight.layout, eye, pitch_mm=pitch_mm, gap_mm=sight.gap_mm)
+    seen = perspective(sight.image(sheet), eye)
     return as_square(seen.picture, sight.layout)
 
 
 def see_focused(sheet: Sheet, sight: Sight, query: schema.RefocusQuery) -> Light:
     """Return the picture that is sharp at a depth."""
-    return refocus(sheet, sight.layout, query.depth_mm, focal_mm=sight.gap_mm)
+    return refocus(sight.image(sheet), query.depth_mm)
 
 
 def see_observed(sheet: Sheet, sight: Sight, query: schema.ObserverQuery) -> Light:
@@ -250,7 +255,7 @@ def see_observed(sheet: Sheet, sight: Sight, query: schema.ObserverQuery) -> Lig
 
 def see_atlas(sheet: Sheet, sight: Sight, query: schema.AtlasQuery) -> Light:
     """Return the views as one picture."""
-    return atlas_picture(sheet, sight.layout, plan_atlas(sight.layout, max_px=query.max_px))
+    return atlas_picture(sight.image(sheet), plan_atlas(sight.layout, max_px=query.max_px))
 
 
 def _eye(sight: Sight, query: schema.PerspectiveQuery | schema.ObserverQuery) -> Eye:

@@ -178,7 +178,7 @@ def test_a_ball_wanders_over_the_views_as_its_depth_says(tmp_path: Path, lattice
     layout = footage.layout
     np.testing.assert_array_equal(footage.depth(1).values, found.values)
     u, v = layout.cell_cols // 2, layout.cell_rows // 2
-    before, after = (middle_of(view(footage.orthoscopic(1), layout, there, v), layout) for there in (u - 1, u + 1))
+    before, after = (middle_of(view(footage.image(1).pixels, layout, there, v), layout) for there in (u - 1, u + 1))
     shown = found.view(layout, u, v)
     assert (np.isfinite(shown.z_mm).sum()) > 15, "the ball, and nothing else"
     assert (before - after) / 2 == pytest.approx(float(np.nanmean(shown.disparity_u)), rel=0.03)

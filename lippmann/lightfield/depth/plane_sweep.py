@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.layout import CellLayout, check_sheet
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.refocus.shift_and_sum import shifts
-from lippmann.lightfield.sheet.interpolation import Light, working
+from lippmann.lightfield.sheet.interpolation import working
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers
 
@@ -51,49 +52,44 @@ class DepthEstimate:
 
 
 def plane_sweep(
-    ortho: NDArray[Light],
-    layout: CellLayout,
+    image: IntegralImage,
     number: tuple[int, int],
     depths_mm: Sequence[float],
     *,
-    focal_mm: float,
     reach: int = REACH,
     window_px: int = WINDOW_PX,
 ) -> DepthEstimate:
-    """Estimate the depth of view `number`; see the module.
+    """Estimate the depth of a view by a plane sweep; see the module.
 
     Parameters
     ----------
-    ortho
-        Orthoscopic sheet `(rows, cols, channel)`, linear light.
-    layout
-        How its pixels lie under the lenses.
+    image
+        An orthoscopic image.
     number
-        (u, v) of the view.
+        The view, (u, v).
     depths_mm
-        Rising by even steps, s of the display: what is tried. Between them a parabola finds the place.
-    focal_mm
-        Of the lenses, and the display's gap.
+        The depths s that are compared, mm in front of the display, rising by even steps; the depth between two of them
+        is interpolated.
     reach, window_px
-        See `REACH` and `WINDOW_PX`.
+        The views to each side, and half the side of the compared squares, px; see `REACH` and `WINDOW_PX`.
 
     Raises
     ------
     LayoutError
-        If there is no such view, it has no neighbours, fewer than three depths are given, or the sheet is not of this
-        layout.
+        If there is no such view, it has no neighbours, fewer than three depths are given, or the image is pseudoscopic.
     """
-    check_sheet(ortho, layout)
+    image.check_orthoscopic()
+    layout = image.layout
     if len(depths_mm) < 3:
         raise LayoutError(f"expected at least three depths to choose from, got {len(depths_mm)}")
-    wanted = tone(ortho, layout, number)
+    wanted = tone(image, number)
     others = [(u, v) for u, v in view_numbers(layout) if 0 < max(abs(u - number[0]), abs(v - number[1])) <= reach]
     if not others:
         raise LayoutError(f"expected views beside view {number} of {layout}, got none within {reach}")
-    pictures = {other: splines(tone(ortho, layout, other)) for other in others}
+    pictures = {other: splines(tone(image, other)) for other in others}
     costs = np.empty((len(depths_mm), *wanted.shape[:2]), dtype=np.float32)
     for index, depth_mm in enumerate(depths_mm):
-        down, across = shifts(layout, depth_mm, focal_mm=focal_mm)
+        down, across = shifts(layout, depth_mm, focal_mm=image.focal_length_mm)
         unlike = [
             _smooth(_difference(wanted, picture, -down * (v - number[1]), -across * (u - number[0])), window_px)
             for (u, v), picture in pictures.items()
@@ -115,9 +111,11 @@ def sweep_depths(
     return tuple(float(depth) for depth in np.linspace(farthest_mm, nearest_mm, count + 1))
 
 
-def tone(ortho: NDArray[Light], layout: CellLayout, number: tuple[int, int]) -> NDArray[np.floating[Any]]:
-    """Return a view on square pixels, about as bright as it looks: differences in the dark count as those in light."""
-    seen: NDArray[np.floating[Any]] = np.sqrt(np.clip(as_square(working(view(ortho, layout, *number)), layout), 0, 1))
+def tone(image: IntegralImage, number: tuple[int, int]) -> NDArray[np.floating[Any]]:
+    """Return the square root of a view on square pixels, so that differences in the dark count as those in light."""
+    seen: NDArray[np.floating[Any]] = np.sqrt(
+        np.clip(as_square(working(view(image.pixels, image.layout, *number)), image.layout), 0, 1)
+    )
     return seen
 
 

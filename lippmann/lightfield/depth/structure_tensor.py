@@ -14,13 +14,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.layout import CellLayout, check_sheet
+from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth.plane_sweep import REACH, DepthEstimate, Map, Picture, moved, splines, tone
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.refocus.shift_and_sum import shifts
-from lippmann.lightfield.sheet.interpolation import Light
 from lippmann.lightfield.views.views import view_numbers
 
 SMOOTH_PX = 1.2
@@ -37,42 +36,42 @@ STEEPEST = 1.0
 
 
 def structure_tensor(
-    ortho: NDArray[Light],
-    layout: CellLayout,
+    image: IntegralImage,
     number: tuple[int, int],
     depths_mm: Sequence[float],
     *,
-    focal_mm: float,
     reach: int = REACH,
 ) -> DepthEstimate:
-    """Estimate the depth of view `number`; see the module.
+    """Estimate the depth of a view by the structure tensor of its epipolar images; see the module.
 
     Parameters
     ----------
-    ortho, layout, number, focal_mm, reach
+    image, number, reach
         As in `plane_sweep`.
     depths_mm
-        By which the views are moved, s of the display: at most a pitch a view from one to the next.
+        The depths s by which the views are moved, mm in front of the display; at most a pitch a view from one to the
+        next.
 
     Returns
     -------
     DepthEstimate
-        Its confidence is the coherence.
+        The depth; its confidence is the coherence.
 
     Raises
     ------
     LayoutError
-        If there is no such view, no view lies beside it on either side, or the sheet is not of this layout.
+        If there is no such view, no view lies beside it on either side, or the image is pseudoscopic.
     """
-    check_sheet(ortho, layout)
-    size = tone(ortho, layout, number).shape[:2]
+    image.check_orthoscopic()
+    layout = image.layout
+    size = tone(image, number).shape[:2]
     s_mm, confidence = np.zeros(size), np.zeros(size)
     lines = {axis: _line(layout, number, reach, axis=axis) for axis in (DOWN, ACROSS)}
     if not any(lines.values()):
         raise LayoutError(f"expected views on both sides of view {number} of {layout}, got none")
     for axis, line in lines.items():
-        views = {k: splines(tone(ortho, layout, there)) for k, there in line.items()}
-        per_mm = shifts(layout, 1.0, focal_mm=focal_mm)[axis]
+        views = {k: splines(tone(image, there)) for k, there in line.items()}
+        per_mm = shifts(layout, 1.0, focal_mm=image.focal_length_mm)[axis]
         if not views:
             continue
         for depth_mm in depths_mm:

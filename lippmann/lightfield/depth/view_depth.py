@@ -12,7 +12,7 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth.depth_map import DepthMap
 from lippmann.lightfield.depth.plane_sweep import REACH, plane_sweep, sweep_depths
 from lippmann.lightfield.depth.structure_tensor import structure_tensor
-from lippmann.lightfield.sheet.interpolation import Light
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.views.square_pixels import nearest_as_square
 
 Method = Literal["tensor", "sweep"]
@@ -57,40 +57,39 @@ def true_depth(depth: DepthMap, layout: CellLayout, number: tuple[int, int], *, 
 
 
 def estimated_depth(
-    ortho: NDArray[Light],
-    layout: CellLayout,
+    image: IntegralImage,
     number: tuple[int, int],
     *,
-    focal_mm: float,
     method: Method = "tensor",
     range_mm: tuple[float, float] | None = None,
     reach: int = REACH,
 ) -> ViewDepth:
-    """Return the depth of a view as the pictures tell it; NaN where they tell nothing, as in one flat colour.
+    """Estimate the depth of a view; NaN where the views tell nothing, as in a flat colour.
 
     Parameters
     ----------
-    ortho, layout, number, focal_mm, reach
+    image, number, reach
         As in `plane_sweep`.
     method
         `tensor`: `structure_tensor`; `sweep`: `plane_sweep`.
     range_mm
-        The farthest and the nearest depth that is looked for; None: see `RANGE`.
+        The farthest and the nearest depth s that is searched, mm in front of the display; None for `RANGE`.
 
     Raises
     ------
     LayoutError
         As in the methods.
     """
+    layout, focal_mm = image.layout, image.focal_length_mm
     step_mm = layout.px_per_lens * focal_mm
     farthest_mm, nearest_mm = range_mm or (-RANGE * step_mm, RANGE * step_mm)
     if method == "sweep":
         depths = sweep_depths(layout, nearest_mm, farthest_mm, focal_mm=focal_mm, reach=reach)
-        found = plane_sweep(ortho, layout, number, depths, focal_mm=focal_mm, reach=reach)
+        found = plane_sweep(image, number, depths, reach=reach)
     else:
         count = max(1, round((nearest_mm - farthest_mm) / (TENSOR_STEP * step_mm)))
         depths = tuple(float(depth) for depth in np.linspace(farthest_mm, nearest_mm, count + 1))
-        found = structure_tensor(ortho, layout, number, depths, focal_mm=focal_mm, reach=reach)
+        found = structure_tensor(image, number, depths, reach=reach)
     told = np.where(found.confidence > 0, found.s_mm, np.nan).astype(np.float32)
     return _view_depth(told, found.confidence, "estimate", layout, focal_mm)
 

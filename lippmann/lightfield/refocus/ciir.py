@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.layout import CellLayout, check_sheet
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.refocus.shift_and_sum import checked_shifts
 from lippmann.lightfield.refocus.weighted_sums import Taps, taps, weighted_sums
 from lippmann.lightfield.sheet.cells import cells
@@ -33,36 +34,34 @@ LEAST_STEP = 1e-9
 """Of a point from view to view, pitches: nearer to the display it makes no difference."""
 
 
-def ciir(
-    ortho: NDArray[Light], layout: CellLayout, depth_mm: float, *, focal_mm: float, px_per_lens: int | None = None
-) -> NDArray[np.floating[Any]]:
-    """Return the picture that is sharp at one depth, `(row, col, channel)`; see `ciir_stack`."""
-    made = ciir_stack(ortho, layout, (depth_mm,), focal_mm=focal_mm, px_per_lens=px_per_lens)
-    return made[0]  # type: ignore[no-any-return]
-
-
-def ciir_stack(
-    ortho: NDArray[Light],
-    layout: CellLayout,
-    depths_mm: Sequence[float],
-    *,
-    focal_mm: float,
-    px_per_lens: int | None = None,
-) -> NDArray[np.floating[Any]]:
-    """Return the pictures that are sharp at several depths, by CIIR; see the module.
+def ciir(image: IntegralImage, depth_mm: float, *, px_per_lens: int | None = None) -> NDArray[np.floating[Any]]:
+    """Refocus an integral image to one depth by CIIR, `(row, col, channel)`.
 
     Parameters
     ----------
-    ortho
-        Orthoscopic sheet `(rows, cols, channel)`, linear light.
-    layout
-        How its pixels lie under the lenses.
-    depths_mm
-        s of the display, positive in front of it; at least one.
-    focal_mm
-        Of the lenses, and the display's gap.
+    image
+        An orthoscopic image.
+    depth_mm
+        The depth s, mm in front of the display.
     px_per_lens
-        Of the pictures; as many as the sheet's when not said.
+        As in `ciir_stack`.
+    """
+    return ciir_stack(image, (depth_mm,), px_per_lens=px_per_lens)[0]  # type: ignore[no-any-return]
+
+
+def ciir_stack(
+    image: IntegralImage, depths_mm: Sequence[float], *, px_per_lens: int | None = None
+) -> NDArray[np.floating[Any]]:
+    """Refocus an integral image to several depths by CIIR; see the module.
+
+    Parameters
+    ----------
+    image
+        An orthoscopic image.
+    depths_mm
+        The depths s, mm in front of the display; at least one.
+    px_per_lens
+        The pixels a lens of the pictures; None for as many as the image has.
 
     Returns
     -------
@@ -73,21 +72,22 @@ def ciir_stack(
     Raises
     ------
     LayoutError
-        If the sheet is not of this layout, a depth is so far off that neighbouring views do not overlap, or there is
+        If the image is pseudoscopic, a depth is so far off that neighbouring views do not overlap, or there is
         not at least one pixel a lens.
     """
-    check_sheet(ortho, layout)
+    image.check_orthoscopic()
+    pixels, layout = image.pixels, image.layout
     px = layout.px_per_lens if px_per_lens is None else px_per_lens
     if px < 1:
         raise LayoutError(f"expected at least one pixel a lens, got {px}")
-    steps = [checked_shifts(layout, depth_mm, focal_mm=focal_mm) for depth_mm in depths_mm]
+    steps = [checked_shifts(layout, depth_mm, focal_mm=image.focal_length_mm) for depth_mm in depths_mm]
     if not layout.interlocks:  # rows and columns are magnified one after the other
         down = [_axis_taps(layout.lens_rows, layout.px_per_lens, step, px=px).shares() for step, _ in steps]
         across = [_axis_taps(layout.lens_cols, layout.px_per_lens, step, px=px).shares() for _, step in steps]
-        return weighted_sums(ortho, down, across)
-    stack = _rows_alike(ortho, layout, 0, steps, px=px)
+        return weighted_sums(pixels, down, across)
+    stack = _rows_alike(pixels, layout, 0, steps, px=px)
     if layout.lens_rows > 1:
-        stack += _rows_alike(ortho, layout, 1, steps, px=px)
+        stack += _rows_alike(pixels, layout, 1, steps, px=px)
     light, counted = stack[..., :-1], stack[..., -1:]
     return np.where(counted > 0, light / np.where(counted > 0, counted, 1), 0)
 
@@ -101,12 +101,12 @@ def _axis_taps(lenses: int, cell_px: int, step: float, *, px: int) -> Taps:
 
 
 def _rows_alike(
-    ortho: NDArray[Light], layout: CellLayout, first_row: int, steps: Sequence[tuple[float, float]], *, px: int
+    pixels: NDArray[Light], layout: CellLayout, first_row: int, steps: Sequence[tuple[float, float]], *, px: int
 ) -> NDArray[np.floating[Any]]:
     """Return what every other hexagonal lens row gives, from one on, and as the last channel how much that is."""
     mask, n = layout.mask, layout.px_per_lens
     high, wide = layout.square_size(px)
-    own = cells(ortho, layout)[first_row::2].astype(np.result_type(ortho.dtype, np.float32))
+    own = cells(pixels, layout)[first_row::2].astype(np.result_type(pixels.dtype, np.float32))
     counted = np.broadcast_to(mask[..., np.newaxis], (*own.shape[:-1], 1)).astype(own.dtype)
     sheet = np.concatenate((own, counted), axis=-1).transpose(0, 2, 1, 3, 4)
     rows = len(own)

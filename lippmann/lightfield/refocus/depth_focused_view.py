@@ -22,7 +22,8 @@ from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
 from lippmann.lattice.cell import ON_THE_BORDER
-from lippmann.lattice.layout import CellLayout, check_sheet
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.refocus.shift_and_sum import checked_shifts
 from lippmann.lightfield.sheet.cell_sampling import Places, light_under
 from lippmann.lightfield.sheet.interpolation import Light
@@ -33,31 +34,26 @@ ROWS_AT_ONCE = 64
 """Of the picture, so that memory beside sheet and picture stays at some ten MB."""
 
 
-def depth_view(
-    ortho: NDArray[Light],
-    layout: CellLayout,
+def depth_focused_view(
+    image: IntegralImage,
     depth_mm: float,
     *,
-    focal_mm: float,
     direction: tuple[float, float] | None = None,
     px_per_lens: int | None = None,
 ) -> NDArray[np.floating[Any]]:
-    """Return the view that joins up at a depth; see the module.
+    """Return the view that joins up at one depth; see the module.
 
     Parameters
     ----------
-    ortho
-        Orthoscopic sheet `(rows, cols, channel)`, linear light.
-    layout
-        How its pixels lie under the lenses.
+    image
+        An orthoscopic image.
     depth_mm
-        s of the display, positive in front of it.
-    focal_mm
-        Of the lenses, and the display's gap.
+        The depth s, mm in front of the display.
     direction
-        The view (u, v) about which the patch stands; it may lie between views. The middle of all when not said.
+        The view (u, v) about which the patch stands, which may lie between views; None for the middle of all views.
     px_per_lens
-        Of the picture; the whole number nearest to the patch's when not said. With one it is the view itself.
+        The pixels a lens of the picture; None for the whole number nearest to the patch's. With one, the picture is
+        the view itself.
 
     Returns
     -------
@@ -68,21 +64,22 @@ def depth_view(
     Raises
     ------
     LayoutError
-        If the sheet is not of this layout, there is no such view or not at least one pixel a lens, the patch does not
+        If the image is pseudoscopic, there is no such view or not at least one pixel a lens, the patch does not
         fit in the cell, or the depth is so far off that neighbouring views do not overlap.
     """
-    check_sheet(ortho, layout)
+    image.check_orthoscopic()
+    pixels, layout = image.pixels, image.layout
     middle = (layout.cell_cols - 1) / 2, (layout.cell_rows - 1) / 2
     u, v = middle if direction is None else direction
     right, down = middle[0] - u, middle[1] - v
-    steps = _checked_steps(layout, depth_mm, focal_mm, (u, v), _off_axis(layout, down, right))
+    steps = _checked_steps(layout, depth_mm, image.focal_length_mm, (u, v), _off_axis(layout, down, right))
     px = max(1, round(1 / abs(steps[1]))) if px_per_lens is None else px_per_lens
     if px < 1:
         raise LayoutError(f"expected at least one pixel a lens, got {px}")
     if px == 1:
-        return as_square(_plain(ortho, layout, down, right), layout)
+        return as_square(_plain(pixels, layout, down, right), layout)
     rows, cols = layout.square_size(px)
-    picture = np.zeros((rows, cols, ortho.shape[2]), dtype=np.result_type(ortho.dtype, np.float32))
+    picture = np.zeros((rows, cols, pixels.shape[2]), dtype=np.result_type(pixels.dtype, np.float32))
     grid, lenses = layout_grid(layout), layout.lenses
     below, beside = ((np.arange(length) - (length - 1) / 2) / px for length in (rows, cols))
     for start in range(0, rows, ROWS_AT_ONCE):
@@ -90,14 +87,14 @@ def depth_view(
         lens = lenses.nearest(beside[np.newaxis], below[part, np.newaxis])
         lit = lenses.has(lens.lens_row, lens.lens_col)
         places = Places(lens.lens_row, lens.lens_col, down - lens.down / steps[0], right - lens.right / steps[1])
-        picture[part][lit] = light_under(ortho, grid, places.flat().some(lit.ravel()))
+        picture[part][lit] = light_under(pixels, grid, places.flat().some(lit.ravel()))
     return picture
 
 
-def _plain(ortho: NDArray[Light], layout: CellLayout, down: float, right: float) -> NDArray[np.floating[Any]]:
+def _plain(pixels: NDArray[Light], layout: CellLayout, down: float, right: float) -> NDArray[np.floating[Any]]:
     """Return the view from one direction, px from the lenses' axes, `(lens_rows, lens_cols, channel)`."""
     rows, cols = np.arange(layout.lens_rows)[:, np.newaxis], np.arange(layout.lens_cols)
-    return light_under(ortho, layout_grid(layout), Places(rows, cols, np.array(down), np.array(right)))
+    return light_under(pixels, layout_grid(layout), Places(rows, cols, np.array(down), np.array(right)))
 
 
 def _off_axis(layout: CellLayout, down: float, right: float) -> float:

@@ -23,7 +23,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.layout import CellLayout, check_sheet
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.refocus.weighted_sums import Taps, taps, weighted_sums
 from lippmann.lightfield.sheet.interpolation import SNAP, Light
 from lippmann.lightfield.views.square_pixels import as_square
@@ -52,21 +53,15 @@ def shifts(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> tuple[flo
     return depth_mm / focal_mm * layout.cell.row_pitch / layout.row_px, depth_mm / focal_mm / layout.px_per_lens
 
 
-def refocus(
-    ortho: NDArray[Light], layout: CellLayout, depth_mm: float, *, focal_mm: float
-) -> NDArray[np.floating[Any]]:
-    """Return the picture that is sharp at one depth; see the module.
+def refocus(image: IntegralImage, depth_mm: float) -> NDArray[np.floating[Any]]:
+    """Refocus an integral image to one depth; see the module.
 
     Parameters
     ----------
-    ortho
-        Orthoscopic sheet `(rows, cols, channel)`, linear light.
-    layout
-        How its pixels lie under the lenses.
+    image
+        An orthoscopic image.
     depth_mm
-        s of the display, positive in front of it.
-    focal_mm
-        Of the lenses, and the display's gap.
+        The depth s, mm in front of the display.
 
     Returns
     -------
@@ -79,23 +74,21 @@ def refocus(
     LayoutError
         As in `focal_stack`.
     """
-    return focal_stack(ortho, layout, (depth_mm,), focal_mm=focal_mm)[0]  # type: ignore[no-any-return]
+    return focal_stack(image, (depth_mm,))[0]  # type: ignore[no-any-return]
 
 
-def focal_stack(
-    ortho: NDArray[Light], layout: CellLayout, depths_mm: Sequence[float], *, focal_mm: float
-) -> NDArray[np.floating[Any]]:
-    """Return the pictures that are sharp at several depths.
+def focal_stack(image: IntegralImage, depths_mm: Sequence[float]) -> NDArray[np.floating[Any]]:
+    """Refocus an integral image to several depths.
 
     The sheet is read once for all depths, a band of lens rows at a time. On the hexagonal lattice memory beside it and
     the result is two to three times the sheet in single precision.
 
     Parameters
     ----------
-    ortho, layout, focal_mm
-        As in `refocus`.
+    image
+        An orthoscopic image.
     depths_mm
-        At least one.
+        The depths s, mm in front of the display; at least one.
 
     Returns
     -------
@@ -105,16 +98,17 @@ def focal_stack(
     Raises
     ------
     LayoutError
-        If the sheet is not of this layout, or a depth is so far off that neighbouring views do not overlap.
+        If the image is pseudoscopic, or a depth is so far off that neighbouring views do not overlap.
     """
-    check_sheet(ortho, layout)
-    steps = [checked_shifts(layout, depth_mm, focal_mm=focal_mm) for depth_mm in depths_mm]
+    image.check_orthoscopic()
+    pixels, layout = image.pixels, image.layout
+    steps = [checked_shifts(layout, depth_mm, focal_mm=image.focal_length_mm) for depth_mm in depths_mm]
     rows, cols = layout.square_size()
     down = [_view_taps(rows, layout.cell_rows, step) for step, _ in steps]
     across = [_view_taps(cols, layout.cell_cols, step) for _, step in steps]
     if not layout.interlocks:  # every pixel of a cell is a view, and the sheet itself can be summed
-        return weighted_sums(ortho, [one.shares() for one in down], [one.shares() for one in across])
-    stack = weighted_sums(_views_with_counts(ortho, layout), down, across)
+        return weighted_sums(pixels, [one.shares() for one in down], [one.shares() for one in across])
+    stack = weighted_sums(_views_with_counts(pixels, layout), down, across)
     # Neighbouring views overlap, so every pixel is counted at least once.
     return stack[..., :-1] / stack[..., -1:]
 
@@ -158,13 +152,13 @@ def _view_taps(lenses: int, views: int, step: float) -> Taps:
     )
 
 
-def _views_with_counts(ortho: NDArray[Light], layout: CellLayout) -> NDArray[np.floating[Any]]:
+def _views_with_counts(pixels: NDArray[Light], layout: CellLayout) -> NDArray[np.floating[Any]]:
     """Return the views on square pixels as a sheet of square cells, and as its last channel which of them exist."""
     rows, cols = layout.square_size()
-    light = np.result_type(ortho.dtype, np.float32)
-    cells = np.zeros((rows, layout.cell_rows, cols, layout.cell_cols, ortho.shape[2] + 1), dtype=light)
+    light = np.result_type(pixels.dtype, np.float32)
+    cells = np.zeros((rows, layout.cell_rows, cols, layout.cell_cols, pixels.shape[2] + 1), dtype=light)
     for u, v in view_numbers(layout):
         place = cells[:, layout.cell_rows - 1 - v, :, layout.cell_cols - 1 - u]
-        place[..., :-1] = as_square(view(ortho, layout, u, v).astype(light), layout)
+        place[..., :-1] = as_square(view(pixels, layout, u, v).astype(light), layout)
         place[..., -1] = 1
-    return cells.reshape(rows * layout.cell_rows, cols * layout.cell_cols, ortho.shape[2] + 1)
+    return cells.reshape(rows * layout.cell_rows, cols * layout.cell_cols, pixels.shape[2] + 1)

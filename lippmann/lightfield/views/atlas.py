@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lattice.layout import CellLayout, check_sheet
-from lippmann.lightfield.sheet.interpolation import Light
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers
 
@@ -66,23 +67,31 @@ def plan_atlas(layout: CellLayout, *, max_px: int) -> Atlas:
     )  # fmt: skip
 
 
-def atlas_picture(ortho: NDArray[Light], layout: CellLayout, atlas: Atlas) -> NDArray[Light]:
+def atlas_picture(image: IntegralImage, atlas: Atlas) -> NDArray[np.floating[Any]]:
     """Return the picture of an atlas, `(atlas.rows, atlas.cols, channel)`; black where there is no view.
+
+    Parameters
+    ----------
+    image
+        An orthoscopic image.
+    atlas
+        Which views lie where.
 
     Raises
     ------
     LayoutError
-        If the sheet is not of this layout.
+        If the image is pseudoscopic.
     """
-    check_sheet(ortho, layout)
-    picture = np.zeros((atlas.rows, atlas.cols, ortho.shape[2]), dtype=ortho.dtype)
+    image.check_orthoscopic()
+    pixels, layout = image.pixels, image.layout
+    picture = np.zeros((atlas.rows, atlas.cols, pixels.shape[2]), dtype=pixels.dtype)
     there = set(view_numbers(layout))
     for row, v in enumerate(atlas.vs):
         for col, u in enumerate(atlas.us):
             if (u, v) in there:
                 down, across = row * atlas.view_rows, col * atlas.view_cols
                 place = slice(down, down + atlas.view_rows), slice(across, across + atlas.view_cols)
-                picture[place] = as_square(view(ortho, layout, u, v), layout)
+                picture[place] = as_square(view(pixels, layout, u, v), layout)
     return picture
 
 

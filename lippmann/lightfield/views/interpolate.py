@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout
-from lippmann.lightfield.sheet.interpolation import Light, between, neighbours, working
+from lippmann.lightfield.image import IntegralImage
+from lippmann.lightfield.sheet.interpolation import between, neighbours, working
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view
 
@@ -36,35 +38,35 @@ def views_in_col(layout: CellLayout, u: int) -> range:
     return range(int(found[0]), int(found[-1]) + 1)
 
 
-def spread_views(ortho: NDArray[Light], layout: CellLayout, v: int, count: int) -> Iterator[NDArray[Light]]:
+def spread_views(image: IntegralImage, v: int, count: int) -> Iterator[NDArray[np.floating[Any]]]:
     """Yield views of one row from the leftmost eye to the rightmost, on square pixels, evenly spread.
 
     Parameters
     ----------
-    ortho
-        Orthoscopic sheet `(rows, cols, channel)`, linear light.
-    layout
-        How its pixels lie under the lenses.
+    image
+        An orthoscopic image.
     v
         The row of views.
     count
-        How many; as many as there are gives exactly these, one gives the middle. Others are interpolated between the
-        two nearest, and what moves between these by more than a lens is then seen twice.
+        The number of views. The number of existing views gives exactly these, and one gives the middle; others are
+        interpolated between the two nearest, in which a point that moves by more than a lens appears twice.
 
     Yields
     ------
     NDArray
-        `(*layout.square_size(), channel)` in the sheet's dtype.
+        `(*layout.square_size(), channel)` in the dtype of the image.
 
     Raises
     ------
     LayoutError
-        If there is no such row of views.
+        If there is no such row of views, or the image is pseudoscopic.
     """
+    image.check_orthoscopic()
+    pixels, layout = image.pixels, image.layout
     there = views_in_row(layout, v)
     for first, second, weight in zip(*neighbours(spread(there, count), there[0], there[-1]), strict=True):
-        left, right = (working(view(ortho, layout, int(u), v)) for u in (first, second))
-        yield as_square(between(left, right, np.asarray(weight)).astype(ortho.dtype), layout)
+        left, right = (working(view(pixels, layout, int(u), v)) for u in (first, second))
+        yield as_square(between(left, right, np.asarray(weight)).astype(pixels.dtype), layout)
 
 
 def spread(there: range, count: int) -> NDArray[np.float64]:

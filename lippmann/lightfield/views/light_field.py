@@ -11,27 +11,28 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.lattice.layout import CellLayout, Pixel
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import views_grid
 
 
-def light_field(ortho: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
+def light_field(image: IntegralImage) -> NDArray[np.floating[Any]]:
     """Return all views, `(cell_rows, cell_cols, lens_rows, lens_cols, channel)`; zero where there is none.
 
     Parameters
     ----------
-    ortho
-        Orthoscopic sheet `(rows, cols, channel)`, any dtype.
-    layout
-        How its pixels lie under the lenses.
+    image
+        An orthoscopic image.
 
     Raises
     ------
     LayoutError
-        If the sheet is not of this layout.
+        If the image is pseudoscopic.
     """
-    grid = views_grid(ortho, layout)
+    image.check_orthoscopic()
+    layout = image.layout
+    grid = views_grid(image.pixels, layout)
     views, lenses = (layout.cell_rows, layout.cell_cols), (layout.lens_rows, layout.lens_cols)
     return grid.reshape(views[0], lenses[0], views[1], lenses[1], -1).transpose(0, 2, 1, 3, 4)
 

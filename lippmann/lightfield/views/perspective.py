@@ -20,9 +20,10 @@ from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
 from lippmann.lattice.cell import ON_THE_BORDER
-from lippmann.lattice.layout import CellLayout, check_sheet
+from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.sheet.cell_sampling import Places, light_under
-from lippmann.lightfield.sheet.interpolation import SNAP, Light
+from lippmann.lightfield.sheet.interpolation import SNAP
 from lippmann.lightfield.sheet.lens_grid import layout_grid
 
 
@@ -57,36 +58,29 @@ class Perspective:
     """`(lens_rows, lens_cols)`: which lenses show light of their own cell; the others are dark."""
 
 
-def perspective(ortho: NDArray[Light], layout: CellLayout, eye: Eye, *, pitch_mm: float, gap_mm: float) -> Perspective:
-    """Return what an eye sees of an orthoscopic integral image; see the module.
+def perspective(image: IntegralImage, eye: Eye) -> Perspective:
+    """Return what an eye sees of an integral image whose gap is one focal length; see the module.
 
     Parameters
     ----------
-    ortho
-        Orthoscopic sheet `(rows, cols, channel)`, linear light.
-    layout
-        How its pixels lie under the lenses.
+    image
+        An orthoscopic image.
     eye
-        Where it stands.
-    pitch_mm
-        Of the lenses, p.
-    gap_mm
-        Reduced gap between pixels and lenses, g.
+        The place of the eye.
 
     Raises
     ------
     LayoutError
-        If the sheet is not of this layout, or pitch or gap are not positive.
+        If the image is pseudoscopic.
     """
-    check_sheet(ortho, layout)
-    if not (0 < pitch_mm < math.inf and 0 < gap_mm < math.inf):
-        raise LayoutError(f"expected a positive pitch and gap in mm, got {pitch_mm} and {gap_mm}")
-    right, down = places_px(layout, eye, pitch_mm=pitch_mm, gap_mm=gap_mm)
+    image.check_orthoscopic()
+    pixels, layout = image.pixels, image.layout
+    right, down = places_px(layout, eye, pitch_mm=image.pitch_mm, gap_mm=image.focal_length_mm)
     seen = inside_cells(layout, right, down)
     lens_row, lens_col = np.nonzero(seen)
-    picture = np.zeros((*seen.shape, ortho.shape[2]), dtype=np.result_type(ortho.dtype, np.float32))
+    picture = np.zeros((*seen.shape, pixels.shape[2]), dtype=np.result_type(pixels.dtype, np.float32))
     places = Places(lens_row, lens_col, down[seen], right[seen])
-    picture[seen] = light_under(ortho, layout_grid(layout), places)
+    picture[seen] = light_under(pixels, layout_grid(layout), places)
     return Perspective(picture=picture, seen=seen)
 
 

@@ -89,11 +89,10 @@ def _swept(footage: Footage, output: SweepVideo, frames: Sequence[int]) -> Itera
         return _path(layout, output, count=len(frames), pitch_mm=pitch_mm, gap_mm=gap_mm)
 
     for frame, pictures in _runs(frames, most=len(frames)):
-        array, ortho = footage.rig(frame).lens_array, footage.orthoscopic(frame)
-        stands = {"pitch_mm": array.pitch_mm, "gap_mm": array.focal_length_mm}
-        eyes = path(array.pitch_mm, array.focal_length_mm)
+        image = footage.image(frame)
+        eyes = path(image.pitch_mm, image.focal_length_mm)
         for picture in pictures:
-            yield as_square(perspective(ortho, layout, eyes[picture], **stands).picture, layout)
+            yield as_square(perspective(image, eyes[picture]).picture, layout)
 
 
 def _path(layout: CellLayout, output: SweepVideo, *, count: int, pitch_mm: float, gap_mm: float) -> list[Eye]:
@@ -110,9 +109,8 @@ def _focused(footage: Footage, output: FocusVideo, frames: Sequence[int]) -> Ite
     turns = np.arange(len(frames)) * (2 * np.pi * output.periods / len(frames))
     planes = np.rint((1 - np.cos(turns)) / 2 * (output.planes - 1)).astype(int)
     for frame, pictures in _runs(frames, most=max(1, MAX_STACK_PX // math.prod(footage.layout.square_size()))):
-        array, ortho = footage.rig(frame).lens_array, footage.orthoscopic(frame)
         shown, of_picture = np.unique(planes[pictures], return_inverse=True)
-        stack = focal_stack(ortho, footage.layout, depths_mm[shown].tolist(), focal_mm=array.focal_length_mm)
+        stack = focal_stack(footage.image(frame), depths_mm[shown].tolist())
         yield from (stack[place] for place in of_picture)
 
 

@@ -52,13 +52,13 @@ def make_contact_sheet(making: Making, output: ContactSheet) -> None:
 def _of_frames(footage: Footage, frames: tuple[int, ...]) -> Iterator[tuple[Picture, str]]:
     layout = footage.layout
     for frame in frames:
-        yield as_square(view(footage.orthoscopic(frame), layout, *centre(layout)), layout), f"frame {frame}"
+        yield as_square(view(footage.image(frame).pixels, layout, *centre(layout)), layout), f"frame {frame}"
 
 
 def _of_views(footage: Footage, frame: int, output: ContactSheet) -> tuple[Iterator[tuple[Picture, str]], int, int]:
     """Return pictures with captions, how many there are, and how many stand side by side."""
     layout = footage.layout
-    ortho, there = footage.orthoscopic(frame), set(view_numbers(layout))
+    ortho, there = footage.image(frame).pixels, set(view_numbers(layout))
     ways = [range(0, side, output.every) for side in (layout.cell_rows, layout.cell_cols)]
     dark = np.full((layout.lens_rows, layout.lens_cols, 3), BACKGROUND, dtype=ortho.dtype)
 

@@ -74,17 +74,12 @@ def _number(footage: Footage, output: DepthPictures) -> tuple[int, int]:
 
 
 def _write(path: Path, *, footage: Footage, output: DepthPictures, frame: int) -> None:
-    number, focal_mm = _number(footage, output), footage.rig(frame).lens_array.focal_length_mm
+    number = _number(footage, output)
     if output.source == "truth":
+        focal_mm = footage.rig(frame).lens_array.focal_length_mm
         found = true_depth(footage.depth(frame), footage.layout, number, focal_mm=focal_mm)
     else:
         found = estimated_depth(
-            footage.orthoscopic(frame),
-            footage.layout,
-            number,
-            focal_mm=focal_mm,
-            method=output.method,
-            range_mm=output.range_mm,
-            reach=output.reach,
+            footage.image(frame), number, method=output.method, range_mm=output.range_mm, reach=output.reach
         )
     write_view_depth(path, found, range_mm=output.range_mm)

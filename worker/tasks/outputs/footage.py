@@ -21,6 +21,7 @@ from lippmann.job.spec import Display
 from lippmann.job.stage import Stage
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.sheet.bands import Sheet, SheetOfRows
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.plan import artifact_names as names
@@ -55,10 +56,16 @@ class Footage:
     has_depth: bool = False
     """Whether the depth of every pixel is known, see `depth`."""
 
-    def orthoscopic(self, frame: int) -> NDArray[np.float16]:
-        """Return a frame's orthoscopic sheet, `(rows, cols, 3)`, linear light."""
+    def image(self, frame: int) -> IntegralImage:
+        """Read the orthoscopic integral image of a frame, in half floats."""
+        array = self.rig(frame).lens_array
         with self.master(names.orthoscopic_name(frame)) as path:
-            return read_rgb(path, np.float16)
+            return IntegralImage(
+                pixels=read_rgb(path, np.float16),
+                layout=self.layout,
+                pitch_mm=array.pitch_mm,
+                focal_length_mm=array.focal_length_mm,
+            )
 
     @contextmanager
     def orthoscopic_rows(self, frame: int) -> Iterator[Sheet]:
@@ -85,7 +92,7 @@ class Footage:
         """Return a frame as it was captured, pseudoscopic."""
         # What makes a capture orthoscopic is its own inverse.
         inverted = self.rig(frame).imaging_lens is not None
-        return orthoscopic(self.orthoscopic(frame), self.layout, inverted=inverted)
+        return orthoscopic(self.image(frame).pixels, self.layout, inverted=inverted)
 
 
 def job_footage(place: Workplace, sheet: JobSheet) -> Footage:

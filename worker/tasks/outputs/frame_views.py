@@ -14,6 +14,7 @@ from lippmann.job.outputs.datasets import ViewsOptions
 from lippmann.job.outputs.view_block import ViewBlock
 from lippmann.lightfield.depth.depth_map import DepthMap
 from lippmann.lightfield.depth.view_depth import estimated_depth
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.views.light_field import light_field, on_square_pixels
 from lippmann.lightfield.views.square_pixels import nearest_as_square
 from lippmann.plan import artifact_names as names
@@ -52,7 +53,7 @@ class FrameViews:
     @cached_property
     def of_lenses(self) -> NDArray[np.float16]:
         """One value a lens, `(v, u, lens_row, lens_col, 3)`, linear light; zero where there is no view."""
-        return light_field(self._sheet, self.footage.layout)[self.rows, self.cols]
+        return light_field(self._image)[self.rows, self.cols].astype(np.float16, copy=False)
 
     @cached_property
     def square(self) -> NDArray[np.float16]:
@@ -76,13 +77,11 @@ class FrameViews:
 
     def estimated_disparity(self, number: int) -> NDArray[np.float32]:
         """Return the same, as the pictures tell it; see `lippmann.lightfield.depth.view_depth`."""
-        focal_mm = self.footage.rig(self.frame).lens_array.focal_length_mm
-        place = self.block.numbers[number]
-        return estimated_depth(self._sheet, self.footage.layout, place, focal_mm=focal_mm).disparity
+        return estimated_depth(self._image, self.block.numbers[number]).disparity
 
     @cached_property
-    def _sheet(self) -> NDArray[np.float16]:
-        return self.footage.orthoscopic(self.frame)
+    def _image(self) -> IntegralImage:
+        return self.footage.image(self.frame)
 
     @cached_property
     def _depth(self) -> DepthMap:

@@ -98,7 +98,7 @@ def _write_frames(path: Path, *, making: Making, output: LensletVideo) -> None:
     footage = making.footage
     with new_file(path) as file:
         for frame in making.told(footage.frames, len(footage.frames)):
-            sheet = footage.orthoscopic(frame)
+            sheet = footage.image(frame).pixels
             write_frame(file, even_sided(srgb_codes(_turned(sheet, footage, frame, output))))
 
 

@@ -119,7 +119,11 @@ class _Scene:
 
     @classmethod
     def of(cls, footage: Footage, output: ObserverOptions, frame: int) -> _Scene:
-        display, device, sheet = observed(footage, output, frame), footage.rig(frame).device, footage.orthoscopic(frame)
+        display, device, sheet = (
+            observed(footage, output, frame),
+            footage.rig(frame).device,
+            footage.image(frame).pixels,
+        )
         if output.device and device is not None:
             sheet = on_device(sheet, display.layout, device, pitch_mm=display.pitch_mm)
         # Looked at many times: half floats are slow to calculate with.

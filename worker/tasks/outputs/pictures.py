@@ -40,7 +40,7 @@ def make_view_grid(making: Making, output: ViewGrid) -> None:
 
     def write(path: Path, frame: int) -> None:
         footage = making.footage
-        write_png(path, views_grid(footage.orthoscopic(frame), footage.layout), bits=output.bits)
+        write_png(path, views_grid(footage.image(frame).pixels, footage.layout), bits=output.bits)
 
     _keep_of_every_frame(making, output.suffix, write)
 
@@ -65,9 +65,9 @@ def make_quilt(making: Making, output: Quilt) -> None:
     count = len(rows_of_views) * across
 
     def tiles(frame: int) -> Iterator[Picture]:
-        ortho = making.footage.orthoscopic(frame)
+        image = making.footage.image(frame)
         for v in rows_of_views:
-            for seen in spread_views(ortho, layout, v, across):
+            for seen in spread_views(image, v, across):
                 yield scaled(seen if output.aspect is None else cut_to_aspect(seen, output.aspect), output)
 
     def write(path: Path, frame: int) -> None:
@@ -114,13 +114,13 @@ def make_epi(making: Making, output: Epi) -> None:
     rows = output.lens_rows or (() if cols else (layout.lens_rows // 2,))
 
     def write_rows(path: Path, frame: int) -> None:
-        ortho = making.footage.orthoscopic(frame)
-        slices = (scaled(epi_of_row(ortho, layout, row).repeat(output.view_px, axis=0), output) for row in rows)
+        image = making.footage.image(frame)
+        slices = (scaled(epi_of_row(image, row).repeat(output.view_px, axis=0), output) for row in rows)
         write_png(path, mosaic(slices, count=len(rows), columns=1, gap_px=output.gap_px), bits=output.bits)
 
     def write_cols(path: Path, frame: int) -> None:
-        ortho = making.footage.orthoscopic(frame)
-        slices = (scaled(epi_of_col(ortho, layout, col).repeat(output.view_px, axis=1), output) for col in cols)
+        image = making.footage.image(frame)
+        slices = (scaled(epi_of_col(image, col).repeat(output.view_px, axis=1), output) for col in cols)
         write_png(path, mosaic(slices, count=len(cols), columns=len(cols), gap_px=output.gap_px), bits=output.bits)
 
     if rows:
@@ -146,7 +146,7 @@ def _keep_of_every_frame(making: Making, ending: str, write: _Write) -> None:
 def _master(footage: Footage, frame: int, which: str) -> NDArray[np.float16]:
     if which == "integral":
         return footage.integral(frame)
-    ortho, layout = footage.orthoscopic(frame), footage.layout
+    ortho, layout = footage.image(frame).pixels, footage.layout
     rig = footage.rig(frame)
     if which == "views":
         return views_grid(ortho, layout)

@@ -5,14 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lippmann.errors import OutputError
 from lippmann.job.outputs.stereo import AnaglyphVideo, PairOptions, StereoVideo
-from lippmann.job.rig import LensArray
 from lippmann.job.viewing import Stereo
-from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.observer.stereo import eye_pair, together
 from lippmann.lightfield.views.perspective import Eye, perspective
 from lippmann.lightfield.views.square_pixels import as_square
@@ -57,11 +52,11 @@ def _pairs(footage: Footage, output: PairOptions) -> Iterator[tuple[Picture, Pic
     """Yield what the left and the right eye see of every frame."""
     layout = footage.layout
     for frame in footage.frames:
-        ortho = footage.orthoscopic(frame)
+        image = footage.image(frame)
         if output.views is not None:
-            left, right = (view(ortho, layout, u, v) for u, v in output.views)
+            left, right = (view(image.pixels, layout, u, v) for u, v in output.views)
         else:
-            left, right = _seen_by_two(ortho, layout, _eyes(footage, output, frame), footage.rig(frame).lens_array)
+            left, right = (perspective(image, eye).picture for eye in _eyes(footage, output, frame))
         yield as_square(left, layout), as_square(right, layout)
 
 
@@ -74,11 +69,3 @@ def _eyes(footage: Footage, output: PairOptions, frame: int) -> tuple[Eye, Eye]:
             f" its middle lens, got {distance_mm:g} mm"
         )
     return eye_pair(Eye(0.0, 0.0, distance_mm), apart_mm=output.apart_mm)
-
-
-def _seen_by_two(
-    ortho: NDArray[np.float16], layout: CellLayout, eyes: tuple[Eye, Eye], array: LensArray
-) -> tuple[Picture, Picture]:
-    stands = {"pitch_mm": array.pitch_mm, "gap_mm": array.focal_length_mm}
-    left, right = (perspective(ortho, layout, eye, **stands).picture for eye in eyes)
-    return left, right

@@ -28,7 +28,7 @@ def make_centre(making: Making, output: CentreVideo) -> None:
 
     def views() -> Iterator[Picture]:
         for frame in footage.frames:
-            yield as_square(view(footage.orthoscopic(frame), layout, *centre(layout)), layout)
+            yield as_square(view(footage.image(frame).pixels, layout, *centre(layout)), layout)
 
     count = len(footage.frames) * output.repeat
     encode_shown(making, output, again(views, output.repeat), count=count, fps=footage.fps)
@@ -38,7 +38,7 @@ def make_centre(making: Making, output: CentreVideo) -> None:
 def make_orthoscopic(making: Making, output: OrthoscopicVideo) -> None:
     """Make the integral video itself."""
     footage = making.footage
-    sheets = (footage.orthoscopic(frame) for frame in footage.frames)
+    sheets = (footage.image(frame).pixels for frame in footage.frames)
     encode_pixels(making, output, sheets, count=len(footage.frames), fps=footage.fps)
 
 
@@ -53,6 +53,6 @@ def make_integral(making: Making, output: IntegralVideo) -> None:
 def _all_views(footage: Footage) -> Iterator[Picture]:
     layout = footage.layout
     for number, frame in enumerate(footage.frames):
-        sheet = footage.orthoscopic(frame)
+        sheet = footage.image(frame).pixels
         for u, v in successive_views(layout, backward=number % 2 == 1):
             yield as_square(view(sheet, layout, u, v), layout)
