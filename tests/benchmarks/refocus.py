@@ -11,14 +11,16 @@ _RUN = """
 import time
 import numpy as np
 from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.refocus.shift_and_sum import focal_stack
 
 layout, depths_mm = CellLayout(720, 1280, 8), np.linspace(-30.0, 30.0, 16).tolist()
-sheet = np.random.default_rng(1).random((layout.rows, layout.cols, 3), dtype=np.float32).astype(np.float16)
+pixels = np.random.default_rng(1).random((layout.rows, layout.cols, 3), dtype=np.float32).astype(np.float16)
+image = IntegralImage(pixels=pixels, layout=layout, pitch_mm=1.0, focal_length_mm=3.3)
 spent_s = []
 for _ in range(3):
     before = time.process_time()
-    focal_stack(sheet, layout, depths_mm, focal_mm=3.3)
+    focal_stack(image, depths_mm)
     spent_s.append(time.process_time() - before)
 print(len(depths_mm) / min(spent_s))
 """

@@ -16,6 +16,7 @@ from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture, tiles_of
 from tests.needs import needs_povray
+from tests.unit.lippmann.lightfield.sheets import image_of
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.render import render_tile
 from worker.tasks.watch import Unwatched
@@ -55,8 +56,8 @@ def test_a_captured_point_comes_together_at_its_depth(tmp_path: Path, lattice: s
     assert shown_mm == pytest.approx(s_mm + FOCAL_MM, abs=1.0)
     depths_mm = np.arange(-13, 14) * STEP_MM
     for stack in (
-        focal_stack(sheet, layout, depths_mm.tolist(), focal_mm=FOCAL_MM),
-        ciir_stack(sheet, layout, depths_mm.tolist(), focal_mm=FOCAL_MM, px_per_lens=2),
+        focal_stack(image_of(sheet, layout, focal_length_mm=FOCAL_MM), depths_mm.tolist()),
+        ciir_stack(image_of(sheet, layout, focal_length_mm=FOCAL_MM), depths_mm.tolist(), px_per_lens=2),
     ):
         brightest_mm = depths_mm[int(np.argmax(stack.max(axis=(1, 2, 3))))]
         assert abs(brightest_mm - shown_mm) <= STEP_MM

@@ -13,7 +13,7 @@ from lippmann.cli import main
 from lippmann.errors import BadInput
 from lippmann.job.rig import Rig
 from lippmann.lightfield.refocus.ciir import ciir
-from lippmann.lightfield.refocus.depth_focused_view import depth_view
+from lippmann.lightfield.refocus.depth_focused_view import depth_focused_view
 from lippmann.lightfield.refocus.shift_and_sum import refocus
 from lippmann.lightfield.views.views import view
 from lippmann.local.image import open_orthoscopic
@@ -49,9 +49,7 @@ def test_view_at_a_depth_is_the_depth_focused_view(
     options = [*where, "--depth-mm", "20", *more, "--out", str(out)]
     said = said_by("view", str(master), *options, monkeypatch=monkeypatch, capsys=capsys)
     found = open_orthoscopic(master)
-    picture = depth_view(
-        found.pixels, found.layout, 20.0, focal_mm=3.3, direction=direction, px_per_lens=px if more else None
-    )
+    picture = depth_focused_view(found, 20.0, direction=direction, px_per_lens=px if more else None)
     write_png(expected, picture)
     assert (said["rows"], said["cols"]) == display_size(rig).square_size(px)
     assert out.read_bytes() == expected.read_bytes()
@@ -67,7 +65,7 @@ def test_refocus_by_ciir_has_the_sheets_pixels_or_as_many_as_are_asked_for(
         said = said_by("refocus", str(master), *options, monkeypatch=monkeypatch, capsys=capsys)
         assert said["method"] == "ciir"
         assert read_rgb(out, np.float32).shape[:2] == display_size(rig).square_size(px)
-        write_png(expected, ciir(found.pixels, found.layout, 20.0, focal_mm=3.3, px_per_lens=px))
+        write_png(expected, ciir(found, 20.0, px_per_lens=px))
         assert out.read_bytes() == expected.read_bytes()
 
 
@@ -96,7 +94,7 @@ def test_a_picture_comes_in_the_size_and_by_the_filter_that_were_asked_for(
     found, out, expected = open_orthoscopic(master), tmp_path / "sized.png", tmp_path / "expected.png"
     for command, picture in (
         (["view", str(master), "--centre"], view(found.pixels, found.layout, 4, 4)),
-        (["refocus", str(master), "--depth-mm", "20"], refocus(found.pixels, found.layout, 20.0, focal_mm=3.3)),
+        (["refocus", str(master), "--depth-mm", "20"], refocus(found, 20.0)),
     ):
         said_by(*command, *options, "--out", str(out), monkeypatch=monkeypatch, capsys=capsys)
         assert read_rgb(out, np.float32).shape[:2] == (size["rows"], size["cols"])

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from lippmann.lattice.layout import CellLayout
+from lippmann.lightfield.image import IntegralImage
 
 SQUARE_LAYOUTS = st.builds(
     CellLayout,
@@ -17,6 +18,14 @@ SQUARE_LAYOUTS = st.builds(
     lens_cols=st.integers(1, 5),
     px_per_lens=st.integers(1, 5),
 )
+
+
+def image_of(
+    pixels: NDArray[Any], layout: CellLayout, *, pitch_mm: float = 1.0, focal_length_mm: float = 3.3
+) -> IntegralImage:
+    """Return an orthoscopic image; whole numbers become floating ones."""
+    light = pixels if np.issubdtype(pixels.dtype, np.floating) else pixels.astype(np.float64)
+    return IntegralImage(pixels=light, layout=layout, pitch_mm=pitch_mm, focal_length_mm=focal_length_mm)
 
 
 @st.composite

@@ -31,6 +31,7 @@ from lippmann.plan.sampling import display_size
 from service.main import create_app
 from service.viewing.frames import Sheets, Sight
 from tests.builders_service import CARD, Client, FakePictures, Farm, parts
+from tests.unit.lippmann.lightfield.sheets import image_of
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr
 
@@ -75,8 +76,10 @@ def test_what_is_seen_is_what_the_library_makes_of_the_sheet(
     expected = {
         "view?u=1&v=3": view(sheet, layout, 1, 3),
         "view": view(sheet, layout, *centre(layout)),
-        "perspective?x=-20&y=5&z=400": perspective(sheet, layout, eye, pitch_mm=1.0, gap_mm=3.3).picture,
-        "refocus?depth_mm=-7.5": refocus(sheet, layout, -7.5, focal_mm=3.3),
+        "perspective?x=-20&y=5&z=400": perspective(
+            image_of(sheet, layout, pitch_mm=1.0, focal_length_mm=3.3), eye
+        ).picture,
+        "refocus?depth_mm=-7.5": refocus(image_of(sheet, layout, focal_length_mm=3.3), -7.5),
         "observer?x=-20&y=5&z=400&size=40&rays=4&stereo=side_by_side": observed(sheet, stereo="side_by_side"),
         "observer?x=-20&y=5&z=400&size=40&rays=4&gap_mm=3.7&focus_mm=20": observed(sheet, gap_mm=3.7, focus_mm=20.0),
     }

@@ -15,6 +15,7 @@ from lippmann.lightfield.depth.plane_sweep import plane_sweep, sweep_depths
 from lippmann.lightfield.depth.view_depth import Method, estimated_depth, true_depth
 from lippmann.lightfield.views.square_pixels import as_square, nearest_as_square
 from lippmann.lightfield.views.views import centre, view
+from tests.unit.lippmann.lightfield.sheets import image_of
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture
 
 FOCAL_MM = 3.3
@@ -42,7 +43,7 @@ def seen_at(depth_mm: float, lattice: Lattice) -> tuple[NDArray[np.float32], Cel
 @pytest.mark.parametrize("depth_mm", [30.0, -30.0, 0.0, 11.3])
 def test_a_plane_is_found_within_a_third_of_a_depth_step(depth_mm: float, lattice: Lattice, method: Method) -> None:
     sheet, layout = seen_at(depth_mm, lattice)
-    found = estimated_depth(sheet, layout, centre(layout), focal_mm=FOCAL_MM, method=method)
+    found = estimated_depth(image_of(sheet, layout, focal_length_mm=FOCAL_MM), centre(layout), method=method)
     inner = found.s_mm[4:-4, 4:-4]
     assert np.median(inner) == pytest.approx(depth_mm, abs=0.3)
     assert (np.abs(inner - depth_mm) < STEP_MM / 3).mean() > 0.9
@@ -53,7 +54,9 @@ def test_a_plane_is_found_within_a_third_of_a_depth_step(depth_mm: float, lattic
 @pytest.mark.parametrize("method", ["tensor", "sweep"])
 def test_any_view_has_its_depth(method: Method) -> None:
     sheet, layout = seen_at(20.0, "square")
-    found = estimated_depth(sheet, layout, (2, 5), focal_mm=FOCAL_MM, method=method, range_mm=(0.0, 40.0))
+    found = estimated_depth(
+        image_of(sheet, layout, focal_length_mm=FOCAL_MM), (2, 5), method=method, range_mm=(0.0, 40.0)
+    )
     assert np.median(found.s_mm[4:-4, 4:-4]) == pytest.approx(20.0, abs=0.5)
 
 
@@ -64,7 +67,9 @@ def test_one_thing_before_another_is_told_by_its_edge() -> None:
     covered = sheet_of_texture(layout, lambda x, _: (x < 0).astype(float), 25.0, focal_mm=FOCAL_MM)
     sheet = np.where(covered > 0.5, near, 1 - far)
     for method in ("tensor", "sweep"):
-        s_mm = estimated_depth(sheet, layout, centre(layout), focal_mm=FOCAL_MM, method=method).s_mm[4:-4]
+        s_mm = estimated_depth(image_of(sheet, layout, focal_length_mm=FOCAL_MM), centre(layout), method=method).s_mm[
+            4:-4
+        ]
         assert np.median(s_mm[:, 4:10]) == pytest.approx(25.0, abs=1.5)
         assert np.median(s_mm[:, 14:-4]) == pytest.approx(-15.0, abs=1.5)
 
@@ -76,7 +81,7 @@ def test_a_sweep_is_sure_of_what_half_of_the_views_do_not_see() -> None:
     covered = sheet_of_texture(layout, lambda x, _: (x < 0).astype(float), 40.0, focal_mm=FOCAL_MM)
     sheet = np.where(covered > 0.5, near, 1 - far)
     depths_mm = sweep_depths(layout, 60, -60, focal_mm=FOCAL_MM)
-    found = plane_sweep(sheet, layout, centre(layout), depths_mm, focal_mm=FOCAL_MM)
+    found = plane_sweep(image_of(sheet, layout, focal_length_mm=FOCAL_MM), centre(layout), depths_mm)
     beside = slice(12, 17)
     assert np.abs(found.s_mm[4:-4, beside] + 30).max() < 1
     # The mean of all views, in place of the better half, gives about 0.5 there.
@@ -87,7 +92,7 @@ def test_a_flat_colour_tells_no_depth() -> None:
     layout = CellLayout(12, 12, 8)
     sheet = np.full((96, 96, 3), 0.5, dtype=np.float32)
     for method in ("tensor", "sweep"):
-        found = estimated_depth(sheet, layout, centre(layout), focal_mm=FOCAL_MM, method=method)
+        found = estimated_depth(image_of(sheet, layout, focal_length_mm=FOCAL_MM), centre(layout), method=method)
         assert found.other.max() < 1e-3
         assert np.isnan(found.s_mm).all()
         assert np.isnan(found.disparity).all()
@@ -96,13 +101,15 @@ def test_a_flat_colour_tells_no_depth() -> None:
 def test_what_cannot_be_estimated_is_refused() -> None:
     sheet, layout = seen_at(0.0, "square")
     with pytest.raises(LayoutError, match="expected at least three depths"):
-        plane_sweep(sheet, layout, (4, 4), [0.0, 1.0], focal_mm=FOCAL_MM)
+        plane_sweep(image_of(sheet, layout, focal_length_mm=FOCAL_MM), (4, 4), [0.0, 1.0])
     with pytest.raises(LayoutError, match=r"expected a view .*\(9, 4\)|view"):
-        plane_sweep(sheet, layout, (9, 4), [0.0, 1.0, 2.0], focal_mm=FOCAL_MM)
+        plane_sweep(image_of(sheet, layout, focal_length_mm=FOCAL_MM), (9, 4), [0.0, 1.0, 2.0])
     single = CellLayout(8, 8, 1)
     for method in ("tensor", "sweep"):
         with pytest.raises(LayoutError, match="expected views"):
-            estimated_depth(np.ones((8, 8, 3), np.float32), single, (0, 0), focal_mm=FOCAL_MM, method=method)
+            estimated_depth(
+                image_of(np.ones((8, 8, 3), np.float32), single, focal_length_mm=FOCAL_MM), (0, 0), method=method
+            )
 
 
 def test_errors_are_counted_as_the_benchmark_does() -> None:

@@ -23,7 +23,7 @@ from lippmann.lightfield.sheet.device import to_device
 from lippmann.lightfield.views.perspective import Eye, perspective, places_px
 from lippmann.optics.rig.display import viewing_zone_mm
 from tests.unit.lippmann.lightfield.displays import F_MM, display_of
-from tests.unit.lippmann.lightfield.sheets import LAYOUTS, ROW_PITCH, lens_centres, numbered_sheet
+from tests.unit.lippmann.lightfield.sheets import LAYOUTS, ROW_PITCH, image_of, lens_centres, numbered_sheet
 
 SQUARE = CellLayout(11, 13, 6)
 HEXAGONAL = CellLayout(12, 13, 6, lattice="hexagonal")
@@ -99,7 +99,7 @@ def test_the_middle_of_a_lens_shows_the_pixel_nearest_to_the_place_that_perspect
     right, down = places_px(layout, eye, pitch_mm=1.0, gap_mm=F_MM)
     row, col = down + layout.cell_rows / 2, right + layout.cell_cols / 2
     clear = np.minimum(np.abs(row - row.round()), np.abs(col - col.round())) > 1e-5  # else either of two pixels
-    inside = perspective(sheet, layout, eye, pitch_mm=1.0, gap_mm=F_MM).seen & clear
+    inside = perspective(image_of(sheet, layout, pitch_mm=1.0, focal_length_mm=F_MM), eye).seen & clear
     lens = np.argwhere(inside)
     in_cell = (np.floor(row[inside]).astype(int), np.floor(col[inside]).astype(int))
     own = layout.mask[in_cell]  # at a slanted side the nearest pixel may be the neighbour's
@@ -111,7 +111,7 @@ def test_it_differs_from_perspective_by_half_a_pixel_at_most() -> None:
     ramp = np.add.outer(np.arange(6.0), np.arange(6.0))[np.newaxis, np.newaxis, :, :, np.newaxis]
     sheet = sheet_of(np.broadcast_to(ramp, (11, 13, 6, 6, 1)).copy(), SQUARE)
     for eye in (Eye(0, 0, 300), Eye(20.1, -13.4, 300), Eye(-35.7, 35.0, 500)):
-        pinholes = perspective(sheet, SQUARE, eye, pitch_mm=1.0, gap_mm=F_MM)
+        pinholes = perspective(image_of(sheet, SQUARE, pitch_mm=1.0, focal_length_mm=F_MM), eye)
         assert pinholes.seen.all()
         seen = observe(sheet, display_of(SQUARE), eye, rays=1, window=at_lenses(SQUARE))
         assert np.abs(seen - pinholes.picture).max() <= 0.5 + 0.5 + 1e-6  # a step down and a step across

@@ -12,7 +12,7 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.observer.reach import ENDLESS_MM, reach_mm
 from lippmann.lightfield.views.perspective import Eye, perspective, places_px
 from lippmann.lightfield.views.views import view
-from tests.unit.lippmann.lightfield.sheets import HEXAGONAL_LAYOUTS, SQUARE_LAYOUTS, numbered_sheet
+from tests.unit.lippmann.lightfield.sheets import HEXAGONAL_LAYOUTS, SQUARE_LAYOUTS, image_of, numbered_sheet
 
 LAYOUT = CellLayout(lens_rows=5, lens_cols=7, px_per_lens=6)
 ARRAY = {"pitch_mm": 1.5, "gap_mm": 4.0}
@@ -20,11 +20,11 @@ LAYOUTS = (SQUARE_LAYOUTS | HEXAGONAL_LAYOUTS).filter(lambda layout: layout.px_p
 
 
 def test_endlessly_far_away_it_goes_from_the_first_view_to_the_last() -> None:
-    sheet = numbered_sheet(LAYOUT)
+    image = image_of(numbered_sheet(LAYOUT), LAYOUT, pitch_mm=1.5, focal_length_mm=4.0)
     right_mm, up_mm = reach_mm(LAYOUT, ENDLESS_MM, **ARRAY)
     for along, u, v in ((1, 5, 0), (-1, 0, 5)):
         eye = Eye(along * right_mm, along * up_mm, ENDLESS_MM)
-        np.testing.assert_allclose(perspective(sheet, LAYOUT, eye, **ARRAY).picture, view(sheet, LAYOUT, u, v))
+        np.testing.assert_allclose(perspective(image, eye).picture, view(image.pixels, LAYOUT, u, v))
 
 
 @given(layout=LAYOUTS, times=st.floats(1, 50), side=st.sampled_from([-1, 1]))

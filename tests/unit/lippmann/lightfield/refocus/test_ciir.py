@@ -14,7 +14,14 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.refocus.ciir import ciir, ciir_stack
 from lippmann.lightfield.refocus.shift_and_sum import refocus, shifts
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells
-from tests.unit.lippmann.lightfield.sheets import LAYOUTS, ROW_PITCH, SQUARE_LAYOUTS, lens_centres, numbered_sheet
+from tests.unit.lippmann.lightfield.sheets import (
+    LAYOUTS,
+    ROW_PITCH,
+    SQUARE_LAYOUTS,
+    image_of,
+    lens_centres,
+    numbered_sheet,
+)
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture, spot
 
 SQUARE = CellLayout(31, 31, 8)
@@ -68,7 +75,7 @@ def by_hand(sheet: np.ndarray, layout: CellLayout, depth_mm: float, px: int) -> 
 @pytest.mark.parametrize("px", [1, 3, 5])
 def test_it_is_every_pixel_laid_down_by_hand(layout: CellLayout, depth_mm: float, px: int) -> None:
     sheet = np.random.default_rng(1).random((layout.rows, layout.cols, 2))
-    found = ciir(sheet, layout, depth_mm, focal_mm=FOCAL_MM, px_per_lens=px)
+    found = ciir(image_of(sheet, layout, focal_length_mm=FOCAL_MM), depth_mm, px_per_lens=px)
     np.testing.assert_allclose(found, by_hand(sheet, layout, depth_mm, px), atol=1e-6)
 
 
@@ -76,7 +83,7 @@ def test_it_is_every_pixel_laid_down_by_hand(layout: CellLayout, depth_mm: float
 def test_even_light_stays_even(layout: CellLayout, depth_mm: float, px: int) -> None:
     assume(overlap(layout, depth_mm))
     even = np.full((layout.rows, layout.cols, 1), 0.25, dtype=np.float32)
-    picture = ciir(even, layout, depth_mm, focal_mm=FOCAL_MM, px_per_lens=px)
+    picture = ciir(image_of(even, layout, focal_length_mm=FOCAL_MM), depth_mm, px_per_lens=px)
     assert picture.shape == (*layout.square_size(px), 1)
     # In the dents of a hexagonal border there may be no light.
     inside = picture if layout.lattice == "square" else picture[picture != 0]
@@ -89,7 +96,9 @@ def test_even_light_stays_even(layout: CellLayout, depth_mm: float, px: int) -> 
 @pytest.mark.parametrize("px", [1, 8, 23])
 def test_inside_a_hexagonal_array_no_pixel_is_dark(depth_mm: float, px: int) -> None:
     layout = CellLayout(9, 8, 8, lattice="hexagonal")
-    picture = ciir(np.ones((layout.rows, layout.cols, 1)), layout, depth_mm, focal_mm=FOCAL_MM, px_per_lens=px)
+    picture = ciir(
+        image_of(np.ones((layout.rows, layout.cols, 1)), layout, focal_length_mm=FOCAL_MM), depth_mm, px_per_lens=px
+    )
     np.testing.assert_allclose(picture[px:-px, px:-px], 1.0)
 
 
@@ -97,24 +106,26 @@ def test_inside_a_hexagonal_array_no_pixel_is_dark(depth_mm: float, px: int) -> 
 def test_in_the_plane_of_the_displays_pixels_it_is_the_sheet(layout: CellLayout) -> None:
     assume(overlap(layout, FOCAL_MM))
     ortho = numbered_sheet(layout)
-    np.testing.assert_allclose(ciir(ortho, layout, -FOCAL_MM, focal_mm=FOCAL_MM), ortho, rtol=1e-5)
+    np.testing.assert_allclose(ciir(image_of(ortho, layout, focal_length_mm=FOCAL_MM), -FOCAL_MM), ortho, rtol=1e-5)
     turned = half_turn_cells(ortho, layout)
-    np.testing.assert_allclose(ciir(ortho, layout, FOCAL_MM, focal_mm=FOCAL_MM), turned, rtol=1e-5)
+    np.testing.assert_allclose(ciir(image_of(ortho, layout, focal_length_mm=FOCAL_MM), FOCAL_MM), turned, rtol=1e-5)
 
 
 @given(layout=LAYOUTS, depth_mm=DEPTHS_MM, px=PX)
 def test_the_half_turn_of_the_cells_flips_the_depth(layout: CellLayout, depth_mm: float, px: int) -> None:
     assume(overlap(layout, depth_mm))
     ortho = numbered_sheet(layout)
-    turned = ciir(half_turn_cells(ortho, layout), layout, -depth_mm, focal_mm=FOCAL_MM, px_per_lens=px)
-    np.testing.assert_allclose(turned, ciir(ortho, layout, depth_mm, focal_mm=FOCAL_MM, px_per_lens=px), rtol=1e-4)
+    turned = ciir(image_of(half_turn_cells(ortho, layout), layout, focal_length_mm=FOCAL_MM), -depth_mm, px_per_lens=px)
+    np.testing.assert_allclose(
+        turned, ciir(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depth_mm, px_per_lens=px), rtol=1e-4
+    )
 
 
 @given(layout=SQUARE_LAYOUTS, px=st.sampled_from([1, 3, 5]))
 def test_at_depth_0_a_lens_centre_shows_the_mean_of_the_views(layout: CellLayout, px: int) -> None:
     ortho = numbered_sheet(layout)
-    found = ciir(ortho, layout, 0.0, focal_mm=FOCAL_MM, px_per_lens=px)[px // 2 :: px, px // 2 :: px]
-    np.testing.assert_allclose(found, refocus(ortho, layout, 0.0, focal_mm=FOCAL_MM), rtol=1e-5)
+    found = ciir(image_of(ortho, layout, focal_length_mm=FOCAL_MM), 0.0, px_per_lens=px)[px // 2 :: px, px // 2 :: px]
+    np.testing.assert_allclose(found, refocus(image_of(ortho, layout, focal_length_mm=FOCAL_MM), 0.0), rtol=1e-5)
 
 
 @pytest.mark.parametrize("layout", [SQUARE, HEXAGONAL], ids=str)
@@ -130,8 +141,8 @@ def test_at_lens_centres_it_is_what_shift_and_sum_is(
     Out of focus both are means over rays, of every view or of every lens, and differ the less the more lenses overlap.
     """
     ortho = sheet_of_texture(layout, ripples, texture_mm, focal_mm=FOCAL_MM)
-    summed = refocus(ortho, layout, depth_mm, focal_mm=FOCAL_MM)
-    at_centres = ciir(ortho, layout, depth_mm, focal_mm=FOCAL_MM, px_per_lens=5)[2::5, 2::5]
+    summed = refocus(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depth_mm)
+    at_centres = ciir(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depth_mm, px_per_lens=5)[2::5, 2::5]
     inner = slice(8, -8)
     np.testing.assert_allclose(at_centres[inner, inner], summed[inner, inner], atol=within)
 
@@ -141,17 +152,17 @@ def test_at_lens_centres_it_is_what_shift_and_sum_is(
 def test_a_point_is_brightest_at_its_depth(layout: CellLayout, depth_mm: float) -> None:
     ortho = sheet_of_texture(layout, spot, depth_mm, focal_mm=FOCAL_MM)
     depths_mm = np.arange(-40.0, 41.0, 2.0)
-    stack = ciir_stack(ortho, layout, depths_mm.tolist(), focal_mm=FOCAL_MM, px_per_lens=2)
+    stack = ciir_stack(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depths_mm.tolist(), px_per_lens=2)
     assert abs(depths_mm[np.argmax(stack.max(axis=(1, 2, 3)))] - depth_mm) <= 2.0
 
 
 def test_what_cannot_be_is_refused() -> None:
     sheet = np.zeros((SQUARE.rows, SQUARE.cols, 1), dtype=np.float32)
     with pytest.raises(LayoutError, match=r"at most 792 mm .* got 1000 mm"):
-        ciir(sheet, SQUARE, 1000.0, focal_mm=FOCAL_MM)
+        ciir(image_of(sheet, SQUARE, focal_length_mm=FOCAL_MM), 1000.0)
     with pytest.raises(LayoutError, match="expected at least one pixel a lens, got 0"):
-        ciir(sheet, SQUARE, 10.0, focal_mm=FOCAL_MM, px_per_lens=0)
+        ciir(image_of(sheet, SQUARE, focal_length_mm=FOCAL_MM), 10.0, px_per_lens=0)
     with pytest.raises(LayoutError, match="do not divide among"):
-        ciir(sheet[:-1], SQUARE, 10.0, focal_mm=FOCAL_MM)
+        ciir(image_of(sheet[:-1], SQUARE, focal_length_mm=FOCAL_MM), 10.0)
     with pytest.raises(LayoutError, match="expected a depth"):
-        ciir(sheet, SQUARE, math.nan, focal_mm=FOCAL_MM)
+        ciir(image_of(sheet, SQUARE, focal_length_mm=FOCAL_MM), math.nan)

@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 
 from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout
-from lippmann.lightfield.refocus.depth_focused_view import depth_view
+from lippmann.lightfield.refocus.depth_focused_view import depth_focused_view
 from lippmann.lightfield.sheet.cells import cells, sheet_of
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers
-from tests.unit.lippmann.lightfield.sheets import HEXAGONAL_LAYOUTS, LAYOUTS, SQUARE_LAYOUTS, numbered_sheet
+from tests.unit.lippmann.lightfield.sheets import HEXAGONAL_LAYOUTS, LAYOUTS, SQUARE_LAYOUTS, image_of, numbered_sheet
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture
 
 SQUARE = CellLayout(12, 14, 8)
@@ -51,7 +51,7 @@ def test_with_a_patch_of_one_pixel_it_is_the_view(
     depth_mm = sign * depth_of_patch(px_of_patch, layout)
     u, v = data.draw(st.sampled_from(view_numbers(layout)))
     ortho = numbered_sheet(layout)
-    found = depth_view(ortho, layout, depth_mm, focal_mm=FOCAL_MM, direction=(u, v))
+    found = depth_focused_view(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depth_mm, direction=(u, v))
     np.testing.assert_allclose(found, as_square(view(ortho, layout, u, v), layout), rtol=1e-6)
 
 
@@ -60,10 +60,10 @@ def test_a_patch_of_the_whole_cell_is_the_sheet_behind_and_its_half_turn_in_fron
     ortho = numbered_sheet(layout)
     assume(min(layout.lens_rows, layout.lens_cols) > 1)
     n = layout.px_per_lens
-    behind = depth_view(ortho, layout, -FOCAL_MM, focal_mm=FOCAL_MM, px_per_lens=n)
+    behind = depth_focused_view(image_of(ortho, layout, focal_length_mm=FOCAL_MM), -FOCAL_MM, px_per_lens=n)
     if n > 1:  # with one pixel a lens it is the middle view
         np.testing.assert_allclose(behind, ortho, rtol=1e-6)
-        front = depth_view(ortho, layout, FOCAL_MM, focal_mm=FOCAL_MM, px_per_lens=n)
+        front = depth_focused_view(image_of(ortho, layout, focal_length_mm=FOCAL_MM), FOCAL_MM, px_per_lens=n)
         np.testing.assert_allclose(front, half_turn_cells(ortho, layout), rtol=1e-6)
 
 
@@ -74,7 +74,7 @@ def test_a_plane_comes_out_as_it_is_where_the_patch_is_of_whole_pixels(patch: in
     ortho = sheet_of_texture(SQUARE, fine, depth_mm, focal_mm=FOCAL_MM)
     # An odd patch stands about a pixel, an even one between two.
     direction = (4.0, 4.0) if patch % 2 else (3.5, 3.5)
-    found = depth_view(ortho, SQUARE, depth_mm, focal_mm=FOCAL_MM, direction=direction)
+    found = depth_focused_view(image_of(ortho, SQUARE, focal_length_mm=FOCAL_MM), depth_mm, direction=direction)
     assert found.shape == (SQUARE.lens_rows * patch, SQUARE.lens_cols * patch, 1)
     # A view to the right of the middle sees the plane moved; half a view, half of 1 / patch lenses.
     moved = sign * (direction[0] - 3.5) / patch
@@ -91,7 +91,9 @@ def test_a_slope_comes_out_as_it_is_at_any_patch(
 ) -> None:
     depth_mm = sign * depth_of_patch(patch, layout)
     ortho = sheet_of_texture(layout, lambda x, y: 9 + 0.3 * x - 0.2 * y, depth_mm, focal_mm=FOCAL_MM)
-    found = depth_view(ortho, layout, depth_mm, focal_mm=FOCAL_MM, direction=direction, px_per_lens=5)[:, :, 0]
+    found = depth_focused_view(
+        image_of(ortho, layout, focal_length_mm=FOCAL_MM), depth_mm, direction=direction, px_per_lens=5
+    )[:, :, 0]
     x, y = at_pixels(layout, 5)
     middle = (layout.cell_cols - 1) / 2, (layout.cell_rows - 1) / 2
     u, v = direction or middle
@@ -110,13 +112,13 @@ def test_a_slope_comes_out_as_it_is_at_any_patch(
 def test_it_shows_detail_between_lenses_that_the_view_does_not(layout: CellLayout, sign: int) -> None:
     depth_mm = sign * depth_of_patch(3.6, layout)
     ortho = sheet_of_texture(layout, fine, depth_mm, focal_mm=FOCAL_MM)
-    found = depth_view(ortho, layout, depth_mm, focal_mm=FOCAL_MM, px_per_lens=4)[:, :, 0]
+    found = depth_focused_view(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depth_mm, px_per_lens=4)[:, :, 0]
     x, y = at_pixels(layout, 4)
     lit = found > 0
     wanted = fine(x, y)[lit]
     assert np.corrcoef(found[lit], wanted)[0, 1] > 0.99
     # The same as far off on the other side: every patch is the wrong way round.
-    elsewhere = depth_view(ortho, layout, -depth_mm, focal_mm=FOCAL_MM, px_per_lens=4)[:, :, 0]
+    elsewhere = depth_focused_view(image_of(ortho, layout, focal_length_mm=FOCAL_MM), -depth_mm, px_per_lens=4)[:, :, 0]
     assert np.corrcoef(elsewhere[lit], wanted)[0, 1] < 0.8
 
 
@@ -132,7 +134,9 @@ def test_no_light_comes_from_another_cell(layout: CellLayout, patch: float, px: 
     numbers[...] = (np.arange(rows * cols).reshape(rows, cols) + 1)[:, :, None, None, None]
     depth_mm = depth_of_patch(patch, layout)
     shown, lens = (
-        depth_view(sheet_of(light, layout), layout, depth_mm, focal_mm=FOCAL_MM, px_per_lens=px)
+        depth_focused_view(
+            image_of(sheet_of(light, layout), layout, focal_length_mm=FOCAL_MM), depth_mm, px_per_lens=px
+        )
         for light in (one_hot, numbers)
     )
     np.testing.assert_allclose(lens, np.round(lens), atol=1e-5)
@@ -155,9 +159,13 @@ def test_no_light_comes_from_another_cell(layout: CellLayout, patch: float, px: 
 )
 def test_what_cannot_be_is_refused_and_what_could_is_said(options: dict[str, Any], said: str) -> None:
     with pytest.raises(LayoutError, match=said):
-        depth_view(np.zeros((96, 112, 1)), SQUARE, focal_mm=FOCAL_MM, **options)
+        depth_focused_view(image_of(np.zeros((96, 112, 1)), SQUARE, focal_length_mm=FOCAL_MM), **options)
 
 
 def test_a_hexagons_corner_view_does_not_exist() -> None:
     with pytest.raises(LayoutError, match=r"a view under a lens, from \(0, 0\) to \(7, 10\), got \(0, 0\)"):
-        depth_view(np.zeros((HEXAGONAL.rows, HEXAGONAL.cols, 1)), HEXAGONAL, 30.0, focal_mm=FOCAL_MM, direction=(0, 0))
+        depth_focused_view(
+            image_of(np.zeros((HEXAGONAL.rows, HEXAGONAL.cols, 1)), HEXAGONAL, focal_length_mm=FOCAL_MM),
+            30.0,
+            direction=(0, 0),
+        )

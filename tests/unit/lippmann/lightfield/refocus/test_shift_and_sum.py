@@ -16,7 +16,7 @@ from lippmann.lightfield.refocus.shift_and_sum import focal_stack, refocus, shif
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers
-from tests.unit.lippmann.lightfield.sheets import LAYOUTS, numbered_sheet
+from tests.unit.lippmann.lightfield.sheets import LAYOUTS, image_of, numbered_sheet
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture, spot
 
 SQUARE = CellLayout(31, 31, 8)
@@ -34,22 +34,24 @@ def overlap(layout: CellLayout, depth_mm: float) -> bool:
 def test_at_depth_0_it_is_the_mean_of_the_views(layout: CellLayout) -> None:
     ortho = numbered_sheet(layout)
     views = [as_square(view(ortho, layout, u, v), layout) for u, v in view_numbers(layout)]
-    np.testing.assert_allclose(refocus(ortho, layout, 0.0, focal_mm=FOCAL_MM), np.mean(views, axis=0), rtol=1e-5)
+    np.testing.assert_allclose(
+        refocus(image_of(ortho, layout, focal_length_mm=FOCAL_MM), 0.0), np.mean(views, axis=0), rtol=1e-5
+    )
 
 
 @given(layout=LAYOUTS, depth_mm=DEPTHS_MM)
 def test_the_half_turn_of_the_cells_flips_the_depth(layout: CellLayout, depth_mm: float) -> None:
     assume(overlap(layout, depth_mm))
     ortho = numbered_sheet(layout)
-    turned = refocus(half_turn_cells(ortho, layout), layout, -depth_mm, focal_mm=FOCAL_MM)
-    np.testing.assert_allclose(turned, refocus(ortho, layout, depth_mm, focal_mm=FOCAL_MM), rtol=1e-4)
+    turned = refocus(image_of(half_turn_cells(ortho, layout), layout, focal_length_mm=FOCAL_MM), -depth_mm)
+    np.testing.assert_allclose(turned, refocus(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depth_mm), rtol=1e-4)
 
 
 @given(layout=LAYOUTS, depth_mm=DEPTHS_MM)
 def test_even_light_stays_even_at_every_depth(layout: CellLayout, depth_mm: float) -> None:
     assume(overlap(layout, depth_mm))
     even = np.full((layout.rows, layout.cols, 1), 0.25, dtype=np.float32)
-    picture = refocus(even, layout, depth_mm, focal_mm=FOCAL_MM)
+    picture = refocus(image_of(even, layout, focal_length_mm=FOCAL_MM), depth_mm)
     np.testing.assert_allclose(picture, 0.25, rtol=1e-5)
 
 
@@ -58,10 +60,12 @@ def test_even_light_stays_even_at_every_depth(layout: CellLayout, depth_mm: floa
 def test_a_stack_is_its_depths_one_by_one(layout: CellLayout, depths_mm: list[float]) -> None:
     assume(all(overlap(layout, depth_mm) for depth_mm in depths_mm))
     ortho = numbered_sheet(layout)
-    stack = focal_stack(ortho, layout, depths_mm, focal_mm=FOCAL_MM)
+    stack = focal_stack(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depths_mm)
     for depth_mm, picture in zip(depths_mm, stack, strict=True):
         # Sums in another order.
-        np.testing.assert_allclose(picture, refocus(ortho, layout, depth_mm, focal_mm=FOCAL_MM), rtol=1e-6)
+        np.testing.assert_allclose(
+            picture, refocus(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depth_mm), rtol=1e-6
+        )
 
 
 @settings(deadline=None)  # as above
@@ -79,7 +83,9 @@ def test_it_is_the_views_shifted_and_added_one_by_one(layout: CellLayout, depth_
             picture = shifted(picture, round(shift * 2**20) / 2**20, axis)
         added = added + np.nan_to_num(picture)
         counted = counted + ~np.isnan(picture)
-    np.testing.assert_allclose(refocus(ortho, layout, depth_mm, focal_mm=FOCAL_MM), added / counted, rtol=1e-9)
+    np.testing.assert_allclose(
+        refocus(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depth_mm), added / counted, rtol=1e-9
+    )
 
 
 def shifted(picture: np.ndarray, shift: float, axis: int) -> np.ndarray:
@@ -95,7 +101,7 @@ def shifted(picture: np.ndarray, shift: float, axis: int) -> np.ndarray:
 def test_a_point_is_sharpest_at_its_depth(layout: CellLayout, depth_mm: float) -> None:
     ortho = sheet_of_texture(layout, spot, depth_mm, focal_mm=FOCAL_MM)
     depths_mm = np.arange(-40.0, 41.0, 2.0)
-    stack = focal_stack(ortho, layout, depths_mm.tolist(), focal_mm=FOCAL_MM)
+    stack = focal_stack(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depths_mm.tolist())
     for measured in (stack.max(axis=(1, 2, 3)), [sharpness(picture, smooth_px=0).max() for picture in stack]):
         assert abs(depths_mm[np.argmax(measured)] - depth_mm) <= 2.0
 
@@ -105,7 +111,7 @@ def test_extended_focus_takes_each_point_from_its_depth(layout: CellLayout) -> N
     ortho = sheet_of_texture(layout, lambda x, y: spot(x + 6, y), 20.0, focal_mm=FOCAL_MM)
     ortho += sheet_of_texture(layout, lambda x, y: spot(x - 6, y), -10.0, focal_mm=FOCAL_MM)
     depths_mm = np.arange(-20.0, 31.0, 5.0)
-    stack = focal_stack(ortho, layout, depths_mm.tolist(), focal_mm=FOCAL_MM)
+    stack = focal_stack(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depths_mm.tolist())
     found = extended_focus(stack)
     rows, cols = layout.square_size()
     for col, depth_mm in ((cols // 2 - 6, 20.0), (cols // 2 + 6, -10.0)):
@@ -137,7 +143,7 @@ def test_a_shift_is_s_by_n_f() -> None:
 @pytest.mark.parametrize("depth_mm", [1000.0, -1000.0])
 def test_a_depth_at_which_no_views_overlap_is_refused_with_the_one_that_fits(depth_mm: float) -> None:
     with pytest.raises(LayoutError, match=r"at most 792 mm .* got -?1000 mm"):
-        refocus(np.zeros((248, 248, 3), np.float32), SQUARE, depth_mm, focal_mm=3.3)
+        refocus(image_of(np.zeros((248, 248, 3), np.float32), SQUARE, focal_length_mm=3.3), depth_mm)
 
 
 @pytest.mark.parametrize(("depth_mm", "focal_mm"), [(math.nan, 3.3), (math.inf, 3.3), (1.0, 0.0), (1.0, -1.0)])
@@ -148,6 +154,6 @@ def test_what_is_no_depth_or_focal_length_is_refused(depth_mm: float, focal_mm: 
 
 def test_what_is_no_sheet_or_stack_is_refused() -> None:
     with pytest.raises(LayoutError, match="do not divide among"):
-        refocus(np.zeros((10, 10, 3), np.float32), SQUARE, 1.0, focal_mm=3.3)
+        refocus(image_of(np.zeros((10, 10, 3), np.float32), SQUARE, focal_length_mm=3.3), 1.0)
     with pytest.raises(LayoutError, match="expected a stack"):
         extended_focus(np.zeros((0, 4, 4, 3)))

@@ -12,7 +12,7 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.atlas import atlas_picture, plan_atlas
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers, views_grid
-from tests.unit.lippmann.lightfield.sheets import LAYOUTS
+from tests.unit.lippmann.lightfield.sheets import LAYOUTS, image_of
 
 
 def light(layout: CellLayout) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
@@ -27,7 +27,7 @@ def test_an_atlas_fits_and_shows_each_of_its_views_where_it_says(layout: CellLay
         return
     atlas, sheet = plan_atlas(layout, max_px=max_px), light(layout)
     assert max(atlas.rows, atlas.cols) <= max_px
-    picture = atlas_picture(sheet, layout, atlas)
+    picture = atlas_picture(image_of(sheet, layout), atlas)
     assert picture.shape == (atlas.rows, atlas.cols, 3)
     there = set(view_numbers(layout))
     for row, v in enumerate(atlas.vs):
@@ -41,7 +41,7 @@ def test_where_all_views_fit_the_atlas_of_a_square_lattice_is_the_grid_of_views(
     layout = CellLayout(lens_rows=5, lens_cols=7, px_per_lens=4)
     sheet = light(layout)
     np.testing.assert_array_equal(
-        atlas_picture(sheet, layout, plan_atlas(layout, max_px=28)), views_grid(sheet, layout)
+        atlas_picture(image_of(sheet, layout), plan_atlas(layout, max_px=28)), views_grid(sheet, layout)
     )
 
 

@@ -13,6 +13,7 @@ from lippmann.lightfield.views.interpolate import spread_views, views_in_col, vi
 from lippmann.lightfield.views.mosaic import cut_to_aspect, mosaic
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers
+from tests.unit.lippmann.lightfield.sheets import image_of
 
 SQUARE = CellLayout(4, 5, 6)
 HEXAGONAL = CellLayout(4, 5, 6, "hexagonal")
@@ -64,18 +65,18 @@ def test_as_many_views_as_there_are_are_these(layout: CellLayout) -> None:
     ortho = np.random.default_rng(4).random((layout.rows, layout.cols, 3), dtype=np.float32)
     for v in (layout.cell_rows // 2, layout.cell_rows - 3):
         there = views_in_row(layout, v)
-        for u, seen in zip(there, spread_views(ortho, layout, v, len(there)), strict=True):
+        for u, seen in zip(there, spread_views(image_of(ortho, layout), v, len(there)), strict=True):
             np.testing.assert_array_equal(seen, as_square(view(ortho, layout, u, v), layout))
 
 
 def test_views_between_views_are_interpolated_evenly_from_end_to_end() -> None:
     ortho = np.random.default_rng(5).random((SQUARE.rows, SQUARE.cols, 3), dtype=np.float32)
     views = [view(ortho, SQUARE, u, 2) for u in range(6)]
-    found = list(spread_views(ortho, SQUARE, 2, 11))
+    found = list(spread_views(image_of(ortho, SQUARE), 2, 11))
     np.testing.assert_array_equal(found[0], views[0])
     np.testing.assert_array_equal(found[10], views[5])
     np.testing.assert_allclose(found[3], (views[1] + views[2]) / 2, atol=1e-6)
-    (middle,) = spread_views(ortho, SQUARE, 2, 1)
+    (middle,) = spread_views(image_of(ortho, SQUARE), 2, 1)
     np.testing.assert_allclose(middle, (views[2] + views[3]) / 2, atol=1e-6)
 
 

@@ -23,6 +23,7 @@ from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.plan.sampling import display_size
 from tests.builders_coded import coded_sheet, linear_of, read_ppm, view_codes
 from tests.builders_outputs import GivenJob, given_job
+from tests.unit.lippmann.lightfield.sheets import image_of
 from tests.unit.worker.exports.test_files import bt709
 from worker.images.read import read_codes_8
 from worker.tasks.local import JOB_ID
@@ -256,7 +257,7 @@ def test_which_views_exist_is_what_the_hexagons_mask_says(n: int) -> None:
 def test_views_put_on_square_pixels_together_are_those_put_there_alone() -> None:
     layout = CellLayout(5, 4, 4, "hexagonal")
     sheet = np.random.default_rng(5).random((layout.rows, layout.cols, 3), dtype=np.float32)
-    views = light_field(sheet, layout)
+    views = light_field(image_of(sheet, layout))
     together = on_square_pixels(views, layout)
     for v, u in np.ndindex(*views.shape[:2]):
         np.testing.assert_array_equal(together[v, u], as_square(views[v, u], layout))

@@ -22,6 +22,7 @@ from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import successive_views, view
 from tests.builders_outputs import given_job
 from tests.needs import needs_ffprobe
+from tests.unit.lippmann.lightfield.sheets import image_of
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture
 from tests.unit.worker.tasks.outputs.films import film, probed
 from worker.images.colour import srgb_codes
@@ -196,7 +197,7 @@ def test_the_focus_runs_from_depth_to_depth_and_back(tmp_path: Path) -> None:
     assert brightest.argmax() == 8
     assert brightest.tolist()[8:11] == [brightest.max()] * 3
     assert brightest[9] > 1.5 * brightest[0]
-    stack = focal_stack(job.stored_sheet(1), job.layout, [-12.0, 15.0], focal_mm=FOCAL_MM)
+    stack = focal_stack(image_of(job.stored_sheet(1), job.layout, focal_length_mm=FOCAL_MM), [-12.0, 15.0])
     np.testing.assert_array_equal(made[[0, 9]], srgb_codes(stack.reshape(-1, 12, 3)).reshape(stack.shape))
 
 
