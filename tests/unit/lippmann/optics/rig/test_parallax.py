@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.interpolate import griddata
+from scipy.optimize import brentq
 
 from lippmann.job.rig import Rig
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
@@ -17,6 +19,7 @@ from lippmann.optics.rig.bench import Bench, bench, object_rays, pixel_centres_m
 from lippmann.optics.rig.disparity import exact_disparity, small_angle_disparity
 from lippmann.optics.rig.parallax import parallax, shown_mm
 from lippmann.plan.sampling import display_size, frame_size
+from tests.repository import DOCS
 
 RIGS: dict[str, dict[str, Any]] = {
     "square": {},
@@ -107,3 +110,17 @@ def test_nothing_moves_beside_the_glass_or_where_nothing_is_met() -> None:
     assert np.isnan(moves[0, 0]).all(), "the dead corner of an inscribed aperture"
     assert np.isnan(moves[4, 4]).all()
     assert np.isfinite(moves[4, 5]).all()
+
+
+def test_the_page_on_depth_says_how_disparity_differs_over_the_views() -> None:
+    """Disparity is s / (n f) by small angles; the parallax of the next view is 1 / n larger."""
+    page = " ".join((DOCS / "depth.md").read_text("utf-8").split())
+    (said,) = re.findall(r"at s = \+([0-9.]+) mm .* moves by ([0-9.]+) pitches .* and by ([0-9.]+) at their edge", page)
+    s_mm, middle, edge = map(float, said)
+    stood = bench(Rig(), reference_mm=1000.0)
+    object_mm = float(brentq(lambda mm: stood.s_mm(mm) - s_mm, 1000.0, 2000.0))
+    n, first = stood.rig.px_per_lens, stood.rig.lens_array.count[0] // 2 * stood.rig.px_per_lens
+    points = pixel_centres_mm(stood)[first + n // 2 - 1, first : first + n]
+    across = parallax(stood, points, np.full(n, -object_mm))[:, 0] - 1 / n
+    assert across[n // 2 - 1 : n // 2 + 1].mean() == pytest.approx(middle, abs=0.006)
+    assert across[[0, -1]].mean() == pytest.approx(edge, abs=0.006)
