@@ -56,6 +56,14 @@ def test_text_says_every_part_in_words(monkeypatch: pytest.MonkeyPatch, capsys: 
         assert words in text
 
 
+def test_the_numbers_of_the_page_are_those_of_the_command() -> None:
+    page = (DOCS / "designer.md").read_text("utf-8")
+    (block,) = re.findall(r"^    Imaging lens\n(?:    .*\n)+", page, re.MULTILINE)
+    printed = [" ".join(line.split()) for line in design_text(found(preset="paper-still")).splitlines()]
+    for line in block.splitlines():
+        assert " ".join(line.split()) in [*printed, "..."]
+
+
 @pytest.mark.parametrize(
     "overrides",
     [

@@ -10,8 +10,7 @@ from lippmann.lattice.cell import Lattice
 from lippmann.lightfield.calibrate.calibrate import find_from_white
 from lippmann.lightfield.sheet.lens_grid import LensGrid
 from tests.repository import DOCS
-from tests.unit.lippmann.lightfield.calibrate.test_calibrate import off_lattice_px
-from tests.unit.lippmann.lightfield.lens_pictures import white_image
+from tests.unit.lippmann.lightfield.lens_pictures import off_lattice_px, white_image
 
 ROWS = re.findall(
     r"^\| (\d+) lenses across \| ([0-9.]+) % \| ([0-9.]+)° \| ([0-9.]+) px \|$",
