@@ -1,16 +1,24 @@
-"""Asks, shows, remembers: the HTTP service, its database and the clerk that keeps jobs going.
+"""The HTTP API and the coordinator. They run in one process, with one database.
 
-main          create_app(), Server
-routes        HTTP only: parse, call jobs, shape the answer
-dashboard     pages and static files
-dependencies  what a route asks for: session, settings, caller
-jobs          the use cases
-queue         Celery, only here, by task name
-stream        Redis: events, presence, stop keys
-db            engine, tables, migrations, named queries
-schemas       what the API says
-settings      what the environment sets
-parts         what is handed in: artifact store, pictures, scenes
-errors        what can go wrong, and the table of answers
-openapi       the contract as a file: `python -m service.openapi` writes it
+main           the application and its server
+routes         HTTP only: parse, call, present
+dashboard      web pages and static files
+dependencies   the dependencies of routes: state of the application, session, caller
+coordinator    the threads that schedule tasks, record events and repair rows
+api            what the API answers with: presenters, listings, artifact files
+viewing        views of a frame on demand
+jobs           the rules of jobs: submission, state machine, planning, commands, completion, repair
+scenes         the scenes that jobs can use
+health         health checks
+auth           keys, login links and browser sessions
+events         events for subscribers, and the stream of server-sent events
+order_queue    the queue of orders to workers, by Celery
+broker_stream  worker events, presence and stop signals, in Redis
+db             the database: engine, tables, migrations, queries
+ids            the ids of jobs, tasks and attempts
+schemas        the schemas of the API
+settings       the settings from the environment
+ports          the interfaces that the service needs and does not implement
+errors         the errors, and the table of HTTP statuses
+openapi        the API contract as a file: `python -m service.openapi` writes it
 """

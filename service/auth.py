@@ -1,4 +1,4 @@
-"""Keys, login links and browser sessions. Of a secret only its SHA-256 is kept."""
+"""Keys, login links and browser sessions. Only the SHA-256 of a secret is stored."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SECRET_BYTES = 32
 
 @dataclass(frozen=True)
 class Caller:
-    """Who is calling, and how they showed it."""
+    """The caller of a request, and how the caller authenticated."""
 
     id: str
     key_id: str
@@ -32,23 +32,23 @@ class Caller:
 
 
 def create_key(session: Session, name: str, role: Role) -> tuple[str, str]:
-    """Make a key, and return (id, key); the key is never seen again."""
+    """Create a key, and return (id, key); the key cannot be retrieved later."""
     credential_id, secret = _create(session, CredentialKind.KEY, name, role, now_s=time.time())
     return credential_id, f"{KEY_PREFIX}_{credential_id}_{secret}"
 
 
 def list_keys(session: Session) -> Sequence[Credential]:
-    """Return every key, without its secret."""
+    """Return all keys, without their secrets."""
     return access_rows.keys(session)
 
 
 def revoke_key(session: Session, key_id: str) -> None:
-    """Forget a key, and end the browser sessions it opened.
+    """Delete a key, and end the browser sessions that it opened.
 
     Raises
     ------
     NotFound
-        If there is no such key.
+        If the key does not exist.
     """
     if not access_rows.revoke(session, key_id):
         raise NotFound(f"there is no key {key_id!r}")
@@ -63,59 +63,59 @@ def create_login_token(
     parent: str | None = None,
     now_s: float | None = None,
 ) -> str:
-    """Make a token that opens one browser session; it goes into `/login?token=`."""
+    """Create a token that opens one browser session through `/login?token=`."""
     made_s = time.time() if now_s is None else now_s
     credential_id, secret = _create(session, CredentialKind.LOGIN, name, role, now_s=made_s, ttl_s=ttl_s, parent=parent)
     return f"{credential_id}.{secret}"
 
 
 def spend_login_token(session: Session, token: str, *, now_s: float, session_s: float) -> str:
-    """Exchange a login token, once, for a browser session's cookie.
+    """Exchange a login token, once, for the cookie of a browser session.
 
     Raises
     ------
     Unauthorized
-        If it was used, has expired or never was.
+        If the token was used, has expired or never existed.
     """
     found = _verify(session, CredentialKind.LOGIN, token, now_s=now_s)
     if found is None or not access_rows.spend(session, found.id):
-        raise Unauthorized("this login link was used or has expired; ask for another one")
+        raise Unauthorized("this login link was used or has expired; request a new one")
     return _open_session(session, found, found.parent, now_s=now_s, session_s=session_s)
 
 
 def spend_key(session: Session, key: str, *, now_s: float, session_s: float) -> str:
-    """Exchange a key for a browser session's cookie; the key stays good.
+    """Exchange a key for the cookie of a browser session; the key stays valid.
 
     Raises
     ------
     Unauthorized
-        If it is not a key.
+        If the key is unknown.
     """
-    found = _verify(session, CredentialKind.KEY, _bare(key), now_s=now_s)
+    found = _verify(session, CredentialKind.KEY, _without_prefix(key), now_s=now_s)
     if found is None:
-        raise Unauthorized("this key is not known")
+        raise Unauthorized("this key is unknown")
     return _open_session(session, found, found.id, now_s=now_s, session_s=session_s)
 
 
 def end_session(session: Session, cookie: str, *, now_s: float) -> None:
-    """Forget a browser session."""
+    """End a browser session."""
     found = _verify(session, CredentialKind.SESSION, cookie, now_s=now_s)
     if found is not None:
         access_rows.spend(session, found.id)
 
 
 def caller_of_key(session: Session, key: str, *, now_s: float) -> Caller | None:
-    """Return who a key belongs to."""
-    return _caller(_verify(session, CredentialKind.KEY, _bare(key), now_s=now_s))
+    """Return the owner of a key."""
+    return _caller(_verify(session, CredentialKind.KEY, _without_prefix(key), now_s=now_s))
 
 
 def caller_of_cookie(session: Session, cookie: str, *, now_s: float) -> Caller | None:
-    """Return who a browser session belongs to."""
+    """Return the owner of a browser session."""
     return _caller(_verify(session, CredentialKind.SESSION, cookie, now_s=now_s))
 
 
-def is_good(session: Session, caller: Caller, *, now_s: float) -> bool:
-    """Return whether what a caller showed is still good: neither revoked, nor ended, nor expired."""
+def is_valid(session: Session, caller: Caller, *, now_s: float) -> bool:
+    """Return whether the credential of a caller is still valid: neither revoked, nor ended, nor expired."""
     found = access_rows.credential(session, caller.id)
     return found is not None and (found.expires_s is None or found.expires_s >= now_s)
 
@@ -153,7 +153,7 @@ def _open_session(session: Session, found: Credential, parent: str | None, *, no
     return f"{credential_id}.{secret}"
 
 
-def _bare(key: str) -> str:
+def _without_prefix(key: str) -> str:
     prefix, _, rest = key.partition("_")
     return rest.replace("_", ".", 1) if prefix == KEY_PREFIX else ""
 
@@ -161,7 +161,7 @@ def _bare(key: str) -> str:
 def _verify(session: Session, kind: CredentialKind, presented: str, *, now_s: float) -> Credential | None:
     credential_id, _, secret = presented.partition(".")
     found = access_rows.credential(session, credential_id) if credential_id and len(presented) <= 200 else None
-    # Compared even when nothing was found, so that time does not tell which ids there are.
+    # The digests are compared even for an unknown id, so that the response time does not reveal which ids exist.
     is_right = hmac.compare_digest(_digest(secret), found.secret_sha256 if found else _digest(""))
     if found is None or not is_right or found.kind is not kind:
         return None

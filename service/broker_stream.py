@@ -1,6 +1,6 @@
-"""Redis beside the queue: the stream of events, who is there, which attempts should stop.
+"""Redis apart from the order queue: the stream of worker events, the presence of workers, and stop signals.
 
-Every exchange has a timeout and none is tried twice; the callers come back by themselves.
+Every exchange has a timeout and no exchange is repeated here; the callers try again in their next round.
 """
 
 from __future__ import annotations
@@ -21,26 +21,26 @@ from lippmann.job.events import Event, Presence
 from service.errors import BrokerUnavailable
 
 QUICK_S = 0.5
-"""The longest that a request waits for the broker."""
+"""The longest time that a request waits for the broker."""
 
 Entry = tuple[str, Event | None]
 
 
 class Stream:
-    """What the broker carries besides orders."""
+    """The events, presences and stop signals in the broker."""
 
     def __init__(self, redis_url: str, *, timeout_s: float) -> None:
         self._slow = _client(redis_url, timeout_s)
         self._quick = _client(redis_url, QUICK_S)
 
     def read(self, position: str, *, count: int, block_s: float) -> list[Entry]:
-        """Return events after a position: (their position, the event; None if it cannot be understood)."""
+        """Return the events after a position, as pairs (position, event); an invalid event is None."""
         with _translated():
             answer: Any = self._slow.xread({wire.EVENTS_STREAM: position}, count=count, block=math.ceil(block_s * 1000))
         return [(entry.decode(), _event(fields)) for _, entries in answer for entry, fields in entries]
 
     def presences(self) -> tuple[Presence, ...]:
-        """Return the workers that are there, by name."""
+        """Return the workers that are online, sorted by name."""
         with _translated():
             keys = list(self._quick.scan_iter(match=wire.presence_key("*"), count=1000))
             texts: Any = self._quick.mget(keys) if keys else []
@@ -48,7 +48,7 @@ class Stream:
         return tuple(sorted((presence for presence in found if presence), key=lambda presence: presence.name))
 
     def stop(self, attempts: Sequence[str], *, ttl_s: float) -> None:
-        """Tell attempts to stop."""
+        """Signal attempts to stop."""
         with _translated():
             pipe = self._slow.pipeline(transaction=False)
             for attempt in attempts:
@@ -56,12 +56,12 @@ class Stream:
             pipe.execute()
 
     def is_new(self) -> bool:
-        """Return whether the broker has forgotten everything since this was asked last, and mark it."""
+        """Return whether the broker lost its data since the last call, and mark it."""
         with _translated():
             return bool(self._slow.set(wire.MARKER, "1", nx=True))
 
     def ping(self) -> None:
-        """Do nothing, unless the broker is unavailable."""
+        """Raise BrokerUnavailable if the broker does not answer."""
         with _translated():
             self._quick.ping()
 

@@ -1,4 +1,4 @@
-"""What a route asks for: session, settings, caller, and the things that live as long as the application."""
+"""The dependencies of routes: the state of the application, a session, and the caller."""
 
 from __future__ import annotations
 
@@ -15,29 +15,29 @@ from service.auth import Caller
 from service.broker_stream import Stream
 from service.db.engine import Database
 from service.errors import Forbidden, Unauthorized
-from service.events.wakeup import Bell
+from service.events.wakeup import Wakeup
 from service.health import Checks
 from service.ports import Parts
 from service.schemas.access import Role
 from service.schemas.answer import MAX_LIMIT
 from service.settings import Settings
-from service.viewing.frames import Sheets
+from service.viewing.sheet_cache import SheetCache
 
 COOKIE = "lippmann_session"
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 
 
 @dataclass(frozen=True)
-class House:
-    """What lives as long as the application."""
+class AppState:
+    """The objects that live as long as the application."""
 
     settings: Settings
     parts: Parts
     database: Database
-    bell: Bell
+    wakeup: Wakeup
     stream: Stream
     checks: Checks
-    sheets: Sheets
+    sheets: SheetCache
     clock: Callable[[], float] = field(default=time.time)
 
     def now_s(self) -> float:
@@ -45,48 +45,48 @@ class House:
         return self.clock()
 
 
-def get_house(request: Request) -> House:
-    """Return what lives as long as the application."""
-    return cast(House, request.app.state.house)
+def get_state(request: Request) -> AppState:
+    """Return the state of the application."""
+    return cast(AppState, request.app.state.lippmann)
 
 
-HouseDep = Annotated[House, Depends(get_house)]
+AppStateDep = Annotated[AppState, Depends(get_state)]
 
 
-def get_session(house: HouseDep) -> Iterator[Session]:
-    """Lend a session that only reads."""
-    with house.database.reading() as session:
+def get_session(state: AppStateDep) -> Iterator[Session]:
+    """Provide a session that only reads."""
+    with state.database.reading() as session:
         yield session
 
 
-# Given back before the answer is sent, so that a slow reader of a file holds no connection.
+# The session ends before the response is sent, so that a slow download holds no connection.
 SessionDep = Annotated[Session, Depends(get_session, scope="function")]
 
 
 def get_caller_or_none(
     request: Request,
-    house: HouseDep,
+    state: AppStateDep,
     authorization: Annotated[str | None, Header(include_in_schema=False)] = None,
     x_lippmann_request: Annotated[str | None, Header(include_in_schema=False)] = None,
     lippmann_session: Annotated[str | None, Cookie(include_in_schema=False)] = None,
 ) -> Caller | None:
-    """Return who is calling, None for nobody.
+    """Return the caller; None without credentials.
 
     Raises
     ------
     Unauthorized
-        If a key was shown that is none.
+        If the request has an invalid key.
     Forbidden
-        If a browser wants to change something and does not say that a page of ours asked it to.
+        If a browser sends a request that changes something without the header of our pages.
     """
-    with house.database.reading() as session:
+    with state.database.reading() as session:
         if authorization is not None:
-            return _by_header(session, authorization, house.now_s())
+            return _by_header(session, authorization, state.now_s())
         if lippmann_session is None:
             return None
-        caller = keys.caller_of_cookie(session, lippmann_session, now_s=house.now_s())
+        caller = keys.caller_of_cookie(session, lippmann_session, now_s=state.now_s())
     if caller is not None and request.method not in SAFE_METHODS and x_lippmann_request != "1":
-        raise Forbidden("requests of a browser that change something need the header 'X-Lippmann-Request: 1'")
+        raise Forbidden("requests from a browser that change something need the header 'X-Lippmann-Request: 1'")
     return caller
 
 
@@ -94,13 +94,13 @@ CallerOrNoneDep = Annotated[Caller | None, Depends(get_caller_or_none, scope="fu
 
 
 def require(role: Role) -> Callable[[Caller | None], Caller]:
-    """Return a dependency that lets in who has this role."""
+    """Return a dependency that requires a role."""
 
     def check(caller: CallerOrNoneDep) -> Caller:
         if caller is None:
             raise Unauthorized
         if not caller.role.allows(role):
-            raise Forbidden(f"this needs the role {role}, and the key {caller.name!r} has the role {caller.role}")
+            raise Forbidden(f"this requires the role {role}, but the key {caller.name!r} has the role {caller.role}")
         return caller
 
     return check
@@ -110,8 +110,8 @@ ViewerDep = Annotated[Caller, Depends(require(Role.VIEWER))]
 SubmitterDep = Annotated[Caller, Depends(require(Role.SUBMITTER))]
 AdminDep = Annotated[Caller, Depends(require(Role.ADMIN))]
 
-LimitQuery = Annotated[int, Query(ge=1, le=MAX_LIMIT, description="The longest page wanted.")]
-CursorQuery = Annotated[str | None, Query(max_length=200, description="`next_cursor` of the page before.")]
+LimitQuery = Annotated[int, Query(ge=1, le=MAX_LIMIT, description="The largest number of items in the page.")]
+CursorQuery = Annotated[str | None, Query(max_length=200, description="The `next_cursor` of the page before.")]
 
 
 def _by_header(session: Session, authorization: str, now_s: float) -> Caller:
@@ -120,5 +120,5 @@ def _by_header(session: Session, authorization: str, now_s: float) -> Caller:
         raise Unauthorized("expected 'Authorization: Bearer <key>'")
     caller = keys.caller_of_key(session, key.strip(), now_s=now_s)
     if caller is None:
-        raise Unauthorized("this key is not known, or was revoked")
+        raise Unauthorized("this key is unknown or was revoked")
     return caller

@@ -1,7 +1,7 @@
-"""What can go wrong in the service: one root, and one table of codes and HTTP statuses.
+"""The errors of the service, and the table of error codes and HTTP statuses.
 
-The docstring of a class is its default message. Errors of `lippmann.errors` that reach a request are answered by the
-same table.
+The docstring of a class is its default message. The table also covers the errors of `lippmann.errors` that reach a
+request.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ STATUS_OF_CODE = MappingProxyType(
         "store-full": 507,
     }
 )
-"""Which HTTP status answers which code. A code that is not here is a fault of ours: 500."""
+"""The HTTP status for each error code. A code that is not listed is an internal error: 500."""
 
 
 class ServiceError(Exception):
-    """Something went wrong in the service."""
+    """The service failed."""
 
     code = "internal"
 
@@ -58,31 +58,31 @@ class ServiceError(Exception):
 
 
 class BadRequest(ServiceError):
-    """The request cannot be understood."""
+    """The request is malformed."""
 
     code = "bad-request"
 
 
 class Unauthorized(ServiceError):
-    """A key is needed: send `Authorization: Bearer <key>` or log in."""
+    """A key is required: send `Authorization: Bearer <key>` or log in."""
 
     code = "unauthorized"
 
 
 class Forbidden(ServiceError):
-    """The key may not do that."""
+    """The role of the key does not allow this."""
 
     code = "forbidden"
 
 
 class NotFound(ServiceError):
-    """There is no such thing."""
+    """The requested item does not exist."""
 
     code = "not-found"
 
 
-class MoveNotAllowed(ServiceError):
-    """A job of this status cannot become that."""
+class TransitionNotAllowed(ServiceError):
+    """The action is not allowed in the present status of the job."""
 
     code = "move-not-allowed"
 
@@ -94,7 +94,7 @@ class JobNotEnded(ServiceError):
 
 
 class SceneBuiltin(ServiceError):
-    """The name belongs to a scene that comes with Lippmann."""
+    """The name belongs to a built-in scene."""
 
     code = "scene-builtin"
 
@@ -116,13 +116,13 @@ class RangeNotSatisfiable(ServiceError):
 
 
 class Invalid(ServiceError):
-    """A field is wrong."""
+    """A field is invalid."""
 
     code = "invalid"
 
 
 class IdempotencyMismatch(ServiceError):
-    """The Idempotency-Key was used for another job."""
+    """The Idempotency-Key was used with another job file."""
 
     code = "idempotency-mismatch"
 
@@ -140,10 +140,10 @@ class BrokerUnavailable(ServiceError):
 
 
 def status_of(code: str) -> int:
-    """Return the HTTP status that answers a code."""
+    """Return the HTTP status for an error code."""
     return STATUS_OF_CODE.get(code, 500)
 
 
 def problems_in(error: ServiceError | LippmannError) -> tuple[FieldProblem, ...]:
-    """Return the fields that an error names."""
+    """Return the fields at fault that an error names."""
     return error.problems if isinstance(error, ServiceError | SpecError) else ()

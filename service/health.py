@@ -1,4 +1,4 @@
-"""How the farm is, asked with a time limit: what does not answer in time is not well."""
+"""Health checks with a time limit: a component that does not answer in time is not healthy."""
 
 from __future__ import annotations
 
@@ -9,25 +9,25 @@ from typing import TypeVar
 import anyio
 from sqlalchemy import text
 
+from lippmann.job.artifact_store import ArtifactStore
 from lippmann.job.events import Presence
 from service.broker_stream import Stream
-from service.db import coordinator as clerk_rows
+from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.engine import Database
-from service.ports import ArtifactStore
-from service.schemas.farm import ClerkPart, Health, Part, StorePart, Worker, WorkerList
+from service.schemas.farm import ComponentHealth, CoordinatorHealth, Health, StoreHealth, Worker, WorkerList
 
 ANSWER_S = 0.8
-"""The longest that a part may take to say how it is."""
+"""The longest time of one check."""
 _THREADS = 8
-"""Checks that hang stay behind in threads of their own, at most so many."""
+"""The largest number of threads for checks; a check that hangs keeps its thread."""
 
 T = TypeVar("T")
 
 
 class Checks:
-    """Asks the things that the service needs how they are."""
+    """Checks the components that the service needs."""
 
     def __init__(self, database: Database, store: ArtifactStore, stream: Stream) -> None:
         self._database = database
@@ -36,24 +36,24 @@ class Checks:
         self._limiter: anyio.CapacityLimiter | None = None
 
     async def health(self, *, now_s: float, is_known: Callable[[], bool]) -> Health:
-        """Return how everything is, all asked at once; who leads only for a caller who `is_known`."""
+        """Run all checks at once; the name of the leader is only for a caller who `is_known`."""
         answers: dict[str, object] = {}
 
         async def ask(name: str, question: Callable[[], object]) -> None:
             answers[name] = await self._ask(question)
 
         async with anyio.create_task_group() as group:
-            group.start_soon(ask, "clerk", lambda: self._clerk(now_s))
+            group.start_soon(ask, "coordinator", lambda: self._coordinator(now_s))
             group.start_soon(ask, "workers", self._stream.presences)
             group.start_soon(ask, "free", self._free_bytes)
             group.start_soon(ask, "known", is_known)
-        health = _health(answers["clerk"], answers["workers"], answers["free"])
-        # The leader's name tells machine and process; a key that is none, or an unknown one, is nobody's.
-        hidden = health.clerk.model_copy(update={"leader": None})
-        return health if answers["known"] is True else health.model_copy(update={"clerk": hidden})
+        health = _health(answers["coordinator"], answers["workers"], answers["free"])
+        # The name of the leader reveals host and process, so callers without a valid key do not get it.
+        hidden = health.coordinator.model_copy(update={"leader": None})
+        return health if answers["known"] is True else health.model_copy(update={"coordinator": hidden})
 
     async def workers(self) -> WorkerList:
-        """Return who is there, and how much each does."""
+        """Return the workers that are online, with their running tasks."""
         present = await self._ask(self._stream.presences)
         if isinstance(present, Exception):
             return WorkerList(items=(), known=False)
@@ -68,15 +68,15 @@ class Checks:
                 return await anyio.to_thread.run_sync(question, abandon_on_cancel=True, limiter=self._limiter)
         except TimeoutError:
             return TimeoutError(f"no answer within {ANSWER_S} s")
-        except Exception as error:  # whatever is wrong with a part is what was asked for
+        except Exception as error:  # the error is the result of the check
             return error
 
-    def _clerk(self, now_s: float) -> ClerkPart:
+    def _coordinator(self, now_s: float) -> CoordinatorHealth:
         with self._database.reading() as session:
             session.execute(text("SELECT 1"))
-            row = clerk_rows.clerk(session)
-            leads = row.leader is not None and row.until_s >= now_s
-            return ClerkPart(ok=leads, leader=row.leader if leads else None)
+            row = coordinator_rows.current(session)
+            leads = row.leader is not None and row.leader_until_s >= now_s
+            return CoordinatorHealth(ok=leads, leader=row.leader if leads else None)
 
     def _free_bytes(self) -> int | None:
         self._store.exists("scenes/none.zip")
@@ -95,13 +95,13 @@ def package_version() -> str:
         return "0+unknown"
 
 
-def _health(clerk: object, workers: object, free: object) -> Health:
-    database = Part(ok=not isinstance(clerk, Exception), detail=_detail(clerk))
-    broker = Part(ok=not isinstance(workers, Exception), detail=_detail(workers))
-    store = StorePart(
+def _health(coordinator: object, workers: object, free: object) -> Health:
+    database = ComponentHealth(ok=not isinstance(coordinator, Exception), detail=_detail(coordinator))
+    broker = ComponentHealth(ok=not isinstance(workers, Exception), detail=_detail(workers))
+    store = StoreHealth(
         ok=not isinstance(free, Exception), detail=_detail(free), free_bytes=free if isinstance(free, int) else None
     )
-    leading = clerk if isinstance(clerk, ClerkPart) else ClerkPart(ok=False, leader=None)
+    leading = coordinator if isinstance(coordinator, CoordinatorHealth) else CoordinatorHealth(ok=False, leader=None)
     present: Sequence[Presence] | None = workers if isinstance(workers, tuple) else None
     return Health(
         status="ok" if all((database.ok, broker.ok, store.ok, leading.ok)) else "degraded",
@@ -109,7 +109,7 @@ def _health(clerk: object, workers: object, free: object) -> Health:
         database=database,
         broker=broker,
         store=store,
-        clerk=leading,
+        coordinator=leading,
         workers=None if present is None else len(present),
         slots=None if present is None else sum(presence.slots for presence in present),
     )
@@ -118,7 +118,7 @@ def _health(clerk: object, workers: object, free: object) -> Health:
 def _detail(answer: object) -> str:
     if not isinstance(answer, Exception):
         return "answers"
-    # Health needs no key, so it says what kind of thing is wrong and not where things are.
+    # This answer needs no key, so it names the kind of the error but no addresses.
     return str(answer) if isinstance(answer, TimeoutError) else type(answer).__name__
 
 

@@ -1,4 +1,4 @@
-"""Names of jobs, tasks and attempts."""
+"""The ids of jobs, tasks and attempts."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _RANDOM_DIGITS = 8
 
 
 def new_job_id(now_s: float) -> str:
-    """Return a name that sorts by time: 9 digits of milliseconds, 8 of chance."""
+    """Create the id of a job, which sorts by time: 9 digits of milliseconds and 8 random digits."""
     rest, digits = int(now_s * 1000), ""
     for _ in range(_TIME_DIGITS):
         rest, digit = divmod(rest, len(_DIGITS))
@@ -21,7 +21,7 @@ def new_job_id(now_s: float) -> str:
 
 
 def is_job_id(name: str) -> bool:
-    """Return whether a name is one that `new_job_id` gives.
+    """Return whether a name has the form of the ids that `new_job_id` creates.
 
     >>> is_job_id("scenes")
     False
@@ -30,12 +30,12 @@ def is_job_id(name: str) -> bool:
 
 
 def new_attempt() -> str:
-    """Return a token that nobody guesses and nothing repeats."""
+    """Create the id of an attempt, which cannot be guessed and never repeats."""
     return secrets.token_hex(12)
 
 
 def task_id(job_id: str, sequence: int) -> str:
-    """Return the name of a task.
+    """Return the id of a task.
 
     >>> task_id("01h", 7)
     '01h-7'
@@ -49,7 +49,7 @@ def parse_task_id(text: str) -> tuple[str, int]:
     Raises
     ------
     NotFound
-        If no task has such a name.
+        If no task can have this id.
     """
     job_id, dash, digits = text.rpartition("-")
     if not (dash and job_id and digits.isascii() and digits.isdigit() and len(digits) <= 18):

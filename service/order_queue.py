@@ -1,7 +1,7 @@
-"""Celery, only here: orders go out by task name.
+"""The queue of orders: Celery messages, addressed by task name. In the service, Celery is used only here.
 
-Publishing can block for ever when the broker is half open, so every socket has a timeout, nothing is tried twice, and
-only the clerk publishes, in its own thread.
+Publishing can block without end when the connection is half open, so every socket has a timeout, nothing is tried
+twice, and only the scheduler publishes, in its own thread.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from service.errors import BrokerUnavailable
 
 
 class OrderQueue:
-    """The way to the workers."""
+    """The queue of orders to the workers."""
 
     def __init__(self, redis_url: str, *, timeout_s: float) -> None:
         self._celery = _celery(redis_url, timeout_s)
@@ -30,7 +30,7 @@ class OrderQueue:
         Raises
         ------
         BrokerUnavailable
-            Some orders may have gone out all the same.
+            If the broker does not answer. Some of the orders may have been sent.
         """
         try:
             with self._celery.connection_for_write() as connection:

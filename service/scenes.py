@@ -1,4 +1,4 @@
-"""Scenes that come along, and scenes of users."""
+"""The scenes that jobs can use: built-in scenes and scenes of users."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from sqlalchemy.orm import Session
 from lippmann.errors import FieldProblem
 from lippmann.job.scene import SceneCard
 from lippmann.plan import artifact_names as names
-from service.api.presenters import API
 from service.db.engine import Database, changed
 from service.db.tables import Scene
 from service.errors import Invalid, NotFound, SceneBuiltin
 from service.ports import CheckedBundle, Parts
 from service.schemas import scene as schema
+from service.schemas.links import poster_url
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,99}")
 
 
 def sync_builtin(database: Database, parts: Parts, *, now_s: float) -> None:
-    """Store the scenes that come along, and forget those that no longer do."""
+    """Store the built-in scenes, and delete those of an earlier release that no longer exist."""
     builtin = {name: (data, parts.scenes.check(data)) for name, data in parts.scenes.builtin().items()}
     for data, bundle in builtin.values():
-        _keep(parts, bundle.digest, data)
+        _store(parts, bundle.digest, data)
     with database.writing() as session:
         changed(session, delete(Scene).where(Scene.builtin.is_(True), Scene.name.not_in(list(builtin))))
         for name, (_, bundle) in builtin.items():
@@ -35,16 +35,16 @@ def sync_builtin(database: Database, parts: Parts, *, now_s: float) -> None:
 def upload_scene(
     database: Database, parts: Parts, name: str, data: bytes, *, now_s: float
 ) -> tuple[schema.Scene, bool]:
-    """Store a user's scene, and return it and whether it is new.
+    """Store the scene of a user, and return it and whether it is new.
 
     Raises
     ------
     Invalid
-        If the name cannot be one.
+        If the name is invalid.
     SceneBuiltin
-        If the name belongs to a scene that comes along.
+        If the name belongs to a built-in scene.
     BundleError
-        If the bundle is not whole.
+        If the bundle is invalid.
     """
     if not _NAME.fullmatch(name):
         problem = FieldProblem(field="name", expected="lower-case letters, digits and dashes", got=repr(name))
@@ -52,32 +52,32 @@ def upload_scene(
     with database.reading() as session:
         known = session.get(Scene, name)
         if known is not None and known.builtin:
-            raise SceneBuiltin(f"the scene {name!r} comes with Lippmann; choose another name")
+            raise SceneBuiltin(f"the scene {name!r} is built in; choose another name")
     bundle = parts.scenes.check(data)
     if known is not None and known.digest == bundle.digest:
-        return _show(known), False
-    _keep(parts, bundle.digest, data)
+        return _present(known), False
+    _store(parts, bundle.digest, data)
     with database.writing() as session:
         row = session.merge(_row(name, bundle, builtin=False, now_s=now_s))
-        shown = _show(row)
-    # Once more: a bundle that lay there unused may have been swept away before the row said that it is used.
-    _keep(parts, bundle.digest, data)
-    return shown, True
+        scene = _present(row)
+    # The bundle is stored again, because an unused bundle may have been deleted before the row existed.
+    _store(parts, bundle.digest, data)
+    return scene, True
 
 
 def list_scenes(session: Session, *, after: str, limit: int) -> Sequence[schema.Scene]:
-    """Return scenes by name, from above a name."""
+    """Return the scenes after a name, sorted by name."""
     query = select(Scene).where(Scene.name > after).order_by(Scene.name).limit(limit)
-    return [_show(row) for row in session.scalars(query)]
+    return [_present(row) for row in session.scalars(query)]
 
 
-def show_scene(session: Session, name: str) -> schema.Scene:
+def get_scene(session: Session, name: str) -> schema.Scene:
     """Return one scene."""
-    return _show(find_scene(session, name))
+    return _present(find_scene(session, name))
 
 
 def poster_of(session: Session, name: str) -> tuple[bytes, str]:
-    """Return a scene's picture and the digest of its bundle."""
+    """Return the poster of a scene and the digest of its bundle."""
     row = find_scene(session, name)
     if row.poster is None:
         raise NotFound(f"the scene {name!r} has no poster")
@@ -90,7 +90,7 @@ def find_scene(session: Session, name: str) -> Scene:
     Raises
     ------
     NotFound
-        If there is none of this name.
+        If the scene does not exist.
     """
     row = session.get(Scene, name)
     if row is None:
@@ -98,7 +98,7 @@ def find_scene(session: Session, name: str) -> Scene:
     return row
 
 
-def _keep(parts: Parts, digest: str, data: bytes) -> None:
+def _store(parts: Parts, digest: str, data: bytes) -> None:
     name = names.bundle_name(digest)
     if not parts.store.exists(name):
         parts.store.put_bytes(name, data)
@@ -109,7 +109,7 @@ def _row(name: str, bundle: CheckedBundle, *, builtin: bool, now_s: float) -> Sc
     return Scene(name=name, digest=bundle.digest, card=card, builtin=builtin, poster=bundle.poster, updated_s=now_s)
 
 
-def _show(row: Scene) -> schema.Scene:
+def _present(row: Scene) -> schema.Scene:
     card = SceneCard.model_validate(row.card)
     return schema.Scene(
         name=row.name,
@@ -122,5 +122,5 @@ def _show(row: Scene) -> schema.Scene:
         sheets=card.sheets,
         digest=row.digest,
         builtin=row.builtin,
-        poster=f"{API}/scenes/{row.name}/poster.png" if row.poster is not None else None,
+        poster=poster_url(row.name) if row.poster is not None else None,
     )

@@ -1,4 +1,4 @@
-"""What the environment sets: every name is `LIPPMANN_` and the field in upper case."""
+"""The settings of the service, from the environment: `LIPPMANN_` and the name of the field in upper case."""
 
 from __future__ import annotations
 
@@ -15,73 +15,73 @@ from lippmann.job.old_names import rename_settings
 
 
 class Settings(BaseSettings):
-    """How this service runs."""
+    """The settings of a service."""
 
     model_config = SettingsConfigDict(env_prefix="LIPPMANN_", frozen=True, use_attribute_docstrings=True)
 
     data_dir: Path = Path("data")
-    """Where the database and the artifacts lie."""
+    """The folder of the database and the artifacts."""
     database_url: str = ""
-    """PostgreSQL as `postgresql+psycopg://...`; SQLite in `data_dir` when empty."""
+    """The database: PostgreSQL as `postgresql+psycopg://...`; if empty, SQLite in `data_dir`."""
     redis_url: str = "redis://127.0.0.1:6379/0"
-    """The broker."""
+    """The URL of the broker."""
     host: str = "127.0.0.1"
     """The address to listen on."""
     port: int = Field(default=8080, ge=0, le=65_535)
     """The port to listen on."""
     public_url: str = ""
-    """What users type to get here; `http://host:port` when empty."""
-    clerk: bool = True
-    """Whether this process may lead: follow events, dispatch and reconcile."""
+    """The URL under which users reach the service; if empty, `http://host:port`."""
+    coordinator: bool = True
+    """Whether this process may become the leader and run the coordinator."""
 
     tick_s: float = Field(default=0.2, gt=0)
-    """How often the clerk looks for work when nothing wakes it."""
+    """The interval at which the coordinator looks for work when nothing wakes it."""
     reconcile_s: float = Field(default=5.0, gt=0)
-    """How often rows are made right."""
+    """The interval at which the reconciler runs."""
     leader_ttl_s: float = Field(default=10.0, gt=0)
-    """A leader silent for longer is replaced."""
+    """The time after which a silent leader is replaced."""
     lease_ttl_s: float = Field(default=wire.LEASE_TTL_S, gt=0)
-    """An attempt silent for longer is lost."""
+    """The time after which a silent attempt is lost."""
     unclaimed_s: float = Field(default=wire.UNCLAIMED_S, gt=0)
-    """An order that nobody claims for longer, while a slot is free, goes back."""
+    """The time after which an order that no worker claims is taken back; only time with a free slot counts."""
     stop_ttl_s: float = Field(default=wire.STOP_TTL_S, gt=0)
-    """How long an attempt is remembered as stopped."""
+    """The time for which the broker keeps the stop signal of an attempt."""
     broker_timeout_s: float = Field(default=2.0, gt=0)
-    """The longest that one exchange with the broker may take."""
+    """The longest time of one exchange with the broker."""
 
     orders_per_slot: int = Field(default=2, ge=1)
-    """How many orders are out for every slot."""
+    """The number of outstanding orders per slot."""
     failures_allowed: int = Field(default=3, ge=1)
-    """A task that fails so often has failed."""
+    """The number of failures after which a task has failed."""
     failed_share: float = Field(default=0.1, gt=0, le=1)
-    """A job with a larger share of failed tasks ends."""
+    """The share of failed tasks above which a job fails."""
     retry_pause_s: float = Field(default=2.0, ge=0)
-    """How long a failed task rests before its next attempt; twice as long after the second failure."""
+    """The pause before the next attempt of a failed task; it doubles after every failure."""
     decline_pause_s: float = Field(default=1.0, ge=0)
-    """How long a declined task rests."""
-    rest_s: float = Field(default=15.0, gt=0)
-    """How long a task rests that failed for the store, the sandbox or POV-Ray: no failure of the task."""
-    rests_allowed: int = Field(default=40, ge=0)
-    """A task that rested so often fails for that reason after all."""
+    """The pause before the next attempt of a declined task."""
+    deferral_s: float = Field(default=15.0, gt=0)
+    """The pause before the next attempt of a task that the store, the sandbox or a missing POV-Ray prevented."""
+    deferrals_allowed: int = Field(default=40, ge=0)
+    """The number of such deferrals after which a task fails."""
     avoid_after: int = Field(default=3, ge=1)
-    """A worker that fails so many tasks of a job is avoided for that job."""
+    """The number of failures after which a job avoids a worker."""
     avoid_s: float = Field(default=300.0, gt=0)
-    """For how long."""
+    """The time for which a job avoids a worker."""
 
     login_token_s: float = Field(default=900.0, gt=0)
-    """How long a login link works."""
+    """The time for which a login link is valid."""
     session_s: float = Field(default=30 * 86_400.0, gt=0)
-    """How long a browser stays logged in."""
+    """The time for which a browser stays logged in."""
     idempotency_s: float = Field(default=7 * 86_400.0, gt=0)
-    """How long an Idempotency-Key is remembered."""
+    """The time for which an Idempotency-Key is stored."""
     events_kept: int = Field(default=50_000, ge=1)
-    """How many events listeners may catch up on."""
+    """The number of stored events that a subscriber can catch up on."""
     keepalive_s: float = Field(default=15.0, gt=0)
-    """How often an idle stream says that it is alive."""
+    """The interval at which an idle event stream sends a comment."""
     body_limit_mb: float = Field(default=256.0, gt=0)
-    """The largest request, which is a scene bundle."""
+    """The largest size of a request, which is a scene bundle."""
     sheets_mb: float = Field(default=256.0, ge=0)
-    """How much memory may hold integral images that people are looking into; the last one stays, whatever its size."""
+    """The memory for integral images that users view; the latest one is always kept."""
 
     def __init__(self, **values: Any) -> None:
         for note in rename_settings(os.environ):
@@ -95,5 +95,5 @@ class Settings(BaseSettings):
 
     @property
     def base_url(self) -> str:
-        """What users type to get here."""
+        """The URL under which users reach the service."""
         return (self.public_url or f"http://{self.host}:{self.port}").rstrip("/")

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import builtins
 import hashlib
 import json
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -16,17 +17,18 @@ from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
 from lippmann.errors import ArtifactMissing, BundleError, StoreFull
+from lippmann.job.artifact_store import ArtifactInfo
 from lippmann.job.events import Event, EventKind, Failure, Presence, ProbeResult
 from lippmann.job.orders import Order, TaskKind
 from lippmann.job.scene import SceneCard
 from lippmann.job.stage import Stage
 from service.auth import Caller
 from service.coordinator import scheduler as dispatching
-from service.coordinator.background_jobs import Chores
-from service.coordinator.event_consumer import follow
+from service.coordinator.background_jobs import BackgroundJobs
+from service.coordinator.event_consumer import consume_events
 from service.db.engine import Database
 from service.db.migrations import migrate
-from service.db.tables import ClerkRow, Job, Task
+from service.db.tables import CoordinatorRow, Job, Task
 from service.ids import parse_task_id
 from service.jobs.submission import submit_job
 from service.order_queue import OrderQueue
@@ -57,14 +59,6 @@ SPEC: dict[str, Any] = {
     "outputs": ["views.mp4"],
 }
 """Probe, then 3 frames of 2 tiles each and their assembly, then 1 video."""
-
-
-@dataclass(frozen=True)
-class Info:
-    name: str
-    size: int
-    modified_s: float
-    etag: str
 
 
 @dataclass
@@ -103,14 +97,14 @@ class DictStore:
     def read_range(self, name: str, start: int, stop: int) -> Iterator[bytes]:
         yield self.get_bytes(name)[start:stop]
 
-    def list(self, prefix: str, *, after: str = "", limit: int | None = None) -> list[Any]:
+    def list(self, prefix: str, *, after: str = "", limit: int | None = None) -> builtins.list[ArtifactInfo]:
         names = sorted(name for name in self.files if name.startswith(prefix) and name > after)
-        return [Info(name, self.size(name), self.modified_s(name), self.etag(name)) for name in names[:limit]]
+        return [ArtifactInfo(name, self.size(name), self.modified_s(name), self.etag(name)) for name in names[:limit]]
 
     def modified_s(self, name: str) -> float:
         return self.written_s.get(name, T0)
 
-    def folders(self) -> Sequence[str]:
+    def folders(self) -> builtins.list[str]:
         return sorted({name.partition("/")[0] for name in self.files if "/" in name})
 
     def free_bytes(self) -> int | None:
@@ -136,7 +130,7 @@ class FakePictures:
     def light(self, path: Path) -> NDArray[np.float16]:
         raise NotImplementedError("no light in memory")
 
-    def shown(self, light: NDArray[np.floating[Any]], **how: Any) -> bytes:
+    def encode(self, light: NDArray[np.floating[Any]], **how: Any) -> bytes:
         return f"{light.shape} as {how}".encode()
 
 
@@ -196,7 +190,7 @@ class Farm:
         self._entries = 0
         migrate(self.database)
         sync_builtin(self.database, self.parts, now_s=T0)
-        self.chores = Chores(self.database, self.store, self.settings)
+        self.background_jobs = BackgroundJobs(self.database, self.store, self.settings)
 
     def submit(self, **changes: Any) -> str:
         job, _ = submit_job(self.database, self.parts, CALLER, SPEC | changes, idempotency_key=None, now_s=self.now_s)
@@ -211,15 +205,15 @@ class Farm:
     def say(self, *events: Event) -> bool:
         """Let workers say something."""
         with self.database.reading() as session:
-            was = session.get_one(ClerkRow, 1).position
+            was = session.get_one(CoordinatorRow, 1).stream_position
         entries = []
         for event in events:
             self._entries += 1
             entries.append((f"{self._entries}-0", event))
-        return follow(self.database, entries, was=was, now_s=self.now_s, settings=self.settings)
+        return consume_events(self.database, entries, was=was, now_s=self.now_s, settings=self.settings)
 
     def plan(self) -> None:
-        while self.chores.do_some(slots=2, now_s=self.now_s):
+        while self.background_jobs.run_round(slots=2, now_s=self.now_s):
             pass
 
     def planned(self, **changes: Any) -> str:

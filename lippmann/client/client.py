@@ -20,9 +20,9 @@ from service.schemas.artifact import Artifact, ArtifactPage
 from service.schemas.farm import Health, WorkerList
 from service.schemas.frame import Frame, FramePage
 from service.schemas.job import Job, JobPage
-from service.schemas.look import Look
 from service.schemas.scene import Scene, SceneList
 from service.schemas.task import Task, TaskPage
+from service.schemas.viewing import Look
 
 _PAGE = 500
 """The longest that the service gives."""

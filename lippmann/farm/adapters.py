@@ -36,7 +36,7 @@ class _Pictures:
     def light(self, path: Path) -> NDArray[np.float16]:
         return read_rgb(path, np.float16)
 
-    def shown(
+    def encode(
         self,
         light: NDArray[np.floating[Any]],
         *,

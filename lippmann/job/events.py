@@ -1,4 +1,4 @@
-"""What a worker says: events on one Redis stream, and its presence."""
+"""What a worker reports: events on one Redis stream, and its presence."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict, Field
 
 
 class EventKind(StrEnum):
-    """What happened to an attempt."""
+    """The kind of thing that happened to an attempt."""
 
     CLAIMED = "claimed"
     BEAT = "beat"
@@ -18,36 +18,41 @@ class EventKind(StrEnum):
 
 
 class Failure(BaseModel):
-    """Why an attempt failed."""
+    """The reason why an attempt failed."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
     code: str
+    """The code of the error, as in `lippmann.errors`."""
     message: str
+    """The sentence that a user reads."""
     permanent: bool
+    """Whether every other attempt would fail the same way."""
+    frame: int | None = None
+    """The frame whose artifact is missing or cannot be read; None if the failure is about no single frame."""
 
 
 LONGEST_PROBE_S = 1e6
-"""12 days: a probe is ended long before, and plans are made of what it says."""
+"""12 days. A probe is stopped long before; the bound keeps the numbers of a plan finite."""
 
 
 class ProbeResult(BaseModel):
-    """What the small first frame measured."""
+    """The measurements of the probe, which renders the first frame at low resolution."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     start_s: float = Field(ge=0, le=LONGEST_PROBE_S)
-    """Seconds of a POV-Ray run that do not grow with pixels: start and parse."""
+    """Seconds of a POV-Ray run that do not depend on the number of pixels: start and parse."""
     s_per_px: float = Field(ge=0, le=LONGEST_PROBE_S)
-    """CPU seconds of one rendered pixel."""
+    """CPU seconds for one rendered pixel."""
     tileable: bool
-    """Whether tiles equal the whole (radiosity differs a tile)."""
+    """Whether tiles are equal to the same pixels of the whole frame; with radiosity they differ."""
     renders: bool = True
-    """Whether there is anything to render."""
+    """Whether the job renders anything; a job on imported sheets does not."""
 
 
 class Event(BaseModel):
-    """One thing that happened to one attempt."""
+    """One event in the life of one attempt."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -57,7 +62,7 @@ class Event(BaseModel):
     attempt: str
     worker: str
     at_s: float
-    """Seconds since 1970, UTC, on the worker's clock: for people; order is the stream's."""
+    """Seconds since 1970, UTC, on the worker's clock. It is informative; the stream defines the order."""
     progress: float | None = Field(default=None, ge=0, le=1)
     cpu_s: float | None = None
     wall_s: float | None = None
@@ -66,7 +71,7 @@ class Event(BaseModel):
 
 
 class Presence(BaseModel):
-    """A worker that is there, said every few seconds and forgotten when it stops saying so."""
+    """A worker that is online. The worker publishes it every few seconds and it expires when the worker stops."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 

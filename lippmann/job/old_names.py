@@ -9,7 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping, MutableMapping, Sequence
 from typing import Any
 
-SETTINGS: Mapping[str, str] = {}
+SETTINGS: Mapping[str, str] = {
+    "LIPPMANN_CLERK": "LIPPMANN_COORDINATOR",
+    "LIPPMANN_REST_S": "LIPPMANN_DEFERRAL_S",
+    "LIPPMANN_RESTS_ALLOWED": "LIPPMANN_DEFERRALS_ALLOWED",
+}
 """The new name of every renamed environment variable, by its old name."""
 
 JOB_FIELDS: Mapping[str, str] = {}

@@ -1,13 +1,20 @@
-"""The statuses of jobs and tasks, and the moves between them: one table for code, docs and tests."""
+"""The statuses of jobs, tasks and frames, the transitions between them, and what users may do with a job.
+
+The service's guards, the API, the dashboard's buttons, `docs/statuses.md` and the tests read these tables.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Collection
+from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 
+from lippmann.job.orders import TaskKind
+
 
 class JobStatus(StrEnum):
-    """Where a job stands."""
+    """The status of a job."""
 
     QUEUED = "queued"
     PROBING = "probing"
@@ -19,7 +26,7 @@ class JobStatus(StrEnum):
 
 
 class TaskStatus(StrEnum):
-    """Where a task stands."""
+    """The status of a task."""
 
     WAITING = "waiting"
     READY = "ready"
@@ -30,22 +37,55 @@ class TaskStatus(StrEnum):
     CANCELLED = "cancelled"
 
 
+class FrameStatus(StrEnum):
+    """The status of a frame, which follows from its tasks.
+
+    `waiting`: no task of the frame has begun, or the job ended without the frame. `rendering`: some of its tasks run or
+    are done. `done`: its pictures are stored. `failed`: one of its tasks failed.
+    """
+
+    WAITING = "waiting"
+    RENDERING = "rendering"
+    DONE = "done"
+    FAILED = "failed"
+
+
+class JobAction(StrEnum):
+    """Something that a user may do with a job."""
+
+    PAUSE = "pause"
+    RESUME = "resume"
+    CANCEL = "cancel"
+    RETRY = "retry"
+    PRIORITISE = "prioritise"
+    REMOVE = "remove"
+
+
+@dataclass(frozen=True)
+class ActionRule:
+    """The statuses in which an action is allowed, and the status that it leads to."""
+
+    allowed_in: frozenset[JobStatus]
+    leads_to: JobStatus | None
+    """None for an action that leaves the status as it is, or that removes the job."""
+
+
 _J, _T = JobStatus, TaskStatus
 
-JOB_MOVES = MappingProxyType(
+JOB_TRANSITIONS = MappingProxyType(
     {
         _J.QUEUED: frozenset({_J.PROBING, _J.CANCELLED}),
         _J.PROBING: frozenset({_J.RUNNING, _J.FAILED, _J.PAUSED, _J.CANCELLED}),
         _J.RUNNING: frozenset({_J.PAUSED, _J.DONE, _J.FAILED, _J.CANCELLED}),
         _J.PAUSED: frozenset({_J.RUNNING, _J.CANCELLED}),
-        _J.DONE: frozenset({_J.RUNNING}),
+        _J.DONE: frozenset[JobStatus](),
         _J.FAILED: frozenset({_J.RUNNING}),
         _J.CANCELLED: frozenset({_J.RUNNING}),
     }
 )
-"""What a job of each status may become. Ended jobs move only by retry."""
+"""The statuses that a job of each status may become. A failed or cancelled job becomes another only by retry."""
 
-TASK_MOVES = MappingProxyType(
+TASK_TRANSITIONS = MappingProxyType(
     {
         _T.WAITING: frozenset({_T.READY, _T.CANCELLED}),
         _T.READY: frozenset({_T.DISPATCHED, _T.CANCELLED}),
@@ -56,9 +96,46 @@ TASK_MOVES = MappingProxyType(
         _T.CANCELLED: frozenset({_T.READY, _T.WAITING}),
     }
 )
-"""What a task of each status may become. Ended tasks move only by retry."""
+"""The statuses that a task of each status may become. A task that has ended becomes another only by retry of its job;
+a done task becomes ready when its artifact can no longer be read."""
 
 ENDED_JOBS = frozenset({_J.DONE, _J.FAILED, _J.CANCELLED})
 ENDED_TASKS = frozenset({_T.DONE, _T.FAILED, _T.CANCELLED})
 HELD_TASKS = frozenset({_T.DISPATCHED, _T.RUNNING})
-"""Tasks that an attempt owns."""
+"""The statuses in which an attempt owns a task."""
+
+JOB_ACTIONS = MappingProxyType(
+    {
+        JobAction.PAUSE: ActionRule(frozenset({_J.PROBING, _J.RUNNING}), _J.PAUSED),
+        JobAction.RESUME: ActionRule(frozenset({_J.PAUSED}), _J.RUNNING),
+        JobAction.CANCEL: ActionRule(frozenset({_J.QUEUED, _J.PROBING, _J.RUNNING, _J.PAUSED}), _J.CANCELLED),
+        JobAction.RETRY: ActionRule(frozenset({_J.FAILED, _J.CANCELLED}), _J.RUNNING),
+        JobAction.PRIORITISE: ActionRule(frozenset(_J) - {_J.DONE}, None),
+        JobAction.REMOVE: ActionRule(ENDED_JOBS, None),
+    }
+)
+"""The rule of each action. A done job runs no more, so it has no priority to change."""
+
+
+def actions_for(status: JobStatus) -> tuple[JobAction, ...]:
+    """Return the actions that are allowed on a job of this status.
+
+    >>> [str(action) for action in actions_for(JobStatus.PAUSED)]
+    ['resume', 'cancel', 'prioritise']
+    """
+    return tuple(action for action, rule in JOB_ACTIONS.items() if status in rule.allowed_in)
+
+
+def frame_status(tasks: Collection[tuple[TaskKind, TaskStatus]], job: JobStatus) -> FrameStatus:
+    """Return the status of a frame from its tasks; no frame of a job that has ended is rendering.
+
+    >>> str(frame_status({(TaskKind.RENDER, TaskStatus.DONE)}, JobStatus.RUNNING))
+    'rendering'
+    """
+    statuses = {status for _, status in tasks}
+    if (TaskKind.ASSEMBLE, TaskStatus.DONE) in tasks:
+        return FrameStatus.DONE
+    if TaskStatus.FAILED in statuses:
+        return FrameStatus.FAILED
+    begun = statuses & {TaskStatus.RUNNING, TaskStatus.DONE}
+    return FrameStatus.RENDERING if begun and job not in ENDED_JOBS else FrameStatus.WAITING

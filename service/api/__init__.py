@@ -1,1 +1,7 @@
-"""What the HTTP API returns: presenters, listings and artifact files."""
+"""What the HTTP API answers with.
+
+presenters      jobs and tasks from rows
+listings        pages of jobs, tasks and frames
+artifact_files  the files of a job, ranges, and logs
+design          the design of a job file
+"""

@@ -1,4 +1,4 @@
-"""Files of a job: lists of them, what they are, what a request for part of one means."""
+"""The files of a job: pages of them, media types, ranges, and the logs of attempts."""
 
 from __future__ import annotations
 
@@ -6,12 +6,15 @@ import mimetypes
 import re
 from dataclasses import dataclass
 
+from sqlalchemy.orm import Session
+
+from lippmann.job.artifact_store import ArtifactStore
 from lippmann.plan import artifact_names as names
-from service.api import presenters as show
+from service.api.listings import find_task
 from service.errors import NotFound, RangeNotSatisfiable
-from service.ports import ArtifactStore
 from service.schemas import artifact as schema
 from service.schemas.answer import utc
+from service.schemas.links import artifact_url
 
 _TYPES = {
     ".exr": "image/x-exr",
@@ -21,7 +24,7 @@ _TYPES = {
     ".webp": "image/webp",
     ".json": "application/json",
 }
-_SHOWN = ("image/png", "image/webp", "image/jpeg", "video/", "text/plain", "application/json")
+_INLINE = ("image/png", "image/webp", "image/jpeg", "video/", "text/plain", "application/json")
 MAX_NAME = 200
 _PART = re.compile(r"[A-Za-z0-9_-][A-Za-z0-9._-]*")
 _RANGE = re.compile(r"bytes=(\d{0,18})-(\d{0,18})", re.ASCII)
@@ -32,17 +35,17 @@ class File:
     """One file of a job."""
 
     full_name: str
-    """In the store."""
+    """The name in the store."""
     name: str
     size: int
     etag: str
-    """With its quotes."""
+    """The entity tag with its quotes."""
 
 
 def page_artifacts(
     store: ArtifactStore, job_id: str, *, prefix: str, cursor: str | None, limit: int
 ) -> schema.ArtifactPage:
-    """Return files of a job by name."""
+    """Return a page of the files of a job, sorted by name."""
     below = names.job_artifact(job_id, _clean(prefix) if prefix else "")
     found = store.list(below, after=names.job_artifact(job_id, cursor) if cursor else "", limit=limit + 1)
     items = tuple(
@@ -51,7 +54,7 @@ def page_artifacts(
             size=info.size,
             modified_at=utc(info.modified_s),
             etag=info.etag,
-            url=show.artifact_url(job_id, name),
+            url=artifact_url(job_id, name),
             media_type=media_type(name),
         )
         for info in found[:limit]
@@ -60,13 +63,30 @@ def page_artifacts(
 
 
 def find_file(store: ArtifactStore, job_id: str, name: str) -> File:
-    """Return what there is to know of a file; ArtifactMissing if it is not there."""
+    """Find a file of a job; ArtifactMissing if it does not exist."""
     full_name = names.job_artifact(job_id, _clean(name))
     return File(full_name=full_name, name=name, size=store.size(full_name), etag=f'"{store.etag(full_name)}"')
 
 
+def find_log(session: Session, store: ArtifactStore, job_id: str, task_id: str, *, attempt: int | None) -> str:
+    """Return the full name of the log of an attempt, by default of the latest attempt that has a log.
+
+    Raises
+    ------
+    NotFound
+        If there is no such log.
+    """
+    row = find_task(session, job_id, task_id)
+    numbers = [attempt] if attempt is not None else range(row.attempt_number, 0, -1)
+    for number in numbers:
+        name = names.job_artifact(job_id, names.log_name(row.kind, row.frame, row.tile, row.output, number))
+        if store.exists(name):
+            return name
+    raise NotFound(f"task {task_id!r} has no log yet" if attempt is None else f"attempt {attempt} has no log")
+
+
 def media_type(name: str) -> str:
-    """Return what a file of this name holds.
+    """Return the media type of a file by its name.
 
     >>> media_type("video/views.mp4")
     'video/mp4'
@@ -76,18 +96,18 @@ def media_type(name: str) -> str:
 
 
 def disposition(job_id: str, name: str) -> str:
-    """Return whether a browser shows a file or saves it, and under which name.
+    """Return the Content-Disposition of a file: whether a browser displays or saves it, and under which name.
 
     >>> disposition("01h", "integral/0001.exr")
     'attachment; filename="01h-integral-0001.exr"'
     """
-    how = "inline" if media_type(name).startswith(_SHOWN) else "attachment"
+    how = "inline" if media_type(name).startswith(_INLINE) else "attachment"
     flat = re.sub(r"[^A-Za-z0-9._-]", "-", f"{job_id}-{name}")
     return f'{how}; filename="{flat}"'
 
 
 def is_fresh(if_none_match: str | None, etag: str) -> bool:
-    """Return whether the caller has the file already.
+    """Return whether the caller already has the file, by If-None-Match.
 
     >>> is_fresh('W/"a", "b"', '"b"')
     True
@@ -99,9 +119,9 @@ def is_fresh(if_none_match: str | None, etag: str) -> bool:
 
 
 def parse_range(header: str | None, size: int) -> tuple[int, int] | None:
-    """Return the bytes [start, stop) that a Range header asks for; None for the whole.
+    """Return the bytes [start, stop) that a Range header requests; None for the whole file.
 
-    A header that is not one range of bytes is ignored, as RFC 9110 allows.
+    A header that is not a single range of bytes is ignored, as RFC 9110 allows.
 
     Raises
     ------
@@ -127,7 +147,7 @@ def parse_range(header: str | None, size: int) -> tuple[int, int] | None:
 
 
 def _clean(name: str) -> str:
-    # Names that no artifact has are not there; the store would take them for faults of ours.
+    # The store raises ValueError for invalid names, but here they come from the client: such a file does not exist.
     if len(name) > MAX_NAME or not all(_PART.fullmatch(part) for part in name.removesuffix("/").split("/")):
         raise NotFound(f"there is no artifact {name[:MAX_NAME]!r}")
     return name

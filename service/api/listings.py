@@ -1,4 +1,4 @@
-"""Pages of jobs, tasks and frames. A cursor is the place after which the next page begins."""
+"""Pages of jobs, tasks and frames. A cursor is the item after which the next page begins."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from sqlalchemy.orm import Session
 
 from lippmann.errors import FieldProblem
 from lippmann.job.orders import TaskKind
-from lippmann.job.states import JobStatus, TaskStatus
+from lippmann.job.states import FrameStatus, JobStatus, TaskStatus, frame_status
 from lippmann.plan import artifact_names as names
-from service.api import presenters as show
-from service.api.frame_status import frame_status
+from service.api.presenters import present_jobs, present_task
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.tables import Task
@@ -22,16 +21,14 @@ from service.jobs.state_machine import find_job
 from service.schemas import frame as frame_schema
 from service.schemas import job as job_schema
 from service.schemas import task as task_schema
-from service.schemas.frame import FrameStatus
+from service.schemas.links import artifact_url
 
 
 def page_jobs(session: Session, *, status: JobStatus | None, cursor: str | None, limit: int) -> job_schema.JobPage:
-    """Return jobs, newest first."""
+    """Return a page of jobs, newest first."""
     rows = job_rows.page(session, status=status, before=cursor, limit=limit + 1)
-    shown = rows[:limit]
-    return job_schema.JobPage(
-        items=show.show_jobs(session, shown), next_cursor=shown[-1].id if len(rows) > limit else None
-    )
+    kept = rows[:limit]
+    return job_schema.JobPage(items=present_jobs(session, kept), next_cursor=kept[-1].id if len(rows) > limit else None)
 
 
 def page_tasks(
@@ -43,12 +40,12 @@ def page_tasks(
     cursor: str | None,
     limit: int,
 ) -> task_schema.TaskPage:
-    """Return tasks of a job in order."""
+    """Return a page of the tasks of a job, in order."""
     find_job(session, job_id)
     rows = task_rows.page(session, job_id, status=status, kind=kind, after=number_in(cursor), limit=limit + 1)
-    shown = rows[:limit]
-    items = tuple(show.show_task(row) for row in shown)
-    return task_schema.TaskPage(items=items, next_cursor=str(shown[-1].sequence) if len(rows) > limit else None)
+    kept = rows[:limit]
+    items = tuple(present_task(row) for row in kept)
+    return task_schema.TaskPage(items=items, next_cursor=str(kept[-1].sequence) if len(rows) > limit else None)
 
 
 def find_task(session: Session, job_id: str, task_id: str) -> Task:
@@ -57,7 +54,7 @@ def find_task(session: Session, job_id: str, task_id: str) -> Task:
     Raises
     ------
     NotFound
-        If the job has none of this name.
+        If the job has no task of this id.
     """
     find_job(session, job_id)
     of_job, sequence = parse_task_id(task_id)
@@ -68,39 +65,39 @@ def find_task(session: Session, job_id: str, task_id: str) -> Task:
 
 
 def page_frames(session: Session, job_id: str, *, cursor: str | None, limit: int) -> frame_schema.FramePage:
-    """Return frames of a job in order."""
+    """Return a page of the frames of a job, in order."""
     row = find_job(session, job_id)
-    numbers = show.spec_of(row).frame_numbers
+    numbers = row.parsed_spec.frame_numbers
     start = bisect_right(numbers, number_in(cursor))
-    shown = numbers[start : start + limit]
-    standing: dict[int, set[tuple[TaskKind, TaskStatus]]] = defaultdict(set)
-    for number, kind, status, _ in task_rows.frames(session, job_id, shown):
+    page = numbers[start : start + limit]
+    statuses: dict[int, set[tuple[TaskKind, TaskStatus]]] = defaultdict(set)
+    for number, kind, status, _ in task_rows.frames(session, job_id, page):
         if number is not None:
-            standing[number].add((kind, status))
-    items = tuple(_frame(job_id, number, frame_status(standing[number], row.status)) for number in shown)
+            statuses[number].add((kind, status))
+    items = tuple(_frame(job_id, number, frame_status(statuses[number], row.status)) for number in page)
     more = start + limit < len(numbers)
-    return frame_schema.FramePage(items=items, next_cursor=str(shown[-1]) if more else None)
+    return frame_schema.FramePage(items=items, next_cursor=str(page[-1]) if more else None)
 
 
 def number_in(cursor: str | None) -> int:
-    """Return the number that a cursor holds, -1 for none.
+    """Return the number in a cursor, -1 without a cursor.
 
     Raises
     ------
     Invalid
-        If it holds none.
+        If the cursor is no number.
     """
     if cursor is None:
         return -1
     if not (cursor.isascii() and cursor.isdigit() and len(cursor) <= 18):
-        problem = FieldProblem(field="cursor", expected="a next_cursor of the page before", got=repr(cursor))
+        problem = FieldProblem(field="cursor", expected="the next_cursor of the page before", got=repr(cursor))
         raise Invalid(str(problem), problems=[problem])
     return int(cursor)
 
 
 def _frame(job_id: str, number: int, status: FrameStatus) -> frame_schema.Frame:
     def url(name: str) -> str | None:
-        return show.artifact_url(job_id, name) if status is FrameStatus.DONE else None
+        return artifact_url(job_id, name) if status is FrameStatus.DONE else None
 
     return frame_schema.Frame(
         frame=number,

@@ -1,1 +1,13 @@
-"""The background threads of the service that keep jobs going."""
+"""The coordinator: the threads that keep jobs going. Only the coordinator of one process works at a time.
+
+coordinator      the threads and their rounds
+leader_election  which process leads
+scheduler        dispatches ready tasks, best first
+fair_share       divides the free orders between jobs: pure
+event_consumer   writes the events of workers to the database
+liveness         since when no event was missed
+retry_policy     the consequences of a failed attempt
+reconciler       repairs rows that events left wrong or incomplete
+background_jobs  work on many rows, in chunks
+orphan_sweeper   deletes the artifacts of removed jobs
+"""

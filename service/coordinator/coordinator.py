@@ -1,7 +1,7 @@
-"""The threads that keep jobs going while this process leads: lead, follow, dispatch, reconcile, sweep.
+"""The threads of the coordinator: leader election, event consumer, scheduler, reconciler, orphan sweeper.
 
-Each is a loop of short rounds. A round that fails is said and the next one comes; a dead broker or a slow disk stops
-no request, since no request waits for the clerk.
+Each thread is a loop of short rounds. A round that fails is logged, and the next one follows. An unavailable broker or
+a slow disk delays no request, since no request waits for the coordinator.
 """
 
 from __future__ import annotations
@@ -15,152 +15,155 @@ from traceback import format_exception
 import structlog
 from sqlalchemy.exc import SQLAlchemyError
 
+from lippmann.job.artifact_store import ArtifactStore
 from lippmann.job.events import Presence
 from service.broker_stream import Stream
-from service.coordinator.background_jobs import Chores
-from service.coordinator.event_consumer import follow
-from service.coordinator.leader_election import Leadership
-from service.coordinator.liveness import Hearing
+from service.coordinator.background_jobs import BackgroundJobs
+from service.coordinator.event_consumer import consume_events
+from service.coordinator.leader_election import LeaderElection
+from service.coordinator.liveness import Liveness
 from service.coordinator.orphan_sweeper import sweep_orphans
-from service.coordinator.reconciler import Reconciler, Sight
+from service.coordinator.reconciler import FarmView, Reconciler
 from service.coordinator.scheduler import ROUND, dispatch
-from service.db import coordinator as clerk_rows
+from service.db import coordinator as coordinator_rows
 from service.db.engine import Database
 from service.errors import BrokerUnavailable
-from service.events.wakeup import Bell
+from service.events.wakeup import Wakeup
 from service.order_queue import OrderQueue
-from service.ports import ArtifactStore
 from service.settings import Settings
 
-FOLLOW_COUNT = 200
-"""Events that one transaction writes down."""
+BATCH = 200
+"""The largest number of events in one transaction."""
 PRESENCE_S = 1.0
-"""How long it is believed who is there."""
+"""The time for which the list of workers is cached."""
 JOIN_S = 5.0
-TIDY_S = 300.0
+CHECKPOINT_S = 300.0
 SWEEP_S = 3600.0
+SCHEDULER = "scheduler"
 
-log = structlog.get_logger("service.clerk")
+log = structlog.get_logger("service.coordinator")
 
 
-class Clerk:
-    """Keeps the jobs of a farm going."""
+class Coordinator:
+    """Keeps the jobs of a farm going, while this process is the leader."""
 
     def __init__(
-        self, database: Database, store: ArtifactStore, settings: Settings, bell: Bell,
+        self, database: Database, store: ArtifactStore, settings: Settings, wakeup: Wakeup,
         *, clock: Callable[[], float] = time.time, steady: Callable[[], float] = time.monotonic,
     ) -> None:  # fmt: skip
-        self.leadership = Leadership(database, ttl_s=settings.leader_ttl_s)
+        self.election = LeaderElection(database, ttl_s=settings.leader_ttl_s)
         self._database = database
         self._store = store
         self._settings = settings
-        self._bell = bell
+        self._wakeup = wakeup
         self._clock = clock
         self._stream = Stream(settings.redis_url, timeout_s=settings.broker_timeout_s)
         self._queue = OrderQueue(settings.redis_url, timeout_s=settings.broker_timeout_s)
         self._reconciler = Reconciler(database, store, settings)
-        self._chores = Chores(database, store, settings)
+        self._background_jobs = BackgroundJobs(database, store, settings)
         self._workers: tuple[Presence, ...] = ()
         self._workers_s = float("-inf")
-        self._hearing = Hearing(gap_s=settings.lease_ttl_s / 3, clock=clock, steady=steady)
-        self._tidied_s = clock()
+        self._liveness = Liveness(gap_s=settings.lease_ttl_s / 3, clock=clock, steady=steady)
+        self._checkpoint_s = clock()
         self._stopping = threading.Event()
         self._threads: list[threading.Thread] = []
 
     def start(self) -> None:
         """Start the threads."""
         loops = {
-            "lead": (self.lead_round, self._settings.leader_ttl_s / 4),
-            "follow": (self.follow_round, 0.0),
-            "dispatch": (self.dispatch_round, self._settings.tick_s),
-            "reconcile": (self.reconcile_round, self._settings.reconcile_s),
-            "sweep": (self.sweep_round, SWEEP_S),
+            "leader-election": (self.election_round, self._settings.leader_ttl_s / 4),
+            "event-consumer": (self.consume_round, 0.0),
+            SCHEDULER: (self.schedule_round, self._settings.tick_s),
+            "reconciler": (self.reconcile_round, self._settings.reconcile_s),
+            "orphan-sweeper": (self.sweep_round, SWEEP_S),
         }
         for name, (run, pause_s) in loops.items():
-            thread = threading.Thread(target=self._loop, args=(name, run, pause_s), name=f"clerk-{name}", daemon=True)
+            thread = threading.Thread(
+                target=self._loop, args=(name, run, pause_s), name=f"coordinator-{name}", daemon=True
+            )
             self._threads.append(thread)
             thread.start()
 
     def stop(self) -> None:
-        """Stop the threads and let another clerk lead."""
+        """Stop the threads and allow another process to lead."""
         self._stopping.set()
-        self._bell.ring()
+        self._wakeup.notify()
         deadline_s = time.monotonic() + JOIN_S
         for thread in self._threads:
             thread.join(max(0.0, deadline_s - time.monotonic()))
-        # A database that is away keeps nobody from stopping; another clerk leads when the time of this one is over.
+        # An unavailable database must not prevent the stop; another process leads once the deadline has passed.
         with suppress(SQLAlchemyError):
-            self.leadership.step_down()
+            self.election.step_down()
         self._stream.close()
         self._queue.close()
 
-    def lead_round(self) -> None:
-        """Become or stay the leader; a new leader first makes the rows right."""
-        led = self.leadership.is_held
-        if self.leadership.renew(now_s=self._clock()) and not led:
-            self._hearing.miss()
-            wrong = self._reconciler.start()
-            log.info("leads", clerk=self.leadership.name, rows_recounted=wrong)
-            self._bell.ring()
+    def election_round(self) -> None:
+        """Become or remain the leader; a new leader first repairs the counters."""
+        was_leader = self.election.is_leader
+        if self.election.renew(now_s=self._clock()) and not was_leader:
+            self._liveness.record_gap()
+            recounted = self._reconciler.start()
+            log.info("leads", process=self.election.name, jobs_recounted=recounted)
+            self._wakeup.notify()
 
-    def follow_round(self) -> None:
-        """Write down what the stream says."""
-        if not self.leadership.is_held:
+    def consume_round(self) -> None:
+        """Write the events of workers to the database."""
+        if not self.election.is_leader:
             self._stopping.wait(self._settings.tick_s)
             return
         try:
-            heard = self._follow_some()
+            count = self._consume_batch()
         except Exception:
-            # Whatever kept the clerk from hearing or from writing down, no attempt is silent because of it.
-            self._hearing.miss()
+            # Events could be neither read nor written, so no attempt is silent by its own fault.
+            self._liveness.record_gap()
             raise
-        self._hearing.hear(all_of_it=heard < FOLLOW_COUNT)
+        self._liveness.record_round(caught_up=count < BATCH)
 
-    def _follow_some(self) -> int:
+    def _consume_batch(self) -> int:
         with self._database.reading() as session:
-            was = clerk_rows.clerk(session).position
-        entries = self._stream.read(was, count=FOLLOW_COUNT, block_s=self._settings.tick_s)
+            was = coordinator_rows.current(session).stream_position
+        entries = self._stream.read(was, count=BATCH, block_s=self._settings.tick_s)
         if entries:
-            follow(self._database, entries, was=was, now_s=self._clock(), settings=self._settings)
-            self._bell.ring()
+            consume_events(self._database, entries, was=was, now_s=self._clock(), settings=self._settings)
+            self._wakeup.notify()
         return len(entries)
 
-    def dispatch_round(self) -> None:
-        """Send out what there is room for, tell attempts to stop, and do chores while there are any."""
-        if not self.leadership.is_held:
+    def schedule_round(self) -> None:
+        """Run background jobs, signal stopped attempts, and dispatch tasks, until nothing more can be done."""
+        if not self.election.is_leader:
             return
         more = True
-        while more and not self._stopping.is_set() and self.leadership.is_held:
-            # Chores are done while the broker is away too; a plan counts the slots that were there last.
+        while more and not self._stopping.is_set() and self.election.is_leader:
+            # Background jobs also run while the broker is unavailable; a plan then uses the last known slots.
             with suppress(BrokerUnavailable):
                 self._present()
-            more = self._chores.do_some(slots=self._slots(), now_s=self._clock())
-            self._tell_stopped()
+            more = self._background_jobs.run_round(slots=self._slots(), now_s=self._clock())
+            self._signal_stops()
             sent = dispatch(self._database, self._queue, self._present(), now_s=self._clock(), settings=self._settings)
             if sent or more:
-                self._bell.ring()
+                self._wakeup.notify()
             more |= sent == ROUND
 
     def reconcile_round(self) -> None:
-        """Make the rows right."""
-        if not self.leadership.is_held:
+        """Repair rows."""
+        if not self.election.is_leader:
             return
         try:
             if self._stream.is_new():
-                sent_back = self._reconciler.broker_is_new(now_s=self._clock())
-                log.info("the broker is new", orders_sent_back=sent_back)
+                count = self._reconciler.take_back_all(now_s=self._clock())
+                log.info("the broker is new", orders_taken_back=count)
         except BrokerUnavailable:
-            self._hearing.miss()
-        # The time before the hearing: a clock that is set between the two is noticed.
+            self._liveness.record_gap()
+        # The time is read before the liveness, so that a clock that is set between the two is noticed.
         now_s = self._clock()
-        self._reconciler.run(Sight(now_s=now_s, slots=self._slots(), listening_since_s=self._hearing.since_s()))
-        if self._clock() - self._tidied_s > TIDY_S:
-            self._tidied_s = self._clock()
-            self._database.tidy()
+        self._reconciler.run(FarmView(now_s=now_s, slots=self._slots(), live_since_s=self._liveness.since_s()))
+        if self._clock() - self._checkpoint_s > CHECKPOINT_S:
+            self._checkpoint_s = self._clock()
+            self._database.checkpoint()
 
     def sweep_round(self) -> None:
-        """Take away what removed jobs left; on a thread of its own, since a large store takes its time."""
-        if self.leadership.is_held:
+        """Delete the artifacts of removed jobs; it has its own thread, since a large store takes time."""
+        if self.election.is_leader:
             sweep_orphans(self._database, self._store, now_s=self._clock())
 
     def _slots(self) -> int:
@@ -172,31 +175,31 @@ class Clerk:
             self._workers_s = self._clock()
         return self._workers
 
-    def _tell_stopped(self) -> None:
+    def _signal_stops(self) -> None:
         with self._database.reading() as session:
-            attempts = clerk_rows.to_stop(session)
+            attempts = coordinator_rows.pending_stops(session)
         if attempts:
             self._stream.stop(attempts, ttl_s=self._settings.stop_ttl_s)
             with self._database.writing() as session:
-                clerk_rows.stopped(session, attempts)
+                coordinator_rows.delete_stops(session, attempts)
 
     def _loop(self, name: str, run: Callable[[], None], pause_s: float) -> None:
-        silent = False
-        with self._bell.in_thread() as woken:
+        is_logged = False
+        with self._wakeup.for_thread() as woken:
             while not self._stopping.is_set():
                 begun_s = time.monotonic()
-                if name == "dispatch":
+                if name == SCHEDULER:
                     woken.clear()
                 try:
                     run()
-                    silent = False
-                except Exception as error:  # the outermost frame of the thread: the next round comes whatever happened
-                    # A broker that is down for an hour is said once, not 18,000 times.
-                    if not (silent and isinstance(error, BrokerUnavailable)):
+                    is_logged = False
+                except Exception as error:  # the outermost frame of the thread: the next round follows in any case
+                    # A broker that is unavailable for an hour is logged once, not 18,000 times.
+                    if not (is_logged and isinstance(error, BrokerUnavailable)):
                         trace = "" if isinstance(error, BrokerUnavailable) else "".join(format_exception(error))
                         log.warning("a round failed", loop=name, error=repr(error), trace=trace)
-                    silent = isinstance(error, BrokerUnavailable)
+                    is_logged = isinstance(error, BrokerUnavailable)
                     self._stopping.wait(self._settings.tick_s)
                 left_s = pause_s - (time.monotonic() - begun_s)
                 if left_s > 0:
-                    (woken if name == "dispatch" else self._stopping).wait(left_s)
+                    (woken if name == SCHEDULER else self._stopping).wait(left_s)

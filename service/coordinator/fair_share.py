@@ -1,4 +1,4 @@
-"""Which job goes next: priority first, then the job of that priority with the fewest orders out. Pure."""
+"""Fair share: the job with the highest priority comes first, and among equals the one with the fewest orders. Pure."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Claim:
-    """A job that has something to send out."""
+    """A job with ready tasks."""
 
     job_id: str
     priority: int
@@ -19,7 +19,7 @@ class Claim:
 
 
 def share_out(claims: Iterable[Claim], room: int) -> dict[str, int]:
-    """Return how many of `room` orders each job gets.
+    """Divide `room` orders between jobs.
 
     Examples
     --------

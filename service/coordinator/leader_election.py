@@ -1,4 +1,4 @@
-"""One clerk at a time: a row that is renewed, and a deadline on this machine's own clock."""
+"""Leader election: a row with a deadline that the leader renews, and a shorter deadline on this machine's own clock."""
 
 from __future__ import annotations
 
@@ -6,36 +6,49 @@ import os
 import platform
 import secrets
 import time
+from collections.abc import Callable
 
-from service.db import coordinator as clerk_rows
+from service.db import coordinator as coordinator_rows
 from service.db.engine import Database
 
+SAFETY = 0.9
+"""The part of its time to live for which a leader believes that it leads, so that two processes never both do."""
 
-class Leadership:
-    """Whether this clerk leads."""
 
-    def __init__(self, database: Database, *, ttl_s: float) -> None:
+class LeaderElection:
+    """The candidacy of this process.
+
+    Parameters
+    ----------
+    ttl_s
+        A leader that does not renew for longer is replaced.
+    steady
+        A clock that is never set, in seconds.
+    """
+
+    def __init__(self, database: Database, *, ttl_s: float, steady: Callable[[], float] = time.monotonic) -> None:
         self.name = f"{platform.node()}-{os.getpid()}-{secrets.token_hex(3)}"
         self._database = database
         self._ttl_s = ttl_s
+        self._steady = steady
         self._until_s = float("-inf")
 
     @property
-    def is_held(self) -> bool:
-        """Whether this clerk leads just now; false by itself when the row could not be renewed in time."""
-        return time.monotonic() < self._until_s
+    def is_leader(self) -> bool:
+        """Whether this process leads now; it becomes False on its own if the row is not renewed in time."""
+        return self._steady() < self._until_s
 
     def renew(self, *, now_s: float) -> bool:
-        """Become or stay the leader."""
-        # Counted from before the row was written, and a little short: two clerks never both believe.
-        begun_s = time.monotonic()
+        """Become or remain the leader; return whether this process leads."""
+        # The deadline counts from before the row was written.
+        begun_s = self._steady()
         with self._database.writing() as session:
-            won = clerk_rows.lead(session, self.name, now_s=now_s, until_s=now_s + self._ttl_s)
-        self._until_s = begun_s + 0.9 * self._ttl_s if won else float("-inf")
+            won = coordinator_rows.acquire_leadership(session, self.name, now_s=now_s, until_s=now_s + self._ttl_s)
+        self._until_s = begun_s + SAFETY * self._ttl_s if won else float("-inf")
         return won
 
     def step_down(self) -> None:
-        """Let another lead at once."""
+        """Allow another process to lead at once."""
         self._until_s = float("-inf")
         with self._database.writing() as session:
-            clerk_rows.step_down(session, self.name)
+            coordinator_rows.release_leadership(session, self.name)

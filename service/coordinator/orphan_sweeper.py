@@ -1,25 +1,25 @@
-"""Takes away what removed jobs left: logs that a stopped attempt stored when its job was already gone.
+"""Deletes the artifacts that removed jobs left: logs that a stopped attempt stored after its job was removed.
 
-Only folders without a `job.json` and without a row go. Whatever still has its `job.json` stays, so that a database that
-was lost, or brought back from an old copy, never costs pictures.
+Only folders without a `job.json` and without a row are deleted. A folder with its `job.json` stays, so that a database
+that was lost or restored from an old backup never costs pictures.
 """
 
 from __future__ import annotations
 
+from lippmann.job.artifact_store import ArtifactStore
 from lippmann.plan import artifact_names as names
-from service.db import orphans as sweep_rows
+from service.db import jobs as job_rows
 from service.db.engine import Database
 from service.ids import is_job_id
-from service.ports import ArtifactStore
 
 ORPHAN_S = 3600.0
-"""How long artifacts without a job are left alone: a stopped attempt has stored its log long before."""
+"""The age below which artifacts without a job are kept; a stopped attempt stores its log long before."""
 
 
 def sweep_orphans(database: Database, store: ArtifactStore, *, now_s: float, older_than_s: float = ORPHAN_S) -> int:
-    """Delete what removed jobs left; returns of how many jobs.
+    """Delete the artifacts that removed jobs left, and return the number of these jobs.
 
-    Slow on a large store, and holds neither a connection nor the writer while it asks the store.
+    The sweep is slow on a large store. It holds neither a connection nor the writer while it reads the store.
     """
     swept = 0
     for folder in store.folders():
@@ -32,11 +32,11 @@ def sweep_orphans(database: Database, store: ArtifactStore, *, now_s: float, old
 def _is_orphan(database: Database, store: ArtifactStore, job_id: str, before_s: float) -> bool:
     if store.exists(names.job_artifact(job_id, names.JOB_SHEET)) or _has_row(database, job_id):
         return False
-    # An empty folder is one that an artifact is just being put into.
+    # An artifact is about to be stored in an empty folder.
     found = store.list(job_id)
     return bool(found) and all(info.modified_s < before_s for info in found) and not _has_row(database, job_id)
 
 
 def _has_row(database: Database, job_id: str) -> bool:
     with database.reading() as session:
-        return sweep_rows.is_job(session, job_id)
+        return job_rows.has_row(session, job_id)

@@ -1,4 +1,4 @@
-"""What a failed attempt means for its task and for the worker that tried."""
+"""The retry policy: the consequences of a failed attempt for its task and for its worker."""
 
 from __future__ import annotations
 
@@ -7,65 +7,71 @@ from sqlalchemy.orm import Session
 from lippmann.errors import PovrayMissing, SandboxMissing, Stopped, StoreFull, StoreUnavailable
 from lippmann.job.events import Failure
 from lippmann.job.states import TaskStatus
-from service.db.counters import move_task
 from service.db.tables import Task, WorkerFault
+from service.jobs.state_machine import transition_task
 from service.settings import Settings
 
 LOST = "lost"
 _WORKER_LACKS = frozenset({SandboxMissing.code, PovrayMissing.code})
 INFRASTRUCTURE = frozenset({StoreUnavailable.code, StoreFull.code}) | _WORKER_LACKS
-"""Failures that say nothing of the task: the same would have met any other. The task rests and is not blamed."""
+"""Failures that any other task would have met too. They do not count against the task, which is deferred."""
 
 
 def fail_attempt(
     session: Session, task: Task, failure: Failure, *, worker: str | None, now_s: float, settings: Settings
 ) -> bool:
-    """Write down that an attempt failed: the task goes back, or has failed; False if it is no longer the attempt's.
+    """Record the failure of an attempt: the task becomes ready or failed; False if the attempt no longer owns it.
 
-    A stopped attempt counts for nothing. A lost one counts for the task, since a task may kill its workers, but not
-    against the worker, since workers are also killed by others.
+    A stopped attempt counts against nobody. A lost one counts against the task, since a task may kill its workers, but
+    not against the worker, which may have been killed by something else.
     """
     if failure.code == Stopped.code:
-        return move_task(session, task, TaskStatus.READY, progress=None)
+        return transition_task(session, task, TaskStatus.READY, progress=None)
     if failure.code in INFRASTRUCTURE and not failure.permanent:
-        return _rest(session, task, failure, worker=worker, now_s=now_s, settings=settings)
+        return _defer(session, task, failure, worker=worker, now_s=now_s, settings=settings)
     failures = task.failures + 1
     failed_on = list(dict.fromkeys([*task.failed_on, *([worker] if worker else [])]))
-    values = {"failures": failures, "failed_on": failed_on, **_said(failure)}
+    values = {"failures": failures, "failed_on": failed_on, **_columns(failure)}
     if failure.permanent or failures >= settings.failures_allowed:
-        moved = move_task(session, task, TaskStatus.FAILED, **values, permanent=failure.permanent, ended_s=now_s)
+        values |= {"permanent": failure.permanent, "ended_s": now_s}
+        changed = transition_task(session, task, TaskStatus.FAILED, **values)
     else:
         pause_s = settings.retry_pause_s * 2 ** (failures - 1)
-        moved = move_task(session, task, TaskStatus.READY, **values, not_before_s=now_s + pause_s)
-    if moved and worker and failure.code != LOST and not failure.permanent:
+        changed = transition_task(session, task, TaskStatus.READY, **values, not_before_s=now_s + pause_s)
+    if changed and worker and failure.code != LOST and not failure.permanent:
         _blame(session, task.job_id, worker, now_s=now_s, settings=settings)
-    return moved
+    return changed
 
 
-def _rest(
+def _defer(
     session: Session, task: Task, failure: Failure, *, worker: str | None, now_s: float, settings: Settings
 ) -> bool:
-    """Let a task wait until the farm is mended, with the reason in its row; not for ever."""
-    values = {"rests": task.rests + 1, **_said(failure)}
-    if task.rests >= settings.rests_allowed:
-        moved = move_task(session, task, TaskStatus.FAILED, **values, ended_s=now_s)
+    """Defer a task until the farm works again, with the reason in its row; fail it after many deferrals."""
+    values = {"deferrals": task.deferrals + 1, **_columns(failure)}
+    if task.deferrals >= settings.deferrals_allowed:
+        changed = transition_task(session, task, TaskStatus.FAILED, **values, ended_s=now_s)
     else:
-        moved = move_task(session, task, TaskStatus.READY, **values, not_before_s=now_s + settings.rest_s)
-    if moved and worker and failure.code in _WORKER_LACKS:
-        _fault(session, task.job_id, worker).until_s = now_s + settings.avoid_s
+        changed = transition_task(session, task, TaskStatus.READY, **values, not_before_s=now_s + settings.deferral_s)
+    if changed and worker and failure.code in _WORKER_LACKS:
+        _fault(session, task.job_id, worker).avoided_until_s = now_s + settings.avoid_s
         session.flush()
-    return moved
+    return changed
 
 
-def _said(failure: Failure) -> dict[str, object]:
-    return {"error_code": failure.code, "error_message": failure.message, "progress": None}
+def _columns(failure: Failure) -> dict[str, object]:
+    return {
+        "error_code": failure.code,
+        "error_message": failure.message,
+        "error_frame": failure.frame,
+        "progress": None,
+    }
 
 
 def _blame(session: Session, job_id: str, worker: str, *, now_s: float, settings: Settings) -> None:
     fault = _fault(session, job_id, worker)
     fault.failures += 1
     if fault.failures >= settings.avoid_after:
-        fault.failures, fault.until_s = 0, now_s + settings.avoid_s
+        fault.failures, fault.avoided_until_s = 0, now_s + settings.avoid_s
     session.flush()
 
 

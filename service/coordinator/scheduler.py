@@ -1,6 +1,6 @@
-"""Ready tasks go out, best first, about two orders a slot.
+"""The scheduler dispatches ready tasks, best first, about two orders per slot.
 
-The row says `dispatched` before the order is sent: a crash in between costs a wait, never a task done twice.
+The row becomes `dispatched` before the order is sent. A crash in between delays the task but never runs it twice.
 """
 
 from __future__ import annotations
@@ -13,34 +13,32 @@ from sqlalchemy.orm import Session
 from lippmann.job.events import Presence
 from lippmann.job.orders import Order
 from lippmann.job.states import JobStatus, TaskStatus
-from service.api.presenters import tile_of
 from service.coordinator.fair_share import Claim, share_out
-from service.db import coordinator as clerk_rows
+from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
-from service.db.counters import move_task
 from service.db.engine import Database
 from service.db.tables import Job, Task
 from service.errors import BrokerUnavailable
-from service.events.publish import tell_task
+from service.events.publish import publish_task
 from service.ids import new_attempt, parse_task_id, task_id
-from service.jobs.state_machine import move_job
+from service.jobs.state_machine import transition_job, transition_task
 from service.order_queue import OrderQueue
 from service.settings import Settings
 
 ROUND = 200
-"""Orders that go out in one transaction; others wait for it to end, so the next round takes the rest."""
+"""The largest number of orders in one transaction. Other writers wait for it, so the rest follows in the next round."""
 
 
 def dispatch(
     database: Database, queue: OrderQueue, workers: Sequence[Presence], *, now_s: float, settings: Settings
 ) -> int:
-    """Send out what there is room for, and return how many orders went.
+    """Send as many orders as there is room for, and return their number.
 
     Raises
     ------
     BrokerUnavailable
-        After the tasks are ready again.
+        If the orders cannot be sent. Their tasks are ready again by then.
     """
     with database.reading() as session:
         if _room(session, workers, settings) <= 0 or not job_rows.can_dispatch(session, now_s=now_s):
@@ -58,37 +56,37 @@ def dispatch(
 
 
 def assign(session: Session, workers: Sequence[Presence], *, now_s: float, settings: Settings) -> list[Order]:
-    """Give ready tasks to new attempts, and return their orders."""
+    """Assign ready tasks to new attempts, and return their orders."""
     room = _room(session, workers, settings)
-    idle_s = clerk_rows.clerk(session).idle_s
+    idle_s = coordinator_rows.current(session).idle_s
     present = {worker.name for worker in workers}
     avoided: dict[str, set[str]] = {}
     orders = []
     for task in _best(session, room, now_s):
         row = session.get_one(Job, task.job_id, populate_existing=task.job_id not in avoided)
         if row.status is JobStatus.QUEUED:
-            move_job(session, row, JobStatus.PROBING, started_s=now_s)
-        moved = move_task(
+            transition_job(session, row, JobStatus.PROBING, started_s=now_s)
+        changed = transition_task(
             session, task, TaskStatus.DISPATCHED, attempt=new_attempt(), attempt_number=task.attempt_number + 1,
             worker=None, progress=None, not_before_s=None, dispatched_s=now_s, dispatched_idle_s=idle_s,
-            claimed_s=None, beat_s=None, ended_s=None,
+            claimed_s=None, heartbeat_s=None, ended_s=None,
         )  # fmt: skip
-        if moved:
-            tell_task(session, task)
+        if changed:
+            publish_task(session, task)
             if row.id not in avoided:
-                avoided[row.id] = task_rows.avoided(session, row.id, now_s=now_s)
+                avoided[row.id] = task_rows.avoided_workers(session, row.id, now_s=now_s)
             avoid = avoided[row.id] | set(task.failed_on)
             orders.append(_order(task, () if present <= avoid else tuple(sorted(avoid))))
     return orders
 
 
 def take_back(session: Session, orders: Sequence[Order], *, now_s: float) -> None:
-    """Make ready again what could not be sent; some may have gone out, so those attempts are told to stop."""
-    clerk_rows.stop(session, [order.attempt for order in orders], now_s=now_s)
+    """Make tasks ready again whose orders failed; some may have been sent, so their attempts are requested to stop."""
+    coordinator_rows.request_stop(session, [order.attempt for order in orders], now_s=now_s)
     for order in orders:
         task = task_rows.task(session, *parse_task_id(order.task_id))
         if task is not None and task.attempt == order.attempt and task.status is TaskStatus.DISPATCHED:
-            move_task(session, task, TaskStatus.READY)
+            transition_task(session, task, TaskStatus.READY)
 
 
 def _room(session: Session, workers: Sequence[Presence], settings: Settings) -> int:
@@ -120,7 +118,7 @@ def _order(task: Task, avoid: tuple[str, ...]) -> Order:
         attempt=task.attempt or "",
         attempt_number=task.attempt_number,
         frame=task.frame,
-        tile=tile_of(task),
+        tile=task.tile,
         output=task.output,
         avoid=avoid,
     )

@@ -1,14 +1,12 @@
-"""The truth: engine, tables, migrations, named queries.
+"""The database, which is the source of truth: engine, tables, migrations and one repository of queries per table.
 
-engine       one writer at a time, on SQLite (WAL) and PostgreSQL
-tables       what is remembered
-migrations   how a database of any age becomes today's
-tally        how many tasks of a job stand where, and the guarded moves that keep it right
-job_rows     named queries about jobs
-task_rows    named queries about tasks
-event_rows   what listeners hear
-clerk_rows   leader, position in the stream, idle clock, attempts to stop
-access_rows  keys, login tokens, browser sessions, idempotency keys
-mend_rows    what cannot be read any more
-sweep_rows   what artifacts belong to
+engine       transactions with a single writer, on SQLite (WAL) and PostgreSQL
+tables       the tables
+migrations   upgrades a database of any earlier release
+jobs         queries on jobs
+tasks        queries on tasks
+counters     the counters in the row of a job: tasks by status, pixels, seconds
+events       queries on the events of the stream
+coordinator  leader election, stream position, idle clock, stop requests
+access       keys, login tokens, browser sessions, idempotency keys
 """

@@ -1,4 +1,4 @@
-"""Keys, login tokens, browser sessions, idempotency keys."""
+"""Queries on keys, login tokens, browser sessions and idempotency keys."""
 
 from __future__ import annotations
 
@@ -17,29 +17,29 @@ def credential(session: Session, credential_id: str) -> Credential | None:
 
 
 def keys(session: Session) -> Sequence[Credential]:
-    """Return every key, oldest first; people make them, so they are few."""
+    """Return all keys, oldest first; people create them, so there are few."""
     query = select(Credential).where(Credential.kind == CredentialKind.KEY)
     return session.scalars(query.order_by(Credential.created_s).limit(1000)).all()
 
 
 def revoke(session: Session, key_id: str) -> bool:
-    """Forget a key and the browser sessions that it opened."""
+    """Delete a key and the browser sessions that it opened; return whether the key existed."""
     changed(session, delete(Credential).where(Credential.parent == key_id))
     found = delete(Credential).where(Credential.id == key_id, Credential.kind == CredentialKind.KEY)
     return changed(session, found) == 1
 
 
 def spend(session: Session, credential_id: str) -> bool:
-    """Use a credential up; True for the one caller who did."""
+    """Delete a credential; of several concurrent callers, only one gets True."""
     return changed(session, delete(Credential).where(Credential.id == credential_id)) == 1
 
 
 def idempotency(session: Session, caller: str, key: str) -> IdempotencyKey | None:
-    """Return what an Idempotency-Key was used for."""
+    """Return the earlier use of an Idempotency-Key."""
     return session.get(IdempotencyKey, (caller, key))
 
 
-def forget_old(session: Session, *, now_s: float, idempotency_s: float) -> None:
-    """Forget what has expired."""
+def delete_expired(session: Session, *, now_s: float, idempotency_s: float) -> None:
+    """Delete expired credentials, and idempotency keys older than `idempotency_s`."""
     changed(session, delete(Credential).where(Credential.expires_s < now_s))
     changed(session, delete(IdempotencyKey).where(IdempotencyKey.created_s < now_s - idempotency_s))

@@ -1,4 +1,4 @@
-"""Leader, position in the stream, idle clock, attempts to stop."""
+"""Queries on the coordinator's row (leader election, stream position, idle clock) and on stop requests."""
 
 from __future__ import annotations
 
@@ -8,54 +8,56 @@ from sqlalchemy import delete, or_, select, update
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
-from service.db.tables import ClerkRow, StoppedAttempt
+from service.db.tables import CoordinatorRow, StopRequest
 
 
-def clerk(session: Session) -> ClerkRow:
-    """Return the one row as the database has it now."""
-    return session.get_one(ClerkRow, 1, populate_existing=True)
+def current(session: Session) -> CoordinatorRow:
+    """Return the single row as it is in the database now."""
+    return session.get_one(CoordinatorRow, 1, populate_existing=True)
 
 
-def lead(session: Session, name: str, *, now_s: float, until_s: float) -> bool:
-    """Become or stay the leader; False while another leads."""
-    free = or_(ClerkRow.leader == name, ClerkRow.leader.is_(None), ClerkRow.until_s < now_s)
-    return changed(session, update(ClerkRow).where(free).values(leader=name, until_s=until_s)) == 1
+def acquire_leadership(session: Session, name: str, *, now_s: float, until_s: float) -> bool:
+    """Become or remain the leader until `until_s`; return False while another process leads."""
+    free = or_(CoordinatorRow.leader == name, CoordinatorRow.leader.is_(None), CoordinatorRow.leader_until_s < now_s)
+    return changed(session, update(CoordinatorRow).where(free).values(leader=name, leader_until_s=until_s)) == 1
 
 
-def step_down(session: Session, name: str) -> None:
-    """Let another lead at once."""
-    changed(session, update(ClerkRow).where(ClerkRow.leader == name).values(leader=None, until_s=0.0))
+def release_leadership(session: Session, name: str) -> None:
+    """Allow another process to lead at once."""
+    statement = update(CoordinatorRow).where(CoordinatorRow.leader == name)
+    changed(session, statement.values(leader=None, leader_until_s=0.0))
 
 
-def advance(session: Session, was: str, to: str) -> bool:
-    """Move the position in the stream; False if another moved it meanwhile."""
-    return changed(session, update(ClerkRow).where(ClerkRow.position == was).values(position=to)) == 1
+def advance_position(session: Session, was: str, to: str) -> bool:
+    """Advance the position in the stream; return False if another process advanced it in the meantime."""
+    statement = update(CoordinatorRow).where(CoordinatorRow.stream_position == was)
+    return changed(session, statement.values(stream_position=to)) == 1
 
 
-def rewind(session: Session) -> None:
-    """Begin a new stream at its beginning."""
-    changed(session, update(ClerkRow).values(position="0-0"))
+def reset_position(session: Session) -> None:
+    """Set the position to the beginning of a new stream."""
+    changed(session, update(CoordinatorRow).values(stream_position="0-0"))
 
 
 def add_idle(session: Session, seconds: float) -> float:
     """Advance the idle clock and return it."""
-    changed(session, update(ClerkRow).values(idle_s=ClerkRow.idle_s + seconds))
-    return clerk(session).idle_s
+    changed(session, update(CoordinatorRow).values(idle_s=CoordinatorRow.idle_s + seconds))
+    return current(session).idle_s
 
 
-def stop(session: Session, attempts: Iterable[str | None], *, now_s: float) -> None:
-    """Remember attempts that must hear that they should stop."""
+def request_stop(session: Session, attempts: Iterable[str | None], *, now_s: float) -> None:
+    """Store that attempts must stop."""
     for attempt in attempts:
         if attempt is not None:
-            session.merge(StoppedAttempt(attempt=attempt, at_s=now_s))
+            session.merge(StopRequest(attempt=attempt, requested_s=now_s))
     session.flush()
 
 
-def to_stop(session: Session, limit: int = 500) -> Sequence[str]:
-    """Return attempts that have not heard yet."""
-    return session.scalars(select(StoppedAttempt.attempt).order_by(StoppedAttempt.at_s).limit(limit)).all()
+def pending_stops(session: Session, limit: int = 500) -> Sequence[str]:
+    """Return the attempts that must stop and have no stop signal in the broker yet, oldest first."""
+    return session.scalars(select(StopRequest.attempt).order_by(StopRequest.requested_s).limit(limit)).all()
 
 
-def stopped(session: Session, attempts: Sequence[str]) -> None:
-    """Forget attempts that have heard."""
-    changed(session, delete(StoppedAttempt).where(StoppedAttempt.attempt.in_(attempts)))
+def delete_stops(session: Session, attempts: Sequence[str]) -> None:
+    """Delete the stop requests of attempts whose stop signal is in the broker."""
+    changed(session, delete(StopRequest).where(StopRequest.attempt.in_(attempts)))

@@ -1,4 +1,7 @@
-"""One writer at a time, on SQLite and PostgreSQL: what is read in a write transaction stays true until it commits."""
+"""Transactions with a single writer, on SQLite and PostgreSQL.
+
+What a write transaction reads remains true until it commits.
+"""
 
 from __future__ import annotations
 
@@ -14,13 +17,13 @@ from sqlalchemy.sql.dml import UpdateBase
 
 BUSY_TIMEOUT_S = 10.0
 POOL: dict[str, Any] = {"pool_size": 10, "max_overflow": 50, "pool_timeout": BUSY_TIMEOUT_S}
-"""A connection for every thread that answers requests (40), and for the clerk's."""
+"""One connection for each of the 40 threads that answer requests, and for the threads of the coordinator."""
 WRITER_LOCK = 1908
-"""PostgreSQL's advisory lock of the one writer: events get their ids in the order in which they become visible."""
+"""PostgreSQL's advisory lock of the single writer: events get their ids in the order in which they become visible."""
 
 
 class Database:
-    """A database, and the two ways to talk to it."""
+    """A database with read transactions and write transactions."""
 
     def __init__(self, url: str) -> None:
         self.url = make_url(url)
@@ -30,28 +33,28 @@ class Database:
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
-        """Lend a session that only reads."""
+        """Open a session that only reads."""
         with Session(self._engine, expire_on_commit=False) as session:
             yield session
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
-        """Lend a session that writes: commits at the end, rolls back on an error."""
+        """Open a session that writes, commits at the end and rolls back on an error."""
         with Session(self._write_engine, expire_on_commit=False, autoflush=False) as session, session.begin():
             yield session
 
     @contextmanager
     def connecting(self) -> Iterator[Connection]:
-        """Lend a bare writing connection, for migrations."""
+        """Open a write connection for migrations."""
         if self.is_sqlite and self.url.database:
             Path(self.url.database).parent.mkdir(parents=True, exist_ok=True)
         with self._write_engine.begin() as connection:
             yield connection
 
-    def tidy(self) -> None:
-        """Fold SQLite's write-ahead log back, so that it does not grow for ever."""
+    def checkpoint(self) -> None:
+        """Checkpoint SQLite's write-ahead log, so that it does not grow without bound."""
         if self.is_sqlite:
-            # Outside of any transaction, where the pragma does nothing: so on the driver's own connection.
+            # The pragma does nothing inside a transaction, so it runs on the driver's own connection.
             with self._engine.connect() as connection, closing(connection.connection.cursor()) as cursor:
                 cursor.execute("PRAGMA wal_checkpoint(TRUNCATE)")
 
@@ -61,7 +64,7 @@ class Database:
 
 
 def changed(session: Session, statement: UpdateBase) -> int:
-    """Run a guarded UPDATE or DELETE and return how many rows it changed."""
+    """Run a guarded UPDATE or DELETE and return the number of rows that it changed."""
     options = {"synchronize_session": False}
     return cast(CursorResult[Any], session.execute(statement, execution_options=options)).rowcount
 
@@ -74,14 +77,14 @@ def _sqlite_engine(url: URL) -> Engine:
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:
-    connection.isolation_level = None  # the driver begins nothing by itself: _begin_sqlite does
+    connection.isolation_level = None  # the driver begins no transaction; _begin_sqlite does
     for pragma in ("journal_mode=WAL", "synchronous=NORMAL", "foreign_keys=ON"):
         connection.execute(f"PRAGMA {pragma}").fetchall()
     connection.execute(f"PRAGMA busy_timeout={int(BUSY_TIMEOUT_S * 1000)}").fetchall()
 
 
 def _begin_sqlite(connection: Connection) -> None:
-    # A transaction that reads first and then writes fails at once when another wrote in between: so lock first.
+    # A transaction that reads and then writes fails at once if another wrote in between, so writers lock first.
     writes = connection.get_execution_options().get("writes")
     connection.exec_driver_sql("BEGIN IMMEDIATE" if writes else "BEGIN")
 

@@ -1,4 +1,4 @@
-"""Named queries about what listeners hear."""
+"""Queries on the events of the stream."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from service.db.engine import changed
 from service.db.tables import EventTopic, JobEvent
 
 
-def announce(session: Session, job_id: str, topic: EventTopic, data: dict[str, Any]) -> None:
-    """Tell listeners; they hear it when the transaction commits."""
+def append(session: Session, job_id: str, topic: EventTopic, data: dict[str, Any]) -> None:
+    """Append an event; subscribers receive it after the transaction commits."""
     session.add(JobEvent(job_id=job_id, topic=topic, data=data))
     session.flush()
 
 
 def after(session: Session, position: int, *, job_id: str | None, limit: int) -> Sequence[JobEvent]:
-    """Return what happened after a position, in order."""
+    """Return the events after a position, in order."""
     query = select(JobEvent).where(JobEvent.id > position)
     if job_id is not None:
         query = query.where(JobEvent.job_id == job_id)
@@ -27,12 +27,12 @@ def after(session: Session, position: int, *, job_id: str | None, limit: int) ->
 
 
 def newest(session: Session) -> int:
-    """Return the position of what happened last."""
+    """Return the position of the newest event."""
     return int(session.scalar(select(func.max(JobEvent.id))) or 0)
 
 
 def prune(session: Session, *, kept: int, limit: int) -> int:
-    """Forget the oldest of what is more than `kept`, at most `limit`, and return how many."""
+    """Delete at most `limit` of the oldest events beyond the newest `kept`, and return how many were deleted."""
     first = session.scalar(select(func.min(JobEvent.id)))
     stop = newest(session) - kept
     if first is None or first > stop:

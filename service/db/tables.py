@@ -1,19 +1,22 @@
-"""What is remembered. Times are seconds since 1970, UTC, from Python."""
+"""The tables. Times are seconds since 1970, UTC, set by Python and not by the database."""
 
 from __future__ import annotations
 
+import json
 from enum import StrEnum
+from functools import lru_cache
 from typing import Any
 
 from sqlalchemy import JSON, BigInteger, Double, Enum, ForeignKey, Index, Integer, LargeBinary, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.orders import TaskKind, TileIndex
+from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobStatus, TaskStatus
 
 
-class Chore(StrEnum):
-    """Work on a job's rows that is too long for one transaction; the clerk does it in pieces."""
+class BackgroundJob(StrEnum):
+    """Work on the rows of a job that is too long for one transaction; the coordinator does it in chunks."""
 
     PLAN = "plan"
     CANCEL = "cancel"
@@ -22,7 +25,7 @@ class Chore(StrEnum):
 
 
 class EventTopic(StrEnum):
-    """What an event for listeners is about."""
+    """The name of an event of the stream, see `service.schemas.events`."""
 
     JOB = "job"
     TASK = "task"
@@ -31,28 +34,28 @@ class EventTopic(StrEnum):
 
 
 class CredentialKind(StrEnum):
-    """What a secret is good for."""
+    """The purpose of a secret."""
 
     KEY = "key"
     LOGIN = "login"
     SESSION = "session"
 
 
-def _word(of: type[StrEnum]) -> Enum:
-    return Enum(of, native_enum=False, length=16, values_callable=lambda words: [word.value for word in words])
+def _enum(of: type[StrEnum]) -> Enum:
+    return Enum(of, native_enum=False, length=16, values_callable=lambda members: [member.value for member in members])
 
 
 _number = BigInteger().with_variant(Integer, "sqlite")
 
 
 class Base(DeclarativeBase):
-    """Every table."""
+    """The base class of all tables."""
 
     type_annotation_map = {float: Double, int: BigInteger, dict[str, Any]: JSON, list[str]: JSON}  # noqa: RUF012 - SQLAlchemy reads it from the class
 
 
 class Scene(Base):
-    """A scene that jobs can ask for."""
+    """A scene that jobs can use."""
 
     __tablename__ = "scenes"
 
@@ -65,10 +68,10 @@ class Scene(Base):
 
 
 class Job(Base):
-    """A job: what was asked for, where it stands, and how many of its tasks stand where."""
+    """A job: its specification, its status, and the number of its tasks in each status."""
 
     __tablename__ = "jobs"
-    __table_args__ = (Index("ix_jobs_status", "status"), Index("ix_jobs_chore", "chore"))
+    __table_args__ = (Index("ix_jobs_status", "status"), Index("ix_jobs_background_job", "background_job"))
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
     title: Mapped[str] = mapped_column(String(200))
@@ -76,8 +79,8 @@ class Job(Base):
     spec: Mapped[dict[str, Any]]
     notes: Mapped[list[str]]
     owner: Mapped[str] = mapped_column(String(64))
-    status: Mapped[JobStatus] = mapped_column(_word(JobStatus))
-    chore: Mapped[Chore | None] = mapped_column(_word(Chore))
+    status: Mapped[JobStatus] = mapped_column(_enum(JobStatus))
+    background_job: Mapped[BackgroundJob | None] = mapped_column(_enum(BackgroundJob))
     priority: Mapped[int]
     created_s: Mapped[float]
     started_s: Mapped[float | None]
@@ -102,9 +105,17 @@ class Job(Base):
     wall_s: Mapped[float] = mapped_column(default=0.0)
     late_events: Mapped[int] = mapped_column(default=0)
 
+    @property
+    def parsed_spec(self) -> JobSpec:
+        """The specification as a validated model."""
+        return _parsed(json.dumps(self.spec))
+
 
 class Task(Base):
-    """A task of a job. `attempt` is the fence: it names the last attempt, which owns the task while it is held."""
+    """A task of a job.
+
+    `attempt` is the fence: it names the latest attempt, which owns the task while the task is dispatched or running.
+    """
 
     __tablename__ = "tasks"
     __table_args__ = (
@@ -116,7 +127,7 @@ class Task(Base):
 
     job_id: Mapped[str] = mapped_column(String(32), ForeignKey("jobs.id"), primary_key=True)
     sequence: Mapped[int] = mapped_column(primary_key=True, autoincrement=False)
-    kind: Mapped[TaskKind] = mapped_column(_word(TaskKind))
+    kind: Mapped[TaskKind] = mapped_column(_enum(TaskKind))
     stage: Mapped[str] = mapped_column(String(32))
     needs: Mapped[str | None] = mapped_column(String(32))
     frame: Mapped[int | None]
@@ -125,79 +136,87 @@ class Task(Base):
     output: Mapped[str | None] = mapped_column(String(64))
     artifact: Mapped[str] = mapped_column(String(200))
     weight_px: Mapped[int]
-    status: Mapped[TaskStatus] = mapped_column(_word(TaskStatus))
+    status: Mapped[TaskStatus] = mapped_column(_enum(TaskStatus))
     attempt: Mapped[str | None] = mapped_column(String(32))
     attempt_number: Mapped[int] = mapped_column(default=0)
     failures: Mapped[int] = mapped_column(default=0)
     failed_on: Mapped[list[str]] = mapped_column(default=list)
-    rests: Mapped[int] = mapped_column(default=0, server_default="0")
+    deferrals: Mapped[int] = mapped_column(default=0, server_default="0")
     worker: Mapped[str | None] = mapped_column(String(200))
     progress: Mapped[float | None]
     not_before_s: Mapped[float | None]
     dispatched_s: Mapped[float | None]
     dispatched_idle_s: Mapped[float | None]
     claimed_s: Mapped[float | None]
-    beat_s: Mapped[float | None]
+    heartbeat_s: Mapped[float | None]
     ended_s: Mapped[float | None]
     cpu_s: Mapped[float | None]
     wall_s: Mapped[float | None]
     error_code: Mapped[str | None] = mapped_column(String(64))
     error_message: Mapped[str | None] = mapped_column(Text)
+    error_frame: Mapped[int | None]
     permanent: Mapped[bool] = mapped_column(default=False)
+
+    @property
+    def tile(self) -> TileIndex | None:
+        """The tile that the task renders; None for a task that renders none."""
+        if self.tile_row is None or self.tile_col is None:
+            return None
+        return TileIndex(row=self.tile_row, col=self.tile_col)
 
 
 class WorkerFault(Base):
-    """How often a worker failed tasks of a job, and until when it is avoided for that."""
+    """The number of failures of a worker on the tasks of a job, and the time until which the job avoids the worker."""
 
     __tablename__ = "worker_faults"
 
     job_id: Mapped[str] = mapped_column(String(32), ForeignKey("jobs.id"), primary_key=True)
     worker: Mapped[str] = mapped_column(String(200), primary_key=True)
     failures: Mapped[int] = mapped_column(default=0)
-    until_s: Mapped[float | None]
+    avoided_until_s: Mapped[float | None]
 
 
 class JobEvent(Base):
-    """What listeners hear; ids rise in the order in which events become visible."""
+    """An event of the stream; ids rise in the order in which events become visible."""
 
     __tablename__ = "job_events"
     __table_args__ = (Index("ix_job_events_job", "job_id", "id"), {"sqlite_autoincrement": True})
 
     id: Mapped[int] = mapped_column(_number, primary_key=True, autoincrement=True)
     job_id: Mapped[str] = mapped_column(String(32))
-    topic: Mapped[EventTopic] = mapped_column(_word(EventTopic))
+    topic: Mapped[EventTopic] = mapped_column(_enum(EventTopic))
     data: Mapped[dict[str, Any]]
 
 
-class StoppedAttempt(Base):
-    """An attempt that must hear that it should stop; the clerk tells the broker."""
+class StopRequest(Base):
+    """An attempt that must stop; the coordinator puts the signal into the broker and deletes the row."""
 
-    __tablename__ = "stopped_attempts"
+    __tablename__ = "stop_requests"
 
     attempt: Mapped[str] = mapped_column(String(32), primary_key=True)
-    at_s: Mapped[float]
+    requested_s: Mapped[float]
 
 
-class ClerkRow(Base):
-    """One row: who leads, how far the stream was followed, and how long slots stood idle."""
+class CoordinatorRow(Base):
+    """A single row: the leader, the position in the stream of worker events, and the idle clock of the slots."""
 
-    __tablename__ = "clerk"
+    __tablename__ = "coordinator"
 
     id: Mapped[int] = mapped_column(Integer, primary_key=True, autoincrement=False)
     leader: Mapped[str | None] = mapped_column(String(100))
-    until_s: Mapped[float] = mapped_column(default=0.0)
-    position: Mapped[str] = mapped_column(String(64), default="0-0")
+    leader_until_s: Mapped[float] = mapped_column(default=0.0)
+    stream_position: Mapped[str] = mapped_column(String(64), default="0-0")
     idle_s: Mapped[float] = mapped_column(default=0.0)
 
 
 class Credential(Base):
-    """A key, a login token or a browser session; of the secret only its SHA-256."""
+    """A key, a login token or a browser session; only the SHA-256 of the secret is stored."""
 
     __tablename__ = "credentials"
     __table_args__ = (Index("ix_credentials_kind", "kind"),)
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
-    kind: Mapped[CredentialKind] = mapped_column(_word(CredentialKind))
+    kind: Mapped[CredentialKind] = mapped_column(_enum(CredentialKind))
     name: Mapped[str] = mapped_column(String(100))
     role: Mapped[str] = mapped_column(String(16))
     secret_sha256: Mapped[str] = mapped_column(String(64))
@@ -207,7 +226,7 @@ class Credential(Base):
 
 
 class IdempotencyKey(Base):
-    """A submit that may be said again."""
+    """A submission that the client may repeat."""
 
     __tablename__ = "idempotency_keys"
 
@@ -216,3 +235,9 @@ class IdempotencyKey(Base):
     fingerprint: Mapped[str] = mapped_column(String(64))
     job_id: Mapped[str] = mapped_column(String(32))
     created_s: Mapped[float]
+
+
+# Validation takes tens of milliseconds for a job with many frames, and a page lists fifty jobs.
+@lru_cache(maxsize=2048)
+def _parsed(text: str) -> JobSpec:
+    return JobSpec.model_validate_json(text)

@@ -1,8 +1,8 @@
-"""Named queries about tasks. Every one of them begins at a job and ends at a limit."""
+"""Queries on tasks. Each of them is restricted to jobs, and each that may return many rows has a limit."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from sqlalchemy import ColumnElement, Select, func, or_, select
 from sqlalchemy.orm import Session, aliased
@@ -12,19 +12,21 @@ from lippmann.job.states import HELD_TASKS, TaskStatus
 from service.db.tables import Task, WorkerFault
 
 CHUNK = 1000
-"""Rows that one transaction touches at most."""
+"""The largest number of rows that one transaction changes."""
+FRAMES_A_PAGE = 100
+"""Frames that artifact repair examines together."""
 NOT_DONE = tuple(status for status in TaskStatus if status is not TaskStatus.DONE)
 
 
 def task(session: Session, job_id: str, sequence: int) -> Task | None:
-    """Return a task as the database has it now."""
+    """Return a task as it is in the database now."""
     return session.get(Task, (job_id, sequence), populate_existing=True)
 
 
 def page(
     session: Session, job_id: str, *, status: TaskStatus | None, kind: TaskKind | None, after: int, limit: int
 ) -> Sequence[Task]:
-    """Return tasks of a job in order, from above a sequence number."""
+    """Return the tasks of a job after a sequence number, in order."""
     query = select(Task).where(Task.job_id == job_id, Task.sequence > after)
     if status is not None:
         query = query.where(Task.status == status)
@@ -34,7 +36,7 @@ def page(
 
 
 def ready(session: Session, job_id: str, *, now_s: float, after: int, limit: int) -> Sequence[Task]:
-    """Return tasks that may go out, in order."""
+    """Return ready tasks that are due, in order."""
     query = (
         select(Task)
         .where(Task.job_id == job_id, Task.status == TaskStatus.READY, Task.sequence > after)
@@ -44,14 +46,14 @@ def ready(session: Session, job_id: str, *, now_s: float, after: int, limit: int
 
 
 def held(session: Session, job_ids: Iterable[str], *, status: TaskStatus | None = None) -> Sequence[Task]:
-    """Return the tasks that an attempt owns; the shallow queue keeps them few."""
+    """Return the tasks that an attempt owns; there are few, because the queue is shallow."""
     statuses = HELD_TASKS if status is None else (status,)
     query = select(Task).where(Task.job_id.in_(list(job_ids)), Task.status.in_(statuses))
     return session.scalars(_fresh(query.order_by(Task.job_id, Task.sequence))).all()
 
 
-def standing(session: Session, job_id: str, statuses: Iterable[TaskStatus]) -> Sequence[tuple[int, TaskStatus]]:
-    """Return one chunk of the tasks that stand at one of `statuses`."""
+def in_statuses(session: Session, job_id: str, statuses: Iterable[TaskStatus]) -> Sequence[tuple[int, TaskStatus]]:
+    """Return one chunk of the tasks that have one of `statuses`."""
     query = select(Task.sequence, Task.status).where(Task.job_id == job_id, Task.status.in_(list(statuses)))
     return session.execute(query.limit(CHUNK)).all()
 
@@ -63,13 +65,13 @@ def stage_is_done(session: Session, job_id: str, stage: str) -> bool:
 
 
 def waiting_for(session: Session, job_id: str, stage: str) -> Sequence[int]:
-    """Return the tasks that wait for a stage."""
+    """Return the waiting tasks that need a stage."""
     query = select(Task.sequence).where(Task.job_id == job_id, Task.needs == stage, Task.status == TaskStatus.WAITING)
     return session.scalars(query.order_by(Task.sequence)).all()
 
 
 def retriable(session: Session, job_id: str) -> Sequence[tuple[int, TaskStatus, bool]]:
-    """Return one chunk of failed and cancelled tasks: sequence, status, whether what they need is not done."""
+    """Return one chunk of failed and cancelled tasks: (sequence, status, whether the needed stage is not done)."""
     query = select(Task.sequence, Task.status, _is_blocked().label("blocked")).where(
         Task.job_id == job_id, Task.status.in_([TaskStatus.FAILED, TaskStatus.CANCELLED])
     )
@@ -77,7 +79,7 @@ def retriable(session: Session, job_id: str) -> Sequence[tuple[int, TaskStatus, 
 
 
 def overdue(session: Session, job_id: str, *, after: int) -> tuple[list[int], int | None]:
-    """Look at one chunk of waiting tasks: which could go, and where the next chunk begins (None at the end)."""
+    """Find the waiting tasks of one chunk whose needs are done; return them and the next position, None at the end."""
     query = select(Task.sequence, _is_blocked()).where(
         Task.job_id == job_id, Task.status == TaskStatus.WAITING, Task.sequence > after
     )
@@ -87,12 +89,12 @@ def overdue(session: Session, job_id: str, *, after: int) -> tuple[list[int], in
 
 
 def last_sequence(session: Session, job_id: str) -> int:
-    """Return the highest sequence number that a job's tasks have."""
+    """Return the highest sequence number of a job's tasks."""
     return int(session.scalar(select(func.max(Task.sequence)).where(Task.job_id == job_id)) or 0)
 
 
 def permanent_failure(session: Session, job_id: str) -> Task | None:
-    """Return a task that no attempt can do, and others need; an output is needed by none."""
+    """Return a task that failed permanently and that other tasks need; no task needs an output."""
     query = select(Task).where(Task.job_id == job_id, Task.status == TaskStatus.FAILED, Task.permanent.is_(True))
     query = query.where(Task.kind != TaskKind.ENCODE)
     return session.scalars(query.order_by(Task.sequence).limit(1)).first()
@@ -105,7 +107,7 @@ def first_failure(session: Session, job_id: str) -> Task | None:
 
 
 def failed_outputs(session: Session, job_id: str) -> int:
-    """Return how many outputs of a job failed."""
+    """Return the number of outputs of a job that failed."""
     query = select(func.count()).where(
         Task.job_id == job_id, Task.stage == TaskKind.ENCODE.value, Task.status == TaskStatus.FAILED
     )
@@ -113,7 +115,7 @@ def failed_outputs(session: Session, job_id: str) -> int:
 
 
 def done_outputs(session: Session, job_ids: Iterable[str]) -> set[tuple[str, str]]:
-    """Return which jobs have which outputs: (job, output)."""
+    """Return the outputs that are done, as pairs (job, output)."""
     query = select(Task.job_id, Task.output).where(
         Task.job_id.in_(list(job_ids)), Task.stage == TaskKind.ENCODE.value, Task.status == TaskStatus.DONE
     )
@@ -121,7 +123,7 @@ def done_outputs(session: Session, job_ids: Iterable[str]) -> set[tuple[str, str
 
 
 def running_px(session: Session, job_ids: Iterable[str]) -> dict[str, float]:
-    """Return the pixels that running attempts say they have done, by job."""
+    """Return the pixels that running attempts have finished by their reported progress, by job."""
     query = (
         select(Task.job_id, func.sum(Task.weight_px * func.coalesce(Task.progress, 0.0)))
         .where(Task.job_id.in_(list(job_ids)), Task.status == TaskStatus.RUNNING)
@@ -131,7 +133,7 @@ def running_px(session: Session, job_ids: Iterable[str]) -> dict[str, float]:
 
 
 def running_on(session: Session, job_ids: Iterable[str]) -> dict[str, int]:
-    """Return how many tasks every worker runs."""
+    """Return the number of running tasks, by worker."""
     query = (
         select(Task.worker, func.count())
         .where(Task.job_id.in_(list(job_ids)), Task.status == TaskStatus.RUNNING)
@@ -143,7 +145,7 @@ def running_on(session: Session, job_ids: Iterable[str]) -> dict[str, int]:
 def frames(
     session: Session, job_id: str, numbers: Sequence[int]
 ) -> Sequence[tuple[int | None, TaskKind, TaskStatus, int]]:
-    """Return how the tasks of some frames stand: (frame, kind, status, tasks)."""
+    """Count the tasks of some frames: (frame, kind, status, number of tasks)."""
     query = (
         select(Task.frame, Task.kind, Task.status, func.count())
         .where(Task.job_id == job_id, Task.frame.in_(numbers))
@@ -152,10 +154,45 @@ def frames(
     return session.execute(query).all()
 
 
-def avoided(session: Session, job_id: str, *, now_s: float) -> set[str]:
-    """Return the workers that get nothing of a job for now."""
-    query = select(WorkerFault.worker).where(WorkerFault.job_id == job_id, WorkerFault.until_s > now_s)
+def avoided_workers(session: Session, job_id: str, *, now_s: float) -> set[str]:
+    """Return the workers that a job avoids now."""
+    query = select(WorkerFault.worker).where(WorkerFault.job_id == job_id, WorkerFault.avoided_until_s > now_s)
     return set(session.scalars(query))
+
+
+def unreadable(session: Session, job_id: str, kind: TaskKind, codes: Collection[str], *, after: int) -> Sequence[Task]:
+    """Return one page of the failed and cancelled tasks of a kind whose last error has one of `codes`."""
+    query = (
+        select(Task)
+        .where(Task.job_id == job_id, Task.status.in_([TaskStatus.FAILED, TaskStatus.CANCELLED]))
+        .where(Task.kind == kind, Task.error_code.in_(codes), Task.sequence > after)
+    )
+    return session.scalars(query.order_by(Task.sequence).limit(FRAMES_A_PAGE)).all()
+
+
+def done_assemblies(session: Session, job_id: str, *, after: int) -> Sequence[Task]:
+    """Return one page of the assembly tasks that are done."""
+    query = select(Task).where(Task.job_id == job_id, Task.status == TaskStatus.DONE)
+    query = query.where(Task.kind == TaskKind.ASSEMBLE, Task.sequence > after)
+    return session.scalars(query.order_by(Task.sequence).limit(FRAMES_A_PAGE)).all()
+
+
+def done_renders(session: Session, job_id: str, frames: Iterable[int | None]) -> Sequence[Task]:
+    """Return the render tasks of some frames that are done."""
+    query = select(Task).where(Task.job_id == job_id, Task.frame.in_([*frames]), Task.status == TaskStatus.DONE)
+    return session.scalars(query.where(Task.kind == TaskKind.RENDER).order_by(Task.sequence)).all()
+
+
+def numbered(session: Session, job_id: str, sequences: Iterable[int], *, status: TaskStatus) -> Sequence[Task]:
+    """Return the tasks with some sequence numbers that have a status."""
+    query = select(Task).where(Task.job_id == job_id, Task.status == status, Task.sequence.in_([*sequences]))
+    return session.scalars(_fresh(query.order_by(Task.sequence))).all()
+
+
+def needing(session: Session, job_id: str, stages: Iterable[str], *, status: TaskStatus) -> Sequence[Task]:
+    """Return the tasks that need one of some stages and have a status."""
+    query = select(Task).where(Task.job_id == job_id, Task.status == status, Task.needs.in_([*stages]))
+    return session.scalars(_fresh(query.order_by(Task.sequence))).all()
 
 
 def _is_blocked() -> ColumnElement[bool]:

@@ -1,62 +1,61 @@
-"""Tells listeners what changed, in the transaction that changes it."""
+"""Publish changes to subscribers: each event is stored in the transaction that makes the change."""
 
 from __future__ import annotations
 
 from sqlalchemy.orm import Session
 
 from lippmann.job.orders import TaskKind
-from lippmann.job.states import TaskStatus
-from service.api import presenters as show
-from service.api.frame_status import frame_status
+from lippmann.job.states import FrameStatus, TaskStatus, frame_status
 from service.db import events as event_rows
 from service.db import tasks as task_rows
 from service.db.tables import EventTopic, Job, Task
-from service.ids import task_id
-from service.schemas.frame import FrameStatus
+from service.events.payloads import job_data, progress_data, task_data
+from service.schemas.events import FrameChange, FrameEvent, JobEvent, JobRemoved, ProgressEvent, StreamEvent, TaskEvent
+from service.schemas.job import Job as JobSchema
 
 
-def tell_job(session: Session, row: Job) -> None:
-    """Say that a job's status or settings changed."""
-    data = show.show_job(session, row).model_dump(mode="json")
-    event_rows.announce(session, row.id, EventTopic.JOB, data)
-
-
-def tell_progress(session: Session, row: Job) -> None:
-    """Say how far a job is."""
+def job_snapshot(session: Session, row: Job) -> JobSchema:
+    """Return a job as it is now."""
     running_px = task_rows.running_px(session, [row.id]).get(row.id, 0.0)
-    data = {
-        "id": row.id,
-        "progress": show.progress(row, running_px),
-        "eta_s": show.eta_s(row, running_px),
-        "tasks": show.show_counts(row).model_dump(),
-        "frames_done": row.frames_done,
-        "cpu_s": row.cpu_s,
-    }
-    event_rows.announce(session, row.id, EventTopic.PROGRESS, data)
+    done_outputs = {output for _, output in task_rows.done_outputs(session, [row.id])}
+    return job_data(row, running_px=running_px, done_outputs=done_outputs)
 
 
-def tell_task(session: Session, row: Task) -> None:
-    """Say that a task moved, and what that means for its frame."""
-    tile = show.tile_of(row)
-    data = {
-        "job": row.job_id,
-        "id": task_id(row.job_id, row.sequence),
-        "kind": row.kind.value,
-        "status": row.status.value,
-        "frame": row.frame,
-        "tile": tile.model_dump() if tile else None,
-        "worker": row.worker,
-        "attempt_number": row.attempt_number,
-    }
-    event_rows.announce(session, row.job_id, EventTopic.TASK, data)
+def publish_job(session: Session, row: Job) -> None:
+    """Publish a job whose status or priority changed."""
+    _publish(session, row.id, JobEvent(data=job_snapshot(session, row)))
+
+
+def publish_removal(session: Session, job_id: str) -> None:
+    """Publish that a job was removed."""
+    _publish(session, job_id, JobEvent(data=JobRemoved(id=job_id)))
+
+
+def publish_progress(session: Session, row: Job) -> None:
+    """Publish the progress of a job."""
+    running_px = task_rows.running_px(session, [row.id]).get(row.id, 0.0)
+    _publish(session, row.id, ProgressEvent(data=progress_data(row, running_px=running_px)))
+
+
+def publish_task(session: Session, row: Task) -> None:
+    """Publish the new status of a task, and that of its frame if it changed too."""
+    _publish(session, row.job_id, TaskEvent(data=task_data(row)))
     status = _frame_status(session, row)
-    if status is not None:
-        frame = {"job": row.job_id, "frame": row.frame, "status": status.value}
-        event_rows.announce(session, row.job_id, EventTopic.FRAME, frame)
+    if status is not None and row.frame is not None:
+        publish_frame(session, row.job_id, row.frame, status)
+
+
+def publish_frame(session: Session, job_id: str, frame: int, status: FrameStatus) -> None:
+    """Publish the new status of a frame."""
+    _publish(session, job_id, FrameEvent(data=FrameChange(job=job_id, frame=frame, status=status)))
+
+
+def _publish(session: Session, job_id: str, event: StreamEvent) -> None:
+    event_rows.append(session, job_id, EventTopic(event.event), event.data.model_dump(mode="json"))
 
 
 def _frame_status(session: Session, row: Task) -> FrameStatus | None:
-    """Return where a task's frame stands now, if that is new by its move."""
+    """Return the status of a task's frame if the task may have changed it."""
     if row.frame is None:
         return None
     if row.status is TaskStatus.FAILED:
@@ -66,8 +65,7 @@ def _frame_status(session: Session, row: Task) -> FrameStatus | None:
     if row.status is TaskStatus.RUNNING and row.kind is TaskKind.RENDER:
         return FrameStatus.RENDERING
     if row.kind is TaskKind.RENDER and row.status in (TaskStatus.READY, TaskStatus.CANCELLED):
-        # Taken from its attempt: whether the frame has begun depends on its other tiles.
-        standing = task_rows.frames(session, row.job_id, [row.frame])
-        job = session.get_one(Job, row.job_id)
-        return frame_status({(kind, status) for _, kind, status, _ in standing}, job.status)
+        # The attempt lost the task. Whether the frame still counts as begun depends on its other tiles.
+        tasks = {(kind, status) for _, kind, status, _ in task_rows.frames(session, row.job_id, [row.frame])}
+        return frame_status(tasks, session.get_one(Job, row.job_id).status)
     return None

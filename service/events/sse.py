@@ -1,4 +1,4 @@
-"""What one listener hears: everything after a position, in order, as it happens."""
+"""The stream of server-sent events: all events after a position, in order, as they happen."""
 
 from __future__ import annotations
 
@@ -10,56 +10,56 @@ from typing import Any
 
 from starlette.concurrency import run_in_threadpool
 
-from service.api.presenters import show_job
 from service.db import events as event_rows
 from service.db import jobs as job_rows
 from service.db.engine import Database
 from service.db.tables import EventTopic
-from service.events.wakeup import Bell
+from service.events.publish import job_snapshot
+from service.events.wakeup import Wakeup
 
-LOOK_S = 1.0
-"""How often a stream looks by itself, for what another process wrote."""
+POLL_S = 1.0
+"""The interval at which a stream polls the database, because another process may have written to it."""
 BATCH = 500
 GATHER_S = 0.05
-"""How long a stream waits after the bell, so that a burst is one query."""
+"""The time that a stream waits after a wakeup, so that one query reads a burst of events."""
 
 
-async def listen(
+async def stream_events(
     database: Database,
-    bell: Bell,
+    wakeup: Wakeup,
     *,
     job_id: str | None,
     position: int | None,
     keepalive_s: float,
-    may_listen: Callable[[], bool] = lambda: True,
+    is_authorized: Callable[[], bool] = lambda: True,
 ) -> AsyncIterator[bytes]:
-    """Yield server-sent events; without a position, first how the job stands and then what is new.
+    """Yield server-sent events; without a position, first the present state of the job and then new events.
 
-    `may_listen` is asked every `keepalive_s`, also when there is much to say; who no longer may hears no more.
+    `is_authorized` is called every `keepalive_s`, also while there are many events; the stream ends when it is False.
     """
     reached: int = position or 0
     if position is None:
         reached, first = await run_in_threadpool(_beginning, database, job_id)
         yield first
-    said_s = asked_s = time.monotonic()
-    with bell.in_stream() as woken:
-        while not bell.closed:
+    sent_s = checked_s = time.monotonic()
+    with wakeup.for_stream() as woken:
+        while not wakeup.closed:
             woken.clear()
-            if time.monotonic() - asked_s >= keepalive_s:
-                asked_s = time.monotonic()
-                if not await run_in_threadpool(may_listen):
+            if time.monotonic() - checked_s >= keepalive_s:
+                checked_s = time.monotonic()
+                if not await run_in_threadpool(is_authorized):
                     return
             events = await run_in_threadpool(_after, database, reached, job_id)
             for identifier, topic, data in events:
                 yield encode(identifier, topic, data)
                 reached = identifier
             if events:
-                said_s = time.monotonic()
-            elif time.monotonic() - said_s >= keepalive_s:
-                said_s = time.monotonic()
+                sent_s = time.monotonic()
+            elif time.monotonic() - sent_s >= keepalive_s:
+                sent_s = time.monotonic()
                 yield b": alive\n\n"
             if len(events) < BATCH:
-                await _wait(woken, min(LOOK_S, keepalive_s))
+                await _wait(woken, min(POLL_S, keepalive_s))
 
 
 def encode(identifier: int, topic: str, data: dict[str, Any]) -> bytes:
@@ -81,13 +81,13 @@ async def _wait(woken: asyncio.Event, seconds: float) -> None:
 
 
 def _beginning(database: Database, job_id: str | None) -> tuple[int, bytes]:
-    # Position and summary from one transaction: nothing falls between them, and nothing comes twice.
+    # Position and job come from one transaction, so that no event is lost or sent twice.
     with database.reading() as session:
         position = event_rows.newest(session)
         row = job_rows.job(session, job_id) if job_id is not None else None
         if row is None:
             return position, f"id: {position}\n: here\n\n".encode()
-        return position, encode(position, EventTopic.JOB.value, show_job(session, row).model_dump(mode="json"))
+        return position, encode(position, EventTopic.JOB.value, job_snapshot(session, row).model_dump(mode="json"))
 
 
 def _after(database: Database, position: int, job_id: str | None) -> list[tuple[int, str, dict[str, Any]]]:

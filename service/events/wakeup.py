@@ -1,6 +1,6 @@
-"""Wakes the clerk's threads and the listeners' streams when something was written.
+"""Wakes the threads of the coordinator and the event streams after a change.
 
-Nothing depends on it: all of them also look by themselves.
+It only shortens the wait. All of them also poll, so nothing depends on it.
 """
 
 from __future__ import annotations
@@ -11,18 +11,18 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 
-class Bell:
-    """Rings in threads and event loops."""
+class Wakeup:
+    """A signal to threads and event loops."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._threads: set[threading.Event] = set()
         self._streams: set[tuple[asyncio.AbstractEventLoop, asyncio.Event]] = set()
         self.closed = False
-        """Whether streams should end."""
+        """Whether the streams must end."""
 
-    def ring(self) -> None:
-        """Wake everyone."""
+    def notify(self) -> None:
+        """Wake all waiting threads and streams."""
         with self._lock:
             threads, streams = list(self._threads), list(self._streams)
         for waiter in threads:
@@ -32,13 +32,13 @@ class Bell:
                 loop.call_soon_threadsafe(woken.set)
 
     def close(self) -> None:
-        """Ask every stream to end."""
+        """Request that every stream ends."""
         self.closed = True
-        self.ring()
+        self.notify()
 
     @contextmanager
-    def in_thread(self) -> Iterator[threading.Event]:
-        """Lend an event that rings set."""
+    def for_thread(self) -> Iterator[threading.Event]:
+        """Provide an event that `notify` sets, for a thread."""
         waiter = threading.Event()
         with self._lock:
             self._threads.add(waiter)
@@ -49,8 +49,8 @@ class Bell:
                 self._threads.discard(waiter)
 
     @contextmanager
-    def in_stream(self) -> Iterator[asyncio.Event]:
-        """Lend an event of the running loop that rings set."""
+    def for_stream(self) -> Iterator[asyncio.Event]:
+        """Provide an event that `notify` sets, for a coroutine of the running loop."""
         entry = (asyncio.get_running_loop(), asyncio.Event())
         with self._lock:
             self._streams.add(entry)

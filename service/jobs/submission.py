@@ -1,4 +1,4 @@
-"""A job file becomes a job: checked, stored for workers, then remembered."""
+"""Submission: a job file is checked and stored as a job."""
 
 from __future__ import annotations
 
@@ -17,51 +17,54 @@ from lippmann.job.states import JobStatus
 from lippmann.optics.rig.check import check_job
 from lippmann.plan import artifact_names as names
 from lippmann.plan.tasks import probe_task
-from service.api import presenters as show
 from service.auth import Caller
 from service.db import access as access_rows
 from service.db import jobs as job_rows
 from service.db.engine import Database
 from service.db.tables import IdempotencyKey, Job
 from service.errors import IdempotencyMismatch, NotFound
-from service.events.publish import tell_job
+from service.events.publish import publish_job
 from service.ids import new_job_id
 from service.jobs.planner import insert_tasks
 from service.ports import Parts
 from service.scenes import find_scene
-from service.schemas import job as schema
 
 
 def submit_job(
     database: Database, parts: Parts, caller: Caller, body: Any, *, idempotency_key: str | None, now_s: float
-) -> tuple[schema.Job, bool]:
-    """Make a job of a job file, and return it and whether it is new.
+) -> tuple[Job, bool]:
+    """Store a job file as a job.
+
+    Returns
+    -------
+    tuple[Job, bool]
+        The row of the job, and whether it is new; an idempotent replay returns the job submitted earlier.
 
     Raises
     ------
     SpecError
-        Naming every field that cannot be.
+        If the job is invalid. The error names every field at fault.
     IdempotencyMismatch
-        If the key was used for another job file.
+        If the key was used with another job file.
     StoreFull, StoreUnavailable
-        Nothing is remembered then.
+        If the job cannot be stored. Then no row is written.
     """
     spec = parse_spec(body)
     fingerprint = hashlib.sha256(json.dumps(body, sort_keys=True).encode()).hexdigest()
     with database.reading() as session:
         known = _known(session, caller, idempotency_key, fingerprint)
         if known is not None:
-            return show.show_job(session, known), False
-        sheet = resolved(session, spec, new_job_id(now_s))
+            return known, False
+        sheet = resolve(session, spec, new_job_id(now_s))
     notes = (*current_job(body)[1], *check_job(sheet))
-    # The artifact first, the row last: a crash in between leaves a file nobody asks for, never a job without one.
+    # The artifact is written before the row, so that a crash in between leaves an unused file and no job without one.
     data = sheet.model_dump_json(indent=2).encode()
     parts.store.put_bytes(names.job_artifact(sheet.job_id, names.JOB_SHEET), data)
     with database.writing() as session:
         known = _known(session, caller, idempotency_key, fingerprint)
         if known is not None:
-            return show.show_job(session, known), False
-        row = _remember(session, sheet, caller, list(notes), now_s)
+            return known, False
+        row = _insert(session, sheet, caller, list(notes), now_s)
         if idempotency_key is not None:
             session.merge(
                 IdempotencyKey(
@@ -72,24 +75,24 @@ def submit_job(
                     created_s=now_s,
                 )
             )
-        return show.show_job(session, row), True
+        return row, True
 
 
 def _known(session: Session, caller: Caller, key: str | None, fingerprint: str) -> Job | None:
     used = access_rows.idempotency(session, caller.key_id, key) if key is not None else None
     row = job_rows.job(session, used.job_id) if used is not None else None
     if used is not None and row is not None and used.fingerprint != fingerprint:
-        raise IdempotencyMismatch(f"Idempotency-Key {key!r} was used for job {row.id}, which asked for something else")
+        raise IdempotencyMismatch(f"Idempotency-Key {key!r} was used for job {row.id}, which had another job file")
     return row
 
 
-def resolved(session: Session, spec: JobSpec, job_id: str) -> JobSheet:
-    """Return a job with its scene looked up.
+def resolve(session: Session, spec: JobSpec, job_id: str) -> JobSheet:
+    """Return a job together with its scene.
 
     Raises
     ------
     SpecError
-        If there is no such scene, or it does not take what the job says.
+        If the scene does not exist, or does not accept the parameters of the job.
     """
     try:
         scene = find_scene(session, spec.scene)
@@ -99,7 +102,7 @@ def resolved(session: Session, spec: JobSpec, job_id: str) -> JobSheet:
     return JobSheet.of(job_id, spec, SceneCard.model_validate(scene.card), bundle=scene.digest)
 
 
-def _remember(session: Session, sheet: JobSheet, caller: Caller, notes: list[str], now_s: float) -> Job:
+def _insert(session: Session, sheet: JobSheet, caller: Caller, notes: list[str], now_s: float) -> Job:
     spec = sheet.spec
     row = Job(
         id=sheet.job_id,
@@ -117,5 +120,5 @@ def _remember(session: Session, sheet: JobSheet, caller: Caller, notes: list[str
     session.flush()
     insert_tasks(session, row.id, [probe_task()])
     session.refresh(row)
-    tell_job(session, row)
+    publish_job(session, row)
     return row

@@ -1,16 +1,16 @@
-"""HTTP only: parse, call jobs, shape the answer.
+"""HTTP only: each route parses a request, calls the rules, and presents the result.
 
-health     how the farm is; who works
-scenes     scenes that jobs can ask for
-design     what a job will give
-jobs       submit, list, show, move, remove
-tasks      tasks and their logs; frames
-looks      what can be seen of a frame
-artifacts  files, whole and in part
-events     what happens, as it happens
-workers    who is there
-keys       keys and login links
-login      browsers come in and go out
-middleware names of requests, and a limit to their size
-problems   every error becomes a problem
+health      the health of the farm
+workers     the workers that are online
+scenes      the scenes that jobs can use
+design      the design of a job file
+jobs        submit, list, get, change, cancel, pause, resume, retry and remove jobs
+tasks       tasks, their logs, and frames
+viewing     views of a frame on demand
+artifacts   files of a job, whole and in part
+events      the stream of server-sent events
+keys        keys and login links
+login       login and logout of browsers
+middleware  request ids, and the limit of the request size
+problems    errors as problem details
 """

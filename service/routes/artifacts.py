@@ -5,78 +5,81 @@ from __future__ import annotations
 from typing import Annotated, Any, Literal
 
 import anyio
-from fastapi import APIRouter, Header, Query, Request
+from fastapi import APIRouter, Header, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from lippmann.errors import FieldProblem
 from service.api import artifact_files as artifacts
 from service.api.artifact_files import File
-from service.dependencies import CursorQuery, House, HouseDep, LimitQuery, ViewerDep
+from service.dependencies import AppState, AppStateDep, CursorQuery, LimitQuery, ViewerDep
 from service.errors import Invalid
 from service.jobs.state_machine import find_job
+from service.routes.jobs import JobId
 from service.schemas.artifact import ArtifactPage
 
 router = APIRouter(prefix="/jobs/{job_id}/artifacts", tags=["artifacts"])
 
 CONVERSIONS = anyio.CapacityLimiter(2)
-"""Pictures converted at once: each takes a core and a few times its size in memory."""
+"""The number of concurrent conversions. Each takes a core and several times its size in memory."""
 _Responses = dict[int | str, dict[str, Any]]
-_FILE: _Responses = {200: {"content": {"application/octet-stream": {}}}, 206: {"description": "The range asked for."}}
+_FILE: _Responses = {200: {"content": {"application/octet-stream": {}}}, 206: {"description": "The requested range."}}
 
 
 @router.get("")
 def list_artifacts(
-    job_id: str,
-    house: HouseDep,
+    job_id: JobId,
+    state: AppStateDep,
     _caller: ViewerDep,
-    prefix: Annotated[str, Query(max_length=200, description="Such as `integral/`.")] = "",
+    prefix: Annotated[
+        str, Query(max_length=200, description="List only files below this folder, such as `integral/`.")
+    ] = "",
     limit: LimitQuery = 100,
     cursor: CursorQuery = None,
 ) -> ArtifactPage:
-    """List files of a job by name."""
-    _check(house, job_id)
-    return artifacts.page_artifacts(house.parts.store, job_id, prefix=prefix, cursor=cursor, limit=limit)
+    """List the files of a job, sorted by name."""
+    _check(state, job_id)
+    return artifacts.page_artifacts(state.parts.store, job_id, prefix=prefix, cursor=cursor, limit=limit)
 
 
 @router.get("/{name:path}", response_class=StreamingResponse, responses=_FILE)
 @router.head("/{name:path}", response_class=Response, include_in_schema=False)
-async def fetch_artifact(
-    job_id: str,
-    name: str,
+async def get_artifact(
+    job_id: JobId,
+    name: Annotated[str, Path(description="The name of the file within the job, such as `integral/0001.exr`.")],
     request: Request,
-    house: HouseDep,
+    state: AppStateDep,
     _caller: ViewerDep,
-    as_format: Annotated[Literal["png"] | None, Query(alias="format", description="Convert an EXR.")] = None,
-    bits: Annotated[Literal["8", "16"], Query(description="Of a PNG.")] = "8",
+    as_format: Annotated[Literal["png"] | None, Query(alias="format", description="Convert an EXR to PNG.")] = None,
+    bits: Annotated[Literal["8", "16"], Query(description="The bit depth of the PNG.")] = "8",
     if_none_match: Annotated[str | None, Header(include_in_schema=False)] = None,
     if_range: Annotated[str | None, Header(include_in_schema=False)] = None,
     byte_range: Annotated[str | None, Header(alias="Range", include_in_schema=False)] = None,
 ) -> Response:
-    """Fetch a file: strong ETag, If-None-Match, Range, If-Range.
+    """Get a file, with a strong ETag, If-None-Match, Range and If-Range.
 
-    `format=png` converts an EXR; nobody knows how long the PNG is before it is made, so HEAD says no Content-Length.
+    `format=png` converts an EXR. The size of the PNG is not known in advance, so HEAD sends no Content-Length for it.
     """
-    file = await anyio.to_thread.run_sync(_find, house, job_id, name)
+    file = await anyio.to_thread.run_sync(_find, state, job_id, name)
     if as_format == "png":
-        return await _picture(house, job_id, file, int(bits), request.method, if_none_match)
+        return await _converted(state, job_id, file, int(bits), request.method, if_none_match)
     if artifacts.is_fresh(if_none_match, file.etag):
         return Response(status_code=304, headers=_headers(job_id, file.name, file.etag))
     wanted = byte_range if if_range in (None, file.etag) else None
-    return _stream(house, job_id, file, artifacts.parse_range(wanted, file.size), request.method)
+    return _stream(state, job_id, file, artifacts.parse_range(wanted, file.size), request.method)
 
 
-def _check(house: House, job_id: str) -> None:
-    # Given back at once: a slow store holds no connection.
-    with house.database.reading() as session:
+def _check(state: AppState, job_id: str) -> None:
+    # The session is closed before the store is read: a slow store holds no connection.
+    with state.database.reading() as session:
         find_job(session, job_id)
 
 
-def _find(house: House, job_id: str, name: str) -> File:
-    _check(house, job_id)
-    return artifacts.find_file(house.parts.store, job_id, name)
+def _find(state: AppState, job_id: str, name: str) -> File:
+    _check(state, job_id)
+    return artifacts.find_file(state.parts.store, job_id, name)
 
 
-def _stream(house: House, job_id: str, file: File, part: tuple[int, int] | None, method: str) -> Response:
+def _stream(state: AppState, job_id: str, file: File, part: tuple[int, int] | None, method: str) -> Response:
     start, stop = part or (0, file.size)
     headers = _headers(job_id, file.name, file.etag) | {"Content-Length": str(stop - start), "Accept-Ranges": "bytes"}
     if part is not None:
@@ -84,30 +87,30 @@ def _stream(house: House, job_id: str, file: File, part: tuple[int, int] | None,
     status, kind = (200 if part is None else 206), artifacts.media_type(file.name)
     if method == "HEAD":
         return Response(status_code=status, headers=headers, media_type=kind)
-    chunks = house.parts.store.read_range(file.full_name, start, stop)
+    chunks = state.parts.store.read_range(file.full_name, start, stop)
     return StreamingResponse(chunks, status_code=status, headers=headers, media_type=kind)
 
 
-async def _picture(
-    house: House, job_id: str, file: File, bits: int, method: str, if_none_match: str | None
+async def _converted(
+    state: AppState, job_id: str, file: File, bits: int, method: str, if_none_match: str | None
 ) -> Response:
     if not file.name.endswith(".exr"):
-        problem = FieldProblem(field="format", expected="nothing but for EXR files", got=f"png of {file.name}")
+        problem = FieldProblem(field="format", expected="no format, except for EXR files", got=f"png of {file.name}")
         raise Invalid(str(problem), problems=[problem])
     etag = f'{file.etag[:-1]}-png{bits}"'
     headers = _headers(job_id, file.name.removesuffix(".exr") + ".png", etag)
     if artifacts.is_fresh(if_none_match, etag):
         return Response(status_code=304, headers=headers)
     if method == "HEAD":
-        # A plain Response would say that the picture has 0 bytes.
+        # A plain Response would send a Content-Length of 0.
         return StreamingResponse(iter(()), headers=headers, media_type="image/png")
-    data = await anyio.to_thread.run_sync(_convert, house, file, bits, limiter=CONVERSIONS)
+    data = await anyio.to_thread.run_sync(_convert, state, file, bits, limiter=CONVERSIONS)
     return Response(data, headers=headers, media_type="image/png")
 
 
-def _convert(house: House, file: File, bits: int) -> bytes:
-    with house.parts.store.local_path(file.full_name) as path:
-        return house.parts.pictures.png(path, bits=bits)
+def _convert(state: AppState, file: File, bits: int) -> bytes:
+    with state.parts.store.local_path(file.full_name) as path:
+        return state.parts.pictures.png(path, bits=bits)
 
 
 def _headers(job_id: str, name: str, etag: str) -> dict[str, str]:

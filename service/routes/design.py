@@ -1,4 +1,4 @@
-"""Tell what a job will give."""
+"""The design of a job file."""
 
 from __future__ import annotations
 
@@ -7,8 +7,8 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Body, Header, Query, Response
 from fastapi.responses import JSONResponse
 
-from service.dependencies import HouseDep, ViewerDep
-from service.jobs.design import design_job, draw_job
+from service.api.design import design_job, draw_job
+from service.dependencies import AppStateDep, ViewerDep
 from service.routes.jobs import JOB_FILE
 from service.schemas.design import Design
 
@@ -19,16 +19,18 @@ router = APIRouter(prefix="/design", tags=["design"])
 
 
 @router.post("", response_model=Design, openapi_extra=JOB_FILE, responses={200: DRAWING})
-def design(
-    house: HouseDep,
+def compute_design(
+    state: AppStateDep,
     _caller: ViewerDep,
     body: Annotated[Any, Body()],
-    frame: Annotated[int | None, Query(ge=1, le=999_999, description="The job's first one when not said.")] = None,
+    frame: Annotated[
+        int | None, Query(ge=1, le=999_999, description="The number of the frame, by default the first of the job.")
+    ] = None,
     accept: Annotated[str, Header(include_in_schema=False)] = "",
 ) -> Response:
-    """Tell what a job file will give: numbers as JSON, or with `Accept: image/svg+xml` a drawing; nothing is kept."""
+    """Compute the design of a job file without storing it: JSON, or a drawing with `Accept: image/svg+xml`."""
     headers = {"Vary": "Accept", "Cache-Control": "no-store", "X-Content-Type-Options": "nosniff"}
     if SVG in accept:
-        return Response(draw_job(house.database, body, frame=frame), media_type=SVG, headers=headers)
-    found = design_job(house.database, body, frame=frame)
+        return Response(draw_job(state.database, body, frame=frame), media_type=SVG, headers=headers)
+    found = design_job(state.database, body, frame=frame)
     return JSONResponse(found.model_dump(mode="json"), headers=headers)

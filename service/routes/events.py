@@ -1,4 +1,4 @@
-"""What happens, as it happens: server-sent events."""
+"""The stream of server-sent events."""
 
 from __future__ import annotations
 
@@ -9,58 +9,72 @@ from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
 
 from service.api.listings import number_in
-from service.auth import Caller, is_good
-from service.dependencies import House, HouseDep, ViewerDep
-from service.events.sse import listen
+from service.auth import Caller, is_valid
+from service.dependencies import AppState, AppStateDep, ViewerDep
+from service.events.sse import stream_events
 from service.jobs.state_machine import find_job
+from service.routes.jobs import JobId
+from service.schemas.events import StreamMessage
 
 router = APIRouter(tags=["events"])
 
+
+class EventStream(StreamingResponse):
+    """A stream of server-sent events."""
+
+    media_type = "text/event-stream"
+
+
 _Responses = dict[int | str, dict[str, Any]]
-_STREAM: _Responses = {200: {"content": {"text/event-stream": {}}, "description": "job, task, frame, progress."}}
-LastEventId = Annotated[str | None, Header(alias="Last-Event-ID", description="Go on after this event.")]
+_STREAM: _Responses = {200: {"model": StreamMessage, "description": "The schema describes one event of the stream."}}
+LastEventId = Annotated[
+    str | None,
+    Header(
+        alias="Last-Event-ID",
+        description="Send the events after this one; without it, first the present state of the job, then new events.",
+    ),
+]
 
 
-@router.get("/events", response_class=StreamingResponse, responses=_STREAM)
-async def listen_to_farm(
-    house: HouseDep,
+@router.get("/events", response_class=EventStream, responses=_STREAM)
+async def subscribe_to_farm(
+    state: AppStateDep,
     caller: ViewerDep,
-    job: Annotated[str | None, Query(description="Only of this job.")] = None,
+    job: Annotated[str | None, Query(description="Send only the events of this job.")] = None,
     last_event_id: LastEventId = None,
-) -> StreamingResponse:
-    """Listen to everything, or to one job."""
-    return await _listen(house, caller, job, last_event_id)
+) -> EventStream:
+    """Subscribe to the events of all jobs or of one."""
+    return await _subscribe(state, caller, job, last_event_id)
 
 
-@router.get("/jobs/{job_id}/events", response_class=StreamingResponse, responses=_STREAM)
-async def listen_to_job(
-    job_id: str, house: HouseDep, caller: ViewerDep, last_event_id: LastEventId = None
-) -> StreamingResponse:
-    """Listen to one job."""
-    return await _listen(house, caller, job_id, last_event_id)
+@router.get("/jobs/{job_id}/events", response_class=EventStream, responses=_STREAM)
+async def subscribe_to_job(
+    job_id: JobId, state: AppStateDep, caller: ViewerDep, last_event_id: LastEventId = None
+) -> EventStream:
+    """Subscribe to the events of one job."""
+    return await _subscribe(state, caller, job_id, last_event_id)
 
 
-async def _listen(house: House, caller: Caller, job_id: str | None, last_event_id: str | None) -> StreamingResponse:
+async def _subscribe(state: AppState, caller: Caller, job_id: str | None, last_event_id: str | None) -> EventStream:
     if job_id is not None:
-        await run_in_threadpool(_check, house, job_id)
+        await run_in_threadpool(_check_job, state, job_id)
     position = number_in(last_event_id) if last_event_id else None
-    events = listen(
-        house.database,
-        house.bell,
+    events = stream_events(
+        state.database,
+        state.wakeup,
         job_id=job_id,
         position=position,
-        keepalive_s=house.settings.keepalive_s,
-        may_listen=lambda: _is_good(house, caller),
+        keepalive_s=state.settings.keepalive_s,
+        is_authorized=lambda: _is_authorized(state, caller),
     )
-    headers = {"Cache-Control": "no-store", "X-Accel-Buffering": "no"}
-    return StreamingResponse(events, media_type="text/event-stream", headers=headers)
+    return EventStream(events, headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"})
 
 
-def _is_good(house: House, caller: Caller) -> bool:
-    with house.database.reading() as session:
-        return is_good(session, caller, now_s=house.now_s())
+def _is_authorized(state: AppState, caller: Caller) -> bool:
+    with state.database.reading() as session:
+        return is_valid(session, caller, now_s=state.now_s())
 
 
-def _check(house: House, job_id: str) -> None:
-    with house.database.reading() as session:
+def _check_job(state: AppState, job_id: str) -> None:
+    with state.database.reading() as session:
         find_job(session, job_id)

@@ -1,4 +1,4 @@
-"""How the farm is."""
+"""The health of the farm."""
 
 from __future__ import annotations
 
@@ -6,23 +6,23 @@ from typing import Annotated
 
 from fastapi import APIRouter, Cookie, Header, Request
 
-from service.dependencies import HouseDep, get_caller_or_none
+from service.dependencies import AppStateDep, get_caller_or_none
 from service.schemas.farm import Health
 
 router = APIRouter(tags=["farm"])
 
 
 @router.get("/health")
-async def show_health(
+async def get_health(
     request: Request,
-    house: HouseDep,
+    state: AppStateDep,
     authorization: Annotated[str | None, Header(include_in_schema=False)] = None,
     lippmann_session: Annotated[str | None, Cookie(include_in_schema=False)] = None,
 ) -> Health:
-    """Say how the farm is; needs no key, says a little more with one, and answers within a second."""
+    """Get the health of the farm within a second. No key is needed; with a key the answer names the leader."""
 
     def is_known() -> bool:
-        # Asked with the other questions and not as a dependency: a database that hangs must not delay the answer.
-        return get_caller_or_none(request, house, authorization, None, lippmann_session) is not None
+        # This runs with the other checks and not as a dependency, so that a database that hangs delays no answer.
+        return get_caller_or_none(request, state, authorization, None, lippmann_session) is not None
 
-    return await house.checks.health(now_s=house.now_s(), is_known=is_known)
+    return await state.checks.health(now_s=state.now_s(), is_known=is_known)

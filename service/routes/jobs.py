@@ -1,54 +1,60 @@
-"""Submit, list, show, move and remove jobs."""
+"""Submit, list, get, change and remove jobs."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Header, Response
+from fastapi import APIRouter, Body, Header, Path, Query, Response
+from sqlalchemy.orm import Session
 
 from lippmann.job.states import JobStatus
-from service.api import listings as browse
-from service.api import presenters as show
-from service.dependencies import CursorQuery, HouseDep, LimitQuery, SessionDep, SubmitterDep, ViewerDep
-from service.jobs.artifact_repair import mend_job
-from service.jobs.cancel import cancel_job
-from service.jobs.pause import pause_job, resume_job
-from service.jobs.prioritise import prioritise_job
-from service.jobs.remove import remove_job
-from service.jobs.retry import retry_job
+from service.api import listings
+from service.api.presenters import present_job
+from service.db.tables import Job as JobRow
+from service.dependencies import AppState, AppStateDep, CursorQuery, LimitQuery, SessionDep, SubmitterDep, ViewerDep
+from service.jobs.artifact_repair import repair_artifacts
+from service.jobs.commands import cancel_job, pause_job, prioritise_job, remove_job, resume_job, retry_job
 from service.jobs.state_machine import find_job
 from service.jobs.submission import submit_job
 from service.schemas.job import Job, JobChange, JobPage
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
 
-# The body is checked by lippmann.job.spec, the one door for job files; the contract says its form.
+# The body is parsed by lippmann.job.spec, which alone checks job files; the contract only describes its schema.
 JOB_FILE: dict[str, Any] = {
     "requestBody": {
         "required": True,
         "content": {"application/json": {"schema": {"$ref": "#/components/schemas/JobSpec"}}},
     }
 }
+_REPLAY = {200: {"model": Job, "description": "Idempotent replay: the job submitted earlier with this key."}}
+_CONFLICT: dict[int | str, dict[str, Any]] = {409: {"description": "The action is not allowed in this status."}}
+
+JobId = Annotated[str, Path(description="The id of the job.")]
 
 
-@router.post(
-    "", status_code=201, openapi_extra=JOB_FILE, responses={200: {"model": Job, "description": "Said before."}}
-)
-def submit(
-    house: HouseDep,
+@router.post("", status_code=201, openapi_extra=JOB_FILE, responses=_REPLAY)  # type: ignore[arg-type]
+def submit_job_file(
+    state: AppStateDep,
     caller: SubmitterDep,
     body: Annotated[Any, Body()],
     response: Response,
-    idempotency_key: Annotated[str | None, Header(min_length=1, max_length=200)] = None,
-) -> Job:
-    """Submit a job file."""
-    job, is_new = submit_job(
-        house.database, house.parts, caller, body, idempotency_key=idempotency_key, now_s=house.now_s()
+    idempotency_key: Annotated[
+        str | None,
+        Header(min_length=1, max_length=200, description="A key chosen by the client. A repeated request with the same "
+               "key and job file returns the job that was submitted first."),
+    ] = None,
+) -> Job:  # fmt: skip
+    """Submit a job file. The job is stored and runs as soon as workers are free."""
+    row, is_new = submit_job(
+        state.database, state.parts, caller, body, idempotency_key=idempotency_key, now_s=state.now_s()
     )
-    house.bell.ring()
+    state.wakeup.notify()
     response.status_code = 201 if is_new else 200
-    response.headers["Location"] = f"/api/v1/jobs/{job.id}"
-    return job
+    response.headers["Location"] = f"/api/v1/jobs/{row.id}"
+    with state.database.reading() as session:
+        return present_job(session, row)
 
 
 @router.get("")
@@ -57,69 +63,61 @@ def list_jobs(
     _caller: ViewerDep,
     limit: LimitQuery = 50,
     cursor: CursorQuery = None,
-    status: JobStatus | None = None,
+    status: Annotated[JobStatus | None, Query(description="List only jobs with this status.")] = None,
 ) -> JobPage:
     """List jobs, newest first."""
-    return browse.page_jobs(session, status=status, cursor=cursor, limit=limit)
+    return listings.page_jobs(session, status=status, cursor=cursor, limit=limit)
 
 
 @router.get("/{job_id}")
-def show_job(job_id: str, session: SessionDep, _caller: ViewerDep) -> Job:
-    """Show a job."""
-    return show.show_job(session, find_job(session, job_id))
+def get_job(job_id: JobId, session: SessionDep, _caller: ViewerDep) -> Job:
+    """Get a job."""
+    return present_job(session, find_job(session, job_id))
 
 
-@router.patch("/{job_id}")
-def change_job(job_id: str, change: JobChange, house: HouseDep, _caller: SubmitterDep) -> Job:
-    """Change a job's priority."""
-    with house.database.writing() as session:
-        job = show.show_job(session, prioritise_job(session, job_id, change.priority))
-    house.bell.ring()
-    return job
+@router.patch("/{job_id}", responses=_CONFLICT)
+def change_job(job_id: JobId, change: JobChange, state: AppStateDep, _caller: SubmitterDep) -> Job:
+    """Change the priority of a job."""
+    return _command(state, lambda session: prioritise_job(session, job_id, change.priority))
 
 
-@router.post("/{job_id}/cancel")
-def cancel(job_id: str, house: HouseDep, _caller: SubmitterDep) -> Job:
-    """End a job."""
-    with house.database.writing() as session:
-        job = show.show_job(session, cancel_job(session, job_id, now_s=house.now_s()))
-    house.bell.ring()
-    return job
+@router.post("/{job_id}/cancel", responses=_CONFLICT)
+def cancel(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
+    """Cancel a job. Running tasks are stopped; finished frames and outputs stay."""
+    return _command(state, lambda session: cancel_job(session, job_id, now_s=state.now_s()))
 
 
-@router.post("/{job_id}/pause")
-def pause(job_id: str, house: HouseDep, _caller: SubmitterDep) -> Job:
-    """Let a job rest: nothing new goes out, what runs ends."""
-    with house.database.writing() as session:
-        job = show.show_job(session, pause_job(session, job_id, now_s=house.now_s()))
-    house.bell.ring()
-    return job
+@router.post("/{job_id}/pause", responses=_CONFLICT)
+def pause(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
+    """Pause a job. No further tasks are dispatched; running tasks finish."""
+    return _command(state, lambda session: pause_job(session, job_id, now_s=state.now_s()))
 
 
-@router.post("/{job_id}/resume")
-def resume(job_id: str, house: HouseDep, _caller: SubmitterDep) -> Job:
-    """Let a paused job go on."""
-    share = house.settings.failed_share
-    with house.database.writing() as session:
-        job = show.show_job(session, resume_job(session, job_id, now_s=house.now_s(), failed_share=share))
-    house.bell.ring()
-    return job
+@router.post("/{job_id}/resume", responses=_CONFLICT)
+def resume(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
+    """Resume a paused job."""
+    share = state.settings.failed_share
+    return _command(state, lambda session: resume_job(session, job_id, now_s=state.now_s(), failed_share=share))
 
 
-@router.post("/{job_id}/retry")
-def retry(job_id: str, house: HouseDep, _caller: SubmitterDep) -> Job:
-    """Let a failed or cancelled job go on with what is not done, and with what can no longer be read."""
-    share = house.settings.failed_share
-    mend_job(house.database, house.parts.store, job_id)
-    with house.database.writing() as session:
-        job = show.show_job(session, retry_job(session, job_id, now_s=house.now_s(), failed_share=share))
-    house.bell.ring()
-    return job
+@router.post("/{job_id}/retry", responses=_CONFLICT)
+def retry(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
+    """Retry a failed or cancelled job. Tasks that are not done run again, and so do those with unreadable artifacts."""
+    share = state.settings.failed_share
+    repair_artifacts(state.database, state.parts.store, job_id)
+    return _command(state, lambda session: retry_job(session, job_id, now_s=state.now_s(), failed_share=share))
 
 
-@router.delete("/{job_id}", status_code=204)
-def remove(job_id: str, house: HouseDep, _caller: SubmitterDep) -> None:
-    """Forget an ended job and its artifacts."""
-    with house.database.writing() as session:
+@router.delete("/{job_id}", status_code=204, responses=_CONFLICT)
+def remove(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> None:
+    """Remove an ended job and its artifacts."""
+    with state.database.writing() as session:
         remove_job(session, job_id)
-    house.bell.ring()
+    state.wakeup.notify()
+
+
+def _command(state: AppState, run: Callable[[Session], JobRow]) -> Job:
+    with state.database.writing() as session:
+        job = present_job(session, run(session))
+    state.wakeup.notify()
+    return job

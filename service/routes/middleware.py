@@ -1,4 +1,4 @@
-"""Around every request: a name for it, and a limit to its size."""
+"""The middleware of all requests: request ids, and the limit of the request size."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from service.errors import TooLarge
 
 TEXT_LIMIT_BYTES = 2_000_000
-"""The largest request that is not an upload: the longest job file is far smaller."""
+"""The largest request that is not an upload. The longest valid job file is far smaller."""
 _UPLOAD_PATH = "/api/v1/scenes"
 _UPLOAD_TYPE = b"multipart/form-data"
 _REQUEST_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
 
 
 class RequestId:
-    """Names every request, by the caller's `X-Request-Id` if it sends one, and says the name in the answer."""
+    """Gives every request an id: the caller's `X-Request-Id` or a random one. The response carries it too."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app
@@ -31,16 +31,16 @@ class RequestId:
         name = given if _REQUEST_ID.fullmatch(given) else secrets.token_hex(8).encode()
         scope.setdefault("state", {})["request_id"] = name.decode()
 
-        async def say(message: Message) -> None:
+        async def send_with_id(message: Message) -> None:
             if message["type"] == "http.response.start":
                 message["headers"] = [*message["headers"], (b"x-request-id", name)]
             await send(message)
 
-        await self._app(scope, receive, say)
+        await self._app(scope, receive, send_with_id)
 
 
 class BodyLimit:
-    """Refuses requests that are too large, however they say or do not say how large they are."""
+    """Refuses requests that are too large. The received bytes count, not the Content-Length."""
 
     def __init__(self, app: ASGIApp, *, limit_bytes: int) -> None:
         self._app = app
@@ -62,7 +62,7 @@ class BodyLimit:
         await self._app(scope, count if scope["type"] == "http" else receive, send)
 
     def _limit_of(self, scope: Scope) -> int:
-        # The one upload is read by its route, into a file and only for who may; everything else goes through memory.
+        # Only the upload of a scene is read by its route, into a file and after authentication; all others use memory.
         kind = dict(scope.get("headers", ())).get(b"content-type", b"").lower()
         is_upload = (
             scope.get("method") == "POST" and scope.get("path") == _UPLOAD_PATH and kind.startswith(_UPLOAD_TYPE)

@@ -1,4 +1,4 @@
-"""Every error becomes a problem (RFC 9457), by one handler and one table."""
+"""Errors become problem details (RFC 9457), by one handler and one table."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ log = structlog.get_logger("service.problems")
 
 
 def install(app: FastAPI) -> None:
-    """Let every error of an application become a problem."""
+    """Install the handler of all errors of an application."""
     ours = (ServiceError, LippmannError)
     theirs = (RequestValidationError, HTTPException, DataError, OperationalError, InterfaceError, PoolTimeout)
     for kind in (*ours, *theirs, Exception):
@@ -40,7 +40,7 @@ def install(app: FastAPI) -> None:
 
 
 async def answer(request: Request, error: Exception) -> JSONResponse:
-    """Answer an error."""
+    """Answer a request that failed."""
     if isinstance(error, HTTPException) and isinstance(error.__cause__, ServiceError | LippmannError):
         error = error.__cause__  # raised while FastAPI read the body
     if isinstance(error, HTTPException):
@@ -58,16 +58,16 @@ async def answer(request: Request, error: Exception) -> JSONResponse:
 
 
 def translate(error: Exception) -> ServiceError | LippmannError:
-    """Return an error as one of ours."""
+    """Translate any error to an error of this project."""
     if isinstance(error, ServiceError | LippmannError):
         return error
     if isinstance(error, RequestValidationError):
         problems = [_field_problem(item) for item in error.errors()]
         return Invalid("; ".join(map(str, problems)), problems=problems)
     if isinstance(error, OperationalError) and "full" in str(error.orig):
-        return StoreFull("there is no room left for the database")
+        return StoreFull("the database has no space left")
     if isinstance(error, DataError):
-        return Invalid("a text holds what the database cannot keep, such as the character NUL")
+        return Invalid("a text contains a character that the database cannot store, such as NUL")
     if isinstance(error, OperationalError | InterfaceError | PoolTimeout):
         return DatabaseUnavailable()
     return ServiceError()
@@ -82,7 +82,7 @@ def problem_response(
     *,
     headers: Any = None,
 ) -> JSONResponse:
-    """Return a problem as an answer."""
+    """Return problem details as a response."""
     problem = Problem(
         type=f"urn:lippmann:problem:{code}",
         title=HTTPStatus(status).phrase,
@@ -104,5 +104,5 @@ def _field_problem(item: Any) -> FieldProblem:
     got = repr(item.get("input"))
     got = got if len(got) <= 120 else got[:117] + "..."
     if item["type"] == "extra_forbidden":
-        return FieldProblem(field=field, expected="no such field", got=got)
+        return FieldProblem(field=field, expected="no field of this name", got=got)
     return FieldProblem(field=field, expected=str(item["msg"]).removeprefix("Input should be "), got=got)

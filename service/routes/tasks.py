@@ -4,52 +4,57 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Query
+from fastapi import APIRouter, Path, Query
 from fastapi.responses import StreamingResponse
 
 from lippmann.job.orders import TaskKind
 from lippmann.job.states import TaskStatus
-from service.api import listings as browse
-from service.api import presenters as show
-from service.api.logs import find_log
-from service.dependencies import CursorQuery, HouseDep, LimitQuery, SessionDep, ViewerDep
+from service.api import listings
+from service.api.artifact_files import find_log
+from service.api.presenters import present_task
+from service.dependencies import AppStateDep, CursorQuery, LimitQuery, SessionDep, ViewerDep
+from service.routes.jobs import JobId
 from service.schemas.frame import FramePage
 from service.schemas.task import Task, TaskPage
 
 router = APIRouter(prefix="/jobs/{job_id}", tags=["tasks"])
 
+TaskId = Annotated[str, Path(description="The id of the task.")]
+
 
 @router.get("/tasks")
 def list_tasks(
-    job_id: str,
+    job_id: JobId,
     session: SessionDep,
     _caller: ViewerDep,
     limit: LimitQuery = 100,
     cursor: CursorQuery = None,
-    status: TaskStatus | None = None,
-    kind: TaskKind | None = None,
+    status: Annotated[TaskStatus | None, Query(description="List only tasks with this status.")] = None,
+    kind: Annotated[TaskKind | None, Query(description="List only tasks of this kind.")] = None,
 ) -> TaskPage:
-    """List tasks of a job in order."""
-    return browse.page_tasks(session, job_id, status=status, kind=kind, cursor=cursor, limit=limit)
+    """List the tasks of a job in order."""
+    return listings.page_tasks(session, job_id, status=status, kind=kind, cursor=cursor, limit=limit)
 
 
 @router.get("/tasks/{task_id}")
-def show_task(job_id: str, task_id: str, session: SessionDep, _caller: ViewerDep) -> Task:
-    """Show a task."""
-    return show.show_task(browse.find_task(session, job_id, task_id))
+def get_task(job_id: JobId, task_id: TaskId, session: SessionDep, _caller: ViewerDep) -> Task:
+    """Get a task."""
+    return present_task(listings.find_task(session, job_id, task_id))
 
 
 @router.get("/tasks/{task_id}/log", response_class=StreamingResponse, responses={200: {"content": {"text/plain": {}}}})
-def show_log(
-    job_id: str,
-    task_id: str,
+def get_log(
+    job_id: JobId,
+    task_id: TaskId,
     session: SessionDep,
-    house: HouseDep,
+    state: AppStateDep,
     _caller: ViewerDep,
-    attempt: Annotated[int | None, Query(ge=1, description="The latest that left one when not said.")] = None,
+    attempt: Annotated[
+        int | None, Query(ge=1, description="The number of the attempt, by default the latest one with a log.")
+    ] = None,
 ) -> StreamingResponse:
-    """Show the log of an attempt."""
-    store = house.parts.store
+    """Get the log of an attempt."""
+    store = state.parts.store
     name = find_log(session, store, job_id, task_id, attempt=attempt)
     headers = {"X-Content-Type-Options": "nosniff", "Cache-Control": "private, no-cache"}
     chunks = store.read_range(name, 0, store.size(name))
@@ -58,7 +63,7 @@ def show_log(
 
 @router.get("/frames")
 def list_frames(
-    job_id: str, session: SessionDep, _caller: ViewerDep, limit: LimitQuery = 100, cursor: CursorQuery = None
+    job_id: JobId, session: SessionDep, _caller: ViewerDep, limit: LimitQuery = 100, cursor: CursorQuery = None
 ) -> FramePage:
-    """List frames of a job in order."""
-    return browse.page_frames(session, job_id, cursor=cursor, limit=limit)
+    """List the frames of a job in order."""
+    return listings.page_frames(session, job_id, cursor=cursor, limit=limit)

@@ -1,14 +1,16 @@
-"""What the API says.
+"""The schemas of the API.
 
-answer     the form of every answer, and times
-job        a job, its outputs and size
+answer     the base of all answers, and times
+job        a job, its outputs and its size
 task       a task of a job
 frame      a frame of a job
-look       what can be seen of a frame
+events     the events of the stream
+viewing    views of a frame on demand, and the queries for them
 artifact   a file of a job
-scene      a scene that jobs can ask for
-design     what a job will give
+scene      a scene that jobs can use
+design     the design of a job file
 farm       health and workers
 access     keys and login links
-problem    every error
+problem    errors
+links      the paths of the API
 """

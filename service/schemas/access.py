@@ -11,22 +11,23 @@ from service.schemas.answer import Answer
 
 
 class Role(StrEnum):
-    """What a caller may do; each role may do what those before it may."""
+    """The role of a key. Each role includes the rights of those before it: viewer, submitter, admin."""
 
     VIEWER = "viewer"
     SUBMITTER = "submitter"
     ADMIN = "admin"
 
     def allows(self, needed: Role) -> bool:
-        """Return whether this role may do what `needed` may."""
+        """Return whether this role includes the rights of `needed`."""
         order = list(Role)
         return order.index(self) >= order.index(needed)
 
 
-class KeyWish(Answer):
-    """The key that is asked for."""
+class KeyRequest(Answer):
+    """A request for a new key."""
 
     name: str = Field(min_length=1, max_length=100)
+    """The name of the owner, shown with the jobs that the key submits."""
     role: Role = Role.SUBMITTER
 
 
@@ -40,29 +41,30 @@ class Key(Answer):
 
 
 class NewKey(Answer):
-    """A key, this once with its secret."""
+    """A new key with its secret, which cannot be retrieved later."""
 
     id: str
     name: str
     role: Role
     key: str
+    """The secret to send as `Authorization: Bearer <key>`."""
 
 
 class KeyList(Answer):
-    """Keys, oldest first."""
+    """All keys, oldest first."""
 
     items: tuple[Key, ...]
 
 
 class LoginLink(Answer):
-    """A link that logs a browser in, once."""
+    """A link that logs in one browser, once."""
 
     url: str
     expires_at: datetime
 
 
 class Session(Answer):
-    """Who is calling."""
+    """The caller of the request."""
 
     name: str
     role: Role

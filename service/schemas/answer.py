@@ -1,4 +1,4 @@
-"""The form of every answer, and times."""
+"""The base of all answers, and times."""
 
 from __future__ import annotations
 
@@ -7,17 +7,17 @@ from datetime import UTC, datetime
 from pydantic import BaseModel, ConfigDict
 
 MAX_LIMIT = 500
-"""The longest page."""
+"""The largest number of items in a page."""
 
 
 class Answer(BaseModel):
-    """Something that the API says."""
+    """The base class of all answers of the API."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
 def utc(seconds: float) -> datetime:
-    """Return seconds since 1970 as a time.
+    """Convert seconds since 1970 to a time.
 
     >>> utc(0.0).isoformat()
     '1970-01-01T00:00:00+00:00'
@@ -26,5 +26,5 @@ def utc(seconds: float) -> datetime:
 
 
 def utc_or_none(seconds: float | None) -> datetime | None:
-    """Return seconds since 1970 as a time, or None."""
+    """Convert seconds since 1970 to a time; None stays None."""
     return None if seconds is None else utc(seconds)

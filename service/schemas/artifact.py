@@ -8,19 +8,22 @@ from service.schemas.answer import Answer
 
 
 class Artifact(Answer):
-    """A file."""
+    """A file of a job."""
 
     name: str
-    """Below the job: `integral/0001.exr`."""
+    """The name within the job, such as `integral/0001.exr`."""
     size: int
+    """The size in bytes."""
     modified_at: datetime
     etag: str
+    """The entity tag without quotes. It changes with the content."""
     url: str
     media_type: str
 
 
 class ArtifactPage(Answer):
-    """Files by name."""
+    """A page of files, sorted by name."""
 
     items: tuple[Artifact, ...]
     next_cursor: str | None
+    """The cursor of the next page; null on the last page."""

@@ -1,4 +1,4 @@
-"""What a job will give."""
+"""The design of a job file."""
 
 from __future__ import annotations
 

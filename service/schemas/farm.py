@@ -7,61 +7,73 @@ from typing import Literal
 from service.schemas.answer import Answer
 
 
-class Part(Answer):
-    """A thing that the service needs."""
+class ComponentHealth(Answer):
+    """The health of a component that the service needs."""
 
     ok: bool
     detail: str
+    """`answers`, or the kind of the error."""
 
 
-class StorePart(Answer):
-    """The artifact store."""
+class StoreHealth(Answer):
+    """The health of the artifact store."""
 
     ok: bool
     detail: str
+    """`answers`, or the kind of the error."""
     free_bytes: int | None
+    """The free space in bytes; null if the store does not answer or has no limit."""
 
 
-class ClerkPart(Answer):
-    """Who keeps the jobs going."""
+class CoordinatorHealth(Answer):
+    """The health of the coordinator, which schedules tasks and records events."""
 
     ok: bool
+    """Whether a coordinator is running in some service process."""
     leader: str | None
-    """Null without a key."""
+    """The process whose coordinator runs; null without a key."""
 
 
 class Health(Answer):
-    """How the farm is."""
+    """The health of the farm."""
 
     status: Literal["ok", "degraded"]
+    """`ok` if every component is."""
     version: str
-    database: Part
-    broker: Part
-    store: StorePart
-    clerk: ClerkPart
+    database: ComponentHealth
+    broker: ComponentHealth
+    store: StoreHealth
+    coordinator: CoordinatorHealth
     workers: int | None
-    """Null when the broker does not say."""
+    """The number of workers that are online; null if the broker does not answer."""
     slots: int | None
+    """The number of their slots; null if the broker does not answer."""
 
 
 class Worker(Answer):
-    """A worker that is there."""
+    """A worker that is online."""
 
     name: str
     host: str
     pid: int
     slots: int
+    """The number of tasks that it runs at the same time."""
     sandbox: str
     povray: str
+    """The version of POV-Ray."""
     version: str
+    """The version of Lippmann."""
     started_s: float
+    """Seconds since 1970."""
     seen_s: float
+    """The time of its last sign of life, in seconds since 1970."""
     running: int
-    """Tasks of open jobs that it runs."""
+    """The number of tasks of open jobs that it runs."""
 
 
 class WorkerList(Answer):
-    """Workers by name; `known` is false when the broker does not say."""
+    """The workers that are online, sorted by name."""
 
     items: tuple[Worker, ...]
     known: bool
+    """False if the broker does not answer; the list is empty then."""

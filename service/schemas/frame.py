@@ -2,38 +2,28 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
-
+from lippmann.job.states import FrameStatus
 from service.schemas.answer import Answer
 
 
-class FrameStatus(StrEnum):
-    """Where a frame stands.
-
-    `waiting`: nothing of it is being made, because nothing was begun or because the job has ended without it.
-    `rendering`: some of its tasks run or are done. `done`: its pictures are there. `failed`: one of its tasks has
-    failed.
-    """
-
-    WAITING = "waiting"
-    RENDERING = "rendering"
-    DONE = "done"
-    FAILED = "failed"
-
-
 class Frame(Answer):
-    """A frame, and where its pictures are once it is done."""
+    """A frame, with the paths of its pictures once it is done."""
 
     frame: int
     status: FrameStatus
     thumb: str | None
+    """The path of the thumbnail."""
     integral: str | None
+    """The path of the integral image as captured, pseudoscopic."""
     orthoscopic: str | None
+    """The path of the orthoscopic integral image."""
     views: str | None
+    """The path of all views as one picture."""
 
 
 class FramePage(Answer):
-    """Frames in order."""
+    """A page of frames, in order."""
 
     items: tuple[Frame, ...]
     next_cursor: str | None
+    """The cursor of the next page; null on the last page."""

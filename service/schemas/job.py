@@ -1,4 +1,4 @@
-"""A job, its outputs and size."""
+"""A job, its outputs and its size."""
 
 from __future__ import annotations
 
@@ -7,27 +7,27 @@ from datetime import datetime
 from pydantic import Field
 
 from lippmann.job.spec import JobSpec
-from lippmann.job.states import JobStatus
+from lippmann.job.states import JobAction, JobStatus
 from service.schemas.answer import Answer
 
 
 class FrameCount(Answer):
-    """Which frames were asked for."""
+    """The frames of a job."""
 
     count: int
     text: str
-    """As in `1-48:2, 60`."""
+    """The frames as the job file gives them, such as `1-48:2, 60`."""
 
 
 class JobError(Answer):
-    """Why a job failed."""
+    """The reason why a job failed."""
 
     code: str
     message: str
 
 
 class TaskCounts(Answer):
-    """How many tasks stand where."""
+    """The number of tasks in each status."""
 
     waiting: int
     ready: int
@@ -39,18 +39,22 @@ class TaskCounts(Answer):
 
 
 class OutputLink(Answer):
-    """An output that was asked for: a video, or what tells of the files of any other kind."""
+    """An output of a job."""
 
     name: str
     url: str
+    """The path of the video, or of the JSON file that lists the files of any other output."""
     ready: bool
+    """Whether the output is done."""
 
 
 class Size(Answer):
-    """An integral image in pixels and lenses."""
+    """The size of an integral image in pixels and lenses."""
 
     rows: int
+    """Height in pixels."""
     cols: int
+    """Width in pixels."""
     lens_rows: int
     lens_cols: int
     px_per_lens: int
@@ -63,41 +67,49 @@ class Job(Answer):
     title: str
     scene: str
     status: JobStatus
+    actions: tuple[JobAction, ...]
+    """The actions that are allowed in the present status."""
     priority: int
+    """The priority, 0 to 100. Tasks of jobs with a higher priority run first."""
     owner: str
-    """The name of the key that submitted it."""
+    """The name of the key that submitted the job."""
     created_at: datetime
     started_at: datetime | None
     ended_at: datetime | None
     frames: FrameCount
     fps: float
     spec: JobSpec
+    """The job file with all defaults."""
     notes: tuple[str, ...]
-    """What the check of the optics found worth saying."""
+    """Remarks of the check of the optics."""
     error: JobError | None
     progress: float
-    """Weighted by pixels, 0 to 1."""
+    """The finished part of the job, weighted by pixels, 0 to 1."""
     eta_s: float | None
-    """From the measured seconds a pixel and the attempts that run; null when nothing runs or nothing was measured."""
+    """The estimated time left in seconds, from the measured time per pixel and the number of running tasks; null while
+    nothing runs or nothing was measured."""
     tasks: TaskCounts
     frames_done: int
     frames_total: int
     cpu_s: float
-    """CPU seconds of everything that is done."""
+    """CPU seconds of all done tasks."""
     late_events: int
-    """Events of attempts that no longer owned their task."""
+    """The number of events of attempts that no longer owned their task."""
     outputs: tuple[OutputLink, ...]
     size: Size
+    """The size of the integral image of a frame."""
 
 
 class JobPage(Answer):
-    """Jobs, newest first."""
+    """A page of jobs, newest first."""
 
     items: tuple[Job, ...]
     next_cursor: str | None
+    """The cursor of the next page; null on the last page."""
 
 
 class JobChange(Answer):
-    """What may be changed about a job."""
+    """A change of a job."""
 
     priority: int = Field(ge=0, le=100)
+    """The new priority. Tasks of jobs with a higher priority run first."""

@@ -1,4 +1,4 @@
-"""A scene that jobs can ask for."""
+"""A scene that jobs can use."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from service.schemas.answer import Answer
 
 
 class Scene(Answer):
-    """A scene."""
+    """A scene that jobs can use."""
 
     name: str
     title: str
@@ -20,15 +20,18 @@ class Scene(Answer):
     stage: Stage
     clock: Clock
     sheets: ForeignSheets | None
-    """In place of a scene, integral images that are there already: a job of them renders nothing."""
+    """The imported integral images of a bundle without a scene; a job on them renders nothing."""
     digest: str
-    """SHA-256 of the bundle."""
+    """The SHA-256 of the bundle."""
     builtin: bool
+    """Whether the scene comes with Lippmann."""
     poster: str | None
+    """The path of the poster, a PNG."""
 
 
 class SceneList(Answer):
-    """Scenes by name."""
+    """A page of scenes, sorted by name."""
 
     items: tuple[Scene, ...]
     next_cursor: str | None
+    """The cursor of the next page; null on the last page."""

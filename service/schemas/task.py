@@ -10,32 +10,44 @@ from service.schemas.answer import Answer
 
 
 class TaskError(Answer):
-    """Why the last attempt that failed did so."""
+    """The reason why the last failed attempt failed."""
 
     code: str
     message: str
     permanent: bool
+    """Whether every other attempt would fail the same way."""
 
 
 class Task(Answer):
-    """A task."""
+    """A task of a job."""
 
     id: str
     sequence: int
+    """The number of the task within the job."""
     kind: TaskKind
     status: TaskStatus
     stage: str
+    """The stage to which the task belongs."""
     needs: str | None
+    """The stage that must be done before this task."""
     frame: int | None
     tile: TileIndex | None
     output: str | None
+    """The file name of the output that the task encodes."""
     artifact: str
+    """The name of the artifact that the task makes."""
     weight_px: int
+    """The weight of the task in the progress of the job, in pixels."""
     progress: float | None
+    """The finished part of the running attempt, 0 to 1."""
     attempt_number: int
+    """The number of attempts so far."""
     failures: int
+    """The number of failed attempts."""
     failed_on: tuple[str, ...]
+    """The workers on which attempts failed."""
     worker: str | None
+    """The worker of the latest attempt."""
     error: TaskError | None
     dispatched_at: datetime | None
     started_at: datetime | None
@@ -43,10 +55,12 @@ class Task(Answer):
     cpu_s: float | None
     wall_s: float | None
     log_url: str | None
+    """The path of the log of the latest attempt."""
 
 
 class TaskPage(Answer):
-    """Tasks in order."""
+    """A page of tasks, in order."""
 
     items: tuple[Task, ...]
     next_cursor: str | None
+    """The cursor of the next page; null on the last page."""

@@ -1,4 +1,4 @@
-"""Broker, service, worker and Chromium; a page that may neither complain nor leave the house."""
+"""Broker, service, worker and Chromium; a page that may neither complain nor leave the state."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def test_a_wrong_key_is_said_beside_the_field(page: Page, farm: Farm, watch: Wat
 
 
 def test_a_login_link_opens_the_dashboard(page: Page, farm: Farm) -> None:
-    with farm.service.house.database.writing() as session:
+    with farm.service.state.database.writing() as session:
         token = create_login_token(session)
     page.goto(f"{farm.url}/login?token={token}")
     expect(page.get_by_role("heading", name="Jobs")).to_be_visible()

@@ -1,6 +1,5 @@
-"""Where artifacts lie. Names are POSIX paths without a leading slash; there means whole.
+"""Artifact stores: implementations of `lippmann.job.artifact_store.ArtifactStore`.
 
-protocol   what a store does
 names      which names an artifact may have
 local      a folder on this machine, or on a disk that all machines share
 """

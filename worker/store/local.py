@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from lippmann.errors import NO_ROOM, ArtifactMissing, StoreFull, StoreUnavailable
+from lippmann.job.artifact_store import ArtifactInfo
 from worker.store.names import check_name, check_prefix
-from worker.store.protocol import ArtifactInfo
 
 HIDDEN = ".partial"
 CHUNK_BYTES = 1 << 18

@@ -16,6 +16,7 @@ from pathlib import Path
 
 import structlog
 
+from lippmann.job.artifact_store import ArtifactStore
 from lippmann.job.resolved import JobSheet, PlanSheet
 from lippmann.plan import artifact_names as names
 from worker.report import Wire
@@ -23,7 +24,6 @@ from worker.sandbox.bundle import unpack
 from worker.sandbox.sandbox import Sandbox, detect
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
-from worker.store.protocol import ArtifactStore
 
 log = structlog.get_logger()
 

@@ -31,7 +31,7 @@ export const getSession = () => get("/session");
 export const postJob = (spec, key) => send("POST", "/jobs", spec, { "Idempotency-Key": key });
 export const postDesign = (spec) => send("POST", "/design", spec);
 export const postDrawing = (spec) => send("POST", "/design", spec, { Accept: "image/svg+xml" });
-export const moveJob = (id, move) => send("POST", `/jobs/${encodeURIComponent(id)}/${move}`);
+export const sendAction = (id, action) => send("POST", `/jobs/${encodeURIComponent(id)}/${action}`);
 export const getLook = (id, frame, max_px, signal) => answered(lookUrl(id, frame, "look", { max_px }), { signal });
 export const eventsUrl = `${BASE}/events`;
 

@@ -38,7 +38,7 @@ function LogOut({ session }) {
 
 function Health({ health, stale }) {
   if (!health) return html`<div class="health" aria-label="Health of the farm"></div>`;
-  const { workers, slots, broker, store, database, clerk } = health;
+  const { workers, slots, broker, store, database, coordinator } = health;
   const known = workers !== null;
   const room = store.free_bytes === null ? "store ok" : `${bytes(store.free_bytes)} free`;
   return html`
@@ -47,7 +47,8 @@ function Health({ health, stale }) {
         text=${known ? `${many(workers, "worker")}, ${many(slots, "slot")}` : "workers unknown"} />
       <${Light} ok=${broker.ok} title=${broker.detail} text=${broker.ok ? "broker ok" : "broker degraded"} />
       ${!database.ok && html`<${Light} ok=${false} title=${database.detail} text="database degraded" />`}
-      ${!clerk.ok && html`<${Light} ok=${false} title="Nobody hands out tasks." text="no clerk" />`}
+      ${!coordinator.ok && html`
+        <${Light} ok=${false} title="No service process schedules tasks." text="no coordinator" />`}
       <${Light} ok=${store.ok} title=${store.detail} text=${store.ok ? room : "store degraded"} />
     </ul>
   `;

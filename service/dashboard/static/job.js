@@ -1,6 +1,6 @@
-// One job: where it stands, what it made, what went wrong, and what can be done about it.
+// One job: its status, its results, its errors, and the actions that are allowed.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { moveJob } from "./api.js";
+import { sendAction } from "./api.js";
 import { Design } from "./design.js";
 import { Failures } from "./failures.js";
 import { count, duration, jobName, many, percent, secondsBetween } from "./format.js";
@@ -12,22 +12,12 @@ import { Rig } from "./rig.js";
 import { mayChange, putJobs, useKnown } from "./store.js";
 import { Videos } from "./videos.js";
 
-// What each status may become, as the service's table of moves says.
-const MOVES = {
-  queued: ["cancel"],
-  probing: ["pause", "cancel"],
-  running: ["pause", "cancel"],
-  paused: ["resume", "cancel"],
-  done: [],
-  failed: ["retry"],
-  cancelled: ["retry"],
-};
-
-const WORDS = { pause: "Pause", resume: "Resume", cancel: "Cancel", retry: "Retry" };
+// The buttons for actions; the service lists with every job those that are allowed. Others have no button.
+const LABELS = { pause: "Pause", resume: "Resume", cancel: "Cancel", retry: "Retry" };
 
 export function Job({ id }) {
   const job = useKnown((known) => known.jobs[id], [id]);
-  const canMove = useKnown(mayChange);
+  const canChange = useKnown(mayChange);
   const [fault, setFault] = useState("This job was removed.");
   useEffect(() => {
     if (!job) setFault("");
@@ -43,7 +33,7 @@ export function Job({ id }) {
       <header>
         <h1>${jobName(job)}</h1>
         <${Badge} status=${job.status} />
-        ${canMove && html`<${Moves} job=${job} />`}
+        ${canChange && html`<${Actions} job=${job} />`}
       </header>
       <${Progress} job=${job} />
       ${job.error && html`<${Fault} error=${job.error} />`}
@@ -109,27 +99,27 @@ const Fault = ({ error }) => html`
   </section>
 `;
 
-function Moves({ job }) {
+function Actions({ job }) {
   const [busy, setBusy] = useState(false);
   const [fault, setFault] = useState("");
   const dialog = useRef(null);
-  const go = async (move) => {
+  const run = async (action) => {
     setBusy(true);
     setFault("");
     try {
-      putJobs([await moveJob(job.id, move)]);
+      putJobs([await sendAction(job.id, action)]);
     } catch (error) {
       setFault(error.message);
     }
     setBusy(false);
   };
-  const ask = (move) => (move === "cancel" ? dialog.current.showModal() : go(move));
-  const answer = (event) => event.target.returnValue === "yes" && go("cancel");
+  const ask = (action) => (action === "cancel" ? dialog.current.showModal() : run(action));
+  const answer = (event) => event.target.returnValue === "yes" && run("cancel");
   return html`
-    <div class="moves">
-      ${MOVES[job.status].map(
-        (move) => html`<button key=${move} disabled=${busy} onClick=${() => ask(move)}>${WORDS[move]}</button>`,
-      )}
+    <div class="actions">
+      ${job.actions.filter((action) => action in LABELS).map((action) => html`
+        <button key=${action} disabled=${busy} onClick=${() => ask(action)}>${LABELS[action]}</button>
+      `)}
     </div>
     ${fault && html`<p class="fault" role="alert">${fault}</p>`}
     <dialog ref=${dialog} class="ask" aria-labelledby="ask-title" onClose=${answer}>

@@ -1,4 +1,4 @@
-"""How a database of any age becomes today's: Alembic, packaged, run at every start."""
+"""Alembic migrations, which upgrade a database of any earlier release at every start."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from alembic.config import Config
 from sqlalchemy import insert, select
 
 from service.db.engine import Database
-from service.db.tables import ClerkRow
+from service.db.tables import CoordinatorRow
 
 FOLDER = Path(__file__).parent
 
 
 def migrate(database: Database) -> None:
-    """Bring a database to today's form, whole or not at all, and lay down the clerk's row."""
+    """Upgrade a database completely or not at all, and insert the coordinator's row if it is missing."""
     with database.connecting() as connection:
         config = Config()
         config.set_main_option("script_location", str(FOLDER).replace("%", "%%"))
         config.attributes["connection"] = connection
         command.upgrade(config, "head")
-        if connection.execute(select(ClerkRow.id)).first() is None:
-            connection.execute(insert(ClerkRow).values(id=1))
+        if connection.execute(select(CoordinatorRow.id)).first() is None:
+            connection.execute(insert(CoordinatorRow).values(id=1))

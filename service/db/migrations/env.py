@@ -1,4 +1,4 @@
-"""Runs migrations on the connection that `migrate` lends."""
+"""Run the migrations on the connection that `migrate` provides."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from service.db.tables import Base
 
 
 def run() -> None:
-    """Bring the lent connection's database up to date."""
+    """Upgrade the database of the connection."""
     context.configure(
         connection=context.config.attributes["connection"], target_metadata=Base.metadata, render_as_batch=True
     )
     context.run_migrations()
 
 
-if __name__ == "env_py":  # so Alembic calls this file when it runs it; whoever only imports it runs nothing
+if __name__ == "env_py":  # the name under which Alembic executes this file; an import runs nothing
     run()

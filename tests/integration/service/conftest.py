@@ -105,7 +105,7 @@ class Service:
     def __init__(self, settings: Settings, given: Parts) -> None:
         self.settings, self.parts = settings, given
         self.app = create_app(settings, given)
-        self.house = self.app.state.house
+        self.state = self.app.state.lippmann
         self._socket = socket.socket()
         self._socket.bind(("127.0.0.1", 0))
         self.url = f"http://127.0.0.1:{self._socket.getsockname()[1]}"
@@ -121,7 +121,7 @@ class Service:
         asyncio.run(self.server.serve(sockets=[self._socket]))
 
     def new_key(self, role: Role) -> str:
-        with self.house.database.writing() as session:
+        with self.state.database.writing() as session:
             return create_key(session, f"a {role}", role)[1]
 
     def status(self, job_id: str) -> str:

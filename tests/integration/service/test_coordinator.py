@@ -13,10 +13,10 @@ from lippmann.job.events import Event
 from lippmann.job.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
 from service.coordinator import coordinator as clerks
-from service.coordinator.coordinator import FOLLOW_COUNT, Clerk
-from service.db import coordinator as clerk_rows
-from service.events.wakeup import Bell
-from service.jobs.remove import remove_job
+from service.coordinator.coordinator import BATCH, Coordinator
+from service.db import coordinator as coordinator_rows
+from service.events.wakeup import Wakeup
+from service.jobs.commands import remove_job
 from tests.broker import Broker
 from tests.builders_service import T0, Farm, beat, claimed, done, presence
 
@@ -29,11 +29,11 @@ class Rounds:
         self.farm = Farm(url, redis_url=broker.url, data_dir=tmp_path, tick_s=0.01, leader_ttl_s=600)
         self.steady_s = 0.0
         self._client = broker.client
-        self.clerk = Clerk(
-            self.farm.database, self.farm.store, self.farm.settings, Bell(),
+        self.clerk = Coordinator(
+            self.farm.database, self.farm.store, self.farm.settings, Wakeup(),
             clock=lambda: self.farm.now_s, steady=lambda: self.steady_s,
         )  # fmt: skip
-        self.clerk.lead_round()
+        self.clerk.election_round()
         self.clerk.reconcile_round()
 
     def send(self, *events: Event) -> None:
@@ -44,10 +44,10 @@ class Rounds:
         """Return orders that attempts are at work on."""
         self.farm.planned(frames="1-9")
         with self.farm.writing() as session:
-            clerk_rows.rewind(session)
+            coordinator_rows.reset_position(session)
         orders = self.farm.dispatch()
         self.send(*(claimed(order) for order in orders))
-        self.clerk.follow_round()
+        self.clerk.consume_round()
         return orders
 
     def wait(self, seconds: float) -> None:
@@ -57,7 +57,7 @@ class Rounds:
     def listen(self, seconds: int) -> None:
         for _ in range(seconds // 5):
             self.wait(5)
-            self.clerk.follow_round()
+            self.clerk.consume_round()
             self.clerk.reconcile_round()
 
     def statuses(self, orders: list[Order]) -> set[TaskStatus]:
@@ -83,7 +83,7 @@ def _database_away(rounds: Rounds, monkeypatch: pytest.MonkeyPatch) -> None:
         for _ in range(12):
             rounds.wait(5)
             with pytest.raises(OperationalError):
-                rounds.clerk.follow_round()
+                rounds.clerk.consume_round()
 
 
 def _machine_slept(rounds: Rounds, _: pytest.MonkeyPatch) -> None:
@@ -118,7 +118,7 @@ def test_one_round_that_could_not_be_written_down_gives_everyone_their_time_agai
     with monkeypatch.context() as patched:
         patched.setattr(clerks, "follow", _away)
         with pytest.raises(OperationalError):
-            rounds.clerk.follow_round()
+            rounds.clerk.consume_round()
     rounds.listen(40)
     assert rounds.statuses(orders) == {TaskStatus.RUNNING}
     rounds.listen(15)
@@ -128,7 +128,7 @@ def test_one_round_that_could_not_be_written_down_gives_everyone_their_time_agai
 def test_the_silent_are_lost_though_the_farm_is_so_busy_that_rounds_are_full(rounds: Rounds) -> None:
     silent, talkative, *_ = rounds.running()
     for _ in range(12):
-        rounds.send(*(beat(talkative) for _ in range(FOLLOW_COUNT + 1)))
+        rounds.send(*(beat(talkative) for _ in range(BATCH + 1)))
         rounds.listen(10)
     assert rounds.statuses([silent]) == {TaskStatus.READY}
     assert rounds.statuses([talkative]) == {TaskStatus.RUNNING}
@@ -145,7 +145,7 @@ def test_a_new_leader_counts_the_slots_before_it_plans(rounds: Rounds, broker: B
     assert probe is not None
     slow = probe.model_copy(update={"s_per_px": 50.0 / (90 * 16) ** 2})
     farm.say(done(order).model_copy(update={"probe": slow}))
-    rounds.clerk.dispatch_round()
+    rounds.clerk.schedule_round()
     plan = farm.job(job_id).plan
     assert plan is not None
     assert plan["tile_rows"] == 8
@@ -167,7 +167,7 @@ def test_a_job_whose_folder_cannot_be_removed_keeps_no_order_from_going_out(
 
     monkeypatch.setattr(farm.store, "delete", refuse)
     job_id = farm.submit()
-    rounds.clerk.dispatch_round()
+    rounds.clerk.schedule_round()
     assert farm.job(job_id).dispatched == 1
     assert farm.tasks(job_id)[0].kind is TaskKind.PROBE
     assert farm.now_s == T0

@@ -16,9 +16,8 @@ from lippmann.job.states import JobStatus
 from service.db import events as event_rows
 from service.db.engine import Database
 from service.db.migrations import migrate
-from service.db.tables import Base, ClerkRow, EventTopic, Job
-from service.jobs.cancel import cancel_job
-from service.jobs.retry import retry_job
+from service.db.tables import Base, CoordinatorRow, EventTopic, Job
+from service.jobs.commands import cancel_job, retry_job
 from tests.builders_service import SPEC, Farm, claimed, done, failed
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.waiting import until
@@ -54,10 +53,10 @@ def test_migrating_an_empty_database_gives_the_tables_of_the_code(database: Data
 
 def test_migrating_again_changes_nothing(database: Database) -> None:
     with database.writing() as session:
-        session.execute(update(ClerkRow).values(position="7-0"))
+        session.execute(update(CoordinatorRow).values(position="7-0"))
     migrate(database)
     with database.reading() as session:
-        assert session.query(ClerkRow).one().position == "7-0"
+        assert session.query(CoordinatorRow).one().stream_position == "7-0"
 
 
 def test_services_that_start_together_migrate_once(url: str) -> None:
@@ -77,7 +76,7 @@ def test_services_that_start_together_migrate_once(url: str) -> None:
         thread.join()
     assert errors == []
     with databases[0].reading() as session:
-        assert session.query(ClerkRow).count() == 1
+        assert session.query(CoordinatorRow).count() == 1
     for database in databases:
         database.dispose()
 
@@ -105,8 +104,8 @@ def test_writers_wait_for_each_other_and_none_fails(database: Database) -> None:
         try:
             for _ in range(25):
                 with database.writing() as session:
-                    was = session.get_one(ClerkRow, 1).idle_s
-                    session.execute(update(ClerkRow).values(idle_s=was + 1))
+                    was = session.get_one(CoordinatorRow, 1).idle_s
+                    session.execute(update(CoordinatorRow).values(idle_s=was + 1))
         except Exception as error:
             errors.append(error)
 
@@ -117,7 +116,7 @@ def test_writers_wait_for_each_other_and_none_fails(database: Database) -> None:
         thread.join()
     assert errors == []
     with database.reading() as session:
-        assert session.get_one(ClerkRow, 1).idle_s == 100
+        assert session.get_one(CoordinatorRow, 1).idle_s == 100
 
 
 def test_a_listener_never_misses_an_event_that_becomes_visible_late(database: Database) -> None:
@@ -150,14 +149,14 @@ def test_a_listener_never_misses_an_event_that_becomes_visible_late(database: Da
 def _announce(database: Database, name: str) -> None:
     for number in range(25):
         with database.writing() as session:
-            event_rows.announce(session, name, EventTopic.PROGRESS, {"number": number})
+            event_rows.append(session, name, EventTopic.PROGRESS, {"number": number})
 
 
 def test_reading_does_not_wait_for_a_writer(database: Database) -> None:
     with database.writing() as writer:
-        writer.execute(update(ClerkRow).values(idle_s=5))
+        writer.execute(update(CoordinatorRow).values(idle_s=5))
         with database.reading() as reader:
-            assert reader.get_one(ClerkRow, 1).idle_s == 0
+            assert reader.get_one(CoordinatorRow, 1).idle_s == 0
 
 
 def test_an_error_in_a_transaction_leaves_nothing(farm: Farm) -> None:
@@ -178,7 +177,7 @@ def test_the_write_ahead_log_is_folded_back(tmp_path: Path) -> None:
     migrate(database)
     log = tmp_path / "test.db-wal"
     assert log.stat().st_size > 0
-    database.tidy()
+    database.checkpoint()
     assert log.stat().st_size == 0
     database.dispose()
 

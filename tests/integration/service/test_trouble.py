@@ -14,8 +14,8 @@ from lippmann.job import wire
 from lippmann.job.events import Event
 from lippmann.job.orders import Order, TaskKind
 from service.broker_stream import Stream
-from service.coordinator.coordinator import Clerk
-from service.db.tables import ClerkRow
+from service.coordinator.coordinator import Coordinator
+from service.db.tables import CoordinatorRow
 from service.errors import BrokerUnavailable
 from service.order_queue import OrderQueue
 from tests.broker import Broker
@@ -179,26 +179,26 @@ def test_of_two_clerks_one_leads_and_the_other_takes_over_when_it_stops(
 def test_a_leader_that_fell_silent_is_replaced_after_its_time_and_knows_that_it_no_longer_leads(
     make_service: Callable[..., Service],
 ) -> None:
-    service = make_service(clerk=False)
+    service = make_service(coordinator=False)
     settings = service.settings.model_copy(update={"leader_ttl_s": 5.0})
-    house = service.house
-    old, new = (Clerk(house.database, house.parts.store, settings, house.bell) for _ in range(2))
-    old.lead_round()
-    new.lead_round()
-    assert (old.leadership.is_held, new.leadership.is_held) == (True, False)
+    state = service.state
+    old, new = (Coordinator(state.database, state.parts.store, settings, state.wakeup) for _ in range(2))
+    old.election_round()
+    new.election_round()
+    assert (old.election.is_leader, new.election.is_leader) == (True, False)
 
     def new_leads() -> bool:
-        new.lead_round()
-        return new.leadership.is_held
+        new.election_round()
+        return new.election.is_leader
 
     until(new_leads)
-    old.lead_round()
-    assert (old.leadership.is_held, new.leadership.is_held) == (False, True)
-    with house.database.reading() as session:
-        assert session.get_one(ClerkRow, 1).leader == new.leadership.name
+    old.election_round()
+    assert (old.election.is_leader, new.election.is_leader) == (False, True)
+    with state.database.reading() as session:
+        assert session.get_one(CoordinatorRow, 1).leader == new.election.name
     new.stop()
-    old.lead_round()
-    assert (old.leadership.is_held, new.leadership.is_held) == (True, False)
+    old.election_round()
+    assert (old.election.is_leader, new.election.is_leader) == (True, False)
     old.stop()
 
 

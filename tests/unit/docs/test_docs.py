@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from lippmann.cli.main import app
 from lippmann.job.outputs.output import KINDS
 from lippmann.job.spec import JobSpec, parse_spec
-from lippmann.job.states import JOB_MOVES, TASK_MOVES
+from lippmann.job.states import JOB_TRANSITIONS, TASK_TRANSITIONS
 from povtemplates.catalogue import scene_folders
 from service.settings import Settings
 from tests.repository import DOCS, ROOT
@@ -66,7 +66,7 @@ def test_the_documented_moves_are_the_table() -> None:
             table = tables.setdefault(row[0], {})
         elif not row[0].startswith("-"):
             table[row[0]] = {word.strip() for word in row[2].split(",")}
-    code = {"job": JOB_MOVES, "task": TASK_MOVES}
+    code = {"job": JOB_TRANSITIONS, "task": TASK_TRANSITIONS}
     assert tables == {
         kind: {status.value: {move.value for move in moves} for status, moves in table.items()}
         for kind, table in code.items()

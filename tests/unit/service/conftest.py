@@ -24,7 +24,7 @@ def empty_database(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("database") / "empty.db"
     database = Database(f"sqlite:///{path}")
     migrate(database)
-    database.tidy()
+    database.checkpoint()
     database.dispose()
     return path
 
@@ -51,7 +51,7 @@ def farm(make_farm: Callable[..., Farm]) -> Farm:
 @pytest.fixture
 def api_farm(make_farm: Callable[..., Farm]) -> Farm:
     """Lend a farm whose broker is not there: nothing that a request does may need it."""
-    return make_farm(clerk=False, redis_url="redis://127.0.0.1:1/0")
+    return make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0")
 
 
 @pytest.fixture

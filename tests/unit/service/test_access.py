@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from service.auth import create_key, create_login_token
-from service.db import coordinator as clerk_rows
+from service.db import coordinator as coordinator_rows
 from service.db.tables import Credential
 from service.schemas.access import Role
 from tests.builders_service import SPEC, T0, Client, Farm
@@ -82,12 +82,12 @@ def test_a_key_with_one_letter_changed_is_refused(anyone: Client, api_farm: Farm
 @pytest.mark.parametrize("shown", [{}, {"Authorization": "Bearer lip_0_0"}, {"Authorization": ""}])
 def test_health_tells_who_leads_only_to_who_shows_a_key(api: Client, api_farm: Farm, shown: dict[str, str]) -> None:
     with api_farm.writing() as session:
-        clerk_rows.lead(session, "machine-7-abc", now_s=T0, until_s=T0 + 10)
+        coordinator_rows.acquire_leadership(session, "machine-7-abc", now_s=T0, until_s=T0 + 10)
     health = "/api/v1/health"
-    assert api.get(health).json()["clerk"] == {"ok": True, "leader": "machine-7-abc"}
+    assert api.get(health).json()["coordinator"] == {"ok": True, "leader": "machine-7-abc"}
     del api.headers["Authorization"]
     answer = api.get(health, headers=shown)
-    assert (answer.status_code, answer.json()["clerk"]) == (200, {"ok": True, "leader": None})
+    assert (answer.status_code, answer.json()["coordinator"]) == (200, {"ok": True, "leader": None})
     assert "machine" not in answer.text
 
 

@@ -1,4 +1,4 @@
-"""How often a task rested because the farm, not the task, was at fault."""
+"""Count how often a task was deferred because the farm, not the task, was at fault."""
 
 from __future__ import annotations
 
@@ -12,5 +12,5 @@ depends_on = None
 
 
 def upgrade() -> None:
-    """Apply."""
+    """Apply the migration."""
     op.add_column("tasks", sa.Column("rests", sa.BigInteger(), server_default="0", nullable=False))

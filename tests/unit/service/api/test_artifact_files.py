@@ -156,11 +156,11 @@ def test_a_page_of_files_asks_the_store_for_no_more_than_it_shows(
     api: Client, api_farm: Farm, url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked = []
-    house = cast(FastAPI, api.app).state.house
+    state = cast(FastAPI, api.app).state.lippmann
     whole = api_farm.store.list
 
     def listing(prefix: str, *, after: str = "", limit: int | None = None) -> Any:
-        asked.append((limit, house.database._engine.pool.checkedout()))
+        asked.append((limit, state.database._engine.pool.checkedout()))
         return whole(prefix, after=after, limit=limit)
 
     monkeypatch.setattr(api_farm.store, "list", listing)

@@ -11,11 +11,10 @@ from lippmann.job.events import Event, EventKind
 from lippmann.job.orders import Order, TaskKind
 from lippmann.job.states import TaskStatus
 from service.coordinator import event_consumer as following
-from service.coordinator.event_consumer import follow
-from service.db.coordinator import clerk, stopped, to_stop
+from service.coordinator.event_consumer import consume_events
+from service.db.coordinator import current, delete_stops, pending_stops
 from service.db.tables import JobEvent
-from service.jobs.cancel import cancel_job
-from service.jobs.pause import pause_job
+from service.jobs.commands import cancel_job, pause_job
 from tests.builders_service import T0, Farm, beat, canonical, claimed, declined, done, event, failed
 
 
@@ -28,7 +27,7 @@ def test_claimed_beats_and_done_write_worker_progress_and_times(farm: Farm) -> N
     farm.say(beat(order, 0.25))
     task = farm.task(order)
     assert (task.status, task.worker, task.progress) == (TaskStatus.RUNNING, "w7", 0.25)
-    assert (task.dispatched_s, task.claimed_s, task.beat_s) == (T0, T0 + 1, T0 + 6)
+    assert (task.dispatched_s, task.claimed_s, task.heartbeat_s) == (T0, T0 + 1, T0 + 6)
     farm.say(done(order, cpu_s=3.0, wall_s=4.0))
     task = farm.task(order)
     assert (task.status, task.progress, task.cpu_s, task.wall_s, task.ended_s) == (
@@ -71,10 +70,10 @@ def test_a_piece_of_the_stream_that_was_followed_is_not_followed_again(farm: Far
     farm.planned()
     order, *_ = farm.dispatch()
     with farm.database.reading() as session:
-        was = clerk(session).position
+        was = current(session).stream_position
     entries = [("900-0", claimed(order)), ("900-1", failed(order))]
-    assert follow(farm.database, entries, was=was, now_s=farm.now_s, settings=farm.settings)
-    assert not follow(farm.database, entries, was=was, now_s=farm.now_s, settings=farm.settings)
+    assert consume_events(farm.database, entries, was=was, now_s=farm.now_s, settings=farm.settings)
+    assert not consume_events(farm.database, entries, was=was, now_s=farm.now_s, settings=farm.settings)
     assert farm.task(order).failures == 1
 
 
@@ -117,8 +116,8 @@ def test_an_unreadable_event_does_not_stop_the_stream(farm: Farm) -> None:
     farm.planned()
     order, *_ = farm.dispatch()
     with farm.database.reading() as session:
-        was = clerk(session).position
-    follow(farm.database, [("900-0", None), ("900-1", done(order))], was=was, now_s=T0, settings=farm.settings)
+        was = current(session).stream_position
+    consume_events(farm.database, [("900-0", None), ("900-1", done(order))], was=was, now_s=T0, settings=farm.settings)
     assert farm.task(order).status is TaskStatus.DONE
 
 
@@ -163,7 +162,7 @@ def test_of_many_beats_of_an_attempt_only_the_last_is_written(farm: Farm) -> Non
 
 def _stops(farm: Farm) -> set[str]:
     with farm.database.reading() as session:
-        return set(to_stop(session))
+        return set(pending_stops(session))
 
 
 @pytest.mark.parametrize(("say", "stops"), [(claimed, True), (beat, True), (done, False), (failed, False)])
@@ -176,7 +175,7 @@ def test_who_works_on_what_is_no_longer_theirs_is_told_to_stop_again(
     with farm.writing() as session:
         pause_job(session, job_id, now_s=farm.now_s)
         cancel_job(session, job_id, now_s=farm.now_s)
-        stopped(session, [*to_stop(session)])  # told, and then the broker was wiped
+        delete_stops(session, [*pending_stops(session)])  # told, and then the broker was wiped
     assert _stops(farm) == set()
     farm.say(say(order))
     assert _stops(farm) == ({order.attempt} if stops else set())

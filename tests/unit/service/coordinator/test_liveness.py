@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from service.coordinator.liveness import Hearing
+from service.coordinator.liveness import Liveness
 
 GAP_S = 15.0
 
@@ -14,16 +14,16 @@ class Ear:
 
     def __init__(self) -> None:
         self.wall_s, self.steady_s = 1000.0, 50.0
-        self.hearing = Hearing(gap_s=GAP_S, clock=lambda: self.wall_s, steady=lambda: self.steady_s)
+        self.hearing = Liveness(gap_s=GAP_S, clock=lambda: self.wall_s, steady=lambda: self.steady_s)
 
     def wait(self, seconds: float) -> None:
         self.wall_s += seconds
         self.steady_s += seconds
 
-    def listen(self, seconds: int, *, all_of_it: bool = True) -> None:
+    def listen(self, seconds: int, *, caught_up: bool = True) -> None:
         for _ in range(seconds):
             self.wait(1)
-            self.hearing.hear(all_of_it=all_of_it)
+            self.hearing.record_round(caught_up=caught_up)
 
     def since_s(self) -> float | None:
         return self.hearing.since_s()
@@ -43,7 +43,7 @@ def test_a_gap_means_nothing_is_heard_and_since_starts_anew() -> None:
     assert ear.since_s() == 1001.0
     ear.wait(0.1)
     assert ear.since_s() is None
-    ear.hearing.hear(all_of_it=True)
+    ear.hearing.record_round(caught_up=True)
     assert ear.since_s() == ear.wall_s
 
 
@@ -53,14 +53,14 @@ def test_a_clock_that_is_set_and_a_machine_that_slept_are_gaps(step_s: float) ->
     ear.listen(10)
     ear.wall_s += step_s
     assert ear.since_s() is None
-    ear.hearing.hear(all_of_it=True)
+    ear.hearing.record_round(caught_up=True)
     assert ear.since_s() == ear.wall_s
 
 
 def test_a_round_that_failed_is_a_gap() -> None:
     ear = Ear()
     ear.listen(10)
-    ear.hearing.miss()
+    ear.hearing.record_gap()
     assert ear.since_s() is None
     ear.listen(1)
     assert ear.since_s() == ear.wall_s
@@ -69,7 +69,7 @@ def test_a_round_that_failed_is_a_gap() -> None:
 def test_who_is_behind_hears_nothing_until_it_has_caught_up_and_since_stays() -> None:
     ear = Ear()
     ear.listen(10)
-    ear.listen(60, all_of_it=False)
+    ear.listen(60, caught_up=False)
     assert ear.since_s() is None
     ear.listen(1)
     assert ear.since_s() == 1001.0
@@ -77,7 +77,7 @@ def test_who_is_behind_hears_nothing_until_it_has_caught_up_and_since_stays() ->
 
 def test_since_does_not_begin_while_behind() -> None:
     ear = Ear()
-    ear.listen(10, all_of_it=False)
+    ear.listen(10, caught_up=False)
     assert ear.since_s() is None
     ear.listen(1)
     assert ear.since_s() == ear.wall_s

@@ -10,7 +10,7 @@ from sqlalchemy import event, insert, select, update
 
 from lippmann.job.states import JobStatus, TaskStatus
 from service.coordinator import reconciler as reconcile
-from service.coordinator.reconciler import Reconciler, Sight
+from service.coordinator.reconciler import FarmView, Reconciler
 from service.db.tables import Job, Task
 from tests.builders_service import Farm, claimed
 
@@ -43,7 +43,7 @@ def _copy(farm: Farm, job_id: str, count: int) -> None:
 
 
 def _look(farm: Farm, reconciler: Reconciler) -> None:
-    reconciler.run(Sight(now_s=farm.now_s, slots=2, listening_since_s=farm.now_s))
+    reconciler.run(FarmView(now_s=farm.now_s, slots=2, live_since_s=farm.now_s))
 
 
 @pytest.fixture
@@ -93,7 +93,7 @@ def test_the_reconciler_opens_no_transaction_for_jobs_that_are_right(make_farm: 
 
 
 def test_every_job_that_waits_has_its_turn(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(reconcile, "JOBS", 2)
+    monkeypatch.setattr(reconcile, "MAX_JOBS", 2)
     jobs = farm.planned_jobs(4)
     farm.work()
     with farm.writing() as session:

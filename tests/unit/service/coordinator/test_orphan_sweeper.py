@@ -7,8 +7,7 @@ from pathlib import Path
 
 from service.coordinator.orphan_sweeper import ORPHAN_S, sweep_orphans
 from service.ids import is_job_id, new_job_id
-from service.jobs.cancel import cancel_job
-from service.jobs.remove import remove_job
+from service.jobs.commands import cancel_job, remove_job
 from tests.builders_service import T0, Farm, claimed
 from worker.store.local import LocalStore
 
@@ -66,7 +65,7 @@ def test_a_job_with_a_row_and_what_is_no_job_keep_everything(farm: Farm) -> None
     kept_job, ended_job = farm.planned(), farm.submit()
     with farm.writing() as session:
         cancel_job(session, ended_job, now_s=farm.now_s)
-    farm.store.files |= {f"{kept_job}/log/1.txt": b"x", "notes/of-the-house.txt": b"x"}
+    farm.store.files |= {f"{kept_job}/log/1.txt": b"x", "notes/of-the-state.txt": b"x"}
     before = dict(farm.store.files)
     assert _sweep(farm, T0 + 100 * DAY_S) == 0
     assert farm.store.files == before

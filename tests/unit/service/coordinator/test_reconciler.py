@@ -9,8 +9,8 @@ from lippmann.errors import StoreUnavailable
 from lippmann.job.orders import Order
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
-from service.coordinator.reconciler import Reconciler, Sight
-from service.db.coordinator import clerk, to_stop
+from service.coordinator.reconciler import FarmView, Reconciler
+from service.db.coordinator import current, pending_stops
 from service.db.tables import Job, Task
 from tests.builders_service import Farm, beat, claimed, done, presence
 
@@ -26,7 +26,7 @@ class Watch:
         self.look()
 
     def look(self) -> None:
-        self.reconciler.run(Sight(now_s=self.farm.now_s, slots=self.slots, listening_since_s=self.since_s))
+        self.reconciler.run(FarmView(now_s=self.farm.now_s, slots=self.slots, live_since_s=self.since_s))
 
     def wait(self, seconds: float) -> None:
         for _ in range(round(seconds / self.farm.settings.reconcile_s)):
@@ -45,7 +45,7 @@ def _store(farm: Farm, order: Order) -> None:
 
 def _stops(farm: Farm) -> set[str]:
     with farm.database.reading() as session:
-        return set(to_stop(session))
+        return set(pending_stops(session))
 
 
 def test_a_silent_attempt_is_lost_and_its_task_goes_back(farm: Farm, watch: Watch) -> None:
@@ -176,12 +176,12 @@ def test_a_new_broker_has_no_orders_so_all_go_back_at_once_and_the_stream_begins
     job_id = farm.planned()
     running, *waiting = farm.dispatch()
     farm.say(claimed(running))
-    assert watch.reconciler.broker_is_new(now_s=farm.now_s) == len(waiting)
+    assert watch.reconciler.take_back_all(now_s=farm.now_s) == len(waiting)
     assert {farm.task(order).status for order in waiting} == {TaskStatus.READY}
     assert farm.task(running).status is TaskStatus.RUNNING
     assert farm.job(job_id).dispatched == 0
     with farm.database.reading() as session:
-        assert clerk(session).position == "0-0"
+        assert current(session).stream_position == "0-0"
 
 
 def test_a_job_ends_though_no_worker_ever_says_that_it_is_done(farm: Farm, watch: Watch) -> None:

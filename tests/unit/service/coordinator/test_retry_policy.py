@@ -7,7 +7,7 @@ import pytest
 from lippmann.job.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
 from service.coordinator.retry_policy import INFRASTRUCTURE
-from service.jobs.retry import retry_job
+from service.jobs.commands import retry_job
 from tests.builders_service import Farm, claimed, done, failed, presence
 
 MANY = {"frames": "1-20", "outputs": []}
@@ -67,10 +67,10 @@ def test_what_runs_is_told_to_stop_when_its_job_fails(farm: Farm) -> None:
     first, second, *_ = farm.dispatch()
     farm.say(claimed(first), claimed(second), failed(first, permanent=True))
     with farm.database.reading() as session:
-        from service.db.coordinator import to_stop
+        from service.db.coordinator import pending_stops
 
-        assert second.attempt in to_stop(session)
-        assert first.attempt not in to_stop(session)
+        assert second.attempt in pending_stops(session)
+        assert first.attempt not in pending_stops(session)
     assert farm.task(second).status is TaskStatus.READY
 
 
@@ -182,9 +182,9 @@ def test_a_farm_that_is_broken_for_a_while_fails_no_task(farm: Farm, code: str) 
     for rests in range(1, 9):
         farm.say(claimed(order), failed(order, code=code))
         task = farm.task(order)
-        assert (task.status, task.failures, task.failed_on, task.rests) == (TaskStatus.READY, 0, [], rests)
+        assert (task.status, task.failures, task.failed_on, task.deferrals) == (TaskStatus.READY, 0, [], rests)
         assert (task.error_code, task.error_message) == (code, f"{code} happened")
-        assert task.not_before_s == farm.now_s + farm.settings.rest_s
+        assert task.not_before_s == farm.now_s + farm.settings.deferral_s
         assert order.task_id not in [other.task_id for other in farm.dispatch()]
         order = _again(farm, order.task_id)
     farm.say(done(order))
@@ -193,7 +193,7 @@ def test_a_farm_that_is_broken_for_a_while_fails_no_task(farm: Farm, code: str) 
 
 
 def test_a_farm_that_stays_broken_fails_the_task_at_last_with_the_reason(farm: Farm) -> None:
-    farm.settings = farm.settings.model_copy(update={"rests_allowed": 2})
+    farm.settings = farm.settings.model_copy(update={"deferrals_allowed": 2})
     job_id = farm.planned(frames="1", outputs=[])
     order, *_ = farm.dispatch()
     for _ in range(2):
@@ -206,7 +206,7 @@ def test_a_farm_that_stays_broken_fails_the_task_at_last_with_the_reason(farm: F
     assert farm.job(job_id).status is JobStatus.FAILED
     with farm.writing() as session:
         retry_job(session, job_id, now_s=farm.now_s, failed_share=farm.settings.failed_share)
-    assert (farm.task(order).status, farm.task(order).rests) == (TaskStatus.READY, 0)
+    assert (farm.task(order).status, farm.task(order).deferrals) == (TaskStatus.READY, 0)
 
 
 @pytest.mark.parametrize(

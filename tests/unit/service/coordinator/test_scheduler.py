@@ -12,8 +12,7 @@ from lippmann.job.orders import TaskKind
 from lippmann.job.states import TaskStatus
 from service.coordinator.fair_share import Claim, share_out
 from service.errors import BrokerUnavailable
-from service.jobs.pause import pause_job
-from service.jobs.prioritise import prioritise_job
+from service.jobs.commands import pause_job, prioritise_job
 from tests.builders_service import Farm, claimed, done, presence
 
 claims = st.lists(
@@ -136,9 +135,9 @@ def test_orders_that_may_have_gone_out_all_the_same_are_told_to_stop(farm: Farm)
     with pytest.raises(BrokerUnavailable):
         farm.dispatch()
     with farm.database.reading() as session:
-        from service.db.coordinator import to_stop
+        from service.db.coordinator import pending_stops
 
-        assert len(to_stop(session)) == 4
+        assert len(pending_stops(session)) == 4
 
 
 def test_an_order_carries_ids_numbers_and_names(farm: Farm) -> None:

@@ -16,7 +16,7 @@ from tests.builders_service import Client, parts
 @pytest.fixture
 def stranger(tmp_path: Path) -> Iterator[Client]:
     """Lend a client that nobody knows."""
-    settings = Settings(data_dir=tmp_path, clerk=False, redis_url="redis://127.0.0.1:1/0")
+    settings = Settings(data_dir=tmp_path, coordinator=False, redis_url="redis://127.0.0.1:1/0")
     with Client(create_app(settings, parts()), raise_server_exceptions=False) as client:
         yield client
 
@@ -24,7 +24,7 @@ def stranger(tmp_path: Path) -> Iterator[Client]:
 @pytest.fixture
 def guest(stranger: Client) -> Client:
     """Lend a client with a browser session."""
-    with stranger.app.state.house.database.writing() as session:  # type: ignore[attr-defined]
+    with stranger.app.state.lippmann.database.writing() as session:  # type: ignore[attr-defined]
         token = create_login_token(session)
     stranger.get("/login", params={"token": token})
     return stranger

@@ -5,10 +5,10 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Callable
 
-from service.auth import caller_of_key, create_key, is_good, revoke_key
+from service.auth import caller_of_key, create_key, is_valid, revoke_key
 from service.db.tables import EventTopic, JobEvent
-from service.events.sse import listen
-from service.events.wakeup import Bell
+from service.events.sse import stream_events
+from service.events.wakeup import Wakeup
 from service.schemas.access import Role
 from tests.builders_service import Farm, claimed, done, failed
 from tests.waiting import ENOUGH_S
@@ -34,10 +34,12 @@ def test_a_frame_with_a_tile_that_is_done_goes_on_when_another_goes_back(farm: F
     assert set(_frames_heard(farm, job_id)) == {(1, "rendering")}
 
 
-def _hear(farm: Farm, may_listen: Callable[[], bool]) -> list[bytes]:
+def _hear(farm: Farm, is_authorized: Callable[[], bool]) -> list[bytes]:
     async def hear() -> list[bytes]:
-        bell = Bell()
-        stream = listen(farm.database, bell, job_id=None, position=0, keepalive_s=0.05, may_listen=may_listen)
+        wakeup = Wakeup()
+        stream = stream_events(
+            farm.database, wakeup, job_id=None, position=0, keepalive_s=0.05, is_authorized=is_authorized
+        )
         async with asyncio.timeout(ENOUGH_S):
             return [piece async for piece in stream]
 
@@ -53,18 +55,18 @@ def test_a_stream_with_much_to_say_ends_as_well(farm: Farm) -> None:
     farm.submit()
     asked = iter([True, True, False])
 
-    def may_listen() -> bool:
+    def is_authorized() -> bool:
         farm.submit()
         return next(asked)
 
-    assert any(b"event: job" in piece for piece in _hear(farm, may_listen))
+    assert any(b"event: job" in piece for piece in _hear(farm, is_authorized))
 
 
-def test_a_caller_is_good_until_the_key_is_revoked(farm: Farm) -> None:
+def test_a_caller_is_valid_until_the_key_is_revoked(farm: Farm) -> None:
     with farm.writing() as session:
         key_id, key = create_key(session, "lab", Role.VIEWER)
         caller = caller_of_key(session, key, now_s=farm.now_s)
         assert caller is not None
-        assert is_good(session, caller, now_s=farm.now_s)
+        assert is_valid(session, caller, now_s=farm.now_s)
         revoke_key(session, key_id)
-        assert not is_good(session, caller, now_s=farm.now_s)
+        assert not is_valid(session, caller, now_s=farm.now_s)

@@ -10,7 +10,7 @@ from lippmann.job.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
 from service.db.counters import recount
-from service.jobs.artifact_repair import mend_job
+from service.jobs.artifact_repair import repair_artifacts
 from tests.builders_service import Client, Farm, claimed, done, failed
 
 MASTERS = (
@@ -193,6 +193,6 @@ def test_a_job_that_goes_on_is_not_mended(api: Client, api_farm: Farm, job_id: s
     api.post(f"/api/v1/jobs/{job_id}/retry")
     _work(api_farm)
     before = dict(api_farm.store.files)
-    assert mend_job(api_farm.database, api_farm.store, job_id) == 0
+    assert repair_artifacts(api_farm.database, api_farm.store, job_id) == 0
     assert api.post(f"/api/v1/jobs/{job_id}/retry").status_code == 409
     assert api_farm.store.files == before

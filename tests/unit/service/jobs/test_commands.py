@@ -7,13 +7,10 @@ from collections import Counter
 import pytest
 
 from lippmann.job.states import JobStatus, TaskStatus
-from service.db import coordinator as clerk_rows
+from service.db import coordinator as coordinator_rows
 from service.db import tasks as task_rows
-from service.db.tables import Chore
-from service.jobs.cancel import cancel_job
-from service.jobs.pause import pause_job, resume_job
-from service.jobs.remove import remove_job
-from service.jobs.retry import retry_job
+from service.db.tables import BackgroundJob
+from service.jobs.commands import cancel_job, pause_job, remove_job, resume_job, retry_job
 from tests.builders_service import Farm, claimed, done, failed
 
 SHARE = 0.1
@@ -27,7 +24,7 @@ def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def _stops(farm: Farm) -> set[str]:
     with farm.database.reading() as session:
-        return set(clerk_rows.to_stop(session))
+        return set(coordinator_rows.pending_stops(session))
 
 
 def _pause(farm: Farm, job_id: str) -> None:
@@ -183,15 +180,15 @@ def test_a_job_cancelled_in_the_middle_of_planning_is_planned_to_the_end_by_retr
     job_id = farm.submit(frames="1-5")  # 16 tasks after the probe: more than a chunk
     (order,) = farm.dispatch()
     farm.say(done(order))
-    farm.chores.do_some(slots=2, now_s=farm.now_s)  # decides
-    farm.chores.do_some(slots=2, now_s=farm.now_s)  # the first chunk
+    farm.background_jobs.run_round(slots=2, now_s=farm.now_s)  # decides
+    farm.background_jobs.run_round(slots=2, now_s=farm.now_s)  # the first chunk
     assert len(farm.tasks(job_id)) == 1 + task_rows.CHUNK
     _cancel(farm, job_id)
     farm.plan()
     _retry(farm, job_id)
     farm.plan()
     job = farm.job(job_id)
-    assert (len(farm.tasks(job_id)), job.status, job.chore) == (17, JobStatus.RUNNING, None)
+    assert (len(farm.tasks(job_id)), job.status, job.background_job) == (17, JobStatus.RUNNING, None)
     farm.work()
     assert (farm.job(job_id).status, farm.job(job_id).frames_done) == (JobStatus.DONE, 5)
 
@@ -200,11 +197,11 @@ def test_a_long_job_is_cancelled_in_pieces_of_a_chunk(farm: Farm, small_chunks: 
     job_id = farm.planned(frames="1-9")  # 28 tasks after the probe
     _cancel(farm, job_id)
     pieces = [farm.job(job_id).cancelled]
-    while farm.chores.do_some(slots=2, now_s=farm.now_s):
+    while farm.background_jobs.run_round(slots=2, now_s=farm.now_s):
         pieces.append(farm.job(job_id).cancelled)
     pieces.append(farm.job(job_id).cancelled)
     assert pieces == [10, 20, 28]
-    assert farm.job(job_id).chore is None
+    assert farm.job(job_id).background_job is None
 
 
 def test_a_job_retried_while_it_is_still_being_cancelled_comes_back_whole(farm: Farm, small_chunks: None) -> None:
@@ -213,7 +210,7 @@ def test_a_job_retried_while_it_is_still_being_cancelled_comes_back_whole(farm: 
     _retry(farm, job_id)
     farm.plan()
     job = farm.job(job_id)
-    assert (job.ready, job.waiting, job.cancelled, job.chore) == (18, 10, 0, None)
+    assert (job.ready, job.waiting, job.cancelled, job.background_job) == (18, 10, 0, None)
 
 
 def test_a_removed_job_is_gone_with_its_artifacts_and_nothing_else(farm: Farm) -> None:
@@ -222,7 +219,7 @@ def test_a_removed_job_is_gone_with_its_artifacts_and_nothing_else(farm: Farm) -
         _cancel(farm, job_id)
     with farm.writing() as session:
         remove_job(session, gone)
-    assert farm.job(gone).chore is Chore.REMOVE
+    assert farm.job(gone).background_job is BackgroundJob.REMOVE
     farm.plan()
     assert not [name for name in farm.store.files if name.startswith(gone)]
     assert [name for name in farm.store.files if name.startswith(kept)]

@@ -14,12 +14,11 @@ from lippmann.job.resolved import PlanSheet
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan.tasks import plan_sheet, plan_tasks
-from service.coordinator.background_jobs import FIRST_REST_S, LONGEST_REST_S, Chores
+from service.coordinator.background_jobs import FIRST_PAUSE_S, LONGEST_PAUSE_S, BackgroundJobs
 from service.db import tasks as task_rows
 from service.db.tables import Job
 from service.jobs import planner as plan
-from service.jobs.remove import remove_job
-from service.jobs.retry import retry_job
+from service.jobs.commands import remove_job, retry_job
 from tests.builders_service import PROBE, Farm, done
 
 LONG = {"frames": "1-8", "outputs": ["views.mp4"]}
@@ -72,7 +71,7 @@ def test_the_plan_is_an_artifact_that_workers_read(farm: Farm) -> None:
 def test_a_job_runs_only_when_every_task_is_in(farm: Farm) -> None:
     job_id = _probed(farm, **LONG)
     statuses = []
-    while farm.chores.do_some(slots=2, now_s=farm.now_s):
+    while farm.background_jobs.run_round(slots=2, now_s=farm.now_s):
         statuses.append((farm.job(job_id).status, len(farm.tasks(job_id))))
         assert farm.dispatch() == []
     assert statuses == [(JobStatus.PROBING, n) for n in (1, 11, 21)]
@@ -105,7 +104,7 @@ def test_a_crash_at_any_step_of_planning_leaves_nothing_missing_and_nothing_twic
         patched.setattr(plan, "insert_tasks", crashing(plan.insert_tasks))
         with pytest.raises(Crash):
             farm.plan()
-    farm.chores = Chores(farm.database, farm.store, farm.settings)  # a new process knows nothing
+    farm.background_jobs = BackgroundJobs(farm.database, farm.store, farm.settings)  # a new process knows nothing
     farm.plan()
     assert _rows(farm, job_id) == _expected(farm, job_id)
     assert (farm.job(job_id).status, farm.job(job_id).ready) == (JobStatus.RUNNING, 16)
@@ -113,10 +112,10 @@ def test_a_crash_at_any_step_of_planning_leaves_nothing_missing_and_nothing_twic
 
 def test_a_plan_once_decided_stays_though_the_farm_has_grown(farm: Farm) -> None:
     job_id = _probed(farm, **(LONG | {"render": {"tiles": "auto"}}))
-    farm.chores.do_some(slots=1, now_s=farm.now_s)
+    farm.background_jobs.run_round(slots=1, now_s=farm.now_s)
     decided = farm.job(job_id).plan
-    farm.chores = Chores(farm.database, farm.store, farm.settings)
-    while farm.chores.do_some(slots=1000, now_s=farm.now_s):
+    farm.background_jobs = BackgroundJobs(farm.database, farm.store, farm.settings)
+    while farm.background_jobs.run_round(slots=1000, now_s=farm.now_s):
         pass
     assert farm.job(job_id).plan == decided
     assert _rows(farm, job_id) == _expected(farm, job_id)
@@ -132,7 +131,7 @@ def test_a_store_that_is_away_only_delays_the_plan(farm: Farm, monkeypatch: pyte
         patched.setattr(farm.store, "put_bytes", _away)
         farm.plan()
     assert farm.job(job_id).status is JobStatus.PROBING
-    farm.now_s += FIRST_REST_S
+    farm.now_s += FIRST_PAUSE_S
     farm.plan()
     assert farm.job(job_id).status is JobStatus.RUNNING
 
@@ -161,7 +160,7 @@ def test_a_chore_that_fails_rests_longer_each_time_and_keeps_no_other_job_waitin
     assert [at_s - begun_s for at_s in tries] == [0, 1, 3, 7, 15]
     monkeypatch.undo()
     monkeypatch.setattr(task_rows, "CHUNK", 10)
-    farm.now_s += LONGEST_REST_S
+    farm.now_s += LONGEST_PAUSE_S
     farm.plan()
     with farm.database.reading() as session:
         assert session.get(Job, stuck) is None
@@ -173,11 +172,11 @@ def test_a_job_whose_numbers_cannot_be_planned_fails_and_says_so(farm: Farm) -> 
         session.execute(update(Job).values(probe={"start_s": 0.5, "s_per_px": 8.5e303, "tileable": True}))
     farm.plan()
     job = farm.job(job_id)
-    assert (job.status, job.error_code, job.chore) == (JobStatus.FAILED, "unplannable", None)
+    assert (job.status, job.error_code, job.background_job) == (JobStatus.FAILED, "unplannable", None)
     assert "s_per_px" in (job.error_message or "")
     with farm.writing() as session:
         retry_job(session, job_id, now_s=farm.now_s, failed_share=0.1)
-    farm.now_s += LONGEST_REST_S
+    farm.now_s += LONGEST_PAUSE_S
     farm.plan()
     assert farm.job(job_id).status is JobStatus.FAILED
 
@@ -185,11 +184,11 @@ def test_a_job_whose_numbers_cannot_be_planned_fails_and_says_so(farm: Farm) -> 
 def test_a_leader_that_was_replaced_does_not_write_over_the_plan(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
     """The old leader has just read that nothing is decided when the new one decides, and plans everything."""
     job_id = _probed(farm, render={"tiles": "auto"})
-    decide, new = plan_sheet, Chores(farm.database, farm.store, farm.settings)
+    decide, new = plan_sheet, BackgroundJobs(farm.database, farm.store, farm.settings)
 
     def late(spec: JobSpec, probe: ProbeResult, *, slots: int) -> PlanSheet:
         monkeypatch.setattr(plan, "plan_sheet", decide)
-        while new.do_some(slots=1, now_s=farm.now_s):
+        while new.run_round(slots=1, now_s=farm.now_s):
             pass
         return decide(spec, probe, slots=slots).model_copy(update={"tile_rows": 7})
 

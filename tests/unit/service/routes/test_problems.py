@@ -104,7 +104,7 @@ def test_a_job_file_that_is_too_large_is_refused_whatever_it_says_it_is(
 
 
 def test_an_upload_that_is_too_large_is_refused(make_farm: Any, make_client: Any) -> None:
-    client = make_client(make_farm(body_limit_mb=0.1, clerk=False))
+    client = make_client(make_farm(body_limit_mb=0.1, coordinator=False))
     for size, status in ((90_000, 201), (110_000, 413)):
         files = {"bundle": ("scene.zip", b"PK" + b"x" * size)}
         assert client.post("/api/v1/scenes", params={"name": "mine"}, files=files).status_code == status

@@ -29,7 +29,8 @@ from lippmann.lightfield.views.views import centre, view
 from lippmann.plan.design.observed_display import observed_display
 from lippmann.plan.sampling import display_size
 from service.main import create_app
-from service.viewing.frames import Sheets, Sight
+from service.viewing.frames import ViewableFrame
+from service.viewing.sheet_cache import SheetCache
 from tests.builders_service import CARD, Client, FakePictures, Farm, parts
 from tests.unit.lippmann.lightfield.sheets import image_of
 from worker.images.colour import srgb_codes
@@ -41,7 +42,7 @@ RIG: dict[str, Any] = {"lens_array": {"count": [12, 10], "lattice": "square"}, "
 @pytest.fixture
 def looked(tmp_path: Path, make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]) -> Farm:
     """Lend a farm with a real store and real pictures."""
-    farm = make_farm(clerk=False, redis_url="redis://127.0.0.1:1/0")
+    farm = make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0")
     real = make_parts(tmp_path)
     farm.parts = replace(farm.parts, store=real.store, pictures=real.pictures)
     return farm
@@ -142,13 +143,13 @@ def test_what_the_caller_has_seen_is_not_made_again_until_the_sheet_or_the_quest
     [
         ("1/view?u=4&v=0", 422, "u: expected 0 to 3, got 4"),
         ("1/view?u=0&v=-1", 422, "v: expected 0 to 3, got -1"),
-        ("1/view?uu=1", 422, "uu: expected no such field"),
+        ("1/view?uu=1", 422, "uu: expected no field of this name"),
         ("1/view?scale=0", 422, "scale"),
         ("1/view?filter=cubic", 422, "filter"),
         ("1/perspective?z=-100", 422, "z: expected an eye in front of the display, above 0, got -100"),
         ("1/perspective?x=nan", 422, "x"),
         ("1/observer?pupil_mm=0", 422, "pupil_mm"),
-        ("1/observer?gap=real&gap_mm=3", 422, "gap: expected either this or gap_mm, got both"),
+        ("1/observer?gap=real&gap_mm=3", 422, "gap: expected only one of gap and gap_mm, got both"),
         ("1/observer?z=100&focus_mm=100", 422, "expected a focus nearer to the display than the eye"),
         ("1/observer?gap=sideways", 422, "gap"),
         ("1/refocus", 422, "depth_mm: expected a value, got nothing"),
@@ -193,11 +194,11 @@ def test_only_as_many_sheets_are_kept_as_there_is_room_for() -> None:
             return nullcontext(Path(name))
 
     store: Any = Store()
-    sheets = Sheets(replace(parts(), store=store, pictures=Pictures()), room_bytes=1200)
+    sheets = SheetCache(replace(parts(), store=store, pictures=Pictures()), room_bytes=1200)
     spec = JobSpec(scene="ball")
-    first, second, third = (Sight(1, spec, CARD.stage, name, "e") for name in "abc")
-    for sight in (first, second, first, third, first, second):
-        sheets.sheet(sight)
+    first, second, third = (ViewableFrame(1, spec, CARD.stage, name, "e") for name in "abc")
+    for viewable in (first, second, first, third, first, second):
+        sheets.sheet(viewable)
     assert read == ["a", "b", "c", "b"]
 
 
@@ -211,10 +212,10 @@ def test_a_sheet_that_several_ask_for_at_once_is_decoded_once() -> None:
             return np.zeros((10, 10, 3), np.float16)
 
     store: Any = SimpleNamespace(local_path=lambda name: nullcontext(Path(name)))
-    sheets = Sheets(replace(parts(), store=store, pictures=Pictures()), room_bytes=0)
-    sight = Sight(1, JobSpec(scene="ball"), CARD.stage, "a", "e")
+    sheets = SheetCache(replace(parts(), store=store, pictures=Pictures()), room_bytes=0)
+    viewable = ViewableFrame(1, JobSpec(scene="ball"), CARD.stage, "a", "e")
     with ThreadPoolExecutor(4) as pool:
-        found = list(pool.map(sheets.sheet, [sight] * 4))
+        found = list(pool.map(sheets.sheet, [viewable] * 4))
     assert read == ["a"]
     assert all(sheet is found[0] for sheet in found)
 

@@ -8,8 +8,8 @@ from xml.etree import ElementTree as ET
 
 import pytest
 
+from service.api import design
 from service.auth import create_key
-from service.jobs import design
 from service.schemas.access import Role
 from tests.builders_service import SPEC, Client, Farm
 
@@ -92,7 +92,7 @@ def test_no_connection_is_held_while_a_design_is_computed(
 
 
 def house_pool(api: Client) -> Any:
-    return cast(Any, api.app).state.house.database._engine.pool
+    return cast(Any, api.app).state.lippmann.database._engine.pool
 
 
 @pytest.mark.parametrize("body", [b"{", b"[]", b"null"])

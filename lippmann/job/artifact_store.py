@@ -1,0 +1,74 @@
+"""The artifact store as service and workers see it. The implementations are in `worker.store`."""
+
+from __future__ import annotations
+
+import builtins
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+
+@dataclass(frozen=True, order=True)
+class ArtifactInfo:
+    """One artifact in a list."""
+
+    name: str
+    """The full name."""
+    size: int
+    """The size in bytes."""
+    modified_s: float
+    """Seconds since 1970, UTC."""
+    etag: str
+    """A strong entity tag, without quotes: two contents of one name never have the same one."""
+
+
+class ArtifactStore(Protocol):
+    """Artifacts by name. An artifact that exists is complete, and a reader keeps reading the content that it opened.
+
+    Names are POSIX paths without a leading slash. A prefix is the first parts of a name, and only whole parts: `a/b`
+    means the artifact `a/b` and everything below `a/b/`, but not `a/bc`. The empty prefix means everything.
+
+    Every method raises ValueError for an invalid name, and StoreUnavailable if the store does not answer.
+    """
+
+    def put_bytes(self, name: str, data: bytes) -> None:
+        """Store data completely or not at all, replacing an artifact of that name; StoreFull if there is no room."""
+
+    def put_file(self, name: str, path: Path) -> None:
+        """Store a copy of a file completely or not at all; see `put_bytes`."""
+
+    def get_bytes(self, name: str) -> bytes:
+        """Return the content of an artifact; ArtifactMissing if it does not exist."""
+
+    def exists(self, name: str) -> bool:
+        """Return whether an artifact exists."""
+
+    def size(self, name: str) -> int:
+        """Return the size of an artifact in bytes; ArtifactMissing if it does not exist."""
+
+    def etag(self, name: str) -> str:
+        """Return the strong entity tag of an artifact, without quotes; ArtifactMissing if it does not exist."""
+
+    def read_range(self, name: str, start: int, stop: int) -> Iterator[bytes]:
+        """Return bytes [start, stop) of an artifact in chunks, fewer if the artifact is shorter.
+
+        ArtifactMissing is raised by this call, not with the first chunk. An artifact that is replaced while it is read
+        is read to its end with the old content.
+        """
+
+    def list(self, prefix: str, *, after: str = "", limit: int | None = None) -> builtins.list[ArtifactInfo]:
+        """Return the artifacts below a prefix, sorted by name: those after a name, and at most `limit`."""
+
+    def folders(self) -> builtins.list[str]:
+        """Return the first parts of all names with several parts, sorted."""
+
+    def delete(self, prefix: str) -> None:
+        """Delete every artifact below a prefix, which must not be empty; deleting nothing is no error."""
+
+    def local_path(self, name: str) -> AbstractContextManager[Path]:
+        """Provide an artifact as a readable file; ArtifactMissing if it does not exist."""
+
+    def free_bytes(self) -> int | None:
+        """Return the free space in bytes; None for a store without a limit."""

@@ -1,0 +1,118 @@
+"""The data of events, built from rows."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from lippmann.job.states import JobStatus, TaskStatus, actions_for
+from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import frame_size
+from service.db.tables import Job, Task
+from service.ids import task_id
+from service.schemas import job as schema
+from service.schemas.answer import utc, utc_or_none
+from service.schemas.events import JobProgress, TaskChange
+from service.schemas.links import artifact_url
+
+
+def job_data(row: Job, *, running_px: float, done_outputs: Collection[str]) -> schema.Job:
+    """Return a whole job.
+
+    Parameters
+    ----------
+    running_px
+        The pixels that running attempts have finished.
+    done_outputs
+        The file names of the outputs that are done.
+    """
+    spec = row.parsed_spec
+    size = frame_size(spec.rig)
+    error = None
+    if row.error_code is not None:
+        error = schema.JobError(code=row.error_code, message=row.error_message or "")
+    return schema.Job(
+        id=row.id,
+        title=row.title,
+        scene=row.scene,
+        status=row.status,
+        actions=actions_for(row.status),
+        priority=row.priority,
+        owner=row.owner,
+        created_at=utc(row.created_s),
+        started_at=utc_or_none(row.started_s),
+        ended_at=utc_or_none(row.ended_s),
+        frames=schema.FrameCount(count=row.frames_total, text=spec.frames),
+        fps=spec.fps,
+        spec=spec,
+        notes=tuple(row.notes),
+        error=error,
+        progress=progress(row, running_px),
+        eta_s=eta_s(row, running_px),
+        tasks=task_counts(row),
+        frames_done=row.frames_done,
+        frames_total=row.frames_total,
+        cpu_s=row.cpu_s,
+        late_events=row.late_events,
+        outputs=tuple(
+            schema.OutputLink(
+                name=output.file_name,
+                url=artifact_url(row.id, names.output_name(output)),
+                ready=output.file_name in done_outputs,
+            )
+            for output in spec.outputs
+        ),
+        size=schema.Size(
+            rows=size.rows, cols=size.cols, lens_rows=size.lens_rows, lens_cols=size.lens_cols,
+            px_per_lens=size.px_per_lens,
+        ),
+    )  # fmt: skip
+
+
+def progress_data(row: Job, *, running_px: float) -> JobProgress:
+    """Return the fields of a job that change while it runs."""
+    return JobProgress(
+        id=row.id,
+        progress=progress(row, running_px),
+        eta_s=eta_s(row, running_px),
+        tasks=task_counts(row),
+        frames_done=row.frames_done,
+        cpu_s=row.cpu_s,
+    )
+
+
+def task_data(row: Task) -> TaskChange:
+    """Return the fields of a task that change with its status."""
+    return TaskChange(
+        job=row.job_id,
+        id=task_id(row.job_id, row.sequence),
+        kind=row.kind,
+        status=row.status,
+        frame=row.frame,
+        tile=row.tile,
+        worker=row.worker,
+        attempt_number=row.attempt_number,
+    )
+
+
+def task_counts(row: Job) -> schema.TaskCounts:
+    """Return the number of tasks of a job in each status."""
+    return schema.TaskCounts(**{status.value: getattr(row, status.value) for status in TaskStatus})
+
+
+def progress(row: Job, running_px: float) -> float:
+    """Return the finished part of a job, weighted by pixels, 0 to 1."""
+    if row.status is JobStatus.DONE:
+        return 1.0
+    return min(1.0, (row.done_px + running_px) / row.total_px) if row.total_px else 0.0
+
+
+def eta_s(row: Job, running_px: float) -> float | None:
+    """Estimate the seconds that a job still takes.
+
+    The estimate is the remaining pixels times the measured seconds per pixel, divided by the number of running tasks.
+    It is None while nothing runs or nothing was measured.
+    """
+    if not (row.running and row.done_px and row.wall_s and row.planned_s) or row.status is not JobStatus.RUNNING:
+        return None
+    remaining_px = max(0.0, row.total_px - row.done_px - running_px)
+    return remaining_px * (row.wall_s / row.done_px) / row.running

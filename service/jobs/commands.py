@@ -1,0 +1,125 @@
+"""The actions of users on jobs: cancel, pause, resume, retry, prioritise, remove.
+
+`lippmann.job.states.JOB_ACTIONS` defines in which statuses each of them is allowed. A request changes what it can in
+one transaction; work on many rows is left to a background job, whose chunks are the functions `*_chunk`.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
+
+from lippmann.job.artifact_store import ArtifactStore
+from lippmann.job.states import JobAction, JobStatus, TaskStatus
+from lippmann.plan import artifact_names as names
+from service.db import tasks as task_rows
+from service.db.engine import Database, changed
+from service.db.tables import BackgroundJob, Job, Task, WorkerFault
+from service.events.publish import publish_job, publish_removal
+from service.jobs.completion import settle
+from service.jobs.state_machine import find_job_for, release_tasks, set_job, transition_job, transition_tasks
+
+_RESET = {
+    "failures": 0,
+    "failed_on": [],
+    "deferrals": 0,
+    "error_code": None,
+    "error_message": None,
+    "error_frame": None,
+    "permanent": False,
+    "not_before_s": None,
+    "ended_s": None,
+}
+"""The columns of a task that a retry resets."""
+
+
+def cancel_job(session: Session, job_id: str, *, now_s: float) -> Job:
+    """Cancel a job: running attempts are stopped, and tasks that are done stay done."""
+    row = find_job_for(session, job_id, JobAction.CANCEL)
+    row = transition_job(session, row, JobStatus.CANCELLED, ended_s=now_s, background_job=BackgroundJob.CANCEL)
+    release_tasks(session, row, to=TaskStatus.CANCELLED, now_s=now_s)
+    cancel_chunk(session, row, now_s=now_s)
+    return row
+
+
+def cancel_chunk(session: Session, row: Job, *, now_s: float) -> bool:
+    """Cancel one chunk of the tasks that have not begun; return whether there are more."""
+    open_tasks = task_rows.in_statuses(session, row.id, [TaskStatus.WAITING, TaskStatus.READY])
+    for status in (TaskStatus.WAITING, TaskStatus.READY):
+        sequences = [sequence for sequence, was in open_tasks if was is status]
+        transition_tasks(session, row.id, sequences, status, TaskStatus.CANCELLED, ended_s=now_s)
+    more = len(open_tasks) == task_rows.CHUNK
+    set_job(session, row, background_job=BackgroundJob.CANCEL if more else None)
+    return more
+
+
+def pause_job(session: Session, job_id: str, *, now_s: float) -> Job:
+    """Pause a job: orders that no worker has claimed are taken back, and running tasks finish."""
+    row = transition_job(session, find_job_for(session, job_id, JobAction.PAUSE), JobStatus.PAUSED)
+    release_tasks(session, row, to=TaskStatus.READY, now_s=now_s, only=TaskStatus.DISPATCHED)
+    return row
+
+
+def resume_job(session: Session, job_id: str, *, now_s: float, failed_share: float) -> Job:
+    """Resume a paused job; it ends at once if its last tasks ended during the pause."""
+    row = transition_job(session, find_job_for(session, job_id, JobAction.RESUME), JobStatus.RUNNING)
+    settle(session, row, now_s=now_s, failed_share=failed_share)
+    return row
+
+
+def prioritise_job(session: Session, job_id: str, priority: int) -> Job:
+    """Set the priority of a job; orders that were already sent keep their place in the queue."""
+    row = set_job(session, find_job_for(session, job_id, JobAction.PRIORITISE), priority=priority)
+    publish_job(session, row)
+    return row
+
+
+def retry_job(session: Session, job_id: str, *, now_s: float, failed_share: float) -> Job:
+    """Continue a failed or cancelled job with the tasks that are not done; all failures are reset."""
+    row = find_job_for(session, job_id, JobAction.RETRY)
+    changed(session, delete(WorkerFault).where(WorkerFault.job_id == job_id))
+    reset = {"ended_s": None, "error_code": None, "error_message": None, "background_job": BackgroundJob.RETRY}
+    row = transition_job(session, row, JobStatus.RUNNING, **reset)
+    retry_chunk(session, row, now_s=now_s, failed_share=failed_share)
+    return row
+
+
+def retry_chunk(session: Session, row: Job, *, now_s: float, failed_share: float) -> bool:
+    """Reset one chunk of failed and cancelled tasks; return whether there are more."""
+    chunk = task_rows.retriable(session, row.id)
+    groups: dict[tuple[TaskStatus, TaskStatus], list[int]] = defaultdict(list)
+    for sequence, status, blocked in chunk:
+        groups[status, TaskStatus.WAITING if blocked else TaskStatus.READY].append(sequence)
+    for (status, to), sequences in groups.items():
+        transition_tasks(session, row.id, sequences, status, to, **_RESET)
+    more = len(chunk) == task_rows.CHUNK
+    set_job(session, row, background_job=BackgroundJob.RETRY if more else _after_retry(row))
+    if row.background_job is None:
+        settle(session, row, now_s=now_s, failed_share=failed_share)
+    return row.background_job is not None
+
+
+def remove_job(session: Session, job_id: str) -> None:
+    """Remove an ended job; from now on the API does not return it."""
+    row = find_job_for(session, job_id, JobAction.REMOVE)
+    set_job(session, row, background_job=BackgroundJob.REMOVE)
+    publish_removal(session, job_id)
+
+
+def remove_chunk(database: Database, store: ArtifactStore, job_id: str) -> bool:
+    """Delete one chunk of a removed job's tasks, then its artifacts, then the job; return whether there is more."""
+    with database.writing() as session:
+        chunk = select(Task.sequence).where(Task.job_id == job_id).limit(task_rows.CHUNK).scalar_subquery()
+        if changed(session, delete(Task).where(Task.job_id == job_id, Task.sequence.in_(chunk))):
+            return True
+    store.delete(names.job_artifact(job_id, ""))
+    with database.writing() as session:
+        changed(session, delete(WorkerFault).where(WorkerFault.job_id == job_id))
+        changed(session, delete(Job).where(Job.id == job_id, Job.background_job == BackgroundJob.REMOVE))
+    return False
+
+
+def _after_retry(row: Job) -> BackgroundJob | None:
+    return BackgroundJob.PLAN if row.probe is not None and row.planned_s is None else None

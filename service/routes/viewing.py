@@ -1,0 +1,98 @@
+"""Views of a frame, made on demand: single views, perspectives, refocusing, an observer, and all views as an atlas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import Annotated, Any
+
+import anyio
+from fastapi import APIRouter, Depends, Header, Path, Query
+from fastapi.responses import Response
+
+from service.api.artifact_files import is_fresh
+from service.dependencies import AppStateDep, ViewerDep
+from service.routes.artifacts import CONVERSIONS
+from service.routes.jobs import JobId
+from service.schemas.viewing import AtlasQuery, Look, ObserverQuery, PerspectiveQuery, RefocusQuery, ViewQuery
+from service.viewing import frames, render
+from service.viewing.frames import ViewableFrame
+
+router = APIRouter(prefix="/jobs/{job_id}/frames/{frame}", tags=["viewing"])
+
+_PICTURE: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}, "image/webp": {}}}}
+
+FrameNumber = Annotated[int, Path(description="The number of the frame.")]
+
+
+def find_frame(job_id: JobId, frame: FrameNumber, state: AppStateDep, _caller: ViewerDep) -> ViewableFrame:
+    """Return the frame of a request."""
+    # The session is closed before the store is read for the picture: a slow store holds no connection.
+    with state.database.reading() as session:
+        return frames.find_frame(session, state.parts, job_id, frame)
+
+
+FrameDep = Annotated[ViewableFrame, Depends(find_frame)]
+
+
+@dataclass(frozen=True)
+class PictureRequest:
+    """A request for a picture of a frame."""
+
+    state: AppStateDep
+    frame: FrameDep
+    if_none_match: Annotated[str | None, Header(include_in_schema=False)] = None
+
+
+PictureRequestDep = Annotated[PictureRequest, Depends()]
+
+
+@router.get("/look")
+def describe_views(
+    job_id: JobId,
+    frame: FrameDep,
+    max_px: Annotated[int, Query(ge=16, le=16_384, description="The longest side of the atlas.")] = 4096,
+) -> Look:
+    """Describe the views of a frame, its depths, and the arrangement of its atlas."""
+    return frames.describe(frame, job_id, max_px=max_px)
+
+
+@router.get("/view", response_class=Response, responses=_PICTURE)
+async def get_view(query: Annotated[ViewQuery, Query()], request: PictureRequestDep) -> Response:
+    """Get one view, with one pixel per lens."""
+    return await _picture(request, "view", query, render.render_view)
+
+
+@router.get("/perspective", response_class=Response, responses=_PICTURE)
+async def get_perspective(query: Annotated[PerspectiveQuery, Query()], request: PictureRequestDep) -> Response:
+    """Get the perspective of an eye, with one pixel per lens. Lenses that send no light to the eye are black."""
+    return await _picture(request, "perspective", query, render.render_perspective)
+
+
+@router.get("/refocus", response_class=Response, responses=_PICTURE)
+async def get_refocused(query: Annotated[RefocusQuery, Query()], request: PictureRequestDep) -> Response:
+    """Get the picture that is sharp at a depth."""
+    return await _picture(request, "refocus", query, render.render_refocus)
+
+
+@router.get("/observer", response_class=Response, responses=_PICTURE)
+async def get_observed(query: Annotated[ObserverQuery, Query()], request: PictureRequestDep) -> Response:
+    """Get what one eye or two see of the display, traced through pupil and lenses, with crosstalk and blur."""
+    return await _picture(request, "observer", query, render.render_observer)
+
+
+@router.get("/views.atlas", response_class=Response, responses=_PICTURE)
+async def get_atlas(query: Annotated[AtlasQuery, Query()], request: PictureRequestDep) -> Response:
+    """Get all views as one picture for a graphics card; `look` describes their arrangement."""
+    return await _picture(request, "views.atlas", query, render.render_atlas)
+
+
+async def _picture(request: PictureRequest, what: str, query: Any, renderer: render.Renderer) -> Response:
+    state, frame = request.state, request.frame
+    etag = frames.etag_of(frame, what, query)
+    headers = {"ETag": etag, "Cache-Control": "private, no-cache", "X-Content-Type-Options": "nosniff"}
+    if is_fresh(request.if_none_match, etag):
+        return Response(status_code=304, headers=headers)
+    make = partial(render.picture, state.parts, state.sheets, frame, query, renderer)
+    data = await anyio.to_thread.run_sync(make, limiter=CONVERSIONS)
+    return Response(data, headers=headers, media_type=f"image/{query.format}")

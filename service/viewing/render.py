@@ -1,0 +1,124 @@
+"""Makes pictures of a frame: views, perspective, refocusing, observer, atlas."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import FieldProblem
+from lippmann.lightfield.observer.looking import Looking, look
+from lippmann.lightfield.observer.observe import whole_window
+from lippmann.lightfield.refocus.shift_and_sum import refocus
+from lippmann.lightfield.views.atlas import atlas_picture, plan_atlas
+from lippmann.lightfield.views.perspective import Eye, perspective
+from lippmann.lightfield.views.square_pixels import as_square
+from lippmann.lightfield.views.views import centre, view
+from lippmann.plan.design.observed_display import observed_display, used_gap_mm
+from service.errors import Invalid
+from service.ports import Parts
+from service.schemas import viewing as schema
+from service.viewing.frames import ViewableFrame
+from service.viewing.sheet_cache import Sheet, SheetCache
+
+MAX_PICTURE_PX = 8192
+"""The longest side of a picture that is enlarged on demand."""
+
+Light = NDArray[np.floating[Any]]
+
+
+def render_view(sheet: Sheet, frame: ViewableFrame, query: schema.ViewQuery) -> Light:
+    """Render a view on square pixels.
+
+    Raises
+    ------
+    Invalid
+        If the view does not exist. The error names u or v.
+    """
+    layout = frame.layout
+    middle_u, middle_v = centre(layout)
+    u = middle_u if query.u is None else query.u
+    v = middle_v if query.v is None else query.v
+    outside = [
+        FieldProblem(field=field, expected=f"0 to {count - 1}", got=str(number))
+        for field, number, count in (("u", u, layout.cell_cols), ("v", v, layout.cell_rows))
+        if not 0 <= number < count
+    ]
+    if outside:
+        raise Invalid("; ".join(map(str, outside)), problems=outside)
+    return as_square(view(sheet, layout, u, v), layout)
+
+
+def render_perspective(sheet: Sheet, frame: ViewableFrame, query: schema.PerspectiveQuery) -> Light:
+    """Render the perspective of an eye on square pixels; lenses that show the light of a neighbour are dark."""
+    eye = _eye(frame, query)
+    seen = perspective(frame.image(sheet), eye)
+    return as_square(seen.picture, frame.layout)
+
+
+def render_refocus(sheet: Sheet, frame: ViewableFrame, query: schema.RefocusQuery) -> Light:
+    """Render the picture that is sharp at a depth."""
+    return refocus(frame.image(sheet), query.depth_mm)
+
+
+def render_observer(sheet: Sheet, frame: ViewableFrame, query: schema.ObserverQuery) -> Light:
+    """Render what an observer sees of the display, by rays through pupil and lenses.
+
+    Raises
+    ------
+    Invalid
+        If two parameters exclude each other.
+    LayoutError, OpticsError
+        If the gap cannot be built, or the focus is not in front of the eye.
+    """
+    if query.gap is not None and query.gap_mm is not None:
+        problem = FieldProblem(field="gap", expected="only one of gap and gap_mm", got="both")
+        raise Invalid(str(problem), problems=[problem])
+    spec = frame.spec
+    gap_mm = used_gap_mm(spec.rig, spec.display, query.gap, stage=frame.stage) if query.gap else query.gap_mm
+    display = observed_display(spec.rig, gap_mm=gap_mm)
+    looking = Looking(
+        pupil_mm=query.pupil_mm,
+        focus_mm=query.focus_mm,
+        rays=query.rays,
+        stereo=query.stereo,
+        eye_distance_mm=query.eye_distance_mm,
+    )
+    window = whole_window(display, size_px=query.size)
+    return look(sheet, display, _eye(frame, query), looking, window=window)
+
+
+def render_atlas(sheet: Sheet, frame: ViewableFrame, query: schema.AtlasQuery) -> Light:
+    """Render all views as one picture."""
+    return atlas_picture(frame.image(sheet), plan_atlas(frame.layout, max_px=query.max_px))
+
+
+def _eye(frame: ViewableFrame, query: schema.PerspectiveQuery | schema.ObserverQuery) -> Eye:
+    distance_mm = frame.spec.display.viewing_distance_mm if query.z is None else query.z
+    if distance_mm <= 0:
+        problem = FieldProblem(field="z", expected="an eye in front of the display, above 0", got=f"{distance_mm:g}")
+        raise Invalid(str(problem), problems=[problem])
+    return Eye(x_mm=query.x, y_mm=query.y, distance_mm=distance_mm)
+
+
+Renderer = Callable[[Sheet, ViewableFrame, Any], Light]
+
+
+def picture(parts: Parts, cache: SheetCache, frame: ViewableFrame, query: Any, render: Renderer) -> bytes:
+    """Render a picture and encode it as a file.
+
+    Raises
+    ------
+    Invalid
+        If the view or the place does not exist, or the picture would be too large.
+    """
+    light = render(cache.sheet(frame), frame, query)
+    scale = query.scale if isinstance(query, schema.ScaledQuery) else 1
+    longest = max(light.shape[:2]) * scale
+    if scale > 1 and longest > MAX_PICTURE_PX:
+        problem = FieldProblem(field="scale", expected=f"a picture of at most {MAX_PICTURE_PX} px", got=f"{longest} px")
+        raise Invalid(str(problem), problems=[problem])
+    options = {"filter_name": query.filter} if isinstance(query, schema.ScaledQuery) else {}
+    return parts.pictures.encode(light, as_format=query.format, scale=scale, **options)
