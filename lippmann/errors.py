@@ -133,12 +133,16 @@ class ArtifactMissing(Transient):
     """An artifact that should be in the store is not there."""
 
     code = "artifact-missing"
+    frame: int | None = None
+    """The frame of the artifact, if whoever reads it knows the frame."""
 
 
 class ArtifactBroken(Transient):
     """An artifact in the store cannot be read."""
 
     code = "artifact-broken"
+    frame: int | None = None
+    """The frame of the artifact, if whoever reads it knows the frame."""
 
 
 class StoreFull(Transient):

@@ -17,6 +17,7 @@ from lippmann.job.spec import JobSpec
 from lippmann.job.states import ENDED_JOBS
 from service.schemas.access import Key, KeyList, LoginLink, NewKey
 from service.schemas.artifact import Artifact, ArtifactPage
+from service.schemas.events import EventTopic, JobEvent, ProgressEvent, StreamEvent, StreamMessage
 from service.schemas.farm import Health, WorkerList
 from service.schemas.frame import Frame, FramePage
 from service.schemas.job import Job, JobPage
@@ -151,10 +152,11 @@ class Client:
         if job.status in ENDED_JOBS:
             return
         for event in self.events(job_id):
-            if event.type == "job":
-                job = _shaped(Job, event.data)
-            elif event.type == "progress":
-                job = _shaped(Job, job.model_dump(mode="json") | event.data)
+            message = _message(event)
+            if isinstance(message, JobEvent) and isinstance(message.data, Job):
+                job = message.data
+            elif isinstance(message, ProgressEvent):
+                job = job.model_copy(update=dict(message.data))
             else:
                 continue
             yield job
@@ -273,3 +275,10 @@ def _first(limit: int | None, items: Iterator[Shape]) -> Iterator[Shape]:
 def _shaped(shape: type[Shape], data: Any) -> Shape:
     # A newer service may say more than this client knows.
     return shape.model_validate(data, extra="ignore")
+
+
+def _message(event: ServerEvent) -> StreamEvent | None:
+    """Return an event by its schema; None for a kind of event that only a newer service knows."""
+    if event.type not in set(EventTopic):
+        return None
+    return _shaped(StreamMessage, {"event": event.type, "data": event.data}).root

@@ -9,7 +9,8 @@ from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
-from service.db.tables import EventTopic, JobEvent
+from service.db.tables import JobEvent
+from service.schemas.events import EventTopic
 
 
 def append(session: Session, job_id: str, topic: EventTopic, data: dict[str, Any]) -> None:

@@ -13,6 +13,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 from lippmann.job.orders import TaskKind, TileIndex
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobStatus, TaskStatus
+from service.schemas.events import EventTopic
 
 
 class BackgroundJob(StrEnum):
@@ -22,15 +23,6 @@ class BackgroundJob(StrEnum):
     CANCEL = "cancel"
     RETRY = "retry"
     REMOVE = "remove"
-
-
-class EventTopic(StrEnum):
-    """The name of an event of the stream, see `service.schemas.events`."""
-
-    JOB = "job"
-    TASK = "task"
-    FRAME = "frame"
-    PROGRESS = "progress"
 
 
 class CredentialKind(StrEnum):

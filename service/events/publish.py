@@ -8,7 +8,7 @@ from lippmann.job.orders import TaskKind
 from lippmann.job.states import FrameStatus, TaskStatus, frame_status
 from service.db import events as event_rows
 from service.db import tasks as task_rows
-from service.db.tables import EventTopic, Job, Task
+from service.db.tables import Job, Task
 from service.events.payloads import job_data, progress_data, task_data
 from service.schemas.events import FrameChange, FrameEvent, JobEvent, JobRemoved, ProgressEvent, StreamEvent, TaskEvent
 from service.schemas.job import Job as JobSchema
@@ -51,7 +51,7 @@ def publish_frame(session: Session, job_id: str, frame: int, status: FrameStatus
 
 
 def _publish(session: Session, job_id: str, event: StreamEvent) -> None:
-    event_rows.append(session, job_id, EventTopic(event.event), event.data.model_dump(mode="json"))
+    event_rows.append(session, job_id, event.event, event.data.model_dump(mode="json"))
 
 
 def _frame_status(session: Session, row: Task) -> FrameStatus | None:

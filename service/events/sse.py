@@ -13,9 +13,9 @@ from starlette.concurrency import run_in_threadpool
 from service.db import events as event_rows
 from service.db import jobs as job_rows
 from service.db.engine import Database
-from service.db.tables import EventTopic
 from service.events.publish import job_snapshot
 from service.events.wakeup import Wakeup
+from service.schemas.events import EventTopic
 
 POLL_S = 1.0
 """The interval at which a stream polls the database, because another process may have written to it."""

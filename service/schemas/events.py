@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from typing import Annotated, Literal
 
 from pydantic import Field, RootModel
@@ -10,6 +11,15 @@ from lippmann.job.orders import TaskKind, TileIndex
 from lippmann.job.states import FrameStatus, TaskStatus
 from service.schemas.answer import Answer
 from service.schemas.job import Job, TaskCounts
+
+
+class EventTopic(StrEnum):
+    """The name of an event."""
+
+    JOB = "job"
+    TASK = "task"
+    FRAME = "frame"
+    PROGRESS = "progress"
 
 
 class JobRemoved(Answer):
@@ -62,28 +72,28 @@ class FrameChange(Answer):
 class JobEvent(Answer):
     """A job was submitted, changed or removed."""
 
-    event: Literal["job"] = "job"
+    event: Literal[EventTopic.JOB] = EventTopic.JOB
     data: Job | JobRemoved
 
 
 class ProgressEvent(Answer):
     """A job made progress."""
 
-    event: Literal["progress"] = "progress"
+    event: Literal[EventTopic.PROGRESS] = EventTopic.PROGRESS
     data: JobProgress
 
 
 class TaskEvent(Answer):
     """A task changed its status."""
 
-    event: Literal["task"] = "task"
+    event: Literal[EventTopic.TASK] = EventTopic.TASK
     data: TaskChange
 
 
 class FrameEvent(Answer):
     """A frame changed its status."""
 
-    event: Literal["frame"] = "frame"
+    event: Literal[EventTopic.FRAME] = EventTopic.FRAME
     data: FrameChange
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import structlog
 
-from lippmann.errors import NO_ROOM, LippmannError, Permanent, StoreFull
+from lippmann.errors import NO_ROOM, ArtifactBroken, ArtifactMissing, LippmannError, Permanent, StoreFull
 from lippmann.job.events import EventKind, Failure, ProbeResult
 from lippmann.job.orders import Order, TaskKind
 from worker.report import Heart, event_of
@@ -87,5 +87,6 @@ def failure_of(error: Exception) -> Failure:
     if isinstance(error, OSError) and error.errno in NO_ROOM:
         error = StoreFull(f"expected room in the worker's scratch folder, got: {error}")
     if isinstance(error, LippmannError):
-        return Failure(code=error.code, message=error.message, permanent=isinstance(error, Permanent))
+        frame = error.frame if isinstance(error, ArtifactBroken | ArtifactMissing) else None
+        return Failure(code=error.code, message=error.message, permanent=isinstance(error, Permanent), frame=frame)
     return Failure(code="unexpected", message=f"{type(error).__name__}: {error}", permanent=False)

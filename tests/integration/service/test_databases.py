@@ -16,8 +16,9 @@ from lippmann.job.states import JobStatus
 from service.db import events as event_rows
 from service.db.engine import Database
 from service.db.migrations import migrate
-from service.db.tables import Base, CoordinatorRow, EventTopic, Job
+from service.db.tables import Base, CoordinatorRow, Job
 from service.jobs.commands import cancel_job, retry_job
+from service.schemas.events import EventTopic
 from tests.builders_service import SPEC, Farm, claimed, done, failed
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.waiting import until

@@ -13,7 +13,7 @@ from pydantic import BaseModel
 from lippmann.cli.main import app
 from lippmann.job.outputs.output import KINDS
 from lippmann.job.spec import JobSpec, parse_spec
-from lippmann.job.states import JOB_TRANSITIONS, TASK_TRANSITIONS
+from lippmann.job.states import JOB_ACTIONS, JOB_TRANSITIONS, TASK_TRANSITIONS
 from povtemplates.catalogue import scene_folders
 from service.settings import Settings
 from tests.repository import DOCS, ROOT
@@ -59,18 +59,25 @@ def test_every_kind_of_output_is_documented_with_its_options_and_no_other() -> N
     assert documented == {kind: set(options.model_fields) - {"kind"} for kind, options in KINDS.items()}
 
 
-def test_the_documented_moves_are_the_table() -> None:
-    tables: dict[str, dict[str, set[str]]] = {}
-    for row in rows_of("statuses.md"):
-        if row[0] in ("job", "task"):
-            table = tables.setdefault(row[0], {})
-        elif not row[0].startswith("-"):
-            table[row[0]] = {word.strip() for word in row[2].split(",")}
-    code = {"job": JOB_TRANSITIONS, "task": TASK_TRANSITIONS}
-    assert tables == {
-        kind: {status.value: {move.value for move in moves} for status, moves in table.items()}
-        for kind, table in code.items()
+def test_the_documented_statuses_and_actions_are_those_of_the_code() -> None:
+    tables: dict[str, dict[str, list[str]]] = {}
+    for first, *others in rows_of("statuses.md"):
+        if first in ("job", "action", "task"):
+            table = tables.setdefault(first, {})
+        elif not first.startswith("-"):
+            table[first] = others
+    transitions = {"job": JOB_TRANSITIONS, "task": TASK_TRANSITIONS}
+    for kind, code in transitions.items():
+        documented = {status: words_in(may_become) for status, (_, may_become) in tables[kind].items()}
+        assert documented == {status.value: set(after) for status, after in code.items()}
+    assert {action: (words_in(where), words_in(to)) for action, (where, to) in tables["action"].items()} == {
+        action.value: (set(rule.allowed_in), {rule.leads_to} if rule.leads_to else set())
+        for action, rule in JOB_ACTIONS.items()
     }
+
+
+def words_in(cell: str) -> set[str]:
+    return {word.strip() for word in cell.split(",")} - {"-"}
 
 
 def test_every_scene_is_documented() -> None:

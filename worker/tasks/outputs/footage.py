@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.errors import OutputError
+from lippmann.errors import ArtifactBroken, ArtifactMissing, OutputError
 from lippmann.job.resolved import JobSheet
 from lippmann.job.rig import Rig
 from lippmann.job.spec import Display
@@ -59,7 +59,7 @@ class Footage:
     def image(self, frame: int) -> IntegralImage:
         """Read the orthoscopic integral image of a frame, in half floats."""
         array = self.rig(frame).lens_array
-        with self.master(names.orthoscopic_name(frame)) as path:
+        with naming_frame(frame), self.master(names.orthoscopic_name(frame)) as path:
             return IntegralImage(
                 pixels=read_rgb(path, np.float16),
                 layout=self.layout,
@@ -70,7 +70,8 @@ class Footage:
     @contextmanager
     def orthoscopic_rows(self, frame: int) -> Iterator[Sheet]:
         """Lend a frame's orthoscopic sheet, of which no more is read than what is asked for."""
-        with self.master(names.orthoscopic_name(frame)) as path, open_rows(path, dtype=np.float16) as rows:
+        name = names.orthoscopic_name(frame)
+        with naming_frame(frame), self.master(name) as path, open_rows(path, dtype=np.float16) as rows:
             yield SheetOfRows(rows, self.layout)
 
     def depth(self, frame: int) -> DepthMap:
@@ -85,7 +86,7 @@ class Footage:
         """
         if not self.has_depth:
             raise OutputError("expected a job with capture.depth, got one without")
-        with self.master(names.depth_name(frame)) as path:
+        with naming_frame(frame), self.master(names.depth_name(frame)) as path:
             return DepthMap(read_channels(path, CHANNELS))
 
     def integral(self, frame: int) -> NDArray[np.float16]:
@@ -93,6 +94,17 @@ class Footage:
         # What makes a capture orthoscopic is its own inverse.
         inverted = self.rig(frame).imaging_lens is not None
         return orthoscopic(self.image(frame).pixels, self.layout, inverted=inverted)
+
+
+@contextmanager
+def naming_frame(frame: int) -> Iterator[None]:
+    """Add the number of a frame to the errors of reading its masters, from which the service repairs the frame."""
+    try:
+        yield
+    except (ArtifactBroken, ArtifactMissing) as error:
+        if error.frame is None:
+            error.frame = frame
+        raise
 
 
 def job_footage(place: Workplace, sheet: JobSheet) -> Footage:

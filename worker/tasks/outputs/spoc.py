@@ -19,7 +19,7 @@ from lippmann.plan.sampling import display_size
 from worker.images.colour import srgb_codes
 from worker.images.rows import BAND_PX, all_rows, open_rows
 from worker.images.write import write_code_rows, write_exr_rows
-from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.footage import Footage, naming_frame
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.pictures import sheet_density
 from worker.tasks.outputs.registry import describes, makes
@@ -71,7 +71,8 @@ def spoc_sheet(pseudoscopic: Sheet, rig: Rig, output: Spoc) -> SpocSheet:
 def _write_master(path: Path, footage: Footage, output: Spoc, frame: int) -> None:
     rig = footage.rig(frame)
     said = {**footage.facts, "frame": str(frame), "rig": output.display(rig).model_dump_json()}
-    with footage.master(names.orthoscopic_name(frame)) as given, open_rows(given, dtype=np.float16) as picture:
+    name = names.orthoscopic_name(frame)
+    with naming_frame(frame), footage.master(name) as given, open_rows(given, dtype=np.float16) as picture:
         # The half-turn is its own inverse: this is the capture as it was, but upright.
         pseudoscopic = OrthoscopicSheet(SheetOfRows(picture, footage.layout), inverted=False)
         made = spoc_sheet(pseudoscopic, rig, output)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 
+from service.db.tables import JobEvent
 from service.openapi import FILE, contract
-from tests.builders_service import Client
+from service.schemas.events import EventTopic, JobRemoved, StreamMessage
+from tests.builders_service import Client, Farm
 
 
 def test_the_committed_contract_is_up_to_date() -> None:
@@ -25,3 +27,24 @@ def test_what_is_served_is_what_is_committed_but_for_the_version(api: Client) ->
     served["info"].pop("version")
     committed["info"].pop("version")
     assert served == committed
+
+
+def test_the_contract_describes_every_event_of_the_stream() -> None:
+    described = json.loads(FILE.read_text(encoding="utf-8"))
+    schemas = described["components"]["schemas"]
+    content = described["paths"]["/api/v1/events"]["get"]["responses"]["200"]["content"]
+    assert set(content) == {"text/event-stream"}
+    message = schemas[content["text/event-stream"]["schema"]["$ref"].rpartition("/")[2]]
+    assert set(message["discriminator"]["mapping"]) == set(EventTopic)
+    assert {"JobProgress", "JobRemoved", "TaskChange", "FrameChange"} <= set(schemas)
+
+
+def test_every_stored_event_of_a_job_follows_its_schema(api: Client, api_farm: Farm) -> None:
+    job_id = api_farm.planned()
+    api_farm.work()
+    assert api.delete(f"/api/v1/jobs/{job_id}").status_code == 204
+    with api_farm.database.reading() as session:
+        rows = session.query(JobEvent).filter(JobEvent.job_id == job_id).all()
+    messages = [StreamMessage.model_validate({"event": row.topic, "data": row.data}).root for row in rows]
+    assert {message.event for message in messages} == set(EventTopic)
+    assert isinstance(messages[-1].data, JobRemoved)

@@ -6,10 +6,11 @@ import asyncio
 from collections.abc import Callable
 
 from service.auth import caller_of_key, create_key, is_valid, revoke_key
-from service.db.tables import EventTopic, JobEvent
+from service.db.tables import JobEvent
 from service.events.sse import stream_events
 from service.events.wakeup import Wakeup
 from service.schemas.access import Role
+from service.schemas.events import EventTopic
 from tests.builders_service import Farm, claimed, done, failed
 from tests.waiting import ENOUGH_S
 

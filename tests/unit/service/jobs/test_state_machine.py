@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
-from httpx import Response
 from sqlalchemy import update
 
 from lippmann.job.states import JOB_ACTIONS, JOB_TRANSITIONS, TASK_TRANSITIONS, JobAction, JobStatus, TaskStatus
@@ -82,7 +83,7 @@ def test_an_action_follows_the_table_and_a_refusal_names_action_and_status(
         assert answer.json()["status"] == (JOB_ACTIONS[action].leads_to or was)
 
 
-def _act(api: Client, job_id: str, action: JobAction) -> Response:
+def _act(api: Client, job_id: str, action: JobAction) -> Any:
     url = f"/api/v1/jobs/{job_id}"
     if action is JobAction.REMOVE:
         return api.delete(url)
