@@ -1,4 +1,4 @@
-# The service: API, clerk and dashboard. PNGs are made from EXR with OpenImageIO, which is in the lock.
+# The service: API, coordinator and dashboard. PNGs are made from EXR with OpenImageIO, which is in the lock.
 FROM python:3.11-slim-bookworm AS build
 WORKDIR /src
 COPY requirements.lock pyproject.toml README.md LICENSE ./

@@ -1,4 +1,4 @@
-"""What the clerk's rounds make of gaps in what they hear: a real broker, and clocks that the test moves."""
+"""The rounds of the coordinator after gaps in reading events: a real broker, and clocks that the test moves."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lippmann.job import wire
 from lippmann.job.events import Event
 from lippmann.job.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
-from service.coordinator import coordinator as clerks
+from service.coordinator import coordinator as module
 from service.coordinator.coordinator import BATCH, Coordinator
 from service.db import coordinator as coordinator_rows
 from service.events.wakeup import Wakeup
@@ -22,19 +22,19 @@ from tests.builders_service import T0, Farm, beat, claimed, done, presence
 
 
 class Rounds:
-    """A farm whose clerk makes a round when the test says so."""
+    """A farm whose coordinator runs a round when the test says so."""
 
     def __init__(self, tmp_path: Path, broker: Broker) -> None:
         url = f"sqlite:///{tmp_path}/farm.db"
         self.farm = Farm(url, redis_url=broker.url, data_dir=tmp_path, tick_s=0.01, leader_ttl_s=600)
         self.steady_s = 0.0
         self._client = broker.client
-        self.clerk = Coordinator(
+        self.coordinator = Coordinator(
             self.farm.database, self.farm.store, self.farm.settings, Wakeup(),
             clock=lambda: self.farm.now_s, steady=lambda: self.steady_s,
         )  # fmt: skip
-        self.clerk.election_round()
-        self.clerk.reconcile_round()
+        self.coordinator.election_round()
+        self.coordinator.reconcile_round()
 
     def send(self, *events: Event) -> None:
         for event in events:
@@ -47,7 +47,7 @@ class Rounds:
             coordinator_rows.reset_position(session)
         orders = self.farm.dispatch()
         self.send(*(claimed(order) for order in orders))
-        self.clerk.consume_round()
+        self.coordinator.consume_round()
         return orders
 
     def wait(self, seconds: float) -> None:
@@ -57,8 +57,8 @@ class Rounds:
     def listen(self, seconds: int) -> None:
         for _ in range(seconds // 5):
             self.wait(5)
-            self.clerk.consume_round()
-            self.clerk.reconcile_round()
+            self.coordinator.consume_round()
+            self.coordinator.reconcile_round()
 
     def statuses(self, orders: list[Order]) -> set[TaskStatus]:
         return {self.farm.task(order).status for order in orders}
@@ -68,7 +68,7 @@ class Rounds:
 def rounds(tmp_path: Path, broker: Broker) -> Iterator[Rounds]:
     rounds = Rounds(tmp_path, broker)
     yield rounds
-    rounds.clerk.stop()
+    rounds.coordinator.stop()
     rounds.farm.database.dispose()
 
 
@@ -78,12 +78,12 @@ def _away(*_: object, **__: object) -> bool:
 
 def _database_away(rounds: Rounds, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patched:
-        patched.setattr(clerks, "follow", _away)
+        patched.setattr(module, "consume_events", _away)
         rounds.send(beat(rounds.farm.queue.orders[0]))
         for _ in range(12):
             rounds.wait(5)
             with pytest.raises(OperationalError):
-                rounds.clerk.consume_round()
+                rounds.coordinator.consume_round()
 
 
 def _machine_slept(rounds: Rounds, _: pytest.MonkeyPatch) -> None:
@@ -101,7 +101,7 @@ def test_nobody_is_lost_in_a_gap_and_the_silent_are_lost_after_their_usual_time(
     orders = rounds.running()
     rounds.listen(10)
     gap(rounds, monkeypatch)
-    rounds.clerk.reconcile_round()
+    rounds.coordinator.reconcile_round()
     assert rounds.statuses(orders) == {TaskStatus.RUNNING}
     rounds.listen(45)
     assert rounds.statuses(orders) == {TaskStatus.RUNNING}
@@ -116,9 +116,9 @@ def test_one_round_that_could_not_be_written_down_gives_everyone_their_time_agai
     rounds.listen(40)
     rounds.send(beat(orders[0]))
     with monkeypatch.context() as patched:
-        patched.setattr(clerks, "follow", _away)
+        patched.setattr(module, "consume_events", _away)
         with pytest.raises(OperationalError):
-            rounds.clerk.consume_round()
+            rounds.coordinator.consume_round()
     rounds.listen(40)
     assert rounds.statuses(orders) == {TaskStatus.RUNNING}
     rounds.listen(15)
@@ -145,7 +145,7 @@ def test_a_new_leader_counts_the_slots_before_it_plans(rounds: Rounds, broker: B
     assert probe is not None
     slow = probe.model_copy(update={"s_per_px": 50.0 / (90 * 16) ** 2})
     farm.say(done(order).model_copy(update={"probe": slow}))
-    rounds.clerk.schedule_round()
+    rounds.coordinator.schedule_round()
     plan = farm.job(job_id).plan
     assert plan is not None
     assert plan["tile_rows"] == 8
@@ -167,7 +167,7 @@ def test_a_job_whose_folder_cannot_be_removed_keeps_no_order_from_going_out(
 
     monkeypatch.setattr(farm.store, "delete", refuse)
     job_id = farm.submit()
-    rounds.clerk.schedule_round()
+    rounds.coordinator.schedule_round()
     assert farm.job(job_id).dispatched == 1
     assert farm.tasks(job_id)[0].kind is TaskKind.PROBE
     assert farm.now_s == T0

@@ -54,7 +54,7 @@ def test_migrating_an_empty_database_gives_the_tables_of_the_code(database: Data
 
 def test_migrating_again_changes_nothing(database: Database) -> None:
     with database.writing() as session:
-        session.execute(update(CoordinatorRow).values(position="7-0"))
+        session.execute(update(CoordinatorRow).values(stream_position="7-0"))
     migrate(database)
     with database.reading() as session:
         assert session.query(CoordinatorRow).one().stream_position == "7-0"

@@ -93,7 +93,7 @@ def test_health_answers_and_says_what_is_wrong(
     make_service: Callable[..., Service], half_open: str, broken: str
 ) -> None:
     service = make_service(redis_url=half_open if broken == "half open" else "redis://127.0.0.1:1/0")
-    until(lambda: service.client.get("/health").json()["clerk"]["ok"])
+    until(lambda: service.client.get("/health").json()["coordinator"]["ok"])
     answer = service.client.get("/health", headers={"Authorization": ""})
     health = answer.json()
     assert (answer.status_code, health["status"], health["broker"]["ok"]) == (200, "degraded", False)
@@ -162,18 +162,18 @@ def test_a_cancelled_attempt_finds_its_stop_key(
     assert 0 < broker.client.ttl(wire.stop_key(worker.orders[0].attempt)) <= wire.STOP_TTL_S
 
 
-def test_of_two_clerks_one_leads_and_the_other_takes_over_when_it_stops(
+def test_of_two_coordinators_one_leads_and_the_other_takes_over_when_it_stops(
     make_service: Callable[..., Service], make_worker: Callable[..., FakeWorker]
 ) -> None:
     given = parts()
     first, second = make_service(given), make_service(given)
-    leader = until(lambda: first.client.get("/health").json()["clerk"]["leader"])
-    assert second.client.get("/health").json()["clerk"]["leader"] == leader
+    leader = until(lambda: first.client.get("/health").json()["coordinator"]["leader"])
+    assert second.client.get("/health").json()["coordinator"]["leader"] == leader
     make_worker()
     first.stop()
     job_id = _submit(second)
     until(lambda: second.status(job_id) == "done")
-    assert second.client.get("/health").json()["clerk"]["leader"] not in (None, leader)
+    assert second.client.get("/health").json()["coordinator"]["leader"] not in (None, leader)
 
 
 def test_a_leader_that_fell_silent_is_replaced_after_its_time_and_knows_that_it_no_longer_leads(

@@ -1,4 +1,4 @@
-"""Silence means something only while the clerk hears."""
+"""Silence means a lost attempt only while every event is read."""
 
 from __future__ import annotations
 
@@ -9,75 +9,75 @@ from service.coordinator.liveness import Liveness
 GAP_S = 15.0
 
 
-class Ear:
-    """A hearing, and two clocks that the test moves."""
+class Probe:
+    """A liveness, and two clocks that the test moves."""
 
     def __init__(self) -> None:
         self.wall_s, self.steady_s = 1000.0, 50.0
-        self.hearing = Liveness(gap_s=GAP_S, clock=lambda: self.wall_s, steady=lambda: self.steady_s)
+        self.liveness = Liveness(gap_s=GAP_S, clock=lambda: self.wall_s, steady=lambda: self.steady_s)
 
     def wait(self, seconds: float) -> None:
         self.wall_s += seconds
         self.steady_s += seconds
 
-    def listen(self, seconds: int, *, caught_up: bool = True) -> None:
+    def read(self, seconds: int, *, caught_up: bool = True) -> None:
         for _ in range(seconds):
             self.wait(1)
-            self.hearing.record_round(caught_up=caught_up)
+            self.liveness.record_round(caught_up=caught_up)
 
     def since_s(self) -> float | None:
-        return self.hearing.since_s()
+        return self.liveness.since_s()
 
 
-def test_who_never_heard_hears_nothing_and_then_since_the_first_round() -> None:
-    ear = Ear()
-    assert ear.since_s() is None
-    ear.listen(100)
-    assert ear.since_s() == 1001.0
+def test_liveness_begins_with_the_first_round() -> None:
+    probe = Probe()
+    assert probe.since_s() is None
+    probe.read(100)
+    assert probe.since_s() == 1001.0
 
 
-def test_a_gap_means_nothing_is_heard_and_since_starts_anew() -> None:
-    ear = Ear()
-    ear.listen(10)
-    ear.wait(GAP_S)
-    assert ear.since_s() == 1001.0
-    ear.wait(0.1)
-    assert ear.since_s() is None
-    ear.hearing.record_round(caught_up=True)
-    assert ear.since_s() == ear.wall_s
+def test_liveness_starts_anew_after_a_gap() -> None:
+    probe = Probe()
+    probe.read(10)
+    probe.wait(GAP_S)
+    assert probe.since_s() == 1001.0
+    probe.wait(0.1)
+    assert probe.since_s() is None
+    probe.liveness.record_round(caught_up=True)
+    assert probe.since_s() == probe.wall_s
 
 
 @pytest.mark.parametrize("step_s", [3600.0, 50.0, -50.0])
 def test_a_clock_that_is_set_and_a_machine_that_slept_are_gaps(step_s: float) -> None:
-    ear = Ear()
-    ear.listen(10)
-    ear.wall_s += step_s
-    assert ear.since_s() is None
-    ear.hearing.record_round(caught_up=True)
-    assert ear.since_s() == ear.wall_s
+    probe = Probe()
+    probe.read(10)
+    probe.wall_s += step_s
+    assert probe.since_s() is None
+    probe.liveness.record_round(caught_up=True)
+    assert probe.since_s() == probe.wall_s
 
 
 def test_a_round_that_failed_is_a_gap() -> None:
-    ear = Ear()
-    ear.listen(10)
-    ear.hearing.record_gap()
-    assert ear.since_s() is None
-    ear.listen(1)
-    assert ear.since_s() == ear.wall_s
+    probe = Probe()
+    probe.read(10)
+    probe.liveness.record_gap()
+    assert probe.since_s() is None
+    probe.read(1)
+    assert probe.since_s() == probe.wall_s
 
 
-def test_who_is_behind_hears_nothing_until_it_has_caught_up_and_since_stays() -> None:
-    ear = Ear()
-    ear.listen(10)
-    ear.listen(60, caught_up=False)
-    assert ear.since_s() is None
-    ear.listen(1)
-    assert ear.since_s() == 1001.0
+def test_there_is_no_liveness_while_events_wait_and_its_beginning_stays() -> None:
+    probe = Probe()
+    probe.read(10)
+    probe.read(60, caught_up=False)
+    assert probe.since_s() is None
+    probe.read(1)
+    assert probe.since_s() == 1001.0
 
 
 def test_since_does_not_begin_while_behind() -> None:
-    ear = Ear()
-    ear.listen(10, caught_up=False)
-    assert ear.since_s() is None
-    ear.listen(1)
-    assert ear.since_s() == ear.wall_s
+    probe = Probe()
+    probe.read(10, caught_up=False)
+    assert probe.since_s() is None
+    probe.read(1)
+    assert probe.since_s() == probe.wall_s

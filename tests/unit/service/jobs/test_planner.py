@@ -136,7 +136,7 @@ def test_a_store_that_is_away_only_delays_the_plan(farm: Farm, monkeypatch: pyte
     assert farm.job(job_id).status is JobStatus.RUNNING
 
 
-def test_a_chore_that_fails_rests_longer_each_time_and_keeps_no_other_job_waiting(
+def test_a_background_job_that_fails_pauses_longer_each_time_and_keeps_no_other_job_waiting(
     farm: Farm, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     stuck = farm.planned()
