@@ -16,34 +16,34 @@ class Line:
     constant: float
     slope: float
     largest_deviation: float
-    """Of the measured values from the line, as a part of the line."""
+    """The largest relative deviation of a measured value from the line."""
 
     def at(self, x: float) -> float:
-        """Return the line's value."""
+        """Return the value of the line at `x`."""
         return self.constant + self.slope * x
 
     def data(self) -> dict[str, Any]:
-        """Return it for JSON."""
+        """Return the line as data for JSON."""
         return asdict(self)
 
 
 def line_through(x: Sequence[float], y: Sequence[float]) -> Line:
-    """Return the line nearest to points, by least squares of the relative deviations.
+    """Fit a line to points by least squares of the relative deviations.
 
-    Times are off by parts of themselves, so a long one must not outweigh the short ones.
+    The errors of measured times are relative, so that a long time must not outweigh the short ones.
 
     Parameters
     ----------
     x
-        At least two different values.
+        The abscissas, at least two different values.
     y
-        Positive.
+        The ordinates, positive.
 
     >>> round(line_through([1, 2, 3], [5, 7, 9]).at(10), 9)
     23.0
     """
     xs, ys = np.asarray(x, dtype=np.float64), np.asarray(y, dtype=np.float64)
-    # In units of the largest x, or pixels and seconds would be far apart.
+    # The fit is scaled by the largest x, because pixels and seconds differ by orders of magnitude.
     scale = float(np.abs(xs).max())
     slope, constant = np.polyfit(xs / scale, ys, 1, w=1 / ys)
     on_line = constant + slope * xs / scale

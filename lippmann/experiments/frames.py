@@ -1,4 +1,4 @@
-"""A job's frames by the steps that a worker takes: tiles, assembly, videos; in a folder that is gone afterwards."""
+"""Render the frames of a job with the steps of a worker (tiles, assembly, videos) in a temporary folder."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.experiments.request import Request, Tell
+from lippmann.experiments.request import FigureRequest, Report
 from lippmann.job.orders import Order, TaskKind
 from lippmann.job.outputs.choice import output_called
 from lippmann.job.resolved import JobSheet, PlanSheet
@@ -37,48 +37,48 @@ Light = NDArray[np.float16]
 
 @dataclass(frozen=True)
 class LocalJob:
-    """A job in a worker's place of its own."""
+    """A job in a workplace of its own."""
 
     place: Workplace
     sheet: JobSheet
 
     @property
     def layout(self) -> CellLayout:
-        """How the orthoscopic sheets and the views lie under the lenses."""
+        """The layout of the orthoscopic integral images."""
         return display_size(self.sheet.spec.rig)
 
     def picture(self, name: str) -> Light:
-        """Return a master of the job, linear light."""
+        """Return a master of the job in linear light, `(row, col, channel)`, float16."""
         with self.place.store.local_path(names.job_artifact(JOB_ID, name)) as path:
             return read_rgb(path, np.float16)
 
     def video(self, output: str, path: Path) -> None:
-        """Encode a video of the job's frames, once they are rendered, into a file."""
+        """Encode a video of the rendered frames into a file."""
         encode_output(self.place, _order(TaskKind.ENCODE, output=output), Unwatched())
         name = names.output_name(output_called(self.sheet.spec.outputs, output))
         with self.place.store.local_path(names.job_artifact(JOB_ID, name)) as encoded:
             shutil.copyfile(encoded, path)
 
-    def render(self, tell: Tell) -> float:
-        """Render and assemble every frame, as many tiles at once as there are slots; return the CPU seconds."""
+    def render(self, report: Report) -> float:
+        """Render and assemble every frame, as many tiles at once as there are slots; return the CPU time, s."""
         frames = self.sheet.spec.frame_numbers
         plan = self.place.plan_sheet(JOB_ID)
         size = frame_size(self.sheet.spec.rig)
         tiles = cut_tiles(size, tile_rows=plan.tile_rows, tile_cols=plan.tile_cols)
-        cpu_s = self._render_tiles([(frame, tile) for frame in frames for tile in tiles], tell)
+        cpu_s = self._render_tiles([(frame, tile) for frame in frames for tile in tiles], report)
         for number, frame in enumerate(frames):
-            tell(0.9 + 0.1 * number / len(frames), f"assemble frame {frame}")
+            report(0.9 + 0.1 * number / len(frames), f"assemble frame {frame}")
             assemble_frame(self.place, _order(TaskKind.ASSEMBLE, frame=frame), Unwatched())
         return cpu_s
 
-    def _render_tiles(self, wanted: list[tuple[int, Tile]], tell: Tell) -> float:
+    def _render_tiles(self, wanted: list[tuple[int, Tile]], report: Report) -> float:
         watches = [_Watched() for _ in wanted]
 
         def render_one(frame: int, tile: Tile, watch: _Watched) -> float:
             work = render_tile(self.place, _order(TaskKind.RENDER, frame=frame, tile=tile), watch)
             watch.progress = 1.0
             done = sum(each.progress for each in watches) / len(watches)
-            tell(0.9 * done, f"rendered {done:.0%}")
+            report(0.9 * done, f"rendered {done:.0%}")
             return work.cpu_s
 
         with ThreadPoolExecutor(self.place.settings.slots) as pool:
@@ -93,13 +93,13 @@ class LocalJob:
 
 
 @contextmanager
-def prepared(spec: JobSpec, request: Request) -> Iterator[LocalJob]:
-    """Lend a job that is stored, checked and cut into one tile a slot.
+def prepared(spec: JobSpec, request: FigureRequest) -> Iterator[LocalJob]:
+    """Yield a job that is stored, checked and cut into one tile for each slot.
 
     Raises
     ------
     lippmann.errors.LippmannError
-        Whatever an attempt on the farm would fail with.
+        If the job cannot be rendered.
     """
     with tempfile.TemporaryDirectory(prefix="lippmann-paper-") as folder:
         place = workplace(request.settings.model_copy(update={"data_dir": Path(folder)}))
@@ -111,7 +111,7 @@ def prepared(spec: JobSpec, request: Request) -> Iterator[LocalJob]:
 
 
 class _Watched:
-    """Progress of one tile, and the word to stop when another has failed."""
+    """The progress of one tile, and whether it must stop because another has failed."""
 
     def __init__(self) -> None:
         self.progress = 0.0

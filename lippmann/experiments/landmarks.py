@@ -1,4 +1,4 @@
-"""Points of the fish scene, and where the exact trace has them in every view."""
+"""Points of the fish scene, and their positions in every view by the exact trace."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Landmark:
-    """A point that can be recognised in a view, and how much about it is its own."""
+    """A point that can be recognised in a view, and the size of the object about it."""
 
     name: str
     place: tuple[float, float, float]
-    """Scene units: those of povtemplates/scenes/fish/scene.inc."""
+    """The position in scene units, as in povtemplates/scenes/fish/scene.inc."""
     half_height_mm: float
     half_width_mm: float
 
@@ -34,7 +34,7 @@ LANDMARKS = (
     Landmark("stem 3", (139.7, 261.9, 1125.0), 50.0, 28.0),
     Landmark("stem 4", (-105.5, 327.9, 1500.0), 56.0, 34.0),
 )
-"""The flank of the fish, and the middle of the head of each bulrush, from the nearest to the farthest."""
+"""The flank of the fish, and the centre of the head of each bulrush, from the nearest to the farthest."""
 
 
 def rig_place_mm(place: tuple[float, float, float], stage: Stage) -> Array:
@@ -42,7 +42,7 @@ def rig_place_mm(place: tuple[float, float, float], stage: Stage) -> Array:
     location, up = np.array(stage.location), np.array(stage.up)
     ahead = np.array(stage.look_at) - location
     ahead = ahead / np.linalg.norm(ahead)
-    # POV-Ray's axes are left-handed, and its cross product goes with them.
+    # POV-Ray's axes are left-handed, and so is its cross product.
     right = np.cross(up, ahead)
     right = right / np.linalg.norm(right)
     from_lens = (np.array(place) - location) * stage.mm_per_unit
@@ -51,26 +51,28 @@ def rig_place_mm(place: tuple[float, float, float], stage: Stage) -> Array:
 
 @dataclass(frozen=True)
 class Traced:
-    """Where a point stands in the views of one row, by exact rays."""
+    """The positions of a point in the views of one row, by the exact trace."""
 
     lens_row: Array
-    """`(view,)`: fractions lie between lenses."""
+    """The lens row in each view, `(view,)`; fractions lie between lenses."""
     lens_col: Array
 
     @property
     def lenses_a_view(self) -> float:
-        """How far it moves to the left as the eye moves right by one view."""
+        """The shift to the left, in lenses, as the eye moves right by one view."""
         return -float(np.polyfit(np.arange(len(self.lens_col)), self.lens_col, 1)[0])
 
 
 def seen_places_mm(stood: Bench, z_mm: float) -> Array:
-    """Return what every pixel of the middle row of views sees of a plane, `(view, lens_row, lens_col, 2)`, mm.
+    """Return the point of a plane that each pixel of the middle views sees, `(view, lens_row, lens_col, 2)`, mm.
 
-    Square lattice; views as `lippmann.lightfield.views.views` numbers them, of the orthoscopic sheet.
+    The lattice is square. The views are those of the orthoscopic integral image, in the order of
+    `lippmann.lightfield.views.views`.
     """
     layout = display_size(stood.rig)
     n, (_, v) = layout.px_per_lens, centre(layout)
-    # Orthoscopic: the lenses in reverse order, every cell as captured. So the row of a view is one row of the cells.
+    # The orthoscopic image has the lenses in reverse order and every cell as captured, so that the row of a view is one
+    # row of the cells.
     rows = pixel_centres_mm(stood)[n - 1 - v :: n]
     met = object_rays(stood, rows).at_z(z_mm)[..., :2]
     cells = met.reshape(layout.lens_rows, layout.lens_cols, n, 2)[::-1, ::-1]
@@ -79,12 +81,12 @@ def seen_places_mm(stood: Bench, z_mm: float) -> Array:
 
 
 def traced(stood: Bench, place_mm: Array) -> Traced:
-    """Return where a point of the rig frame stands in the views of the middle row.
+    """Return the positions of a point of the rig frame in the views of the middle row.
 
     Raises
     ------
     OpticsError
-        If no ray of a view comes near it.
+        If no ray of a view comes near the point.
     """
     places = seen_places_mm(stood, float(place_mm[2]))
     found = np.array([_nearest(view, place_mm[:2]) for view in places])
@@ -92,7 +94,7 @@ def traced(stood: Bench, place_mm: Array) -> Traced:
 
 
 def _nearest(view: Array, wanted_mm: Array) -> tuple[float, float]:
-    """Return the (lens_row, lens_col) that sees a place: the nearest lens, and on from there by the slopes about it."""
+    """Return the (lens_row, lens_col) that sees a point: the nearest lens, corrected by the slopes about it."""
     miss = ((view - wanted_mm) ** 2).sum(axis=-1)
     if not np.isfinite(miss).any():
         raise OpticsError(f"expected rays of a view toward {wanted_mm.round(1).tolist()} mm, got none")

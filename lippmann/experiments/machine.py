@@ -1,4 +1,4 @@
-"""What a figure was made on: times mean nothing without it."""
+"""The machine on which a figure was made, because times mean nothing without it."""
 
 from __future__ import annotations
 
@@ -20,18 +20,18 @@ class Machine:
     cores: int
     povray: str
     date: str
-    """Day of the measurement, UTC."""
+    """The day of the measurement, UTC."""
 
     def __str__(self) -> str:
         return f"{self.cpu}, {self.cores} cores, POV-Ray {self.povray}, {self.date}"
 
     def data(self) -> dict[str, Any]:
-        """Return it for JSON."""
+        """Return the machine as data for JSON."""
         return asdict(self)
 
 
 def this_machine(povray: str) -> Machine:
-    """Return what this machine is.
+    """Return the description of this machine.
 
     Raises
     ------

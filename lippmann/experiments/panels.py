@@ -1,4 +1,4 @@
-"""Pictures side by side, pixel for pixel, with words under each."""
+"""Pictures side by side, pixel for pixel, with a caption under each."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ DPI = 100
 GAP_PX = 14
 LINE_PX = 18
 FONT_PT = 10.5
-"""About 15 px at 100 dpi."""
+"""The font size, points: about 15 px at 100 dpi."""
 
 
 @dataclass(frozen=True)
 class Panel:
-    """One picture `(rows, cols, 3)` of sRGB codes, and the words under it."""
+    """One picture `(rows, cols, 3)` of sRGB codes, and its caption."""
 
     picture: Codes
-    words: str
-    """Lines, not wrapped."""
+    caption: str
+    """The caption; its lines are not wrapped."""
 
     @property
     def height(self) -> int:
-        """Of picture and words, px."""
-        return int(self.picture.shape[0]) + GAP_PX + LINE_PX * len(self.words.splitlines())
+        """The height of picture and caption, px."""
+        return int(self.picture.shape[0]) + GAP_PX + LINE_PX * len(self.caption.splitlines())
 
 
 def write_panels(path: Path, rows: Sequence[Sequence[Panel]]) -> None:
@@ -57,21 +57,21 @@ def _put_row(figure: Any, row: Sequence[Panel], *, top: int, height: int, width:
     left = GAP_PX
     for panel in row:
         rows, cols = panel.picture.shape[:2]
-        # Counted from the bottom; resizing to no other size leaves every pixel as it is.
+        # Places are counted from the bottom, and `figimage` does not resample.
         figure.figimage(panel.picture, left, height - top - rows, origin="upper")
         below = (height - top - rows - 8) / height
-        figure.text((left + cols / 2) / width, below, panel.words, ha="center", va="top", fontsize=FONT_PT)
+        figure.text((left + cols / 2) / width, below, panel.caption, ha="center", va="top", fontsize=FONT_PT)
         left += cols + GAP_PX
 
 
 def enlarged(linear: NDArray[Any], factor: int) -> Codes:
-    """Return a picture `(rows, cols, 3)` as sRGB codes, every pixel a square of `factor` px."""
+    """Return a picture `(rows, cols, 3)` as sRGB codes, with each pixel enlarged to a square of `factor` px."""
     codes: Codes = srgb_codes(linear)
     return codes.repeat(factor, axis=0).repeat(factor, axis=1)
 
 
 def fitted(linear: NDArray[Any], longest_px: int) -> Codes:
-    """Return a picture as sRGB codes, filtered in linear light so that its longer side has so many px."""
+    """Return a picture as sRGB codes, resampled in linear light to `longest_px` on its longer side."""
     rows, cols = linear.shape[:2]
     factor = longest_px / max(rows, cols)
     size = {"rows": max(1, round(rows * factor)), "cols": max(1, round(cols * factor))}
@@ -80,7 +80,7 @@ def fitted(linear: NDArray[Any], longest_px: int) -> Codes:
 
 
 def cut(linear: NDArray[Any], *, middle: tuple[int, int], side_px: int) -> NDArray[Any]:
-    """Return a square of a picture about (row, col), moved inside where it would reach over the edge."""
+    """Return a square of a picture about (row, col), shifted to lie inside the picture."""
     starts = [
         min(max(0, at - side_px // 2), max(0, whole - side_px))
         for at, whole in zip(middle, linear.shape[:2], strict=True)

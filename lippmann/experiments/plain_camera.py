@@ -1,4 +1,4 @@
-"""A perspective camera in the rig frame, with the imaging lens in its way or without; no array."""
+"""A perspective camera in the rig frame, with or without the imaging lens, and without the array."""
 
 from __future__ import annotations
 
@@ -22,47 +22,47 @@ from worker.sandbox.limits import Limits
 from worker.sandbox.log import AttemptLog
 
 TRACE_LEVEL = 24
-"""As in a capture: 6 surfaces of the imaging lens, and the scene's own bounces."""
+"""The recursion limit of a capture: 6 surfaces of the imaging lens, and the reflections of the scene."""
 
 
 @dataclass(frozen=True)
 class PlainCamera:
-    """Where it stands; it looks along -z, at a square window."""
+    """A camera that looks along -z at a square window."""
 
     lens: ImagingLens | None
-    """In its way."""
+    """The lens in front of the camera, if there is one."""
     window_mm: float
     window_z_mm: float
     distance_mm: float
-    """From the window to the camera."""
+    """The distance from the window to the camera, mm."""
 
 
 @dataclass(frozen=True)
-class Shot:
-    """One picture: of which scene, and how."""
+class Picture:
+    """A picture to render: its scene and settings."""
 
     scene: str
-    """One that comes along."""
+    """The name of a built-in scene."""
     side_px: int
     parameters: Mapping[str, float] = field(default_factory=dict)
     picture_format: PictureFormat = "exr"
     antialias: Antialias | None = None
 
 
-def take(job: LocalJob, camera: PlainCamera, shot: Shot, *, folder: Path) -> Path:
-    """Render a picture into a folder, with the sandbox and the limits of a job; return where it is.
+def render_picture(job: LocalJob, camera: PlainCamera, picture: Picture, *, folder: Path) -> Path:
+    """Render a picture into a folder, with the sandbox and the limits of a job; return its path.
 
     Raises
     ------
     lippmann.errors.LippmannError
-        Whatever an attempt on the farm would fail with.
+        If the picture cannot be rendered.
     """
-    (folder / "view.pov").write_text(pov_text(camera, shot), encoding="utf-8")
-    bundle = scene_folders()[shot.scene].resolve()
+    (folder / "view.pov").write_text(pov_text(camera, picture), encoding="utf-8")
+    bundle = scene_folders()[picture.scene].resolve()
     limits = job.sheet.spec.render
     with AttemptLog(folder / "log.txt") as log:
         outcome = render(
-            _command(shot, bundle, job.place.settings.povray),
+            _command(picture, bundle, job.place.settings.povray),
             task_dir=folder,
             readable=(bundle, INCLUDE_FOLDER.resolve()),
             sandbox=job.place.sandbox,
@@ -76,15 +76,15 @@ def take(job: LocalJob, camera: PlainCamera, shot: Shot, *, folder: Path) -> Pat
     return outcome.picture
 
 
-def pov_text(camera: PlainCamera, shot: Shot) -> str:
-    """Return the .pov text: see povtemplates/rigs/lens_image.pov.j2."""
-    stage = _stage(shot.scene)
+def pov_text(camera: PlainCamera, picture: Picture) -> str:
+    """Return the .pov text; see povtemplates/rigs/lens_image.pov.j2."""
+    stage = _stage(picture.scene)
     surfaces = camera.lens.surfaces if camera.lens else ()
     places = (stage.location, stage.look_at, stage.up)
     return write.write_lens_image(
-        title=f"Scene {shot.scene}, {'behind the imaging lens' if camera.lens else 'by an ordinary camera'}",
+        title=f"Scene {picture.scene}, {'behind the imaging lens' if camera.lens else 'through an ordinary camera'}",
         file=SCENE_FILE,
-        parameters=[(name, literals.number(value)) for name, value in sorted(shot.parameters.items())],
+        parameters=[(name, literals.number(value)) for name, value in sorted(picture.parameters.items())],
         trace_level=TRACE_LEVEL,
         surfaces=len(surfaces),
         lens_rows=[_lens_row(surface) for surface in surfaces],
@@ -93,15 +93,15 @@ def pov_text(camera: PlainCamera, shot: Shot) -> str:
     )
 
 
-def _command(shot: Shot, bundle: Path, povray: str) -> RenderCommand:
+def _command(picture: Picture, bundle: Path, povray: str) -> RenderCommand:
     return RenderCommand(
         pov_file="view.pov",
-        picture="view.exr" if shot.picture_format == "exr" else "view.png",
-        cols=shot.side_px,
-        rows=shot.side_px,
-        picture_format=shot.picture_format,
+        picture="view.exr" if picture.picture_format == "exr" else "view.png",
+        cols=picture.side_px,
+        rows=picture.side_px,
+        picture_format=picture.picture_format,
         library_paths=(bundle, INCLUDE_FOLDER.resolve(), SYSTEM_INCLUDE),
-        antialias=shot.antialias,
+        antialias=picture.antialias,
         program=povray,
     )
 

@@ -1,47 +1,51 @@
-"""What a figure is asked for, and what it made."""
+"""The request for a figure, and its result."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from lippmann.experiments.machine import Machine
 from worker.settings import WorkerSettings
 
-Tell = Callable[[float, str], None]
-"""Told how far a figure is, 0 to 1, and what is being done."""
+Report = Callable[[float, str], None]
+"""Receives the progress of a figure, 0 to 1, and the current step."""
+
+CameraModel = Literal["orthographic", "pinhole"]
+"""The camera behind the array: telecentric, or the pinhole camera of the paper."""
 
 
 @dataclass(frozen=True)
-class Request:
-    """One figure, wanted."""
+class FigureRequest:
+    """A figure to make."""
 
     name: str
     out: Path
     """A folder that can be written."""
     quick: bool
-    """Small, in seconds: the shape of the thing and not the paper's settings."""
+    """Whether to use a small version that takes seconds instead of the paper's settings."""
+    camera: CameraModel
     settings: WorkerSettings
     machine: Machine
-    tell: Tell
+    report: Report
 
     def file(self, ending: str) -> Path:
-        """Return where a file of this figure goes.
+        """Return the path of a file of this figure.
 
-        `fig3.png` has the ending `.png`, `fig7a.png` the ending `a.png`.
+        The ending of `fig3.png` is `.png`, and that of `fig7a.png` is `a.png`.
         """
         return self.out / f"{self.name}{ending}"
 
 
 @dataclass(frozen=True)
-class Made:
-    """What came out: the figure first, then the pictures at full size, movies and the like."""
+class FigureResult:
+    """The files and numbers of a figure; the figure itself is the first file, before full-size pictures and movies."""
 
     files: tuple[Path, ...]
     settings: Mapping[str, Any]
-    """What it was made with."""
+    """The settings of the figure."""
     measured: Mapping[str, Any]
     text: str
-    """The measured numbers for people, a line each."""
+    """The measured numbers as text, one line each."""

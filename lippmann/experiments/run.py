@@ -1,4 +1,4 @@
-"""One figure from its name."""
+"""Make one figure by its name."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from types import MappingProxyType
 from typing import Any
 
 from lippmann.experiments.machine import this_machine
-from lippmann.experiments.request import Made, Request
+from lippmann.experiments.request import CameraModel, FigureRequest, FigureResult
 from lippmann.local.files.writable import check_writable
 from lippmann.local.plot import check_plots
 from lippmann.terminal.progress import ProgressLine
@@ -31,28 +31,26 @@ FIGURES: Mapping[str, str] = MappingProxyType(
         "fig11": "video",
     }
 )
-"""Figures and the module that makes each, by a function of its name."""
+"""The module of each figure; the function that makes the figure has its name."""
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A figure that was made."""
+    """A figure and its file of numbers."""
 
-    made: Made
+    made: FigureResult
     numbers: Path
     data: Mapping[str, Any]
-    """What the file of numbers says."""
+    """The content of the file of numbers."""
 
 
-def run_figure(name: str, *, out: Path, quick: bool) -> Figure:
-    """Make a figure and write its numbers beside it.
+def run_figure(name: str, *, out: Path, quick: bool, camera: CameraModel = "orthographic") -> Figure:
+    """Make a figure and write its numbers to `out`.
 
     Raises
     ------
     LippmannError
-        If the folder cannot be written, or POV-Ray or matplotlib is missing.
-    lippmann.errors.LippmannError
-        Whatever an attempt on the farm would fail with.
+        If the folder cannot be written, POV-Ray or matplotlib is missing, or the rendering fails.
     """
     check_writable(out)
     check_plots()
@@ -61,11 +59,12 @@ def run_figure(name: str, *, out: Path, quick: bool) -> Figure:
     machine = this_machine(settings.povray)
     began_s = time.monotonic()
     with ProgressLine(name) as line:
-        request = Request(name, out, quick, settings, machine, lambda part, words: line.show(part, words))
-        made: Made = getattr(import_module(f"lippmann.experiments.figures.{FIGURES[name]}"), name)(request)
+        request = FigureRequest(name, out, quick, camera, settings, machine, lambda part, step: line.show(part, step))
+        made: FigureResult = getattr(import_module(f"lippmann.experiments.figures.{FIGURES[name]}"), name)(request)
     data = {
         "figure": name,
         "quick": quick,
+        "camera": camera,
         "machine": machine.data(),
         "seconds": round(time.monotonic() - began_s, 2),
         "files": [file.name for file in made.files],

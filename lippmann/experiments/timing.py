@@ -1,4 +1,4 @@
-"""One picture on one thread, timed."""
+"""The rendering time of one picture on one thread."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ _SAMPLES = re.compile(r"Pixels:\s+(\d+)\s+Samples:\s+(\d+)")
 
 
 @dataclass(frozen=True)
-class Timed:
-    """What a picture cost."""
+class RenderTime:
+    """The cost of rendering a picture."""
 
     px: int
     samples: int
-    """Rays of the camera, by POV-Ray's own account: a pixel has more than one where antialiasing asks for them."""
+    """The camera rays that POV-Ray counted; antialiasing takes more than one for some pixels."""
     cpu_s: float
-    """Of POV-Ray as a whole."""
+    """The CPU time of POV-Ray, s."""
     trace_cpu_s: float
-    """Of the tracing alone, by POV-Ray's own account."""
+    """The CPU time of tracing alone, as POV-Ray reports it, s."""
     wall_s: float
 
     def data(self) -> dict[str, Any]:
-        """Return it for JSON."""
+        """Return the cost as data for JSON."""
         return asdict(self)
 
 
-def timed(job: LocalJob, *, tile: Tile | None = None, times: int = 1) -> Timed:
-    """Render the job's first frame, or a tile of it, with one thread; of several times, the one that took least CPU.
+def render_time(job: LocalJob, *, tile: Tile | None = None, times: int = 1) -> RenderTime:
+    """Render the first frame of a job, or a tile of it, on one thread; return the run with the least CPU time.
 
-    What else a machine does only adds to the time.
+    Other work on the machine only adds to the time.
     """
     return min((_once(job, tile) for _ in range(times)), key=lambda run: run.cpu_s)
 
 
-def _once(job: LocalJob, tile: Tile | None) -> Timed:
+def _once(job: LocalJob, tile: Tile | None) -> RenderTime:
     frame = job.sheet.spec.frame_numbers[0]
     with job.place.task_folder() as folder:
         log_file = folder.with_suffix(".txt")
@@ -52,7 +52,7 @@ def _once(job: LocalJob, tile: Tile | None) -> Timed:
         finally:
             log_file.unlink(missing_ok=True)
     outcome, px = picture.outcome, (tile or frame_size(job.sheet.spec.rig)).px
-    return Timed(
+    return RenderTime(
         px=px,
         samples=samples,
         cpu_s=outcome.cpu_s,
@@ -61,11 +61,11 @@ def _once(job: LocalJob, tile: Tile | None) -> Timed:
     )
 
 
-def read_samples(words: str) -> int:
-    """Return how many rays of the camera POV-Ray counted: one a pixel, and those that antialiasing adds.
+def read_samples(log: str) -> int:
+    """Return the number of camera rays in a log of POV-Ray: one for each pixel, and those that antialiasing adds.
 
     >>> read_samples("Pixels:            57600   Samples:          518400   Smpls/Pxl: 9.00")
     576000
     """
-    found = _SAMPLES.search(words)
+    found = _SAMPLES.search(log)
     return int(found[1]) + int(found[2]) if found else 0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import typer
 
@@ -20,6 +20,11 @@ Quick = Annotated[
     bool, typer.Option("--quick", help="Use a small version that takes seconds instead of the paper's settings.")
 ]
 
+Camera = Annotated[
+    Literal["orthographic", "pinhole"],
+    typer.Option(help="The camera behind the array: orthographic (telecentric), or the pinhole camera of the paper."),
+]
+
 FIGURES = {
     "fig3": "Make a sample capture with the square array, and an enlarged part of it.",
     "fig4": "Make a sample capture with the hexagonal array, and an enlarged part of it.",
@@ -33,19 +38,24 @@ FIGURES = {
 
 
 def _command(name: str) -> Callable[..., None]:
-    def figure(out: OutputFolder = Path("out/paper"), quick: Quick = False, *, output: Output) -> None:
-        _make(name, out, quick, output)
+    def figure(
+        out: OutputFolder = Path("out/paper"), quick: Quick = False, camera: Camera = "orthographic", *, output: Output
+    ) -> None:
+        _make(name, out, quick, camera, output)
 
-    return with_context(figure)
+    def figure_without_array(out: OutputFolder = Path("out/paper"), quick: Quick = False, *, output: Output) -> None:
+        _make(name, out, quick, "pinhole", output)
+
+    return with_context(figure_without_array if name == "fig5" else figure)
 
 
 for _name, _help in FIGURES.items():
     app.command(_name, help=_help)(_command(_name))
 
 
-def _make(name: str, out: Path, quick: bool, output: Output) -> None:
+def _make(name: str, out: Path, quick: bool, camera: Literal["orthographic", "pinhole"], output: Output) -> None:
     from lippmann.experiments.run import run_figure
 
-    figure = run_figure(name, out=out, quick=quick)
+    figure = run_figure(name, out=out, quick=quick, camera=camera)
     files = [str(file) for file in (*figure.made.files, figure.numbers)]
     output.result({**figure.data, "files": files}, "\n".join([figure.made.text, "", *files]))

@@ -1,8 +1,8 @@
-"""Depth measured in the views: how far a patch moves over the lenses as the eye moves.
+"""Measure depth in the views, from the shift of a patch over the lenses from view to view.
 
-A point at depth s before the array of the capture moves by (s + f) / (n f) lenses from one view to the next, to the
-left as the eye moves right: rays parallel to the axis meet in the front focal plane of each lens (docs/optics.md,
-Depth).
+A point at depth s in front of the array of the capture shifts by (s + f) / (n f) lenses from one view to the next, to
+the left as the eye moves right, because rays parallel to the axis meet in the front focal plane of each lens
+(docs/optics.md, Depth).
 """
 
 from __future__ import annotations
@@ -17,45 +17,45 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Patch:
-    """A part of the middle view, in lenses."""
+    """A rectangle of the central view, in lenses."""
 
     lens_row: float
     lens_col: float
-    """Where its middle is; fractions lie between lenses."""
+    """The column of its centre; fractions lie between lenses."""
     half_rows: int
     half_cols: int
 
 
 @dataclass(frozen=True)
 class Movement:
-    """How a patch moves."""
+    """The shift of a patch from view to view."""
 
     lenses_a_view: float
-    """To the left, as the eye moves right by one view."""
+    """The shift to the left, in lenses, as the eye moves right by one view."""
     likeness: float
-    """Mean correlation of the moved patches with their mean: 1 if it is the same picture in every view."""
+    """The mean correlation of the shifted patches with their mean; 1 if every view shows the same patch."""
 
 
 def movement(views: Array, patch: Patch, candidates: Array) -> Movement | None:
-    """Return the movement under which a patch stays most itself.
+    """Estimate the shift of a patch from view to view.
 
-    For every candidate the patch is taken from each view where it would have moved to, and compared with the mean of
-    all; the best one is refined by a parabola.
+    For every candidate the patch is taken from each view at its shifted position and compared with the mean of all
+    views; the best candidate is refined with a parabola.
 
     Parameters
     ----------
     views
-        Of one row, `(view, lens_row, lens_col)`, brightness, from the leftmost eye to the rightmost; the patch is
-        placed half-way between the two in the middle.
+        The luminance of one row of views, `(view, lens_row, lens_col)`, from the leftmost eye to the rightmost. The
+        position of the patch is the one half-way between the two central views.
     patch
-        What is followed.
+        The patch to follow.
     candidates
-        Movements to try, evenly spaced, lenses a view.
+        The shifts to try, evenly spaced, lenses a view.
 
     Returns
     -------
     Movement or None
-        None if the patch does not lie in the picture.
+        None if the patch is outside the picture.
     """
     strip = _rows(views, patch)
     if strip is None:
@@ -69,7 +69,7 @@ def movement(views: Array, patch: Patch, candidates: Array) -> Movement | None:
 
 
 def depth_mm(lenses_a_view: float, *, px_per_lens: int, focal_length_mm: float) -> float:
-    """Return the signed distance s of an image from the array of the capture, + toward the observer.
+    """Return the signed distance s of an image from the array of the capture, mm, positive toward the observer.
 
     >>> depth_mm((40 + 3.3) / (24 * 3.3), px_per_lens=24, focal_length_mm=3.3)
     40.0
@@ -78,12 +78,12 @@ def depth_mm(lenses_a_view: float, *, px_per_lens: int, focal_length_mm: float) 
 
 
 def lenses_a_view(s_mm: float, *, px_per_lens: int, focal_length_mm: float) -> float:
-    """Return how far a point at depth s moves from view to view; the inverse of `depth_mm`."""
+    """Return the shift of a point at depth s from view to view, lenses; the inverse of `depth_mm`."""
     return (s_mm + focal_length_mm) / (px_per_lens * focal_length_mm)
 
 
 def _rows(views: Array, patch: Patch) -> Array | None:
-    """Return the patch's rows of all views, `(view, row, lens_col)`, interpolated between lens rows."""
+    """Return the rows of the patch in all views, `(view, row, lens_col)`, interpolated between lens rows."""
     first = patch.lens_row + np.arange(-patch.half_rows, patch.half_rows + 1)
     if first[0] < 0 or first[-1] > views.shape[1] - 1:
         return None
@@ -94,7 +94,7 @@ def _rows(views: Array, patch: Patch) -> Array | None:
 
 
 def _unlikeness(strip: Array, patch: Patch, candidate: float) -> float:
-    """Return the part of the brightness's variance that is not common to all views; NaN if too few show the patch."""
+    """Return the fraction of the variance that is not common to all views; NaN if too few views show the patch."""
     count, _, width = strip.shape
     shift = -candidate * (np.arange(count) - (count - 1) / 2)
     at = patch.lens_col + shift[:, np.newaxis] + np.arange(-patch.half_cols, patch.half_cols + 1)
@@ -106,14 +106,14 @@ def _unlikeness(strip: Array, patch: Patch, candidate: float) -> float:
     of_view = np.nonzero(inside)[0][:, np.newaxis, np.newaxis]
     row = np.arange(strip.shape[1])[np.newaxis, :, np.newaxis]
     moved = strip[of_view, row, left] * (1 - part) + strip[of_view, row, left + 1] * part
-    # Every view's patch counts alike, however bright it is.
+    # The patch of every view has the same weight, however bright it is.
     moved = moved - moved.mean(axis=(1, 2), keepdims=True)
     energy = (moved**2).mean()
     return float(((moved - moved.mean(axis=0)) ** 2).mean() / energy) if energy > 0 else float("nan")
 
 
 def _to_vertex(values: Array, at: int) -> float:
-    """Return how far the vertex of the parabola through three values lies from the middle one, in steps."""
+    """Return the distance of the vertex of the parabola through three values from the middle one, in steps."""
     if not 0 < at < len(values) - 1 or not np.isfinite(values[at - 1 : at + 2]).all():
         return 0.0
     before, here, after = values[at - 1 : at + 2]

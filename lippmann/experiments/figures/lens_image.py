@@ -1,8 +1,9 @@
-"""Fig. 5: the scene by an ordinary camera, and its image behind the imaging lens, without the array.
+"""Fig. 5: the scene through an ordinary camera, and its image behind the imaging lens, without the array.
 
-The ordinary camera stands in the front focal point of the imaging lens, through which all rays go that leave it
+The ordinary camera stands in the front focal point of the imaging lens, through which all rays pass that leave the lens
 parallel to the axis, and its window is that of the array in the scene's reference plane. The camera behind the lens is
-the paper's, of 6.738 degrees, looking at the real image; its window lies in the paraxial image of the reference plane.
+the pinhole camera of the paper, which looks at the real image; its window is in the paraxial image of the reference
+plane.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ from numpy.typing import NDArray
 from lippmann.experiments import settings
 from lippmann.experiments.frames import LocalJob, prepared
 from lippmann.experiments.panels import Panel, fitted, write_panels
-from lippmann.experiments.plain_camera import PlainCamera, Shot, take
-from lippmann.experiments.request import Made, Request
+from lippmann.experiments.plain_camera import Picture, PlainCamera, render_picture
+from lippmann.experiments.request import FigureRequest, FigureResult
 from lippmann.job.render_settings import Antialias
 from lippmann.job.rig import PAPER_CAMERA_ANGLE_DEG
 from lippmann.optics.lens.matrices import Conjugate, cardinal_points, conjugate
@@ -30,58 +31,58 @@ SIDE_PX, QUICK_PX = 720, 120
 SHOWN_PX = 640
 SMOOTH = Antialias(threshold=0.05, method=2, depth=2)
 CODED_PX, CODED_HALF_WIDTH_MM = 200, 400.0
-"""The target codes x from -400 to 400 mm with 16 bits: a quantum is 0.012 mm."""
+"""The target codes x from -400 to 400 mm with 16 bits, so that one step is 0.012 mm."""
 NEAR_AXIS = 0.1
-"""Of the window: where the magnification is taken, so that distortion does not count."""
+"""The fraction of the window in which the magnification is measured, so that distortion does not count."""
 
 Light = NDArray[np.float32]
 Places = NDArray[np.float64]
 
 
-def fig5(request: Request) -> Made:
-    """Render both pictures, and measure how the image lies and how small it is."""
-    shot = Shot("fish", QUICK_PX if request.quick else SIDE_PX, antialias=SMOOTH)
+def fig5(request: FigureRequest) -> FigureResult:
+    """Render both pictures, and measure the orientation and the magnification of the image."""
+    picture = Picture("fish", QUICK_PX if request.quick else SIDE_PX, antialias=SMOOTH)
     with prepared(settings.still(lattice="square", quick=False), request) as job:
         lens, reference_mm = rig_lens(job.sheet.spec.rig), job.sheet.stage.reference_mm
         assert lens is not None  # noqa: S101 - the paper's job has one
         ordinary, behind = ordinary_camera(lens, reference_mm), image_camera(lens, reference_mm)
-        request.tell(0.1, "the scene")
-        scene = _picture(job, ordinary, shot)
-        request.tell(0.4, "its image")
-        image = _picture(job, behind, shot)
-        request.tell(0.9, "its magnification")
-        measured = likeness(scene, image) | image_size(*_seen_places_mm(job, behind))
+        request.report(0.1, "the scene")
+        scene = _picture(job, ordinary, picture)
+        request.report(0.4, "its image")
+        image = _picture(job, behind, picture)
+        request.report(0.9, "its magnification")
+        measured = likeness(scene, image) | image_size(*_measured_points_mm(job, behind))
     paraxial = conjugate(lens, reference_mm)
     measured |= {"magnification_paraxial": paraxial.magnification, "image_behind_the_lens_mm": paraxial.image_mm}
     files = (request.file(".png"), request.file("a.png"), request.file("b.png"))
     write_panels(files[0], [_panels(scene, image, ordinary, behind, paraxial)])
-    for file, picture in zip(files[1:], (scene, image), strict=True):
-        write_png(file, picture)
-    shown = {
-        "scene": shot.scene,
-        "side_px": shot.side_px,
+    for file, light in zip(files[1:], (scene, image), strict=True):
+        write_png(file, light)
+    picture_settings = {
+        "scene": picture.scene,
+        "side_px": picture.side_px,
         "antialias": SMOOTH.model_dump(),
         "camera_deg": PAPER_CAMERA_ANGLE_DEG,
     }
-    return Made(files=files, settings=shown, measured=measured, text=_text(measured))
+    return FigureResult(files=files, settings=picture_settings, measured=measured, text=_text(measured))
 
 
 def ordinary_camera(lens: ImagingLens, reference_mm: float) -> PlainCamera:
-    """Return the camera that sees the scene as the capture's middle view does."""
+    """Return the camera that sees the scene as the central view of the capture does."""
     focus_mm = cardinal_points(lens).front_focal_distance_mm
     window_mm = settings.ARRAY_MM / abs(conjugate(lens, reference_mm).magnification)
     return PlainCamera(None, window_mm, -reference_mm, focus_mm + reference_mm)
 
 
 def image_camera(lens: ImagingLens, reference_mm: float) -> PlainCamera:
-    """Return the paper's camera behind the imaging lens."""
+    """Return the camera of the paper, behind the imaging lens."""
     window_z_mm = lens.length_mm + conjugate(lens, reference_mm).image_mm
     distance_mm = settings.ARRAY_MM / (2 * math.tan(math.radians(PAPER_CAMERA_ANGLE_DEG) / 2))
     return PlainCamera(lens, settings.ARRAY_MM, window_z_mm, distance_mm)
 
 
 def likeness(scene: Light, image: Light) -> dict[str, Any]:
-    """Return how the image lies: the flip of it that correlates best with the scene, and all of them."""
+    """Return the flip of the image that correlates best with the scene, and the correlations of all flips."""
     seen, found = scene.mean(axis=-1).ravel(), image.mean(axis=-1)
     flips = {
         "upright": found,
@@ -93,18 +94,18 @@ def likeness(scene: Light, image: Light) -> dict[str, Any]:
     return {"orientation": max(alike, key=lambda name: alike[name]), "likeness": alike}
 
 
-def _picture(job: LocalJob, camera: PlainCamera, shot: Shot) -> Light:
+def _picture(job: LocalJob, camera: PlainCamera, picture: Picture) -> Light:
     with job.place.task_folder() as folder:
-        return read_rgb(take(job, camera, shot, folder=folder), np.float32)
+        return read_rgb(render_picture(job, camera, picture, folder=folder), np.float32)
 
 
 def image_size(window_mm: Places, seen_mm: Places) -> dict[str, float]:
-    """Return how large an image is near the axis, and how much of that is missing or too much at its edge.
+    """Return the magnification of an image near the axis, and its relative change at the edge.
 
     Parameters
     ----------
     window_mm, seen_mm
-        Places along a line through the middle of the window, and what is seen there of the object plane.
+        Points along a line through the centre of the window, and the points of the object plane that they show, mm.
     """
     near = np.abs(window_mm) < NEAR_AXIS * 2 * np.abs(window_mm).max()
     magnification = float(1 / np.polyfit(window_mm[near], seen_mm[near], 1)[0])
@@ -112,12 +113,12 @@ def image_size(window_mm: Places, seen_mm: Places) -> dict[str, float]:
     return {"magnification": magnification, "distortion_at_the_edge": edge / magnification - 1}
 
 
-def _seen_places_mm(job: LocalJob, camera: PlainCamera) -> tuple[Places, Places]:
-    """Return x in the window, and x of the reference plane seen there: a plane whose colour codes what was hit."""
+def _measured_points_mm(job: LocalJob, camera: PlainCamera) -> tuple[Places, Places]:
+    """Return x in the window and the x of the reference plane that it shows, from a plane whose colour codes x, mm."""
     parameters = {"half_width_mm": CODED_HALF_WIDTH_MM}
-    shot = Shot("target-position", CODED_PX, parameters=parameters, picture_format="png16")
+    picture = Picture("target-position", CODED_PX, parameters=parameters, picture_format="png16")
     with job.place.task_folder() as folder:
-        codes = read_codes(take(job, camera, shot, folder=folder))
+        codes = read_codes(render_picture(job, camera, picture, folder=folder))
     x_mm = codes[CODED_PX // 2, :, 0] / 65535 * 2 * CODED_HALF_WIDTH_MM - CODED_HALF_WIDTH_MM
     window_mm = ((np.arange(CODED_PX) + 0.5) / CODED_PX - 0.5) * camera.window_mm
     return window_mm, x_mm
@@ -125,11 +126,13 @@ def _seen_places_mm(job: LocalJob, camera: PlainCamera) -> tuple[Places, Places]
 
 def _panels(scene: Light, image: Light, ordinary: PlainCamera, behind: PlainCamera, paraxial: Conjugate) -> list[Panel]:
     where = f"window {behind.window_mm:.0f} mm, {paraxial.image_mm:.0f} mm behind the lens"
-    words = (
-        f"(a) the scene by an ordinary camera\nwindow {ordinary.window_mm:.0f} mm",
+    captions = (
+        f"(a) the scene through an ordinary camera\nwindow {ordinary.window_mm:.0f} mm",
         f"(b) its real image behind the imaging lens\n{where}",
     )
-    return [Panel(fitted(picture, SHOWN_PX), said) for picture, said in zip((scene, image), words, strict=True)]
+    return [
+        Panel(fitted(picture, SHOWN_PX), caption) for picture, caption in zip((scene, image), captions, strict=True)
+    ]
 
 
 def _text(measured: Mapping[str, Any]) -> str:

@@ -1,4 +1,4 @@
-"""Figs. 10 and 11: two successive frames of an integral video, and the views that they hold."""
+"""Figs. 10 and 11: two successive frames of an integral video, and their views."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lippmann.experiments import settings
 from lippmann.experiments.frames import Light, LocalJob, prepared
 from lippmann.experiments.panels import Panel, cut, enlarged, fitted, write_panels
-from lippmann.experiments.request import Made, Request
+from lippmann.experiments.request import FigureRequest, FigureResult
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.views import centre, view
 from lippmann.plan import artifact_names as names
@@ -20,17 +20,17 @@ from worker.images.write import write_png
 FRAMES = "1-2"
 WHOLE_PX = 720
 CELLS_SHOWN = 18
-"""Across the enlarged part of a frame."""
+"""The lenses across the enlarged part of a frame."""
 
 SIX_PX, SIXTEEN_PX = 360, 135
-"""Width of a view among six, and on the contact sheet."""
+"""The width of a view among six, and on the contact sheet, px."""
 
 
-def fig10(request: Request) -> Made:
-    """Make two successive integral video frames, orthoscopic, as a display gets them."""
-    spec = settings.video(frames=FRAMES, quick=request.quick)
+def fig10(request: FigureRequest) -> FigureResult:
+    """Make two successive orthoscopic frames of an integral video."""
+    spec = settings.video(frames=FRAMES, quick=request.quick, camera=request.camera)
     with prepared(spec, request) as job:
-        cpu_s = job.render(request.tell)
+        cpu_s = job.render(request.report)
         first, second = (job.picture(names.orthoscopic_name(frame)) for frame in (1, 2))
     files = [request.file(".png"), request.file("a.png"), request.file("b.png")]
     n, turn = spec.rig.px_per_lens, spec.parameters.get("turn_deg_per_frame", 8)
@@ -43,14 +43,14 @@ def fig10(request: Request) -> Made:
         f"two frames of {first.shape[1]} x {first.shape[0]} px, fish turned by {turn} degrees between them;"
         f" {changed:.0%} of the pixels differ; {cpu_s:.1f} s of CPU"
     )
-    return Made(files=tuple(files), settings=settings.shown(spec), measured=measured, text=text)
+    return FigureResult(files=tuple(files), settings=settings.job_data(spec), measured=measured, text=text)
 
 
-def fig11(request: Request) -> Made:
+def fig11(request: FigureRequest) -> FigureResult:
     """Make the 16 views of a row of two frames, six of them large, and the movie of all successive views."""
-    spec = settings.video(frames=FRAMES, quick=request.quick)
+    spec = settings.video(frames=FRAMES, quick=request.quick, camera=request.camera)
     with prepared(spec, request) as job:
-        cpu_s = job.render(request.tell)
+        cpu_s = job.render(request.report)
         figure, sheet, movie = request.file(".png"), request.file("-16-views.png"), request.file(".mp4")
         views = [_row_of_views(job, frame) for frame in (1, 2)]
         job.video("views.mp4", movie)
@@ -77,11 +77,11 @@ def fig11(request: Request) -> Made:
         f" from one view to the next they differ by {steps['to_the_next_view']:.3f} of white on average,"
         f" from one frame to the next by {steps['to_the_next_frame']:.3f}"
     )
-    return Made(files=(figure, sheet, movie), settings=settings.shown(spec), measured=measured, text=text)
+    return FigureResult(files=(figure, sheet, movie), settings=settings.job_data(spec), measured=measured, text=text)
 
 
 def _wholes(first: Light, second: Light) -> list[Panel]:
-    # Small enough frames are shown pixel for pixel.
+    # A frame that is small enough is printed pixel for pixel.
     return [
         Panel(
             enlarged(frame, 1) if frame.shape[1] == WHOLE_PX else fitted(frame, WHOLE_PX),
@@ -103,7 +103,7 @@ def _parts(first: Light, second: Light, n: int) -> list[Panel]:
 
 
 def _row_of_views(job: LocalJob, frame: int) -> list[NDArray[np.float16]]:
-    """Return the views of a frame along its middle row, from the leftmost eye to the rightmost."""
+    """Return the views of the middle row of a frame, from the leftmost eye to the rightmost."""
     upright, layout = job.picture(names.orthoscopic_name(frame)), job.layout
     return [view(upright, layout, u, _middle_row(layout)) for u in range(layout.px_per_lens)]
 
@@ -113,10 +113,10 @@ def _middle_row(layout: CellLayout) -> int:
 
 
 def _six(row: Sequence[Light], chosen: Sequence[int], first_letter: int) -> list[Panel]:
-    words = ("extreme left", "middle", "extreme right")
+    names_of_views = ("extreme left", "middle", "extreme right")
     frame = first_letter // 3 + 1
     return [
-        Panel(fitted(row[u], SIX_PX), f"({'abcdef'[first_letter + number]}) frame {frame}, {words[number]}")
+        Panel(fitted(row[u], SIX_PX), f"({'abcdef'[first_letter + number]}) frame {frame}, {names_of_views[number]}")
         for number, u in enumerate(chosen)
     ]
 
@@ -134,7 +134,7 @@ def _difference(one: Light, other: Light) -> float:
 
 
 def _share_changed(one: Light, other: Light) -> float:
-    """Return the part of the pixels that differ by more than a hundredth of white."""
+    """Return the fraction of the pixels that differ by more than a hundredth of white."""
     return float((np.abs(_seen(one) - _seen(other)).max(axis=-1) > 0.01).mean())
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from lippmann.experiments.figures.captions import CAPTIONS, Depth, agrees, mean_mm
+from lippmann.experiments.figures.captions import CAPTIONS, Agreement, Depth, agreement, mean_mm
 from lippmann.experiments.settings import POSITIONS_MM, sweep
 
 
@@ -13,26 +13,27 @@ def depths(*measured_mm: float) -> list[Depth]:
 
 
 CASES = [
-    ("a", (58, 30, 16, 9, 3), True),
-    ("a", (58, 30, 16, 9, -3), False),
-    ("a", (-1, 30, 16, 9, 3), False),
-    ("b", (38, 10, -4, -12, -18), True),
-    ("b", (38, 10, 4, 2, -6), False),
-    ("b", (-38, -10, -4, -12, -18), False),
-    ("c", (7, -21, -35, -42, -48), True),
-    ("c", (7, 1, -35, -42, -48), False),
-    ("c", (-7, -21, -35, -42, -48), False),
-    ("d", (-13, -41, -55, -63, -69), True),
-    ("d", (1, -41, -55, -63, -69), False),
+    ("a", (58, 30, 16, 9, 3), "yes"),
+    ("a", (58, 30, 16, 9, -3), "as a group"),
+    ("a", (-1, 30, 16, 9, 3), "no"),
+    ("b", (38, 10, -4, -12, -18), "as a group"),
+    ("b", (38, 10, 4, 2, -6), "no"),
+    ("b", (38, -1, -4, -12, -18), "yes"),
+    ("b", (-38, -10, -4, -12, -18), "no"),
+    ("c", (7, -21, -35, -42, -48), "yes"),
+    ("c", (7, 1, -35, -42, -48), "as a group"),
+    ("c", (-7, -21, -35, -42, -48), "no"),
+    ("d", (-13, -41, -55, -63, -69), "yes"),
+    ("d", (1, -41, -55, -63, -69), "no"),
 ]
 
 
 @pytest.mark.parametrize(("letter", "measured", "expected"), CASES)
 def test_a_caption_agrees_with_depths_on_its_sides_of_the_array(
-    letter: str, measured: tuple[float, ...], expected: bool
+    letter: str, measured: tuple[float, ...], expected: Agreement
 ) -> None:
     caption = next(each for each in CAPTIONS if each.letter == letter)
-    assert agrees(caption, depths(*measured)) is expected
+    assert agreement(caption, depths(*measured)) == expected
 
 
 def test_the_mean_of_depths_is_their_mean() -> None:
