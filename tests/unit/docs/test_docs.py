@@ -39,7 +39,8 @@ def rows_of(page: str) -> list[list[str]]:
 
 
 def test_every_field_of_a_job_is_documented_and_no_other() -> None:
-    rows = [row for row in rows_of("job-file.md") if row[0].startswith("`")]
+    # The table of old names, on the same page, has values beside its names.
+    rows = [row for row in rows_of("job-file.md") if row[0].startswith("`") and '"' not in row[0]]
     documented = {name.strip("` ") for row in rows for name in row[0].split(",")}
     assert documented == fields_of(JobSpec)
 
