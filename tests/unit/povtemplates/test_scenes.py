@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import re
 from pathlib import Path
 
 import pytest
@@ -9,6 +11,8 @@ import pytest
 from lippmann.errors import BundleError
 from lippmann.job.scene import SCENE_FILE
 from lippmann.job.spec import JobSpec
+from lippmann.optics.lens.matrices import cardinal_points
+from lippmann.optics.lens.published import ATHINEOS_2006
 from lippmann.optics.rig.check import check_rig
 from povtemplates.catalogue import scene_folders
 from worker.sandbox.bundle import check_bundle, digest_of, pack_folder, unpack
@@ -33,6 +37,18 @@ def test_a_scene_declares_a_default_for_each_of_its_parameters(name: str) -> Non
     card = check_bundle(pack_folder(SCENES[name])).card
     text = (SCENES[name] / SCENE_FILE).read_text()
     assert all(f"#ifndef ({parameter})" in text for parameter in card.parameters)
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_the_pinhole_camera_of_a_scene_sees_what_the_papers_rig_captures(name: str) -> None:
+    """It is at the front focal point of the imaging lens, and its angle of view is that of 90 lenses of 1 mm."""
+    points = cardinal_points(ATHINEOS_2006)
+    z_mm = -1000 - points.front_focal_distance_mm
+    angle_deg = 2 * math.degrees(math.atan(45 / points.effective_focal_length_mm))
+    text = "".join(path.read_text() for path in SCENES[name].iterdir() if path.suffix in {".inc", ".pov"})
+    locations = re.findall(r"location (?:<0, \d+, )?(-[\d.]+)(?:\*z|>)", text)
+    assert [float(z) for z in locations] == [round(z_mm, 2)]
+    assert re.findall(r"angle ([\d.]+)", text) == [f"{angle_deg:.2f}"]
 
 
 def test_packing_twice_gives_the_same_name() -> None:
