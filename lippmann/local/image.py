@@ -31,7 +31,7 @@ from lippmann.lightfield.observer.display import LensDisplay
 from lippmann.lightfield.observer.looking import Looking, look
 from lippmann.lightfield.observer.observe import whole_window
 from lippmann.lightfield.observer.window import Window
-from lippmann.lightfield.refocus.all_in_focus import extended_focus
+from lippmann.lightfield.refocus.all_in_focus import all_in_focus
 from lippmann.lightfield.refocus.ciir import ciir_stack
 from lippmann.lightfield.refocus.depth_focused_view import depth_focused_view
 from lippmann.lightfield.refocus.shift_and_sum import focal_stack
@@ -389,7 +389,7 @@ class IntegralImage(lightfield.IntegralImage):
         LayoutError
             As in `focal_stack`.
         """
-        return extended_focus(self.focal_stack(depths_mm)).picture
+        return all_in_focus(self.focal_stack(depths_mm)).picture
 
     def depth(
         self,

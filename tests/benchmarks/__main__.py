@@ -41,6 +41,11 @@ LINES = (
     Line("turn 8000 x 8000 both ways, and all views, file to file: peak memory", "<= 1 GiB", sheets.streamed_mb),
     Line("assemble a 2400 x 2400 frame: peak memory", "<= 1 GiB", memory.assemble_mb),
     Line("refocus, 64 views of 1280 x 720: planes in a CPU second, a stack of 16", ">= 10", refocus.planes_per_s),
+    Line(
+        "refocus 640 x 360 by dense matrices / by scipy's sparse ones: CPU",
+        "<= 0.77",
+        refocus.sparse_ratio,
+    ),
     Line("encoding views.mp4 / the codec alone, 128 views to 720 x 720 px: CPU", "<= 1.15", videos.cpu_ratio),
 )
 

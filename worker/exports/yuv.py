@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import OutputError
+from lippmann.lightfield.quality.luminance import WEIGHTS
 
-RED, GREEN, BLUE = 0.2126, 0.7152, 0.0722
+RED, GREEN, BLUE = WEIGHTS.tolist()
 _TO_YCBCR = np.array(
     [
         [219 * RED, 219 * GREEN, 219 * BLUE],

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
-"""Of red, green and blue."""
+"""The luminance of red, green and blue (ITU-R BT.709-6, item 3.2)."""
 
 
 def luminance(picture: NDArray[Any]) -> NDArray[np.float64]:

@@ -1,4 +1,4 @@
-"""Extended focus: of a focal stack, every pixel from the pictures that are the sharpest about it.
+"""All-in-focus pictures: every pixel of a focal stack from the pictures that are the sharpest around it.
 
 Sharpness is local contrast: the modified Laplacian of the luminance, |d2/dx2| + |d2/dy2| (Nayar, Nakagawa, *Shape from
 focus*, IEEE Trans. Pattern Analysis and Machine Intelligence 16(8), 1994), here of its square root, which is nearer to
@@ -20,31 +20,32 @@ from lippmann.lightfield.quality.luminance import luminance
 from lippmann.lightfield.sheet.interpolation import Light
 
 POWER = 8
-"""Of the sharpness. A picture half as sharp as the sharpest counts 1 / 256 of it."""
+"""The power of the sharpness by which a picture is weighted: half the sharpness has 1 / 256 of the weight."""
 
 NOTHING_SHARP = 0.05
-"""Of what the sharpest tenth of all pixels have: so much more or less makes no difference."""
+"""The sharpness that makes no difference, as a share of that of the sharpest tenth of all pixels."""
 
 
 @dataclass(frozen=True)
-class ExtendedFocus:
-    """What is sharp at every depth."""
+class AllInFocus:
+    """A picture that is sharp at every depth, and which pictures of the stack it comes from."""
 
     picture: NDArray[np.floating[Any]]
-    """`(row, col, channel)`."""
+    """`(row, col, channel)`, in single precision or the dtype of the stack, if higher."""
     nearest: NDArray[np.intp]
-    """Which of the stack's pictures is the sharpest, `(row, col)`; of equally sharp ones the first."""
+    """The number of the sharpest picture of the stack, `(row, col)`; of equally sharp ones the first."""
 
 
-def extended_focus(stack: NDArray[Light], *, smooth_px: int = 2) -> ExtendedFocus:
-    """Return each pixel from the pictures of a focal stack that are the sharpest about it; see the module.
+def all_in_focus(stack: NDArray[Light], *, smooth_px: int = 2) -> AllInFocus:
+    """Blend a focal stack so that each pixel comes from the pictures that are the sharpest around it; see the module.
 
     Parameters
     ----------
     stack
         `(depth, row, col, channel)`, linear light; three channels are red, green and blue.
     smooth_px
-        Of the square of 2 `smooth_px` + 1; more gives calmer pictures with coarser borders between depths.
+        Half the side of the square, 2 `smooth_px` + 1, over which sharpness is summed, px; a larger one gives smoother
+        pictures with coarser borders between depths.
 
     Raises
     ------
@@ -58,14 +59,27 @@ def extended_focus(stack: NDArray[Light], *, smooth_px: int = 2) -> ExtendedFocu
     floor = max(NOTHING_SHARP * float(np.quantile(best, 0.9)), float(np.finfo(np.float64).tiny))
     weights = ((sharp + floor) / (best + floor)) ** POWER
     weights /= weights.sum(axis=0)
-    picture = np.zeros(stack.shape[1:], dtype=stack.dtype)
+    picture = np.zeros(stack.shape[1:], dtype=np.result_type(stack.dtype, np.float32))
     for one, weight in zip(stack, weights, strict=True):
-        picture += one * weight[..., np.newaxis].astype(stack.dtype)
-    return ExtendedFocus(picture=picture, nearest=sharp.argmax(axis=0))
+        picture += one * weight[..., np.newaxis].astype(picture.dtype)
+    return AllInFocus(picture=picture, nearest=sharp.argmax(axis=0))
 
 
 def sharpness(picture: NDArray[Light], *, smooth_px: int) -> NDArray[np.float64]:
-    """Return the local contrast of a picture `(row, col, channel)`, `(row, col)`; see `extended_focus`."""
+    """Compute the local contrast of a picture; see the module.
+
+    Parameters
+    ----------
+    picture
+        `(row, col, channel)`, floating.
+    smooth_px
+        As in `all_in_focus`, px.
+
+    Returns
+    -------
+    NDArray
+        `(row, col)`, float64.
+    """
     light = np.pad(luminance(picture), 1, mode="edge")
     middle = 2 * light[1:-1, 1:-1]
     contrast: NDArray[np.float64] = np.abs(middle - light[1:-1, :-2] - light[1:-1, 2:])

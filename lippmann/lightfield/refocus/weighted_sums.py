@@ -1,9 +1,9 @@
 """Pictures whose every pixel is a weighted sum of a sheet's: separable, several at once, by matrix products.
 
 Refocusing asks every pixel of a picture for a few pixels of the sheet, the same down for every column and the same
-across for every row: `Taps` of each axis. Those are near each other, so a picture row is a small dense matrix times the
-sheet rows that it needs. Dense, because a matrix product with zeros in it is quicker than a sum of shifted pictures
-without; and many pictures share the sheet's way through memory, a band of rows at a time.
+across for every row: the `Taps` of each axis. Those are near each other, so a row of a picture is a small dense matrix
+times the rows of the sheet that it needs. A dense matrix has zeros in it and is still quicker than the
+sparse one of scipy (`make bench`); and many pictures are made from a band of rows while it is in the cache.
 """
 
 from __future__ import annotations
@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.lightfield.sheet.half_floats import planes
 from lippmann.lightfield.sheet.interpolation import Light
 
 BAND_BYTES = 96 * 2**20
@@ -30,6 +29,9 @@ CACHED_COLS = 1024
 
 PRODUCT_COLS = 10
 """Picture columns of one product across."""
+
+_SINGLES = np.arange(2**16, dtype=np.uint16).view(np.float16).astype(np.float32)
+"""The number of every half float, by its bits."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +104,20 @@ def weighted_sums(light: NDArray[Light], down: Sequence[Taps], across: Sequence[
                 for index, part in zip(group, summed, strict=True):
                     block.across(part, index, made[index, start:stop, channel])
     return made.transpose(0, 1, 3, 2)
+
+
+def planes(light: NDArray[Light]) -> NDArray[np.floating[Any]]:
+    """Return `(row, col, channel)` as `(channel, row, col)`, in single precision or its own, if higher.
+
+    Half floats are looked up in a table, which is quicker than a cast of pixels that are not side by side.
+    """
+    rows, cols, channels = light.shape
+    if light.dtype != np.float16:
+        return light.transpose(2, 0, 1).astype(np.result_type(light.dtype, np.float32), order="C")
+    out, bits = np.empty((channels, rows, cols), dtype=np.float32), light.view(np.uint16)
+    for row, channel in np.ndindex(rows, channels):
+        _SINGLES.take(bits[row, :, channel], out=out[channel, row], mode="clip")
+    return out
 
 
 @dataclass(frozen=True)

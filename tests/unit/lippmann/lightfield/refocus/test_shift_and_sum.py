@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout
-from lippmann.lightfield.refocus.all_in_focus import extended_focus, sharpness
+from lippmann.lightfield.refocus.all_in_focus import all_in_focus, sharpness
 from lippmann.lightfield.refocus.shift_and_sum import focal_stack, refocus, shifts
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells
 from lippmann.lightfield.views.square_pixels import as_square
@@ -107,31 +107,38 @@ def test_a_point_is_sharpest_at_its_depth(layout: CellLayout, depth_mm: float) -
 
 
 @pytest.mark.parametrize("layout", [SQUARE, HEXAGONAL], ids=str)
-def test_extended_focus_takes_each_point_from_its_depth(layout: CellLayout) -> None:
+def test_all_in_focus_takes_each_point_from_its_depth(layout: CellLayout) -> None:
     ortho = sheet_of_texture(layout, lambda x, y: spot(x + 6, y), 20.0, focal_mm=FOCAL_MM)
     ortho += sheet_of_texture(layout, lambda x, y: spot(x - 6, y), -10.0, focal_mm=FOCAL_MM)
     depths_mm = np.arange(-20.0, 31.0, 5.0)
     stack = focal_stack(image_of(ortho, layout, focal_length_mm=FOCAL_MM), depths_mm.tolist())
-    found = extended_focus(stack)
+    found = all_in_focus(stack)
     rows, cols = layout.square_size()
     for col, depth_mm in ((cols // 2 - 6, 20.0), (cols // 2 + 6, -10.0)):
         assert abs(depths_mm[found.nearest[rows // 2, col]] - depth_mm) <= 5.0
         assert found.picture[rows // 2, col, 0] > 0.5
 
 
-def test_extended_focus_compares_contrast_as_the_eye_sees_it() -> None:
+def test_all_in_focus_compares_contrast_as_the_eye_sees_it() -> None:
     """A pattern in the dark, of less light than one in the bright, looks stronger and so counts as sharper."""
     row, col = np.mgrid[:12, :12]
     chequers = ((row + col) % 2)[..., np.newaxis].astype(np.float32)
     dark, bright = 0.04 * chequers, 0.88 + 0.06 * chequers
-    found = extended_focus(np.stack((bright, dark)))
+    found = all_in_focus(np.stack((bright, dark)))
     assert (found.nearest == 1).all()
     np.testing.assert_allclose(found.picture, dark, atol=0.01)
 
 
-def test_extended_focus_of_one_picture_is_the_picture() -> None:
+def test_all_in_focus_of_half_floats_is_added_up_in_single_precision() -> None:
+    stack = np.full((7, 6, 5, 3), 0.1, dtype=np.float16)
+    found = all_in_focus(stack).picture
+    assert found.dtype == np.float32
+    np.testing.assert_allclose(found, np.float32(stack[0]), rtol=1e-6)
+
+
+def test_all_in_focus_of_one_picture_is_the_picture() -> None:
     stack = np.random.default_rng(1).random((1, 4, 5, 3))
-    np.testing.assert_array_equal(extended_focus(stack).picture, stack[0])
+    np.testing.assert_array_equal(all_in_focus(stack).picture, stack[0])
 
 
 def test_a_shift_is_s_by_n_f() -> None:
@@ -156,4 +163,4 @@ def test_what_is_no_sheet_or_stack_is_refused() -> None:
     with pytest.raises(LayoutError, match="do not divide among"):
         refocus(image_of(np.zeros((10, 10, 3), np.float32), SQUARE, focal_length_mm=3.3), 1.0)
     with pytest.raises(LayoutError, match="expected a stack"):
-        extended_focus(np.zeros((0, 4, 4, 3)))
+        all_in_focus(np.zeros((0, 4, 4, 3)))

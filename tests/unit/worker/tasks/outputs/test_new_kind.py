@@ -52,7 +52,7 @@ def histogram_is_a_kind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     @makes(Histogram)
     def make_histogram(making: Making, output: Histogram) -> None:
         for frame in making.told(making.footage.frames, len(making.footage.frames)):
-            counts, _ = np.histogram(making.footage.orthoscopic(frame), output.bins, (0, 1))
+            counts, _ = np.histogram(making.footage.image(frame).pixels, output.bins, (0, 1))
             data = json.dumps(counts.tolist()).encode()
             making.keep(f"{names.frame_stem(frame)}.json", partial(write_bytes, data=data))
 

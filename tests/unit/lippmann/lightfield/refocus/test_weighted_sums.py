@@ -1,11 +1,11 @@
-"""Half floats by their bits."""
+"""The planes of a sheet in single precision."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
 
-from lippmann.lightfield.sheet.half_floats import planes
+from lippmann.lightfield.refocus.weighted_sums import planes
 
 EVERY = np.arange(2**16, dtype=np.uint16).view(np.float16)
 
