@@ -8,7 +8,7 @@ from lippmann.errors import BadInput, BundleError, LayoutError, LippmannError, N
 
 
 class ExitCode(IntEnum):
-    """What the command's exit code tells the calling program."""
+    """The exit codes of the command."""
 
     DONE = 0
     """The command did what was asked."""

@@ -5,9 +5,9 @@ connection  the service that a command works with
 address     where the service is, and the key to it
 transport   HTTP: keys, retries, problem details, resumed downloads
 stream      server-sent events
-errors      what the service refuses
-watch       a job watched until it ends
-fetch       the files of a job downloaded
+errors      refusals of the service
+watch       watch a job until it ends
+fetch       download the files of a job
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ["Client", "KeyRefused", "Refused", "ServerEvent"]
 
 
 def __getattr__(name: str) -> Any:
-    # Imported on first use, so that `lippmann --help` does not wait for the HTTP library.
+    # A class is imported on first use, so that `lippmann --help` does not load the HTTP library.
     from importlib import import_module
 
     home = {"Client": "client", "KeyRefused": "errors", "Refused": "errors", "ServerEvent": "stream"}.get(name)

@@ -1,7 +1,7 @@
-"""Where the service is, and the key to it.
+"""The address of the service, and the key to it.
 
-In this order: the options `--url` and `--key`, the environment (`LIPPMANN_URL`, `LIPPMANN_KEY`), and `farm.json`, which
-`lippmann up` keeps in its data folder while it runs, readable by its user only.
+They come from the options `--url` and `--key`, else from the environment (`LIPPMANN_URL`, `LIPPMANN_KEY`), else from
+`farm.json`. `lippmann up` keeps that file in its data folder while it runs, and only its user may read it.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ def find_address(*, url: str | None, key: str | None, data_dir: Path) -> Address
     Raises
     ------
     BadInput
-        If the URL is none.
+        If the URL is invalid.
     Unreachable
-        If neither is there.
+        If there is neither a URL nor a farm.
     NotAllowed
-        If there is a URL and no key to it.
+        If there is a URL but no key.
     """
     farm = read_farm_file(data_dir)
     if url is None:
@@ -54,7 +54,7 @@ def find_address(*, url: str | None, key: str | None, data_dir: Path) -> Address
 
 
 def read_farm_file(data_dir: Path) -> Address | None:
-    """Return the farm that runs on a data folder, if one says so."""
+    """Return the farm that runs on a data folder, or None."""
     path = data_dir / FARM_FILE
     try:
         data = json.loads(path.read_bytes())
@@ -68,23 +68,23 @@ def read_farm_file(data_dir: Path) -> Address | None:
 
 
 def write_farm_file(data_dir: Path, address: Address) -> None:
-    """Say where the farm is: whole or not at all, and for its user only."""
+    """Write the address of the farm to its data folder, atomically, and readable by its user only."""
     write_private(data_dir / FARM_FILE, json.dumps(asdict(address)) + "\n")
 
 
 def remove_farm_file(data_dir: Path) -> None:
-    """Say that the farm is gone."""
+    """Remove the address of the farm from its data folder."""
     (data_dir / FARM_FILE).unlink(missing_ok=True)
 
 
 def write_private(path: Path, text: str) -> None:
-    """Write a file that only its user may read, whole or not at all."""
-    beside = path.with_name(f".{path.name}.{os.getpid()}")
-    descriptor = os.open(beside, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
+    """Write a file atomically that only its user may read."""
+    temporary = path.with_name(f".{path.name}.{os.getpid()}")
+    descriptor = os.open(temporary, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600)
     try:
         with os.fdopen(descriptor, "w") as file:
             file.write(text)
-        beside.replace(path)
+        temporary.replace(path)
     except OSError:
-        beside.unlink(missing_ok=True)
+        temporary.unlink(missing_ok=True)
         raise

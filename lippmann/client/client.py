@@ -1,4 +1,4 @@
-"""Jobs, scenes, files and keys of a service; docs/command.md has an example."""
+"""The client of a service: its jobs, scenes, files and keys. docs/command.md has an example."""
 
 from __future__ import annotations
 
@@ -26,33 +26,33 @@ from service.schemas.task import Task, TaskPage
 from service.schemas.viewing import Look
 
 _PAGE = 500
-"""The longest that the service gives."""
+"""The largest page that the service returns."""
 _API = "/api/v1"
 
-Sight = Literal["view", "perspective", "refocus", "observer", "views.atlas"]
-"""What a service makes of a frame when it is asked."""
+FramePicture = Literal["view", "perspective", "refocus", "observer", "views.atlas"]
+"""A picture that the service makes of a frame on demand."""
 
 Shape = TypeVar("Shape", bound=BaseModel)
 
 
 class Client:
-    """A farm, spoken to over HTTP. A context manager; not for several threads at once.
+    """A client of a farm over HTTP. It is a context manager, and one thread may use it at a time.
 
     Parameters
     ----------
     url, key
-        The service and a key to it; without a URL, the farm that `lippmann up` runs on `data_dir`.
+        The service and a key to it. The default is the farm that `lippmann up` runs on `data_dir`.
     data_dir
-        Where such a farm keeps its data.
+        The data folder of such a farm.
     patience_s
-        How long a service that does not answer is tried.
+        How long the client retries a service that does not answer, s.
 
     Raises
     ------
     lippmann.errors.Unreachable
-        From every method: the service does not answer.
+        In every method, if the service does not answer.
     lippmann.client.Refused
-        From every method: the service refuses; `problems` names the fields that are wrong.
+        In every method, if the service refuses; `problems` names the invalid fields.
     """
 
     def __init__(
@@ -82,71 +82,73 @@ class Client:
     # Jobs
 
     def submit(self, job: JobSpec | Mapping[str, Any], *, idempotency_key: str | None = None) -> Job:
-        """Submit a job: as a `JobSpec`, or as the JSON of a job file. It arrives once, however often it is sent."""
+        """Submit a job, as a `JobSpec` or as the JSON of a job file. A retry never creates a second job."""
         body = job.model_dump(mode="json", exclude_none=True) if isinstance(job, JobSpec) else dict(job)
         headers = {"Idempotency-Key": idempotency_key or uuid.uuid4().hex}
-        answer = self._transport.ask("POST", f"{_API}/jobs", json=body, headers=headers, again=True)
-        return _shaped(Job, answer.json())
+        answer = self._transport.request("POST", f"{_API}/jobs", json=body, headers=headers, repeatable=True)
+        return _parsed(Job, answer.json())
 
     def job(self, job_id: str) -> Job:
-        """Return a job as it stands."""
+        """Return the current state of a job."""
         return self._get(Job, f"/jobs/{job_id}")
 
     def jobs(self, *, status: str | None = None, limit: int | None = None) -> Iterator[Job]:
-        """Yield jobs, newest first, at most `limit`."""
+        """Yield the jobs, newest first, at most `limit` of them."""
         params = {"status": status} if status else {}
         return _first(limit, self._paged(JobPage, "/jobs", params, limit))
 
     def cancel(self, job_id: str) -> Job:
-        """End a job; what is done stays."""
-        return self._move(job_id, "cancel")
+        """Cancel a job; its finished frames and outputs are kept."""
+        return self._act(job_id, "cancel")
 
     def pause(self, job_id: str) -> Job:
-        """Let nothing new of a job go out."""
-        return self._move(job_id, "pause")
+        """Pause a job: running tasks finish, and no new task starts."""
+        return self._act(job_id, "pause")
 
     def resume(self, job_id: str) -> Job:
-        """Let a paused job go on."""
-        return self._move(job_id, "resume")
+        """Resume a paused job."""
+        return self._act(job_id, "resume")
 
     def retry(self, job_id: str) -> Job:
-        """Let what failed of an ended job run again."""
-        return self._move(job_id, "retry")
+        """Run the failed and cancelled tasks of an ended job again."""
+        return self._act(job_id, "retry")
 
     def prioritise(self, job_id: str, priority: int) -> Job:
-        """Set a job's priority, 0 to 100."""
-        return _shaped(Job, self._transport.ask("PATCH", f"{_API}/jobs/{job_id}", json={"priority": priority}).json())
+        """Set the priority of a job, 0 to 100."""
+        return _parsed(
+            Job, self._transport.request("PATCH", f"{_API}/jobs/{job_id}", json={"priority": priority}).json()
+        )
 
     def delete(self, job_id: str) -> None:
-        """Forget an ended job and its files."""
-        self._transport.ask("DELETE", f"{_API}/jobs/{job_id}")
+        """Delete an ended job and its files."""
+        self._transport.request("DELETE", f"{_API}/jobs/{job_id}")
 
     def tasks(self, job_id: str, *, status: str | None = None, limit: int | None = None) -> Iterator[Task]:
-        """Yield the tasks of a job in order, at most `limit`."""
+        """Yield the tasks of a job in order, at most `limit` of them."""
         params = {"status": status} if status else {}
         return _first(limit, self._paged(TaskPage, f"/jobs/{job_id}/tasks", params, limit))
 
     def log(self, job_id: str, task_id: str, *, attempt: int | None = None) -> str:
-        """Return the log of a task's latest attempt, or of the one named."""
+        """Return the log of the latest attempt of a task, or of the attempt with the given number."""
         params = {"attempt": str(attempt)} if attempt else {}
-        return self._transport.ask("GET", f"{_API}/jobs/{job_id}/tasks/{task_id}/log", params=params).text
+        return self._transport.request("GET", f"{_API}/jobs/{job_id}/tasks/{task_id}/log", params=params).text
 
     def frames(self, job_id: str, *, limit: int | None = None) -> Iterator[Frame]:
-        """Yield the frames of a job in order, at most `limit`."""
+        """Yield the frames of a job in order, at most `limit` of them."""
         return _first(limit, self._paged(FramePage, f"/jobs/{job_id}/frames", {}, limit))
 
-    # What happens
+    # Events
 
     def events(self, job_id: str | None = None, *, last_id: str | None = None) -> Iterator[ServerEvent]:
-        """Yield what happens to a job, or to all, for ever; a stream that breaks is taken up after the last event.
+        """Yield the events of a job, or of all jobs, without end; a broken stream is resumed after the last event.
 
-        The stream of one job begins with how it stands.
+        The stream of one job begins with its current state.
         """
         params = {"job": job_id} if job_id else {}
         return self._transport.events(f"{_API}/events", params=params, last_id=last_id)
 
     def follow(self, job_id: str) -> Iterator[Job]:
-        """Yield a job whenever something about it changes, until it has ended."""
+        """Yield a job whenever it changes, until it has ended."""
         job = self.job(job_id)
         yield job
         if job.status in ENDED_JOBS:
@@ -166,7 +168,7 @@ class Client:
     # Files
 
     def artifacts(self, job_id: str, *, prefix: str = "") -> Iterator[Artifact]:
-        """Yield the files of a job whose names begin so, by name."""
+        """Yield the files of a job whose names begin with `prefix`, in the order of their names."""
         params = {"prefix": prefix} if prefix else {}
         return self._paged(ArtifactPage, f"/jobs/{job_id}/artifacts", params, None)
 
@@ -176,40 +178,40 @@ class Client:
         name: str,
         path: Path,
         *,
-        format: Literal["png"] | None = None,  # noqa: A002 - the service's word
+        format: Literal["png"] | None = None,  # noqa: A002 - the name of the parameter in the API
         bits: Literal[8, 16] = 8,
         on_bytes: Callable[[int], None] | None = None,
     ) -> Download:
-        """Bring a file of a job to `path`, whole or not at all; `format="png"` turns a master into sRGB."""
+        """Download a file of a job to `path`, atomically; `format="png"` converts a master to sRGB."""
         url = f"{_API}/jobs/{job_id}/artifacts/{name}"
         if format is None:
             return self._transport.download(url, path, on_bytes=on_bytes)
         params = {"format": format, "bits": str(bits)}
         return self._transport.download_made(url, path, params=params, on_bytes=on_bytes)
 
-    # What can be seen of a frame
+    # Pictures of a frame
 
     def look(self, job_id: str, frame: int) -> Look:
-        """Return which views a frame has."""
+        """Return the views of a frame."""
         return self._get(Look, f"/jobs/{job_id}/frames/{frame}/look")
 
-    def see(self, job_id: str, frame: int, what: Sight, path: Path, **asked: str | float) -> Download:
-        """Bring a picture that the service makes of a frame to `path`, whole or not at all.
+    def see(self, job_id: str, frame: int, what: FramePicture, path: Path, **parameters: str | float) -> Download:
+        """Download a picture that the service makes of a frame to `path`, atomically.
 
         Parameters
         ----------
         what
-            `view`, `perspective`, `refocus`, `observer`, `views.atlas`.
-        asked
-            Its parameters, by the service's names: `u=3, v=4`, `depth_mm=20`, `scale=4`, `format="webp"`.
+            The kind of picture: `view`, `perspective`, `refocus`, `observer` or `views.atlas`.
+        parameters
+            Its parameters in the API, for example `u=3, v=4`, `depth_mm=20`, `scale=4`, `format="webp"`.
         """
         url = f"{_API}/jobs/{job_id}/frames/{frame}/{what}"
-        return self._transport.download_made(url, path, params={name: f"{one}" for name, one in asked.items()})
+        return self._transport.download_made(url, path, params={name: f"{one}" for name, one in parameters.items()})
 
     # Scenes
 
     def scenes(self) -> Iterator[Scene]:
-        """Yield the scenes that jobs can ask for, by name."""
+        """Yield the scenes in the order of their names."""
         return self._paged(SceneList, "/scenes", {}, None)
 
     def scene(self, name: str) -> Scene:
@@ -217,52 +219,54 @@ class Client:
         return self._get(Scene, f"/scenes/{name}")
 
     def upload_scene(self, name: str, bundle_zip: bytes) -> Scene:
-        """Give the service a scene: a zip of scene.toml, the scene it names and what they use."""
+        """Upload a scene: a zip of scene.toml and the files of the scene."""
         files = {"bundle": (f"{name}.zip", bundle_zip, "application/zip")}
-        # The same content again is answered with the same scene, so it may arrive twice.
-        answer = self._transport.ask("POST", f"{_API}/scenes", params={"name": name}, files=files, again=True)
-        return _shaped(Scene, answer.json())
+        # The request may be repeated, because the service returns the same scene for the same content.
+        answer = self._transport.request("POST", f"{_API}/scenes", params={"name": name}, files=files, repeatable=True)
+        return _parsed(Scene, answer.json())
 
     # The farm
 
     def health(self) -> Health:
-        """Return how the farm is."""
+        """Return the health of the farm."""
         return self._get(Health, "/health")
 
     def workers(self) -> WorkerList:
-        """Return the workers that are there."""
+        """Return the connected workers."""
         return self._get(WorkerList, "/workers")
 
     def keys(self) -> tuple[Key, ...]:
-        """Return every key, without its secret."""
+        """Return every key without its secret."""
         return self._get(KeyList, "/keys").items
 
     def create_key(self, name: str, role: str) -> NewKey:
-        """Make a key: `viewer`, `submitter` or `admin`; its secret is in this answer and nowhere else."""
-        return _shaped(NewKey, self._transport.ask("POST", f"{_API}/keys", json={"name": name, "role": role}).json())
+        """Create a key with the role `viewer`, `submitter` or `admin`. Only this answer contains its secret."""
+        return _parsed(
+            NewKey, self._transport.request("POST", f"{_API}/keys", json={"name": name, "role": role}).json()
+        )
 
     def revoke_key(self, key_id: str) -> None:
-        """Make a key useless, and the browser sessions that it opened."""
-        self._transport.ask("DELETE", f"{_API}/keys/{key_id}")
+        """Revoke a key and the browser sessions that it opened."""
+        self._transport.request("DELETE", f"{_API}/keys/{key_id}")
 
     def login_link(self) -> LoginLink:
-        """Return a link that logs a browser in, once and soon."""
-        return _shaped(LoginLink, self._transport.ask("POST", f"{_API}/login-tokens").json())
+        """Create a link that logs a browser in once, within a short time."""
+        return _parsed(LoginLink, self._transport.request("POST", f"{_API}/login-tokens").json())
 
     def _get(self, shape: type[Shape], path: str) -> Shape:
-        return _shaped(shape, self._transport.ask("GET", _API + path).json())
+        return _parsed(shape, self._transport.request("GET", _API + path).json())
 
-    def _move(self, job_id: str, move: str) -> Job:
-        return _shaped(Job, self._transport.ask("POST", f"{_API}/jobs/{job_id}/{move}").json())
+    def _act(self, job_id: str, action: str) -> Job:
+        return _parsed(Job, self._transport.request("POST", f"{_API}/jobs/{job_id}/{action}").json())
 
     def _paged(self, page: type[BaseModel], path: str, params: Mapping[str, str], limit: int | None) -> Iterator[Any]:
-        asked = dict(params) | {"limit": str(min(limit or _PAGE, _PAGE))}
+        query = dict(params) | {"limit": str(min(limit or _PAGE, _PAGE))}
         while True:
-            answer: Any = _shaped(page, self._transport.ask("GET", _API + path, params=asked).json())
+            answer: Any = _parsed(page, self._transport.request("GET", _API + path, params=query).json())
             yield from answer.items
             if answer.next_cursor is None:
                 return
-            asked["cursor"] = answer.next_cursor
+            query["cursor"] = answer.next_cursor
 
 
 def _first(limit: int | None, items: Iterator[Shape]) -> Iterator[Shape]:
@@ -272,8 +276,8 @@ def _first(limit: int | None, items: Iterator[Shape]) -> Iterator[Shape]:
         yield item
 
 
-def _shaped(shape: type[Shape], data: Any) -> Shape:
-    # A newer service may say more than this client knows.
+def _parsed(shape: type[Shape], data: Any) -> Shape:
+    # A newer service may return fields that this client does not know.
     return shape.model_validate(data, extra="ignore")
 
 
@@ -281,4 +285,4 @@ def _message(event: ServerEvent) -> StreamEvent | None:
     """Return an event by its schema; None for a kind of event that only a newer service knows."""
     if event.type not in set(EventTopic):
         return None
-    return _shaped(StreamMessage, {"event": event.type, "data": event.data}).root
+    return _parsed(StreamMessage, {"event": event.type, "data": event.data}).root

@@ -1,4 +1,4 @@
-"""What the service refuses."""
+"""Refusals of the service."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lippmann.errors import BadInput, FieldProblem, LippmannError, NotAllowed
 
 
 class Refused(LippmannError):
-    """The service refused."""
+    """The service refused the request."""
 
     def __init__(
         self,
@@ -23,9 +23,9 @@ class Refused(LippmannError):
         super().__init__(message)
         self.status = status
         self.code = code
-        """The last part of the problem's type: `not-found`, `move-not-allowed`, `spec`, ..."""
+        """The last part of the type of the problem, such as `not-found` or `spec`."""
         self.problems = problems
-        """The fields that are wrong: where, what was expected, what came."""
+        """The invalid fields: their paths, what was expected and what was given."""
         self.request_id = request_id
 
 
@@ -34,7 +34,7 @@ class RequestInvalid(Refused, BadInput):
 
 
 class KeyRefused(Refused, NotAllowed):
-    """The key is not known, or its role is too low."""
+    """The key is not known, or its role does not permit the operation."""
 
 
 _KINDS: Mapping[int, type[Refused]] = {
@@ -47,20 +47,20 @@ _KINDS: Mapping[int, type[Refused]] = {
 
 
 def refusal(status: int, reason: str, problem: Any) -> Refused:
-    """Return the error for an answer that is none: RFC 9457 problem details where the service gave them."""
-    said: Mapping[str, Any] = problem if isinstance(problem, Mapping) else {}
+    """Return the exception for an error response, from its RFC 9457 problem details if there are any."""
+    details: Mapping[str, Any] = problem if isinstance(problem, Mapping) else {}
     problems = tuple(
         FieldProblem(field=str(item.get("field")), expected=str(item.get("expected")), got=str(item.get("got")))
-        for item in said.get("errors") or ()
+        for item in details.get("errors") or ()
     )
-    message = str(said.get("detail") or said.get("title") or f"the service answered {status} {reason}")
+    message = str(details.get("detail") or details.get("title") or f"the service answered {status} {reason}")
     if problems:
         message = "; ".join(map(str, problems))
     kind = _KINDS.get(status, Refused)
     return kind(
         message,
         status=status,
-        code=str(said.get("code", "")),
+        code=str(details.get("code", "")),
         problems=problems,
-        request_id=str(said.get("request_id", "")),
+        request_id=str(details.get("request_id", "")),
     )

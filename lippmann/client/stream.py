@@ -1,4 +1,4 @@
-"""Server-sent events, from lines: pure (WHATWG HTML, section 9.2)."""
+"""A parser of server-sent events (WHATWG HTML, section 9.2)."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class ServerEvent:
-    """One thing that the service told."""
+    """One event of the service."""
 
     type: str
     """`job`, `task`, `frame` or `progress`."""
@@ -19,7 +19,7 @@ class ServerEvent:
 
 
 def parse_events(lines: Iterable[str]) -> Iterator[ServerEvent]:
-    """Yield the events in lines; comments and events without data are passed over.
+    """Yield the events in the lines of a stream; comments and events without data are skipped.
 
     >>> list(parse_events(["id: 7", "event: job", 'data: {"id": "a"}', "", ": alive"]))
     [ServerEvent(type='job', data={'id': 'a'}, id='7')]

@@ -1,13 +1,13 @@
-"""HTTP, only here: keys, repeats, problems, downloads that go on where they stopped.
+"""HTTP: keys, retries, problem details, and downloads that resume. No other module imports the HTTP library.
 
 | answer | what we do |
 |---|---|
-| no connection | again, with pauses, until patience ends; then `Unreachable` |
-| connection lost after sending, 502, 503, 504 | again if the request may arrive twice; else `Unreachable` |
+| no connection | retry with pauses until `patience_s` is over, then `Unreachable` |
+| connection lost after sending, 502, 503, 504 | retry if the request may be repeated, else `Unreachable` |
 | 401, 403 | `KeyRefused` |
-| other 4xx, 5xx | `Refused` with the fields that are wrong |
-| 206 | the rest of a download |
-| 200 to a request for the rest | the file changed, or ranges are not served: from the start |
+| other 4xx, 5xx | `Refused` with the invalid fields |
+| 206 | append the rest of a download |
+| 200 to a request for the rest | the file changed, or ranges are not served: download from the start |
 """
 
 from __future__ import annotations
@@ -30,25 +30,25 @@ from lippmann.client.stream import ServerEvent, parse_events
 from lippmann.errors import BadInput, LippmannError, Unreachable
 
 PATIENCE_S = 3.0
-"""How long a service that does not answer is tried."""
+"""How long the client retries a service that does not answer, s."""
 SILENCE_S = 45.0
-"""A stream silent for longer is opened again; the service says something every 15 s."""
+"""A stream that is silent for longer, s, is opened again; the service sends a comment every 15 s."""
 
 _BUSY = frozenset({502, 503, 504})
 
 
 @dataclass(frozen=True)
 class Download:
-    """A file that was brought here."""
+    """A downloaded file."""
 
     path: Path
     size: int
     etag: str
-    """As the service says it, quotes and all."""
+    """The entity tag of the file, with its quotes."""
 
 
 class Transport:
-    """One connection pool to one service."""
+    """A connection pool to one service."""
 
     def __init__(
         self, address: Address, *, patience_s: float = PATIENCE_S, sleep: Callable[[float], None] = time.sleep
@@ -69,17 +69,17 @@ class Transport:
         """Close every connection."""
         self._http.close()
 
-    def ask(self, method: str, path: str, *, again: bool | None = None, **parts: Any) -> httpx.Response:
-        """Return the answer to a request.
+    def request(self, method: str, path: str, *, repeatable: bool | None = None, **parts: Any) -> httpx.Response:
+        """Send a request and return the response.
 
         Parameters
         ----------
-        again
-            Whether the request may arrive twice; GET, HEAD, PATCH and DELETE may.
+        repeatable
+            Whether the request may be repeated. The default is true for every method but POST.
         parts
-            As httpx.Client.request takes them.
+            The arguments of `httpx.Client.request`.
         """
-        may_repeat = method != "POST" if again is None else again
+        may_repeat = method != "POST" if repeatable is None else repeatable
         for pause_s in self._pauses():
             try:
                 with _utf8_only():
@@ -94,7 +94,7 @@ class Transport:
         raise AssertionError("the last pause is None")
 
     def events(self, path: str, *, params: Mapping[str, str], last_id: str | None = None) -> Iterator[ServerEvent]:
-        """Yield what the service tells, for ever; a stream that breaks is taken up after the last event."""
+        """Yield the events of the service without end; a broken stream is resumed after the last event."""
         pauses = self._pauses()
         while True:
             headers = {"Accept": "text/event-stream"} | ({"Last-Event-ID": last_id} if last_id else {})
@@ -111,35 +111,35 @@ class Transport:
                     raise self._unreachable(error) from error
                 self._sleep(pause_s)
             else:
-                self._sleep(next(pauses) or 0.0)  # it ended in order, as when the service goes down: come again
+                self._sleep(next(pauses) or 0.0)  # The stream ended in order, as when the service stops; connect again.
 
     def download(self, path: str, target: Path, *, on_bytes: Callable[[int], None] | None = None) -> Download:
-        """Bring a file here: beside its place first, and what broke off goes on where it stopped.
+        """Download a file under a temporary name and rename it; an interrupted download resumes.
 
-        The part that is here already is named after the entity tag, so that halves of two files never meet.
+        The temporary name contains the entity tag, so that parts of two versions are never joined.
         """
-        etag = _etag(self.ask("HEAD", path))
+        etag = _etag(self.request("HEAD", path))
         part = target.with_name(f".{target.name}.{hashlib.sha256(etag.encode()).hexdigest()[:12]}.part")
-        self._patiently(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes))
+        self._retried(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes))
         return _finished(part, target, etag)
 
     def download_made(
         self, path: str, target: Path, *, params: Mapping[str, str], on_bytes: Callable[[int], None] | None = None
     ) -> Download:
-        """Bring a file here that the service makes when it is asked for: always from the start."""
+        """Download a file that the service makes on demand, always from the start."""
         part = target.with_name(f".{target.name}.{os.getpid()}.part")
-        etag = self._patiently(part, lambda: self._write(path, part, params=params, on_bytes=on_bytes))
+        etag = self._retried(part, lambda: self._write(path, part, params=params, on_bytes=on_bytes))
         return _finished(part, target, etag)
 
-    def _patiently(self, part: Path, bring: Callable[[], str]) -> str:
+    def _retried(self, part: Path, download: Callable[[], str]) -> str:
         part.parent.mkdir(parents=True, exist_ok=True)
         pauses, here = self._pauses(), -1
         while True:
             try:
-                return bring()
+                return download()
             except httpx.HTTPError as error:
                 grown = part.stat().st_size if part.exists() else 0
-                if grown > here:  # something came: patience begins anew
+                if grown > here:  # Data arrived, so the time limit starts again.
                     pauses, here = self._pauses(), grown
                 pause_s = next(pauses)
                 if pause_s is None:
@@ -150,7 +150,7 @@ class Transport:
         here = part.stat().st_size if etag and part.exists() else 0
         headers = {"Range": f"bytes={here}-", "If-Range": etag} if here else {}
         with self._streamed(path, headers=headers, whole_at=here) as response:
-            if response.status_code != 416:  # else nothing is missing
+            if response.status_code != 416:  # With 416, nothing is missing.
                 _save(response, part, mode="ab" if response.status_code == 206 else "wb", on_bytes=on_bytes)
         return etag
 
@@ -172,10 +172,10 @@ class Transport:
             yield response
 
     def _pauses(self) -> Iterator[float | None]:
-        """Yield the pauses between tries, and None when patience ends."""
+        """Yield the pauses between attempts, and None when `patience_s` is over."""
         until = time.monotonic() + self._patience_s
-        for turn in itertools.count():
-            pause_s = min(0.1 * 2**turn, 2.0)
+        for attempt in itertools.count():
+            pause_s = min(0.1 * 2**attempt, 2.0)
             if time.monotonic() + pause_s > until:
                 break
             yield pause_s
@@ -226,5 +226,5 @@ def _checked(response: httpx.Response) -> httpx.Response:
             problem = None
         raise refusal(response.status_code, response.reason_phrase, problem)
     if response.is_redirect:
-        raise LippmannError(f"expected an answer of the service, got a redirect to {response.headers.get('Location')}")
+        raise LippmannError(f"expected a response of the service, got a redirect to {response.headers.get('Location')}")
     return response

@@ -1,4 +1,4 @@
-"""How far something is: a bar with time to go on a terminal, plain lines in a pipe, nothing for programs."""
+"""Progress on stderr: a bar on a terminal, and plain lines in a pipe."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 LINE_EVERY_S = 5.0
-"""In a pipe, a line this often at most, unless it says something new."""
+"""The least time between two lines in a pipe, s, unless there is news."""
 
 
 def duration_text(seconds: float | None) -> str:
-    """Return a time to go as people say it.
+    """Return a duration as text for people.
 
     >>> duration_text(8.2), duration_text(252), duration_text(7500), duration_text(None)
     ('9 s', '4 min 12 s', '2 h 05 min', '?')
@@ -34,7 +34,7 @@ def duration_text(seconds: float | None) -> str:
 
 
 def size_text(count: float) -> str:
-    """Return bytes as people say them.
+    """Return a number of bytes as text for people.
 
     >>> size_text(999), size_text(1_250_000)
     ('999 B', '1.2 MB')
@@ -47,20 +47,20 @@ def size_text(count: float) -> str:
 
 
 class ProgressLine:
-    """Shows how far something is, on stderr. A context manager."""
+    """Prints progress to stderr; a context manager."""
 
     def __init__(self, label: str, *, clock: Callable[[], float] = time.monotonic) -> None:
         self._label = label
         self._clock = clock
         self._bar: Progress | None = None
         self._task: TaskID | None = None
-        self._said = ""
-        self._said_at = float("-inf")
+        self._printed = ""
+        self._printed_at_s = float("-inf")
 
     def __enter__(self) -> Self:
         if sys.stderr.isatty():
             self._bar = _rich_bar()
-            self._task = self._bar.add_task(self._label, total=1.0, words="")
+            self._task = self._bar.add_task(self._label, total=1.0, text="")
             self._bar.start()
         return self
 
@@ -70,16 +70,16 @@ class ProgressLine:
         if self._bar is not None:
             self._bar.stop()
 
-    def show(self, part: float, words: str, *, news: bool = False) -> None:
-        """Say that `part` (0 to 1) is done; `news` are said at once, also in a pipe."""
+    def show(self, part: float, text: str, *, news: bool = False) -> None:
+        """Print that `part` (0 to 1) of the work is done; `news` is printed at once, also in a pipe."""
         if self._bar is not None and self._task is not None:
-            self._bar.update(self._task, completed=part, words=words)
+            self._bar.update(self._task, completed=part, text=text)
             return
-        line = f"{self._label}: {part:4.0%} {words}"
+        line = f"{self._label}: {part:4.0%} {text}"
         now = self._clock()
-        if line != self._said and (news or now - self._said_at >= LINE_EVERY_S):
+        if line != self._printed and (news or now - self._printed_at_s >= LINE_EVERY_S):
             print(line, file=sys.stderr, flush=True)
-            self._said, self._said_at = line, now
+            self._printed, self._printed_at_s = line, now
 
 
 def _rich_bar() -> Progress:
@@ -90,6 +90,6 @@ def _rich_bar() -> Progress:
         TextColumn("{task.description}", markup=False),
         BarColumn(),
         TextColumn("{task.percentage:3.0f} %"),
-        TextColumn("{task.fields[words]}", markup=False),
+        TextColumn("{task.fields[text]}", markup=False),
     )
     return Progress(*columns, console=Console(stderr=True), refresh_per_second=4)

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
-    """Return rows under a head, each column as wide as it needs.
+    """Return rows under a head, with each column as wide as its content.
 
     >>> print(table(("id", "status"), [("a1", "done")]))
     ID  STATUS
@@ -20,18 +20,18 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
 
 
 def fields(pairs: Sequence[tuple[str, object]]) -> str:
-    """Return names and values, one pair a line; pairs without a value are left out.
+    """Return names and values, one pair on each line; pairs without a value are left out.
 
     >>> print(fields([("id", "a1"), ("title", None), ("status", "done")]))
     id      a1
     status  done
     """
-    shown = [(name, _cell(value)) for name, value in pairs if value not in (None, "")]
-    width = max((len(name) for name, _ in shown), default=0)
-    return "\n".join(f"{name.ljust(width)}  {value}" for name, value in shown)
+    lines = [(name, _cell(value)) for name, value in pairs if value not in (None, "")]
+    width = max((len(name) for name, _ in lines), default=0)
+    return "\n".join(f"{name.ljust(width)}  {value}" for name, value in lines)
 
 
 def _cell(value: object) -> str:
-    # One line each, and nothing that a terminal would obey: titles come from other people.
+    # A cell is one line without control characters, because titles come from other users.
     text = "-" if value is None else str(value)
     return "".join(letter if letter.isprintable() else " " for letter in text)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from lippmann.client.client import Sight
+from lippmann.client.client import FramePicture
 from tests.farm import Farm, ended, farm_up
 
 ROUNDS = 8
-ASKED: tuple[tuple[Sight, str], ...] = (("view", "u"), ("perspective", "x"), ("refocus", "depth_mm"))
+ASKED: tuple[tuple[FramePicture, str], ...] = (("view", "u"), ("perspective", "x"), ("refocus", "depth_mm"))
 """What is asked for, and the number that changes from one to the next."""
 
 
@@ -22,7 +22,7 @@ def slowest_ms(folder: Path) -> str:
     return f"{took_ms[slowest]:.1f} ms ({slowest})"
 
 
-def _best_ms(farm: Farm, job_id: str, what: Sight, number: str, path: Path) -> float:
+def _best_ms(farm: Farm, job_id: str, what: FramePicture, number: str, path: Path) -> float:
     took_s = []
     for value in range(ROUNDS):
         started_s = time.monotonic()

@@ -1,4 +1,4 @@
-"""A design as text: what it says, part by part, in the order of the light."""
+"""A design as text, part by part, in the order in which light passes them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Line = tuple[str, str | None]
 
 
 def design_text(design: Design) -> str:
-    """Return everything that a design says."""
+    """Return a design as text."""
     parts = [
         ("", _subject(design)),
         ("Imaging lens", _lens(design)),
@@ -26,9 +26,9 @@ def design_text(design: Design) -> str:
         ("Cost (estimates)", _cost(design)),
     ]
     width = max(len(name) for _, lines in parts for name, _ in lines)
-    shown = [_part(head, [(name.ljust(width), text) for name, text in lines if text]) for head, lines in parts]
-    shown.insert(3, _planes(design))
-    return "\n\n".join(part for part in (*shown, *_warnings(design)) if part)
+    texts = [_part(head, [(name.ljust(width), text) for name, text in lines if text]) for head, lines in parts]
+    texts.insert(3, _planes(design))
+    return "\n\n".join(part for part in (*texts, *_warnings(design)) if part)
 
 
 def _part(head: str, lines: list[tuple[str, str]]) -> str:
@@ -38,7 +38,7 @@ def _part(head: str, lines: list[tuple[str, str]]) -> str:
 
 def _warnings(design: Design) -> Iterable[str]:
     if design.warnings:
-        yield "\n".join(("Look at this", *(f"* {warning}" for warning in design.warnings)))
+        yield "\n".join(("Warnings", *(f"* {warning}" for warning in design.warnings)))
 
 
 def _subject(one: Design) -> list[Line]:

@@ -166,10 +166,10 @@ def test_a_move_that_may_have_arrived_is_not_sent_again() -> None:
 def test_a_service_that_is_busy_is_asked_again_until_patience_ends() -> None:
     busy = _first(2, lambda handler: handler.say(503), then=lambda handler: handler.say(200, b"{}"))
     with _serving(busy) as server, _talking_to(server) as transport:
-        assert transport.ask("GET", "/").json() == {}
+        assert transport.request("GET", "/").json() == {}
     with _serving(lambda handler: handler.say(503)) as server, _talking_to(server, patience_s=0.0) as transport:
         with pytest.raises(Refused) as caught:
-            transport.ask("GET", "/")
+            transport.request("GET", "/")
         assert (caught.value.status, len(server.asked)) == (503, 1)
 
 
@@ -178,7 +178,7 @@ def test_a_refusal_names_the_fields_and_the_exit_code() -> None:
                "errors": [{"field": "frames", "expected": "a", "got": "b"}]}  # fmt: skip
     refuse: Answer = lambda handler: handler.say(422, json.dumps(problem).encode())  # noqa: E731
     with _serving(refuse) as server, _talking_to(server) as transport, pytest.raises(Refused) as caught:
-        transport.ask("GET", "/")
+        transport.request("GET", "/")
     assert str(caught.value.problems[0]) == "frames: expected a, got b"
     assert (caught.value.request_id, exit_code_of(caught.value)) == ("r1", ExitCode.BAD_INPUT)
 

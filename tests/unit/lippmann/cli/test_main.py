@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -53,6 +54,16 @@ def test_every_command_is_documented_with_an_example_and_speaks_json(path: tuple
     assert COMMANDS[path].help
     options = {option for parameter in COMMANDS[path].params for option in parameter.opts}
     assert "--json" in options
+
+
+@pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
+def test_every_help_text_is_made_of_whole_sentences(path: tuple[str, ...]) -> None:
+    command = COMMANDS[path]
+    texts = [command.help, *(parameter.help for parameter in command.params if not getattr(parameter, "hidden", False))]
+    for text in filter(None, texts):
+        assert re.fullmatch(r"[A-Z].*[.]", text.strip(), re.DOTALL), text
+        assert not re.match(r"(Of|From|Where|By|As|Likewise|Which|With|To|In|At|On)\b", text), text
+    assert all(texts), "every option has a help text"
 
 
 @pytest.mark.parametrize("code", ExitCode)
