@@ -8,15 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.lattice.layout import CellLayout
+from tests.srgb import linear_of
 
 STEP = 20
 """Of 10-bit codes, from one view to the next: 1023 has room for 50."""
-
-
-def linear_of(code: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the linear light of an encoded value from 0 to 1 (IEC 61966-2-1, the inverse of its equation 1.3)."""
-    light: NDArray[np.float64] = np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
-    return light
 
 
 def view_codes(layout: CellLayout, *, of_lens: bool = True, frame: int = 1) -> NDArray[np.int64]:

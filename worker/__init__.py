@@ -1,22 +1,16 @@
-"""Turns a planned job into pictures and video.
+"""Turn planned orders into pictures and video.
 
-The quiet half is pure, without input or output; the service may import it:
-
-job        what was asked for, and the words service and worker share
-plan       a job's tasks, tiles, artifact names and cost
-optics     what light does, in millimetres
-integral   what integral images are, in pixels
-
-The loud half has one folder for each outside thing:
-
-povray     POV-Ray: the scene's text, the command line, the child process, its sandbox and what its answers mean
-images     OpenImageIO
-video      PyAV
-exports    files in the formats of print shops and of research
+tasks      decode an order, call, report; outputs/ has the makers of all kinds of output
+app        the Celery application of a worker
+settings   the settings of a worker, from the environment
+engines    the renderers: povray/ is POV-Ray
+sandbox    child processes, their limits and what holds them: everything foreign runs here
+images     pictures as files, by OpenImageIO
+video      videos as files, by PyAV
+exports    file formats of print shops and of research
 store      artifacts
-report     leases and events on Redis
-whole_file files that are written whole or not at all
-settings   what the environment says
-app        Celery
-tasks      decode, call, report
+report     leases, events and presence on Redis
+whole_file files that are written completely or removed
+
+The library below, without input or output, is `lippmann.{lattice, lightfield, optics, job, plan}`.
 """

@@ -12,7 +12,7 @@ from lippmann.job.outputs.prints import CalibrationSheet
 from lippmann.job.problems import Misfit, problems_of
 from lippmann.job.rig import Rig
 from lippmann.local.files.writable import check_writable
-from worker.tasks.outputs.calibration import sheet_files, write_sheet
+from worker.tasks.outputs.prints import sheet_files, write_sheet
 
 FORMATS = {spelling: options.get("file_format", "pdf") for spelling, options in CalibrationSheet.SPELLINGS.items()}
 """The file format of each suffix."""

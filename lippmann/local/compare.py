@@ -12,8 +12,8 @@ from lippmann.lightfield.quality.compare import Likeness, ViewLikeness, compare,
 from lippmann.local.files.master import ORTHOSCOPIC, OTHER_MASTERS, naming, rig_in, whole_picture
 from lippmann.plan.sampling import display_size
 from lippmann.terminal.progress import ProgressLine
-from worker.images.codes import MASTER, SHOWN, picture_codes
 from worker.images.colour_space import colour_notes
+from worker.images.convert import MASTER, SHOWN, picture_codes
 
 _OPTIONS = "--px-per-lens and --lens-count"
 _NAMED_AT_MOST = 8

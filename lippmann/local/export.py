@@ -24,8 +24,8 @@ from lippmann.local.files.writable import check_writable
 from lippmann.plan import artifact_names as names
 from lippmann.terminal.progress import ProgressLine
 from worker.tasks.outputs.footage import Footage
-from worker.tasks.outputs.make import make_output
 from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.registry import make_output
 from worker.whole_file import new_file
 
 if TYPE_CHECKING:

@@ -27,8 +27,8 @@ import resource, sys
 from pathlib import Path
 import numpy as np
 from worker.images.rows import BAND_PX, open_rows
-from worker.images.threads import limit_threads
-from worker.images.views import views_rows
+from worker.images.read import limit_threads
+from worker.images.rearrange import views_rows
 from worker.images.write import write_exr_rows
 from lippmann.lightfield.sheet.bands import OrthoscopicSheet, SheetOfRows, stitched
 from lippmann.lattice.layout import CellLayout

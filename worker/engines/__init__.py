@@ -1,1 +1,1 @@
-"""Render engines. Today there is one: POV-Ray."""
+"""Renderers; each engine has a folder."""

@@ -18,9 +18,10 @@ from reportlab.pdfbase.ttfonts import TTFont
 from reportlab.pdfgen.canvas import Canvas
 
 from lippmann.errors import OutputError
+from lippmann.job.rig import MM_PER_INCH
 from lippmann.plan.printing.shapes import Bar, Ring, Shape
 
-POINTS_PER_MM = 72 / 25.4
+POINTS_PER_MM = 72 / MM_PER_INCH
 _VERSION = (1, 5)
 """The first that has pictures of 16 bits."""
 _PICTURE = "picture"

@@ -1,32 +1,28 @@
-"""Pictures as files: OpenImageIO, and only here.
+"""Pictures as files; OpenImageIO is used only here.
 
-read       EXR and PNG to arrays, whole or a region, every read checked
-foreign    PNG, TIFF and EXR of other programs to linear light
-write      linear EXR masters; sRGB PNG and WebP for people
-rows       pictures that need not fit in memory: rows in, rows out
-scratch    pixels on disk as plain numbers
-views      all views of a sheet that need not fit in memory
-colour     linear light to sRGB codes
-false_colour  depth as colours
-resize     another size, by a named filter
-tiff       TIFF by bands of rows
-png        PNG by bands of rows, and the rows of a PDF
-drawing    black shapes on paper
-turned     a picture in bands, turned by quarters
-density    pixels an inch
-icc        sRGB as a profile
-lettering  words in pictures
-encode     pixels to a file that lives in memory, and from there to disk
-convert    a linear EXR, or light, as bytes of a file, for the service
-codes      a picture of either kind as 8-bit sRGB codes, for comparing
-threads    how many threads OpenImageIO takes
+read          EXR and PNG to arrays, whole or a region, with every read checked; OpenImageIO's threads
+imported      PNG, TIFF and EXR of other programs to linear light
+colour_space  what the codes of such pictures mean
+write         linear EXR masters; sRGB PNG and WebP for people
+encode        pixels to a file in memory, and from there to disk
+rows          pictures that need not fit in memory: bands of rows in and out
+scratch       pixels in a temporary file as plain numbers
+rearrange     pictures in bands, rearranged: turned by quarters, all views of a sheet
+png           PNG by bands of rows; the rows of a PDF
+tiff          TIFF by bands of rows
+density       pixels per inch as files store it
+colour        linear light to sRGB codes and back; depth as colours
+icc           ICC profiles: the one of sRGB, and the curves of others
+resize        another size, by a named filter
+drawing       black shapes and words in pictures
+convert       a linear EXR or PNG as sRGB codes, or as the bytes of another file
 
 Arrays are `(rows, cols, channel)`, row 0 at the top, with the three channels red, green and blue; numbers that are not
-light have channels of their own names.
+light have channels with their own names.
 
-Importing this package is safe anywhere. *Using* it starts OpenImageIO's threads, and a child forked after that hangs at
-its first picture: use it only in processes that do not fork workers later on (Celery's parent does). From threads of
-one process it may be used freely.
+Importing this package is safe anywhere. *Using* it starts OpenImageIO's threads, and a child process forked after that
+hangs at its first picture: use it only in processes that do not fork workers later (Celery's parent does). Threads of
+one process may use it freely.
 
-Nothing here is atomic: write beside, then hand the file to the store.
+Nothing here is atomic: write a file under a temporary name, then hand it to the store.
 """

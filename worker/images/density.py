@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-MM_PER_INCH = 25.4
+from lippmann.job.rig import MM_PER_INCH
 
 
 @dataclass(frozen=True)

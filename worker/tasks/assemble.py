@@ -25,8 +25,8 @@ from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import centre, grid_size
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import Tile, cut_tiles, device_pixels, frame_size
+from worker.images.rearrange import views_rows
 from worker.images.rows import BAND_PX, open_rows
-from worker.images.views import views_rows
 from worker.images.write import write_thumbnail
 from worker.tasks.attempt import Work
 from worker.tasks.imported import foreign_sheet

@@ -7,8 +7,8 @@ from lippmann.job.outputs.choice import output_called
 from lippmann.plan import artifact_names as names
 from worker.tasks.attempt import Work
 from worker.tasks.outputs.footage import job_footage
-from worker.tasks.outputs.make import make_output
 from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.registry import make_output
 from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
 

@@ -10,7 +10,7 @@ from celery.signals import worker_ready
 from lippmann.job.orders import Order, TaskKind
 from lippmann.job.wire import task_name
 from worker.app import app, settings
-from worker.images.threads import limit_threads
+from worker.images.read import limit_threads
 from worker.store.local import LocalStore
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.attempt import attempt

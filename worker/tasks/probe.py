@@ -10,10 +10,9 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.plan.sampling import frame_size
 from worker.tasks.attempt import Work
 from worker.tasks.imported import probe_foreign
-from worker.tasks.logs import kept_log
 from worker.tasks.picture import render_picture
 from worker.tasks.watch import Watch
-from worker.tasks.workplace import Workplace
+from worker.tasks.workplace import Workplace, kept_log
 
 PROBE_PX = 20_000
 """Enough for a cost to a few per cent, and rendered in about a second with the paper's rig."""

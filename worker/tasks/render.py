@@ -19,10 +19,9 @@ from worker.images.write import write_channels, write_exr
 from worker.sandbox.log import AttemptLog
 from worker.tasks.attempt import Work
 from worker.tasks.depth_pass import depth_of_tile
-from worker.tasks.logs import kept_log
 from worker.tasks.picture import POV_FILE, RenderedPicture, render_picture
 from worker.tasks.watch import PartWatched, Watch
-from worker.tasks.workplace import Workplace
+from worker.tasks.workplace import Workplace, kept_log
 
 
 def render_tile(place: Workplace, order: Order, watch: Watch) -> Work:

@@ -16,11 +16,14 @@ from pathlib import Path
 
 import structlog
 
+from lippmann.errors import LippmannError
 from lippmann.job.artifact_store import ArtifactStore
+from lippmann.job.orders import Order
 from lippmann.job.resolved import JobSheet, PlanSheet
 from lippmann.plan import artifact_names as names
 from worker.report import Wire
 from worker.sandbox.bundle import unpack
+from worker.sandbox.log import AttemptLog
 from worker.sandbox.sandbox import Sandbox, detect
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
@@ -155,3 +158,23 @@ def workplace(settings: WorkerSettings) -> Workplace:
         store=LocalStore(settings.artifacts_dir),
         sandbox=detect(settings.sandbox, allow_none=settings.sandbox == "none"),
     )
+
+
+log = structlog.get_logger()
+
+
+@contextlib.contextmanager
+def kept_log(place: Workplace, order: Order, folder: Path) -> Iterator[AttemptLog]:
+    """Yield an attempt's log and store it afterwards, after success and failure alike."""
+    path = folder.with_name(f"{folder.name}.txt")
+    try:
+        with AttemptLog(path) as attempt_log:
+            yield attempt_log
+    finally:
+        name = names.log_name(order.kind, order.frame, order.tile, order.output, order.attempt_number)
+        # A log that cannot be stored must not hide how the attempt ended.
+        try:
+            place.store.put_file(names.job_artifact(order.job_id, name), path)
+        except (LippmannError, OSError) as error:
+            log.warning("attempt log not stored", job=order.job_id, name=name, error=str(error))
+        path.unlink(missing_ok=True)

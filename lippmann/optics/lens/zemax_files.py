@@ -15,9 +15,10 @@ from typing import Any, NoReturn
 from lippmann.errors import FieldProblem, SpecError
 from lippmann.job.glasses import GLASSES, glass
 from lippmann.job.lens import Prescription
+from lippmann.job.rig import MM_PER_INCH
 from lippmann.optics.lens.rows import Row, prescription_of_rows
 
-MM_PER_UNIT = {"MM": 1.0, "CM": 10.0, "IN": 25.4, "METER": 1000.0, "M": 1000.0}
+MM_PER_UNIT = {"MM": 1.0, "CM": 10.0, "IN": MM_PER_INCH, "METER": 1000.0, "M": 1000.0}
 TYPES = ("STANDARD", "EVENASPH")
 MODEL_GLASS = "___BLANK"
 NO_GLASS = {"MIRROR": "a surface that refracts: mirrors cannot be modelled", "GRIN": "a homogeneous glass"}

@@ -1,20 +1,13 @@
-"""POV-Ray: what it is told, how it is run and held, what its answers mean.
+"""POV-Ray: the text it renders, how it is run, and what its answers mean.
 
-bundle        scene bundles: folder or zip, checked, named by their content
 scene         the .pov text of a job
-ray_camera    rays as a camera, for optics traced elsewhere
-depth_codes   codes of a depth pass as distances
+ray_camera    rays of the exact trace as a camera
+depth_codes   the codes of a depth pass as distances
 command       the exact command line
-environment   what POV-Ray finds around it
-limits        CPU, memory and file sizes, held by the kernel
-sandbox       bubblewrap or Landlock
-landlock      the launcher for the latter
-child         a child process that ends with its parent
-process       the one owner of a running POV-Ray
-progress      how far it is
-messages      what it says, unwrapped
-diagnosis     what its answers mean and what we do
-log           the log of one attempt
-render        one picture: all of it tied together
-version       which POV-Ray is installed
+environment   the files and variables that POV-Ray finds
+progress      POV-Ray's progress, read from its messages
+messages      POV-Ray's messages and statistics, unwrapped
+diagnosis     what POV-Ray's answers mean and what we do
+render        one picture: command, sandbox, process and diagnosis together
+version       the installed version
 """

@@ -1,24 +1,21 @@
-"""Outputs: a job's masters made into what was asked for, one file of makers for each group of kinds.
+"""Outputs: makers that turn the masters of a job into what the job asks for.
 
-footage    what outputs are made of: frames, lenses, orthoscopic sheets
-making     one output being made: scratch folder, where files go, progress
-make       the table: which maker makes which kind; the sidecar
-sidecar    what is told beside an output, as JSON
-videos     moving pictures
-observer   what an eye sees of the display
-clips      videos with a motion of their own: of the eye, of the focus
-stereo     videos for two eyes
-encoding   pictures into the one file of a video
-depth      how deep what a view shows lies
-pictures   still pictures of every frame
-contact_sheet  small pictures side by side, one sheet for the job
-prints     pages for a printer, with marks
-spoc       sheets for another display
-calibration  sheets that find an array's pitch
-paper      pages as pictures
-datasets   folders and arrays of views
+registry       which maker makes which kind; makes one output with its sidecar
+footage        what outputs are made of: frames, lenses, orthoscopic sheets
+making         what a maker receives: scratch folder, where files go, progress
+sidecar        the JSON file that describes an output
+videos         videos of views and of sheets; pictures into the file of a video
+clips          videos with a motion of their own: of the eye, of the focus
+observer       what an eye sees of the display
+stereo         videos for two eyes
+depth          the depth map of a view
+pictures       still pictures of every frame, and contact sheets
+prints         pages for a printer with marks, and calibration sheets
+spoc           sheets for another display
+datasets       folders and arrays of views
 lenslet_video  raw sequences with a calibration file
 frame_views    the views of one frame
 
-The same makers work on the farm (`worker.tasks.encode`) and for `lippmann export`.
+A new kind of output is one module in `lippmann.job.outputs` with its options and one module here with its maker, each
+registered by a decorator. The same makers work on the farm (`worker.tasks.encode`) and for `lippmann export`.
 """

@@ -18,10 +18,10 @@ from lippmann.lightfield.refocus.shift_and_sum import focal_stack
 from lippmann.lightfield.views.perspective import Eye, perspective
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.optics.rig.bench import bench
-from worker.tasks.outputs.encoding import Picture, encode_shown
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.registry import describes, makes
+from worker.tasks.outputs.videos import Picture, encode_shown
 
 PERIOD_S = 4.0
 """How long a swing takes, there and back, where nothing is said: slow enough to look about."""

@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from lippmann.job.outputs.datasets import HciFolder, NpzArrays, SubapertureViews
 from lippmann.lightfield.views.light_field import eye_slopes, square_places
 from worker.exports.hci_parameters import DISTANCE_MM, Cameras, disparity_range, parameters_cfg
+from worker.exports.netpbm import write_pfm, write_ppm
 from worker.exports.npz import write_npz
-from worker.exports.pfm import write_pfm
-from worker.exports.ppm import write_ppm
 from worker.images.colour import srgb_codes
 from worker.images.write import write_png
 from worker.tasks.outputs.footage import Footage

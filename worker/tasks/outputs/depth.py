@@ -13,8 +13,8 @@ from lippmann.job.outputs.depth import DepthPictures
 from lippmann.lightfield.depth.view_depth import ViewDepth, estimated_depth, true_depth
 from lippmann.lightfield.views.views import centre
 from lippmann.plan import artifact_names as names
-from worker.exports.pfm import write_pfm
-from worker.images.false_colour import deepest_shown_mm, depth_colours
+from worker.exports.netpbm import write_pfm
+from worker.images.colour import deepest_shown_mm, depth_colours
 from worker.images.write import write_channels, write_png
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making

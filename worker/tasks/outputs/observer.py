@@ -24,10 +24,10 @@ from lippmann.plan.design.observed_display import observed_display, used_gap_mm
 from worker.images.write import write_png
 from worker.tasks.assemble import on_device
 from worker.tasks.outputs.clips import clip_frames
-from worker.tasks.outputs.encoding import Picture, encode_pixels
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.registry import describes, makes
+from worker.tasks.outputs.videos import Picture, encode_pixels
 
 
 @makes(ObserverVideo)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
@@ -11,15 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import OutputError
-from lippmann.job.outputs.pictures import Epi, PictureOptions, Quilt, Sheets, ViewGrid
+from lippmann.job.frames import parse_frames
+from lippmann.job.outputs.pictures import ContactSheet, Epi, PictureOptions, Quilt, Sheets, ViewGrid
 from lippmann.job.problems import Misfit
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.epi import epi_of_col, epi_of_row
 from lippmann.lightfield.views.interpolate import spread, spread_views, views_in_row
 from lippmann.lightfield.views.mosaic import cut_to_aspect, mosaic
-from lippmann.lightfield.views.views import centre, views_grid
+from lippmann.lightfield.views.square_pixels import as_square
+from lippmann.lightfield.views.views import centre, view, view_numbers, views_grid
 from lippmann.plan import artifact_names as names
 from worker.images.density import Density
+from worker.images.drawing import lettering, line_px
 from worker.images.resize import resize
 from worker.images.write import write_png, write_tiff
 from worker.tasks.assemble import on_device
@@ -169,3 +173,62 @@ def sheet_density(layout: CellLayout, *, pitch_mm: float) -> Density:
     """Return the density at which a sheet is as large as its array."""
     height_mm, width_mm = layout.pixel_mm(pitch_mm)
     return Density.of_pixel(width_mm=width_mm, height_mm=height_mm)
+
+
+FONT_PX = 12
+BACKGROUND, INK = 0.03, 0.8
+"""Linear light: dark grey, and letters that are read on it."""
+
+
+@makes(ContactSheet)
+def make_contact_sheet(making: Making, output: ContactSheet) -> None:
+    """Make small pictures side by side, with captions."""
+    footage = making.footage
+    frames = footage.frames if output.frames is None else parse_frames(output.frames)
+    if output.show == "frames":
+        frames = frames[:: output.every]
+        pictures, count = _of_frames(footage, frames), len(frames)
+        columns = output.columns or math.isqrt(count - 1) + 1
+    else:
+        pictures, count, columns = _of_views(footage, frames[0], output)
+
+    def write(path: Path) -> None:
+        tiles = (
+            _captioned(scaled(picture, output), caption) if output.captions else scaled(picture, output)
+            for picture, caption in pictures
+        )
+        watched = making.told(tiles, count)
+        sheet = mosaic(watched, count=count, columns=columns, gap_px=output.gap_px, background=BACKGROUND)
+        write_png(path, sheet, bits=output.bits)
+
+    making.keep(output.file_name, write)
+
+
+def _of_frames(footage: Footage, frames: tuple[int, ...]) -> Iterator[tuple[Picture, str]]:
+    layout = footage.layout
+    for frame in frames:
+        yield as_square(view(footage.image(frame).pixels, layout, *centre(layout)), layout), f"frame {frame}"
+
+
+def _of_views(footage: Footage, frame: int, output: ContactSheet) -> tuple[Iterator[tuple[Picture, str]], int, int]:
+    """Return pictures with captions, how many there are, and how many stand side by side."""
+    layout = footage.layout
+    ortho, there = footage.image(frame).pixels, set(view_numbers(layout))
+    ways = [range(0, side, output.every) for side in (layout.cell_rows, layout.cell_cols)]
+    dark = np.full((layout.lens_rows, layout.lens_cols, 3), BACKGROUND, dtype=ortho.dtype)
+
+    def pictures() -> Iterator[tuple[Picture, str]]:
+        for v in ways[0]:
+            for u in ways[1]:
+                shown = (u, v) in there
+                yield as_square(view(ortho, layout, u, v) if shown else dark, layout), f"{u}, {v}" if shown else ""
+
+    return pictures(), len(ways[0]) * len(ways[1]), output.columns or len(ways[1])
+
+
+def _captioned(picture: Picture, caption: str) -> Picture:
+    """Return a picture with a line below it; a caption that is too long is cut."""
+    line = np.full((line_px(FONT_PX), *picture.shape[1:]), BACKGROUND, dtype=picture.dtype)
+    ink = lettering(caption, size_px=FONT_PX)[:, : picture.shape[1], np.newaxis]
+    line[:, : ink.shape[1]] += (ink * (INK - BACKGROUND)).astype(line.dtype)
+    return np.concatenate((picture, line))

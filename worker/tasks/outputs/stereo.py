@@ -12,10 +12,10 @@ from lippmann.lightfield.observer.stereo import eye_pair, together
 from lippmann.lightfield.views.perspective import Eye, perspective
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view
-from worker.tasks.outputs.encoding import Picture, again, encode_shown
 from worker.tasks.outputs.footage import Footage
 from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.registry import describes, makes
+from worker.tasks.outputs.videos import Picture, again, encode_shown
 
 
 @makes(StereoVideo)

@@ -16,9 +16,8 @@ from hypothesis.extra.numpy import arrays
 
 from lippmann.errors import OutputError, StoreUnavailable
 from tests.builders_coded import read_pfm, read_ppm
+from worker.exports.netpbm import write_pfm, write_ppm
 from worker.exports.npz import write_npz
-from worker.exports.pfm import write_pfm
-from worker.exports.ppm import write_ppm
 from worker.exports.yuv import planes, write_frame
 
 

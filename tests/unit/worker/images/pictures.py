@@ -22,12 +22,6 @@ def noise(rows: int, cols: int, dtype: type = np.float16) -> NDArray[Any]:
     return light
 
 
-def srgb_formula(linear: NDArray[Any]) -> NDArray[np.float64]:
-    """Return IEC 61966-2-1 as it is printed."""
-    light = np.clip(linear.astype(np.float64), 0, 1)
-    return np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
-
-
 def decoded(source: bytes | Path, pixel_format: str) -> NDArray[Any]:
     """Return a PNG or WebP as FFmpeg decodes it."""
     with av.open(BytesIO(source) if isinstance(source, bytes) else str(source), "r") as container:

@@ -13,8 +13,8 @@ import pytest
 import tifffile
 from PIL import Image, ImageCms
 
-from worker.images.codes import picture_codes
 from worker.images.colour_space import colour_notes, file_colour_space
+from worker.images.convert import picture_codes
 from worker.images.icc import profile_curve, srgb_profile
 from worker.images.imported import read_foreign
 from worker.images.write import write_png

@@ -22,7 +22,7 @@ from worker.images.density import Density
 from worker.images.drawing import paper
 from worker.images.png import deflated_rows, write_png_bands
 from worker.images.read import read_codes
-from worker.images.turned import turned_bands
+from worker.images.rearrange import turned_bands
 
 
 def gradients(rows: int, cols: int, bits: int) -> NDArray[Any]:

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from lippmann.errors import ArtifactBroken, ArtifactMissing, OutputError, StoreFull
-from tests.unit.worker.images.pictures import SHAPES, decoded, noise, srgb_formula
-from worker.images.codes import picture_codes
+from tests.srgb import encoded_srgb
+from tests.unit.worker.images.pictures import SHAPES, decoded, noise
 from worker.images.colour import srgb_codes
-from worker.images.convert import png
+from worker.images.convert import picture_codes, png
 from worker.images.encode import encoded, save
 from worker.images.read import read_codes
 from worker.images.write import write_exr, write_png, write_thumbnail
@@ -72,7 +72,7 @@ def test_a_master_and_its_png_are_the_same_codes(tmp_path: Path, bits: int) -> N
 def test_srgb_is_the_formula_to_one_code_for_every_half_float(bits: int) -> None:
     linear = np.resize(HALVES_FROM_BLACK_TO_WHITE, (113, 136, 3))
     codes = srgb_codes(linear, bits=bits)
-    expected = srgb_formula(linear) * (2**bits - 1)
+    expected = encoded_srgb(linear) * (2**bits - 1)
     assert codes.dtype == {8: np.uint8, 16: np.uint16}[bits]
     assert np.abs(codes - np.rint(expected)).max() <= 1
     assert codes.min() == 0
@@ -106,7 +106,7 @@ def test_the_services_png_shows_the_masters_colours(tmp_path: Path, bits: int, p
     data = png(tmp_path / "a.exr", bits=bits)
     shown = decoded(data, pixel_format)
     assert shown.shape == (30, 20, 3)
-    assert np.abs(shown - srgb_formula(light) * (2**bits - 1)).max() < 1.2
+    assert np.abs(shown - encoded_srgb(light) * (2**bits - 1)).max() < 1.2
     assert b"sRGB" in data
     write_png(tmp_path / "a.png", light, bits=bits)
     assert (tmp_path / "a.png").read_bytes() == data

@@ -9,14 +9,14 @@ from collections.abc import Iterator
 import OpenImageIO
 import pytest
 
-from worker.images.threads import limit_threads
+from worker.images.read import limit_threads
 
 FORKED = """
 import os, sys, tempfile, pathlib
 import numpy as np
-from worker.images import colour, convert, encode, read, resize, threads, write
+from worker.images import colour, convert, encode, read, resize, write
 if (child := os.fork()) == 0:
-    threads.limit_threads(1)
+    read.limit_threads(1)
     path = pathlib.Path(tempfile.mkdtemp()) / "a.exr"
     write.write_exr(path, np.zeros((64, 64, 3), np.float16), attributes={})
     os._exit(0 if convert.png(path) and resize.resize(np.ones((8, 8, 3)), rows=4, cols=4).any() else 1)

@@ -18,11 +18,11 @@ from lippmann.lightfield.sheet.bands import HeldRows, SheetOfRows
 from lippmann.lightfield.views.views import views_grid
 from tests.pictures import read_tiff
 from tests.unit.worker.images.pictures import decoded, noise
+from worker.images import rearrange as views_module
 from worker.images import rows as rows_module
-from worker.images import views as views_module
+from worker.images.rearrange import views_rows
 from worker.images.rows import open_rows
 from worker.images.scratch import ScratchRows, scratch_rows
-from worker.images.views import views_rows
 from worker.images.write import write_code_rows, write_exr, write_exr_rows
 
 

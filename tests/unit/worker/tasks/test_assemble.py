@@ -13,7 +13,7 @@ from lippmann.job.spec import JobSpec
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.plan import artifact_names as names
 from tests.builders import local_place, order_of, small_job, stored_job, tiles_of
-from worker.images import rows, views
+from worker.images import rearrange, rows
 from worker.images.write import write_channels, write_exr
 from worker.tasks import assemble, masters
 from worker.tasks.local import JOB_ID
@@ -52,7 +52,7 @@ def test_in_bands_or_whole_the_files_are_the_same(
 ) -> None:
     whole = job_with_tiles(tmp_path / "whole", lattice)
     assemble.assemble_frame(whole, order_of(TaskKind.ASSEMBLE), Unwatched())
-    for module in (assemble, masters, views):
+    for module in (assemble, masters, rearrange):
         monkeypatch.setattr(module, "BAND_PX", 700)
     monkeypatch.setattr(rows, "BAND_BYTES", 4200)
     banded = job_with_tiles(tmp_path / "bands", lattice)

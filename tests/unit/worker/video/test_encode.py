@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 from lippmann.errors import ArtifactMissing, OutputError, StoreFull, StoreUnavailable
 from lippmann.job.outputs.codecs import CHOICES, Bits, Chroma, Codec, Container
 from tests.needs import needs_ffprobe
+from tests.srgb import encoded_srgb
 from tests.unit.worker.video.movies import noise, psnr_db, waves
 from worker.video.encode import Frame, encode, frame_rate
 from worker.video.kinds import FFV1, H264, Kind
@@ -113,7 +114,7 @@ def test_a_reader_that_honours_the_tags_finds_the_light_of_the_pictures(tmp_path
     path = tmp_path / f"a.{CHOICES[codec].containers[0]}"
     encode(path, [codes] * 2, kind=kind_of(codec), fps=8)
     light = decoded_as_tagged(path, shape=codes.shape)
-    found = np.where(light <= 0.0031308, 12.92 * light, 1.055 * np.maximum(light, 0) ** (1 / 2.4) - 0.055) * 255
+    found = encoded_srgb(light) * 255
     assert np.sqrt(np.mean((found - codes) ** 2)) < 1.5
 
 

@@ -16,8 +16,9 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
-from tests.builders_coded import linear_of, read_pfm
+from tests.builders_coded import read_pfm
 from tests.builders_outputs import GivenJob, given_job
+from tests.srgb import linear_of
 from tests.unit.worker.exports.test_geometry import tools_disparity
 from worker.images.write import write_channels
 from worker.tasks.local import JOB_ID

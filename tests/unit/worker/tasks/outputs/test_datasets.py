@@ -21,8 +21,9 @@ from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.lightfield.views.light_field import light_field, on_square_pixels
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.plan.sampling import display_size
-from tests.builders_coded import coded_sheet, linear_of, read_ppm, view_codes
+from tests.builders_coded import coded_sheet, read_ppm, view_codes
 from tests.builders_outputs import GivenJob, given_job
+from tests.srgb import encoded_srgb, linear_of
 from tests.unit.lippmann.lightfield.sheets import image_of
 from tests.unit.worker.exports.test_files import bt709
 from worker.images.read import read_codes_8
@@ -178,7 +179,7 @@ def test_a_lenslet_sequence_has_the_sheets_frame_after_frame(
     for frame, (y, cb, _) in enumerate(frames, start=1):
         sheet = coded_sheet(layout, view_codes(layout, of_lens=rig is SQUARE, frame=frame))
         told = sheet if convention == "orthoscopic" else captured(sheet, rig)
-        encoded = np.where(told <= 0.0031308, 12.92 * told, 1.055 * told ** (1 / 2.4) - 0.055)
+        encoded = encoded_srgb(told)
         padded = np.pad(encoded, ((0, layout.rows % 2), (0, layout.cols % 2), (0, 0)), mode="edge")
         exact = bt709(np.rint(padded * 255) / 255)
         np.testing.assert_allclose(y, exact[..., 0], atol=1.4)

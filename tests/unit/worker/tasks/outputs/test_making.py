@@ -19,8 +19,8 @@ from worker.images.colour import srgb_codes
 from worker.images.read import read_codes_8, read_rgb
 from worker.images.write import write_channels
 from worker.tasks.local import JOB_ID
-from worker.tasks.outputs import encoding
-from worker.tasks.outputs.encoding import Picture, again
+from worker.tasks.outputs import videos as encoding
+from worker.tasks.outputs.videos import Picture, again
 
 
 class EndsAfter:

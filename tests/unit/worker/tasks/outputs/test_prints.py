@@ -23,6 +23,7 @@ from lippmann.plan.printing.page import PrintPage, middle_edges, print_page
 from lippmann.plan.printing.shapes import Bar, Ring
 from tests.builders_outputs import GivenJob, given_job
 from tests.pictures import read_tiff, tags_of_tiff
+from tests.srgb import linear_of
 from worker.images.colour import srgb_codes
 from worker.images.icc import srgb_profile
 from worker.images.read import read_rgb
@@ -93,7 +94,7 @@ def test_the_array_of_a_tiff_is_the_sheet_on_the_devices_pixels(tmp_path: Path, 
 def test_marks_stand_where_the_lenses_end_to_a_part_of_a_pixel(tmp_path: Path) -> None:
     codes, _ = tiff_of(made(tmp_path, "print.tif", file_format="tiff", label=False, registration_marks=False))
     code = codes[:, :, 0] / 255
-    ink = 1 - np.where(code <= 0.04045, code / 12.92, ((code + 0.055) / 1.055) ** 2.4)
+    ink = 1 - linear_of(code)
     middle = np.array(codes.shape[:2]) / 2
     near, far = round(3.0 / PIXEL_MM), round(6.5 / PIXEL_MM)
     for axis, lenses in ((0, 6), (1, 5)):

@@ -22,6 +22,7 @@ from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import successive_views, view
 from tests.builders_outputs import given_job
 from tests.needs import needs_ffprobe
+from tests.srgb import linear_of
 from tests.unit.lippmann.lightfield.sheets import image_of
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture
 from tests.unit.worker.tasks.outputs.films import film, probed
@@ -44,7 +45,7 @@ def stripe(depth_mm: float, *, layout: CellLayout = LAYOUT) -> NDArray[np.float3
 def at_col(picture: NDArray[Any]) -> float:
     """Return the col of the middle of what is bright."""
     codes = picture.astype(float) / 255
-    light = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4).sum(axis=(0, 2))
+    light = linear_of(codes).sum(axis=(0, 2))
     light -= light.min()
     return float((light * np.arange(len(light))).sum() / light.sum())
 
@@ -112,7 +113,7 @@ def test_integral_orthoscopic_and_views_are_lossless_as_ffv1(tmp_path: Path, lat
 
 def test_flat_colours_come_back_through_bt709(tmp_path: Path) -> None:
     codes = np.array([[230, 20, 20], [30, 200, 40], [20, 40, 220], [128, 128, 128]], dtype=float) / 255
-    light = np.where(codes <= 0.04045, codes / 12.92, ((codes + 0.055) / 1.055) ** 2.4)
+    light = linear_of(codes)
     sheet = np.repeat(np.repeat(light[np.newaxis], 48, axis=0), 12, axis=1).astype(np.float32)
     outputs = [
         {"kind": "centre", "scale": 8},

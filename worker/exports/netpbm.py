@@ -6,6 +6,7 @@ netpbm's ppm(5). JPEG Pleno's light fields are such files of 10 bits (highest co
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,3 +32,19 @@ def write_ppm(path: Path, codes: NDArray[np.uint16], *, bits: int) -> None:
     with new_file(path) as file:
         file.write(f"P6\n{cols} {rows}\n{highest}\n".encode())
         file.write(codes.astype(">u2").tobytes())
+
+
+def write_pfm(path: Path, values: NDArray[np.floating[Any]]) -> None:
+    """Write values `(rows, cols)`, row 0 at the top, as little-endian PFM.
+
+    Raises
+    ------
+    OutputError, StoreFull, StoreUnavailable
+        If it cannot be written, and then no part of it is left.
+    """
+    if values.ndim != 2 or values.size == 0:
+        raise OutputError(f"expected values (rows, cols) for a PFM, got an array of shape {values.shape}")
+    rows, cols = values.shape
+    with new_file(path) as file:
+        file.write(f"Pf\n{cols} {rows}\n-1\n".encode())
+        file.write(np.ascontiguousarray(values[::-1], dtype="<f4").data)
