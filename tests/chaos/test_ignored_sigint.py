@@ -14,8 +14,11 @@ IGNORING = ("sh", "-c", 'trap "" INT; exec "$@"', "sh")
 
 def test_what_a_test_starts_ends_on_sigint() -> None:
     with subprocess.Popen(["sleep", "1000"]) as started:
-        started.send_signal(signal.SIGINT)
-        assert started.wait(ENOUGH_S) == -signal.SIGINT
+        try:
+            started.send_signal(signal.SIGINT)
+            assert started.wait(ENOUGH_S) == -signal.SIGINT
+        finally:
+            started.kill()
 
 
 def test_it_does_so_when_the_test_run_ignores_sigint() -> None:
