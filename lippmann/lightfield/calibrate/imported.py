@@ -43,6 +43,17 @@ def orthoscopic_of(
 def captured_of(
     picture: NDArray[Light], grid: LensGrid, layout: CellLayout, *, pseudoscopic: bool, inverted: bool
 ) -> NDArray[Light]:
-    """Return the upright pseudoscopic sheet, as direct pickup would have captured it; see `orthoscopic_of`."""
+    """Return the upright pseudoscopic sheet, as direct pickup would have captured it.
+
+    Parameters
+    ----------
+    picture, grid, layout, pseudoscopic, inverted
+        As in `orthoscopic_of`.
+
+    Returns
+    -------
+    NDArray
+        `(rows, cols, channel)`, in the dtype of the picture.
+    """
     shown = orthoscopic_of(picture, grid, layout, pseudoscopic=pseudoscopic, inverted=inverted)
     return half_turn_cells(shown, layout.turned() if inverted else layout)

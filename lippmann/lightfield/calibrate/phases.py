@@ -90,7 +90,15 @@ def lay_of(steps: Steps) -> Lay | None:
 
 
 def measure(evidence: NDArray[np.float64], rough: Lay) -> Measured:
-    """Return a lattice as the evidence `(rows, cols)` has it, from a rough one."""
+    """Refine a rough lattice by the phases of its waves.
+
+    Parameters
+    ----------
+    evidence
+        `(rows, cols)`, float64: bright where lenses are.
+    rough
+        A lattice near the one of the picture, px.
+    """
     orders = LONGEST_WAVES[rough.lattice]
     waves = [_wave(evidence, np.array(order) @ np.linalg.inv(rough.steps.T), rough) for order in orders]
     lay = fitted_lay(rough, orders, waves)
@@ -167,7 +175,15 @@ def _tapers(side: int, least_px: float) -> _Numbers:
 
 
 def wave_light(evidence: NDArray[np.float64], number: _Numbers) -> complex:
-    """Return how much of a wave there is, and its phase in the picture's middle."""
+    """Return the complex amplitude of a wave, whose phase is that in the middle of the picture.
+
+    Parameters
+    ----------
+    evidence
+        `(rows, cols)`, float64.
+    number
+        The wave number (right, down), waves per px.
+    """
     down, right = (from_middle(side) for side in evidence.shape)
     taper = [np.cos(math.pi * at / len(at)) ** 2 for at in (down, right)]
     waves = [np.exp(-2j * math.pi * along * at) for along, at in ((number[1], down), (number[0], right))]
@@ -180,7 +196,17 @@ def from_middle(side: int) -> _Numbers:
 
 
 def fitted_lay(rough: Lay, orders: tuple[tuple[int, int], ...], waves: list[Wave]) -> Lay:
-    """Return the lattice of right angles whose waves are nearest the measured ones, as they agree in themselves."""
+    """Fit a lattice of right angles to waves, by least squares weighted by their agreement.
+
+    Parameters
+    ----------
+    rough
+        The lattice from which the fit starts, px.
+    orders
+        The order of each wave, in the reciprocal steps of the lattice.
+    waves
+        The waves that were found.
+    """
     from scipy.optimize import least_squares
 
     weights = np.array([[wave.agreement * np.hypot(*wave.number)] for wave in waves])

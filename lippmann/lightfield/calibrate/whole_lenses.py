@@ -50,12 +50,19 @@ def whole_lenses(one: LensGrid, size: tuple[int, ...]) -> LensGrid:
 
 
 def lenses_from_first(first: LensGrid, size: tuple[int, ...]) -> LensGrid:
-    """Return the largest block of whole lenses whose first lens is the one that is said.
+    """Return the largest block of whole lenses that begins with a given lens.
+
+    Parameters
+    ----------
+    first
+        A grid whose lens (0, 0) is the first one.
+    size
+        (rows, cols) of the picture, px.
 
     Raises
     ------
     LayoutError
-        If that one is not whole.
+        If that lens is not whole.
     """
     block = _block(first, size, begins_there=True)
     if block is None:
@@ -68,7 +75,14 @@ def lenses_from_first(first: LensGrid, size: tuple[int, ...]) -> LensGrid:
 
 
 def lenses_in_middle(one: LensGrid, size: tuple[int, ...]) -> LensGrid:
-    """Return as many whole lenses as a picture has room for, standing in its middle; where `one` lies is no matter.
+    """Return as many whole lenses as a picture has room for, in its middle.
+
+    Parameters
+    ----------
+    one
+        A grid of the lattice; its place and its number of lenses do not matter.
+    size
+        (rows, cols) of the picture, px.
 
     Raises
     ------
@@ -83,7 +97,15 @@ def lenses_in_middle(one: LensGrid, size: tuple[int, ...]) -> LensGrid:
 
 
 def in_middle(grid: LensGrid, size: tuple[int, ...]) -> LensGrid:
-    """Return the same lenses with the middle of their block in the picture's."""
+    """Move a grid so that the middle of its block is the middle of the picture.
+
+    Parameters
+    ----------
+    grid
+        The lenses.
+    size
+        (rows, cols) of the picture, px.
+    """
     sideways = (grid.lens_cols - 1) / 2
     if grid.lens_rows > 1:
         sideways += grid.shift_pitches(1) / 2
@@ -92,7 +114,15 @@ def in_middle(grid: LensGrid, size: tuple[int, ...]) -> LensGrid:
 
 
 def are_whole(grid: LensGrid, size: tuple[float, ...]) -> bool:
-    """Return whether all lenses of a grid lie on a picture, to half a pixel."""
+    """Tell whether all lenses of a grid lie on a picture, to half a pixel.
+
+    Parameters
+    ----------
+    grid
+        The lenses.
+    size
+        (rows, cols) of the picture, px.
+    """
     outermost = sorted({0, min(1, grid.lens_rows - 1), max(0, grid.lens_rows - 2), grid.lens_rows - 1})
     shifts = np.array([grid.shift_pitches(row) for row in outermost])
     low, high = _cols(grid, np.array(outermost), shifts, size)
@@ -100,7 +130,17 @@ def are_whole(grid: LensGrid, size: tuple[float, ...]) -> bool:
 
 
 def lens_place(grid: LensGrid, lens_row: float, pitches: float) -> tuple[float, float]:
-    """Return the place `(down, right)` px in the picture, so many lens rows below and pitches right of lens (0, 0)."""
+    """Return the place (down, right) in the picture, px, of a point of the lattice.
+
+    Parameters
+    ----------
+    grid
+        The lenses.
+    lens_row
+        Lens rows below lens (0, 0).
+    pitches
+        Pitches to the right of lens (0, 0).
+    """
     turn = math.radians(grid.turn_deg)
     down, right = lens_row * grid.row_px, pitches * grid.pitch_px
     return (

@@ -101,8 +101,21 @@ def plane_sweep(
 def sweep_depths(
     layout: CellLayout, nearest_mm: float, farthest_mm: float, *, focal_mm: float, reach: int = REACH
 ) -> tuple[float, ...]:
-    """Return depths from the farthest to the nearest one, mm, so close that nothing lies between two: see `STEP`.
+    """Return the depths of a sweep, mm, rising from the farthest to the nearest; see `STEP` for their distance.
 
+    Parameters
+    ----------
+    layout
+        The lenses over the sheet.
+    nearest_mm, farthest_mm
+        The ends of the range, mm in front of the display.
+    focal_mm
+        The focal length of the lenses, mm.
+    reach
+        The views to each side that are compared.
+
+    Examples
+    --------
     >>> sweep_depths(CellLayout(9, 9, 8), 6.6, 0.0, focal_mm=3.3)
     (0.0, 3.3, 6.6)
     """
@@ -112,7 +125,20 @@ def sweep_depths(
 
 
 def tone(image: IntegralImage, number: tuple[int, int]) -> NDArray[np.floating[Any]]:
-    """Return the square root of a view on square pixels, so that differences in the dark count as those in light."""
+    """Return the square root of a view on square pixels, so that differences in the dark count as those in light.
+
+    Parameters
+    ----------
+    image
+        An orthoscopic image.
+    number
+        The view, (u, v).
+
+    Returns
+    -------
+    NDArray
+        `(row, col, channel)`, 0 to 1.
+    """
     seen: NDArray[np.floating[Any]] = np.sqrt(
         np.clip(as_square(working(view(image.pixels, image.layout, *number)), image.layout), 0, 1)
     )
@@ -129,7 +155,20 @@ def splines(picture: Picture) -> Picture:
 
 
 def moved(splined: Picture, *, down: float = 0.0, across: float = 0.0) -> Picture:
-    """Return at every pixel what lies further down and across by so much, `(channel, row, col)`."""
+    """Sample a picture at every pixel's place plus an offset.
+
+    Parameters
+    ----------
+    splined
+        `(channel, row, col)`, as `splines` returns it.
+    down, across
+        The offset, px.
+
+    Returns
+    -------
+    NDArray
+        `(channel, row, col)`; beyond the border the outermost pixels go on.
+    """
     from scipy.ndimage import shift
 
     by = (-down, -across)

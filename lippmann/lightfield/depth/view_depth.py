@@ -47,6 +47,17 @@ class ViewDepth:
 def true_depth(depth: DepthMap, layout: CellLayout, number: tuple[int, int], *, focal_mm: float) -> ViewDepth:
     """Return the true depth of a view: that of the nearest lens, so that no two depths are mixed.
 
+    Parameters
+    ----------
+    depth
+        The depth of an orthoscopic sheet.
+    layout
+        The lenses over the sheet.
+    number
+        The view, (u, v).
+    focal_mm
+        The focal length of the lenses, mm.
+
     Raises
     ------
     LayoutError

@@ -68,5 +68,15 @@ def look(
 
 
 def least_own_share(display: LensDisplay, place: Eye, looking: Looking) -> float:
-    """Return the share of lenses that show their own cell to the eye, or to that of two which sees fewer."""
+    """Return the share of lenses that show their own cell, to the eye of two that sees fewer of them.
+
+    Parameters
+    ----------
+    display
+        The display.
+    place
+        The place of the eye, or of the middle between two eyes.
+    looking
+        One eye or two.
+    """
     return min(own_share(display, eye) for eye in looking.eyes(place))

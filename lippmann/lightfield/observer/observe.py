@@ -40,12 +40,19 @@ ROWS_AT_ONCE = 64
 
 
 def whole_window(display: LensDisplay, *, size_px: int = SIZE_PX) -> Window:
-    """Return the window that the array fills, its longer side this many pixels.
+    """Return the window that the lens array fills.
+
+    Parameters
+    ----------
+    display
+        The display.
+    size_px
+        The longer side of the picture, px.
 
     Raises
     ------
     LayoutError
-        If that is no size.
+        If the size is not positive, or too large.
     """
     high_mm, wide_mm = display.array_mm
     return window_of(wide_mm=wide_mm, high_mm=high_mm, size_px=size_px)
@@ -108,7 +115,15 @@ def observe(
 
 
 def own_share(display: LensDisplay, eye: Eye) -> float:
-    """Return the share of lenses whose middle shows an eye their own cell: 1 inside the viewing zone of all lenses."""
+    """Return the share of lenses whose middle shows an eye their own cell: 1 inside the viewing zone of all lenses.
+
+    Parameters
+    ----------
+    display
+        The display.
+    eye
+        The place of the eye.
+    """
     right, down = places_px(display.layout, eye, pitch_mm=display.pitch_mm, gap_mm=display.gap_mm)
     return float(inside_cells(display.layout, right, down).mean())
 

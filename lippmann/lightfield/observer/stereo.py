@@ -31,12 +31,19 @@ _RIGHT = np.array(
 
 
 def eye_pair(middle: Eye, *, apart_mm: float = EYES_APART_MM) -> tuple[Eye, Eye]:
-    """Return the (left, right) eye of a head whose middle between them stands there.
+    """Return the left and the right eye of a head.
+
+    Parameters
+    ----------
+    middle
+        The middle between the eyes.
+    apart_mm
+        The distance between the eyes, mm.
 
     Raises
     ------
     LayoutError
-        If the distance between them is not positive.
+        If the distance is not positive.
     """
     if not 0 < apart_mm < math.inf:
         raise LayoutError(f"expected a positive distance between the eyes in mm, got {apart_mm:g}")

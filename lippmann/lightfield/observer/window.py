@@ -48,7 +48,22 @@ class Window:
 
 
 def window_of(*, wide_mm: float, high_mm: float, size_px: int, right_mm: float = 0.0, up_mm: float = 0.0) -> Window:
-    """Return a window whose longer side is this many pixels, which are as nearly square as whole numbers can be."""
+    """Return a window whose pixels are as nearly square as whole numbers of them can be.
+
+    Parameters
+    ----------
+    wide_mm, high_mm
+        The width and height of the window, mm.
+    size_px
+        The longer side of the picture, px.
+    right_mm, up_mm
+        The middle of the window, mm from the middle of the display.
+
+    Raises
+    ------
+    LayoutError
+        If the window or its picture has no size.
+    """
     shorter = max(1, round(size_px * min(wide_mm, high_mm) / max(wide_mm, high_mm)))
     rows, cols = (shorter, size_px) if wide_mm >= high_mm else (size_px, shorter)
     return Window(rows, cols, wide_mm=wide_mm, high_mm=high_mm, right_mm=right_mm, up_mm=up_mm)

@@ -32,15 +32,23 @@ from lippmann.lightfield.views.views import view, view_numbers
 
 
 def shifts(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> tuple[float, float]:
-    """Return by how many pitches a point at a depth moves from one view to the next, as (down, across).
+    """Return the shift of a point from one view to the next, (down, across), in lens pitches.
 
-    Positive: against the eye. The two differ by little, and on the hexagonal lattice only, where pixels are not quite
-    square.
+    A positive shift is against the motion of the eye. The two differ a little on the hexagonal lattice, where pixels are not quite square.
+
+    Parameters
+    ----------
+    layout
+        The lenses over the sheet.
+    depth_mm
+        The depth s of the point, mm in front of the display.
+    focal_mm
+        The focal length of the lenses, mm.
 
     Raises
     ------
     LayoutError
-        If the depth is no number, or the focal length is not positive.
+        If the depth is not finite, or the focal length is not positive.
 
     Examples
     --------
@@ -114,12 +122,17 @@ def focal_stack(image: IntegralImage, depths_mm: Sequence[float]) -> NDArray[np.
 
 
 def checked_shifts(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> tuple[float, float]:
-    """Return `shifts`, if neighbouring views overlap at that depth.
+    """Return `shifts` at a depth at which neighbouring views overlap.
+
+    Parameters
+    ----------
+    layout, depth_mm, focal_mm
+        As in `shifts`.
 
     Raises
     ------
     LayoutError
-        If they do not, naming the depth that fits; or as in `shifts`.
+        If they do not overlap, naming the largest depth at which they do; or as in `shifts`.
     """
     found = shifts(layout, depth_mm, focal_mm=focal_mm)
     for lenses, views, step in zip(layout.square_size(), (layout.cell_rows, layout.cell_cols), found, strict=True):

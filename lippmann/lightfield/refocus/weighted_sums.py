@@ -58,7 +58,17 @@ class Taps:
 
 
 def taps(made: NDArray[np.intp], taken: NDArray[np.intp], weight: NDArray[np.float64], *, pixels: int) -> Taps:
-    """Return taps from arrays of one shape in any order; those without weight are left out."""
+    """Sort taps by the picture's pixel, without those of no weight.
+
+    Parameters
+    ----------
+    made, taken
+        The pixels of the picture and of the sheet, of one shape, in any order.
+    weight
+        The weights, of the same shape.
+    pixels
+        The pixels of the picture along the axis.
+    """
     has = weight != 0
     order = np.argsort(made[has], kind="stable")
     return Taps(pixels, made[has][order], taken[has][order], weight[has][order])

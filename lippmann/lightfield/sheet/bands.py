@@ -133,13 +133,30 @@ class TurnedSheet:
 
 
 def part_layout(layout: CellLayout, first: int, stop: int) -> CellLayout:
-    """Return the layout of the lens rows [first, stop) alone; of hexagonal ones, at least two of several."""
+    """Return the layout of some lens rows alone; of a hexagonal array of several rows, they are at least two.
+
+    Parameters
+    ----------
+    layout
+        The layout of the whole.
+    first, stop
+        The lens rows [first, stop).
+    """
     return replace(layout, lens_rows=stop - first, first_row_shifted=layout.shift_px(first) > 0)
 
 
 def part_rows(layout: CellLayout, first: int, stop: int) -> tuple[int, int]:
-    """Return the pixel rows [start, stop) over which the lens rows [first, stop) reach.
+    """Return the pixel rows [start, stop) over which some lens rows reach.
 
+    Parameters
+    ----------
+    layout
+        The layout of the whole.
+    first, stop
+        The lens rows [first, stop).
+
+    Examples
+    --------
     >>> part_rows(CellLayout(5, 1, 8, "hexagonal"), 1, 3)
     (7, 25)
     """
@@ -147,11 +164,19 @@ def part_rows(layout: CellLayout, first: int, stop: int) -> tuple[int, int]:
 
 
 def bands(layout: CellLayout, band_px: int) -> tuple[tuple[int, int], ...]:
-    """Return [first, stop) of bands of lens rows, top down, of about as many pixels.
+    """Cut an array into bands of lens rows [first, stop), top down; every lens row is in one band.
 
-    Every lens row is in one band. A band of a hexagonal array of several lens rows has at least two, so that it knows
-    which of them are shifted.
+    A band of a hexagonal array of several lens rows has at least two, so that it knows which of them are shifted.
 
+    Parameters
+    ----------
+    layout
+        The layout of the whole.
+    band_px
+        The approximate number of pixels of a band.
+
+    Examples
+    --------
     >>> bands(CellLayout(5, 4, 8), band_px=600)
     ((0, 2), (2, 4), (4, 5))
     >>> bands(CellLayout(5, 4, 8, "hexagonal"), band_px=600)
@@ -166,7 +191,20 @@ def bands(layout: CellLayout, band_px: int) -> tuple[tuple[int, int], ...]:
 
 
 def stitched(sheet: Sheet, band_px: int) -> Iterator[NDArray[Any]]:
-    """Yield the pixel rows of a sheet, top down, each once: bands of about `band_px` px."""
+    """Yield the pixel rows of a sheet, top down, each once, in bands.
+
+    Parameters
+    ----------
+    sheet
+        The sheet.
+    band_px
+        The approximate number of pixels of a band.
+
+    Yields
+    ------
+    NDArray
+        `(rows, cols, channel)`, in the dtype of the sheet.
+    """
     layout, waiting = sheet.layout, None
     shared = 2 * layout.overhang_px
     for first, stop in bands(layout, band_px):
@@ -179,10 +217,20 @@ def stitched(sheet: Sheet, band_px: int) -> Iterator[NDArray[Any]]:
 
 
 def view_bands(sheet: Sheet, band_px: int) -> Iterator[tuple[int, NDArray[Any]]]:
-    """Yield (first lens row, views of a band of an orthoscopic sheet) for bands of lens rows, top down.
+    """Yield the views of bands of lens rows of an orthoscopic sheet, top down.
 
-    The views are `(cell_rows, lens_rows of the band, cell_cols lens_cols, channel)`: `views_grid` shows lens row r of
-    view row v in its row v * lens_rows + r.
+    Parameters
+    ----------
+    sheet
+        The orthoscopic sheet.
+    band_px
+        The approximate number of pixels of a band.
+
+    Yields
+    ------
+    tuple
+        The first lens row, and views `(cell_rows, lens_rows of the band, cell_cols lens_cols, channel)`: `views_grid`
+        shows lens row r of view row v in its row v lens_rows + r.
     """
     layout = sheet.layout
     for first, stop in bands(layout, band_px):
@@ -203,7 +251,15 @@ def _bits(pixels: NDArray[Any]) -> NDArray[Any]:
 
 
 def at_least_two(layout: CellLayout, first: int, stop: int) -> tuple[int, int]:
-    """Return a band of a hexagonal array that is wide enough to stand alone."""
+    """Extend a band so that it can stand alone: one of a hexagonal array has at least two lens rows.
+
+    Parameters
+    ----------
+    layout
+        The layout of the whole.
+    first, stop
+        The lens rows [first, stop) of the band.
+    """
     if stop - first >= min(layout.cell.row_period, layout.lens_rows):
         return first, stop
     return (first, stop + 1) if stop < layout.lens_rows else (first - 1, stop)

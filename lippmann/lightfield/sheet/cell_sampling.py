@@ -72,7 +72,15 @@ def light_under(picture: NDArray[Light], grid: LensGrid, places: Places) -> NDAr
 
 
 def picture_places(grid: LensGrid, places: Places) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where places lie in the picture, (down, right) px from its top left corner."""
+    """Return the positions of places in the picture, (down, right), px from its top left corner.
+
+    Parameters
+    ----------
+    grid
+        The lenses over the picture.
+    places
+        The places under the lenses.
+    """
     axis_down, axis_right = _axes(grid, places)
     down, right = axis_down + places.down, axis_right + places.right
     cos, sin = _turn(grid)

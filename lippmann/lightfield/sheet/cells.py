@@ -39,7 +39,22 @@ def runs(layout: CellLayout) -> Iterator[Run]:
 
 
 def run_px(sheet: NDArray[Pixel], layout: CellLayout, run: Run) -> NDArray[Pixel]:
-    """Return the pixels of a run, `(lens_row, lens_col, px, channel)`: a view of the sheet's memory."""
+    """Return the pixels of a run, a view of the sheet's memory.
+
+    Parameters
+    ----------
+    sheet
+        `(rows, cols, channel)`, any dtype.
+    layout
+        The lenses over the sheet.
+    run
+        Which pixels of which lens rows.
+
+    Returns
+    -------
+    NDArray
+        `(lens_row, lens_col, px, channel)`.
+    """
     m, n = layout.row_px, layout.px_per_lens
     left = layout.shift_px(run.first_lens_row)
     start = run.first_lens_row * m + run.cell_row
@@ -49,10 +64,15 @@ def run_px(sheet: NDArray[Pixel], layout: CellLayout, run: Run) -> NDArray[Pixel
 
 
 def put_pixels(target: NDArray[Pixel], source: NDArray[Pixel]) -> None:
-    """Copy pixels `(.., channel)` whose order differs, so that neighbours in one are none in the other.
+    """Copy pixels between arrays of different memory order.
 
-    Channel by channel, because an inner loop over three numbers costs twice as much; and so many at a time that what is
-    passed over once for every channel stays in a processor's cache.
+    Channels are copied one after the other, because an inner loop over three numbers is slow, and so many pixels at a
+    time that the part which is read once for every channel stays in the cache of the processor.
+
+    Parameters
+    ----------
+    target, source
+        `(.., channel)`, of one shape.
     """
     step = max(1, CACHED_PX // max(1, math.prod(target.shape[1:-1])))
     for start in range(0, len(target), step):

@@ -116,9 +116,19 @@ def to_device(
 def device_bands(
     sheet: Sheet, *, px_per_lens_device: float, window: tuple[int, int] | None = None, margin_px: int = 0
 ) -> Iterator[NDArray[Any]]:
-    """Yield the rows of an integral image on a device's pixel grid, top down, `ROWS_AT_ONCE` of them at a time.
+    """Yield the rows of an integral image on the pixel grid of a device, top down, `ROWS_AT_ONCE` of them at a time.
 
-    Parameters are as in `to_device`; of the sheet no more is held than what lies under a band.
+    Parameters
+    ----------
+    sheet
+        The orthoscopic sheet; no more of it is held than what lies under a band.
+    px_per_lens_device, window, margin_px
+        As in `to_device`.
+
+    Yields
+    ------
+    NDArray
+        `(rows, cols, channel)`.
     """
     layout = sheet.layout
     rows, cols = device_size(layout, px_per_lens_device=px_per_lens_device, window=window, margin_px=margin_px)

@@ -39,7 +39,15 @@ def neighbours(
 def between(
     first: NDArray[np.floating[Any]], second: NDArray[np.floating[Any]], weight: NDArray[np.float64]
 ) -> NDArray[np.floating[Any]]:
-    """Return first + (second - first) weight, in the pixels' own precision; of equal pixels exactly these."""
+    """Interpolate linearly, in the precision of the pixels; between equal pixels the result is exactly these.
+
+    Parameters
+    ----------
+    first, second
+        Pixels of one shape, floating.
+    weight
+        The weight of the second, 0 to 1; broadcasts with the pixels.
+    """
     if not weight.any():
         return first
     step: NDArray[np.floating[Any]] = (second - first) * weight.astype(first.dtype)

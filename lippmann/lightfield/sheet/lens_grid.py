@@ -104,7 +104,14 @@ def layout_grid(layout: CellLayout) -> LensGrid:
 def device_grid(
     layout: CellLayout, *, px_per_lens_device: float, window: tuple[int, int] | None = None, margin_px: int = 0
 ) -> LensGrid:
-    """Return where the lenses of a layout lie on what `to_device` makes with the same arguments.
+    """Return the grid of the lenses on the picture that `to_device` makes.
+
+    Parameters
+    ----------
+    layout
+        The lenses over the sheet.
+    px_per_lens_device, window, margin_px
+        As in `to_device`.
 
     Raises
     ------

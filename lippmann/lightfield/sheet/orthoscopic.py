@@ -80,7 +80,15 @@ def orthoscopic(captured: NDArray[Pixel], layout: CellLayout, *, inverted: bool 
 
 
 def orthoscopic_layout(captured: CellLayout, *, inverted: bool = True) -> CellLayout:
-    """Return the layout of the orthoscopic sheet: of an odd number of hexagonal lens rows, the others are shifted."""
+    """Return the layout of the orthoscopic sheet; of an odd number of hexagonal lens rows, the others are shifted.
+
+    Parameters
+    ----------
+    captured
+        The layout of the capture.
+    inverted
+        True if an imaging lens turned the picture upside down.
+    """
     return captured.turned() if inverted else captured
 
 

@@ -17,12 +17,19 @@ from lippmann.lightfield.views.views import view
 
 
 def views_in_row(layout: CellLayout, v: int) -> range:
-    """Return u of the views that exist in a row of views: all on the square lattice.
+    """Return u of the views that exist in a row of views; on the square lattice all of them exist.
+
+    Parameters
+    ----------
+    layout
+        The lenses over the sheet.
+    v
+        The row of views.
 
     Raises
     ------
     LayoutError
-        If there is no such row, or a hexagon's corner leaves no view in it.
+        If there is no such row, or a corner of the hexagon leaves no view in it.
     """
     found = np.flatnonzero(layout.mask[v]) if 0 <= v < layout.cell_rows else np.empty(0, dtype=np.intp)
     if not found.size:
@@ -31,7 +38,20 @@ def views_in_row(layout: CellLayout, v: int) -> range:
 
 
 def views_in_col(layout: CellLayout, u: int) -> range:
-    """Return v of the views that exist in a column of views; see `views_in_row`."""
+    """Return v of the views that exist in a column of views.
+
+    Parameters
+    ----------
+    layout
+        The lenses over the sheet.
+    u
+        The column of views.
+
+    Raises
+    ------
+    LayoutError
+        If there is no such column.
+    """
     found = np.flatnonzero(layout.mask[:, u]) if 0 <= u < layout.cell_cols else np.empty(0, dtype=np.intp)
     if not found.size:
         raise LayoutError(f"expected a column of views of {layout}, from 0 to {layout.cell_cols - 1}, got {u}")
@@ -70,8 +90,17 @@ def spread_views(image: IntegralImage, v: int, count: int) -> Iterator[NDArray[n
 
 
 def spread(there: range, count: int) -> NDArray[np.float64]:
-    """Return so many places from the first view that is there to the last, evenly; a single one in the middle.
+    """Return places evenly spread from the first view of a row to the last; a single one is in the middle.
 
+    Parameters
+    ----------
+    there
+        The views that exist in the row.
+    count
+        The number of places.
+
+    Examples
+    --------
     >>> spread(range(4), 7)
     array([0. , 0.5, 1. , 1.5, 2. , 2.5, 3. ])
     """

@@ -38,9 +38,19 @@ def light_field(image: IntegralImage) -> NDArray[np.floating[Any]]:
 
 
 def on_square_pixels(views: NDArray[np.floating[Any]], layout: CellLayout) -> NDArray[np.floating[Any]]:
-    """Return views `(v, u, lens_row, lens_col, channel)` on square pixels, `(v, u, *layout.square_size(), channel)`.
+    """Resample all views to square pixels at once, by `as_square`; on the square lattice return the views themselves.
 
-    All at once, by `as_square`; of a square lattice the views themselves.
+    Parameters
+    ----------
+    views
+        `(v, u, lens_row, lens_col, channel)`, floating.
+    layout
+        The lenses over the sheet.
+
+    Returns
+    -------
+    NDArray
+        `(v, u, *layout.square_size(), channel)`.
     """
     if not layout.interlocks:  # the lenses of a view stand on a square grid
         return views

@@ -63,7 +63,15 @@ def mosaic(
 
 
 def cut_to_aspect(picture: NDArray[Pixel], aspect: float) -> NDArray[Pixel]:
-    """Return the middle of a picture `(rows, cols, channel)` whose width by height comes nearest to an aspect."""
+    """Return the middle of a picture, cut to an aspect ratio.
+
+    Parameters
+    ----------
+    picture
+        `(rows, cols, channel)`, any dtype.
+    aspect
+        Width by height.
+    """
     rows, cols = picture.shape[:2]
     high, wide = min(rows, max(1, round(cols / aspect))), min(cols, max(1, round(rows * aspect)))
     top, left = (rows - high) // 2, (cols - wide) // 2

@@ -87,9 +87,21 @@ def perspective(image: IntegralImage, eye: Eye) -> Perspective:
 def places_px(
     layout: CellLayout, eye: Eye, *, pitch_mm: float, gap_mm: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return where under each lens an eye looks, from the lens's axis, as (right, down) in pixels.
+    """Return the place under each lens at which an eye looks, (right, down) of the lens's axis, px.
 
-    Each is `(lens_rows, lens_cols)`. They do not stop at the cell's border.
+    Parameters
+    ----------
+    layout
+        The lenses over the sheet.
+    eye
+        The place of the eye.
+    pitch_mm, gap_mm
+        The pitch of the lenses and the reduced gap, mm.
+
+    Returns
+    -------
+    tuple
+        Two arrays `(lens_rows, lens_cols)`; the places do not end at the border of the cell.
     """
     high_mm, wide_mm = layout.pixel_mm(pitch_mm)
     rows, cols = np.arange(layout.lens_rows), np.arange(layout.lens_cols)
@@ -103,7 +115,15 @@ def places_px(
 
 
 def inside_cells(layout: CellLayout, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which places lie in their own cell, or on its border."""
+    """Tell which places lie in their own cell, or on its border.
+
+    Parameters
+    ----------
+    layout
+        The lenses over the sheet.
+    right, down
+        The places, px from the axes of the lenses.
+    """
     distance = layout.cell.border_distance(right / layout.px_per_lens, down / layout.row_px)
     return np.asarray(distance <= 1 + ON_THE_BORDER)
 

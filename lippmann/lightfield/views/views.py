@@ -89,7 +89,22 @@ def grid_size(layout: CellLayout) -> tuple[int, int]:
 
 
 def view_of_grid(grid: NDArray[Pixel], layout: CellLayout, u: int, v: int) -> NDArray[Pixel]:
-    """Return one view, `(lens_rows, lens_cols, channel)`, of a grid of views without copying; see `view`."""
+    """Return one view of a grid of views without copying; see `view`.
+
+    Parameters
+    ----------
+    grid
+        All views as one picture, as `views_grid` returns it.
+    layout
+        The lenses over the sheet.
+    u, v
+        The view.
+
+    Returns
+    -------
+    NDArray
+        `(lens_rows, lens_cols, channel)`.
+    """
     _check_view(layout, u, v)
     _check_grid(grid, layout)
     row, col = v * layout.lens_rows, u * layout.lens_cols
@@ -97,7 +112,20 @@ def view_of_grid(grid: NDArray[Pixel], layout: CellLayout, u: int, v: int) -> ND
 
 
 def interlace(grid: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
-    """Return the orthoscopic sheet whose views a grid shows; the inverse of `views_grid`."""
+    """Return the orthoscopic sheet whose views a grid shows; the inverse of `views_grid`.
+
+    Parameters
+    ----------
+    grid
+        `(cell_rows lens_rows, cell_cols lens_cols, channel)`, any dtype; views that do not exist are ignored.
+    layout
+        The lenses over the sheet.
+
+    Returns
+    -------
+    NDArray
+        `(rows, cols, channel)`; zero where there is no lens.
+    """
     _check_grid(grid, layout)
     if not layout.interlocks:  # the cells are the sheet's memory with other axes
         return sheet_of(_by_view(grid, layout).transpose(1, 3, 0, 2, 4)[:, :, ::-1, ::-1], layout)
@@ -118,12 +146,18 @@ def view_numbers(layout: CellLayout) -> tuple[tuple[int, int], ...]:
 
 
 def successive_views(layout: CellLayout, *, backward: bool = False) -> Iterator[tuple[int, int]]:
-    """Yield (u, v) of all views in the order of a movie without jumps: as one ploughs a field.
+    """Yield (u, v) of all views in serpentine order: a video of them has no jumps.
 
-    From the first view to the right along the top row of views, back along the next, and so down; every step is to a
-    neighbour. Rows of hexagonal views differ in length, so a step to the next row may go sideways as well, by at most
-    two. `backward` walks the same way from its end, so a sequence whose every second frame goes backward has no jump
-    between frames either.
+    The order runs to the right along the top row of views, back along the next, and so on down; every step leads to a
+    neighbour. Rows of hexagonal views differ in length, so a step to the next row may also go sideways, by at most two.
+
+    Parameters
+    ----------
+    layout
+        The lenses over the sheet.
+    backward
+        True to yield the order from its end; if every second frame of a sequence goes backward, there is no jump
+        between frames either.
 
     Examples
     --------
