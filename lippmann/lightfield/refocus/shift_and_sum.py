@@ -34,7 +34,8 @@ from lippmann.lightfield.views.views import view, view_numbers
 def shifts(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> tuple[float, float]:
     """Return the shift of a point from one view to the next, (down, across), in lens pitches.
 
-    A positive shift is against the motion of the eye. The two differ a little on the hexagonal lattice, where pixels are not quite square.
+    A positive shift is against the motion of the eye. The two differ a little on the hexagonal lattice,
+    where pixels are not quite square.
 
     Parameters
     ----------
