@@ -89,12 +89,13 @@ class IntegralImage(lightfield.IntegralImage):
         focal_length_mm: float = FOCAL_LENGTH_MM,
         pseudoscopic: bool = False,
         inverted: bool = False,
+        linear: bool = False,
         with_depth: bool = False,
     ) -> Self:
         """Open an integral image.
 
-        The header of a master (EXR) names its lenses. Every other picture is an EXR of linear light, or a PNG or TIFF
-        of sRGB codes, and needs a layout.
+        The header of a master (EXR) names its lenses. Every other picture is an EXR of linear light, or a PNG or TIFF,
+        and needs a layout. The colour space of a PNG or TIFF is the one that the file names, else sRGB.
 
         Parameters
         ----------
@@ -107,6 +108,8 @@ class IntegralImage(lightfield.IntegralImage):
             The lenses of such a picture, mm; by default those of Athineos et al. 2006.
         pseudoscopic, inverted
             Whether such a picture is pseudoscopic, and whether an imaging lens turned it upside down.
+        linear
+            True to take the codes of a PNG or TIFF for linear light, whatever the file says.
         with_depth
             True to read the depth of the pixels too, if it is stored beside the master as `depth/0001.exr`.
 
@@ -132,7 +135,7 @@ class IntegralImage(lightfield.IntegralImage):
         if layout is None:
             raise BadInput(f"{file}: expected a master whose header names its rig, or a layout, got neither")
         return cls(
-            pixels=read_foreign(file), layout=layout, pitch_mm=pitch_mm, focal_length_mm=focal_length_mm,
+            pixels=read_foreign(file, linear=linear), layout=layout, pitch_mm=pitch_mm, focal_length_mm=focal_length_mm,
             pseudoscopic=pseudoscopic, inverted=inverted,
         )  # fmt: skip
 

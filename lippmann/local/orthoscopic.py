@@ -24,6 +24,7 @@ from lippmann.local.files.writable import check_writable
 from lippmann.plan.sampling import display_size, frame_size
 from lippmann.terminal.progress import ProgressLine
 from worker.images.colour import linear_light, srgb_codes
+from worker.images.colour_space import ColourSpace, colour_notes, file_colour_space, light_of_codes, linear_space
 from worker.images.read import read_attributes
 from worker.images.rows import BAND_PX, open_rows
 from worker.images.write import write_code_rows, write_exr_rows
@@ -57,10 +58,18 @@ class Conversion:
     captured: CellLayout
     layout: CellLayout
     sheet_turned: bool
+    notes: tuple[str, ...] = ()
+    """What the user should know about the colour space of the file."""
 
 
 def write_orthoscopic(
-    file: Path, out: Path, *, capture: CaptureOptions, display: Spoc | None, bits: int | None = None
+    file: Path,
+    out: Path,
+    *,
+    capture: CaptureOptions,
+    display: Spoc | None,
+    bits: int | None = None,
+    linear: bool = False,
 ) -> Conversion:
     """Write the orthoscopic integral image of a pseudoscopic one.
 
@@ -75,7 +84,9 @@ def write_orthoscopic(
     display
         Another display than that of the capture, for SPOC; its `name` and `bits` are ignored.
     bits
-        The bits of codes made from an EXR; existing codes keep theirs.
+        The bits of codes made from linear light; existing codes keep theirs.
+    linear
+        True to take the codes of a PNG or TIFF for linear light, whatever the file says.
 
     Raises
     ------
@@ -93,10 +104,15 @@ def write_orthoscopic(
     turn = capture.turn_sheet if capture.turn_sheet is not None else rig is not None and rig.imaging_lens is not None
     with naming(file), whole_picture(file), open_rows(file, dtype=_numbers(file), scratch=out.parent) as picture:
         made = _made(SheetOfRows(picture, layout), turn, known, display)
+        space = linear_space(None) if linear else file_colour_space(file)
         shown = known if known is None or display is None else display.display(known)
-        _write(out, made, picture.dtype, header=_header(file, made, shown), bits=bits, shown=shown)
+        header = _header(file, made, shown)
+        _write(out, made, picture.dtype, space=space, header=header, bits=bits, shown=shown)
     method = "half-turn" if display is None else "spoc"
-    return Conversion(file=out, method=method, captured=layout, layout=made.layout, sheet_turned=turn)
+    notes = () if linear else colour_notes([file])
+    return Conversion(
+        file=out, method=method, captured=layout, layout=made.layout, sheet_turned=turn, notes=notes
+    )  # fmt: skip
 
 
 def display_of(options: Mapping[str, Any]) -> Spoc | None:
@@ -206,18 +222,24 @@ def _numbers(file: Path) -> type[np.float16] | None:
 
 
 def _write(
-    out: Path, made: Sheet, numbers: np.dtype[Any], *, header: Mapping[str, str], bits: int | None, shown: Rig | None
-) -> None:
-    light, master = np.issubdtype(numbers, np.floating), out.suffix.lower() == MASTER
+    out: Path, made: Sheet, numbers: np.dtype[Any], *, space: ColourSpace, header: Mapping[str, str],
+    bits: int | None, shown: Rig | None,
+) -> None:  # fmt: skip
+    is_light, master = np.issubdtype(numbers, np.floating), out.suffix.lower() == MASTER
+    decoded = not is_light and space.name != "sRGB"
+    light = is_light or decoded
     if bits is not None and (master or not light):
         raise BadInput(f"expected --bits for codes made of linear light only, got it for {out}")
     size, beside = (made.layout.rows, made.layout.cols), out.with_name(f".{out.stem}.part{out.suffix}")
     with ProgressLine("orthoscopic") as line:
         bands = _with_progress(stitched(made, BAND_PX), made.layout.rows, line)
+        if decoded:
+            bands = (light_of_codes(band, space) for band in bands)
         if master:
-            write_exr_rows(beside, bands if light else map(linear_light, bands), size=size, attributes=header)
+            halves = (band.astype(np.float16) for band in bands) if light else map(linear_light, bands)
+            write_exr_rows(beside, halves, size=size, attributes=header)
         else:
-            of_codes = bits or (8 if light else 8 * numbers.itemsize)
+            of_codes = bits or (8 if is_light else 8 * numbers.itemsize)
             codes = map(partial(srgb_codes, bits=of_codes), bands) if light else bands
             density = None if shown is None else sheet_density(made.layout, pitch_mm=shown.lens_array.pitch_mm)
             write_code_rows(beside, codes, size=size, bits=of_codes, density=density)

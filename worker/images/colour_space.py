@@ -10,7 +10,9 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,6 +59,26 @@ NOT_NAMED = "no colour space is named, so the codes are read as sRGB"
 def linear_space(known_by: str | None) -> ColourSpace:
     """Return the colour space of codes that are proportional to light."""
     return ColourSpace("linear", _same, known_by)
+
+
+def light_of_codes(codes: NDArray[Any], space: ColourSpace) -> NDArray[np.float32]:
+    """Return the linear light of codes of a colour space, by a table of all codes.
+
+    Parameters
+    ----------
+    codes
+        Any shape, uint8 or uint16.
+    space
+        Their colour space.
+    """
+    table = _table(space.decode, 8 * codes.dtype.itemsize)
+    light: NDArray[np.float32] = table[codes]
+    return light
+
+
+@lru_cache(maxsize=4)
+def _table(decode: Decode, bits: int) -> NDArray[np.float32]:
+    return decode(np.arange(2**bits) / (2**bits - 1)).astype(np.float32)
 
 
 def file_colour_space(path: Path) -> ColourSpace:

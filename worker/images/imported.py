@@ -15,14 +15,14 @@ from OpenImageIO import ImageInput, ImageSpec
 
 from lippmann.errors import ArtifactBroken
 from lippmann.job.rig import MAX_FRAME_PX
-from worker.images.colour_space import ColourSpace, colour_space, linear_space
+from worker.images.colour_space import colour_space, light_of_codes, linear_space
 from worker.images.read import checked, opened
 
 FOREIGN_SUFFIXES = (".png", ".tif", ".tiff", ".exr")
 
 _COLOURS = (("R", "G", "B"), ("r", "g", "b"), ("red", "green", "blue"))
 _GREYS = (("Y",), ("I",), ("L",), ("grey",), ("gray",), ("luminance",))
-_WHITE = {"uint8": 2**8 - 1, "uint16": 2**16 - 1}
+_CODES = {"uint8", "uint16"}
 _LIGHT = {"half", "float", "double"}
 
 
@@ -51,9 +51,9 @@ def read_foreign(path: Path, *, linear: bool = False) -> NDArray[np.float32]:
         spec = source.spec()
         places = _places(path, spec)
         kind = str(spec.format)
-        if kind in _WHITE:
+        if kind in _CODES:
             space = linear_space(None) if linear else colour_space(path, spec)
-            return _decoded(_read(path, source, kind, places), _WHITE[kind], space)
+            return light_of_codes(_read(path, source, kind, places), space)
         if kind not in _LIGHT:
             raise ArtifactBroken(f"{path.name}: expected 8 or 16 bits, or floating numbers, got {kind}")
         return _read(path, source, "float", places).astype(np.float32, copy=False)
@@ -81,10 +81,3 @@ def _read(path: Path, source: ImageInput, kind: str, places: list[int]) -> NDArr
     pixels = checked(path, source, source.read_image(0, 0, 0, max(places) + 1, kind))
     shaped = pixels.reshape(*pixels.shape[:2], -1)
     return np.ascontiguousarray(shaped[:, :, places])
-
-
-def _decoded(codes: NDArray[Any], white: int, space: ColourSpace) -> NDArray[np.float32]:
-    """Return the linear light of codes, by a table of all codes."""
-    table = space.decode(np.arange(white + 1) / white).astype(np.float32)
-    light: NDArray[np.float32] = table[codes]
-    return light

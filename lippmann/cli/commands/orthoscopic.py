@@ -80,6 +80,9 @@ def orthoscopic(
     bits: Annotated[
         Literal["8", "16"] | None, typer.Option(help="The bits of each channel of a PNG or TIFF made from an EXR.")
     ] = None,
+    linear: Annotated[
+        bool, typer.Option("--linear", help="The codes of the PNG or TIFF are linear light, whatever the file says.")
+    ] = False,
     *,
     output: Output,
 ) -> None:
@@ -101,7 +104,10 @@ def orthoscopic(
     capture = CaptureOptions(
         layout=layout_of(px_per_lens, lens_count, lattice), pitch_mm=pitch_mm, gap_mm=gap_mm, turn_sheet=turn_sheet
     )
-    made = write_orthoscopic(file, out, capture=capture, display=display, bits=None if bits is None else int(bits))
+    code_bits = None if bits is None else int(bits)
+    made = write_orthoscopic(file, out, capture=capture, display=display, bits=code_bits, linear=linear)
+    for note in made.notes:
+        output.note(f"note: {note}")
     layout = made.layout
     data = {
         "file": str(made.file),

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 import tifffile
+from PIL import Image
+from PIL.PngImagePlugin import PngInfo
 
 from lippmann.cli import main
 from lippmann.job.rig import Rig
@@ -246,3 +248,36 @@ def test_what_was_there_stays_when_the_sheet_is_cut_short(
     code, _, _ = run(str(master), "--out", "out.exr", monkeypatch=monkeypatch, capsys=capsys)
     assert code == 2
     assert (here / "out.exr").read_text() == "old"
+
+
+@pytest.mark.parametrize("suffix", ["png", "tif", "exr"])
+def test_codes_of_another_colour_space_become_light_or_srgb(
+    suffix: str, here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    layout = CellLayout(3, 4, 4)
+    codes = np.random.default_rng(1).integers(0, 256, (layout.rows, layout.cols, 3), dtype=np.uint8)
+    gamma = PngInfo()
+    gamma.add(b"gAMA", (100_000).to_bytes(4, "big"))
+    Image.fromarray(codes).save(here / "linear.png", pnginfo=gamma)
+    Image.fromarray(codes).save(here / "unnamed.png")
+    expected = half_turn_cells((codes / np.float32(255)).astype(np.float32), layout)
+    out = here / f"out.{suffix}"
+    for source, options, noted in (("linear.png", (), False), ("unnamed.png", ("--linear",), False)):
+        lenses = ("--px-per-lens", "4", "--lens-count", "3", "4")
+        code, _, err = run(source, *lenses, "--out", str(out), *options, monkeypatch=monkeypatch, capsys=capsys)
+        assert not code, err
+        assert ("no colour space" in err) == noted
+        if suffix == "exr":
+            np.testing.assert_allclose(read_rgb(out, np.float32), expected, atol=5e-4)
+        else:
+            np.testing.assert_array_equal(read_codes_8(out), srgb_codes(expected))
+
+
+def test_codes_without_a_colour_space_are_noted(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Image.new("RGB", (16, 12)).save(here / "unnamed.png")
+    lenses = ("--px-per-lens", "4", "--lens-count", "3", "4")
+    code, _, err = run("unnamed.png", *lenses, "--out", "a.png", monkeypatch=monkeypatch, capsys=capsys)
+    assert not code, err
+    assert "unnamed.png: no colour space is named" in err
