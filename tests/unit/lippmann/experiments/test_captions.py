@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from lippmann.experiments.figures.captions import CAPTIONS, Agreement, Depth, agreement, mean_mm
 from lippmann.experiments.settings import POSITIONS_MM, sweep
+from tests.repository import DOCS
 
 
 def depths(*measured_mm: float) -> list[Depth]:
@@ -34,6 +37,19 @@ def test_a_caption_agrees_with_depths_on_its_sides_of_the_array(
 ) -> None:
     caption = next(each for each in CAPTIONS if each.letter == letter)
     assert agreement(caption, depths(*measured)) == expected
+
+
+def test_the_page_has_the_verdicts_that_follow_from_its_own_depths() -> None:
+    page = (DOCS / "paper.md").read_text("utf-8")
+    depth = r" [-+][\d.]+ \([^)]+\) \|"
+    rows = re.findall(rf"^\| \(([a-d])\) [^|]+\|((?:{depth}){{5}})[^|]+\| ([a-z ]+) \|$", page, re.MULTILINE)
+        r"^\| \(([a-d])\) [^|]+\|((?: [-+][\d.]+ \([^)]+\) \|){5})[^|]+\| ([a-z ]+) \|$", page, re.MULTILINE
+    )
+    assert [letter for letter, _, _ in rows][:4] == ["a", "b", "c", "d"]
+    for letter, cells, verdict in rows:
+        caption = next(each for each in CAPTIONS if each.letter == letter)
+        measured = [float(cell.split()[0]) for cell in cells.strip("|").split("|")]
+        assert agreement(caption, depths(*measured)) == verdict
 
 
 def test_the_mean_of_depths_is_their_mean() -> None:
