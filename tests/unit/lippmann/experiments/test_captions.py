@@ -43,8 +43,6 @@ def test_the_page_has_the_verdicts_that_follow_from_its_own_depths() -> None:
     page = (DOCS / "paper.md").read_text("utf-8")
     depth = r" [-+][\d.]+ \([^)]+\) \|"
     rows = re.findall(rf"^\| \(([a-d])\) [^|]+\|((?:{depth}){{5}})[^|]+\| ([a-z ]+) \|$", page, re.MULTILINE)
-        r"^\| \(([a-d])\) [^|]+\|((?: [-+][\d.]+ \([^)]+\) \|){5})[^|]+\| ([a-z ]+) \|$", page, re.MULTILINE
-    )
     assert [letter for letter, _, _ in rows][:4] == ["a", "b", "c", "d"]
     for letter, cells, verdict in rows:
         caption = next(each for each in CAPTIONS if each.letter == letter)
