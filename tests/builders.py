@@ -21,9 +21,9 @@ from worker.sandbox.bundle import pack_folder
 from worker.sandbox.log import AttemptLog
 from worker.settings import WorkerSettings
 from worker.tasks.local import JOB_ID, local_job, store_plan
+from worker.tasks.monitor import NullMonitor
 from worker.tasks.picture import RenderedPicture
 from worker.tasks.render import render_region
-from worker.tasks.watch import Unwatched
 from worker.tasks.workplace import Workplace, workplace
 
 
@@ -78,7 +78,7 @@ def rendered(place: Workplace, sheet: JobSheet, *, tile: Tile | None, **more: An
     """Lend one picture, rendered as a worker does; of a tile or of the whole frame."""
     frame = sheet.spec.frame_numbers[0]
     with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
-        yield render_region(place, sheet, frame, tile, folder=folder, log=log, watch=Unwatched(), **more)
+        yield render_region(place, sheet, frame, tile, folder=folder, log=log, monitor=NullMonitor(), **more)
 
 
 def rendered_codes(place: Workplace, sheet: JobSheet, *, tile: Tile | None = None) -> NDArray[np.uint16]:

@@ -23,8 +23,8 @@ from tests.builders import local_place, order_of, small_job, stored_job, stored_
 from worker.images.write import write_exr
 from worker.tasks.encode import encode_output
 from worker.tasks.local import JOB_ID
+from worker.tasks.monitor import NullMonitor, ProgressMonitor
 from worker.tasks.render import header
-from worker.tasks.watch import Unwatched, Watch
 from worker.tasks.workplace import Workplace
 
 
@@ -44,9 +44,9 @@ class GivenJob:
         """Return a frame's orthoscopic sheet as it is stored."""
         return stored_picture(self.place, names.orthoscopic_name(frame))
 
-    def make(self, file_name: str, watch: Watch | None = None) -> None:
+    def make(self, file_name: str, monitor: ProgressMonitor | None = None) -> None:
         """Make an output as an attempt on the farm does."""
-        encode_output(self.place, order_of(TaskKind.ENCODE, frame=None, output=file_name), watch or Unwatched())
+        encode_output(self.place, order_of(TaskKind.ENCODE, frame=None, output=file_name), monitor or NullMonitor())
 
     def remove(self, file_name: str) -> None:
         """Remove a video, so that it is made again."""

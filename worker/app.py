@@ -1,4 +1,4 @@
-"""Celery: it carries orders here and nothing more. No results, no retries, no canvas."""
+"""The Celery application of a worker: Celery delivers orders, without results, retries or canvas."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from lippmann.errors import LippmannError, SandboxMissing
 from lippmann.job import wire
 from lippmann.job.events import Presence
 from worker.engines.povray.version import povray_version
-from worker.report import Announcer, Wire
+from worker.report import BrokerClient, PresencePublisher
 from worker.sandbox.sandbox import detect
 from worker.settings import STOPPING, WorkerSettings
 
 REDELIVERY_S = 8 * 86_400
-"""Above every time limit a job may set: the broker must not run an order twice; the service decides what is lost."""
+"""Longer than any time limit of a job: the service, not the broker, decides that an order is lost."""
 
 STALE_STOPPING_S = 3600.0
 
@@ -63,43 +63,45 @@ def make_app(settings: WorkerSettings) -> Celery:
 
 
 settings = WorkerSettings()
-"""Of this worker; its pool processes inherit it, and with it the worker's name."""
+"""The settings of this worker; its pool processes inherit them, and with them the name of the worker."""
 
 app = make_app(settings)
 
-_announcer: Announcer | None = None
+_presence_publisher: PresencePublisher | None = None
 
 
 @worker_init.connect
-def _start_afresh(**_: Any) -> None:
-    """Clear what is left of earlier workers, and see that this one can work."""
-    global _announcer
+def _prepare(**_: Any) -> None:
+    """Remove the files of earlier workers, and check that this worker can work."""
+    global _presence_publisher
     settings.scratch_dir.mkdir(parents=True, exist_ok=True)
     for left in settings.scratch_dir.glob(f"{STOPPING}*"):
-        # Of workers that were killed while they shut down: a name is not used twice.
+        # A worker was killed while it shut down; a name is not used twice.
         if time.time() - left.stat().st_mtime > STALE_STOPPING_S:
             left.unlink(missing_ok=True)
     settings.stopping_file.unlink(missing_ok=True)
     try:
-        _announcer = Announcer(Wire(settings.redis_url, settings.worker_name), presence(), settings.heartbeat_file)
+        _presence_publisher = PresencePublisher(
+            BrokerClient(settings.redis_url, settings.worker_name), presence(), settings.heartbeat_file
+        )
     except LippmannError as error:
-        # Celery logs and forgets errors of signals; this one means that no order could be done here.
+        # Celery logs and ignores errors of signal handlers; this one means that no order could be done here.
         raise SystemExit(f"lippmann worker: {error.message}") from error
 
 
 @worker_ready.connect
-def _be_there(**_: Any) -> None:
-    if _announcer:
-        _announcer.start()
+def _start_presence(**_: Any) -> None:
+    if _presence_publisher:
+        _presence_publisher.start()
 
 
 def presence() -> Presence:
-    """Return what this worker is, found by trying.
+    """Return the presence of this worker, with the sandbox and the POV-Ray that work here.
 
     Raises
     ------
     PovrayMissing, SandboxMissing
-        If it could not do its work.
+        If the worker could not do its work.
     """
     now_s = time.time()
     sandbox = detect(settings.sandbox, allow_none=settings.sandbox == "none")
@@ -119,19 +121,19 @@ def presence() -> Presence:
 
 
 @worker_shutting_down.connect
-def _tell_attempts_to_stop(**_: Any) -> None:
-    """Let running attempts end within about a second; SIGTERM, the warm shutdown, waits for their last words."""
+def _stop_attempts(**_: Any) -> None:
+    """End running attempts within about a second; SIGTERM, the warm shutdown, waits for their final events."""
     settings.stopping_file.touch()
 
 
 @worker_shutdown.connect
-def _be_gone(**_: Any) -> None:
-    if _announcer:
-        _announcer.stop()
+def _remove_presence(**_: Any) -> None:
+    if _presence_publisher:
+        _presence_publisher.stop()
     settings.stopping_file.unlink(missing_ok=True)
 
 
 @worker_process_init.connect
-def _end_with_the_worker(**_: Any) -> None:
-    """Let a pool process end when the worker is killed, so that its POV-Ray ends too."""
+def _end_with_parent(**_: Any) -> None:
+    """Make a pool process end when the worker is killed, so that its POV-Ray ends too."""
     ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)

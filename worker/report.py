@@ -1,7 +1,7 @@
-"""What a worker says and asks on Redis: leases, stop signs, events, presence.
+"""A worker's communication with the service over Redis: leases, stop requests, events and presence.
 
-Redis may be away or wiped at any moment. Then a lease is simply not held, a beat is missed and a last word comes late:
-the service finds out by silence and by the artifact, and the work goes on meanwhile.
+Redis may be unreachable or wiped at any moment. Then a lease is not held, a heartbeat is missing and a final event
+comes late: the service notices the silence and the artifact, and the work goes on meanwhile.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from lippmann.job import wire
 from lippmann.job.events import Event, EventKind, Failure, Presence, ProbeResult
 from lippmann.job.orders import Order
 
-LAST_WORD_S = 60.0
-"""How long `done` and `failed` are tried to be said while Redis is away."""
+FINAL_EVENT_S = 60.0
+"""How long the publishing of `done` and `failed` is retried while Redis is unreachable."""
 
 
-class Wire:
-    """A worker's side of Redis."""
+class BrokerClient:
+    """A worker's client of the broker, which is Redis."""
 
     def __init__(self, redis_url: str, worker: str) -> None:
         self.worker = worker
@@ -41,38 +41,38 @@ class Wire:
             retry=Retry(ExponentialBackoff(cap=0.5, base=0.05), 2),
         )
 
-    def take_lease(self, attempt: str) -> bool:
-        """Return whether this worker now has the attempt."""
+    def acquire_lease(self, attempt: str) -> bool:
+        """Acquire the lease of an attempt; return whether this worker holds it now."""
         taken = self._redis.set(wire.lease_key(attempt), self.worker, nx=True, px=_ms(wire.LEASE_TTL_S))
         return bool(taken)
 
-    def keep_lease(self, attempt: str) -> None:
-        """Hold the attempt for another while."""
+    def renew_lease(self, attempt: str) -> None:
+        """Renew the lease of an attempt for another `LEASE_TTL_S`."""
         self._redis.set(wire.lease_key(attempt), self.worker, px=_ms(wire.LEASE_TTL_S))
 
-    def drop_lease(self, attempt: str) -> None:
-        """Let the attempt go, if Redis listens; it runs out by itself otherwise."""
+    def release_lease(self, attempt: str) -> None:
+        """Release the lease of an attempt; it expires by itself if Redis is unreachable."""
         try:
             self._redis.delete(wire.lease_key(attempt))
         except RedisError:
             return
 
-    def told_to_stop(self, attempt: str) -> bool:
-        """Return whether the service told the attempt to stop."""
+    def stop_requested(self, attempt: str) -> bool:
+        """Return whether the service has requested that the attempt stop."""
         return bool(self._redis.exists(wire.stop_key(attempt)))
 
-    def say(self, event: Event) -> None:
-        """Put an event on the stream."""
+    def publish(self, event: Event) -> None:
+        """Publish an event on the stream."""
         fields: dict[Any, Any] = {"event": event.model_dump_json(exclude_none=True)}
         self._redis.xadd(wire.EVENTS_STREAM, fields, maxlen=wire.EVENTS_KEPT, approximate=True)
 
-    def say_at_last(self, event: Event, *, within_s: float = LAST_WORD_S) -> bool:
-        """Put an event on the stream, trying for a while; return whether it got there."""
+    def publish_with_retries(self, event: Event, *, within_s: float = FINAL_EVENT_S) -> bool:
+        """Publish an event, with retries while Redis is unreachable; return whether it was published."""
         until = time.monotonic() + within_s
         pause_s = 0.1
         while True:
             try:
-                self.say(event)
+                self.publish(event)
             except RedisError:
                 if time.monotonic() + pause_s > until:
                     return False
@@ -81,39 +81,41 @@ class Wire:
             else:
                 return True
 
-    def be_present(self, presence: Presence) -> None:
-        """Say that the worker is there."""
+    def publish_presence(self, presence: Presence) -> None:
+        """Publish that the worker is alive, for the next `PRESENCE_TTL_S`."""
         self._redis.set(wire.presence_key(presence.name), presence.model_dump_json(), px=_ms(wire.PRESENCE_TTL_S))
 
-    def leave(self) -> None:
-        """Say that the worker is gone, if Redis listens."""
+    def remove_presence(self) -> None:
+        """Remove the worker's presence; it expires by itself if Redis is unreachable."""
         try:
             self._redis.delete(wire.presence_key(self.worker))
         except RedisError:
             return
 
 
-class Heart:
-    """Beats while an attempt works: keeps its lease, tells its progress, hears the stop sign.
+class AttemptHeartbeat:
+    """The heartbeat of an attempt: renews its lease, publishes its progress, and receives the stop request.
 
-    A context manager. `progress` may be set from the working thread at any time. Work without progress for `hung_s`
-    cannot be ended from beside it (a file system that does not answer): then the process is, and the service hears the
-    silence.
+    It is a context manager and a `ProgressMonitor`. The working thread may set `progress` at any time. Work without
+    progress for `hung_s` cannot be ended by another thread (for example when a file system does not answer): then the
+    process is killed, and the service notices that the heartbeat is missing.
     """
 
-    def __init__(self, line: Wire, order: Order, *, worker_stopping: Callable[[], bool], hung_s: float) -> None:
+    def __init__(
+        self, broker: BrokerClient, order: Order, *, worker_stopping: Callable[[], bool], hung_s: float
+    ) -> None:
         self.progress = 0.0
         self._hung_s = hung_s
         self._moved = (0.0, time.monotonic())
-        self._line = line
+        self._broker = broker
         self._order = order
         self._worker_stopping = worker_stopping
         self._stop_seen = threading.Event()
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._beat, name="heart", daemon=True)
+        self._thread = threading.Thread(target=self._beat, name="heartbeat", daemon=True)
 
     def should_stop(self) -> bool:
-        """Return whether the attempt should end now."""
+        """Return whether the attempt should end now: the service or the shutdown of the worker requests it."""
         return self._stop_seen.is_set() or self._worker_stopping()
 
     def __enter__(self) -> Self:
@@ -139,44 +141,46 @@ class Heart:
             if self._hangs():
                 os.kill(os.getpid(), signal.SIGKILL)
             try:
-                if self._line.told_to_stop(self._order.attempt):
+                if self._broker.stop_requested(self._order.attempt):
                     self._stop_seen.set()
                 if time.monotonic() >= next_beat:
                     next_beat = time.monotonic() + wire.BEAT_S
-                    self._line.keep_lease(self._order.attempt)
-                    self._line.say(event_of(self._order, EventKind.BEAT, self._line.worker, progress=self.progress))
+                    self._broker.renew_lease(self._order.attempt)
+                    self._broker.publish(
+                        event_of(self._order, EventKind.BEAT, self._broker.worker, progress=self.progress)
+                    )
             except RedisError:
                 continue
 
 
-class Announcer:
-    """Says every few seconds that a worker is there, and touches its heartbeat file."""
+class PresencePublisher:
+    """Publishes the presence of a worker every few seconds, and touches its heartbeat file."""
 
-    def __init__(self, line: Wire, presence: Presence, heartbeat_file: Path | None) -> None:
-        self._line = line
+    def __init__(self, broker: BrokerClient, presence: Presence, heartbeat_file: Path | None) -> None:
+        self._broker = broker
         self._presence = presence
         self._heartbeat_file = heartbeat_file
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._announce, name="announcer", daemon=True)
+        self._thread = threading.Thread(target=self._publish_presences, name="presence", daemon=True)
 
     def start(self) -> None:
-        """Begin."""
+        """Start publishing in a thread."""
         self._thread.start()
 
     def stop(self) -> None:
-        """Say that the worker is gone."""
+        """Stop the thread and remove the presence."""
         self._ended.set()
         if self._thread.is_alive():
             self._thread.join()
-        self._line.leave()
+        self._broker.remove_presence()
 
-    def _announce(self) -> None:
+    def _publish_presences(self) -> None:
         while not self._ended.is_set():
             if self._heartbeat_file:
                 self._heartbeat_file.touch()
-            # Without Redis nobody hears it; the next time somebody may.
+            # While Redis is unreachable, the next presence is tried in a few seconds.
             with contextlib.suppress(RedisError):
-                self._line.be_present(self._presence.model_copy(update={"seen_s": time.time()}))
+                self._broker.publish_presence(self._presence.model_copy(update={"seen_s": time.time()}))
             self._ended.wait(wire.BEAT_S)
 
 
@@ -191,7 +195,7 @@ def event_of(
     failure: Failure | None = None,
     probe: ProbeResult | None = None,
 ) -> Event:
-    """Return the event that something happened to an order's attempt, now."""
+    """Return an event about the attempt of an order, with the time of now."""
     return Event(
         kind=kind,
         job_id=order.job_id,

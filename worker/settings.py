@@ -1,4 +1,4 @@
-"""What a worker is told by its environment: LIPPMANN_..."""
+"""The settings of a worker, from environment variables LIPPMANN_..."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 from lippmann.job.old_names import rename_settings
 
 STOPPING = "stopping-"
-"""What the names of stopping files begin with."""
+"""The prefix of the names of stopping files."""
 
 
 class WorkerSettings(BaseSettings):
@@ -23,19 +23,19 @@ class WorkerSettings(BaseSettings):
     model_config = SettingsConfigDict(env_prefix="LIPPMANN_", frozen=True, extra="ignore")
 
     redis_url: str = "redis://127.0.0.1:6379/0"
-    """Where orders come from and events go: redis:// or unix:// ."""
+    """The broker, which delivers orders and receives events: redis:// or unix:// ."""
     data_dir: Path = Path("data")
-    """Where artifacts lie (below artifacts/), shared with the service, and this worker's scratch folders."""
+    """The folder of the artifacts (artifacts/, shared with the service) and of the scratch folders of this worker."""
     slots: int = Field(default_factory=lambda: os.cpu_count() or 1, ge=1, le=1024)
-    """How many tasks run at once: one POV-Ray thread each."""
+    """The number of tasks that run at the same time, each with one POV-Ray thread."""
     worker_name: str = Field(default_factory=lambda: f"{platform.node()}-{os.getpid()}", min_length=1, max_length=100)
-    """What the worker is called; two with one name would be taken for one."""
+    """The name of the worker; it must be unique on the farm."""
     sandbox: Literal["auto", "bwrap", "landlock", "none"] = "auto"
-    """What holds POV-Ray; `none` only for scenes of one's own."""
+    """The sandbox of POV-Ray; `none` is only for trusted scenes."""
     povray: str = "povray"
-    """POV-Ray's command."""
+    """The command of POV-Ray."""
     heartbeat_file: Path | None = None
-    """Touched every few seconds while the worker lives: for a container's health check."""
+    """A file that is touched every few seconds while the worker is alive, for the health check of a container."""
 
     def __init__(self, **values: Any) -> None:
         for note in rename_settings(os.environ):
@@ -44,12 +44,12 @@ class WorkerSettings(BaseSettings):
 
     @property
     def artifacts_dir(self) -> Path:
-        """Where the local artifact store lies."""
+        """The folder of the local artifact store."""
         return self.data_dir / "artifacts"
 
     @property
     def scratch_dir(self) -> Path:
-        """Where attempts work and bundles are unpacked."""
+        """The folder in which attempts work and bundles are unpacked."""
         return self.data_dir / "scratch"
 
     @property

@@ -28,8 +28,8 @@ from worker.sandbox.bundle import pack_folder
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.encode import encode_output
 from worker.tasks.local import JOB_ID, local_job, store_plan
+from worker.tasks.monitor import NullMonitor
 from worker.tasks.render import render_tile
-from worker.tasks.watch import Unwatched
 from worker.tasks.workplace import Workplace, workplace
 
 Light = NDArray[np.float16]
@@ -54,7 +54,7 @@ class LocalJob:
 
     def video(self, output: str, path: Path) -> None:
         """Encode a video of the rendered frames into a file."""
-        encode_output(self.place, _order(TaskKind.ENCODE, output=output), Unwatched())
+        encode_output(self.place, _order(TaskKind.ENCODE, output=output), NullMonitor())
         name = names.output_name(output_called(self.sheet.spec.outputs, output))
         with self.place.store.local_path(names.job_artifact(JOB_ID, name)) as encoded:
             shutil.copyfile(encoded, path)
@@ -68,26 +68,26 @@ class LocalJob:
         cpu_s = self._render_tiles([(frame, tile) for frame in frames for tile in tiles], report)
         for number, frame in enumerate(frames):
             report(0.9 + 0.1 * number / len(frames), f"assemble frame {frame}")
-            assemble_frame(self.place, _order(TaskKind.ASSEMBLE, frame=frame), Unwatched())
+            assemble_frame(self.place, _order(TaskKind.ASSEMBLE, frame=frame), NullMonitor())
         return cpu_s
 
     def _render_tiles(self, wanted: list[tuple[int, Tile]], report: Report) -> float:
         watches = [_Watched() for _ in wanted]
 
-        def render_one(frame: int, tile: Tile, watch: _Watched) -> float:
-            work = render_tile(self.place, _order(TaskKind.RENDER, frame=frame, tile=tile), watch)
-            watch.progress = 1.0
+        def render_one(frame: int, tile: Tile, monitor: _Watched) -> float:
+            work = render_tile(self.place, _order(TaskKind.RENDER, frame=frame, tile=tile), monitor)
+            monitor.progress = 1.0
             done = sum(each.progress for each in watches) / len(watches)
             report(0.9 * done, f"rendered {done:.0%}")
             return work.cpu_s
 
         with ThreadPoolExecutor(self.place.settings.slots) as pool:
-            running = [pool.submit(render_one, *one, watch) for one, watch in zip(wanted, watches, strict=True)]
+            running = [pool.submit(render_one, *one, monitor) for one, monitor in zip(wanted, watches, strict=True)]
             try:
                 return sum(future.result() for future in running)
             except BaseException:
-                for watch, future in zip(watches, running, strict=True):
-                    watch.stopped = True
+                for monitor, future in zip(watches, running, strict=True):
+                    monitor.stopped = True
                     future.cancel()
                 raise
 

@@ -18,13 +18,13 @@ from lippmann.job.frames import parse_frames
 from lippmann.job.outputs.choice import Output, check_names, check_options
 from lippmann.job.outputs.output import OutputOptions
 from lippmann.job.problems import Misfit, problems_of
-from lippmann.local.files.footage import files_footage
+from lippmann.local.files.frame_source import files_frames
 from lippmann.local.files.job_masters import job_masters
 from lippmann.local.files.writable import check_writable
 from lippmann.plan import artifact_names as names
 from lippmann.terminal.progress import ProgressLine
-from worker.tasks.outputs.footage import Footage
-from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.registry import make_output
 from worker.whole_file import new_file
 
@@ -45,15 +45,15 @@ class ExportResult:
 
 
 @contextmanager
-def footage_of_job(client: Client, job_id: str, *, frames: str | None) -> Iterator[Footage]:
-    """Yield the footage of a job, whose masters are fetched into a temporary folder."""
+def frames_of_job(client: Client, job_id: str, *, frames: str | None) -> Iterator[FrameSource]:
+    """Yield the frames of a job, whose masters are fetched into a temporary folder."""
     job = client.job(job_id)
     numbers = parse_frames(frames) if frames else job.spec.frame_numbers
     with job_masters(client, job, numbers, depth=True) as folder:
-        yield files_footage(folder, fps=job.fps, display=job.spec.display)
+        yield files_frames(folder, fps=job.fps, display=job.spec.display)
 
 
-def parse_outputs(written: Sequence[str], footage: Footage) -> tuple[OutputOptions, ...]:
+def parse_outputs(written: Sequence[str], source: FrameSource) -> tuple[OutputOptions, ...]:
     """Parse outputs, each written as the name of a file or as JSON.
 
     Raises
@@ -66,7 +66,7 @@ def parse_outputs(written: Sequence[str], footage: Footage) -> tuple[OutputOptio
     try:
         outputs = TypeAdapter(tuple[Output, ...]).validate_python([_read(text) for text in written])
         check_names(outputs)
-        check_options(outputs, footage.rig(footage.frames[0]), footage.frames, has_depth=footage.has_depth)
+        check_options(outputs, source.rig(source.frames[0]), source.frames, has_depth=source.has_depth)
     except ValidationError as error:
         raise SpecError.of(problems_of(error)) from error
     except Misfit as error:
@@ -83,13 +83,13 @@ def _read(text: str) -> Any:
         raise BadInput(f"expected an output as a file name or as JSON, got {text}: {error}") from error
 
 
-def export_outputs(footage: Footage, outputs: Sequence[OutputOptions], out: Path) -> tuple[ExportResult, ...]:
+def export_outputs(source: FrameSource, outputs: Sequence[OutputOptions], out: Path) -> tuple[ExportResult, ...]:
     """Make outputs into a folder, named as those of a job; one that fails does not stop the others."""
     check_writable(out)
-    return tuple(_export(footage, output, out) for output in outputs)
+    return tuple(_export(source, output, out) for output in outputs)
 
 
-def _export(footage: Footage, output: OutputOptions, out: Path) -> ExportResult:
+def _export(source: FrameSource, output: OutputOptions, out: Path) -> ExportResult:
     made: list[Path] = []
 
     def put(name: str, path: Path) -> None:
@@ -102,14 +102,14 @@ def _export(footage: Footage, output: OutputOptions, out: Path) -> ExportResult:
         made.append(target)
 
     with tempfile.TemporaryDirectory(prefix="lippmann-export-") as folder, ProgressLine(output.file_name) as line:
-        making = Making(
-            footage=footage, output=output, scratch=Path(folder), put=put, is_there=lambda name: False,
-            watch=_LineWatch(line),
+        context = OutputContext(
+            source=source, output=output, scratch=Path(folder), put=put, exists=lambda name: False,
+            monitor=_LineWatch(line),
         )  # fmt: skip
         try:
             # A sidecar of an earlier export would list files of two exports if this one stops half-way.
             (out / names.sidecar_name(output)).unlink(missing_ok=True)
-            make_output(making)
+            make_output(context)
         except LippmannError as error:
             return ExportResult(output=output.file_name, files=tuple(made), error=error.message)
         except OSError as error:
@@ -120,7 +120,7 @@ def _export(footage: Footage, output: OutputOptions, out: Path) -> ExportResult:
 
 
 class _LineWatch:
-    """A watch that shows the progress on a line, and never stops the work: Ctrl-C does."""
+    """A progress monitor that shows the progress on a line; only Ctrl-C stops the work."""
 
     def __init__(self, line: ProgressLine) -> None:
         self._line, self._progress = line, 0.0

@@ -16,7 +16,7 @@ from lippmann.job.orders import TaskKind
 from lippmann.plan import artifact_names as names
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.local import JOB_ID
-from worker.tasks.watch import Unwatched
+from worker.tasks.monitor import NullMonitor
 
 place = local_place(Path(sys.argv[1]))
 spec = small_job("fish", count=(100, 100), px_per_lens=24, tiles=[8, 1])
@@ -27,7 +27,7 @@ for tile in tiles_of(spec):
         light = noise.random((tile.rows, tile.cols, 3), dtype=np.float32).astype(np.float16)
         write_exr(folder / "tile.exr", light, attributes={})
         place.store.put_file(names.job_artifact(JOB_ID, names.tile_name(1, tile.index)), folder / "tile.exr")
-assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())
+assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """
 

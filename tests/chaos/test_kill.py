@@ -21,8 +21,8 @@ from tests.builders import local_place, order_of, small_job, stored_job, stored_
 from tests.farm import Farm, ended, farm_up, until
 from worker.images.read import read_rgb
 from worker.tasks.assemble import assemble_frame
+from worker.tasks.monitor import NullMonitor
 from worker.tasks.render import render_tile
-from worker.tasks.watch import Unwatched
 
 QUICK = {"LIPPMANN_LEASE_TTL_S": "8", "LIPPMANN_UNCLAIMED_S": "6", "LIPPMANN_RECONCILE_S": "1"}
 """A lost attempt is noticed in 8 s instead of 45, so that the test is short; beats stay at 5 s."""
@@ -40,8 +40,8 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> NDArray[np.float16]
     spec = fish("1")
     stored_job(place, spec)
     for tile in cut_tiles(frame_size(spec.rig), tile_rows=2, tile_cols=1):
-        render_tile(place, order_of(TaskKind.RENDER, tile=tile), Unwatched())
-    assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())
+        render_tile(place, order_of(TaskKind.RENDER, tile=tile), NullMonitor())
+    assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
     return stored_picture(place, names.orthoscopic_name(1))
 
 

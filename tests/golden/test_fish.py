@@ -19,8 +19,8 @@ from tests.builders import local_place, order_of, small_job, stored_job, stored_
 from tests.pictures import read_png
 from worker.images.write import write_png
 from worker.tasks.assemble import assemble_frame
+from worker.tasks.monitor import NullMonitor
 from worker.tasks.render import render_tile
-from worker.tasks.watch import Unwatched
 
 GOLDEN = Path(__file__).parent / "fish-frame-5.png"
 
@@ -41,8 +41,8 @@ def test_a_frame_of_the_fish_is_the_blessed_one(tmp_path: Path) -> None:
     place = local_place(tmp_path)
     stored_job(place, spec)
     (tile,) = cut_tiles(frame_size(spec.rig), tile_rows=1, tile_cols=1)
-    render_tile(place, order_of(TaskKind.RENDER, frame=5, tile=tile), Unwatched())
-    assemble_frame(place, order_of(TaskKind.ASSEMBLE, frame=5), Unwatched())
+    render_tile(place, order_of(TaskKind.RENDER, frame=5, tile=tile), NullMonitor())
+    assemble_frame(place, order_of(TaskKind.ASSEMBLE, frame=5), NullMonitor())
     found = tmp_path / "found.png"
     write_png(found, stored_picture(place, names.orthoscopic_name(5)))
     if os.environ.get("LIPPMANN_BLESS"):

@@ -32,8 +32,8 @@ from tests.builders import (
 )
 from worker.images.read import read_rgb
 from worker.tasks.assemble import assemble_frame
+from worker.tasks.monitor import NullMonitor
 from worker.tasks.render import render_tile
-from worker.tasks.watch import Unwatched
 
 
 def captured(folder: Path, spec: JobSpec) -> dict[str, NDArray[np.float16]]:
@@ -41,8 +41,8 @@ def captured(folder: Path, spec: JobSpec) -> dict[str, NDArray[np.float16]]:
     place = local_place(folder)
     stored_job(place, spec)
     for tile in tiles_of(spec):
-        render_tile(place, order_of(TaskKind.RENDER, tile=tile), Unwatched())
-    assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())
+        render_tile(place, order_of(TaskKind.RENDER, tile=tile), NullMonitor())
+    assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
     kept = {
         "integral": names.integral_name(1),
         "orthoscopic": names.orthoscopic_name(1),

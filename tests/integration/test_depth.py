@@ -30,9 +30,9 @@ from worker.sandbox.log import AttemptLog
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.depth_pass import depth_of_tile
 from worker.tasks.local import JOB_ID, local_job
-from worker.tasks.outputs.footage import job_footage
+from worker.tasks.monitor import NullMonitor
+from worker.tasks.outputs.frame_source import job_frames
 from worker.tasks.render import render_tile
-from worker.tasks.watch import Unwatched
 from worker.tasks.workplace import Workplace
 
 NEAR_MM = 1000.0
@@ -51,8 +51,8 @@ def precision_mm(distance_mm: NDArray[np.float64]) -> NDArray[np.float64]:
 def depth_of(place: Workplace, spec: JobSpec) -> DepthMap:
     """Return the depth of a stored job's first frame as it lies in the store."""
     for tile in tiles_of(spec):
-        render_tile(place, order_of(TaskKind.RENDER, tile=tile), Unwatched())
-    assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())
+        render_tile(place, order_of(TaskKind.RENDER, tile=tile), NullMonitor())
+    assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
     with place.store.local_path(names.job_artifact(JOB_ID, names.depth_name(1))) as path:
         return DepthMap(read_channels(path, CHANNELS))
 
@@ -61,7 +61,7 @@ def depth_alone(place: Workplace, sheet: JobSheet) -> DepthMap:
     """Return the depth of a stored job's first frame as captured, without its colours."""
     (tile,) = tiles_of(sheet.spec)
     with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
-        return depth_of_tile(place, sheet, 1, tile, folder=folder, log=log, watch=Unwatched())[0]
+        return depth_of_tile(place, sheet, 1, tile, folder=folder, log=log, monitor=NullMonitor())[0]
 
 
 def upright(values: NDArray[Any], spec: JobSpec) -> NDArray[Any]:
@@ -174,16 +174,16 @@ def test_a_ball_wanders_over_the_views_as_its_depth_says(tmp_path: Path, lattice
     place = local_place(tmp_path)
     sheet = stored_job(place, spec)
     found = depth_of(place, spec)
-    footage = job_footage(place, sheet)
-    layout = footage.layout
-    np.testing.assert_array_equal(footage.depth(1).values, found.values)
+    source = job_frames(place, sheet)
+    layout = source.layout
+    np.testing.assert_array_equal(source.depth(1).values, found.values)
     u, v = layout.cell_cols // 2, layout.cell_rows // 2
-    before, after = (middle_of(view(footage.image(1).pixels, layout, there, v), layout) for there in (u - 1, u + 1))
+    before, after = (middle_of(view(source.image(1).pixels, layout, there, v), layout) for there in (u - 1, u + 1))
     shown = found.view(layout, u, v)
     assert (np.isfinite(shown.z_mm).sum()) > 15, "the ball, and nothing else"
     assert (before - after) / 2 == pytest.approx(float(np.nanmean(shown.disparity_u)), rel=0.03)
     with pytest.raises(ArtifactMissing, match=r"depth/0002\.exr"):
-        footage.depth(2)
+        source.depth(2)
 
 
 def middle_of(picture: NDArray[np.float16], layout: CellLayout) -> float:

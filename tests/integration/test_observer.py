@@ -19,8 +19,8 @@ from lippmann.plan.design.observed_display import observed_display
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture, tiles_of
 from tests.needs import needs_povray
 from worker.tasks.assemble import assemble_frame
+from worker.tasks.monitor import NullMonitor
 from worker.tasks.render import render_tile
-from worker.tasks.watch import Unwatched
 
 pytestmark = needs_povray
 
@@ -47,8 +47,8 @@ def test_two_eyes_see_a_captured_point_where_the_exact_trace_puts_it(
     place = local_place(tmp_path)
     stored_job(place, spec)
     for tile in tiles_of(spec):
-        render_tile(place, order_of(TaskKind.RENDER, tile=tile), Unwatched())
-    assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())
+        render_tile(place, order_of(TaskKind.RENDER, tile=tile), NullMonitor())
+    assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
     sheet = stored_picture(place, names.orthoscopic_name(1))
 
     display, stood = observed_display(spec.rig), bench(spec.rig, reference_mm=1000.0)

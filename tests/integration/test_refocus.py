@@ -18,8 +18,8 @@ from tests.builders import local_place, order_of, small_job, stored_job, stored_
 from tests.needs import needs_povray
 from tests.unit.lippmann.lightfield.sheets import image_of
 from worker.tasks.assemble import assemble_frame
+from worker.tasks.monitor import NullMonitor
 from worker.tasks.render import render_tile
-from worker.tasks.watch import Unwatched
 
 pytestmark = needs_povray
 
@@ -45,8 +45,8 @@ def test_a_captured_point_comes_together_at_its_depth(tmp_path: Path, lattice: s
     place = local_place(tmp_path)
     stored_job(place, spec)
     for tile in tiles_of(spec):
-        render_tile(place, order_of(TaskKind.RENDER, tile=tile), Unwatched())
-    assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())
+        render_tile(place, order_of(TaskKind.RENDER, tile=tile), NullMonitor())
+    assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
     sheet, layout = stored_picture(place, names.orthoscopic_name(1)), display_size(spec.rig)
 
     stood = bench(spec.rig, reference_mm=DISTANCE_MM)

@@ -3,7 +3,7 @@
 entry       the four Celery tasks, by name
 attempt     one attempt: lease, work, report
 logs        a log for every attempt
-watch       how work tells its progress and hears that it should stop
+monitor       how work tells its progress and hears that it should stop
 workplace   where a worker works: store, scratch folders, POV-Ray and its sandbox
 picture     one POV-Ray picture of a job, whole or a tile of it
 depth_pass  how deep what every pixel of a tile shows lies, by a second picture

@@ -31,14 +31,14 @@ from worker.images.write import write_thumbnail
 from worker.tasks.attempt import Work
 from worker.tasks.imported import foreign_sheet
 from worker.tasks.masters import Masters
-from worker.tasks.watch import Watch
+from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
 
 THUMB_PX = 256
 """Longer side of a thumbnail."""
 
 
-def assemble_frame(place: Workplace, order: Order, watch: Watch) -> Work:
+def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
     """Make a frame's tiles into everything that is shown of it; the thumbnail last, so that it means all is there."""
     assert order.frame is not None  # noqa: S101 - the dispatcher's promise
     thumb = names.job_artifact(order.job_id, names.thumb_name(order.frame))
@@ -49,7 +49,7 @@ def assemble_frame(place: Workplace, order: Order, watch: Watch) -> Work:
     with_depth = sheet.spec.capture.depth
     count = 3 + with_depth + (rig.device is not None)
     with place.task_folder() as folder, ExitStack() as opened:
-        masters = Masters(place, sheet, frame, folder, watch, count=count, opened=opened)
+        masters = Masters(place, sheet, frame, folder, monitor, count=count, opened=opened)
         layout, inverted = frame_size(rig), rig.imaging_lens is not None
         size = layout.rows, layout.cols
         captured = SheetOfRows(masters.keep(names.integral_name(frame), _captured(masters, layout), size), layout)

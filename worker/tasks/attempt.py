@@ -1,4 +1,4 @@
-"""One attempt: lease, work, report."""
+"""One attempt at a task: acquire the lease, work, report."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ import structlog
 from lippmann.errors import NO_ROOM, ArtifactBroken, ArtifactMissing, LippmannError, Permanent, StoreFull
 from lippmann.job.events import EventKind, Failure, ProbeResult
 from lippmann.job.orders import Order, TaskKind
-from worker.report import Heart, event_of
-from worker.tasks.watch import Watch
+from worker.report import AttemptHeartbeat, event_of
+from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
 
 log = structlog.get_logger()
 
 
 DECLINE_PAUSE_S = 1.0
-"""A worker that declines rests, so that it does not empty the queue before those that may take from it."""
+"""A worker that declines an order waits, so that it does not empty the queue before the workers that may take it."""
 
 HUNG_S = {
     TaskKind.PROBE: 90_000.0,
@@ -27,38 +27,38 @@ HUNG_S = {
     TaskKind.ASSEMBLE: 3600.0,
     TaskKind.ENCODE: 3600.0,
 }
-"""Work without progress for so long hangs beyond help. A render has its job's limits, a day at most, before that."""
+"""Work without progress for this long is hung and is killed. A render is ended earlier, by the limits of its job."""
 
 
 @dataclass(frozen=True)
 class Work:
-    """What an attempt that ended well has to say."""
+    """The result of an attempt that succeeded."""
 
     cpu_s: float = 0.0
-    """CPU seconds of the processes it ran; the attempt adds its own."""
+    """CPU seconds of the child processes; the attempt adds its own."""
     probe: ProbeResult | None = None
 
 
-Doing = Callable[[Workplace, Order, Watch], Work]
+TaskFunction = Callable[[Workplace, Order, ProgressMonitor], Work]
 
 
-def attempt(place: Workplace, order: Order, do: Doing) -> None:
-    """Try an order once and report how it ended; silently, if the attempt is not ours to make.
+def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
+    """Execute an order once and report how it ended.
 
-    An order that was called back, or that another delivery of is at work, is left alone.
+    Nothing happens if the service has requested a stop, or if another delivery of the order holds the lease.
     """
-    line, worker = place.line, place.line.worker
+    broker, worker = place.broker, place.broker.worker
     if worker in order.avoid:
-        line.say(event_of(order, EventKind.DECLINED, worker))
+        broker.publish(event_of(order, EventKind.DECLINED, worker))
         time.sleep(DECLINE_PAUSE_S)
         return
-    if line.told_to_stop(order.attempt) or not line.take_lease(order.attempt):
+    if broker.stop_requested(order.attempt) or not broker.acquire_lease(order.attempt):
         return
-    line.say(event_of(order, EventKind.CLAIMED, worker))
+    broker.publish(event_of(order, EventKind.CLAIMED, worker))
     started_s, started_cpu_s = time.monotonic(), time.process_time()
-    with Heart(line, order, worker_stopping=place.stopping, hung_s=HUNG_S[order.kind]) as heart:
-        work, failure = _done_or_failed(place, order, do, heart)
-    line.say_at_last(
+    with AttemptHeartbeat(broker, order, worker_stopping=place.stopping, hung_s=HUNG_S[order.kind]) as heartbeat:
+        work, failure = _done_or_failed(place, order, do, heartbeat)
+    broker.publish_with_retries(
         event_of(
             order,
             EventKind.FAILED if failure else EventKind.DONE,
@@ -69,13 +69,15 @@ def attempt(place: Workplace, order: Order, do: Doing) -> None:
             probe=work.probe,
         )
     )
-    line.drop_lease(order.attempt)
+    broker.release_lease(order.attempt)
 
 
-def _done_or_failed(place: Workplace, order: Order, do: Doing, watch: Watch) -> tuple[Work, Failure | None]:
+def _done_or_failed(
+    place: Workplace, order: Order, do: TaskFunction, monitor: ProgressMonitor
+) -> tuple[Work, Failure | None]:
     try:
-        return do(place, order, watch), None
-    except Exception as error:  # the outermost frame of a task: whatever it was is said, and the worker lives on
+        return do(place, order, monitor), None
+    except Exception as error:  # the outermost frame of a task: every error is reported, and the worker goes on
         failure = failure_of(error)
         log.warning("attempt failed", job=order.job_id, task=order.task_id, attempt=order.attempt, code=failure.code,
                     exc_info=not isinstance(error, LippmannError))  # fmt: skip
@@ -83,7 +85,7 @@ def _done_or_failed(place: Workplace, order: Order, do: Doing, watch: Watch) -> 
 
 
 def failure_of(error: Exception) -> Failure:
-    """Return what an event says of an error; ones that are not ours count as transient."""
+    """Return an error as an event carries it; errors that are not LippmannErrors count as transient."""
     if isinstance(error, OSError) and error.errno in NO_ROOM:
         error = StoreFull(f"expected room in the worker's scratch folder, got: {error}")
     if isinstance(error, LippmannError):

@@ -28,8 +28,8 @@ from worker.engines.povray.ray_camera import FIRST_ROW, Scaffold, starts_mm
 from worker.engines.povray.scene import RAYS_FILE, DepthPass, pov_text
 from worker.images.read import read_codes
 from worker.sandbox.log import AttemptLog
+from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.picture import run_povray, write_rays
-from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
 
 DEPTH_POV_FILE = "lippmann-depth.pov"
@@ -44,7 +44,14 @@ SDL = (".pov", ".inc", ".mcr", ".mac")
 
 
 def depth_of_tile(
-    place: Workplace, sheet: JobSheet, frame: int, tile: Tile, *, folder: Path, log: AttemptLog, watch: Watch
+    place: Workplace,
+    sheet: JobSheet,
+    frame: int,
+    tile: Tile,
+    *,
+    folder: Path,
+    log: AttemptLog,
+    monitor: ProgressMonitor,
 ) -> tuple[DepthMap, float]:
     """Return the depth of a tile, as captured, and the CPU seconds that POV-Ray took.
 
@@ -60,21 +67,21 @@ def depth_of_tile(
     layout = there.spec.rig.layout
     rows, cols = layout.rows, layout.cols
     region = Region(tile.row_start, tile.row_stop, tile.col_start, tile.col_stop)
-    shared = write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=region, watch=watch)
+    shared = write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=region, monitor=monitor)
     spent_s = 0.0
 
     def codes(depth: DepthPass) -> NDArray[np.uint16]:
         nonlocal spent_s
         (folder / DEPTH_POV_FILE).write_text(pov_text(there, "ray_camera", depth=depth))
         command = _command(tile, clock=sheet.clock.at(frame))
-        outcome = run_povray(place, there, command, folder=folder, log=log, watch=watch)
+        outcome = run_povray(place, there, command, folder=folder, log=log, monitor=monitor)
         spent_s += outcome.cpu_s
         return read_codes(outcome.picture)[LEADING_ROWS:]
 
     near_mm = _scale_mm(there.stage, stood)
     first = DepthPass(outside=(0, 0, 0), cols=tile.cols, near_mm=near_mm)
     light = found_light(codes, first, there.stage, foggy=_has_fog(place.bundle_folder(sheet.bundle)))
-    return _depth_map(light.distance_mm(near_mm=near_mm), stood, tile, shared, watch), spent_s
+    return _depth_map(light.distance_mm(near_mm=near_mm), stood, tile, shared, monitor), spent_s
 
 
 def _command(tile: Tile, *, clock: float) -> RenderCommand:
@@ -130,13 +137,15 @@ def _has_fog(bundle: Path) -> bool:
     return any(FOG.search(path.read_bytes()) for path in bundle.rglob("*") if path.suffix.lower() in SDL)
 
 
-def _depth_map(distance_mm: NDArray[np.float64], stood: Bench, tile: Tile, shared: Scaffold, watch: Watch) -> DepthMap:
+def _depth_map(
+    distance_mm: NDArray[np.float64], stood: Bench, tile: Tile, shared: Scaffold, monitor: ProgressMonitor
+) -> DepthMap:
     rows, cols = stood.rig.layout.rows, stood.rig.layout.cols
     across = slice(tile.col_start, tile.col_stop)
     values = np.empty((tile.rows, tile.cols, 4), dtype=np.float32)
     start = 0
     for rays in ray_bands(stood, rows=rows, cols=cols, region=(slice(tile.row_start, tile.row_stop), across)):
-        if watch.should_stop():
+        if monitor.should_stop():
             raise Stopped
         stop = start + len(rays.position)
         along = distance_mm[start:stop, :, np.newaxis] * rays.direction

@@ -22,9 +22,9 @@ from worker.images.convert import png
 from worker.sandbox.bundle import check_bundle
 from worker.settings import WorkerSettings
 from worker.tasks.assemble import assemble_frame
+from worker.tasks.monitor import NullMonitor
 from worker.tasks.probe import probe_job
 from worker.tasks.render import render_tile
-from worker.tasks.watch import Unwatched
 from worker.tasks.workplace import Workplace, workplace
 
 JOB_ID = "local"
@@ -62,7 +62,7 @@ def capture_frame(
         if sheet.sheets is None:
             _render(place, sheet, frame, on_progress)
         on_progress("assemble", 0.0)
-        assemble_frame(place, _order(TaskKind.ASSEMBLE, frame), Unwatched())
+        assemble_frame(place, _order(TaskKind.ASSEMBLE, frame), NullMonitor())
         kept = [names.integral_name(frame), names.orthoscopic_name(frame), names.views_name(frame)]
         if spec.rig.device is not None:
             kept.append(names.device_name(frame))
@@ -88,7 +88,7 @@ def store_plan(place: Workplace, plan: PlanSheet) -> None:
 
 
 def _probed_plan(place: Workplace, sheet: JobSheet) -> PlanSheet:
-    work = probe_job(place, _order(TaskKind.PROBE, None), Unwatched())
+    work = probe_job(place, _order(TaskKind.PROBE, None), NullMonitor())
     assert work.probe is not None  # noqa: S101 - what a probe is for
     return plan_sheet(sheet.spec, work.probe, slots=place.settings.slots)
 
@@ -99,28 +99,28 @@ def _render(place: Workplace, sheet: JobSheet, frame: int, on_progress: OnProgre
     watches = [_Told() for _ in tiles]
 
     def tell() -> None:
-        done = sum(watch.progress * tile.px for watch, tile in zip(watches, tiles, strict=True))
+        done = sum(monitor.progress * tile.px for monitor, tile in zip(watches, tiles, strict=True))
         on_progress("render", done / sum(tile.px for tile in tiles))
 
-    for watch in watches:
-        watch.tell = tell
+    for monitor in watches:
+        monitor.tell = tell
 
-    def render_one(tile: Tile, watch: _Told) -> None:
-        render_tile(place, _order(TaskKind.RENDER, frame, tile), watch)
+    def render_one(tile: Tile, monitor: _Told) -> None:
+        render_tile(place, _order(TaskKind.RENDER, frame, tile), monitor)
 
     with ThreadPoolExecutor(place.settings.slots) as pool:
-        running = [pool.submit(render_one, tile, watch) for tile, watch in zip(tiles, watches, strict=True)]
+        running = [pool.submit(render_one, tile, monitor) for tile, monitor in zip(tiles, watches, strict=True)]
         try:
             for future in running:
                 future.result()
         except BaseException:
-            for watch in watches:
-                watch.stopped = True
+            for monitor in watches:
+                monitor.stopped = True
             raise
 
 
 class _Told:
-    """A watch that passes progress on."""
+    """A monitor that passes progress on."""
 
     def __init__(self) -> None:
         self.stopped = False

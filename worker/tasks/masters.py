@@ -18,8 +18,8 @@ from lippmann.plan import artifact_names as names
 from worker.images.rows import BAND_PX, open_rows
 from worker.images.scratch import scratch_rows
 from worker.images.write import write_channels, write_exr_rows
+from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.render import header
-from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace
 
 
@@ -32,7 +32,7 @@ class Masters:
     frame: int
     folder: Path
     """For files on their way; gone with the frame's task."""
-    watch: Watch
+    monitor: ProgressMonitor
     count: int
     """How many there will be, for progress."""
     opened: ExitStack
@@ -100,10 +100,10 @@ class Masters:
             self._ask()
             yield band
             done += len(band)
-            self.watch.progress = (self._kept + done / rows) / self.count
+            self.monitor.progress = (self._kept + done / rows) / self.count
 
     def _ask(self) -> None:
-        if self.watch.should_stop():
+        if self.monitor.should_stop():
             raise Stopped
 
 

@@ -18,7 +18,7 @@ from worker.engines.povray.render import RenderOutcome, render
 from worker.engines.povray.scene import RAYS_FILE, pov_text
 from worker.sandbox.limits import Limits
 from worker.sandbox.log import AttemptLog
-from worker.tasks.watch import Watch
+from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
 
 POV_FILE = "lippmann-frame.pov"
@@ -46,7 +46,7 @@ def render_picture(
     region: Region | None,
     folder: Path,
     log: AttemptLog,
-    watch: Watch,
+    monitor: ProgressMonitor,
     picture_format: PictureFormat = "exr",
 ) -> RenderedPicture:
     """Render one picture into a folder, by way of `POV_FILE` there.
@@ -68,7 +68,7 @@ def render_picture(
     (folder / POV_FILE).write_text(pov_text(there, method))
     if method == "ray_camera":
         # Its rays are those of the region alone, and so is its picture.
-        write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=wanted, watch=watch)
+        write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=wanted, monitor=monitor)
         cols = wanted.col_stop - wanted.col_start
         region = wanted = ray_camera_region(rows=wanted.row_stop - wanted.row_start, cols=cols)
         rows = wanted.row_stop
@@ -88,13 +88,19 @@ def render_picture(
         ),
         folder=folder,
         log=log,
-        watch=watch,
+        monitor=monitor,
     )
     return RenderedPicture(outcome, wanted)
 
 
 def run_povray(
-    place: Workplace, sheet: JobSheet, command: RenderCommand, *, folder: Path, log: AttemptLog, watch: Watch
+    place: Workplace,
+    sheet: JobSheet,
+    command: RenderCommand,
+    *,
+    folder: Path,
+    log: AttemptLog,
+    monitor: ProgressMonitor,
 ) -> RenderOutcome:
     """Run a command on a .pov in a folder; it may read our includes and the scene's bundle."""
     bundle = place.bundle_folder(sheet.bundle)
@@ -103,7 +109,7 @@ def run_povray(
     settings = sheet.spec.render
 
     def progressed(progress: Progress) -> None:
-        watch.progress = progress.fraction
+        monitor.progress = progress.fraction
 
     return render(
         replace(command, library_paths=(*readable, SYSTEM_INCLUDE), program=place.settings.povray),
@@ -114,12 +120,14 @@ def run_povray(
         timeout_s=settings.timeout_s,
         stall_s=settings.stall_s,
         on_progress=progressed,
-        should_stop=watch.should_stop,
+        should_stop=monitor.should_stop,
         log=log,
     )
 
 
-def write_rays(path: Path, sheet: JobSheet, *, rows: int, cols: int, region: Region, watch: Watch) -> Scaffold:
+def write_rays(
+    path: Path, sheet: JobSheet, *, rows: int, cols: int, region: Region, monitor: ProgressMonitor
+) -> Scaffold:
     """Write the rays of a region, some rows at a time: a tile of any size needs little memory here.
 
     Returns
@@ -134,7 +142,7 @@ def write_rays(path: Path, sheet: JobSheet, *, rows: int, cols: int, region: Reg
     shared = scaffold(outer_rays(stood), front_mm=front_mm(stood), mm_per_unit=sheet.stage.mm_per_unit)
     with path.open("wb") as file:
         for piece in ray_camera_text(bands, count, shared):
-            if watch.should_stop():
+            if monitor.should_stop():
                 raise Stopped
             file.write(piece)
     return shared

@@ -10,15 +10,15 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.plan.sampling import frame_size
 from worker.tasks.attempt import Work
 from worker.tasks.imported import probe_foreign
+from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.picture import render_picture
-from worker.tasks.watch import Watch
 from worker.tasks.workplace import Workplace, kept_log
 
 PROBE_PX = 20_000
 """Enough for a cost to a few per cent, and rendered in about a second with the paper's rig."""
 
 
-def probe_job(place: Workplace, order: Order, watch: Watch) -> Work:
+def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
     """Render the first frame of a job with few pixels and measure."""
     sheet = place.job_sheet(order.job_id)
     if sheet.sheets is not None:
@@ -35,7 +35,7 @@ def probe_job(place: Workplace, order: Order, watch: Watch) -> Work:
             region=None,
             folder=folder,
             log=log,
-            watch=watch,
+            monitor=monitor,
         )
     outcome = picture.outcome
     result = ProbeResult(

@@ -19,12 +19,12 @@ from worker.images.write import write_channels, write_exr
 from worker.sandbox.log import AttemptLog
 from worker.tasks.attempt import Work
 from worker.tasks.depth_pass import depth_of_tile
+from worker.tasks.monitor import PartMonitor, ProgressMonitor
 from worker.tasks.picture import POV_FILE, RenderedPicture, render_picture
-from worker.tasks.watch import PartWatched, Watch
 from worker.tasks.workplace import Workplace, kept_log
 
 
-def render_tile(place: Workplace, order: Order, watch: Watch) -> Work:
+def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
     """Render the tile that an order names, crop it and store it; if it is there already, that is all."""
     assert order.frame is not None  # noqa: S101 - the dispatcher's promise
     assert order.tile is not None  # noqa: S101
@@ -38,9 +38,9 @@ def render_tile(place: Workplace, order: Order, watch: Watch) -> Work:
     with place.task_folder() as folder:
         with kept_log(place, order, folder) as log:
             if depth:
-                cpu_s = _store_depth(place, sheet, order, tile, folder, log, PartWatched(watch, 0.0, 0.5))
-            rest = PartWatched(watch, 0.5, 1.0) if depth else watch
-            picture = render_region(place, sheet, order.frame, tile, folder=folder, log=log, watch=rest)
+                cpu_s = _store_depth(place, sheet, order, tile, folder, log, PartMonitor(monitor, 0.0, 0.5))
+            rest = PartMonitor(monitor, 0.5, 1.0) if depth else monitor
+            picture = render_region(place, sheet, order.frame, tile, folder=folder, log=log, monitor=rest)
         cropped = folder / "tile.exr"
         write_exr(cropped, _pixels(picture, sheet, tile), attributes=header(sheet, order.frame))
         text = names.job_artifact(order.job_id, names.pov_name(order.frame, order.tile))
@@ -50,11 +50,11 @@ def render_tile(place: Workplace, order: Order, watch: Watch) -> Work:
 
 
 def _store_depth(
-    place: Workplace, sheet: JobSheet, order: Order, tile: Tile, folder: Path, log: AttemptLog, watch: Watch
+    place: Workplace, sheet: JobSheet, order: Order, tile: Tile, folder: Path, log: AttemptLog, monitor: ProgressMonitor
 ) -> float:
     """Store the depth of a tile; of the two the tile itself comes last and means both. Return the CPU seconds."""
     assert order.frame is not None  # noqa: S101 - as in render_tile
-    found, cpu_s = depth_of_tile(place, sheet, order.frame, tile, folder=folder, log=log, watch=watch)
+    found, cpu_s = depth_of_tile(place, sheet, order.frame, tile, folder=folder, log=log, monitor=monitor)
     path = folder / "depth.exr"
     size = found.values.shape[:2]
     write_channels(path, (found.values,), CHANNELS, size=size, attributes=header(sheet, order.frame))
@@ -70,7 +70,7 @@ def render_region(
     *,
     folder: Path,
     log: AttemptLog,
-    watch: Watch,
+    monitor: ProgressMonitor,
     picture_format: PictureFormat = "exr",
 ) -> RenderedPicture:
     """Render a tile, or the whole frame, with as many pixels as the job supersamples by."""
@@ -85,7 +85,7 @@ def render_region(
         region=Region(*(edge * k for edge in edges)) if edges else None,
         folder=folder,
         log=log,
-        watch=watch,
+        monitor=monitor,
         picture_format=picture_format,
     )
 

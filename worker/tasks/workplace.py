@@ -1,4 +1,4 @@
-"""Where a worker works: store, scratch folders, POV-Ray and its sandbox, the line to the service."""
+"""The environment of a worker: store, scratch folders, POV-Ray and its sandbox, the connection to the service."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from lippmann.job.artifact_store import ArtifactStore
 from lippmann.job.orders import Order
 from lippmann.job.resolved import JobSheet, PlanSheet
 from lippmann.plan import artifact_names as names
-from worker.report import Wire
+from worker.report import BrokerClient
 from worker.sandbox.bundle import unpack
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.sandbox import Sandbox, detect
@@ -31,32 +31,32 @@ from worker.store.local import LocalStore
 log = structlog.get_logger()
 
 BUNDLE_KEPT_S = 14 * 86_400.0
-"""An unpacked bundle that no attempt asked for so long is removed at the next start; twice the longest attempt."""
+"""An unpacked bundle that no attempt has used for this long is removed at the next start: twice the longest attempt."""
 
 
 @dataclass(frozen=True)
 class Workplace:
-    """Everything outside that an attempt touches."""
+    """Everything outside the process that an attempt uses."""
 
     settings: WorkerSettings
     store: ArtifactStore
     sandbox: Sandbox
 
     @cached_property
-    def line(self) -> Wire:
-        """The line to the service."""
-        return Wire(self.settings.redis_url, self.settings.worker_name)
+    def broker(self) -> BrokerClient:
+        """The connection to the service."""
+        return BrokerClient(self.settings.redis_url, self.settings.worker_name)
 
     def stopping(self) -> bool:
         """Return whether this worker is being shut down."""
         return self.settings.stopping_file.exists()
 
     def job_sheet(self, job_id: str) -> JobSheet:
-        """Return what a job asks for, as the service stored it."""
+        """Return the job as the service stored it."""
         return JobSheet.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.JOB_SHEET)))
 
     def plan_sheet(self, job_id: str) -> PlanSheet:
-        """Return how a job was cut, as the service stored it."""
+        """Return the plan of a job as the service stored it."""
         return PlanSheet.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.PLAN_SHEET)))
 
     def bundle_folder(self, digest: str) -> Path:
@@ -85,7 +85,7 @@ class Workplace:
 
     @contextlib.contextmanager
     def task_folder(self) -> Iterator[Path]:
-        """Lend an empty folder that is gone afterwards; `sweep_scratch` finds it if the worker is killed meanwhile."""
+        """Yield an empty folder that is removed afterwards, by `sweep_scratch` if the worker is killed meanwhile."""
         root = self.settings.attempts_dir
         root.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=root, ignore_cleanup_errors=True) as name:
@@ -95,7 +95,7 @@ class Workplace:
 
 
 def sweep_scratch(settings: WorkerSettings) -> None:
-    """Remove what killed workers left: attempts' folders (those of the living are locked), their logs, old bundles."""
+    """Remove what killed workers left: folders of attempts (those in use are locked), logs and old bundles."""
     for folder in filter(Path.is_dir, settings.attempts_dir.glob("*")):
         with _failure_is_logged(folder), contextlib.suppress(BlockingIOError), folder_lock(folder):
             shutil.rmtree(folder)
@@ -130,7 +130,7 @@ def _failure_is_logged(folder: Path) -> Iterator[None]:
 
 @contextlib.contextmanager
 def folder_lock(folder: Path) -> Iterator[None]:
-    """Hold a folder's lock, which the kernel drops when the process ends.
+    """Hold the lock of a folder; the kernel releases it when the process ends.
 
     Raises
     ------
@@ -146,12 +146,12 @@ def folder_lock(folder: Path) -> Iterator[None]:
 
 
 def workplace(settings: WorkerSettings) -> Workplace:
-    """Return the workplace that settings describe: its store in their data folder, its sandbox found by trying.
+    """Return the workplace for some settings, with the store in their data folder.
 
     Raises
     ------
     SandboxMissing
-        If the sandbox that they ask for does not hold here.
+        If the sandbox that the settings require does not work here.
     """
     return Workplace(
         settings=settings,

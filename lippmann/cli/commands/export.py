@@ -13,7 +13,7 @@ from lippmann.errors import LippmannError
 from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
-    from worker.tasks.outputs.footage import Footage
+    from worker.tasks.outputs.frame_source import FrameSource
 
 
 def export(
@@ -38,20 +38,20 @@ def export(
     connection: Connection,
 ) -> None:
     """Make the outputs of a job from frames that exist already."""
-    from lippmann.local.export import footage_of_job
-    from lippmann.local.files.footage import files_footage
+    from lippmann.local.export import frames_of_job
+    from lippmann.local.files.frame_source import files_frames
 
     if Path(source).exists():
-        _export(files_footage(Path(source), frames=frames, fps=fps), outputs, out, output)
+        _export(files_frames(Path(source), frames=frames, fps=fps), outputs, out, output)
     else:
-        with connection.client() as client, footage_of_job(client, source, frames=frames) as footage:
-            _export(footage, outputs, out, output)
+        with connection.client() as client, frames_of_job(client, source, frames=frames) as frame_source:
+            _export(frame_source, outputs, out, output)
 
 
-def _export(footage: Footage, outputs: list[str], out: Path, output: Output) -> None:
+def _export(frame_source: FrameSource, outputs: list[str], out: Path, output: Output) -> None:
     from lippmann.local.export import export_outputs, parse_outputs
 
-    made = export_outputs(footage, parse_outputs(outputs, footage), out)
+    made = export_outputs(frame_source, parse_outputs(outputs, frame_source), out)
     data = [{"output": one.output, "files": [str(path) for path in one.files], "error": one.error} for one in made]
     output.result(data, "\n".join(str(path) for one in made for path in one.files))
     failed = [f"{one.output}: {one.error}" for one in made if one.error is not None]

@@ -1,8 +1,8 @@
 """Outputs: makers that turn the masters of a job into what the job asks for.
 
 registry       which maker makes which kind; makes one output with its sidecar
-footage        what outputs are made of: frames, lenses, orthoscopic sheets
-making         what a maker receives: scratch folder, where files go, progress
+source        what outputs are made of: frames, lenses, orthoscopic sheets
+context         what a maker receives: scratch folder, where files go, progress
 sidecar        the JSON file that describes an output
 videos         videos of views and of sheets; pictures into the file of a video
 clips          videos with a motion of their own: of the eye, of the focus

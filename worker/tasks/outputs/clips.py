@@ -18,8 +18,8 @@ from lippmann.lightfield.refocus.shift_and_sum import focal_stack
 from lippmann.lightfield.views.perspective import Eye, perspective
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.optics.rig.bench import bench
-from worker.tasks.outputs.footage import Footage
-from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.registry import describes, makes
 from worker.tasks.outputs.videos import Picture, encode_shown
 
@@ -31,48 +31,48 @@ MAX_STACK_PX = 2**24
 
 
 @makes(SweepVideo)
-def make_sweep(making: Making, output: SweepVideo) -> None:
+def make_sweep(context: OutputContext, output: SweepVideo) -> None:
     """Make what an eye sees that swings before the display."""
-    frames = clip_frames(making.footage, output)
-    encode_shown(making, output, _swept(making.footage, output, frames), count=len(frames), fps=output.fps)
+    frames = clip_frames(context.source, output)
+    encode_shown(context, output, _swept(context.source, output, frames), count=len(frames), fps=output.fps)
 
 
 @makes(FocusVideo)
-def make_focus(making: Making, output: FocusVideo) -> None:
+def make_focus(context: OutputContext, output: FocusVideo) -> None:
     """Make what is seen while the focus runs through depth."""
-    frames = clip_frames(making.footage, output)
-    encode_shown(making, output, _focused(making.footage, output, frames), count=len(frames), fps=output.fps)
+    frames = clip_frames(context.source, output)
+    encode_shown(context, output, _focused(context.source, output, frames), count=len(frames), fps=output.fps)
 
 
 @describes(FocusVideo)
-def about_focus(footage: Footage, output: FocusVideo) -> Mapping[str, Any]:
+def about_focus(source: FrameSource, output: FocusVideo) -> Mapping[str, Any]:
     """Return what a sidecar says of the focus."""
-    from_mm, to_mm = focus_depths(footage, output)
+    from_mm, to_mm = focus_depths(source, output)
     return {"from_mm": from_mm, "to_mm": to_mm, "depths": "s of the display: + in front of its lenses"}
 
 
-def clip_frames(footage: Footage, output: ClipOptions) -> tuple[int, ...]:
+def clip_frames(source: FrameSource, output: ClipOptions) -> tuple[int, ...]:
     """Return which frame every picture of a clip shows: as many as the clip has pictures."""
-    frames = footage.frames if output.frame is None else (output.frame,)
-    sequence_s, seconds = len(frames) / footage.fps, output.seconds
+    frames = source.frames if output.frame is None else (output.frame,)
+    sequence_s, seconds = len(frames) / source.fps, output.seconds
     if seconds is None:
         seconds = PERIOD_S * output.periods
         if len(frames) > 1:
             seconds = math.ceil(seconds / sequence_s) * sequence_s
     pictures = range(max(1, round(seconds * output.fps)))
     # A frame begins where its time does; a millionth forgives what rounding takes from it.
-    return tuple(frames[math.floor(picture / output.fps * footage.fps + 1e-6) % len(frames)] for picture in pictures)
+    return tuple(frames[math.floor(picture / output.fps * source.fps + 1e-6) % len(frames)] for picture in pictures)
 
 
-def focus_depths(footage: Footage, output: FocusVideo) -> tuple[float, float]:
+def focus_depths(source: FrameSource, output: FocusVideo) -> tuple[float, float]:
     """Return from where to where the focus runs, mm: as the output says, else through the scene's depth.
 
     By small angles, and a focal length before where the capture saw it.
     """
-    first = footage.frames[0]
-    rig, stage = footage.rig(first), footage.stage(first)
+    first = source.frames[0]
+    rig, stage = source.rig(first), source.stage(first)
     focal_mm = rig.lens_array.focal_length_mm
-    near_mm = footage.layout.px_per_lens * focal_mm
+    near_mm = source.layout.px_per_lens * focal_mm
     far_mm = -near_mm
     if stage is not None:
         stood = bench(rig, reference_mm=stage.reference_mm)
@@ -81,15 +81,15 @@ def focus_depths(footage: Footage, output: FocusVideo) -> tuple[float, float]:
     return from_mm, near_mm if output.to_mm is None else output.to_mm
 
 
-def _swept(footage: Footage, output: SweepVideo, frames: Sequence[int]) -> Iterator[Picture]:
-    layout = footage.layout
+def _swept(source: FrameSource, output: SweepVideo, frames: Sequence[int]) -> Iterator[Picture]:
+    layout = source.layout
 
     @cache
     def path(pitch_mm: float, gap_mm: float) -> list[Eye]:
         return _path(layout, output, count=len(frames), pitch_mm=pitch_mm, gap_mm=gap_mm)
 
     for frame, pictures in _runs(frames, most=len(frames)):
-        image = footage.image(frame)
+        image = source.image(frame)
         eyes = path(image.pitch_mm, image.focal_length_mm)
         for picture in pictures:
             yield as_square(perspective(image, eyes[picture]).picture, layout)
@@ -104,13 +104,13 @@ def _path(layout: CellLayout, output: SweepVideo, *, count: int, pitch_mm: float
     )
 
 
-def _focused(footage: Footage, output: FocusVideo, frames: Sequence[int]) -> Iterator[Picture]:
-    depths_mm = np.linspace(*focus_depths(footage, output), output.planes)
+def _focused(source: FrameSource, output: FocusVideo, frames: Sequence[int]) -> Iterator[Picture]:
+    depths_mm = np.linspace(*focus_depths(source, output), output.planes)
     turns = np.arange(len(frames)) * (2 * np.pi * output.periods / len(frames))
     planes = np.rint((1 - np.cos(turns)) / 2 * (output.planes - 1)).astype(int)
-    for frame, pictures in _runs(frames, most=max(1, MAX_STACK_PX // math.prod(footage.layout.square_size()))):
+    for frame, pictures in _runs(frames, most=max(1, MAX_STACK_PX // math.prod(source.layout.square_size()))):
         shown, of_picture = np.unique(planes[pictures], return_inverse=True)
-        stack = focal_stack(footage.image(frame), depths_mm[shown].tolist())
+        stack = focal_stack(source.image(frame), depths_mm[shown].tolist())
         yield from (stack[place] for place in of_picture)
 
 

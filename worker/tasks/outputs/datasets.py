@@ -19,9 +19,9 @@ from worker.exports.netpbm import write_pfm, write_ppm
 from worker.exports.npz import write_npz
 from worker.images.colour import srgb_codes
 from worker.images.write import write_png
-from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.frame_views import FrameViews, about_views, each_frame
-from worker.tasks.outputs.making import Making
 from worker.tasks.outputs.registry import describes, makes
 from worker.tasks.outputs.sidecar import geometry
 from worker.whole_file import write_bytes
@@ -37,14 +37,14 @@ Write = Callable[[Path], None]
 
 
 @makes(HciFolder)
-def make_hci(making: Making, output: HciFolder) -> None:
+def make_hci(context: OutputContext, output: HciFolder) -> None:
     """Make a folder of the HCI benchmark for every frame."""
-    count = len(making.footage.frames)
-    for number, views in enumerate(each_frame(making, output)):
+    count = len(context.source.frames)
+    for number, views in enumerate(each_frame(context, output)):
         # An estimate takes up to a minute, and there may be one for every view.
         files = list(_hci_files(views, output))
-        for name, write in making.part(number, count).told(files, len(files)):
-            making.keep(f"{views.stem}/{name}", write)
+        for name, write in context.part(number, count).with_progress(files, len(files)):
+            context.store_file(f"{views.stem}/{name}", write)
 
 
 def _hci_files(views: FrameViews, output: HciFolder) -> Iterator[tuple[str, Write]]:
@@ -59,49 +59,49 @@ def _hci_files(views: FrameViews, output: HciFolder) -> Iterator[tuple[str, Writ
 
 
 @describes(HciFolder)
-def about_hci(footage: Footage, output: HciFolder) -> Mapping[str, Any]:
+def about_hci(source: FrameSource, output: HciFolder) -> Mapping[str, Any]:
     """Return what a sidecar says of HCI folders."""
     return {
-        **about_views(footage, output),
+        **about_views(source, output),
         "cameras": "input_Cam000 is the upper left view; numbers grow along the row to the right, then downward",
-        "middle_camera": f"input_Cam{output.block(footage.rig(footage.frames[0])).middle:03d}",
+        "middle_camera": f"input_Cam{output.block(source.rig(source.frames[0])).middle:03d}",
         "codes": "sRGB, 8 bits",
-        "disparity": _about_disparity(footage, output),
+        "disparity": _about_disparity(source, output),
         "parameters_cfg": f"parallel views, told as those of cameras {DISTANCE_MM:g} mm before the display",
     }
 
 
 @makes(SubapertureViews)
-def make_subaperture_ppm(making: Making, output: SubapertureViews) -> None:
+def make_subaperture_ppm(context: OutputContext, output: SubapertureViews) -> None:
     """Make a folder of 10-bit PPMs for every frame."""
-    for views in each_frame(making, output):
+    for views in each_frame(context, output):
         for v, u in np.ndindex(views.block.rows, views.block.cols):
-            making.keep(f"{views.stem}/{u:03d}_{v:03d}.ppm", partial(_write_ppm, views=views, place=(v, u)))
+            context.store_file(f"{views.stem}/{u:03d}_{v:03d}.ppm", partial(_write_ppm, views=views, place=(v, u)))
 
 
 @describes(SubapertureViews)
-def about_subaperture_ppm(footage: Footage, output: SubapertureViews) -> Mapping[str, Any]:
+def about_subaperture_ppm(source: FrameSource, output: SubapertureViews) -> Mapping[str, Any]:
     """Return what a sidecar says of sub-aperture PPMs."""
     return {
-        **about_views(footage, output),
+        **about_views(source, output),
         "names": "<col>_<row>.ppm: the first number grows as the eye moves to the right, the second as it moves down",
         "codes": f"sRGB, {PLENO_BITS} bits, highest {2**PLENO_BITS - 1}, two bytes, the high one first",
     }
 
 
 @makes(NpzArrays)
-def make_npz(making: Making, output: NpzArrays) -> None:
+def make_npz(context: OutputContext, output: NpzArrays) -> None:
     """Make an NPZ of every frame."""
-    for views in each_frame(making, output):
-        making.keep(f"{views.stem}{output.suffix}", partial(_write_arrays, views=views, output=output))
+    for views in each_frame(context, output):
+        context.store_file(f"{views.stem}{output.suffix}", partial(_write_arrays, views=views, output=output))
 
 
 @describes(NpzArrays)
-def about_npz(footage: Footage, output: NpzArrays) -> Mapping[str, Any]:
+def about_npz(source: FrameSource, output: NpzArrays) -> Mapping[str, Any]:
     """Return what a sidecar says of NPZ arrays."""
     light = "linear light" if output.dtype.startswith("float") else "sRGB codes"
     return {
-        **about_views(footage, output),
+        **about_views(source, output),
         "views": f"(v, u, lens_row, lens_col, channel), {output.dtype}, {light}",
         "exists": "(v, u): which views have a pixel under the lens; the others are NaN, or 0 in whole numbers",
         "right_pitches, down_pitches": "(lens_row, lens_col): where they lie, from the array's middle",
@@ -120,28 +120,29 @@ def _write_ppm(path: Path, *, views: FrameViews, place: tuple[int, ...]) -> None
 
 def _disparity_maps(views: FrameViews, output: HciFolder) -> dict[str, DisparityMap]:
     """Return the maps that are written, each made when asked for, by the names of their files, as `gt_{}_lowres`."""
-    source = _disparity_source(views.footage, output)
-    if source == "none":
+    disparity = _disparity_source(views.source, output)
+    if disparity == "none":
         return {}
-    find = cache(views.true_disparity if source == "truth" else views.estimated_disparity)
-    stem = f"{DISPARITY_STEMS[source]}_{{}}_lowres"
+    find = cache(views.true_disparity if disparity == "truth" else views.estimated_disparity)
+    stem = f"{DISPARITY_STEMS[disparity]}_{{}}_lowres"
     every = range(len(views.block.numbers)) if output.disparity_of == "all" else ()
     numbers = {stem: views.block.middle, **{f"{stem}_Cam{number:03d}": number for number in every}}
     return {name: partial(find, number) for name, number in numbers.items()}
 
 
-def _disparity_source(footage: Footage, output: HciFolder) -> Literal["truth", "estimate", "none"]:
-    return output.disparity or ("truth" if footage.has_depth else "none")
+def _disparity_source(source: FrameSource, output: HciFolder) -> Literal["truth", "estimate", "none"]:
+    return output.disparity or ("truth" if source.has_depth else "none")
 
 
-def _about_disparity(footage: Footage, output: HciFolder) -> str | None:
-    source = _disparity_source(footage, output)
-    if source == "none":
+def _about_disparity(source: FrameSource, output: HciFolder) -> str | None:
+    disparity = _disparity_source(source, output)
+    if disparity == "none":
         return None
-    how = {"truth": "by exact rays; NaN where no surface is seen", "estimate": "estimated from the pictures"}[source]
+    stem = DISPARITY_STEMS[disparity]
+    how = {"truth": "by exact rays; NaN where no surface is seen", "estimate": "estimated from the pictures"}[disparity]
     return (
-        f"{DISPARITY_STEMS[source]}_disp_lowres.pfm is the middle camera's: px (lenses) from a view to the next on the"
-        f" right, positive in front of the display, {how}. {DISPARITY_STEMS[source]}_depth_lowres.pfm is what the"
+        f"{stem}_disp_lowres.pfm is the middle camera's: px (lenses) from a view to the next on the right, positive in"
+        f" front of the display, {how}. {stem}_depth_lowres.pfm is what the"
         " benchmark's formula makes of it, in metres from the cameras"
     )
 
@@ -160,17 +161,17 @@ def _write_parameters(views: FrameViews, maps: Collection[DisparityMap], path: P
 
 
 def _cameras(views: FrameViews, disparities: tuple[float, float] = (0.0, 0.0)) -> Cameras:
-    footage, array = views.footage, views.footage.rig(views.frame).lens_array
-    rows, cols = footage.layout.square_size()
+    source, array = views.source, views.source.rig(views.frame).lens_array
+    rows, cols = source.layout.square_size()
     return Cameras(
         rows_px=rows,
         cols_px=cols,
         views_down=views.block.rows,
         views_across=views.block.cols,
         pitch_mm=array.pitch_mm,
-        pixel_mm=array.pitch_mm / footage.layout.px_per_lens,
+        pixel_mm=array.pitch_mm / source.layout.px_per_lens,
         gap_mm=array.focal_length_mm,
-        scene=footage.facts.get("scene", ""),
+        scene=source.facts.get("scene", ""),
         category="lippmann",
         version=version("lippmann"),
         disparities=disparities,
@@ -178,16 +179,16 @@ def _cameras(views: FrameViews, disparities: tuple[float, float] = (0.0, 0.0)) -
 
 
 def _write_arrays(path: Path, *, views: FrameViews, output: NpzArrays) -> None:
-    footage, layout, square = views.footage, views.footage.layout, output.pixels == "square"
-    array = footage.rig(views.frame).lens_array
+    source, layout, square = views.source, views.source.layout, output.pixels == "square"
+    array = source.rig(views.frame).lens_array
     right, down = square_places(layout) if square else layout.lenses.centres()
     slope_right, slope_down = eye_slopes(layout, gap_in_pitches=array.focal_length_mm / array.pitch_mm)
     meta = {
         "frame": views.frame,
         "output": output.model_dump(mode="json"),
-        "source": dict(footage.facts),
-        "format": about_npz(footage, output),
-        "integral_image": geometry(footage, views.frame),
+        "source": dict(source.facts),
+        "format": about_npz(source, output),
+        "integral_image": geometry(source, views.frame),
     }
     arrays = {
         "views": _as_dtype(views.square if square else views.of_lenses, views.exists, output.dtype),

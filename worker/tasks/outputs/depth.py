@@ -16,25 +16,26 @@ from lippmann.plan import artifact_names as names
 from worker.exports.netpbm import write_pfm
 from worker.images.colour import deepest_shown_mm, depth_colours
 from worker.images.write import write_channels, write_png
-from worker.tasks.outputs.footage import Footage
-from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.registry import describes, makes
 
 
 @makes(DepthPictures)
-def make_depth(making: Making, output: DepthPictures) -> None:
+def make_depth(context: OutputContext, output: DepthPictures) -> None:
     """Make the depth of a view of every frame."""
-    footage = making.footage
-    for frame in making.told(footage.frames, len(footage.frames)):
-        making.keep(
-            f"{names.frame_stem(frame)}{output.suffix}", partial(_write, footage=footage, output=output, frame=frame)
+    source = context.source
+    for frame in context.with_progress(source.frames, len(source.frames)):
+        context.store_file(
+            f"{names.frame_stem(frame)}{output.suffix}",
+            partial(_write, source=source, output=output, frame=frame),
         )
 
 
 @describes(DepthPictures)
-def about_depth(footage: Footage, output: DepthPictures) -> Mapping[str, Any]:
+def about_depth(source: FrameSource, output: DepthPictures) -> Mapping[str, Any]:
     """Return what a sidecar says of which view it is, and how colours and numbers are to be read."""
-    u, v = _number(footage, output)
+    u, v = _number(source, output)
     if output.range_mm is None:
         end = "the 99th percentile of abs(s) of each frame"
     else:
@@ -69,17 +70,17 @@ def write_view_depth(path: Path, found: ViewDepth, *, range_mm: tuple[float, flo
         write_png(path, depth_colours(found.s_mm, deepest_mm=deepest_mm))
 
 
-def _number(footage: Footage, output: DepthPictures) -> tuple[int, int]:
-    return centre(footage.layout) if output.u is None or output.v is None else (output.u, output.v)
+def _number(source: FrameSource, output: DepthPictures) -> tuple[int, int]:
+    return centre(source.layout) if output.u is None or output.v is None else (output.u, output.v)
 
 
-def _write(path: Path, *, footage: Footage, output: DepthPictures, frame: int) -> None:
-    number = _number(footage, output)
+def _write(path: Path, *, source: FrameSource, output: DepthPictures, frame: int) -> None:
+    number = _number(source, output)
     if output.source == "truth":
-        focal_mm = footage.rig(frame).lens_array.focal_length_mm
-        found = true_depth(footage.depth(frame), footage.layout, number, focal_mm=focal_mm)
+        focal_mm = source.rig(frame).lens_array.focal_length_mm
+        found = true_depth(source.depth(frame), source.layout, number, focal_mm=focal_mm)
     else:
         found = estimated_depth(
-            footage.image(frame), number, method=output.method, range_mm=output.range_mm, reach=output.reach
+            source.image(frame), number, method=output.method, range_mm=output.range_mm, reach=output.reach
         )
     write_view_depth(path, found, range_mm=output.range_mm)

@@ -18,15 +18,15 @@ from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.views.light_field import light_field, on_square_pixels
 from lippmann.lightfield.views.square_pixels import nearest_as_square
 from lippmann.plan import artifact_names as names
-from worker.tasks.outputs.footage import Footage
-from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 
 
 @dataclass(frozen=True)
 class FrameViews:
     """A block of the views of a frame."""
 
-    footage: Footage
+    source: FrameSource
     frame: int
     block: ViewBlock
 
@@ -48,7 +48,7 @@ class FrameViews:
     @property
     def exists(self) -> NDArray[np.bool_]:
         """Which views have a pixel under the lens, `(v, u)`."""
-        return self.footage.layout.mask[self.rows, self.cols]
+        return self.source.layout.mask[self.rows, self.cols]
 
     @cached_property
     def of_lenses(self) -> NDArray[np.float16]:
@@ -58,7 +58,7 @@ class FrameViews:
     @cached_property
     def square(self) -> NDArray[np.float16]:
         """The same on square pixels."""
-        return on_square_pixels(self.of_lenses, self.footage.layout).astype(np.float16, copy=False)
+        return on_square_pixels(self.of_lenses, self.source.layout).astype(np.float16, copy=False)
 
     def true_disparity(self, number: int) -> NDArray[np.float32]:
         """Return the true disparity of a view of the block, counted row by row, `(row, col)` on square pixels.
@@ -72,8 +72,8 @@ class FrameViews:
             If the job did not ask for depth.
         """
         u, v = self.block.numbers[number]
-        found = self._depth.view(self.footage.layout, u, v).disparity_u[..., np.newaxis]
-        return nearest_as_square(found, self.footage.layout)[..., 0]
+        found = self._depth.view(self.source.layout, u, v).disparity_u[..., np.newaxis]
+        return nearest_as_square(found, self.source.layout)[..., 0]
 
     def estimated_disparity(self, number: int) -> NDArray[np.float32]:
         """Return the same, as the pictures tell it; see `lippmann.lightfield.depth.view_depth`."""
@@ -81,14 +81,14 @@ class FrameViews:
 
     @cached_property
     def _image(self) -> IntegralImage:
-        return self.footage.image(self.frame)
+        return self.source.image(self.frame)
 
     @cached_property
     def _depth(self) -> DepthMap:
-        return self.footage.depth(self.frame)
+        return self.source.depth(self.frame)
 
 
-def each_frame(making: Making, output: ViewsOptions) -> Iterator[FrameViews]:
+def each_frame(context: OutputContext, output: ViewsOptions) -> Iterator[FrameViews]:
     """Yield the views of every frame, and tell how far the work is.
 
     Raises
@@ -96,18 +96,18 @@ def each_frame(making: Making, output: ViewsOptions) -> Iterator[FrameViews]:
     Stopped
         Between two of them, if the work should end.
     """
-    footage = making.footage
-    for frame in making.told(footage.frames, len(footage.frames)):
-        yield FrameViews(footage, frame, output.block(footage.rig(frame)))
+    source = context.source
+    for frame in context.with_progress(source.frames, len(source.frames)):
+        yield FrameViews(source, frame, output.block(source.rig(frame)))
 
 
-def about_views(footage: Footage, output: ViewsOptions) -> dict[str, Any]:
+def about_views(source: FrameSource, output: ViewsOptions) -> dict[str, Any]:
     """Return what a sidecar says of which views there are."""
-    block = output.block(footage.rig(footage.frames[0]))
+    block = output.block(source.rig(source.frames[0]))
     return {
         "views_down": block.rows,
         "views_across": block.cols,
         "first_view": {"u": block.first_u, "v": block.first_v},
-        "missing_views": [[u, v] for u, v in block.numbers if not footage.layout.mask[v, u]],
-        "view_size_px": list(footage.layout.square_size()),
+        "missing_views": [[u, v] for u, v in block.numbers if not source.layout.mask[v, u]],
+        "view_size_px": list(source.layout.square_size()),
     }

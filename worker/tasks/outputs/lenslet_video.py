@@ -18,8 +18,8 @@ from lippmann.lightfield.sheet.orthoscopic import orthoscopic, orthoscopic_layou
 from worker.exports.ray_calibration import calibration_xml, lens_grid
 from worker.exports.yuv import write_frame
 from worker.images.colour import srgb_codes
-from worker.tasks.outputs.footage import Footage
-from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.registry import describes, makes
 from worker.video.size import even_sided
 from worker.whole_file import new_file, write_bytes
@@ -47,20 +47,20 @@ class _Sequence:
 
 
 @makes(LensletVideo)
-def make_mpeg_lenslet(making: Making, output: LensletVideo) -> None:
+def make_mpeg_lenslet(context: OutputContext, output: LensletVideo) -> None:
     """Make the sequence and its calibration file."""
-    footage = making.footage
-    sequence = _sequence(footage, output)
+    source = context.source
+    sequence = _sequence(source, output)
     grid = lens_grid(sequence.layout, rows=sequence.rows, cols=sequence.cols)
-    ours = _ours(footage, output, sequence)
-    making.keep(f"{sequence.stem}.xml", partial(write_bytes, data=calibration_xml(grid, ours=ours)))
-    making.keep(f"{sequence.stem}.yuv", partial(_write_frames, making=making, output=output))
+    ours = _ours(source, output, sequence)
+    context.store_file(f"{sequence.stem}.xml", partial(write_bytes, data=calibration_xml(grid, ours=ours)))
+    context.store_file(f"{sequence.stem}.yuv", partial(_write_frames, context=context, output=output))
 
 
 @describes(LensletVideo)
-def about_mpeg_lenslet(footage: Footage, output: LensletVideo) -> Mapping[str, Any]:
+def about_mpeg_lenslet(source: FrameSource, output: LensletVideo) -> Mapping[str, Any]:
     """Return what a sidecar says of a lenslet sequence."""
-    sequence = _sequence(footage, output)
+    sequence = _sequence(source, output)
     return {
         "convention": output.convention,
         "frame_size_px": [sequence.rows, sequence.cols],
@@ -70,53 +70,53 @@ def about_mpeg_lenslet(footage: Footage, output: LensletVideo) -> Mapping[str, A
     }
 
 
-def sequence_name(footage: Footage, output: LensletVideo) -> str:
+def sequence_name(source: FrameSource, output: LensletVideo) -> str:
     """Return what a sequence is called: as asked, or by the title or the scene, in letters and digits."""
     if output.sequence:
         return output.sequence
     for fact in ("title", "scene"):
-        words = re.findall(r"[A-Za-z0-9]+", footage.facts.get(fact, ""))
+        words = re.findall(r"[A-Za-z0-9]+", source.facts.get(fact, ""))
         if words:
             return "".join(word[0].upper() + word[1:] for word in words)[:LONGEST_NAME]
     return "Lippmann"
 
 
-def _sequence(footage: Footage, output: LensletVideo) -> _Sequence:
-    layout = footage.layout
+def _sequence(source: FrameSource, output: LensletVideo) -> _Sequence:
+    layout = source.layout
     if output.convention == "pseudoscopic":
-        layout = orthoscopic_layout(layout, inverted=_inverted(footage, footage.frames[0]))
+        layout = orthoscopic_layout(layout, inverted=_inverted(source, source.frames[0]))
     rows, cols = layout.rows + layout.rows % 2, layout.cols + layout.cols % 2
-    name = sequence_name(footage, output)
-    return _Sequence(layout, f"{name}_{cols}x{rows}_{footage.fps:g}fps_8bit")
+    name = sequence_name(source, output)
+    return _Sequence(layout, f"{name}_{cols}x{rows}_{source.fps:g}fps_8bit")
 
 
-def _inverted(footage: Footage, frame: int) -> bool:
-    return footage.rig(frame).imaging_lens is not None
+def _inverted(source: FrameSource, frame: int) -> bool:
+    return source.rig(frame).imaging_lens is not None
 
 
-def _write_frames(path: Path, *, making: Making, output: LensletVideo) -> None:
-    footage = making.footage
+def _write_frames(path: Path, *, context: OutputContext, output: LensletVideo) -> None:
+    source = context.source
     with new_file(path) as file:
-        for frame in making.told(footage.frames, len(footage.frames)):
-            sheet = footage.image(frame).pixels
-            write_frame(file, even_sided(srgb_codes(_turned(sheet, footage, frame, output))))
+        for frame in context.with_progress(source.frames, len(source.frames)):
+            sheet = source.image(frame).pixels
+            write_frame(file, even_sided(srgb_codes(_turned(sheet, source, frame, output))))
 
 
-def _turned(sheet: NDArray[np.float16], footage: Footage, frame: int, output: LensletVideo) -> NDArray[np.float16]:
+def _turned(sheet: NDArray[np.float16], source: FrameSource, frame: int, output: LensletVideo) -> NDArray[np.float16]:
     """Return the sheet by the convention that is asked for: what made it orthoscopic undoes itself."""
     if output.convention == "orthoscopic":
         return sheet
-    return orthoscopic(sheet, footage.layout, inverted=_inverted(footage, frame))
+    return orthoscopic(sheet, source.layout, inverted=_inverted(source, frame))
 
 
-def _ours(footage: Footage, output: LensletVideo, sequence: _Sequence) -> dict[str, object]:
-    layout, array = sequence.layout, footage.rig(footage.frames[0]).lens_array
+def _ours(source: FrameSource, output: LensletVideo, sequence: _Sequence) -> dict[str, object]:
+    layout, array = sequence.layout, source.rig(source.frames[0]).lens_array
     return {
         "convention": output.convention,
         "width_px": sequence.cols,
         "height_px": sequence.rows,
-        "frames": len(footage.frames),
-        "fps": f"{footage.fps:g}",
+        "frames": len(source.frames),
+        "fps": f"{source.fps:g}",
         "lattice": layout.lattice,
         "lens_rows": layout.lens_rows,
         "lens_cols": layout.lens_cols,

@@ -24,35 +24,35 @@ from lippmann.plan.design.observed_display import observed_display, used_gap_mm
 from worker.images.write import write_png
 from worker.tasks.assemble import on_device
 from worker.tasks.outputs.clips import clip_frames
-from worker.tasks.outputs.footage import Footage
-from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.registry import describes, makes
 from worker.tasks.outputs.videos import Picture, encode_pixels
 
 
 @makes(ObserverVideo)
-def make_observer(making: Making, output: ObserverVideo) -> None:
+def make_observer(context: OutputContext, output: ObserverVideo) -> None:
     """Make the clip of an eye that moves while time runs."""
-    moments = clip_moments(making.footage, output)
-    pictures = _clip(making.footage, output, moments)
-    encode_pixels(making, output, pictures, count=len(moments), fps=output.fps)
+    moments = clip_moments(context.source, output)
+    pictures = _clip(context.source, output, moments)
+    encode_pixels(context, output, pictures, count=len(moments), fps=output.fps)
 
 
 @makes(ObserverPictures)
-def make_observer_pictures(making: Making, output: ObserverPictures) -> None:
+def make_observer_pictures(context: OutputContext, output: ObserverPictures) -> None:
     """Make a picture of what is seen of every frame."""
-    footage = making.footage
-    for frame in making.told(footage.frames, len(footage.frames)):
-        making.keep(
+    source = context.source
+    for frame in context.with_progress(source.frames, len(source.frames)):
+        context.store_file(
             f"{names.frame_stem(frame)}{output.suffix}",
-            partial(_write_picture, footage=footage, output=output, frame=frame),
+            partial(_write_picture, source=source, output=output, frame=frame),
         )
 
 
 @describes(ObserverVideo, ObserverPictures)
-def about_observer(footage: Footage, output: ObserverOptions) -> Mapping[str, Any]:
+def about_observer(source: FrameSource, output: ObserverOptions) -> Mapping[str, Any]:
     """Return what a sidecar says of the display and the eye, at the first frame."""
-    display, place = observed(footage, output, footage.frames[0]), place_of(footage, output)
+    display, place = observed(source, output, source.frames[0]), place_of(source, output)
     plane_mm = central_depth_plane_mm(focal_length_mm=display.focal_mm, gap_mm=display.gap_mm)
     zone = {"pitch_mm": display.pitch_mm, "gap_mm": display.gap_mm, "distance_mm": place.distance_mm}
     high_mm, wide_mm = display.array_mm
@@ -76,7 +76,7 @@ class Moment:
     place: Eye
 
 
-def clip_moments(footage: Footage, output: ObserverVideo) -> tuple[Moment, ...]:
+def clip_moments(source: FrameSource, output: ObserverVideo) -> tuple[Moment, ...]:
     """Return which frame is seen from where at each picture of a clip.
 
     Raises
@@ -84,20 +84,24 @@ def clip_moments(footage: Footage, output: ObserverVideo) -> tuple[Moment, ...]:
     LayoutError
         If the eye would come to the display.
     """
-    frames = clip_frames(footage, output)
+    frames = clip_frames(source, output)
     places = moving_eye(
-        place_of(footage, output), path=output.path, reach_mm=output.reach_mm, count=len(frames), periods=output.periods
+        place_of(source, output),
+        path=output.path,
+        reach_mm=output.reach_mm,
+        count=len(frames),
+        periods=output.periods,
     )
     return tuple(Moment(frame, eye) for frame, eye in zip(frames, places, strict=True))
 
 
-def place_of(footage: Footage, output: ObserverOptions) -> Eye:
+def place_of(source: FrameSource, output: ObserverOptions) -> Eye:
     """Return where the eye is, or the middle between two."""
-    distance_mm = output.distance_mm or footage.display.viewing_distance_mm
+    distance_mm = output.distance_mm or source.display.viewing_distance_mm
     return Eye(x_mm=output.x_mm, y_mm=output.y_mm, distance_mm=distance_mm)
 
 
-def observed(footage: Footage, output: ObserverOptions, frame: int) -> LensDisplay:
+def observed(source: FrameSource, output: ObserverOptions, frame: int) -> LensDisplay:
     """Return the display that a frame is shown on.
 
     Raises
@@ -105,8 +109,8 @@ def observed(footage: Footage, output: ObserverOptions, frame: int) -> LensDispl
     LayoutError
         If it cannot be built.
     """
-    rig = footage.rig(frame)
-    gap_mm = used_gap_mm(rig, footage.display, output.gap, stage=footage.stage(frame))
+    rig = source.rig(frame)
+    gap_mm = used_gap_mm(rig, source.display, output.gap, stage=source.stage(frame))
     return observed_display(rig, gap_mm=gap_mm, on_device=output.device, bare=output.bare, surround=output.surround)
 
 
@@ -118,11 +122,11 @@ class _Scene:
     display: LensDisplay
 
     @classmethod
-    def of(cls, footage: Footage, output: ObserverOptions, frame: int) -> _Scene:
+    def of(cls, source: FrameSource, output: ObserverOptions, frame: int) -> _Scene:
         display, device, sheet = (
-            observed(footage, output, frame),
-            footage.rig(frame).device,
-            footage.image(frame).pixels,
+            observed(source, output, frame),
+            source.rig(frame).device,
+            source.image(frame).pixels,
         )
         if output.device and device is not None:
             sheet = on_device(sheet, display.layout, device, pitch_mm=display.pitch_mm)
@@ -141,14 +145,14 @@ class _Scene:
         return look(self.sheet, self.display, place, looking, window=window)
 
 
-def _clip(footage: Footage, output: ObserverVideo, moments: tuple[Moment, ...]) -> Iterator[Picture]:
+def _clip(source: FrameSource, output: ObserverVideo, moments: tuple[Moment, ...]) -> Iterator[Picture]:
     frame, scene = 0, None
     for moment in moments:
         if scene is None or moment.frame != frame:
-            frame, scene = moment.frame, _Scene.of(footage, output, moment.frame)
+            frame, scene = moment.frame, _Scene.of(source, output, moment.frame)
         yield scene.seen(output, moment.place)
 
 
-def _write_picture(path: Path, *, footage: Footage, output: ObserverPictures, frame: int) -> None:
-    scene = _Scene.of(footage, output, frame)
-    write_png(path, scene.seen(output, place_of(footage, output)), bits=output.bits)
+def _write_picture(path: Path, *, source: FrameSource, output: ObserverPictures, frame: int) -> None:
+    scene = _Scene.of(source, output, frame)
+    write_png(path, scene.seen(output, place_of(source, output)), bits=output.bits)

@@ -27,8 +27,8 @@ from worker.images.drawing import lettering, line_px
 from worker.images.resize import resize
 from worker.images.write import write_png, write_tiff
 from worker.tasks.assemble import on_device
-from worker.tasks.outputs.footage import Footage
-from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.registry import describes, makes
 
 Picture = NDArray[np.floating[Any]]
@@ -39,37 +39,37 @@ class _Write(Protocol):
 
 
 @makes(ViewGrid)
-def make_view_grid(making: Making, output: ViewGrid) -> None:
+def make_view_grid(context: OutputContext, output: ViewGrid) -> None:
     """Make the picture of all views side by side."""
 
     def write(path: Path, frame: int) -> None:
-        footage = making.footage
-        write_png(path, views_grid(footage.image(frame).pixels, footage.layout), bits=output.bits)
+        source = context.source
+        write_png(path, views_grid(source.image(frame).pixels, source.layout), bits=output.bits)
 
-    _keep_of_every_frame(making, output.suffix, write)
+    _keep_of_every_frame(context, output.suffix, write)
 
 
 @makes(Sheets)
-def make_sheets(making: Making, output: Sheets) -> None:
+def make_sheets(context: OutputContext, output: Sheets) -> None:
     """Make masters into pictures for people."""
     write_picture = write_png if output.file_format == "png" else write_tiff
 
     def write(path: Path, frame: int) -> None:
-        picture = _master(making.footage, frame, output.of)
-        write_picture(path, picture, bits=output.bits, density=_density(making.footage, frame, output.of))
+        picture = _master(context.source, frame, output.of)
+        write_picture(path, picture, bits=output.bits, density=_density(context.source, frame, output.of))
 
-    _keep_of_every_frame(making, output.suffix, write)
+    _keep_of_every_frame(context, output.suffix, write)
 
 
 @makes(Quilt)
-def make_quilt(making: Making, output: Quilt) -> None:
+def make_quilt(context: OutputContext, output: Quilt) -> None:
     """Make quilts, whose names say how they are laid out."""
-    layout = making.footage.layout
+    layout = context.source.layout
     rows_of_views, across, columns = _quilt_tiles(output, layout)
     count = len(rows_of_views) * across
 
     def tiles(frame: int) -> Iterator[Picture]:
-        image = making.footage.image(frame)
+        image = context.source.image(frame)
         for v in rows_of_views:
             for seen in spread_views(image, v, across):
                 yield scaled(seen if output.aspect is None else cut_to_aspect(seen, output.aspect), output)
@@ -78,18 +78,18 @@ def make_quilt(making: Making, output: Quilt) -> None:
         write_png(path, mosaic(tiles(frame), count=count, columns=columns, upward=True), bits=output.bits)
 
     said = f"_qs{columns}x{count // columns}a{_quilt_aspect(output, layout):.4g}"
-    _keep_of_every_frame(making, said + output.suffix, write)
+    _keep_of_every_frame(context, said + output.suffix, write)
 
 
 @describes(Quilt)
-def about_quilt(footage: Footage, output: Quilt) -> dict[str, Any]:
+def about_quilt(source: FrameSource, output: Quilt) -> dict[str, Any]:
     """Return which views a quilt's tiles are, in the order of its tiles: from the lower left, to the right, then up."""
-    rows_of_views, across, columns = _quilt_tiles(output, footage.layout)
-    there = views_in_row(footage.layout, rows_of_views[0])
+    rows_of_views, across, columns = _quilt_tiles(output, source.layout)
+    there = views_in_row(source.layout, rows_of_views[0])
     return {
         "columns": columns,
         "rows": len(rows_of_views) * across // columns,
-        "aspect": _quilt_aspect(output, footage.layout),
+        "aspect": _quilt_aspect(output, source.layout),
         "tiles_uv": [[u, v] for v in rows_of_views for u in spread(there, across).tolist()],
     }
 
@@ -112,25 +112,25 @@ def _quilt_aspect(output: Quilt, layout: CellLayout) -> float:
 
 
 @makes(Epi)
-def make_epi(making: Making, output: Epi) -> None:
+def make_epi(context: OutputContext, output: Epi) -> None:
     """Make epipolar slices: horizontal ones below each other in a picture, vertical ones side by side in another."""
-    layout, cols = making.footage.layout, output.lens_cols
+    layout, cols = context.source.layout, output.lens_cols
     rows = output.lens_rows or (() if cols else (layout.lens_rows // 2,))
 
     def write_rows(path: Path, frame: int) -> None:
-        image = making.footage.image(frame)
+        image = context.source.image(frame)
         slices = (scaled(epi_of_row(image, row).repeat(output.view_px, axis=0), output) for row in rows)
         write_png(path, mosaic(slices, count=len(rows), columns=1, gap_px=output.gap_px), bits=output.bits)
 
     def write_cols(path: Path, frame: int) -> None:
-        image = making.footage.image(frame)
+        image = context.source.image(frame)
         slices = (scaled(epi_of_col(image, col).repeat(output.view_px, axis=1), output) for col in cols)
         write_png(path, mosaic(slices, count=len(cols), columns=len(cols), gap_px=output.gap_px), bits=output.bits)
 
     if rows:
-        _keep_of_every_frame(making, f"-rows{output.suffix}", write_rows)
+        _keep_of_every_frame(context, f"-rows{output.suffix}", write_rows)
     if cols:
-        _keep_of_every_frame(making, f"-cols{output.suffix}", write_cols)
+        _keep_of_every_frame(context, f"-cols{output.suffix}", write_cols)
 
 
 def scaled(picture: Picture, output: PictureOptions) -> Picture:
@@ -141,17 +141,17 @@ def scaled(picture: Picture, output: PictureOptions) -> Picture:
     return resize(picture, rows=rows, cols=cols, filter_name=output.filter)
 
 
-def _keep_of_every_frame(making: Making, ending: str, write: _Write) -> None:
-    frames = making.footage.frames
-    for frame in making.told(frames, len(frames)):
-        making.keep(names.frame_stem(frame) + ending, partial(write, frame=frame))
+def _keep_of_every_frame(context: OutputContext, ending: str, write: _Write) -> None:
+    frames = context.source.frames
+    for frame in context.with_progress(frames, len(frames)):
+        context.store_file(names.frame_stem(frame) + ending, partial(write, frame=frame))
 
 
-def _master(footage: Footage, frame: int, which: str) -> NDArray[np.float16]:
+def _master(source: FrameSource, frame: int, which: str) -> NDArray[np.float16]:
     if which == "integral":
-        return footage.integral(frame)
-    ortho, layout = footage.image(frame).pixels, footage.layout
-    rig = footage.rig(frame)
+        return source.integral(frame)
+    ortho, layout = source.image(frame).pixels, source.layout
+    rig = source.rig(frame)
     if which == "views":
         return views_grid(ortho, layout)
     if which == "device" and rig.device is not None:
@@ -159,9 +159,9 @@ def _master(footage: Footage, frame: int, which: str) -> NDArray[np.float16]:
     return ortho
 
 
-def _density(footage: Footage, frame: int, which: str) -> Density | None:
+def _density(source: FrameSource, frame: int, which: str) -> Density | None:
     """Return the density at which a sheet is as large as its array; of a grid of views there is none."""
-    rig, layout = footage.rig(frame), footage.layout
+    rig, layout = source.rig(frame), source.layout
     if which == "views":
         return None
     if which == "device" and rig.device is not None:
@@ -181,39 +181,39 @@ BACKGROUND, INK = 0.03, 0.8
 
 
 @makes(ContactSheet)
-def make_contact_sheet(making: Making, output: ContactSheet) -> None:
+def make_contact_sheet(context: OutputContext, output: ContactSheet) -> None:
     """Make small pictures side by side, with captions."""
-    footage = making.footage
-    frames = footage.frames if output.frames is None else parse_frames(output.frames)
+    source = context.source
+    frames = source.frames if output.frames is None else parse_frames(output.frames)
     if output.show == "frames":
         frames = frames[:: output.every]
-        pictures, count = _of_frames(footage, frames), len(frames)
+        pictures, count = _of_frames(source, frames), len(frames)
         columns = output.columns or math.isqrt(count - 1) + 1
     else:
-        pictures, count, columns = _of_views(footage, frames[0], output)
+        pictures, count, columns = _of_views(source, frames[0], output)
 
     def write(path: Path) -> None:
         tiles = (
             _captioned(scaled(picture, output), caption) if output.captions else scaled(picture, output)
             for picture, caption in pictures
         )
-        watched = making.told(tiles, count)
+        watched = context.with_progress(tiles, count)
         sheet = mosaic(watched, count=count, columns=columns, gap_px=output.gap_px, background=BACKGROUND)
         write_png(path, sheet, bits=output.bits)
 
-    making.keep(output.file_name, write)
+    context.store_file(output.file_name, write)
 
 
-def _of_frames(footage: Footage, frames: tuple[int, ...]) -> Iterator[tuple[Picture, str]]:
-    layout = footage.layout
+def _of_frames(source: FrameSource, frames: tuple[int, ...]) -> Iterator[tuple[Picture, str]]:
+    layout = source.layout
     for frame in frames:
-        yield as_square(view(footage.image(frame).pixels, layout, *centre(layout)), layout), f"frame {frame}"
+        yield as_square(view(source.image(frame).pixels, layout, *centre(layout)), layout), f"frame {frame}"
 
 
-def _of_views(footage: Footage, frame: int, output: ContactSheet) -> tuple[Iterator[tuple[Picture, str]], int, int]:
+def _of_views(source: FrameSource, frame: int, output: ContactSheet) -> tuple[Iterator[tuple[Picture, str]], int, int]:
     """Return pictures with captions, how many there are, and how many stand side by side."""
-    layout = footage.layout
-    ortho, there = footage.image(frame).pixels, set(view_numbers(layout))
+    layout = source.layout
+    ortho, there = source.image(frame).pixels, set(view_numbers(layout))
     ways = [range(0, side, output.every) for side in (layout.cell_rows, layout.cell_cols)]
     dark = np.full((layout.lens_rows, layout.lens_cols, 3), BACKGROUND, dtype=ortho.dtype)
 

@@ -30,39 +30,41 @@ from worker.images.icc import srgb_profile
 from worker.images.png import deflated_rows
 from worker.images.rearrange import turned_bands
 from worker.images.write import write_code_rows
-from worker.tasks.outputs.footage import Footage
-from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.registry import describes, makes
 from worker.whole_file import new_file
 
 
 @makes(Print)
-def make_print(making: Making, output: Print) -> None:
+def make_print(context: OutputContext, output: Print) -> None:
     """Make a page of every frame."""
-    frames = making.footage.frames
-    for number, frame in enumerate(making.told(frames, len(frames))):
-        part = making.part(number, len(frames))
-        making.keep(names.frame_stem(frame) + output.suffix, partial(_write, making=part, output=output, frame=frame))
+    frames = context.source.frames
+    for number, frame in enumerate(context.with_progress(frames, len(frames))):
+        part = context.part(number, len(frames))
+        context.store_file(
+            names.frame_stem(frame) + output.suffix, partial(_write, context=part, output=output, frame=frame)
+        )
 
 
 @describes(Print)
-def about_print(footage: Footage, output: Print) -> dict[str, Any]:
+def about_print(source: FrameSource, output: Print) -> dict[str, Any]:
     """Return where on the page the array is."""
-    page, label = _page(footage, output, footage.frames[0])
+    page, label = _page(source, output, source.frames[0])
     return {
         "page_px": [page.rows, page.cols],
         "array_px": [page.array_rows, page.array_cols],
         "margin_px": page.margin_px,
         "pixel_mm": page.pixel_mm,
-        "lens_pitch_mm": output.real_pitch_mm(footage.rig(footage.frames[0])),
+        "lens_pitch_mm": output.real_pitch_mm(source.rig(source.frames[0])),
         "label": label,
     }
 
 
-def _write(path: Path, *, making: Making, output: Print, frame: int) -> None:
-    footage = making.footage
-    page, label = _page(footage, output, frame)
-    codes = _array_bands(making, output, frame, page)
+def _write(path: Path, *, context: OutputContext, output: Print, frame: int) -> None:
+    source = context.source
+    page, label = _page(source, output, frame)
+    codes = _array_bands(context, output, frame, page)
     if output.file_format == "pdf":
         with new_file(path) as file:
             write_pdf(file, [_pdf_page(page)], title=label, picture=_pdf_picture(page, codes, output.bits))
@@ -72,28 +74,28 @@ def _write(path: Path, *, making: Making, output: Print, frame: int) -> None:
     write_code_rows(path, bands, size=(page.rows, page.cols), bits=output.bits, density=density)
 
 
-def _page(footage: Footage, output: Print, frame: int) -> tuple[PrintPage, str]:
+def _page(source: FrameSource, output: Print, frame: int) -> tuple[PrintPage, str]:
     """Return the page of a frame, and what it says of itself."""
-    rig, layout = footage.rig(frame), footage.layout
+    rig, layout = source.rig(frame), source.layout
     pixel_mm, lens_pitch_mm = output.pixel_mm(rig), output.real_pitch_mm(rig)
     high, wide = layout.lenses_of_pitch(lens_pitch_mm).extent
-    source = " ".join(footage.facts[fact] for fact in ("scene", "job") if footage.facts.get(fact))
+    origin = " ".join(source.facts[fact] for fact in ("scene", "job") if source.facts.get(fact))
     sizes = {"lens_pitch_mm": lens_pitch_mm, "pixel_mm": pixel_mm}
-    label = label_of(f"{source} frame {frame}", output, (wide, high), **sizes)
+    label = label_of(f"{origin} frame {frame}", output, (wide, high), **sizes)
     return print_page(layout, output, label=label, **sizes), label
 
 
-def _array_bands(making: Making, output: Print, frame: int, page: PrintPage) -> Iterator[NDArray[Any]]:
+def _array_bands(context: OutputContext, output: Print, frame: int, page: PrintPage) -> Iterator[NDArray[Any]]:
     """Yield the array's pixels as they lie on the page, sRGB codes, band by band from the top."""
-    rig, bits = making.footage.rig(frame), output.bits
+    rig, bits = context.source.rig(frame), output.bits
     per_lens = output.real_pitch_mm(rig) / output.pixel_mm(rig)
     quarters = output.orientation_deg // 90
     rows, cols = (page.array_cols, page.array_rows) if quarters % 2 else (page.array_rows, page.array_cols)
     step = -1 if output.mirrored else 1
-    with making.footage.orthoscopic_rows(frame) as sheet:
-        light = making.told_rows(device_bands(sheet, px_per_lens_device=per_lens), rows)
+    with context.source.orthoscopic_rows(frame) as sheet:
+        light = context.rows_with_progress(device_bands(sheet, px_per_lens_device=per_lens), rows)
         upright = (srgb_codes(np.ascontiguousarray(band[:, ::step]), bits=bits) for band in light)
-        yield from turned_bands(upright, rows=rows, cols=cols, quarters=quarters, bits=bits, folder=making.scratch)
+        yield from turned_bands(upright, rows=rows, cols=cols, quarters=quarters, bits=bits, folder=context.scratch)
 
 
 def _page_bands(page: PrintPage, codes: Iterator[NDArray[Any]], bits: int) -> Iterator[NDArray[Any]]:
@@ -145,17 +147,17 @@ TITLE = "Calibration sheet"
 
 
 @makes(CalibrationSheet)
-def make_calibration_sheet(making: Making, output: CalibrationSheet) -> None:
+def make_calibration_sheet(context: OutputContext, output: CalibrationSheet) -> None:
     """Make the sheet: a PDF of two pages, or a picture for each direction."""
-    rig = making.footage.rig(making.footage.frames[0])
+    rig = context.source.rig(context.source.frames[0])
     for file, pages in sheet_files(output, rig):
-        making.keep(file, partial(write_sheet, output=output, pages=pages))
+        context.store_file(file, partial(write_sheet, output=output, pages=pages))
 
 
 @describes(CalibrationSheet)
-def about_calibration_sheet(footage: Footage, output: CalibrationSheet) -> dict[str, Any]:
+def about_calibration_sheet(source: FrameSource, output: CalibrationSheet) -> dict[str, Any]:
     """Return which strip has which pitch, where it is, and how wide bands are over it if the pitch is as expected."""
-    rig = footage.rig(footage.frames[0])
+    rig = source.rig(source.frames[0])
     pitch_mm = output.real_pitch_mm(rig)
 
     def strip_of(strip: Strip) -> dict[str, float | None]:

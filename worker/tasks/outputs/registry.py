@@ -14,13 +14,13 @@ from typing import Any, TypeVar
 from lippmann.job.outputs.output import OutputOptions
 from lippmann.plan import artifact_names as names
 from worker.tasks import outputs
-from worker.tasks.outputs.footage import Footage
-from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.sidecar import sidecar
 
 Options = TypeVar("Options", bound=OutputOptions)
-Maker = Callable[[Making, Options], None]
-Description = Callable[[Footage, Options], Mapping[str, Any]]
+Maker = Callable[[OutputContext, Options], None]
+Description = Callable[[FrameSource, Options], Mapping[str, Any]]
 
 MAKERS: dict[type[OutputOptions], Maker[Any]] = {}
 """The makers, by the options of their kind."""
@@ -56,7 +56,7 @@ def discover_makers() -> None:
         import_module(module.name)
 
 
-def make_output(making: Making) -> None:
+def make_output(context: OutputContext) -> None:
     """Make an output, unless it is there; the file that means all is there (`names.output_name`) comes last.
 
     Raises
@@ -65,22 +65,22 @@ def make_output(making: Making) -> None:
         Whatever keeps it from being made; the other outputs of the job have nothing to do with it.
     """
     discover_makers()
-    output = making.output
+    output = context.output
     whole = names.output_name(output)
-    if making.is_there(whole):
+    if context.exists(whole):
         return
     if output.IS_VIDEO:
-        _put_sidecar(making, [whole])
-        MAKERS[type(output)](making, output)
+        _put_sidecar(context, [whole])
+        MAKERS[type(output)](context, output)
     else:
-        MAKERS[type(output)](making, output)
-        _put_sidecar(making, making.kept)
+        MAKERS[type(output)](context, output)
+        _put_sidecar(context, context.stored)
 
 
-def _put_sidecar(making: Making, files: list[str]) -> None:
-    path = making.scratch / "sidecar.json"
-    describe = DESCRIPTIONS.get(type(making.output))
-    description = describe(making.footage, making.output) if describe else None
-    path.write_bytes(sidecar(making.footage, making.output, files, description))
-    making.put(names.sidecar_name(making.output), path)
+def _put_sidecar(context: OutputContext, files: list[str]) -> None:
+    path = context.scratch / "sidecar.json"
+    describe = DESCRIPTIONS.get(type(context.output))
+    description = describe(context.source, context.output) if describe else None
+    path.write_bytes(sidecar(context.source, context.output, files, description))
+    context.put(names.sidecar_name(context.output), path)
     path.unlink()

@@ -10,19 +10,19 @@ from typing import Any
 from lippmann.job.outputs.output import OutputOptions
 from lippmann.job.rig import Rig
 from lippmann.lattice.layout import CellLayout
-from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.frame_source import FrameSource
 
 MADE_WITH = ("lippmann", "numpy", "openimageio", "av")
 
 
 def sidecar(
-    footage: Footage, output: OutputOptions, files: Sequence[str], about: Mapping[str, Any] | None = None
+    source: FrameSource, output: OutputOptions, files: Sequence[str], about: Mapping[str, Any] | None = None
 ) -> bytes:
     """Return the sidecar of an output.
 
     Parameters
     ----------
-    footage
+    source
         What it was made of; numbers that are keyframed are those of the first frame.
     output
         What was asked for.
@@ -34,20 +34,20 @@ def sidecar(
     said = {
         "output": output.model_dump(mode="json"),
         "files": list(files),
-        "source": {name: text for name, text in footage.facts.items() if text},
-        "frames": list(footage.frames),
-        "fps": footage.fps,
+        "source": {name: text for name, text in source.facts.items() if text},
+        "frames": list(source.frames),
+        "fps": source.fps,
         **({"format": dict(about)} if about else {}),
-        "integral_image": geometry(footage, footage.frames[0]),
-        "display": footage.display.model_dump(mode="json"),
+        "integral_image": geometry(source, source.frames[0]),
+        "display": source.display.model_dump(mode="json"),
         "made_with": {name: version(name) for name in MADE_WITH},
     }
     return json.dumps(said, indent=2).encode() + b"\n"
 
 
-def geometry(footage: Footage, frame: int) -> dict[str, Any]:
+def geometry(source: FrameSource, frame: int) -> dict[str, Any]:
     """Return how the pixels of a frame's orthoscopic integral image lie, and by which conventions."""
-    return geometry_of(footage.layout, footage.rig(frame))
+    return geometry_of(source.layout, source.rig(frame))
 
 
 def geometry_of(layout: CellLayout, rig: Rig) -> dict[str, Any]:

@@ -19,33 +19,35 @@ from lippmann.plan.sampling import display_size
 from worker.images.colour import srgb_codes
 from worker.images.rows import BAND_PX, all_rows, open_rows
 from worker.images.write import write_code_rows, write_exr_rows
-from worker.tasks.outputs.footage import Footage, naming_frame
-from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource, naming_frame
 from worker.tasks.outputs.pictures import sheet_density
 from worker.tasks.outputs.registry import describes, makes
 from worker.tasks.outputs.sidecar import geometry_of
 
 
 @makes(Spoc)
-def make_spoc(making: Making, output: Spoc) -> None:
+def make_spoc(context: OutputContext, output: Spoc) -> None:
     """Make the sheet of every frame for a display, as master and as picture."""
-    frames = making.footage.frames
-    for frame in making.told(frames, len(frames)):
+    frames = context.source.frames
+    for frame in context.with_progress(frames, len(frames)):
         files = [f"{names.frame_stem(frame)}{suffix}" for suffix in (".exr", ".png")]
-        if all(making.is_there(making.name(file)) for file in files):
-            making.kept.extend(map(making.name, files))
+        if all(context.exists(context.name(file)) for file in files):
+            context.stored.extend(map(context.name, files))
             continue
-        master = making.scratch / "master.exr"
-        _write_master(master, making.footage, output, frame)
-        making.keep(files[0], partial(Path.hardlink_to, target=master))
-        making.keep(files[1], partial(_write_picture, master=master, output=output, rig=making.footage.rig(frame)))
+        master = context.scratch / "master.exr"
+        _write_master(master, context.source, output, frame)
+        context.store_file(files[0], partial(Path.hardlink_to, target=master))
+        context.store_file(
+            files[1], partial(_write_picture, master=master, output=output, rig=context.source.rig(frame))
+        )
         master.unlink()
 
 
 @describes(Spoc)
-def about_spoc(footage: Footage, output: Spoc) -> Mapping[str, Any]:
+def about_spoc(source: FrameSource, output: Spoc) -> Mapping[str, Any]:
     """Return what the sidecar says of the sheets for a display."""
-    rig = footage.rig(footage.frames[0])
+    rig = source.rig(source.frames[0])
     shown = output.display(rig)
     return {
         "method": "SPOC: Navarro et al., Optics Express 18(25), 25573 (2010)",
@@ -68,13 +70,13 @@ def spoc_sheet(pseudoscopic: Sheet, rig: Rig, output: Spoc) -> SpocSheet:
     )
 
 
-def _write_master(path: Path, footage: Footage, output: Spoc, frame: int) -> None:
-    rig = footage.rig(frame)
-    said = {**footage.facts, "frame": str(frame), "rig": output.display(rig).model_dump_json()}
+def _write_master(path: Path, source: FrameSource, output: Spoc, frame: int) -> None:
+    rig = source.rig(frame)
+    said = {**source.facts, "frame": str(frame), "rig": output.display(rig).model_dump_json()}
     name = names.orthoscopic_name(frame)
-    with naming_frame(frame), footage.master(name) as given, open_rows(given, dtype=np.float16) as picture:
+    with naming_frame(frame), source.master(name) as given, open_rows(given, dtype=np.float16) as picture:
         # The half-turn is its own inverse: this is the capture as it was, but upright.
-        pseudoscopic = OrthoscopicSheet(SheetOfRows(picture, footage.layout), inverted=False)
+        pseudoscopic = OrthoscopicSheet(SheetOfRows(picture, source.layout), inverted=False)
         made = spoc_sheet(pseudoscopic, rig, output)
         size = made.layout.rows, made.layout.cols
         write_exr_rows(path, stitched(made, BAND_PX), size=size, attributes=said)

@@ -21,8 +21,8 @@ from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import centre, successive_views, view, view_numbers
 from worker.images.colour import srgb_codes
 from worker.images.resize import resize
-from worker.tasks.outputs.footage import Footage
-from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.registry import makes
 from worker.video.encode import Frame, Scale, encode
 from worker.video.kinds import kind
@@ -36,14 +36,20 @@ KEPT_BYTES = 2**28
 
 
 def encode_pixels(
-    making: Making, output: VideoOptions, pictures: Iterable[Picture], *, count: int, fps: float, scale: Scale = 1
+    context: OutputContext,
+    output: VideoOptions,
+    pictures: Iterable[Picture],
+    *,
+    count: int,
+    fps: float,
+    scale: Scale = 1,
 ) -> None:
     """Encode `count` pictures as they are, or enlarged on their codes."""
-    _encode(making, output, (srgb_codes(picture, bits=output.bits) for picture in pictures), count, fps, scale)
+    _encode(context, output, (srgb_codes(picture, bits=output.bits) for picture in pictures), count, fps, scale)
 
 
 def encode_shown(
-    making: Making,
+    context: OutputContext,
     output: ShownVideo,
     pictures: Iterable[Picture],
     *,
@@ -52,18 +58,18 @@ def encode_shown(
     half_width: bool = False,
 ) -> None:
     """Encode `count` pictures that are as small as views as large as the output says, or half as wide."""
-    down = output.scale or _usual_scale(making, output)
+    down = output.scale or _usual_scale(context, output)
     if half_width:
         down += down % 2
     across = down // 2 if half_width else down
     if output.filter == "bicubic":
-        encode_pixels(making, output, pictures, count=count, fps=fps, scale=(down, across))
+        encode_pixels(context, output, pictures, count=count, fps=fps, scale=(down, across))
         return
     enlarged = (
         resize(picture, rows=picture.shape[0] * down, cols=picture.shape[1] * across, filter_name=output.filter)
         for picture in pictures
     )
-    encode_pixels(making, output, enlarged, count=count, fps=fps)
+    encode_pixels(context, output, enlarged, count=count, fps=fps)
 
 
 def again(make: Callable[[], Iterable[Picture]], times: int) -> Iterator[Picture]:
@@ -81,62 +87,62 @@ def again(make: Callable[[], Iterable[Picture]], times: int) -> Iterator[Picture
         yield from kept if room >= 0 else make()
 
 
-def _usual_scale(making: Making, output: ShownVideo) -> int:
-    return 1 if output.codec == "ffv1" else screen_scale(*making.footage.layout.square_size())
+def _usual_scale(context: OutputContext, output: ShownVideo) -> int:
+    return 1 if output.codec == "ffv1" else screen_scale(*context.source.layout.square_size())
 
 
 def _encode(
-    making: Making, output: VideoOptions, frames: Iterable[Frame], count: int, fps: float, scale: Scale
+    context: OutputContext, output: VideoOptions, frames: Iterable[Frame], count: int, fps: float, scale: Scale
 ) -> None:
-    watched = making.told(frames, count)
+    watched = context.with_progress(frames, count)
     set_up = kind(output.codec, container=output.container, crf=output.crf, chroma=output.chroma, bits=output.bits)
 
     def write(path: Path) -> None:
         encode(path, watched, kind=set_up, fps=fps, scale=scale)
 
-    making.keep(output.file_name, write)
+    context.store_file(output.file_name, write)
 
 
 @makes(ViewsVideo)
-def make_views(making: Making, output: ViewsVideo) -> None:
+def make_views(context: OutputContext, output: ViewsVideo) -> None:
     """Make the movie of every view of every frame."""
-    footage = making.footage
-    count = len(footage.frames) * len(view_numbers(footage.layout))
-    encode_shown(making, output, _all_views(footage), count=count, fps=output.views_per_s)
+    source = context.source
+    count = len(source.frames) * len(view_numbers(source.layout))
+    encode_shown(context, output, _all_views(source), count=count, fps=output.views_per_s)
 
 
 @makes(CentreVideo)
-def make_centre(making: Making, output: CentreVideo) -> None:
+def make_centre(context: OutputContext, output: CentreVideo) -> None:
     """Make the centre view in time."""
-    footage, layout = making.footage, making.footage.layout
+    source, layout = context.source, context.source.layout
 
     def views() -> Iterator[Picture]:
-        for frame in footage.frames:
-            yield as_square(view(footage.image(frame).pixels, layout, *centre(layout)), layout)
+        for frame in source.frames:
+            yield as_square(view(source.image(frame).pixels, layout, *centre(layout)), layout)
 
-    count = len(footage.frames) * output.repeat
-    encode_shown(making, output, again(views, output.repeat), count=count, fps=footage.fps)
+    count = len(source.frames) * output.repeat
+    encode_shown(context, output, again(views, output.repeat), count=count, fps=source.fps)
 
 
 @makes(OrthoscopicVideo)
-def make_orthoscopic(making: Making, output: OrthoscopicVideo) -> None:
+def make_orthoscopic(context: OutputContext, output: OrthoscopicVideo) -> None:
     """Make the integral video itself."""
-    footage = making.footage
-    sheets = (footage.image(frame).pixels for frame in footage.frames)
-    encode_pixels(making, output, sheets, count=len(footage.frames), fps=footage.fps)
+    source = context.source
+    sheets = (source.image(frame).pixels for frame in source.frames)
+    encode_pixels(context, output, sheets, count=len(source.frames), fps=source.fps)
 
 
 @makes(IntegralVideo)
-def make_integral(making: Making, output: IntegralVideo) -> None:
+def make_integral(context: OutputContext, output: IntegralVideo) -> None:
     """Make the integral video as it was captured."""
-    footage = making.footage
-    sheets = (footage.integral(frame) for frame in footage.frames)
-    encode_pixels(making, output, sheets, count=len(footage.frames), fps=footage.fps)
+    source = context.source
+    sheets = (source.integral(frame) for frame in source.frames)
+    encode_pixels(context, output, sheets, count=len(source.frames), fps=source.fps)
 
 
-def _all_views(footage: Footage) -> Iterator[Picture]:
-    layout = footage.layout
-    for number, frame in enumerate(footage.frames):
-        sheet = footage.image(frame).pixels
+def _all_views(source: FrameSource) -> Iterator[Picture]:
+    layout = source.layout
+    for number, frame in enumerate(source.frames):
+        sheet = source.image(frame).pixels
         for u, v in successive_views(layout, backward=number % 2 == 1):
             yield as_square(view(sheet, layout, u, v), layout)

@@ -10,7 +10,7 @@ import pytest
 
 from lippmann.errors import BadInput, SpecError
 from lippmann.local.export import export_outputs, parse_outputs
-from lippmann.local.files.footage import files_footage
+from lippmann.local.files.frame_source import files_frames
 from lippmann.plan import artifact_names as names
 from tests.builders_outputs import GivenJob, given_job
 
@@ -33,9 +33,9 @@ def masters(tmp_path: Path, job: GivenJob) -> Path:
 
 
 def test_what_is_made_here_is_what_the_job_makes(job: GivenJob, masters: Path, tmp_path: Path) -> None:
-    footage = files_footage(masters, fps=8.0)
+    source = files_frames(masters, fps=8.0)
     written = ["quilt.png", '{"kind": "centre", "codec": "ffv1"}', "view_grid.png"]
-    made = export_outputs(footage, parse_outputs(written, footage), tmp_path / "out")
+    made = export_outputs(source, parse_outputs(written, source), tmp_path / "out")
     assert [one.output for one in made] == ["quilt.png", "centre.mkv", "view_grid.png"]
     for one in made:
         assert one.error is None
@@ -50,35 +50,35 @@ def test_what_is_made_here_is_what_the_job_makes(job: GivenJob, masters: Path, t
 
 
 def test_of_one_master_or_of_some_frames_only_these_are_made(masters: Path, tmp_path: Path) -> None:
-    one = files_footage(masters / "orthoscopic/0002.exr", fps=8.0)
+    one = files_frames(masters / "orthoscopic/0002.exr", fps=8.0)
     assert one.frames == (2,)
-    some = files_footage(masters, frames="2-3", fps=8.0)
+    some = files_frames(masters, frames="2-3", fps=8.0)
     (made,) = export_outputs(some, parse_outputs(["view_grid.png"], some), tmp_path)
     assert [path.name for path in made.files[1:]] == ["0002.png", "0003.png"]
 
 
 def test_an_output_that_cannot_be_made_keeps_no_other_from_being_made(masters: Path, tmp_path: Path) -> None:
     whole = (masters / "orthoscopic/0003.exr").read_bytes()
-    footage = files_footage(masters, fps=8.0)
+    source = files_frames(masters, fps=8.0)
     (masters / "orthoscopic/0003.exr").write_bytes(whole[: len(whole) // 2])
-    outputs = parse_outputs(["centre.mkv", "quilt.png"], footage)
-    broken, also_broken = export_outputs(footage, outputs, tmp_path / "out")
+    outputs = parse_outputs(["centre.mkv", "quilt.png"], source)
+    broken, also_broken = export_outputs(source, outputs, tmp_path / "out")
     assert "0003.exr" in (broken.error or "")
     assert also_broken.error
     assert not (tmp_path / "out/video/centre.mkv").exists()
     (masters / "orthoscopic/0003.exr").write_bytes(whole)
-    assert all(one.error is None for one in export_outputs(footage, outputs, tmp_path / "out"))
+    assert all(one.error is None for one in export_outputs(source, outputs, tmp_path / "out"))
     (masters / "orthoscopic/0003.exr").write_bytes(whole[: len(whole) // 2])
-    assert all(one.error for one in export_outputs(footage, outputs, tmp_path / "out"))
+    assert all(one.error for one in export_outputs(source, outputs, tmp_path / "out"))
     assert not (tmp_path / "out/exports/quilt.png.json").exists(), "it told of files of the export before"
 
 
 def test_a_place_that_cannot_be_written_keeps_no_other_output_from_being_made(masters: Path, tmp_path: Path) -> None:
-    footage = files_footage(masters, fps=8.0)
+    source = files_frames(masters, fps=8.0)
     (tmp_path / "exports").mkdir()
     (tmp_path / "exports/quilt").write_text("a file where the folder of the quilts would be")
-    written = parse_outputs(["quilt.png", "view_grid.png"], footage)
-    quilt, grid = export_outputs(footage, written, tmp_path)
+    written = parse_outputs(["quilt.png", "view_grid.png"], source)
+    quilt, grid = export_outputs(source, written, tmp_path)
     assert "exports/quilt" in (quilt.error or "")
     assert (quilt.files, grid.error, len(grid.files)) == ((), None, 4)
 
@@ -89,9 +89,9 @@ def test_what_a_full_disk_cuts_short_is_not_there(
     def is_full(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    footage = files_footage(masters, fps=8.0)
+    source = files_frames(masters, fps=8.0)
     monkeypatch.setattr("lippmann.local.export.shutil.copyfileobj", is_full)
-    (made,) = export_outputs(footage, parse_outputs(["centre.mkv"], footage), tmp_path / "out")
+    (made,) = export_outputs(source, parse_outputs(["centre.mkv"], source), tmp_path / "out")
     assert "No space left on device" in (made.error or "")
     assert [path.name for path in (tmp_path / "out").rglob("*") if path.is_file()] == []
 
@@ -107,16 +107,16 @@ def test_what_a_full_disk_cuts_short_is_not_there(
     ],
 )
 def test_what_is_no_output_is_named(written: list[str], words: str, masters: Path) -> None:
-    footage = files_footage(masters, fps=8.0)
+    source = files_frames(masters, fps=8.0)
     with pytest.raises((BadInput, SpecError), match=words):
-        parse_outputs(written, footage)
+        parse_outputs(written, source)
 
 
 def test_what_are_no_masters_is_named(masters: Path, tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="expected orthoscopic masters"):
-        files_footage(tmp_path / "job" / "nothing", fps=8.0)
+        files_frames(tmp_path / "job" / "nothing", fps=8.0)
     with pytest.raises(BadInput, match=r"--frames: expected some of 1, 2, 3 in .*, got 7"):
-        files_footage(masters, frames="2,7", fps=8.0)
+        files_frames(masters, frames="2,7", fps=8.0)
     (masters / "orthoscopic").rename(masters / "views")
     with pytest.raises(BadInput, match=r"as orthoscopic/0001\.exr, got"):
-        files_footage(masters / "views", fps=8.0)
+        files_frames(masters / "views", fps=8.0)

@@ -17,7 +17,7 @@ from worker.images import rearrange, rows
 from worker.images.write import write_channels, write_exr
 from worker.tasks import assemble, masters
 from worker.tasks.local import JOB_ID
-from worker.tasks.watch import Unwatched
+from worker.tasks.monitor import NullMonitor
 from worker.tasks.workplace import Workplace
 
 
@@ -51,12 +51,12 @@ def test_in_bands_or_whole_the_files_are_the_same(
     lattice: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = job_with_tiles(tmp_path / "whole", lattice)
-    assemble.assemble_frame(whole, order_of(TaskKind.ASSEMBLE), Unwatched())
+    assemble.assemble_frame(whole, order_of(TaskKind.ASSEMBLE), NullMonitor())
     for module in (assemble, masters, rearrange):
         monkeypatch.setattr(module, "BAND_PX", 700)
     monkeypatch.setattr(rows, "BAND_BYTES", 4200)
     banded = job_with_tiles(tmp_path / "bands", lattice)
-    assemble.assemble_frame(banded, order_of(TaskKind.ASSEMBLE), Unwatched())
+    assemble.assemble_frame(banded, order_of(TaskKind.ASSEMBLE), NullMonitor())
     assert left(banded) == left(whole)
 
 
@@ -82,15 +82,15 @@ class Watcher:
 
 
 def test_progress_rises_to_the_end_and_a_stop_is_heard(tmp_path: Path) -> None:
-    place, watch = job_with_tiles(tmp_path, "square"), Watcher()
+    place, monitor = job_with_tiles(tmp_path, "square"), Watcher()
     with pytest.raises(Stopped):
         assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), Watcher(stop_after=5))
-    assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), watch)
-    assert watch.seen == sorted(watch.seen)
-    assert watch.progress == 1.0
+    assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), monitor)
+    assert monitor.seen == sorted(monitor.seen)
+    assert monitor.progress == 1.0
 
 
 def test_a_tile_of_another_size_is_named(tmp_path: Path) -> None:
     place = job_with_tiles(tmp_path, "square", more_rows=1)
     with pytest.raises(LayoutError, match=r"tiles/0001/00-00\.exr: expected 24 x 24 px, got 25 x 24"):
-        assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), Unwatched())
+        assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())

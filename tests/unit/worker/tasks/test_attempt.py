@@ -21,15 +21,15 @@ from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
 from worker.tasks.attempt import Work, attempt
-from worker.tasks.watch import Watch
+from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
 
 _HANGS = """
 import sys, threading
 from lippmann.job.orders import Order
-from worker.report import Heart, Wire
+from worker.report import AttemptHeartbeat, BrokerClient
 order = Order(kind="encode", job_id="j", task_id="t", attempt="a", attempt_number=1)
-with Heart(Wire(sys.argv[1], "w1"), order, worker_stopping=lambda: False, hung_s=2.0):
+with AttemptHeartbeat(BrokerClient(sys.argv[1], "w1"), order, worker_stopping=lambda: False, hung_s=2.0):
     threading.Event().wait(60)
 """
 
@@ -65,8 +65,8 @@ def said(redis: Redis) -> list[Event]:
     return [Event.model_validate_json(fields[b"event"]) for _, fields in entries]
 
 
-def doing(result: Work | Exception) -> Callable[[Workplace, Order, Watch], Work]:
-    def do(place: Workplace, order: Order, watch: Watch) -> Work:
+def doing(result: Work | Exception) -> Callable[[Workplace, Order, ProgressMonitor], Work]:
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
         if isinstance(result, Exception):
             raise result
         return result
@@ -135,9 +135,9 @@ def test_an_order_that_arrives_twice_is_worked_on_once(place: Workplace, redis: 
 
 
 def test_work_hears_the_stop_sign_while_it_works(place: Workplace, redis: Redis) -> None:
-    def do(place: Workplace, order: Order, watch: Watch) -> Work:
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
         redis.set(wire.stop_key("a1"), "1")
-        while not watch.should_stop():
+        while not monitor.should_stop():
             pass
         raise Stopped
 
@@ -148,10 +148,10 @@ def test_work_hears_the_stop_sign_while_it_works(place: Workplace, redis: Redis)
 
 
 def test_work_hears_that_its_worker_is_shut_down(place: Workplace, redis: Redis) -> None:
-    def do(place: Workplace, order: Order, watch: Watch) -> Work:
-        assert not watch.should_stop()
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
+        assert not monitor.should_stop()
         place.settings.stopping_file.touch()
-        assert watch.should_stop()
+        assert monitor.should_stop()
         raise Stopped
 
     attempt(place, order(), do)
@@ -159,8 +159,8 @@ def test_work_hears_that_its_worker_is_shut_down(place: Workplace, redis: Redis)
 
 
 def test_a_heart_beats_with_progress_and_keeps_the_lease(place: Workplace, redis: Redis) -> None:
-    def do(place: Workplace, order: Order, watch: Watch) -> Work:
-        watch.progress = 0.25
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
+        monitor.progress = 0.25
         while not any(event.kind is EventKind.BEAT for event in said(redis)):
             pass
         assert redis.pttl(wire.lease_key("a1")) > 0

@@ -13,7 +13,7 @@ from lippmann.job.stage import Stage
 from worker.engines.povray.depth_codes import MARK, TOP, fog_light, fog_light_among_others
 from worker.engines.povray.scene import FAR, DepthPass
 from worker.tasks.depth_pass import FAR_AWAY, found_light
-from worker.tasks.watch import PartWatched, Unwatched
+from worker.tasks.monitor import NullMonitor, PartMonitor
 
 NEAR_MM = 800.0
 STAGE = Stage(location=(1, 2, 3), look_at=(1, 2, 30), near_mm=800, far_mm=900)
@@ -91,7 +91,7 @@ def test_a_rig_in_something_solid_without_end_is_an_error_of_the_scene() -> None
 
 
 def test_progress_of_a_part_is_that_of_the_whole() -> None:
-    whole = Unwatched()
-    part = PartWatched(whole, 0.5, 1.0)
+    whole = NullMonitor()
+    part = PartMonitor(whole, 0.5, 1.0)
     part.progress = 0.5
     assert whole.progress == part.progress == 0.75

@@ -27,8 +27,8 @@ from worker.sandbox.bundle import check_bundle, pack_folder
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.encode import encode_output
 from worker.tasks.local import JOB_ID, local_job, store_plan
+from worker.tasks.monitor import NullMonitor
 from worker.tasks.probe import probe_job
-from worker.tasks.watch import Unwatched
 from worker.tasks.workplace import Workplace
 
 LAYOUT = CellLayout(8, 10, 6, "hexagonal")
@@ -51,7 +51,7 @@ def bundle(tmp_path: Path) -> Path:
 def _place(folder: Path, bundle: Path) -> Workplace:
     place = local_place(folder / "data")
     sheet = local_job(place, parse_spec(JOB), pack_folder(bundle))
-    work = probe_job(place, order_of(TaskKind.PROBE, frame=None), Unwatched())
+    work = probe_job(place, order_of(TaskKind.PROBE, frame=None), NullMonitor())
     assert work.probe is not None
     assert not work.probe.renders
     store_plan(place, plan_sheet(sheet.spec, work.probe, slots=2))
@@ -61,13 +61,13 @@ def _place(folder: Path, bundle: Path) -> Workplace:
 def test_the_frames_become_masters_and_videos_as_those_of_any_job(tmp_path: Path, bundle: Path) -> None:
     place = _place(tmp_path, bundle)
     for frame in (1, 2):
-        assemble_frame(place, order_of(TaskKind.ASSEMBLE, frame=frame), Unwatched())
+        assemble_frame(place, order_of(TaskKind.ASSEMBLE, frame=frame), NullMonitor())
         shown = stored_picture(place, names.orthoscopic_name(frame))
         # As the command made them of the same pictures, by the same chain.
         assert np.array_equal(shown, read_foreign(tmp_path / f"out/orthoscopic/{frame:04d}.exr"))
         assert np.array_equal(stored_picture(place, names.integral_name(frame)), half_turn_cells(shown, LAYOUT))
         assert np.array_equal(stored_picture(place, names.views_name(frame)), views_grid(shown, LAYOUT))
-    encode_output(place, order_of(TaskKind.ENCODE, frame=None, output="views.mp4"), Unwatched())
+    encode_output(place, order_of(TaskKind.ENCODE, frame=None, output="views.mp4"), NullMonitor())
     assert place.store.exists(names.job_artifact(JOB_ID, "video/views.mp4"))
     with place.store.local_path(names.job_artifact(JOB_ID, names.orthoscopic_name(1))) as path:
         assert "stage" not in read_attributes(path)
@@ -115,7 +115,7 @@ def test_the_pictures_of_a_bundle_are_linear_where_the_bundle_says_so_and_the_lo
         manifest = bundle / "scene.toml"
         manifest.write_text(manifest.read_text() + words)
         place = _place(tmp_path / f"linear{len(words)}", bundle)
-        assemble_frame(place, order_of(TaskKind.ASSEMBLE, frame=1), Unwatched())
+        assemble_frame(place, order_of(TaskKind.ASSEMBLE, frame=1), NullMonitor())
         pictures.append(stored_picture(place, names.orthoscopic_name(1)))
         with place.store.local_path(name) as log:
             logs.append(log.read_text())

@@ -18,8 +18,8 @@ from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.plan import artifact_names as names
 from lippmann.plan.tasks import plan_tasks
 from tests.builders_outputs import given_job
-from worker.tasks.outputs.footage import Footage
-from worker.tasks.outputs.making import Making
+from worker.tasks.outputs.context import OutputContext
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.registry import DESCRIPTIONS, MAKERS, describes, discover_makers, makes
 from worker.whole_file import write_bytes
 
@@ -50,14 +50,14 @@ def histogram_is_a_kind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
             return ".json"
 
     @makes(Histogram)
-    def make_histogram(making: Making, output: Histogram) -> None:
-        for frame in making.told(making.footage.frames, len(making.footage.frames)):
-            counts, _ = np.histogram(making.footage.image(frame).pixels, output.bins, (0, 1))
+    def make_histogram(context: OutputContext, output: Histogram) -> None:
+        for frame in context.with_progress(context.source.frames, len(context.source.frames)):
+            counts, _ = np.histogram(context.source.image(frame).pixels, output.bins, (0, 1))
             data = json.dumps(counts.tolist()).encode()
-            making.keep(f"{names.frame_stem(frame)}.json", partial(write_bytes, data=data))
+            context.store_file(f"{names.frame_stem(frame)}.json", partial(write_bytes, data=data))
 
     @describes(Histogram)
-    def about_histogram(footage: Footage, output: Histogram) -> Mapping[str, Any]:
+    def about_histogram(source: FrameSource, output: Histogram) -> Mapping[str, Any]:
         return {"bins": output.bins}
 
     yield

@@ -22,7 +22,7 @@ from tests.builders_outputs import GivenJob, given_job
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture, spot
 from worker.images.colour import srgb_codes
 from worker.images.read import read_codes_8
-from worker.tasks.outputs.footage import job_footage
+from worker.tasks.outputs.frame_source import job_frames
 from worker.tasks.outputs.observer import clip_moments
 from worker.video.read import read_frames
 
@@ -77,25 +77,25 @@ def test_a_picture_of_a_clip_is_what_the_observer_sees(tmp_path: Path) -> None:
 
 def test_time_runs_while_the_eye_moves(tmp_path: Path) -> None:
     job = job_of_points(tmp_path, fps=2.0)
-    footage = job_footage(job.place, job.sheet)
+    source = job_frames(job.place, job.sheet)
 
     def frames(**options: Any) -> list[int]:
-        return [moment.frame for moment in clip_moments(footage, ObserverVideo(**options))]
+        return [moment.frame for moment in clip_moments(source, ObserverVideo(**options))]
 
     assert frames(fps=4, seconds=2) == [1, 1, 2, 2, 1, 1, 2, 2]
     assert frames(fps=1, seconds=3) == [1, 1, 1], "two frames a picture"
     assert frames(fps=4, seconds=1, frame=2) == [2, 2, 2, 2]
     assert len(frames()) == 4 * 24
     assert len(frames(periods=3)) == 12 * 24
-    eyes = [moment.place for moment in clip_moments(footage, ObserverVideo(path="still", seconds=1, y_mm=4))]
+    eyes = [moment.place for moment in clip_moments(source, ObserverVideo(path="still", seconds=1, y_mm=4))]
     assert set(eyes) == {Eye(0, 4, 1000)}, "where display.viewing_distance_mm says"
     with pytest.raises(LayoutError, match="comes nearer by less than its distance, 1000 mm, got 1000"):
-        clip_moments(footage, ObserverVideo(path="toward", reach_mm=1000))
+        clip_moments(source, ObserverVideo(path="toward", reach_mm=1000))
 
 
 def test_a_sequence_longer_than_the_eyes_way_is_shown_whole(tmp_path: Path) -> None:
     job = given_job(tmp_path, frames="1-10", fps=2.0, count=(2, 2))
-    moments = clip_moments(job_footage(job.place, job.sheet), ObserverVideo(fps=4))
+    moments = clip_moments(job_frames(job.place, job.sheet), ObserverVideo(fps=4))
     assert [moment.frame for moment in moments] == [frame for frame in range(1, 11) for _ in (0, 1)]
 
 

@@ -28,7 +28,7 @@ from tests.unit.lippmann.lightfield.textures import sheet_of_texture
 from tests.unit.worker.tasks.outputs.films import film, probed
 from worker.images.colour import srgb_codes
 from worker.tasks.outputs.clips import focus_depths
-from worker.tasks.outputs.footage import job_footage
+from worker.tasks.outputs.frame_source import job_frames
 
 FOCAL_MM = 3.3
 LAYOUT = CellLayout(lens_rows=12, lens_cols=12, px_per_lens=4)
@@ -204,12 +204,12 @@ def test_the_focus_runs_from_depth_to_depth_and_back(tmp_path: Path) -> None:
 
 def test_the_focus_runs_through_the_depth_of_the_scene_when_nothing_is_said(tmp_path: Path) -> None:
     job = given_job(tmp_path, outputs=["focus.mp4"], **SMALL)
-    footage = job_footage(job.place, job.sheet)
+    source = job_frames(job.place, job.sheet)
     stage = job.sheet.stage
     # The paper's bench: what is at stage.near_mm comes out at its image's place, and 3.3 mm before that on the display.
     (output,) = job.sheet.spec.outputs
     assert isinstance(output, FocusVideo)
-    far_mm, near_mm = focus_depths(footage, output)
+    far_mm, near_mm = focus_depths(source, output)
     assert (
         far_mm < near_mm == pytest.approx(40 + FOCAL_MM if stage.reference_mm == stage.near_mm else near_mm, abs=1e-9)
     )

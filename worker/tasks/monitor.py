@@ -1,30 +1,30 @@
-"""How work tells its progress and hears that it should stop."""
+"""Progress monitors: work reports its progress to one and asks it whether to stop."""
 
 from __future__ import annotations
 
 from typing import Protocol
 
 
-class Watch(Protocol):
-    """Whoever looks after an attempt."""
+class ProgressMonitor(Protocol):
+    """Receives the progress of an attempt and knows whether it should stop."""
 
     progress: float
-    """How far the work is, 0 to 1: set by the work."""
+    """The share of the work that is done, 0 to 1; the work sets it."""
 
     def should_stop(self) -> bool:
         """Return whether the work should end now."""
         ...
 
 
-class PartWatched:
-    """A watch over one part of the work: its progress is that of the whole, from one place to another."""
+class PartMonitor:
+    """The monitor of one part of the work: its progress from 0 to 1 is that of the whole from `first` to `last`."""
 
-    def __init__(self, whole: Watch, first: float, last: float) -> None:
+    def __init__(self, whole: ProgressMonitor, first: float, last: float) -> None:
         self._whole, self._first, self._last = whole, first, last
 
     @property
     def progress(self) -> float:
-        """How far the whole work is."""
+        """The progress of the whole work."""
         return self._whole.progress
 
     @progress.setter
@@ -36,11 +36,11 @@ class PartWatched:
         return self._whole.should_stop()
 
 
-class Unwatched:
-    """Nobody looks: for tests and local work."""
+class NullMonitor:
+    """Ignores the progress and never stops the work: for tests and local work."""
 
     progress = 0.0
 
     def should_stop(self) -> bool:
-        """Return that the work should go on."""
+        """Return False."""
         return False

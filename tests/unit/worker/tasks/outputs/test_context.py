@@ -24,7 +24,7 @@ from worker.tasks.outputs.videos import Picture, again
 
 
 class EndsAfter:
-    """A watch that says stop after so many looks."""
+    """A monitor that stops the work after a number of questions."""
 
     def __init__(self, looks: int) -> None:
         self.progress = 0.0
@@ -77,7 +77,7 @@ def test_a_video_is_there_only_after_what_is_told_beside_it(tmp_path: Path) -> N
 
 
 class Tells:
-    """A watch that keeps what it was told, and says stop once it was told so much."""
+    """A monitor that records the progress and stops the work at a value."""
 
     def __init__(self, stop_at: float = 2.0) -> None:
         self.told, self.stop_at = [0.0], stop_at
@@ -107,11 +107,11 @@ def test_a_long_frame_tells_how_far_it_is_and_can_be_stopped_meanwhile(tmp_path:
     (name,) = (one.file_name for one in job.sheet.spec.outputs)
     with pytest.raises(Stopped):
         job.make(name, Tells(stop_at=0.1))
-    watch = Tells()
-    job.make(name, watch)
-    assert watch.told == sorted(watch.told)
-    assert len({told for told in watch.told if told < 0.5}) > 3
-    assert len({told for told in watch.told if told > 0.5}) > 3
+    monitor = Tells()
+    job.make(name, monitor)
+    assert monitor.told == sorted(monitor.told)
+    assert len({told for told in monitor.told if told < 0.5}) > 3
+    assert len({told for told in monitor.told if told > 0.5}) > 3
 
 
 @pytest.mark.parametrize("output", ["centre.mkv", "npz.npz", {"kind": "print", "dpi": 300}, {"kind": "depth"}], ids=str)

@@ -1,7 +1,7 @@
-"""What outputs are made of: the frames of a job, or of files from elsewhere.
+"""The frames that outputs are made from: the masters of a job in the store, or files.
 
-Everything is made from the orthoscopic sheets. What else there is (the capture as it was, all views, the sheet on a
-device's pixels) follows from them by the same functions that `worker.tasks.assemble` uses.
+Every output is made from the orthoscopic integral images. The other masters (the pseudoscopic capture, all views, the
+image on the pixels of a device) follow from them by the functions that `worker.tasks.assemble` uses.
 """
 
 from __future__ import annotations
@@ -32,27 +32,27 @@ from worker.tasks.workplace import Workplace
 
 
 def _unknown(frame: int) -> None:
-    """Return the stage of a picture from elsewhere."""
+    """Return None, the stage of imported pictures."""
 
 
 @dataclass(frozen=True)
-class Footage:
-    """Orthoscopic integral images in time, and what is known of them."""
+class FrameSource:
+    """Orthoscopic integral images in time, with their optics."""
 
     frames: tuple[int, ...]
-    """Their numbers, rising."""
+    """The numbers of the frames, in rising order."""
     fps: float
     layout: CellLayout
-    """Of every orthoscopic sheet."""
+    """The layout of every orthoscopic integral image."""
     rig: Callable[[int], Rig]
     """The rig at a frame, without keyframes."""
     display: Display
     facts: Mapping[str, str]
-    """What a sidecar says of where this comes from: job, scene, title."""
+    """The origin of the frames, for sidecars: job, scene, title."""
     master: Callable[[str], AbstractContextManager[Path]]
-    """Lends a master by its name below the job, as `names.orthoscopic_name(frame)`; ArtifactMissing if not there."""
+    """Opens a master by its name below the job, such as `names.orthoscopic_name(frame)`, or raises ArtifactMissing."""
     stage: Callable[[int], Stage | None] = _unknown
-    """The scene's stage at a frame; None if nobody knows it."""
+    """The stage of the scene at a frame; None if it is unknown."""
     has_depth: bool = False
     """Whether the depth of every pixel is known, see `depth`."""
 
@@ -69,20 +69,20 @@ class Footage:
 
     @contextmanager
     def orthoscopic_rows(self, frame: int) -> Iterator[Sheet]:
-        """Lend a frame's orthoscopic sheet, of which no more is read than what is asked for."""
+        """Yield the orthoscopic integral image of a frame as a sheet of which only the requested rows are read."""
         name = names.orthoscopic_name(frame)
         with naming_frame(frame), self.master(name) as path, open_rows(path, dtype=np.float16) as rows:
             yield SheetOfRows(rows, self.layout)
 
     def depth(self, frame: int) -> DepthMap:
-        """Return how deep what every pixel of a frame's orthoscopic sheet shows lies.
+        """Read the depth map of the orthoscopic integral image of a frame.
 
         Raises
         ------
         OutputError
-            If the job did not ask for it.
+            If the job was captured without depth.
         ArtifactMissing, ArtifactBroken
-            If it did, and it is gone meanwhile, or not whole.
+            If the file is missing or incomplete.
         """
         if not self.has_depth:
             raise OutputError("expected a job with capture.depth, got one without")
@@ -90,8 +90,8 @@ class Footage:
             return DepthMap(read_channels(path, CHANNELS))
 
     def integral(self, frame: int) -> NDArray[np.float16]:
-        """Return a frame as it was captured, pseudoscopic."""
-        # What makes a capture orthoscopic is its own inverse.
+        """Return the pixels of a frame as captured, pseudoscopic, `(row, col, channel)`."""
+        # The orthoscopic conversion is its own inverse.
         inverted = self.rig(frame).imaging_lens is not None
         return orthoscopic(self.image(frame).pixels, self.layout, inverted=inverted)
 
@@ -107,10 +107,10 @@ def naming_frame(frame: int) -> Iterator[None]:
         raise
 
 
-def job_footage(place: Workplace, sheet: JobSheet) -> Footage:
-    """Return the footage of a job in the store."""
+def job_frames(place: Workplace, sheet: JobSheet) -> FrameSource:
+    """Return the frames of a job in the store."""
     spec = sheet.spec
-    return Footage(
+    return FrameSource(
         frames=spec.frame_numbers,
         fps=spec.fps,
         layout=display_size(spec.rig),

@@ -1,4 +1,4 @@
-"""Masters on disk as the footage that outputs are made of: one, or a folder as `capture` leaves it."""
+"""Masters on disk as the frames that outputs are made from: one file, or a folder as `capture` writes it."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lippmann.local.files.master import ORTHOSCOPIC, OTHER_MASTERS, depth_beside
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from worker.images.read import read_attributes
-from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.frame_source import FrameSource
 
 FACTS = ("job", "scene", "bundle")
 """What a header says of where a master comes from."""
@@ -29,19 +29,19 @@ class _Master:
     stage: Stage | None
 
 
-def files_footage(source: Path, *, frames: str | None = None, fps: float, display: Display | None = None) -> Footage:
-    """Return the footage of orthoscopic masters on disk.
+def files_frames(source: Path, *, frames: str | None = None, fps: float, display: Display | None = None) -> FrameSource:
+    """Return the frame source of orthoscopic masters on disk.
 
     Parameters
     ----------
     source
         A master, or a folder of them, or one with such a folder `orthoscopic/`.
     frames
-        Which, as in a job file; all when not said.
+        The frames to use, as in a job file; all by default.
     fps
-        Frames a second: masters do not know.
+        Frames per second; masters do not have a rate.
     display
-        How they are to be shown; a job's default when not said.
+        The display; the default of a job if it is None.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def files_footage(source: Path, *, frames: str | None = None, fps: float, displa
             raise ArtifactMissing(f"there is no {name} in {source}")
         yield path
 
-    return Footage(
+    return FrameSource(
         frames=tuple(found),
         fps=fps,
         layout=next(iter(layouts)),
