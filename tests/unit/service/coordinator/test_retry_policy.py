@@ -86,6 +86,15 @@ def test_a_transient_failure_goes_back_with_a_rest_and_avoids_the_worker(farm: F
     assert _again(farm, order.task_id).avoid == ("w1",)
 
 
+def test_the_second_failure_of_a_task_delays_it_twice_as_long(farm: Farm) -> None:
+    farm.planned(**MANY)
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order), failed(order))
+    again = _again(farm, order.task_id)
+    farm.say(claimed(again), failed(again))
+    assert farm.task(again).not_before_s == farm.now_s + 2 * farm.settings.retry_pause_s
+
+
 def test_three_failures_end_a_task_and_not_two(farm: Farm) -> None:
     job_id = farm.planned(**MANY)
     order, *_ = farm.dispatch()
@@ -165,6 +174,33 @@ def test_a_worker_that_fails_three_tasks_of_a_job_is_avoided_for_a_while(farm: F
     for order in fresh:
         farm.say(done(order, "good"))
     assert {order.avoid for order in farm.dispatch() if order.attempt_number == 1} == {()}
+
+
+def test_lost_attempts_do_not_count_against_their_worker(farm: Farm) -> None:
+    """Workers are also killed by others."""
+    farm.workers = [presence("w1", 4), presence("w2", 4)]
+    farm.planned(**MANY)
+    orders = farm.dispatch()
+    for order in orders[:3]:
+        farm.say(claimed(order, "w1"), failed(order, "w1", code="lost"))
+    for order in orders[3:]:
+        farm.say(done(order, "w2"))
+    fresh = [order for order in farm.dispatch() if order.attempt_number == 1]
+    assert fresh
+    assert {order.avoid for order in fresh} == {()}
+
+
+def test_permanent_failures_do_not_count_against_their_worker(farm: Farm) -> None:
+    """An output that cannot be made fails on every worker alike."""
+    farm.workers = [presence("w1", 4), presence("w2", 4)]
+    farm.planned(frames="1", outputs=[{"kind": "quilt", "name": f"q{number}"} for number in range(30)])
+    while (orders := farm.dispatch()) and orders[0].kind is not TaskKind.ENCODE:
+        farm.say(*(said for order in orders for said in (claimed(order), done(order))))
+    for order in orders[:3]:
+        farm.say(claimed(order, "w1"), failed(order, "w1", code="output", permanent=True))
+    fresh = farm.dispatch()
+    assert fresh
+    assert {order.avoid for order in fresh} == {()}
 
 
 def test_when_every_worker_is_to_be_avoided_none_is(farm: Farm) -> None:
