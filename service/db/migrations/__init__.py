@@ -6,7 +6,7 @@ from pathlib import Path
 
 from alembic import command
 from alembic.config import Config
-from sqlalchemy import insert, select
+from sqlalchemy import Connection, insert, select
 
 from service.db.engine import Database
 from service.db.tables import CoordinatorRow
@@ -17,9 +17,14 @@ FOLDER = Path(__file__).parent
 def migrate(database: Database) -> None:
     """Upgrade a database completely or not at all, and insert the coordinator's row if it is missing."""
     with database.connecting() as connection:
-        config = Config()
-        config.set_main_option("script_location", str(FOLDER).replace("%", "%%"))
-        config.attributes["connection"] = connection
-        command.upgrade(config, "head")
+        command.upgrade(alembic_config(connection), "head")
         if connection.execute(select(CoordinatorRow.id)).first() is None:
             connection.execute(insert(CoordinatorRow).values(id=1))
+
+
+def alembic_config(connection: Connection) -> Config:
+    """Return the configuration of Alembic for a write connection."""
+    config = Config()
+    config.set_main_option("script_location", str(FOLDER).replace("%", "%%"))
+    config.attributes["connection"] = connection
+    return config

@@ -24,13 +24,6 @@ from tests.integration.service.conftest import FakeWorker, Service
 from tests.waiting import until
 
 
-@pytest.fixture(params=["sqlite", "postgresql"])
-def url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
-    if request.param == "postgresql":
-        return str(request.getfixturevalue("postgresql_url"))
-    return f"sqlite:///{tmp_path}/test.db"
-
-
 @pytest.fixture
 def database(url: str) -> Iterator[Database]:
     database = Database(url)
