@@ -279,8 +279,15 @@ def done(order: Order, worker: str = "w1", cpu_s: float = 2.0, wall_s: float = 4
     return event(order, EventKind.DONE, worker, cpu_s=cpu_s, wall_s=wall_s, probe=probe)
 
 
-def failed(order: Order, worker: str = "w1", *, code: str = "render-failed", permanent: bool = False) -> Event:
-    failure = Failure(code=code, message=f"{code} happened", permanent=permanent)
+def failed(
+    order: Order,
+    worker: str = "w1",
+    *,
+    code: str = "render-failed",
+    permanent: bool = False,
+    frame: int | None = None,
+) -> Event:
+    failure = Failure(code=code, message=f"{code} happened", permanent=permanent, frame=frame)
     return event(order, EventKind.FAILED, worker, failure=failure)
 
 

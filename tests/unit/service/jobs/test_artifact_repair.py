@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
+from lippmann.job.events import Failure
 from lippmann.job.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
@@ -35,15 +36,15 @@ def _make(farm: Farm, order: Order) -> None:
         farm.store.files[name] = b"whole"
 
 
-def _work(farm: Farm, fails: Callable[[Order], str | None] = lambda _: None) -> None:
-    """Do everything that is sent out; `fails` says with which code an order fails, if it does."""
+def _work(farm: Farm, fails: Callable[[Order], str | None] = lambda _: None, *, frame: int | None = None) -> None:
+    """Do every order; `fails` returns the code with which an order fails, and `frame` is in the failure."""
     for _ in range(60):
         farm.now_s += 10
         for order in farm.dispatch():
             code = fails(order)
             if code is None:
                 _make(farm, order)
-            farm.say(claimed(order), failed(order, code=code) if code else done(order))
+            farm.say(claimed(order), failed(order, code=code, frame=frame) if code else done(order))
 
 
 def _frame_two_fails(code: str) -> Callable[[Order], str | None]:
@@ -157,6 +158,27 @@ def test_a_tile_whose_depth_went_away_is_rendered_again(api: Client, api_farm: F
     assert lost in api_farm.store.files
 
 
+@pytest.mark.parametrize("code", ["artifact-broken", "artifact-missing"])
+def test_an_output_whose_failure_names_a_frame_has_only_that_frame_assembled_again(
+    api: Client, api_farm: Farm, job_id: str, code: str
+) -> None:
+    _work(api_farm, _encode_fails(code), frame=2)
+    api.post(f"/api/v1/jobs/{job_id}/retry")
+    assert _statuses(api_farm, job_id, TaskKind.ASSEMBLE) == {
+        1: {TaskStatus.DONE}, 2: {TaskStatus.READY}, 3: {TaskStatus.DONE},
+    }  # fmt: skip
+    assert f"{job_id}/thumbs/0002.webp" not in api_farm.store.files
+    assert f"{job_id}/thumbs/0001.webp" in api_farm.store.files
+    _work(api_farm)
+    assert api_farm.job(job_id).status is JobStatus.DONE
+    assert {task.error_frame for task in api_farm.tasks(job_id)} == {None}
+
+
+def test_a_failure_of_an_older_worker_that_names_no_frame_is_read() -> None:
+    old = '{"code": "artifact-broken", "message": "0002.exr: not whole", "permanent": false}'
+    assert Failure.model_validate_json(old).frame is None
+
+
 def test_a_video_that_finds_a_master_damaged_and_does_not_say_which_has_all_frames_assembled_again(
     api: Client, api_farm: Farm, job_id: str
 ) -> None:
@@ -188,7 +210,7 @@ def test_a_retry_after_any_other_failure_does_no_work_twice(api: Client, api_far
     assert {task.status for task in api_farm.tasks(job_id) if task.kind is TaskKind.RENDER} == {TaskStatus.DONE}
 
 
-def test_a_job_that_goes_on_is_not_mended(api: Client, api_farm: Farm, job_id: str) -> None:
+def test_a_job_that_goes_on_is_not_repaired(api: Client, api_farm: Farm, job_id: str) -> None:
     _work(api_farm, _frame_two_fails("artifact-broken"))
     api.post(f"/api/v1/jobs/{job_id}/retry")
     _work(api_farm)

@@ -1,0 +1,43 @@
+"""The share of failed tasks above which a job fails."""
+
+from __future__ import annotations
+
+import pytest
+from sqlalchemy import update
+
+from lippmann.job.orders import TaskKind
+from lippmann.job.states import JobStatus, TaskStatus
+from service.db.counters import recount
+from service.db.tables import Job, Task
+from service.jobs.completion import settle
+from tests.builders_service import Farm
+
+TASKS = 40
+"""All tasks of the job below: probe, 12 frames of 2 tiles with their assemblies, 3 outputs."""
+
+
+def _with_failed(farm: Farm, count: int) -> Job:
+    """Return a running job of which `count` render tasks have failed and all others are ready or done."""
+    outputs = ["views.mp4", "centre.mp4", "orthoscopic.mkv"]
+    job_id = farm.planned(frames="1-12", outputs=outputs)
+    renders = [task.sequence for task in farm.tasks(job_id) if task.kind is TaskKind.RENDER][:count]
+    with farm.writing() as session:
+        failed = update(Task).where(Task.job_id == job_id, Task.sequence.in_(renders))
+        session.execute(failed.values(status=TaskStatus.FAILED, error_message="no light", error_code="render-failed"))
+        recount(session, job_id)
+    assert len(farm.tasks(job_id)) == TASKS
+    return farm.job(job_id)
+
+
+@pytest.mark.parametrize(("failed", "ends"), [(0, False), (3, False), (4, False), (5, True)])
+def test_a_job_fails_when_more_than_a_tenth_of_its_tasks_failed_and_not_at_a_tenth(
+    farm: Farm, failed: int, ends: bool
+) -> None:
+    job_id = _with_failed(farm, failed).id
+    with farm.writing() as session:
+        row = session.get_one(Job, job_id)
+        assert settle(session, row, now_s=farm.now_s, failed_share=0.1) is ends
+    job = farm.job(job_id)
+    assert job.status is (JobStatus.FAILED if ends else JobStatus.RUNNING)
+    if ends:
+        assert job.error_message == "5 of 40 tasks failed, more than 10%; the first: no light"
