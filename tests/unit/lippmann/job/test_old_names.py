@@ -12,6 +12,7 @@ from lippmann.job import old_names
 from lippmann.job.old_names import current_job, rename_settings
 from lippmann.job.spec import JobSpec, parse_spec
 from service.settings import Settings
+from tests.repository import DOCS
 from worker.settings import WorkerSettings
 
 OLD_JOB = {"scene": "fish", "capture": {"method": "raytraced", "supersample": 2}}
@@ -65,6 +66,17 @@ def test_an_old_variable_sets_its_successor_and_is_named_in_the_log(
     monkeypatch.setenv("LIPPMANN_FOLDER", "/there")
     assert kind().data_dir == Path("/there")
     assert "LIPPMANN_FOLDER is now LIPPMANN_DATA_DIR" in caplog.text
+
+
+def test_every_old_name_is_documented_with_its_new_one() -> None:
+    settings, job_file = ((DOCS / name).read_text("utf-8") for name in ("settings.md", "job-file.md"))
+    for old, new in old_names.SETTINGS.items():
+        assert f"| `{old}` | `{new}` |" in settings
+    for path, values in old_names.JOB_VALUES.items():
+        for old, new in values.items():
+            assert f'| `{path}: "{old}"` | `{path}: "{new}"` |' in job_file
+    for path in old_names.JOB_FIELDS:
+        assert f"| `{path}` | " in job_file
 
 
 def test_the_new_variable_goes_before_the_old_one(monkeypatch: pytest.MonkeyPatch) -> None:
