@@ -6,7 +6,7 @@ __main__     the supervisor as a process
 supervisor   starts the children in order, restarts them, stops them
 children     the command lines of the three children
 child        one child: its process, its log, its pauses
-broker       where a Valkey or Redis server is, and its command line
+broker       the Valkey or Redis server: its program, socket and command line
 logs         the bounded log of a child
 descendants  the processes below this one, which must not outlive it
 folder       the data folder: it is writable, has free space, and belongs to one farm

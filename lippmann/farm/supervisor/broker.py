@@ -1,4 +1,4 @@
-"""Where a Valkey or Redis server is, and its command line."""
+"""The Valkey or Redis server: its program, its socket and its command line."""
 
 from __future__ import annotations
 
