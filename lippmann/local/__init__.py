@@ -1,1 +1,21 @@
-"""The work of a farm on this machine, without a farm."""
+"""The work of a farm on this machine, without a farm: the public `IntegralImage`, and what the commands call.
+
+image               `IntegralImage` of the Python API: open, views, refocus, depth, perspective, observe, save
+capture             one frame of a scene rendered
+design              what a job will give, without rendering
+import_sheets       integral images from elsewhere imported as masters
+orthoscopic         a pseudoscopic image on disk converted, in bands
+view                views and perspectives written as PNG
+refocus             refocused pictures written as PNG
+depth               depth maps of views written
+displayed_image     the pixels and lenses of a display, from a master
+observe             what an observer sees, written as PNG or MP4
+picture_size        the size of a written picture
+export              outputs made of masters on this machine
+calibration_sheet   a calibration sheet written
+compare             integral images on disk compared
+codec_rates         rate and distortion of an integral video under several codecs
+coding_study        such a study of a folder of frames
+plot                axes and curves in one style
+files/              masters, job files, bundles and lenses on disk
+"""

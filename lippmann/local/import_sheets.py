@@ -17,7 +17,7 @@ from lippmann.errors import BadInput
 from lippmann.job.imported_sheets import SheetGeometry
 from lippmann.job.problems import problems_of
 from lippmann.job.rig import Rig
-from lippmann.lightfield.calibrate.calibrate import Found, find_from_picture, find_from_white
+from lippmann.lightfield.calibrate.calibrate import Calibration, calibrate_picture, calibrate_white_image
 from lippmann.lightfield.calibrate.imported import orthoscopic_of
 from lippmann.lightfield.sheet.device import device_size
 from lippmann.lightfield.sheet.lens_grid import LensGrid, device_grid, layout_grid
@@ -227,7 +227,7 @@ def _of_master(path: Path, rig: Rig, picture: NDArray[np.float32], options: Impo
     return Lenses(geometry, kept, foreign_rig(geometry, kept), "header", None)
 
 
-def _found(picture: NDArray[np.float32], options: ImportOptions) -> Found | None:
+def _found(picture: NDArray[np.float32], options: ImportOptions) -> Calibration | None:
     if options.white is not None:
         white = _read(options.white, options)
         if white.shape != picture.shape:
@@ -235,11 +235,11 @@ def _found(picture: NDArray[np.float32], options: ImportOptions) -> Found | None
                 f"expected a white image of {picture.shape[0]} x {picture.shape[1]} px as the picture, got"
                 f" {white.shape[0]} x {white.shape[1]} px in {options.white}"
             )
-        return find_from_white(white)
-    return find_from_picture(picture, near_px=options.fields.get("pitch_px")) if options.find else None
+        return calibrate_white_image(white)
+    return calibrate_picture(picture, near_px=options.fields.get("pitch_px")) if options.find else None
 
 
-def _geometry(fields: Mapping[str, Any], found: Found | None) -> SheetGeometry:
+def _geometry(fields: Mapping[str, Any], found: Calibration | None) -> SheetGeometry:
     known: dict[str, Any] = {}
     if found is not None:
         grid = found.grid
@@ -257,7 +257,7 @@ def _geometry(fields: Mapping[str, Any], found: Found | None) -> SheetGeometry:
         raise BadInput("; ".join(map(str, problems_of(error)))) from error
 
 
-def _check_fit(fields: Mapping[str, Any], found: Found) -> None:
+def _check_fit(fields: Mapping[str, Any], found: Calibration) -> None:
     """Refuse given values that do not agree with the calibration; the message names the one that fits."""
     pitch, grid = fields.get("pitch_px"), found.grid
     if pitch is not None and abs(pitch / grid.pitch_px - 1) > FITS:

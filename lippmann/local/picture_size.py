@@ -1,4 +1,4 @@
-"""In which size a picture is written, and by which filter it comes to it."""
+"""The size of a picture that is written, and the filter by which it is resized."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lippmann.job.viewing import Filter
 from worker.images.resize import resize
 
 MAX_SIDE_PX = 32_768
-"""Of a picture: beyond it a number was mistyped."""
+"""The longest side of a picture, px; a longer one comes of a mistyped number."""
 
 
 @dataclass(frozen=True)
@@ -22,7 +22,7 @@ class PictureSize:
     """A size that was asked for; as a picture is, when nothing was."""
 
     scale: float | None = None
-    """So many times as large."""
+    """The factor by which the picture is enlarged."""
     longer_px: int | None = None
     """Or so many px on the longer side."""
     filter_name: Filter = "lanczos3"

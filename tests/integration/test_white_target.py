@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lippmann.job.spec import JobSpec
 from lippmann.lattice.cell import Lattice
-from lippmann.lightfield.calibrate.calibrate import find_from_white
+from lippmann.lightfield.calibrate.calibrate import calibrate_white_image
 from lippmann.lightfield.calibrate.whole_lenses import in_middle
 from lippmann.lightfield.sheet.lens_grid import LensGrid
 from lippmann.local.files.bundle import find_bundle
@@ -35,7 +35,7 @@ def _white(folder: Path, **rig: Any) -> tuple[JobSpec, NDArray[np.float32]]:
 @pytest.mark.parametrize("lattice", ["square", "hexagonal"])
 def test_the_images_of_the_pupil_are_found_about_the_middle(tmp_path: Path, lattice: Lattice) -> None:
     spec, picture = _white(tmp_path, lens_array={"lattice": lattice})
-    found, layout = find_from_white(picture).grid, frame_size(spec.rig)
+    found, layout = calibrate_white_image(picture).grid, frame_size(spec.rig)
     assert found.lattice == lattice
     # 1 + f / D, D from the exit pupil to the array, 425 mm; the same both ways.
     apart = found.pitch_px / layout.px_per_lens
@@ -50,6 +50,6 @@ def test_a_near_camera_sees_them_further_apart_by_focal_length_over_its_distance
     _, far = _white(tmp_path / "far")
     spec, near = _white(tmp_path / "near", camera={"projection": "perspective"})
     stood = bench(spec.rig, reference_mm=1000.0)
-    more = find_from_white(near).grid.pitch_px / find_from_white(far).grid.pitch_px - 1
+    more = calibrate_white_image(near).grid.pitch_px / calibrate_white_image(far).grid.pitch_px - 1
     expected = spec.rig.lens_array.focal_length_mm / (stood.camera_z_mm - stood.mla_z_mm)
     assert more == pytest.approx(expected, rel=0.1)

@@ -1,11 +1,12 @@
-"""Where the lenses of a picture from elsewhere are, found in its pixels.
+"""Calibrate the lenses of a picture from elsewhere from its pixels.
 
-evidence       what of a picture tells of lenses: light from a white image, edges from any other
-periods        white: the two shortest steps from lens to lens, roughly, by autocorrelation
-phases         pitch, turn and place to a fraction of a pixel, by the phases of the lattice's waves
+evidence       the evidence of lenses: light in a white image, edges in any other picture
+periods        white images: the two shortest steps from lens to lens, roughly, by autocorrelation
+phases         pitch, rotation and position to a fraction of a pixel, by the phases of the waves of the lattice
 combs          any picture: the lattice by the lines of its spectrum
-whole_lenses   the largest block of lenses that lie on a picture whole
-find           all of it, and how far it can be believed
+whole_lenses   the largest block of lenses that lie completely on a picture
+calibrate      the calibration, and its reliability
+imported       a calibrated picture resampled to an orthoscopic sheet
 
 Steps and places are px, `(right, down)` where they are vectors, as a lattice's waves have them.
 """

@@ -23,7 +23,7 @@ SURE_OF_EDGES = 0.35
 """The least agreement of a lattice that is believed: of a white image, and of the edges of cells in a picture."""
 
 RIVAL = 0.75
-"""Of the agreement: another lattice as good as that is one too many."""
+"""The share of the best agreement from which another lattice makes the calibration ambiguous."""
 
 WHITE = "a white image of a regular array of lenses, bright in their middles"
 EDGES = "an integral image whose cells' borders show all over it"
@@ -32,16 +32,16 @@ LEAST_SIDE_PX = 24
 
 
 @dataclass(frozen=True)
-class Found:
+class Calibration:
     """Lenses that were found in a picture."""
 
     grid: LensGrid
     """The largest block of whole lenses."""
     agreement: float
-    """How far the parts of the picture agree on it, 0 to 1."""
+    """The agreement of the parts of the picture, 0 to 1."""
 
 
-def find_from_white(picture: NDArray[Any]) -> Found:
+def calibrate_white_image(picture: NDArray[Any]) -> Calibration:
     """Return the lenses over a picture of an evenly lit white surface.
 
     As white images serve to calibrate light-field cameras (Dansereau, Pizarro, Williams, *Decoding, calibration and
@@ -71,7 +71,7 @@ def find_from_white(picture: NDArray[Any]) -> Found:
     return _checked(measured, SURE_OF_WHITE, WHITE, picture.shape[:2])
 
 
-def find_from_picture(picture: NDArray[Any], *, near_px: float | None = None) -> Found:
+def calibrate_picture(picture: NDArray[Any], *, near_px: float | None = None) -> Calibration:
     """Return the lenses over any integral image, by the edges that lie where cells meet; less exact than from white.
 
     Parameters
@@ -113,7 +113,7 @@ def _refuse_rival(comb: Comb) -> None:
         )
 
 
-def _checked(measured: Measured | None, sure: float, wanted: str, size: tuple[int, ...]) -> Found:
+def _checked(measured: Measured | None, sure: float, wanted: str, size: tuple[int, ...]) -> Calibration:
     if measured is None:
         raise LayoutError(f"expected {wanted}, got none: there is no lattice to be seen; say the pitch")
     if not measured.agreement >= sure:
@@ -121,7 +121,7 @@ def _checked(measured: Measured | None, sure: float, wanted: str, size: tuple[in
             f"expected {wanted}, got none that is certain: a pitch of {measured.lay.pitch_px:.2f} px is seen with"
             f" {measured.agreement:.2f} of 1, and {sure:g} is needed; say the pitch"
         )
-    return Found(_grid(measured, size), measured.agreement)
+    return Calibration(_grid(measured, size), measured.agreement)
 
 
 def _grid(measured: Measured, size: tuple[int, ...]) -> LensGrid:

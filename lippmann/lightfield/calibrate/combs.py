@@ -31,7 +31,7 @@ ORDERS: dict[Lattice, tuple[tuple[int, int], ...]] = {
 """Lines, in waves dual to the steps."""
 
 LARGEST_PX = 3000
-"""Of each side so much, in the middle."""
+"""The largest part of each side that is used, in the middle, px."""
 
 LINE_PX, AROUND_PX = 7, 17
 """Squares of the spectrum: what a line fills, and about it what it is compared with."""
@@ -40,7 +40,7 @@ BY_CHANCE, BEYOND_DOUBT = 6.0, 400.0
 """Power of a line by that about it: from 0 to 1 its logarithm counts as to be seen."""
 
 NEARLY = 0.75
-"""Of the best lattice's lines; a larger pitch with as many is the right one."""
+"""The share of the best agreement with which a larger pitch is preferred."""
 
 LINES, HIGHEST_ORDER = 40, 6
 """Strongest lines on each axis that are tried, and as which orders."""
@@ -52,13 +52,13 @@ MOST_TRIED, HARDLY = 12, 0.02
 """Lattices that are measured, and by how much they differ at least."""
 
 TURNED_DEG, SKEW_DEG = 10.0, 0.7
-"""By how much rows may be turned, and by how much the two axes may disagree about it."""
+"""The largest rotation of the rows, and the largest difference of the rotations of the two axes, degrees."""
 
 UNLIKE: dict[Lattice, float] = {"square": 0.01, "hexagonal": 0.08}
-"""By how much the row pitch may differ from that of square pixels; of hexagons on whole pixels it does."""
+"""The largest relative difference of the row pitch from that of square pixels, which hexagons on whole pixels have."""
 
 NEAR = 0.03
-"""By how much a pitch may differ from the one that is known roughly."""
+"""The largest relative difference of a pitch from the one that is known roughly."""
 
 NYQUIST = 0.46
 """Waves a pixel up to which lines are looked for."""
@@ -71,9 +71,9 @@ class _Spectrum:
     power: _Numbers
     """Logarithms, `(row, col)`, zero frequency in the middle."""
     phase: _Numbers
-    """In the middle of the picture."""
+    """The phase in the middle of the picture."""
     above: _Numbers
-    """How clearly each stands out from those about it, 0 to 1."""
+    """The contrast of each line with its neighbours, 0 to 1."""
     nearby: _Numbers
     """The most of `above` within a pixel."""
 
@@ -93,7 +93,7 @@ class Comb:
     """A lattice by its lines, and what else it might be."""
 
     measured: Measured
-    """Its agreement is how clearly its lines stand out and how far they are in step, on the mean."""
+    """The lattice; its agreement is the mean contrast and phase coherence of its lines."""
     rival: Measured | None
     """The next best that is not the same with every second or third line, or with lines between."""
 

@@ -1,4 +1,4 @@
-"""What of a picture tells of lenses: a field that is high at their centres and low between them.
+"""Compute the evidence of lenses in a picture: a field that is high at their centres and low between them.
 
 Of a white image that is its light: every lens is brighter in its middle than at its border, by vignetting or by what
 separates the lenses. Of any other picture it is the lack of edges: whatever is shown, it breaks off at the border of

@@ -8,7 +8,7 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.interpolation import Light
 from lippmann.lightfield.sheet.lens_grid import LensGrid
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells, orthoscopic, turn_sheet
-from lippmann.lightfield.sheet.rectify import whole_cells
+from lippmann.lightfield.sheet.rectify import rectify
 
 
 def orthoscopic_of(
@@ -34,7 +34,7 @@ def orthoscopic_of(
     NDArray
         As `orthoscopic`; its layout is `orthoscopic_layout(layout, inverted=inverted)`.
     """
-    sheet = whole_cells(picture, grid, layout)
+    sheet = rectify(picture, grid, layout)
     if pseudoscopic:
         return orthoscopic(sheet, layout, inverted=inverted)
     return turn_sheet(sheet) if inverted else sheet

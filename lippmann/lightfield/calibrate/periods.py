@@ -13,16 +13,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 LARGEST_PX = 1024
-"""Of each side so much, in the middle, is enough to begin with."""
+"""The part of each side, in the middle, from which the first estimate is made, px."""
 
 SHORTEST_PX = 3.0
-"""Of a step; below it, a picture's own smoothness is all that one sees."""
+"""The shortest step that is searched, px; below it the smoothness of the picture itself dominates."""
 
 LENSES_ACROSS = 4
-"""So many must fit into the picture's shorter side at least."""
+"""The least number of lenses along the shorter side of the picture."""
 
 HIGH = 0.7
-"""Of the highest peak: a step of the lattice is that high, though fewer lenses meet at long ones."""
+"""The share of the highest peak that a step of the lattice reaches, although fewer lenses overlap at long steps."""
 
 APART = 0.6
 """Sine of the least angle between two steps: 37 degrees."""

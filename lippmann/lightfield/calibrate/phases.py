@@ -19,10 +19,10 @@ from lippmann.lattice.kinds import CELLS
 from lippmann.lightfield.calibrate.periods import Steps
 
 WINDOWS = 12
-"""Of each side, before they overlap, if they hold enough lenses then."""
+"""The number of windows along each side, before they overlap, if they hold enough lenses."""
 
 LENSES_A_WINDOW = 5
-"""At least, so that the waves next to one another are told apart."""
+"""The least number of lenses in a window, so that neighbouring waves are resolved."""
 
 LONGEST_WAVES: dict[Lattice, tuple[tuple[int, int], ...]] = {
     "square": ((1, 0), (0, 1)),
@@ -31,10 +31,10 @@ LONGEST_WAVES: dict[Lattice, tuple[tuple[int, int], ...]] = {
 """The longest waves of a lattice, in waves dual to its steps."""
 
 PASSES = 12
-"""At most: every one takes most of the error that is left."""
+"""The largest number of passes; each removes most of the remaining error."""
 
 ALIKE = 0.17
-"""By so much the two steps may differ in length, and their angle, in radians, from that of a lattice."""
+"""The largest relative difference of the two steps in length, and of their angle from that of the lattice, radians."""
 
 UPRIGHT_DEG = 15.0
 """A hexagonal lattice turned further stands on its side: there columns are shifted, not rows."""
@@ -50,11 +50,11 @@ class Lay:
     pitch_px: float
     row_pitch_px: float
     turn_deg: float
-    """Of the lens rows, clockwise as one looks at the picture."""
+    """The rotation of the lens rows, degrees, clockwise in the picture."""
 
     @property
     def steps(self) -> _Numbers:
-        """To the next lens of the row, and to a lens of the next row: right below, or half a lens right; `(2, 2)`."""
+        """The steps to the next lens of the row and to one of the next row: below, or half a lens right; `(2, 2)`."""
         turn = math.radians(self.turn_deg)
         along = self.pitch_px * np.array([math.cos(turn), math.sin(turn)])
         down = self.row_pitch_px * np.array([-math.sin(turn), math.cos(turn)])
@@ -67,9 +67,9 @@ class Measured:
 
     lay: Lay
     centre_px: tuple[float, float]
-    """Of a lens near the picture's middle, `(down, right)` from its top left corner."""
+    """The centre of a lens near the middle of the picture, `(down, right)` from its top left corner."""
     agreement: float
-    """Of the windows' phases, 0 to 1: the least of the waves'. Without any lattice about 1 / sqrt(windows)."""
+    """The agreement of the windows' phases, 0 to 1, the least of all waves; noise has about 1 / sqrt(windows)."""
 
 
 def lay_of(steps: Steps) -> Lay | None:
@@ -118,7 +118,7 @@ class Wave:
     """Waves a pixel, `(right, down)`."""
     agreement: float
     phase: float = 0.0
-    """In the picture's middle."""
+    """The phase in the middle of the picture."""
 
 
 def _flattest(steps: tuple[_Numbers, ...]) -> list[_Numbers]:

@@ -13,7 +13,7 @@ from lippmann.errors import LayoutError
 from lippmann.lightfield.sheet.lens_grid import LensGrid
 
 BEYOND_PX = 0.5
-"""By so much a lens may reach beyond the picture and is whole all the same."""
+"""The distance by which a whole lens may reach beyond the picture, px."""
 
 STILL_PX = 1e-9
 """A step that leads no further than that along a side of the picture."""

@@ -1,4 +1,4 @@
-"""How deep what every pixel of a sheet shows lies: in the scene, on the display, and as disparity.
+"""Depth maps of a sheet: the depth of every pixel in the scene, on the display, and as disparity.
 
 A depth map is a sheet `(rows, cols, 4)` in single precision, pixel for pixel with the integral image: it is cut into
 cells, turned and taken apart into views by the same functions. NaN where a pixel shows no surface (sky) or has no ray
@@ -19,7 +19,7 @@ from lippmann.lightfield.sheet.bands import HeldRows, OrthoscopicSheet, Sheet, S
 from lippmann.lightfield.views.views import view
 
 CHANNELS = ("z_mm", "s_mm", "disparity_u", "disparity_v")
-"""Of the last axis, and of the file."""
+"""The names of the channels, in an array and in a file."""
 
 
 @dataclass(frozen=True)
@@ -36,22 +36,22 @@ class DepthMap:
 
     @property
     def z_mm(self) -> NDArray[np.float32]:
-        """From surface 1 of the imaging lens (of direct pickup: the rig's origin) to the surface, along the axis."""
+        """The distance from surface 1 of the imaging lens, or from the origin of the rig, to the surface along z, mm."""
         return self.values[..., 0]
 
     @property
     def s_mm(self) -> NDArray[np.float32]:
-        """Where it is shown, positive in front of a display whose array stands a focal length before its pixels."""
+        """The depth s at which a display with a gap of one focal length shows it, mm in front of the lens array."""
         return self.values[..., 1]
 
     @property
     def disparity_u(self) -> NDArray[np.float32]:
-        """How many lens pitches it moves to the left when the eye moves on to the next view on the right."""
+        """The lens pitches by which a point moves to the left when the eye moves to the next view on the right."""
         return self.values[..., 2]
 
     @property
     def disparity_v(self) -> NDArray[np.float32]:
-        """How many lens pitches it moves up when the eye moves down to the next view."""
+        """The lens pitches by which a point moves up when the eye moves down to the next view."""
         return self.values[..., 3]
 
     def view(self, layout: CellLayout, u: int, v: int) -> DepthMap:

@@ -1,4 +1,4 @@
-"""How wrong an estimated depth is, in the manner of the 4D light field benchmark.
+"""Errors of an estimated depth map, by the measures of the 4D light field benchmark.
 
 Measures of Honauer, Johannsen, Kondermann, Goldluecke, *A dataset and evaluation methodology for depth estimation on 4D
 light fields*, ACCV 2016. Disparity there is in pixels of a view from one view to the next; a view has one pixel a lens,
@@ -29,9 +29,9 @@ class DepthErrors:
     q25_x100: float
     """The error that the best quarter of the pixels stays below, times 100."""
     pixels: int
-    """How many there were to judge."""
+    """The number of pixels that are compared."""
     pixels_percent: float
-    """Of all pixels."""
+    """The share of these pixels, percent."""
 
 
 def depth_errors(found: NDArray[np.floating], truth: NDArray[np.floating], *, border_px: int) -> DepthErrors:

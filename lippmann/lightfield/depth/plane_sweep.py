@@ -25,11 +25,11 @@ from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers
 
 REACH = 2
-"""How many views to each side are looked at. Farther ones tell small depths apart better, but with an imaging lens of
+"""The views to each side that are compared. Farther ones tell small depths apart better, but with an imaging lens of
 much spherical aberration things do not move evenly over them (docs/depth.md)."""
 
 WINDOW_PX = 1
-"""Half the side of the square over which a pixel is compared: one pixel alone fits many depths."""
+"""Half the side of the square over which a pixel is compared, px; one pixel alone fits many depths."""
 
 UNLIKE = 0.2
 """Difference of two pixels beyond which it counts no more: then they show two things."""

@@ -21,7 +21,7 @@ RANGE = 2.0
 """Disparity to either side of the display that is looked for when nothing is said, in pitches a view."""
 
 TENSOR_STEP = 0.5
-"""By how many pitches a view the views are moved against each other from one look at their slopes to the next."""
+"""The step of the disparity from one evaluation of the structure tensor to the next, pitches a view."""
 
 Map = NDArray[np.float32]
 
@@ -31,7 +31,7 @@ class ViewDepth:
     """Depth of a view; all `(row, col)`, NaN where there is none."""
 
     s_mm: Map
-    """Of the display, positive in front."""
+    """The depth s, mm in front of the display."""
     disparity: Map
     """s / (n f): pitches a view, positive in front."""
     other: Map
@@ -40,7 +40,7 @@ class ViewDepth:
 
     @property
     def channels(self) -> tuple[str, str, str]:
-        """What the three maps are called in a file."""
+        """The names of the three maps in a file."""
         return "s_mm", "disparity", "z_mm" if self.source == "truth" else "confidence"
 
 

@@ -20,7 +20,7 @@ from lippmann.lattice.layout import CellLayout, Pixel, check_sheet
 from lippmann.lightfield.sheet.device import device_size
 
 Aperture = Literal["full", "inscribed"]
-"""How much of a cell its lens fills: all, or the circle inside."""
+"""The aperture of a lens: the whole cell, or the circle inside."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,9 @@ class LensDisplay:
     """Pitch of a device's square pixels."""
     aperture: Aperture = "full"
     bare: Bare = "clear"
-    """Between round lenses, and beyond the array."""
+    """The area between round lenses and beyond the array."""
     surround: Surround = "black"
-    """Beyond the sheet."""
+    """The area beyond the sheet."""
 
     def __post_init__(self) -> None:
         """Refuse what cannot be built."""

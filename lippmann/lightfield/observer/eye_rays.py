@@ -19,9 +19,9 @@ class EyeRays:
     """Rays, each for every pixel of the picture; all count the same."""
 
     pupil: NDArray[np.float64]
-    """Where in the pupil, (right, down) in its radii, `(ray, 2)`."""
+    """The places in the pupil, (right, down) in its radii, `(ray, 2)`."""
     pixel: NDArray[np.float64]
-    """Where in the pixel, (right, down) from its middle in its sides, `(ray, 2)`."""
+    """The places in the pixel, (right, down) from its middle in its sides, `(ray, 2)`."""
 
 
 def eye_rays(count: int) -> EyeRays:

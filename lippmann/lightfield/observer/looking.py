@@ -1,4 +1,4 @@
-"""How somebody looks at a display: with one eye or two, how wide the pupil, focused where."""
+"""Viewing conditions: one eye or two, the pupil and the focus."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Looking:
     focus_mm: float = 0.0
     rays: int = RAYS
     stereo: Stereo | None = None
-    """How two eyes' pictures come together; None: one eye."""
+    """The arrangement of the pictures of two eyes; None for one eye."""
     eye_distance_mm: float = EYES_APART_MM
 
     def eyes(self, place: Eye) -> tuple[Eye, ...]:

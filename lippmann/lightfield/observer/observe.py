@@ -1,4 +1,4 @@
-"""What an eye sees of a display: the virtual observer.
+"""The virtual observer: what an eye sees of a display.
 
 Rays go from every pixel of the picture back through the pupil to the display. The picture lies in the plane of the
 array, as if one traced on a pane of glass what shows through, so a pixel is a place Q there. With the pupil's middle E
@@ -36,7 +36,7 @@ from lippmann.lightfield.sheet.interpolation import Light
 from lippmann.lightfield.views.perspective import Eye, inside_cells, places_px
 
 ROWS_AT_ONCE = 64
-"""Of the picture, so that what is worked on stays in the processor's cache."""
+"""The rows of the picture that are computed together, so that they stay in the cache of the processor."""
 
 
 def whole_window(display: LensDisplay, *, size_px: int = SIZE_PX) -> Window:
@@ -145,7 +145,7 @@ class _Line:
     pixel: NDArray[np.intp]
     bare: NDArray[np.intp]
     under: NDArray[np.bool_]
-    """Whether the nearest lens is there."""
+    """True where the nearest lens exists."""
     away: NDArray[np.float64]
     """Square of the distance from its middle, mm^2."""
 
@@ -223,13 +223,13 @@ class _Axis:
     """One ray on one axis, before it meets the lenses."""
 
     at_mm: NDArray[np.float64]
-    """Where on the array."""
+    """The places on the array."""
     slope: NDArray[np.float64]
     display: LensDisplay
     px_mm: float
     px: int
     stride: int
-    """From one pixel of this axis to the next in the line of pixels."""
+    """The distance of two neighbours on this axis in the flat array of pixels."""
 
     def behind(self, line: LensLine) -> _Line:
         centre_mm, under = line.nearest(self.at_mm)

@@ -1,4 +1,4 @@
-"""How far an eye may move before a display so that every lens shows it light of its own."""
+"""The region in which every lens shows an eye light of its own cell."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout
 
 ENDLESS_MM = 1e12
-"""So far away an eye sees all lenses at one slope, to a millionth of a pixel: a view, or what lies between views."""
+"""A distance at which an eye sees all lenses at one slope, to a millionth of a pixel, as it sees a view."""
 
 
 def reach_mm(layout: CellLayout, distance_mm: float, *, pitch_mm: float, gap_mm: float) -> tuple[float, float]:

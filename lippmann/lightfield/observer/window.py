@@ -21,7 +21,7 @@ class Window:
     wide_mm: float
     high_mm: float
     right_mm: float = 0.0
-    """Of its middle, from the display's."""
+    """The middle of the window, mm to the right of the middle of the display."""
     up_mm: float = 0.0
 
     def __post_init__(self) -> None:
@@ -34,14 +34,14 @@ class Window:
 
     @property
     def across_mm(self) -> NDArray[np.float64]:
-        """Where the middles of its cols lie, to the right."""
+        """The middles of the columns, mm to the right of the middle of the display."""
         return (np.arange(self.cols, dtype=np.float64) + 0.5) * (self.wide_mm / self.cols) + (
             self.right_mm - self.wide_mm / 2
         )
 
     @property
     def down_mm(self) -> NDArray[np.float64]:
-        """Where the middles of its rows lie, downward."""
+        """The middles of the rows, mm below the middle of the display."""
         return (np.arange(self.rows, dtype=np.float64) + 0.5) * (self.high_mm / self.rows) - (
             self.up_mm + self.high_mm / 2
         )

@@ -1,4 +1,4 @@
-"""How alike two integral images are, before and after a codec: PSNR and SSIM, of the sheet and of every view.
+"""PSNR and SSIM of two integral images, for example before and after a codec: of the sheet and of every view.
 
 Pictures are compared as coding research does it, as 8-bit sRGB codes, so the peak is 255:
 
@@ -42,19 +42,19 @@ ROWS_AT_ONCE = 64
 
 @dataclass(frozen=True)
 class Likeness:
-    """How alike two pictures are."""
+    """The similarity of two pictures."""
 
     psnr_y_db: float
     """Infinite for identical lumas."""
     psnr_rgb_db: float
     """Infinite for identical pictures."""
     ssim: float
-    """From -1 to 1, 1 for identical lumas; NaN of a picture narrower or lower than the window."""
+    """The structural similarity, -1 to 1; 1 for identical lumas, NaN for a picture smaller than the window."""
 
 
 @dataclass(frozen=True)
 class ViewLikeness:
-    """How alike every view of two sheets is: arrays `(v, u)`, NaN where there is no view."""
+    """The similarity of every view of two sheets: arrays `(v, u)`, NaN where there is no view."""
 
     psnr_y_db: Values
     psnr_rgb_db: Values
@@ -72,7 +72,7 @@ class Spread:
     worst: tuple[int, int] | None
     """(u, v) of the view with the minimum, the first of several; None if all have the same number, or none."""
     infinite: int
-    """How many views are identical, so that their PSNR is infinite; the other numbers leave them out."""
+    """The number of views that are identical, so that their PSNR is infinite; the other numbers leave them out."""
 
 
 def compare(first: Codes, second: Codes) -> Likeness:

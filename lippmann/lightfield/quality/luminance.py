@@ -1,4 +1,4 @@
-"""How bright light is: red, green and blue weighted as ITU-R BT.709-6, item 3.2, does."""
+"""Luminance of linear light, with the weights of ITU-R BT.709-6, item 3.2."""
 
 from __future__ import annotations
 

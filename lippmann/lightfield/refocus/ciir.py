@@ -31,7 +31,7 @@ from lippmann.lightfield.sheet.cells import cells
 from lippmann.lightfield.sheet.interpolation import Light
 
 LEAST_STEP = 1e-9
-"""Of a point from view to view, pitches: nearer to the display it makes no difference."""
+"""The smallest shift of a point from view to view, pitches; a smaller one makes no difference."""
 
 
 def ciir(image: IntegralImage, depth_mm: float, *, px_per_lens: int | None = None) -> NDArray[np.floating[Any]]:

@@ -31,7 +31,7 @@ from lippmann.lightfield.sheet.lens_grid import layout_grid
 from lippmann.lightfield.views.square_pixels import as_square
 
 ROWS_AT_ONCE = 64
-"""Of the picture, so that memory beside sheet and picture stays at some ten MB."""
+"""The rows of the picture that are computed together, so that the extra memory stays at some ten MB."""
 
 
 def depth_focused_view(

@@ -36,10 +36,10 @@ _SINGLES = np.arange(2**16, dtype=np.uint16).view(np.float16).astype(np.float32)
 
 @dataclass(frozen=True)
 class Taps:
-    """Along one axis, which pixels of the sheet make which pixel of a picture: three arrays, by rising `made`."""
+    """The weights of the sheet's pixels in those of a picture, along one axis: three arrays, by rising `made`."""
 
     pixels: int
-    """Of the picture along the axis."""
+    """The pixels of the picture along the axis."""
     made: NDArray[np.intp]
     """The picture's pixel."""
     taken: NDArray[np.intp]

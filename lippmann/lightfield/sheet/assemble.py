@@ -13,7 +13,7 @@ from lippmann.lattice.layout import CellLayout, Pixel
 
 
 class TilePlace(Protocol):
-    """Where a tile lies: pixel rows [row_start, row_stop) of the sheet, likewise cols."""
+    """The place of a tile in the sheet: pixel rows [row_start, row_stop) and columns [col_start, col_stop)."""
 
     @property
     def row_start(self) -> int:

@@ -62,7 +62,7 @@ class Sheet(Protocol):
 
     @property
     def layout(self) -> CellLayout:
-        """Of the whole."""
+        """The layout of the whole sheet."""
 
     def part(self, first: int, stop: int) -> NDArray[Any]:
         """Return the pixel rows of the lens rows [first, stop), `(rows, cols, channel)`; see `part_rows`.
@@ -93,11 +93,11 @@ class OrthoscopicSheet:
 
     captured: Sheet
     inverted: bool
-    """Whether an imaging lens turned the picture upside down."""
+    """True if an imaging lens turned the picture upside down."""
 
     @property
     def layout(self) -> CellLayout:
-        """Of the orthoscopic sheet."""
+        """The layout of the orthoscopic sheet."""
         return orthoscopic_layout(self.captured.layout, inverted=self.inverted)
 
     def part(self, first: int, stop: int) -> NDArray[Any]:
@@ -123,7 +123,7 @@ class TurnedSheet:
 
     @property
     def layout(self) -> CellLayout:
-        """Of the turned sheet."""
+        """The layout of the turned sheet."""
         return self.sheet.layout.turned()
 
     def part(self, first: int, stop: int) -> NDArray[Any]:

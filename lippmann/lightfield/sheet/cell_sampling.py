@@ -21,7 +21,7 @@ from lippmann.lightfield.sheet.interpolation import SNAP, Light
 from lippmann.lightfield.sheet.lens_grid import LensGrid
 
 NEARER = 0.8
-"""By this factor a place in a corner moves toward the axis at a time."""
+"""The factor by which a place in a corner moves toward the axis at each step."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +31,7 @@ class Places:
     lens_row: NDArray[np.intp]
     lens_col: NDArray[np.intp]
     down: NDArray[np.float64]
-    """From the lens's axis, px of the picture along the turned lattice."""
+    """The distance below the axis of the lens, px along the rotated lattice."""
     right: NDArray[np.float64]
 
     def flat(self) -> Places:

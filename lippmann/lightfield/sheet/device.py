@@ -154,12 +154,12 @@ def _offsets(px: int) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class _Axis:
-    """Where the pixels of one axis of the device take their values on one axis of the sheet."""
+    """The pixels of the sheet from which those of the device are interpolated, along one axis."""
 
     first: NDArray[np.intp]
     second: NDArray[np.intp]
     weight: NDArray[np.float64]
-    """Of the second."""
+    """The weight of the second pixel."""
     lit: NDArray[np.bool_]
     """Under a lens."""
 

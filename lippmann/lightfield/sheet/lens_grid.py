@@ -1,7 +1,7 @@
-"""Where lenses lie on the pixels of a picture whose pitch need not be a whole number of them.
+"""The grid of lenses over a picture, whose pitch need not be a whole number of pixels.
 
 `CellLayout` is for sheets that we rendered or made whole. A sheet on a device's pixels, a scan and a photograph have a
-`LensGrid`; `whole_cells` makes the one into the other. Both say the same of a sheet of ours: `layout_grid`.
+`LensGrid`; `rectify` makes the one into the other. Both say the same of a sheet of ours: `layout_grid`.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ class LensGrid:
     lens_rows: int
     lens_cols: int
     pitch_px: float
-    """Across a lens."""
+    """The pitch of the lenses in a row, px."""
     offset_px: tuple[float, float]
-    """Of the centre of lens (0, 0), (down, right)."""
+    """The centre of lens (0, 0), (down, right), px."""
     lattice: Lattice = "square"
     first_row_shifted: bool = False
     """Hexagonal: the even lens rows are those half a lens further right, not the odd ones."""
     row_pitch_px: float | None = None
-    """From one lens row to the next; None: what it is with square pixels."""
+    """The distance of neighbouring lens rows, px; None for that of square pixels."""
     turn_deg: float = 0.0
-    """By how much the lens rows are turned in the picture about lens (0, 0), clockwise as one looks at it."""
+    """The rotation of the lens rows about lens (0, 0), degrees, clockwise in the picture."""
 
     def __post_init__(self) -> None:
         """Refuse what is not a lattice."""
@@ -60,7 +60,7 @@ class LensGrid:
 
     @property
     def row_px(self) -> float:
-        """From one lens row to the next, px."""
+        """The distance of neighbouring lens rows, px."""
         if self.row_pitch_px is not None:
             return self.row_pitch_px
         return self.pitch_px * self.cell.row_pitch

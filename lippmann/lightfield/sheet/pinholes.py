@@ -17,7 +17,7 @@ class PinholeArray:
     layout: CellLayout
     pitch_mm: float
     gap_mm: float
-    """From pinholes to pixels."""
+    """The gap between pinholes and pixels, mm."""
 
     def __post_init__(self) -> None:
         """Refuse what is no length."""

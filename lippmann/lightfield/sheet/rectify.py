@@ -22,10 +22,10 @@ from lippmann.lightfield.sheet.interpolation import Light
 from lippmann.lightfield.sheet.lens_grid import LensGrid
 
 LEAST_PITCH_PX = 2.0
-"""From here on every lens whose centre lies on the picture has a pixel of its own, however the lattice stands."""
+"""The least pitch at which every lens whose centre lies on the picture has a pixel of its own, px."""
 
 
-def whole_cells(picture: NDArray[Light], grid: LensGrid, layout: CellLayout | None = None) -> NDArray[Light]:
+def rectify(picture: NDArray[Light], grid: LensGrid, layout: CellLayout | None = None) -> NDArray[Light]:
     """Return the sheet of whole cells that a picture shows.
 
     Parameters

@@ -37,7 +37,7 @@ class SpocSheet:
     pseudoscopic: Sheet
     """The capture as it was, with its picture upright."""
     capture: PinholeArray
-    """Of the pseudoscopic sheet."""
+    """The pinhole array of the capture."""
     display: PinholeArray
     distance_mm: float
     """z of the display's pinholes, z_d: what was at s before the capture's is at s - z_d before the display's."""
@@ -57,7 +57,7 @@ class SpocSheet:
 
     @property
     def layout(self) -> CellLayout:
-        """Of the display's sheet."""
+        """The layout of the sheet of the display."""
         return self.display.layout
 
     def part(self, first: int, stop: int) -> NDArray[Any]:

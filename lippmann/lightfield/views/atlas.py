@@ -17,7 +17,7 @@ from lippmann.lightfield.views.views import view, view_numbers
 
 @dataclass(frozen=True)
 class Atlas:
-    """Which views lie where: `us[i]`, `vs[j]` at grid column i and grid row j."""
+    """The places of the views in an atlas: view (`us[i]`, `vs[j]`) is at grid column i and grid row j."""
 
     us: tuple[int, ...]
     """Rising, as the eye moves to the right."""
@@ -25,7 +25,7 @@ class Atlas:
     """Rising, as it moves down."""
     view_rows: int
     view_cols: int
-    """Of one view on square pixels."""
+    """The width of one view on square pixels, px."""
 
     @property
     def rows(self) -> int:

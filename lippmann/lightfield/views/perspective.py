@@ -1,4 +1,4 @@
-"""What an eye at a place sees of a display: from under every lens the light that goes to it.
+"""Perspectives: the light that goes from under every lens to an eye.
 
 The eye stands at (x, y, L) in millimetres from the middle of the display's array: x to the right, y upward, L in
 front. It sees under the lens at x_k the place u_k = -(g / P) (x - x_k) / L pixels from the lens's axis, g the reduced
@@ -29,14 +29,14 @@ from lippmann.lightfield.sheet.lens_grid import layout_grid
 
 @dataclass(frozen=True)
 class Eye:
-    """Where an eye stands, mm from the middle of the display's array."""
+    """The place of an eye, mm from the middle of the lens array."""
 
     x_mm: float
-    """To the right."""
+    """The distance to the right, mm."""
     y_mm: float
-    """Upward."""
+    """The distance upward, mm."""
     distance_mm: float
-    """In front."""
+    """The distance in front of the lens array, mm."""
 
     def __post_init__(self) -> None:
         """Refuse an eye that does not see the front of the display."""
@@ -50,7 +50,7 @@ class Eye:
 
 @dataclass(frozen=True)
 class Perspective:
-    """What an eye sees, lens by lens."""
+    """The picture that an eye sees, lens by lens."""
 
     picture: NDArray[np.floating[Any]]
     """`(lens_rows, lens_cols, channel)`; hexagonal: on the lattice's own places, as a view."""

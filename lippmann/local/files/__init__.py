@@ -1,1 +1,12 @@
-"""Files that the local commands read: bundles, job files, lenses and masters."""
+"""Files that the local commands read and write.
+
+master        masters, and what their headers name
+image_files   integral images and pictures written
+open_master   the master that a command works on
+job_masters   masters of a job, fetched
+footage       masters as the frames of which outputs are made
+job           job files, and `--set`
+bundle        scene bundles
+lens          imaging lenses
+writable      whether a folder can be written
+"""

@@ -18,7 +18,7 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
 from lippmann.lightfield.sheet.device import device_size
 from lippmann.lightfield.sheet.lens_grid import device_grid
-from lippmann.lightfield.sheet.rectify import whole_cells
+from lippmann.lightfield.sheet.rectify import rectify
 from lippmann.plan.sampling import device_pixels, display_size, frame_size
 from worker.images.read import read_attributes, read_channels, read_rgb
 
@@ -55,7 +55,7 @@ class Master:
 
     @property
     def inverted(self) -> bool:
-        """Whether the imaging lens turned the picture of a pseudoscopic image upside down."""
+        """True if the imaging lens turned the picture of a pseudoscopic image upside down."""
         return self.pseudoscopic and self.rig.imaging_lens is not None
 
 
@@ -115,7 +115,7 @@ def _rectified(shown: NDArray[np.float16], layout: CellLayout, rig: Rig, path: P
             f"{path}: expected a master of {rows} x {cols} px on its device, got {shown.shape[0]} x {shown.shape[1]} px"
         )
     with naming(path):
-        return whole_cells(shown, device_grid(layout, **pixels), layout)
+        return rectify(shown, device_grid(layout, **pixels), layout)
 
 
 def named_rig(path: Path) -> Rig:

@@ -1,4 +1,4 @@
-"""Whether a folder can be written: asked before minutes are spent."""
+"""Check that a folder can be written, before minutes of work."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lippmann.errors import LayoutError
 from lippmann.lattice.cell import Lattice
 from lippmann.lattice.layout import CellLayout
-from lippmann.lightfield.calibrate.calibrate import find_from_picture, find_from_white
+from lippmann.lightfield.calibrate.calibrate import calibrate_picture, calibrate_white_image
 from lippmann.lightfield.calibrate.whole_lenses import (
     are_whole,
     in_middle,
@@ -23,7 +23,7 @@ from lippmann.lightfield.calibrate.whole_lenses import (
     whole_lenses,
 )
 from lippmann.lightfield.sheet.lens_grid import LensGrid, layout_grid
-from lippmann.lightfield.sheet.rectify import whole_cells
+from lippmann.lightfield.sheet.rectify import rectify
 from tests.unit.lippmann.lightfield.lens_pictures import off_lattice_px, white_image
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture
 
@@ -45,7 +45,7 @@ def _grids(draw: st.DrawFn) -> LensGrid:
 @given(grid=_grids(), look=st.sampled_from(["vignetted", "spot", "bordered"]), noise=st.sampled_from([0.0, 0.02, 0.1]))
 def test_a_white_image_tells_the_lattice(grid: LensGrid, look: str, noise: float) -> None:
     size = (300, 360)
-    found = find_from_white(white_image(grid, size, look=look, noise=noise)).grid
+    found = calibrate_white_image(white_image(grid, size, look=look, noise=noise)).grid
     # Fewer lenses, and every one tells less: a twentieth of a pixel over the whole picture, and twice that at worst.
     exact = 0.1 / max(size) * (1 + grid.pitch_px / 20 + 20 * noise)
     assert found.lattice == grid.lattice
@@ -60,7 +60,7 @@ def test_a_white_image_tells_the_lattice(grid: LensGrid, look: str, noise: float
 @pytest.mark.parametrize("lattice", ["square", "hexagonal"])
 def test_of_many_lenses_pitch_and_place_are_what_a_print_needs(lattice: Lattice) -> None:
     grid = LensGrid(1, 1, pitch_px=14.213, offset_px=(5.2, 9.9), lattice=lattice, turn_deg=0.8)
-    found = find_from_white(white_image(grid, (700, 900), noise=0.05)).grid
+    found = calibrate_white_image(white_image(grid, (700, 900), noise=0.05)).grid
     assert found.pitch_px == pytest.approx(grid.pitch_px, rel=1e-4)
     assert found.row_px == pytest.approx(grid.row_px, rel=1e-4)
     assert off_lattice_px(grid, found) < 0.05
@@ -71,7 +71,7 @@ def test_neither_half_nor_twice_the_pitch_when_every_second_lens_is_dimmer() -> 
     image = white_image(layout_grid(layout), (layout.rows, layout.cols))
     dimmer = np.ones(30)
     dimmer[::2] = 0.9
-    found = find_from_white(image * np.repeat(dimmer, 12)[:, np.newaxis]).grid
+    found = calibrate_white_image(image * np.repeat(dimmer, 12)[:, np.newaxis]).grid
     assert found.pitch_px == pytest.approx(12, rel=1e-3)
     assert found.row_px == pytest.approx(12, rel=1e-3)
     assert (found.lens_rows, found.lens_cols) == (30, 30)
@@ -83,16 +83,16 @@ def test_what_is_no_white_image_is_refused(name: str) -> None:
     slope = np.linspace(0, 1, 200)[:, np.newaxis, np.newaxis] * np.ones((1, 200, 3))
     picture = {"flat": np.ones((200, 200, 3)), "noise": rng.random((200, 200, 3)), "slope": slope}[name]
     with pytest.raises(LayoutError, match="expected a white image of a regular array of lenses"):
-        find_from_white(picture)
+        calibrate_white_image(picture)
     with pytest.raises(LayoutError, match="say the pitch"):
-        find_from_picture(picture)
+        calibrate_picture(picture)
 
 
 def test_hexagons_on_their_side_are_refused() -> None:
     grid = LensGrid(1, 1, pitch_px=15, offset_px=(7.5, 7.5), lattice="hexagonal")
     lying = white_image(grid, (300, 300)).transpose(1, 0, 2)
     with pytest.raises(LayoutError, match="square or hexagonal with level rows"):
-        find_from_white(lying)
+        calibrate_white_image(lying)
 
 
 def _scene(layout: CellLayout, depth_mm: float) -> NDArray[np.float32]:
@@ -114,7 +114,7 @@ def test_a_picture_tells_the_pitch_and_not_the_step_at_which_what_it_shows_repea
     lattice: Lattice, depth_mm: float
 ) -> None:
     layout = CellLayout(40, 40, 16, lattice)
-    found = find_from_picture(_scene(layout, depth_mm))
+    found = calibrate_picture(_scene(layout, depth_mm))
     # What is shown repeats every 16 (1 +- f / s) px: 11 to 20 % beside the pitch.
     assert found.grid.lattice == lattice
     assert found.grid.pitch_px == pytest.approx(16, rel=1e-3)
@@ -125,8 +125,8 @@ def test_a_picture_that_repeats_as_clearly_otherwise_is_refused_unless_the_pitch
     layout = CellLayout(40, 40, 16, "hexagonal")
     picture = _scene(layout, -30.0)
     with pytest.raises(LayoutError, match=r"a pitch of 1\d.\d\d px \(.* or of 1\d.\d\d px"):
-        find_from_picture(picture)
-    found = find_from_picture(picture, near_px=16.3).grid
+        calibrate_picture(picture)
+    found = calibrate_picture(picture, near_px=16.3).grid
     assert found.pitch_px == pytest.approx(16, rel=3e-3)
     assert off_lattice_px(layout_grid(layout), found) < 1
 
@@ -143,7 +143,7 @@ def test_a_turned_picture_tells_its_turn() -> None:
     y = (down * math.cos(turn) - right * math.sin(turn)) / 15.3 * 16 + 8
     inside = (x >= 0) & (x < 640) & (y >= 0) & (y < 640)
     picture = np.where(inside, sheet[y.astype(int).clip(0, 639), x.astype(int).clip(0, 639)], 0)[..., np.newaxis]
-    found = find_from_picture(picture).grid
+    found = calibrate_picture(picture).grid
     assert found.pitch_px == pytest.approx(15.3, rel=1e-3)
     assert found.turn_deg == pytest.approx(-1.7, abs=0.05)
     assert off_lattice_px(turned, found) < 0.6
@@ -178,8 +178,8 @@ def test_sheets_that_divide_by_a_printers_pitch_to_half_a_pixel_keep_all_their_l
 def test_found_lenses_become_whole_cells_that_are_lit_in_their_middles() -> None:
     grid = LensGrid(1, 1, pitch_px=11.37, offset_px=(7, 3), lattice="hexagonal", turn_deg=2)
     image = white_image(grid, (200, 240), look="spot", noise=0.0)
-    found = find_from_white(image).grid
-    sheet = whole_cells(image, found)
+    found = calibrate_white_image(image).grid
+    sheet = rectify(image, found)
     layout = found.layout()
     m, n, o = layout.row_px, layout.px_per_lens, layout.overhang_px
     for lens_row in range(layout.lens_rows):

@@ -7,7 +7,7 @@ import re
 import pytest
 
 from lippmann.lattice.cell import Lattice
-from lippmann.lightfield.calibrate.calibrate import find_from_white
+from lippmann.lightfield.calibrate.calibrate import calibrate_white_image
 from lippmann.lightfield.sheet.lens_grid import LensGrid
 from tests.repository import DOCS
 from tests.unit.lippmann.lightfield.lens_pictures import off_lattice_px, white_image
@@ -34,7 +34,7 @@ def test_a_white_image_is_calibrated_within_the_bounds_of_the_page(row: tuple[st
             continue  # a picture that is as large takes seconds and shows nothing else
         grid = LensGrid(1, 1, pitch_px=pitch_px, offset_px=(5.2, 9.9), lattice=lattice, turn_deg=turn_deg)
         side = round(1.02 * across * pitch_px)
-        found = find_from_white(white_image(grid, (side, side), noise=0.05)).grid
+        found = calibrate_white_image(white_image(grid, (side, side), noise=0.05)).grid
         assert found.pitch_px == pytest.approx(pitch_px, rel=pitch_percent / 100)
         assert found.turn_deg == pytest.approx(turn_deg, abs=rotation_deg)
         assert off_lattice_px(grid, found) < place_px

@@ -17,7 +17,7 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.cell_sampling import Places, picture_places
 from lippmann.lightfield.sheet.device import to_device
 from lippmann.lightfield.sheet.lens_grid import LensGrid, device_grid, layout_grid
-from lippmann.lightfield.sheet.rectify import whole_cells
+from lippmann.lightfield.sheet.rectify import rectify
 from lippmann.lightfield.views.views import view, view_numbers
 from tests.unit.lippmann.lightfield.sheets import LAYOUTS, lens_centres, lens_numbers, numbered_sheet, px_centres
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture
@@ -56,7 +56,7 @@ def lens_of_pixels(grid: LensGrid, size: tuple[int, int]) -> np.ndarray:
 @given(layout=MANY_PX, dtype=st.sampled_from([np.float16, np.float32]))
 def test_a_sheet_of_whole_cells_stays_as_it_is(layout: CellLayout, dtype: type) -> None:
     sheet = numbered_sheet(layout, 2, dtype)
-    found = whole_cells(sheet, layout_grid(layout), layout)
+    found = rectify(sheet, layout_grid(layout), layout)
     assert found.dtype == dtype
     np.testing.assert_array_equal(found, sheet)
 
@@ -69,7 +69,7 @@ def test_every_cell_shows_its_own_light_and_no_other(
     lens = lens_of_pixels(grid, size)
     picture = np.where(lens < 0, np.nan, lens + 1)[:, :, np.newaxis]
     asked = grid.layout(n)
-    np.testing.assert_allclose(whole_cells(picture, grid, asked)[:, :, 0], lens_numbers(asked) + 1, rtol=1e-12)
+    np.testing.assert_allclose(rectify(picture, grid, asked)[:, :, 0], lens_numbers(asked) + 1, rtol=1e-12)
 
 
 @given(layout=LAYOUTS, pitch_px=PITCHES, data=st.data())
@@ -82,7 +82,7 @@ def test_one_lit_cell_on_a_devices_pixels_lights_that_cell_alone(
     shown = to_device(np.nan_to_num(sheet, posinf=7.0), layout, px_per_lens_device=pitch_px)
     # Infinitely bright in its own pixels: the least weight that any of them had elsewhere would show.
     shown[shown == 7.0] = np.inf
-    back = whole_cells(shown, device_grid(layout, px_per_lens_device=pitch_px), layout)
+    back = rectify(shown, device_grid(layout, px_per_lens_device=pitch_px), layout)
     np.testing.assert_allclose(back, sheet, rtol=1e-6)
 
 
@@ -93,7 +93,7 @@ def test_a_ramp_across_every_cell_is_reproduced_but_for_its_outermost_pixels(
     grid, size = scan_grid(layout, pitch_px, turn_deg)
     down, right = np.mgrid[: size[0], : size[1]] + 0.5
     asked = grid.layout(n)
-    found = whole_cells(np.stack((right, down), axis=-1), grid, asked)
+    found = rectify(np.stack((right, down), axis=-1), grid, asked)
     lens = lens_numbers(asked)
     x, y = np.meshgrid(*px_centres(asked))
     own = lens_centres(asked).reshape(-1, 2)[lens]
@@ -115,7 +115,7 @@ def test_views_of_a_printed_sheet_are_the_views_that_were_printed(lattice: Latti
     layout = CellLayout(18, 20, 24, lattice=lattice)
     ortho = sheet_of_texture(layout, lambda x, y: 1 + np.sin(x) * np.cos(0.7 * y), 12.0, focal_mm=3.3)
     printed = to_device(ortho, layout, px_per_lens_device=AT_600_DPI, margin_px=5)
-    back = whole_cells(printed, device_grid(layout, px_per_lens_device=AT_600_DPI, margin_px=5), layout)
+    back = rectify(printed, device_grid(layout, px_per_lens_device=AT_600_DPI, margin_px=5), layout)
     # In the hexagons' inner circle, a pixel inside: between pixels it is interpolated twice, and not held.
     middle_u, middle_v = (layout.cell_cols - 1) / 2, (layout.cell_rows - 1) / 2
     numbers = [(u, v) for u, v in view_numbers(layout) if math.hypot(u - middle_u, v - middle_v) <= 10.5]
@@ -134,7 +134,7 @@ def test_a_turned_lattice_lies_where_its_turn_says() -> None:
 
 def test_a_lens_that_the_edge_cuts_goes_on_with_its_outermost_pixels() -> None:
     picture = np.array([[1.0, 2.0, 3.0, 4.0]]).repeat(4, axis=0)[:, :, np.newaxis]
-    found = whole_cells(picture, LensGrid(1, 1, 4.0, (2.0, 1.0)))
+    found = rectify(picture, LensGrid(1, 1, 4.0, (2.0, 1.0)))
     np.testing.assert_array_equal(found[:, :, 0], [[1, 1, 2, 3]] * 4)
 
 
@@ -147,7 +147,7 @@ def test_a_lens_that_the_edge_cuts_goes_on_with_its_outermost_pixels() -> None:
 )
 def test_a_lens_beyond_the_picture_is_named(grid: LensGrid, said: str) -> None:
     with pytest.raises(LayoutError, match=said):
-        whole_cells(np.zeros((12, 8, 1)), grid)
+        rectify(np.zeros((12, 8, 1)), grid)
 
 
 @pytest.mark.parametrize(
@@ -166,8 +166,8 @@ def test_no_lenses_and_other_lenses_are_refused() -> None:
     with pytest.raises(LayoutError, match="expected at least one lens, got 0 x 2"):
         LensGrid(0, 2, 4.0, (2.0, 2.0))
     with pytest.raises(LayoutError, match="expected a layout of the same lenses as 2 x 2 lenses of 4 px"):
-        whole_cells(np.zeros((8, 8, 1)), LensGrid(2, 2, 4.0, (2.0, 2.0)), CellLayout(2, 3, 4))
+        rectify(np.zeros((8, 8, 1)), LensGrid(2, 2, 4.0, (2.0, 2.0)), CellLayout(2, 3, 4))
     with pytest.raises(LayoutError, match=r"expected lenses of at least 2 px both ways, got 1 x 1 lenses of 1\.9 px"):
-        whole_cells(np.zeros((8, 8, 1)), LensGrid(1, 1, 1.9, (2.0, 2.0)))
+        rectify(np.zeros((8, 8, 1)), LensGrid(1, 1, 1.9, (2.0, 2.0)))
     with pytest.raises(LayoutError, match="expected a picture"):
-        whole_cells(np.zeros((8, 8)), LensGrid(2, 2, 4.0, (2.0, 2.0)))
+        rectify(np.zeros((8, 8)), LensGrid(2, 2, 4.0, (2.0, 2.0)))
