@@ -36,7 +36,7 @@ class DepthMap:
 
     @property
     def z_mm(self) -> NDArray[np.float32]:
-        """The distance from surface 1 of the imaging lens, or from the origin of the rig, to the surface along z, mm."""
+        """Distance from surface 1 of the imaging lens, or from the origin of the rig, to the surface along z, mm."""
         return self.values[..., 0]
 
     @property
