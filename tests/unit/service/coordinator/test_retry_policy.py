@@ -91,6 +91,7 @@ def test_the_second_failure_of_a_task_delays_it_twice_as_long(farm: Farm) -> Non
     order, *_ = farm.dispatch()
     farm.say(claimed(order), failed(order))
     again = _again(farm, order.task_id)
+    assert (order.attempt_number, again.attempt_number) == (1, 2)
     farm.say(claimed(again), failed(again))
     assert farm.task(again).not_before_s == farm.now_s + 2 * farm.settings.retry_pause_s
 
