@@ -23,6 +23,11 @@ ON_THE_BORDER = 1e-9
 """A place that is this close to a border between lenses, in pitches, lies on the border."""
 
 
+Ties = Literal["right", "even"]
+"""Which of two equally near lenses of a row is the nearest: always the right one, to within `ON_THE_BORDER`; or exactly
+the one with an even number, so that places on borders are shared between both sides."""
+
+
 @dataclass(frozen=True)
 class Nearest:
     """The lenses of an endless lattice that places are nearest to; the arrays broadcast with each other."""
@@ -114,7 +119,9 @@ class Cell(ABC):
         """
 
     @abstractmethod
-    def nearest(self, lenses: LensLattice, right: NDArray[np.float64], down: NDArray[np.float64]) -> Nearest:
+    def nearest(
+        self, lenses: LensLattice, right: NDArray[np.float64], down: NDArray[np.float64], *, ties: Ties
+    ) -> Nearest:
         """Return the lenses that places are nearest to; see `LensLattice.nearest`.
 
         Parameters
@@ -123,6 +130,8 @@ class Cell(ABC):
             The array, whose lattice goes on beyond its borders.
         right, down
             The places from the middle of the array, float64 that broadcast with each other, **pitches**.
+        ties
+            Which of two lenses that are equally near is taken.
 
         Returns
         -------
@@ -168,3 +177,22 @@ class Cell(ABC):
         NDArray
             `(cell_row, cell_col)` bool, read-only; it is the same when turned by 180 degrees or mirrored.
         """
+
+
+def nearest_number(number: NDArray[np.float64], ties: Ties) -> NDArray[np.intp]:
+    """Return the integer nearest to each number of a lens.
+
+    Parameters
+    ----------
+    number
+        Numbers of lenses along a row, with fractions between them, float64 of any shape.
+    ties
+        Which of two equally near integers is taken.
+
+    Returns
+    -------
+    NDArray
+        intp of the same shape.
+    """
+    rounded = np.round(number) if ties == "even" else np.floor(number + 0.5 + ON_THE_BORDER)
+    return rounded.astype(np.intp)

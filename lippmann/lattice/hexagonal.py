@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.lattice.cell import ON_THE_BORDER, Cell, Lattice, Nearest
+from lippmann.lattice.cell import ON_THE_BORDER, Cell, Lattice, Nearest, Ties, nearest_number
 
 if TYPE_CHECKING:
     from lippmann.lattice.lenses import LensLattice
@@ -42,11 +42,14 @@ class HexagonalCell(Cell):
         slanted = np.abs(right) + 1.5 * np.abs(down) <= 1 + np.where(down > 0, ON_THE_BORDER, -ON_THE_BORDER)
         return np.asarray(upright & slanted)
 
-    def nearest(self, lenses: LensLattice, right: NDArray[np.float64], down: NDArray[np.float64]) -> Nearest:
+    def nearest(
+        self, lenses: LensLattice, right: NDArray[np.float64], down: NDArray[np.float64], *, ties: Ties
+    ) -> Nearest:
         """Return the nearer of the nearest lenses of the lens rows above and below; see `Cell.nearest`."""
         above = self._row_above(down, lenses.lens_rows)
-        upper, lower = (self._nearest_in_row(lenses, above + step, right, down) for step in (0, 1))
-        take_lower = np.hypot(lower.right, lower.down) < np.hypot(upper.right, upper.down) - ON_THE_BORDER
+        upper, lower = (self._nearest_in_row(lenses, above + step, right, down, ties) for step in (0, 1))
+        border = 0.0 if ties == "even" else ON_THE_BORDER
+        take_lower = np.hypot(lower.right, lower.down) < np.hypot(upper.right, upper.down) - border
         return Nearest(
             np.where(take_lower, lower.lens_row, upper.lens_row),
             np.where(take_lower, lower.lens_col, upper.lens_col),
@@ -55,11 +58,16 @@ class HexagonalCell(Cell):
         )
 
     def _nearest_in_row(
-        self, lenses: LensLattice, lens_row: NDArray[np.intp], right: NDArray[np.float64], down: NDArray[np.float64]
+        self,
+        lenses: LensLattice,
+        lens_row: NDArray[np.intp],
+        right: NDArray[np.float64],
+        down: NDArray[np.float64],
+        ties: Ties,
     ) -> Nearest:
         middles = np.array([lenses.row_middle_pitches(0), lenses.row_middle_pitches(1)])
         from_first = right - middles[lens_row % 2] + (lenses.lens_cols - 1) / 2
-        lens_col = np.floor(from_first + 0.5 + ON_THE_BORDER).astype(np.intp)
+        lens_col = nearest_number(from_first, ties)
         to_row = down - (lens_row - (lenses.lens_rows - 1) / 2) * self.row_pitch
         wide_row, wide_down, _ = np.broadcast_arrays(lens_row, to_row, from_first)
         return Nearest(wide_row, lens_col, right=from_first - lens_col, down=wide_down)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.lattice.cell import Cell, Lattice, Nearest
+from lippmann.lattice.cell import Cell, Lattice, Nearest, Ties
 from lippmann.lattice.kinds import CELLS
 
 
@@ -96,16 +96,18 @@ class LensLattice:
         right = (lens_col - (self.lens_cols - 1) / 2) * self.pitch + middles[lens_row % 2] * self.pitch
         return right, np.asarray((lens_row - (self.lens_rows - 1) / 2) * self.row_pitch)
 
-    def nearest(self, right: NDArray[np.float64], down: NDArray[np.float64]) -> Nearest:
+    def nearest(self, right: NDArray[np.float64], down: NDArray[np.float64], *, ties: Ties = "right") -> Nearest:
         """Return the lens that each place is nearest to; the lattice goes on beyond the array, see `has`.
 
-        Of two lenses in a row that are as near it is the right one; of two lens rows, the lower one of squares and the
-        upper one of hexagons.
+        With the ties to the right, of two lenses in a row that are as near it is the right one; of two lens rows, the
+        lower one of squares and the upper one of hexagons.
 
         Parameters
         ----------
         right, down
             The places from the middle of the array, float64 that broadcast with each other, in the unit of the pitch.
+        ties
+            Which of two equally near lenses is taken.
 
         Returns
         -------
@@ -113,7 +115,7 @@ class LensLattice:
             The lenses, and the places from their centres in the unit of the pitch; on the square lattice rows have
             the shape of `down` and columns that of `right`.
         """
-        found = self.cell.nearest(self, right / self.pitch, down / self.pitch)
+        found = self.cell.nearest(self, right / self.pitch, down / self.pitch, ties=ties)
         return Nearest(found.lens_row, found.lens_col, right=found.right * self.pitch, down=found.down * self.pitch)
 
     def has(self, lens_row: NDArray[np.intp], lens_col: NDArray[np.intp]) -> NDArray[np.bool_]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.lattice.cell import ON_THE_BORDER, Cell, Lattice, Nearest
+from lippmann.lattice.cell import ON_THE_BORDER, Cell, Lattice, Nearest, Ties, nearest_number
 
 if TYPE_CHECKING:
     from lippmann.lattice.lenses import LensLattice
@@ -35,15 +35,17 @@ class SquareCell(Cell):
         low, high = -0.5 - ON_THE_BORDER, 0.5 - ON_THE_BORDER
         return np.asarray((right >= low) & (right < high) & (down >= low) & (down < high))
 
-    def nearest(self, lenses: LensLattice, right: NDArray[np.float64], down: NDArray[np.float64]) -> Nearest:
+    def nearest(
+        self, lenses: LensLattice, right: NDArray[np.float64], down: NDArray[np.float64], *, ties: Ties
+    ) -> Nearest:
         """Return the nearest lenses, rows and columns each on their own; see `Cell.nearest`."""
-        lens_row, past_row = _nearest_on_line(down, lenses.lens_rows)
-        lens_col, past_col = _nearest_on_line(right, lenses.lens_cols)
+        lens_row, past_row = _nearest_on_line(down, lenses.lens_rows, ties)
+        lens_col, past_col = _nearest_on_line(right, lenses.lens_cols, ties)
         return Nearest(lens_row, lens_col, right=past_col, down=past_row)
 
     def rows_near(self, down: NDArray[np.float64], lens_rows: int) -> tuple[int, int]:
         """Return the lens rows that the uppermost and the lowest place are nearest to; see `Cell.rows_near`."""
-        lens_row, _ = _nearest_on_line(down, lens_rows)
+        lens_row, _ = _nearest_on_line(down, lens_rows, "right")
         return int(lens_row.min()), int(lens_row.max())
 
     def row_px(self, px_per_lens: int) -> int:
@@ -59,7 +61,7 @@ class SquareCell(Cell):
         return np.broadcast_to(np.True_, (row_px + 2 * overhang_px, px_per_lens))
 
 
-def _nearest_on_line(at: NDArray[np.float64], count: int) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+def _nearest_on_line(at: NDArray[np.float64], count: int, ties: Ties) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """Return the numbers of the nearest of evenly spaced lenses, and how far past their centres the places are."""
-    lens = np.floor(at + count / 2 + ON_THE_BORDER).astype(np.intp)
+    lens = nearest_number(at + (count - 1) / 2, ties)
     return lens, at - (lens - (count - 1) / 2)

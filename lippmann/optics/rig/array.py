@@ -42,7 +42,7 @@ def nearest_centre_mm(array: LensArray, points_mm: NDArray[np.float64]) -> NDArr
         float64 (..., 2), mm as (x, y). For a point beyond the array it is the centre of one of the outermost lenses.
     """
     lenses = array.lenses_mm
-    found = lenses.nearest(*np.nan_to_num((points_mm[..., 0], -points_mm[..., 1])))
+    found = lenses.nearest(*np.nan_to_num((points_mm[..., 0], -points_mm[..., 1])), ties="even")
     lens_row = np.clip(found.lens_row, 0, lenses.lens_rows - 1)
     right, down = lenses.centre_of(lens_row, np.clip(found.lens_col, 0, lenses.lens_cols - 1))
     return np.stack((right, -down), axis=-1)
