@@ -12,6 +12,7 @@ from pydantic import BaseModel, ConfigDict
 
 from lippmann.errors import FieldProblem, SpecError
 from lippmann.job.imported_sheets import ForeignSheets
+from lippmann.job.problems import Misfit
 from lippmann.job.scene import SCENE_FILE, SceneCard
 from lippmann.job.spec import Clock, JobSpec, ParameterValue
 from lippmann.job.stage import Stage, changed_stage
@@ -53,6 +54,7 @@ class JobSheet(_Part):
         for frame in spec.tried_frames():
             try:
                 there = spec.at(frame)
+                _check_outputs(there)
                 card.resolve(there.parameters)
                 changed_stage(card.stage, there.stage)
             except SpecError as error:
@@ -77,6 +79,20 @@ class JobSheet(_Part):
             "parameters": self.parameters | there.parameters,
         }
         return self.model_copy(update=update)
+
+
+def _check_outputs(spec: JobSpec) -> None:
+    """Refuse outputs that do not go with the job as it is at a frame.
+
+    Raises
+    ------
+    SpecError
+        Naming the option.
+    """
+    try:
+        spec.check_outputs()
+    except Misfit as wrong:
+        raise SpecError.of([FieldProblem(field=wrong.field, expected=wrong.expected, got=str(wrong.got))]) from wrong
 
 
 def _check_moving_parameters(spec: JobSpec, card: SceneCard) -> None:

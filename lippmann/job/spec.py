@@ -123,8 +123,24 @@ class JobSpec(_Part):
 
     @model_validator(mode="after")
     def _outputs_fit(self) -> Self:
-        check_options(self.outputs, self.rig, self.frame_numbers, has_depth=self.capture.depth)
+        self.check_outputs()
         return self
+
+    def check_outputs(self) -> None:
+        """Refuse outputs that do not go with the rig, the frames or the display.
+
+        Raises
+        ------
+        Misfit
+            Naming the option, by the output's place.
+        """
+        check_options(
+            self.outputs,
+            self.rig,
+            self.frame_numbers,
+            has_depth=self.capture.depth,
+            viewing_distance_mm=self.display.viewing_distance_mm,
+        )
 
     @model_validator(mode="after")
     def _fits_supersampled(self) -> Self:

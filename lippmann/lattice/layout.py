@@ -8,6 +8,7 @@ centre of lens (r, c) is at row o + r m + m / 2, col c n + n / 2, and n / 2 furt
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -119,6 +120,56 @@ class CellLayout:
             px_per_lens=self.px_per_lens * k, row_px=self.row_px * k, overhang_px=self.overhang_px * k
         )
 
+    def has_view(self, u: int, v: int) -> bool:
+        """Return True if the view exists: its pixel lies in the cell.
+
+        Parameters
+        ----------
+        u, v
+            The view: u counts from the left eye to the right, v from the top down.
+
+        Returns
+        -------
+        bool
+            False on the hexagonal lattice for a view whose pixel lies in a corner of the cell's box.
+        """
+        # The mask is the same turned by 180 degrees, so it holds for views as it does for pixels.
+        return 0 <= v < self.cell_rows and 0 <= u < self.cell_cols and bool(self.mask[v, u])
+
+    def views_in_row(self, v: int) -> range:
+        """Return u of the views that exist in a row of views; an empty range if there are none."""
+        return _filled(self.mask[v]) if 0 <= v < self.cell_rows else range(0)
+
+    def views_in_col(self, u: int) -> range:
+        """Return v of the views that exist in a column of views; an empty range if there are none."""
+        return _filled(self.mask[:, u]) if 0 <= u < self.cell_cols else range(0)
+
+    @property
+    def rows_of_views(self) -> range:
+        """The v of the rows in which there are views."""
+        return _filled(np.asarray(self.mask.any(axis=1)))
+
+    def overlap_depth(self, focal_length: float) -> float:
+        """Return how far from the display neighbouring views of the array still overlap, by one lens at least.
+
+        A point at depth s moves by s / (n f) lenses from one view to the next, and by as many sqrt(3) / 2 / m down on
+        the hexagonal lattice; see docs/optics.md, Depth. An array of a single lens has no depth but 0.
+
+        Parameters
+        ----------
+        focal_length
+            The focal length f of the lenses, in any unit.
+
+        Returns
+        -------
+        float
+            The largest distance |s|, in the unit of `focal_length`.
+        """
+        steps = self.cell.row_pitch / self.row_px, 1 / self.px_per_lens
+        views = self.cell_rows, self.cell_cols
+        axes = zip(self.square_size(), views, steps, strict=True)
+        return min((focal_length * (lenses - 1) / step for lenses, count, step in axes if count > 1), default=math.inf)
+
     @property
     def row_edges(self) -> tuple[int, ...]:
         """The lens_rows + 1 pixel rows where tiles may be cut: between lens rows, and the sheet's own edges."""
@@ -155,8 +206,21 @@ class CellLayout:
         return max(1, high), self.lens_cols * px_per_lens
 
 
+def _filled(there: NDArray[np.bool_]) -> range:
+    """Return the places from the first True to the last one."""
+    (found,) = np.nonzero(there)
+    return range(int(found[0]), int(found[-1]) + 1) if found.size else range(0)
+
+
 def check_sheet(sheet: NDArray[Pixel], layout: CellLayout) -> None:
     """Refuse an array that is not a sheet of this layout.
+
+    Parameters
+    ----------
+    sheet
+        The array to check, any dtype; a sheet is `(rows, cols, channel)`.
+    layout
+        The layout that it should have.
 
     Raises
     ------
@@ -169,7 +233,17 @@ def check_sheet(sheet: NDArray[Pixel], layout: CellLayout) -> None:
 
 
 def check_size(rows: int, cols: int, layout: CellLayout) -> None:
-    """Refuse a size in px that is not that of a sheet of this layout; see `check_sheet`."""
+    """Refuse a size in px that is not that of a sheet of this layout; see `check_sheet`.
+
+    Parameters
+    ----------
+    rows
+        The height, px.
+    cols
+        The width, px.
+    layout
+        The layout whose size it should be.
+    """
     if (rows, cols) != (layout.rows, layout.cols):
         raise LayoutError(f"{rows} x {cols} px do not divide among {layout}{_fitting(rows, cols, layout)}")
 

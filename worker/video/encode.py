@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 
 from lippmann.errors import NO_ROOM, OutputError, StoreFull, StoreUnavailable
 from worker.video.kinds import Kind
-from worker.video.size import even_sided
+from worker.video.size import at_least, even_sided
 
 Frame = NDArray[np.uint8] | NDArray[np.uint16]
 """`(rows, cols, 3)`: sRGB codes, uint8 for 8 bits, uint16 for more."""
@@ -38,6 +38,9 @@ Scale = int | tuple[int, int]
 
 _GIVEN = {8: "rgb24", 10: "gbrp10le", 16: "gbrp16le"}
 """By bits, what FFmpeg calls codes as they are given."""
+
+LEAST_SLICED_PX = 2
+"""The four slices of FFV1 are two by two, so a picture with a shorter side has only one."""
 
 _GBR = 0
 """FFmpeg's AVCOL_SPC_RGB (H.273: identity), which PyAV has no name for."""
@@ -57,7 +60,8 @@ def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float, scale
     path
         Where to; not atomic. The name's ending does not matter.
     frames
-        Taken one at a time; all of the first one's shape. In 4:2:0 an odd last row or col is shown twice.
+        Taken one at a time; all of the first one's shape. In 4:2:0 an odd last row or col is shown twice; a picture
+        that is too small for the encoder is continued by its last row and col.
     kind
         The codec, its container and settings.
     fps
@@ -143,7 +147,10 @@ def _write(path: Path, pictures: Iterable[Frame], kind: Kind, rate: Fraction, sc
 
 
 def _stream(container: av.container.OutputContainer, frame: av.VideoFrame, kind: Kind, rate: Fraction) -> VideoStream:
-    stream = container.add_stream(kind.encoder, rate=rate, options=dict(kind.settings))
+    options = dict(kind.settings)
+    if "slices" in options and min(frame.width, frame.height) < LEAST_SLICED_PX:
+        options["slices"] = "1"
+    stream = container.add_stream(kind.encoder, rate=rate, options=options)
     assert isinstance(stream, VideoStream)  # noqa: S101 - all our encoders are
     stream.width, stream.height, stream.pix_fmt = frame.width, frame.height, kind.pixel_format
     stream.codec_context.time_base = 1 / rate
@@ -159,8 +166,10 @@ def _stream(container: av.container.OutputContainer, frame: av.VideoFrame, kind:
 
 def _frame(converted: VideoReformatter, picture: Frame, kind: Kind, scale: Scale) -> av.VideoFrame:
     down, across = scale if isinstance(scale, tuple) else (scale, scale)
+    least_px = kind.least_side_px
+    large = at_least(picture, rows=-(-least_px // down), cols=-(-least_px // across))
     # An even scale makes sides even by itself.
-    even = even_sided(picture, down=down % 2 == 1, across=across % 2 == 1) if kind.needs_even_sides else picture
+    even = even_sided(large, down=down % 2 == 1, across=across % 2 == 1) if kind.needs_even_sides else large
     codes = av.VideoFrame.from_ndarray(np.ascontiguousarray(even), format=_GIVEN[kind.bits])
     if codes.format.name == kind.pixel_format and down == across == 1:
         return codes

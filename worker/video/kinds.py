@@ -55,6 +55,11 @@ class Kind:
         return self.pixel_format.startswith("yuv420")
 
     @property
+    def least_side_px(self) -> int:
+        """The shortest side of a picture that the encoder takes, px."""
+        return LEAST_SIDE_PX.get(self.encoder, 1)
+
+    @property
     def muxer(self) -> str:
         """FFmpeg's name of the container."""
         return "matroska" if self.container == "mkv" else self.container
@@ -72,6 +77,9 @@ class _Encoder:
     at_qp: Callable[[str], Settings] | None
     """Its settings for a quantizer that holds still, in place of others of the same names."""
 
+
+LEAST_SIDE_PX = {"libx265": 16, "libsvtav1": 4}
+"""Encoders that refuse smaller pictures, by FFmpeg's name; a test holds the numbers against the encoders."""
 
 _X264 = "mbtree=0"
 """x264's macroblock tree reads what it has not written when the picture is small (the bits differ from run to run,

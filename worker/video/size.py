@@ -24,6 +24,25 @@ def screen_scale(rows: int, cols: int) -> int:
     return max(1, round(SCREEN_PX / max(rows, cols)))
 
 
+def at_least(frame: NDArray[Code], *, rows: int, cols: int) -> NDArray[Code]:
+    """Return a frame with at least so many rows and cols: the last row and the last col are shown again and again.
+
+    Parameters
+    ----------
+    frame
+        `(rows, cols, 3)`, any dtype.
+    rows, cols
+        The least size, px.
+
+    Returns
+    -------
+    NDArray
+        `(rows, cols, 3)` in the frame's dtype; the frame itself if it is large enough.
+    """
+    more_rows, more_cols = max(0, rows - frame.shape[0]), max(0, cols - frame.shape[1])
+    return np.pad(frame, ((0, more_rows), (0, more_cols), (0, 0)), mode="edge") if more_rows or more_cols else frame
+
+
 def even_sided(frame: NDArray[Code], *, down: bool = True, across: bool = True) -> NDArray[Code]:
     """Return a frame with an even number of rows (`down`) and cols (`across`), as 4:2:0 needs them.
 

@@ -110,8 +110,23 @@ def check_names(outputs: Iterable[OutputOptions]) -> None:
             raise Misfit(f"outputs.{place}.name", expected=expected, got=repr(output.name))
 
 
-def check_options(outputs: Iterable[OutputOptions], rig: Rig, frames: Sequence[int], *, has_depth: bool) -> None:
-    """Refuse options that do not go with the rig or the frames, or ask for a depth that nobody finds.
+def check_options(
+    outputs: Iterable[OutputOptions], rig: Rig, frames: Sequence[int], *, has_depth: bool, viewing_distance_mm: float
+) -> None:
+    """Refuse options that do not go with the rig or the frames, or ask for a depth that the job does not have.
+
+    Parameters
+    ----------
+    outputs
+        The outputs of the job.
+    rig
+        The rig of the job.
+    frames
+        The numbers of the job's frames.
+    has_depth
+        True if the job finds the depth of every pixel.
+    viewing_distance_mm
+        The distance of an observer for whom an output does not say another.
 
     Raises
     ------
@@ -121,6 +136,7 @@ def check_options(outputs: Iterable[OutputOptions], rig: Rig, frames: Sequence[i
     for place, output in enumerate(outputs):
         try:
             output.check(rig, frames)
+            output.check_viewing(rig, viewing_distance_mm)
         except Misfit as wrong:
             raise Misfit(f"outputs.{place}.{wrong.field}", expected=wrong.expected, got=wrong.got) from wrong
         if output.depth_option and not has_depth:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Annotated, Literal, Self
 
@@ -64,9 +63,10 @@ class FocusVideo(ClipOptions, ShownVideo):
     kind: Literal["focus"] = "focus"
     name: Name = "focus"
     from_mm: DepthMm | None = None
-    """Where the focus starts, s of the display; when not given the scene's far end, or -n f where it is not known."""
+    """Where the focus starts, s of the display; when not given the scene's far end, or -n f where it is not known, as
+    far as neighbouring views overlap."""
     to_mm: DepthMm | None = None
-    """Where it turns back; when not given the scene's near end, or n f."""
+    """Where it turns back; when not given the scene's near end, or n f, as far as neighbouring views overlap."""
     planes: int = Field(default=48, ge=2, le=1000)
     """How many depths are told apart on the way."""
 
@@ -79,13 +79,10 @@ class FocusVideo(ClipOptions, ShownVideo):
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse a depth so far off that neighbouring views do not overlap."""
         super().check(rig, frames)
-        array = rig.lens_array
-        # A point moves by s / (n f) lenses from view to view; on the hexagonal lattice lens rows are nearer.
-        lenses = min(array.count[0] * array.lenses_mm.cell.row_pitch, array.count[1])
-        largest_mm = math.floor(lenses - 1) * rig.px_per_lens * array.focal_length_mm
+        largest_mm = rig.layout.overlap_depth(rig.lens_array.focal_length_mm)
         for field, depth_mm in (("from_mm", self.from_mm), ("to_mm", self.to_mm)):
             if depth_mm is not None and abs(depth_mm) > largest_mm:
-                expected = f"{-largest_mm:g} to {largest_mm:g} mm, where neighbouring views overlap"
+                expected = f"at most {largest_mm:.6g} mm from the display, where neighbouring views overlap"
                 raise Misfit(field, expected=expected, got=f"{depth_mm:g} mm")
 
 

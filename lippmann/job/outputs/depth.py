@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
-from lippmann.job.outputs.view_block import ViewBlock, all_views, exists_wholly
+from lippmann.job.outputs.view_block import check_view
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import Rig
 
@@ -74,8 +74,4 @@ class DepthPictures(OutputOptions):
         """Refuse a view that does not exist."""
         if self.u is None or self.v is None:
             return
-        box = all_views(rig)
-        if self.u >= box.cols or self.v >= box.rows:
-            raise Misfit("u", expected=f"a view of {box.cols} x {box.rows}", got=f"{self.u}, {self.v}")
-        if not exists_wholly(rig, ViewBlock(self.v, self.u, 1, 1)):
-            raise Misfit("u", expected="a view that exists under a hexagonal lens", got=f"{self.u}, {self.v}")
+        check_view("u", rig, (self.u, self.v))

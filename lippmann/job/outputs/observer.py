@@ -61,7 +61,7 @@ class ObserverOptions(OutputOptions):
     """Longer side of an eye's picture."""
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse a device where there is none, a gap thinner than its glass, and a focus behind the eye."""
+        """Refuse a device where there is none, and a gap thinner than its glass."""
         super().check(rig, frames)
         array = rig.lens_array
         if self.gap == "collimated" and array.focal_length_mm < array.substrate_mm / array.index:
@@ -69,8 +69,13 @@ class ObserverOptions(OutputOptions):
             raise Misfit("gap", expected=expected, got=repr(self.gap))
         if self.device and rig.device is None:
             raise Misfit("device", expected="false without rig.device", got="true")
-        if self.distance_mm is not None and self.focus_mm >= self.distance_mm:
-            expected = f"a depth nearer to the display than the eye, less than {self.distance_mm:g} mm"
+
+    def check_viewing(self, rig: Rig, viewing_distance_mm: float) -> None:
+        """Refuse a focus behind the eye."""
+        super().check_viewing(rig, viewing_distance_mm)
+        distance_mm = self.distance_mm or viewing_distance_mm
+        if self.focus_mm >= distance_mm:
+            expected = f"a depth nearer to the display than the eye, less than {distance_mm:g} mm"
             raise Misfit("focus_mm", expected=expected, got=f"{self.focus_mm:g} mm")
 
 
@@ -86,11 +91,11 @@ class ObserverVideo(ObserverOptions, ClipOptions, VideoOptions):
     reach_mm: float = Field(default=REACH_MM, ge=-1e6, le=1e6)
     """How far it gets from there."""
 
-    def check(self, rig: Rig, frames: Sequence[int]) -> None:
+    def check_viewing(self, rig: Rig, viewing_distance_mm: float) -> None:
         """Refuse an eye that would come to the display."""
-        super().check(rig, frames)
-        if self.path == "toward" and self.distance_mm is not None:
-            nearest_mm = self.distance_mm - max(0.0, self.reach_mm)
+        super().check_viewing(rig, viewing_distance_mm)
+        if self.path == "toward":
+            nearest_mm = (self.distance_mm or viewing_distance_mm) - max(0.0, self.reach_mm)
             if nearest_mm <= max(0.0, self.focus_mm):
                 expected = "less than the eye's distance from the display and from what it focuses on"
                 raise Misfit("reach_mm", expected=expected, got=f"{self.reach_mm:g} mm")

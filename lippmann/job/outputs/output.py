@@ -59,6 +59,22 @@ class OutputOptions(BaseModel):
             The error names the option.
         """
 
+    def check_viewing(self, rig: Rig, viewing_distance_mm: float) -> None:
+        """Refuse an observer's place that does not go with the rig, where the job says the distance; most have none.
+
+        Parameters
+        ----------
+        rig
+            The rig of the job.
+        viewing_distance_mm
+            The distance of an observer for whom the output does not say another, `display.viewing_distance_mm`.
+
+        Raises
+        ------
+        Misfit
+            The error names the option.
+        """
+
 
 KINDS: dict[str, type[OutputOptions]] = {}
 """Every registered kind of output, by its word in job files."""

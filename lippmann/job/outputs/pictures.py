@@ -129,11 +129,15 @@ class Quilt(PictureOptions):
         if self.views == "all" and not rig.layout.mask.all():
             expected = "row on a hexagonal lattice, where the views at the corners do not exist"
             raise Misfit("views", expected=expected, got="'all'")
-        check_index("view_row", self.view_row, view_rows(rig))
+        rows_of_views = rig.layout.rows_of_views
+        if self.view_row is not None and self.view_row not in rows_of_views:
+            expected = f"a row in which there are views, from {rows_of_views[0]} to {rows_of_views[-1]}"
+            raise Misfit("view_row", expected=expected, got=self.view_row)
         if self.views == "all":
             columns = rows = rig.px_per_lens
         else:
-            count = self.count or rig.px_per_lens
+            row = rig.layout.cell_rows // 2 if self.view_row is None else self.view_row
+            count = self.count or len(rig.layout.views_in_row(row))
             columns = self.tile_columns(count)
             rows = count // columns
         self.check_size(rig.lens_array.count[0] * rows, rig.lens_array.count[1] * columns)

@@ -9,6 +9,7 @@ from pydantic import Field, model_validator
 
 from lippmann.job.outputs.output import Name, output_kind
 from lippmann.job.outputs.videos import Repeat, ShownVideo
+from lippmann.job.outputs.view_block import check_view
 from lippmann.job.problems import Misfit
 from lippmann.job.rig import Rig
 from lippmann.job.viewing import EYES_APART_MM
@@ -45,17 +46,18 @@ class PairOptions(ShownVideo):
         return self.apart_mm * rig.lens_array.focal_length_mm / rig.lens_array.pitch_mm
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse views that are not there, and eyes so near that they look past the middle lens."""
+        """Refuse views that do not exist."""
         super().check(rig, frames)
         if self.views is not None:
-            rows, cols = rig.layout.cell_rows, rig.layout.cell_cols
-            for eye, (u, v) in enumerate(self.views):
-                if u >= cols or v >= rows:
-                    expected = f"a view from (0, 0) to ({cols - 1}, {rows - 1})"
-                    raise Misfit(f"views.{eye}", expected=expected, got=f"({u}, {v})")
-        elif self.distance_mm is not None and self.distance_mm < self.least_mm(rig):
+            for eye, view in enumerate(self.views):
+                check_view(f"views.{eye}", rig, view)
+
+    def check_viewing(self, rig: Rig, viewing_distance_mm: float) -> None:
+        """Refuse eyes so near that they look past the middle lens."""
+        distance_mm = self.distance_mm or viewing_distance_mm
+        if self.views is None and distance_mm < self.least_mm(rig):
             expected = f"at least {self.least_mm(rig):.6g} mm, where both eyes see the display's middle lens"
-            raise Misfit("distance_mm", expected=expected, got=f"{self.distance_mm:g} mm")
+            raise Misfit("distance_mm", expected=expected, got=f"{distance_mm:g} mm")
 
 
 @output_kind

@@ -60,6 +60,35 @@ def exists_wholly(rig: Rig, block: ViewBlock) -> bool:
     return bool(rig.layout.mask[rows, cols].all())
 
 
+def check_view(field: str, rig: Rig, view: tuple[int, int]) -> None:
+    """Refuse a view that does not exist.
+
+    Parameters
+    ----------
+    field
+        The option that names the view.
+    rig
+        The rig whose lenses have the views.
+    view
+        The view (u, v).
+
+    Raises
+    ------
+    Misfit
+        Naming the field.
+    """
+    layout, (u, v) = rig.layout, view
+    if not layout.has_view(u, v):
+        expected = f"a view from (0, 0) to ({layout.cell_cols - 1}, {layout.cell_rows - 1})"
+        there = layout.views_in_row(v)
+        if there and u < layout.cell_cols:
+            expected = f"a view with u from {there[0]} to {there[-1]}, which exist in row {v} of the views"
+        elif v in range(layout.cell_rows):
+            rows = layout.rows_of_views
+            expected = f"a view with v from {rows[0]} to {rows[-1]}, the rows in which there are views"
+        raise Misfit(field, expected=expected, got=f"({u}, {v})")
+
+
 def largest_odd_square(rig: Rig) -> ViewBlock:
     """Return the most views, as many down as across and an odd number, that all exist.
 

@@ -136,12 +136,12 @@ def checked_shifts(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> t
         If they do not overlap, naming the largest depth at which they do; or as in `shifts`.
     """
     found = shifts(layout, depth_mm, focal_mm=focal_mm)
-    for lenses, views, step in zip(layout.square_size(), (layout.cell_rows, layout.cell_cols), found, strict=True):
-        if views > 1 and abs(step) > lenses - 1:
-            raise LayoutError(
-                f"expected a depth at which neighbouring views of {layout} overlap, at most"
-                f" {abs(depth_mm / step) * (lenses - 1):g} mm from the display, got {depth_mm:g} mm"
-            )
+    most_mm = layout.overlap_depth(focal_mm)
+    if abs(depth_mm) > most_mm:
+        raise LayoutError(
+            f"expected a depth at which neighbouring views of {layout} overlap, at most {most_mm:g} mm from the"
+            f" display, got {depth_mm:g} mm"
+        )
     return found
 
 

@@ -31,10 +31,10 @@ def views_in_row(layout: CellLayout, v: int) -> range:
     LayoutError
         If there is no such row, or a corner of the hexagon leaves no view in it.
     """
-    found = np.flatnonzero(layout.mask[v]) if 0 <= v < layout.cell_rows else np.empty(0, dtype=np.intp)
-    if not found.size:
+    found = layout.views_in_row(v)
+    if not found:
         raise LayoutError(f"expected a row of views of {layout}, from 0 to {layout.cell_rows - 1}, got {v}")
-    return range(int(found[0]), int(found[-1]) + 1)
+    return found
 
 
 def views_in_col(layout: CellLayout, u: int) -> range:
@@ -52,10 +52,10 @@ def views_in_col(layout: CellLayout, u: int) -> range:
     LayoutError
         If there is no such column.
     """
-    found = np.flatnonzero(layout.mask[:, u]) if 0 <= u < layout.cell_cols else np.empty(0, dtype=np.intp)
-    if not found.size:
+    found = layout.views_in_col(u)
+    if not found:
         raise LayoutError(f"expected a column of views of {layout}, from 0 to {layout.cell_cols - 1}, got {u}")
-    return range(int(found[0]), int(found[-1]) + 1)
+    return found
 
 
 def spread_views(image: IntegralImage, v: int, count: int) -> Iterator[NDArray[np.floating[Any]]]:

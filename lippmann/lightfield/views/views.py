@@ -194,7 +194,7 @@ def _check_view(layout: CellLayout, u: int, v: int) -> None:
     last_u, last_v = layout.cell_cols - 1, layout.cell_rows - 1
     if not (0 <= u <= last_u and 0 <= v <= last_v):
         raise LayoutError(f"expected a view from (0, 0) to ({last_u}, {last_v}), got ({u}, {v})")
-    if not layout.mask[v, u]:
+    if not layout.has_view(u, v):
         raise LayoutError(f"expected a view whose pixel lies under a hexagonal lens, got ({u}, {v})")
 
 

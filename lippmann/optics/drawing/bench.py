@@ -20,13 +20,31 @@ LENS_STEPS = 4
 
 
 def image_z(bench: Bench, object_mm: float) -> float | None:
-    """Return where the plane has a real image behind the lens; None where it has none."""
+    """Return where the plane has a real image behind the lens; None where it has none.
+
+    Parameters
+    ----------
+    bench
+        The rig as it stands.
+    object_mm
+        The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
+    """
     z_mm = bench.image_z_mm(object_mm)
     return z_mm if math.isfinite(z_mm) and z_mm > bench.lens_end_mm else None
 
 
 def image_space(panel: Panel, bench: Bench, stage: Stage) -> Iterator[str]:
-    """Yield where the scene is imaged, as high as the array, and the images of its planes."""
+    """Yield where the scene is imaged, as high as the array, and the images of its planes.
+
+    Parameters
+    ----------
+    panel
+        The panel that is drawn on.
+    bench
+        The rig as it stands.
+    stage
+        The stage of the scene.
+    """
     far_z, near_z = image_z(bench, stage.far_mm), image_z(bench, stage.near_mm)
     if bench.imaging_lens is None or far_z is None:
         return
@@ -46,7 +64,15 @@ def image_space(panel: Panel, bench: Bench, stage: Stage) -> Iterator[str]:
 
 
 def glass(panel: Panel, bench: Bench) -> Iterator[str]:
-    """Yield the outlines of the imaging lens's elements."""
+    """Yield the outlines of the imaging lens's elements.
+
+    Parameters
+    ----------
+    panel
+        The panel that is drawn on.
+    bench
+        The rig as it stands.
+    """
     lens = bench.imaging_lens
     if lens is None:
         return
@@ -64,7 +90,15 @@ def _profile(surface: Surface, vertex_mm: float) -> Iterator[tuple[float, float]
 
 
 def stop(panel: Panel, bench: Bench) -> Iterator[str]:
-    """Yield the two sides of the aperture stop as set."""
+    """Yield the two sides of the aperture stop as set.
+
+    Parameters
+    ----------
+    panel
+        The panel that is drawn on.
+    bench
+        The rig as it stands.
+    """
     lens = bench.imaging_lens
     if lens is None or lens.stop is None:
         return
@@ -75,7 +109,15 @@ def stop(panel: Panel, bench: Bench) -> Iterator[str]:
 
 
 def array(panel: Panel, bench: Bench) -> Iterator[str]:
-    """Yield the flat side of the array, and its lenses where they are large enough to be seen."""
+    """Yield the flat side of the array, and its lenses where they are large enough to be seen.
+
+    Parameters
+    ----------
+    panel
+        The panel that is drawn on.
+    bench
+        The rig as it stands.
+    """
     array = bench.rig.lens_array
     half_mm = extent_mm(array)[1] / 2
     yield panel.line([(bench.mla_z_mm, half_mm), (bench.mla_z_mm, -half_mm)], "mla")
@@ -92,7 +134,15 @@ def array(panel: Panel, bench: Bench) -> Iterator[str]:
 
 
 def camera(panel: Panel, bench: Bench) -> Iterator[str]:
-    """Yield the camera, and the window that it sees."""
+    """Yield the camera, and the window that it sees.
+
+    Parameters
+    ----------
+    panel
+        The panel that is drawn on.
+    bench
+        The rig as it stands.
+    """
     z_mm, half_mm = bench.camera_z_mm, bench.height_mm / 2
     if bench.rig.camera.projection == "perspective":
         yield panel.line([(bench.mla_z_mm, half_mm), (z_mm, 0.0), (bench.mla_z_mm, -half_mm)], "plane")

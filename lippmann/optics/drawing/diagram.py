@@ -57,6 +57,10 @@ def draw_bench(bench: Bench, stage: Stage, *, title: str = "") -> str:
 
     Parameters
     ----------
+    bench
+        The rig as it stands.
+    stage
+        The stage of the scene.
     title
         What the drawing is called; any text.
     """

@@ -36,6 +36,10 @@ def fan(bench: Bench, *, object_mm: float, height_mm: float, image_mm: float | N
 
     Parameters
     ----------
+    bench
+        The rig as it stands.
+    height_mm
+        The height of the point above the axis, mm.
     object_mm
         From the point's plane to the origin.
     image_mm
@@ -80,6 +84,13 @@ def view_of_lens(bench: Bench, *, object_mm: float) -> tuple[Path, ...]:
     """Return what the camera sees through one lens, from the camera to a plane of the scene; none where it is dark.
 
     The lens stands about half-way between the axis and the array's upper edge.
+
+    Parameters
+    ----------
+    bench
+        The rig as it stands.
+    object_mm
+        The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
     """
     array = bench.rig.lens_array
     centre = lattice.lens_centres_mm(array)[(array.count[0] - 1) // 4, array.count[1] // 2]

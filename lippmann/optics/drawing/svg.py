@@ -20,6 +20,19 @@ MOST_TRIES = 10_000
 def element(name: str, *inside: str, text: str = "", **attributes: str | float) -> str:
     """Return an element; numbers keep two decimals, a trailing underscore in a name falls, others become dashes.
 
+    Parameters
+    ----------
+    name
+        The name of the element.
+    *inside
+        The elements inside it, as text.
+    text
+        The text inside it, which is escaped.
+    **attributes
+        The attributes by name, text or numbers.
+
+    Examples
+    --------
     >>> element("text", text="a < b", x=1.0, class_="label")
     '<text x="1" class="label">a &lt; b</text>'
     """
@@ -76,7 +89,15 @@ class Panel:
         return " ".join(f"{number(self.x(z))},{number(self.y(height))}" for z, height in points_mm)
 
     def line(self, points_mm: Iterable[tuple[float, float]], class_: str) -> str:
-        """Return a line through (z, height) points."""
+        """Return a line through (z, height) points.
+
+        Parameters
+        ----------
+        points_mm
+            The points as (z, height), mm.
+        class_
+            The class of the line in the style sheet.
+        """
         return element("polyline", points=self.points(points_mm), class_=class_)
 
 
@@ -110,7 +131,17 @@ Wanted = Sequence[tuple[float, str]]
 
 
 def placed_labels(panel: Panel, marks: Sequence[tuple[float, str]], *, width_px: float) -> tuple[Label, ...]:
-    """Return places for labels at z places so that none lies on another, and as good as always none on a leader."""
+    """Return places for labels at z places so that none lies on another, and as good as always none on a leader.
+
+    Parameters
+    ----------
+    panel
+        The panel that is drawn on.
+    marks
+        The z place in mm and the text of each label.
+    width_px
+        The width of a label, px.
+    """
     wanted = sorted((panel.x(z_mm), text) for z_mm, text in marks)
     tries = iter(range(MOST_TRIES))
     for rows in range(1, len(wanted) + 1):
@@ -121,7 +152,15 @@ def placed_labels(panel: Panel, marks: Sequence[tuple[float, str]], *, width_px:
 
 
 def labels(panel: Panel, placed: Iterable[Label]) -> list[str]:
-    """Return placed labels over a panel, each with a leader down to it."""
+    """Return placed labels over a panel, each with a leader down to it.
+
+    Parameters
+    ----------
+    panel
+        The panel that is drawn on.
+    placed
+        The labels with their places.
+    """
     shown: list[str] = []
     for label in placed:
         base_px = panel.top_px - 8 - label.row * LABEL_ROW_PX

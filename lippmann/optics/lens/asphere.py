@@ -71,6 +71,17 @@ def meet_profile(position: Array, direction: Array, profile: Profile, *, vertex_
 
     Newton's method along the ray, from its crossing with the plane of the vertex (Spencer, Murty, J. Opt. Soc. Am. 52,
     672 (1962)). Rays that leave the surface's domain or do not settle become NaN.
+
+    Parameters
+    ----------
+    position
+        The points where the rays start, float64 (..., 3), mm.
+    direction
+        The unit vectors of the rays, float64 (..., 3).
+    profile
+        The sag and the slope of the surface over the distance from the axis.
+    vertex_z_mm
+        The place of the vertex along the axis, mm.
     """
     step = (vertex_z_mm - position[..., 2]) / direction[..., 2]
     with np.errstate(invalid="ignore", over="ignore"):

@@ -28,6 +28,8 @@ def check_lens(lens: ImagingLens, *, field_height_mm: float = 0.0) -> None:
 
     Parameters
     ----------
+    lens
+        The imaging lens.
     field_height_mm
         Of the farthest point of the image from the axis.
 

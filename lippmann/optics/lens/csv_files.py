@@ -24,6 +24,13 @@ def read_lens_csv(text: str, *, title: str = "") -> Prescription:
     with air on both sides between the surfaces, is where a variable stop stands. Planes in air before the first surface
     and behind the last are object and image, and dropped.
 
+    Parameters
+    ----------
+    text
+        The content of the file.
+    title
+        The title of the lens.
+
     Raises
     ------
     SpecError

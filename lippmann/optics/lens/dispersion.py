@@ -26,6 +26,15 @@ def povray_dispersion(index: float, abbe: float | None) -> float:
     With n(wavelength) as above, (nF - nC) / nd = D^((d - F) / 350) - D^((d - C) / 350), solved for ln D by Newton's
     method from its first order, ln D = (nd - 1) / (nd Vd) * 350 / (C - F).
 
+    Parameters
+    ----------
+    index
+        The index nd of the glass at the d line.
+    abbe
+        The Abbe number Vd; None for a glass without dispersion.
+
+    Examples
+    --------
     >>> round(povray_dispersion(1.5168, 64.17), 5)
     1.01098
     """
@@ -41,5 +50,15 @@ def povray_dispersion(index: float, abbe: float | None) -> float:
 
 
 def povray_index(index: float, dispersion: float, wavelength_nm: float) -> float:
-    """Return the index that POV-Ray gives, at a wavelength, a glass of index nd built with `Lippmann_Glass`."""
+    """Return the index that POV-Ray gives, at a wavelength, a glass of index nd built with `Lippmann_Glass`.
+
+    Parameters
+    ----------
+    index
+        The index nd of the glass at the d line.
+    dispersion
+        The value of the keyword `dispersion`, see `povray_dispersion`.
+    wavelength_nm
+        The wavelength, nm.
+    """
     return index * math.pow(dispersion, (LINE_D_NM - wavelength_nm) / POVRAY_WIDTH_NM)

@@ -46,7 +46,15 @@ def translation(distance_mm: float) -> NDArray[np.float64]:
 
 
 def refraction(surface: Surface, index_before: float) -> NDArray[np.float64]:
-    """Return the matrix of a refraction, angles (not reduced) on both sides."""
+    """Return the matrix of a refraction, angles (not reduced) on both sides.
+
+    Parameters
+    ----------
+    surface
+        The surface.
+    index_before
+        The index of refraction before the surface.
+    """
     ratio = index_before / surface.index_after
     return np.array([[1.0, 0.0], [(ratio - 1.0) * surface.curvature_per_mm, ratio]])
 
@@ -64,6 +72,13 @@ def matrix_to(lens: ImagingLens, z_mm: float) -> NDArray[np.float64]:
     """Return the matrix from the first vertex to a plane across the axis, in the medium there, shape (2, 2).
 
     A plane before the first vertex is reached by going back, as an observer of the entrance pupil does.
+
+    Parameters
+    ----------
+    lens
+        The imaging lens.
+    z_mm
+        The place of the plane behind the first vertex, mm.
     """
     matrix, index, here_mm = np.eye(2), 1.0, 0.0
     for surface, vertex_mm in zip(lens.surfaces, lens.vertices_mm, strict=True):
@@ -94,6 +109,13 @@ def conjugate(lens: ImagingLens, object_mm: float) -> Conjugate:
 
     The image lies where the element B of (flight to image) x system x (flight from object) vanishes; the element A is
     then the magnification.
+
+    Parameters
+    ----------
+    lens
+        The imaging lens.
+    object_mm
+        The distance of the object plane before the first vertex, mm.
     """
     (a, b), (c, d) = system_matrix(lens) @ translation(object_mm)
     if abs(d) < _IN_FOCUS:

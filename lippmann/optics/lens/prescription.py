@@ -60,6 +60,13 @@ def chosen_lens(choice: str | NamedLens | Prescription) -> ImagingLens:
 def imaging_lens(name: str, *, field: str = "rig.imaging_lens") -> ImagingLens:
     """Return the published lens of that name.
 
+    Parameters
+    ----------
+    name
+        The name of the lens.
+    field
+        The field of the job that an error names.
+
     Raises
     ------
     SpecError

@@ -31,6 +31,15 @@ def prescription_of_rows(rows: Sequence[Row], *, title: str = "", source: str = 
     Planes with air on both sides are no surfaces: their thickness goes to the one before. The row that is the stop says
     where a variable stop stands: there, or, on a surface of glass, in the air beside the rim of that surface.
 
+    Parameters
+    ----------
+    rows
+        The rows of the file, from the object to the image.
+    title
+        The title of the lens.
+    source
+        The publication that the lens is from.
+
     Raises
     ------
     SpecError

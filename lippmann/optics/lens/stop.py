@@ -71,6 +71,13 @@ def with_stop(lens: ImagingLens, rig: Rig) -> ImagingLens:
 
     For an f-number N the entrance pupil is f / N wide, and the hole as wide as the beam that fills it (paraxial).
 
+    Parameters
+    ----------
+    lens
+        The imaging lens.
+    rig
+        The rig as it was asked for.
+
     Raises
     ------
     OpticsError
@@ -109,7 +116,15 @@ def clear_of_glass(lens: ImagingLens) -> ImagingLens:
 
 
 def stop_space(lens: ImagingLens, stop: Stop) -> int:
-    """Return how many surfaces stand before a stop; one at the very vertex of a front face stands before that."""
+    """Return how many surfaces stand before a stop; one at the very vertex of a front face stands before that.
+
+    Parameters
+    ----------
+    lens
+        The imaging lens.
+    stop
+        The stop, with its place along the axis.
+    """
     before = sum(vertex_mm <= stop.z_mm + _AT_MM for vertex_mm in lens.vertices_mm)
     in_glass = before > 0 and lens.surfaces[before - 1].index_after != 1.0
     return before - 1 if in_glass else before

@@ -42,7 +42,15 @@ def unit(vectors: Array) -> Array:
 
 
 def meet_plane(rays: Rays, z_mm: float) -> tuple[Array, Array]:
-    """Return the points where rays meet the plane of a z and the normals (0, 0, 1) there, each (..., 3)."""
+    """Return the points where rays meet the plane of a z and the normals (0, 0, 1) there, each (..., 3).
+
+    Parameters
+    ----------
+    rays
+        The rays: positions and directions, each float64 (..., 3), mm and unit vectors.
+    z_mm
+        The place of the plane along the axis, mm.
+    """
     points = rays.at_z(z_mm)
     return points, np.broadcast_to(np.array([0.0, 0.0, 1.0]), points.shape)
 
@@ -52,6 +60,8 @@ def meet_sphere(rays: Rays, *, vertex_z_mm: float, radius_mm: float, centre_xy_m
 
     Parameters
     ----------
+    rays
+        The rays: positions and directions, each float64 (..., 3), mm and unit vectors.
     vertex_z_mm
         The z of the vertex; the centre lies at vertex + radius.
     radius_mm
@@ -76,6 +86,17 @@ def refract(direction: Array, normal: Array, *, index_before: float, index_after
     """Return directions behind a surface by Snell's law in vector form (Glassner 1989, section 2.4), shape (..., 3).
 
     Normals may point to either side. Totally reflected rays become NaN.
+
+    Parameters
+    ----------
+    direction
+        The unit vectors of the rays, float64 (..., 3).
+    normal
+        The unit normals of the surface, float64 (..., 3), to either side.
+    index_before
+        The index of refraction before the surface.
+    index_after
+        The index of refraction behind the surface.
     """
     ratio = index_before / index_after
     cosine = np.sum(direction * normal, axis=-1, keepdims=True)
@@ -92,6 +113,10 @@ def through_lens(rays: Rays, lens: ImagingLens, *, backward: bool = False, stopp
 
     Parameters
     ----------
+    rays
+        The rays: positions and directions, each float64 (..., 3), mm and unit vectors.
+    lens
+        The imaging lens.
     backward
         From the camera's side to the scene's: the surfaces in reverse order, their media exchanged.
     stopped
@@ -105,7 +130,19 @@ def through_lens(rays: Rays, lens: ImagingLens, *, backward: bool = False, stopp
 def steps(
     rays: Rays, lens: ImagingLens, *, backward: bool = False, stopped: bool = True
 ) -> Iterator[tuple[int | Stop, Rays]]:
-    """Trace rays as `through_lens` does, and give them behind every surface, by its number, and the stop."""
+    """Trace rays as `through_lens` does, and give them behind every surface, by its number, and the stop.
+
+    Parameters
+    ----------
+    rays
+        The rays: positions and directions, each float64 (..., 3), mm and unit vectors.
+    lens
+        The imaging lens.
+    backward
+        True from the side of the camera to that of the scene.
+    stopped
+        True if rays outside a surface's aperture, or the stop's hole, end there.
+    """
     table = list(zip(lens.surfaces, lens.vertices_mm, lens.indices_before, strict=True))
     places: list[int | Stop] = list(range(len(table)))
     if lens.stop is not None:
@@ -151,6 +188,17 @@ def axis_crossing_mm(lens: ImagingLens, *, object_mm: float, height_mm: float) -
     The ray leaves the axis `object_mm` before the first vertex and meets the plane of that vertex `height_mm` high;
     apertures do not stop it.
 
+    Parameters
+    ----------
+    lens
+        The imaging lens.
+    object_mm
+        The distance of the point on the axis before the first vertex, mm.
+    height_mm
+        The height at which the ray meets the plane of the first vertex, mm.
+
+    Examples
+    --------
     >>> from lippmann.optics.lens.published import ATHINEOS_2006
     >>> round(axis_crossing_mm(ATHINEOS_2006, object_mm=1000.0, height_mm=40.0), 6)
     177.995223

@@ -68,6 +68,13 @@ def bench(rig: Rig, *, reference_mm: float) -> Bench:
     The MLA stands `offset_mm` from the paraxial image of the reference plane, toward the imaging lens. Without imaging
     lens that plane is its own image.
 
+    Parameters
+    ----------
+    rig
+        The rig as it was asked for.
+    reference_mm
+        The distance of the scene's reference plane before surface 1, mm.
+
     Raises
     ------
     OpticsError, SpecError
@@ -127,6 +134,8 @@ def pixel_centres_mm(
 
     Parameters
     ----------
+    bench
+        The rig as it stands.
     rows, cols
         Of a picture of the whole window; those of the integral image when not given.
     region
@@ -139,7 +148,15 @@ def pixel_centres_mm(
 
 
 def camera_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:
-    """Return the camera's rays through points of the MLA plane, shape (..., 2), before any glass."""
+    """Return the camera's rays through points of the MLA plane, shape (..., 2), before any glass.
+
+    Parameters
+    ----------
+    bench
+        The rig as it stands.
+    points_mm
+        The points of the MLA plane, float64 (..., 2), mm as (x, y).
+    """
     points = np.empty((*points_mm.shape[:-1], 3))
     points[..., :2] = points_mm
     points[..., 2] = bench.mla_z_mm
@@ -157,6 +174,13 @@ def through_array(rays: Rays, bench: Bench) -> Rays:
     Each ray is given to the lens in whose cell it meets the array, found at the height of the rim's plane and then
     where it really meets the sphere. Rays beside the glass (dead corners of an inscribed aperture, gaps between
     hexagons at the edge of the array) pass straight.
+
+    Parameters
+    ----------
+    rays
+        The rays of the camera: positions and directions, each float64 (..., 3), mm and unit vectors.
+    bench
+        The rig as it stands.
     """
     array = bench.rig.lens_array
     met = rays.at_z(bench.mla_z_mm + bench.microlens.thickness_mm)[..., :2]
@@ -171,6 +195,15 @@ def through_array(rays: Rays, bench: Bench) -> Rays:
 
 def through_microlens(rays: Rays, bench: Bench, centres_mm: NDArray[np.float64]) -> tuple[Rays, NDArray[np.float64]]:
     """Trace camera rays through lenses of the array that stand at `centres_mm`, (..., 2), whatever is their rim.
+
+    Parameters
+    ----------
+    rays
+        The rays of the camera: positions and directions, each float64 (..., 3), mm and unit vectors.
+    bench
+        The rig as it stands.
+    centres_mm
+        The centres of the lenses, float64 (..., 2), mm as (x, y).
 
     Returns
     -------
@@ -190,6 +223,13 @@ def object_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:
     """Return the rays in the scene's space that the camera sees through points (..., 2) of the MLA plane.
 
     This is the exact map that the modelled glass must reproduce. Rays stopped by an aperture are NaN.
+
+    Parameters
+    ----------
+    bench
+        The rig as it stands.
+    points_mm
+        The points of the MLA plane, float64 (..., 2), mm as (x, y).
     """
     rays = through_array(camera_rays(bench, points_mm), bench)
     return through_lens(rays, bench.imaging_lens, backward=True) if bench.imaging_lens else rays

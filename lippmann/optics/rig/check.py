@@ -46,6 +46,13 @@ def check_job(sheet: JobSheet) -> tuple[str, ...]:
 def check_rig(spec: JobSpec, stage: Stage) -> tuple[str, ...]:
     """Return notes on the optics of a job without keyframes; what is allowed but worth saying.
 
+    Parameters
+    ----------
+    spec
+        The job without keyframes.
+    stage
+        The stage of the scene.
+
     Raises
     ------
     OpticsError
@@ -119,7 +126,15 @@ def _refused(field: str, expected: str, got: str) -> OpticsError:
 
 
 def place_in_image_space(near_s_mm: float, far_s_mm: float) -> str:
-    """Return in one word how a scene is shown: real, mixed or virtual."""
+    """Return in one word how a scene is shown: real, mixed or virtual.
+
+    Parameters
+    ----------
+    near_s_mm
+        The depth at which the near end of the scene is shown, s, mm.
+    far_s_mm
+        The depth at which the far end of the scene is shown, s, mm.
+    """
     if far_s_mm >= 0:
         return "real"
     return "virtual" if near_s_mm <= 0 else "mixed"

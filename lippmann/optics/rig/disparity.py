@@ -16,7 +16,15 @@ CLOSE_MM = 1e-10
 
 
 def small_angle_disparity(bench: Bench, object_mm: float) -> float:
-    """Return the shift in lenses a view step, (s + f) / (n f): see docs/optics.md, Depth."""
+    """Return the shift in lenses a view step, (s + f) / (n f): see docs/optics.md, Depth.
+
+    Parameters
+    ----------
+    bench
+        The rig as it stands.
+    object_mm
+        The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
+    """
     focal_mm = bench.rig.lens_array.focal_length_mm
     return (bench.s_mm(object_mm) + focal_mm) / (bench.rig.px_per_lens * focal_mm)
 
@@ -26,6 +34,13 @@ def exact_disparity(bench: Bench, object_mm: float) -> float | None:
 
     For the pixels of a row of a cell: where must a lens stand so that its pixel sees the axis point of the object
     plane? The slope of that position over the view, by least squares; views count from the right of a cell.
+
+    Parameters
+    ----------
+    bench
+        The rig as it stands.
+    object_mm
+        The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
     """
     n, array = bench.rig.px_per_lens, bench.rig.lens_array
     pixel = np.unique(np.linspace(0, n - 1, min(n, MAX_VIEWS)).round())
@@ -66,6 +81,8 @@ def seen_under(bench: Bench, centre_mm: NDArray[np.float64], offset_mm: NDArray[
 
     Parameters
     ----------
+    bench
+        The rig as it stands.
     centre_mm
         Of the lenses, (..., 2).
     offset_mm

@@ -16,6 +16,17 @@ LEAST_MAGNIFICATION = 1.0
 def reduced_gap_mm(physical_mm: float, *, substrate_mm: float, index: float) -> float:
     """Return the reduced gap: glass up to the substrate's thickness counts by its index, air above it as it is.
 
+    Parameters
+    ----------
+    physical_mm
+        The physical gap as built, substrate included, mm.
+    substrate_mm
+        The thickness of the substrate, mm.
+    index
+        The index of refraction of the substrate.
+
+    Examples
+    --------
     >>> round(reduced_gap_mm(4.8, substrate_mm=3.3, index=1.49), 5)
     3.71477
     """
@@ -26,6 +37,17 @@ def reduced_gap_mm(physical_mm: float, *, substrate_mm: float, index: float) -> 
 def physical_gap_mm(reduced_mm: float, *, substrate_mm: float, index: float) -> float:
     """Return the physical gap; the inverse of `reduced_gap_mm`.
 
+    Parameters
+    ----------
+    reduced_mm
+        The reduced gap, mm.
+    substrate_mm
+        The thickness of the substrate, mm.
+    index
+        The index of refraction of the substrate.
+
+    Examples
+    --------
     >>> round(physical_gap_mm(3.3, substrate_mm=3.3, index=1.49), 3)
     4.385
     """
@@ -36,6 +58,15 @@ def physical_gap_mm(reduced_mm: float, *, substrate_mm: float, index: float) -> 
 def central_depth_plane_mm(*, focal_length_mm: float, gap_mm: float) -> float:
     """Return the depth l at which the lenses image the pixels, 1 / f = 1 / g + 1 / l; infinite at g = f.
 
+    Parameters
+    ----------
+    focal_length_mm
+        The focal length of the lenses, mm.
+    gap_mm
+        The reduced gap between pixels and lenses, mm.
+
+    Examples
+    --------
     >>> round(central_depth_plane_mm(focal_length_mm=3.3, gap_mm=4.8 - 3.3 + 3.3 / 1.49), 3)
     29.556
     """
@@ -48,6 +79,13 @@ def central_depth_plane_mm(*, focal_length_mm: float, gap_mm: float) -> float:
 
 def gap_of_plane_mm(*, focal_length_mm: float, plane_mm: float) -> float:
     """Return the reduced gap that puts the central depth plane there; the inverse of `central_depth_plane_mm`.
+
+    Parameters
+    ----------
+    focal_length_mm
+        The focal length of the lenses, mm.
+    plane_mm
+        The depth of the central depth plane, positive before the lenses, mm; infinite for parallel light.
 
     Raises
     ------
@@ -66,6 +104,17 @@ def chosen_gap_mm(shallow_mm: float, deep_mm: float, *, focal_length_mm: float, 
 
     The central depth plane comes to the middle of them, but no nearer before the lenses than 2 f; the gap is never
     smaller than `contact_mm`, the reduced thickness of the substrate. An empty range is served by parallel light.
+
+    Parameters
+    ----------
+    shallow_mm
+        The depth that is nearer to the lenses, mm.
+    deep_mm
+        The depth that is farther from the lenses, mm, of the same sign.
+    focal_length_mm
+        The focal length of the lenses, mm.
+    contact_mm
+        The least reduced gap, mm: the reduced thickness of the substrate.
     """
     if shallow_mm == deep_mm == 0:
         return max(focal_length_mm, contact_mm)
@@ -78,6 +127,15 @@ def chosen_gap_mm(shallow_mm: float, deep_mm: float, *, focal_length_mm: float, 
 def viewing_angle_deg(*, pitch_mm: float, gap_mm: float) -> float:
     """Return the full angle in which a lens shows its own cell, 2 atan(p / 2 g).
 
+    Parameters
+    ----------
+    pitch_mm
+        The pitch of the lenses, mm.
+    gap_mm
+        The reduced gap between pixels and lenses, mm.
+
+    Examples
+    --------
     >>> round(viewing_angle_deg(pitch_mm=1.0, gap_mm=3.3), 2)
     17.23
     """
@@ -89,6 +147,12 @@ def viewing_zone_mm(*, pitch_mm: float, gap_mm: float, distance_mm: float, apart
 
     Parameters
     ----------
+    pitch_mm
+        The pitch of the lenses, mm.
+    gap_mm
+        The reduced gap between pixels and lenses, mm.
+    distance_mm
+        The distance of the eye from the lenses, mm.
     apart_mm
         Between the axes of the outermost lenses that must all show their own cells: as cells and lenses have one
         pitch, the zones of lenses lie as far apart as the lenses.
@@ -112,6 +176,19 @@ def resolvable_depth_mm(*, pitch_mm: float, gap_mm: float, pixel_mm: float, dist
     A lens projects a pixel P as an angle P / g, and at a viewing distance L no detail finer than the pitch p comes
     through: z_front = g p L / (L P + g p), z_back = g p L / (L P - g p).
 
+    Parameters
+    ----------
+    pitch_mm
+        The pitch of the lenses, mm.
+    gap_mm
+        The reduced gap between pixels and lenses, mm.
+    pixel_mm
+        The pitch of the pixels, mm.
+    distance_mm
+        The distance of the eye from the lenses, mm.
+
+    Examples
+    --------
     >>> found = resolvable_depth_mm(pitch_mm=1.0, gap_mm=3.3, pixel_mm=25.4 / 600, distance_mm=1000.0)
     >>> round(found.front_mm, 1), round(found.back_mm, 1)
     (72.3, 84.5)

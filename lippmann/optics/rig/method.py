@@ -47,6 +47,13 @@ def capture_method(spec: JobSpec, stage: Stage) -> Method:
     `auto` takes the ray camera, which costs less with any number of surfaces and agrees with glass to 50 dB and more
     (measured: docs/decisions/0008), but glass for what rays of one colour and one sample a pixel cannot do.
 
+    Parameters
+    ----------
+    spec
+        The job without keyframes.
+    stage
+        The stage of the scene.
+
     Raises
     ------
     OpticsError

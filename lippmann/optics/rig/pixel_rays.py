@@ -20,7 +20,19 @@ OUTER_POINTS = 9
 
 
 def ray_bands(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice] = WHOLE) -> Iterator[Rays]:
-    """Yield the rays that pixels see in the scene's space, some rows at a time, as `pixel_rays` returns them all."""
+    """Yield the rays that pixels see in the scene's space, some rows at a time, as `pixel_rays` returns them all.
+
+    Parameters
+    ----------
+    bench
+        The rig as it stands.
+    rows
+        The pixel rows of the whole picture.
+    cols
+        The pixel columns of the whole picture.
+    region
+        The rows and columns that are wanted, as two slices; all of them by default.
+    """
     wanted, across = range(rows)[region[0]], range(cols)[region[1]]
     step = max(1, BAND_PX // len(across))
     for start in range(wanted.start, wanted.stop, step):
@@ -33,6 +45,8 @@ def pixel_rays(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice
 
     Parameters
     ----------
+    bench
+        The rig as it stands.
     rows, cols
         Of the whole picture; its window is that of the bench, whatever its size.
     region

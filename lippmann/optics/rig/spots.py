@@ -43,6 +43,13 @@ def best_focus(bench: Bench, object_mm: float) -> Focus | None:
 
     The least squares of the positions over a shift of the plane: as the views of a capture sample slopes evenly, this
     is also the depth that fits all views best.
+
+    Parameters
+    ----------
+    bench
+        The rig as it stands.
+    object_mm
+        The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
     """
     used = used_rays(bench, object_mm=object_mm, height_mm=0.0)
     if used is None:
@@ -54,13 +61,33 @@ def best_focus(bench: Bench, object_mm: float) -> Focus | None:
 
 
 def focus_at(bench: Bench, object_mm: float, *, height_mm: float, image_mm: float) -> Focus | None:
-    """Return the image of a point beside the axis on a given plane; None where no light arrives."""
+    """Return the image of a point beside the axis on a given plane; None where no light arrives.
+
+    Parameters
+    ----------
+    bench
+        The rig as it stands.
+    object_mm
+        The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
+    height_mm
+        The height of the point above the axis, mm.
+    image_mm
+        The place of the image plane behind the last vertex, mm.
+    """
     used = used_rays(bench, object_mm=object_mm, height_mm=height_mm)
     return None if used is None else spot(used, bench, image_mm=image_mm)
 
 
 def working_f_number(bench: Bench, object_mm: float) -> float | None:
-    """Return the f-number of the whole cone in the image of an axis point: 1 / (2 x the steepest slope)."""
+    """Return the f-number of the whole cone in the image of an axis point: 1 / (2 x the steepest slope).
+
+    Parameters
+    ----------
+    bench
+        The rig as it stands.
+    object_mm
+        The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
+    """
     lens = bench.imaging_lens
     if lens is None:
         return None
@@ -80,7 +107,17 @@ def working_f_number(bench: Bench, object_mm: float) -> float | None:
 
 
 def spot(rays: Rays, bench: Bench, *, image_mm: float) -> Focus:
-    """Return what a bundle makes of a point on a plane behind the last vertex."""
+    """Return what a bundle makes of a point on a plane behind the last vertex.
+
+    Parameters
+    ----------
+    rays
+        The rays behind the imaging lens: positions and directions, each float64 (ray, 3), mm and unit vectors.
+    bench
+        The rig as it stands.
+    image_mm
+        The place of the image plane behind the last vertex, mm.
+    """
     points = rays.at_z(bench.lens_end_mm + image_mm)[:, :2]
     middle = points.mean(axis=0)
     rms_mm = float(np.sqrt(np.sum((points - middle) ** 2, axis=1).mean()))
@@ -92,6 +129,8 @@ def used_rays(bench: Bench, *, object_mm: float, height_mm: float) -> Rays | Non
 
     Parameters
     ----------
+    bench
+        The rig as it stands.
     object_mm
         From the point's plane to surface 1.
     height_mm
@@ -127,7 +166,15 @@ def _grid(low: NDArray[np.float64], high: NDArray[np.float64]) -> NDArray[np.flo
 
 
 def taken_by_array(bench: Bench, rays: Rays) -> NDArray[np.bool_]:
-    """Return which rays behind the imaging lens, shape (ray, 3), the array sends to a pixel, shape (ray,)."""
+    """Return which rays behind the imaging lens, shape (ray, 3), the array sends to a pixel, shape (ray,).
+
+    Parameters
+    ----------
+    bench
+        The rig as it stands.
+    rays
+        The rays behind the imaging lens: positions and directions, each float64 (ray, 3), mm and unit vectors.
+    """
     array = bench.rig.lens_array
     with np.errstate(invalid="ignore"):
         met = rays.at_z(bench.mla_z_mm)[:, :2]

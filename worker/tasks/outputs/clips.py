@@ -67,7 +67,8 @@ def clip_frames(source: FrameSource, output: ClipOptions) -> tuple[int, ...]:
 def focus_depths(source: FrameSource, output: FocusVideo) -> tuple[float, float]:
     """Return from where to where the focus runs, mm: as the output says, else through the scene's depth.
 
-    By small angles, and a focal length before where the capture saw it.
+    The scene's depths are paraxial, a focal length before where the capture's array saw them, and at most as far from
+    the display as neighbouring views overlap.
     """
     first = source.frames[0]
     rig, stage = source.rig(first), source.stage(first)
@@ -77,6 +78,9 @@ def focus_depths(source: FrameSource, output: FocusVideo) -> tuple[float, float]
     if stage is not None:
         stood = bench(rig, reference_mm=stage.reference_mm)
         far_mm, near_mm = stood.s_mm(stage.far_mm) + focal_mm, stood.s_mm(stage.near_mm) + focal_mm
+    focal_lengths_mm = {footage.rig(frame).lens_array.focal_length_mm for frame in footage.frames}
+    most_mm = footage.layout.overlap_depth(min(focal_lengths_mm))
+    far_mm, near_mm = (min(max(depth_mm, -most_mm), most_mm) for depth_mm in (far_mm, near_mm))
     from_mm = far_mm if output.from_mm is None else output.from_mm
     return from_mm, near_mm if output.to_mm is None else output.to_mm
 

@@ -342,3 +342,10 @@ def test_a_full_disk_is_said_and_nothing_is_left(tmp_path: Path, kind: Kind) -> 
 def test_a_folder_that_is_not_there_is_said(tmp_path: Path, kind: Kind) -> None:
     with pytest.raises(StoreUnavailable, match="No such file or directory"):
         encode(tmp_path / "none" / "a", waves(1, 16, 16), kind=kind, fps=8)
+
+
+@KINDS
+@pytest.mark.parametrize("size", [(1, 1), (1, 40), (40, 1), (3, 5), (15, 17)])
+def test_every_encoder_takes_pictures_of_any_size(tmp_path: Path, kind: Kind, size: tuple[int, int]) -> None:
+    frame = np.full((*size, 3), 128, dtype=np.uint8)
+    assert len(encode(tmp_path / "small", [frame] * 2, kind=kind, fps=8)) == 2

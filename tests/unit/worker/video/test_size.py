@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from worker.video.encode import encode
 from worker.video.kinds import H264
 from worker.video.read import read_frames
-from worker.video.size import SCREEN_PX, even_sided, screen_scale
+from worker.video.size import SCREEN_PX, at_least, even_sided, screen_scale
 
 
 @given(rows=st.integers(1, 5000), cols=st.integers(1, 5000))
@@ -41,3 +41,13 @@ def test_an_enlarged_video_keeps_edges_where_they_are(tmp_path: Path, scale: int
     assert decoded.shape == (16 * scale, 16 * scale, 3)
     bright = decoded[..., 1].astype(int).mean(axis=0) > 127
     assert bright.tolist() == [False] * (8 * scale) + [True] * (8 * scale)
+
+
+def test_a_small_frame_goes_on_with_its_last_row_and_col_and_a_large_one_stays() -> None:
+    frame = np.arange(2 * 3 * 3, dtype=np.uint8).reshape(2, 3, 3)
+    larger = at_least(frame, rows=4, cols=5)
+    assert larger.shape == (4, 5, 3)
+    assert (larger[:2, :3] == frame).all()
+    assert (larger[2:, :3] == frame[1]).all()
+    assert (larger[:, 3:] == larger[:, 2:3]).all()
+    assert at_least(frame, rows=2, cols=1) is frame

@@ -10,13 +10,12 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from lippmann.errors import OutputError, SpecError
+from lippmann.errors import SpecError
 from lippmann.job.outputs.output import OutputOptions
 from lippmann.job.spec import parse_spec
 from lippmann.lattice.cell import Lattice
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.cells import cells
-from lippmann.lightfield.views.interpolate import views_in_row
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import centre, grid_size, interlace, view, view_numbers
 from lippmann.plan import artifact_names as names
@@ -80,12 +79,10 @@ def test_a_quilt_of_another_count_is_interpolated_cut_and_scaled(tmp_path: Path)
         assert np.abs(tile.astype(int) - coded(number / 2, 0)).max() <= 1
 
 
-def test_a_row_of_hexagonal_views_that_does_not_divide_is_said(tmp_path: Path) -> None:
+def test_a_row_of_hexagonal_views_that_does_not_divide_is_refused_when_the_job_comes(tmp_path: Path) -> None:
     asked = {"kind": "quilt", "view_row": 1, "columns": 8}
-    job = given_job(tmp_path, outputs=[asked], px_per_lens=8, lens_array={"lattice": "hexagonal"})
-    assert len(views_in_row(job.layout, 1)) == 2
-    with pytest.raises(OutputError, match="columns: a number that divides the 2 views, got 8"):
-        job.make("quilt.png")
+    with pytest.raises(SpecError, match=r"outputs\.0\.columns: expected a number that divides the 2 views, got 8"):
+        given_job(tmp_path, outputs=[asked], px_per_lens=8, lens_array={"lattice": "hexagonal"})
 
 
 def test_a_quilt_of_all_views_has_the_lowest_row_of_views_below(tmp_path: Path) -> None:
