@@ -66,7 +66,13 @@ def parse_outputs(written: Sequence[str], source: FrameSource) -> tuple[OutputOp
     try:
         outputs = TypeAdapter(tuple[Output, ...]).validate_python([_read(text) for text in written])
         check_names(outputs)
-        check_options(outputs, source.rig(source.frames[0]), source.frames, has_depth=source.has_depth)
+        check_options(
+            outputs,
+            source.rig(source.frames[0]),
+            source.frames,
+            has_depth=source.has_depth,
+            viewing_distance_mm=source.display.viewing_distance_mm,
+        )
     except ValidationError as error:
         raise SpecError.of(problems_of(error)) from error
     except Misfit as error:

@@ -78,8 +78,8 @@ def focus_depths(source: FrameSource, output: FocusVideo) -> tuple[float, float]
     if stage is not None:
         stood = bench(rig, reference_mm=stage.reference_mm)
         far_mm, near_mm = stood.s_mm(stage.far_mm) + focal_mm, stood.s_mm(stage.near_mm) + focal_mm
-    focal_lengths_mm = {footage.rig(frame).lens_array.focal_length_mm for frame in footage.frames}
-    most_mm = footage.layout.overlap_depth(min(focal_lengths_mm))
+    focal_lengths_mm = {source.rig(frame).lens_array.focal_length_mm for frame in source.frames}
+    most_mm = source.layout.overlap_depth(min(focal_lengths_mm))
     far_mm, near_mm = (min(max(depth_mm, -most_mm), most_mm) for depth_mm in (far_mm, near_mm))
     from_mm = far_mm if output.from_mm is None else output.from_mm
     return from_mm, near_mm if output.to_mm is None else output.to_mm

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from pydantic.fields import FieldInfo
 
 from lippmann.errors import SpecError
-from lippmann.job.outputs.choice import KINDS
+from lippmann.job.outputs.output import KINDS
 from lippmann.job.rig import Rig
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.optics.rig.check import check_job
