@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
+from lippmann.lattice.cell import ON_THE_BORDER
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.refocus.weighted_sums import Taps, taps, weighted_sums
@@ -137,7 +138,7 @@ def checked_shifts(layout: CellLayout, depth_mm: float, *, focal_mm: float) -> t
     """
     found = shifts(layout, depth_mm, focal_mm=focal_mm)
     most_mm = layout.overlap_depth(focal_mm)
-    if abs(depth_mm) > most_mm:
+    if abs(depth_mm) > most_mm * (1 + ON_THE_BORDER):
         raise LayoutError(
             f"expected a depth at which neighbouring views of {layout} overlap, at most {most_mm:g} mm from the"
             f" display, got {depth_mm:g} mm"
