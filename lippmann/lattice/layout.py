@@ -249,9 +249,12 @@ def check_size(rows: int, cols: int, layout: CellLayout) -> None:
 
 
 def _fitting(rows: int, cols: int, layout: CellLayout) -> str:
-    """Return the pitch at which as many lenses do fill a size in px, if there is one, as the end of a sentence."""
-    pitch_px = cols / layout.cols * layout.px_per_lens
-    row_pitch_px = rows / layout.rows * layout.px_per_lens
-    if abs(row_pitch_px / pitch_px - 1) > SQUARE_PX:
+    """Return the pitch at which as many lenses lie on a size in px, if there is one, as the end of a sentence."""
+    across, down = cols / layout.cols, rows / layout.rows
+    if abs(down / across - 1) > SQUARE_PX:
         return ""
-    return f"; a pitch of {(pitch_px + row_pitch_px) / 2:.4g} px fits, for which lippmann import makes whole cells"
+    # The smaller scale, rounded down: the lenses must not reach beyond the picture.
+    scale = min(across, down)
+    pitch_px, row_pitch_px = (math.floor(1000 * scale * px) / 1000 for px in (layout.px_per_lens, layout.row_px))
+    rows_too = f" and a row pitch of {row_pitch_px:.7g} px" if layout.row_px != layout.px_per_lens else ""
+    return f"; a pitch of {pitch_px:.7g} px{rows_too} fits, for which lippmann import makes whole cells"

@@ -10,6 +10,8 @@ from hypothesis import strategies as st
 
 from lippmann.errors import LayoutError
 from lippmann.job.imported_sheets import SheetGeometry
+from lippmann.lattice.cell import Lattice
+from lippmann.lattice.layout import CellLayout, check_size
 from lippmann.plan.imported import lens_grid
 
 SIZE = (64, 72)
@@ -65,3 +67,31 @@ def test_all_advice_is_accepted_when_it_is_taken(
         lens_grid(SheetGeometry.model_validate(asked | {"pitch_px": float(advice["pitch"])}), SIZE)
     if advice["middle"]:
         lens_grid(SheetGeometry.model_validate({key: asked[key] for key in asked if key != "offset_px"}), SIZE)
+
+
+@settings(deadline=None, max_examples=150)
+@given(
+    lattice=st.sampled_from(["square", "hexagonal"]),
+    count=st.tuples(st.integers(1, 300), st.integers(1, 300)),
+    half_px=st.integers(1, 20),
+    scale=st.floats(0.5, 2),
+    stretch=st.floats(0.994, 1.006),
+)
+def test_the_pitch_that_a_sheet_of_another_size_is_said_to_have_is_accepted(
+    lattice: Lattice, count: tuple[int, int], half_px: int, scale: float, stretch: float
+) -> None:
+    layout = CellLayout(*count, 2 * half_px, lattice)
+    size = (round(layout.rows * scale * stretch), round(layout.cols * scale))
+    try:
+        check_size(*size, layout)
+        return
+    except LayoutError as error:
+        advice = re.search(r"a pitch of ([\d.]+) px(?: and a row pitch of ([\d.]+) px)? fits", error.message)
+    if advice is None or float(advice[1]) < 2:
+        return
+    asked = {"pitch_px": float(advice[1]), "count": count, "lattice": lattice}
+    if advice[2] is not None:
+        if float(advice[2]) < 2:
+            return
+        asked["row_pitch_px"] = float(advice[2])
+    lens_grid(SheetGeometry.model_validate(asked), size)
