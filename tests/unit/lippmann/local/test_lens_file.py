@@ -13,6 +13,7 @@ from lippmann.job.spec import parse_spec
 from lippmann.local.files.lens import read_lens
 from lippmann.optics.lens.prescription import rig_lens
 from lippmann.optics.lens.published import IMAGING_LENSES
+from lippmann.terminal.output import Output
 
 CSV = "radius;thickness;material;index;v-no;sa\n60;8;BK7;;;15\n-60;;;;;15\n"
 ZMX = (
@@ -74,21 +75,21 @@ def test_json_with_unknown_fields_is_refused(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("name", IMAGING_LENSES)
 def test_a_lens_is_shown_as_a_job_takes_it(capsys: pytest.CaptureFixture[str], name: str) -> None:
-    lens(name, as_json=True)
+    lens(name, output=Output(as_json=True))
     shown = json.loads(capsys.readouterr().out)
     assert job_lens(shown["imaging_lens"]) is not None
     assert {"efl_mm", "back_focal_mm", "front_focal_mm", "f_number"} < shown.keys()
 
 
 def test_a_lens_is_shown_surface_by_surface(capsys: pytest.CaptureFixture[str]) -> None:
-    lens("athineos-2006")
+    lens("athineos-2006", output=Output(as_json=False))
     said = capsys.readouterr().out
     assert "300.4678 mm" in said
     assert "-242.38" in said
 
 
 def test_without_a_name_all_lenses_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
-    lens(None)
+    lens(None, output=Output(as_json=False))
     said = capsys.readouterr().out
     assert all(name in said for name in IMAGING_LENSES)
 
@@ -96,9 +97,9 @@ def test_without_a_name_all_lenses_are_listed(capsys: pytest.CaptureFixture[str]
 def test_a_lens_from_a_file_is_checked(tmp_path: Path) -> None:
     path = stored(tmp_path, "thin.csv", CSV.replace("60;8", "60;2").encode())
     with pytest.raises(OpticsError, match="do not cross inside their apertures"):
-        lens(str(path))
+        lens(str(path), output=Output(as_json=False))
 
 
 def test_an_unknown_lens_names_the_known_ones() -> None:
     with pytest.raises(SpecError, match="expected one of athineos-2006"):
-        lens("nikon")
+        lens("nikon", output=Output(as_json=False))

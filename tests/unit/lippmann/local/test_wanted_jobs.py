@@ -1,12 +1,14 @@
 """The jobs that `capture` and `demo` ask for."""
 
+import inspect
 import json
 from pathlib import Path
 
 import pytest
 
+from lippmann.cli.commands import farm
 from lippmann.errors import BadInput
-from lippmann.farm.demo import FULL_TURN, demo_job
+from lippmann.farm.demo import demo_job
 from lippmann.job.rig import Rig
 from lippmann.job.spec import parse_spec
 from lippmann.local.capture import requested_job
@@ -14,8 +16,12 @@ from lippmann.plan.sampling import frame_size
 from povtemplates.catalogue import scene_folders
 from worker.sandbox.bundle import check_bundle, pack_folder
 
+FULL_TURN = "1-45"
+"""The frames that the help of `lippmann demo` calls a full turn."""
+
 
 def test_the_demo_is_the_paper_s_integral_video() -> None:
+    assert f"{FULL_TURN} is a full turn" in (inspect.getsource(farm.demo))
     spec = parse_spec(demo_job(FULL_TURN))
     size = frame_size(spec.rig)
     assert (size.lens_rows, size.lens_cols, size.rows, size.cols) == (90, 90, 720, 720)
