@@ -283,7 +283,6 @@ class IntegralImage(lightfield.IntegralImage):
         LayoutError
             If the image is pseudoscopic.
         """
-        self.check_orthoscopic()
         found = light_field(self)
         return on_square_pixels(found, self.layout) if square_pixels else found
 
@@ -302,7 +301,6 @@ class IntegralImage(lightfield.IntegralImage):
         LayoutError
             If neither or both are given, there is no such line of lenses, or the image is pseudoscopic.
         """
-        self.check_orthoscopic()
         if lens_row is not None and lens_col is None:
             return epi_of_row(self, lens_row)
         if lens_col is not None and lens_row is None:
@@ -328,7 +326,6 @@ class IntegralImage(lightfield.IntegralImage):
         LayoutError
             If there is no such view at that depth, or the image is pseudoscopic.
         """
-        self.check_orthoscopic()
         return depth_focused_view(self, depth_mm, direction=direction, px_per_lens=px_per_lens)
 
     def refocus(
@@ -372,7 +369,6 @@ class IntegralImage(lightfield.IntegralImage):
             If neighbouring views do not overlap at a depth, `px_per_lens` is given for `shift_and_sum`, or the image
             is pseudoscopic.
         """
-        self.check_orthoscopic()
         if method == "ciir":
             return ciir_stack(self, depths_mm, px_per_lens=px_per_lens)
         if px_per_lens is not None:
@@ -426,7 +422,6 @@ class IntegralImage(lightfield.IntegralImage):
         LayoutError
             If there is no such view or none beside it, or the image is pseudoscopic.
         """
-        self.check_orthoscopic()
         return estimated_depth(self, self._view_number(u, v), method=method, range_mm=range_mm, reach=reach)
 
     def true_depth(self, u: int | None = None, v: int | None = None) -> ViewDepth:
@@ -466,7 +461,6 @@ class IntegralImage(lightfield.IntegralImage):
         LayoutError
             If the eye is not in front of the display, or the image is pseudoscopic.
         """
-        self.check_orthoscopic()
         return as_square(perspective(self, _eye(eye)).picture, self.layout)
 
     def lenses_seen(self, eye: Place) -> NDArray[np.bool_]:

@@ -274,7 +274,7 @@ def _scale_notes(geometry: SheetGeometry) -> tuple[str, ...]:
     ]
     if not unknown:
         return ()
-    return (f"Depths in mm are right only if {' and '.join(unknown)} are said; the paper's lens is assumed.",)
+    return (f"Depths in mm are right only if {' and '.join(unknown)} are given; the lens of the paper is assumed.",)
 
 
 def _write_frame(picture: NDArray[np.float32], lenses: Lenses, source: Path, *, frame: int, out: Path) -> list[Path]:

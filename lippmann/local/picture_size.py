@@ -19,21 +19,21 @@ MAX_SIDE_PX = 32_768
 
 @dataclass(frozen=True)
 class PictureSize:
-    """A size that was asked for; as a picture is, when nothing was."""
+    """The size of a picture; its own if neither field is given."""
 
     scale: float | None = None
     """The factor by which the picture is enlarged."""
     longer_px: int | None = None
-    """Or so many px on the longer side."""
+    """The longer side, px, in place of a scale."""
     filter_name: Filter = "lanczos3"
 
     def __post_init__(self) -> None:
-        """Refuse what is no size.
+        """Refuse a size that cannot be.
 
         Raises
         ------
         BadInput
-            If both are said, or one is not positive.
+            If both are given, or one is not positive.
         """
         if self.scale is not None and self.longer_px is not None:
             raise BadInput("expected either --scale or --size, got both")
@@ -43,7 +43,7 @@ class PictureSize:
             raise BadInput(f"expected a --size of 1 to {MAX_SIDE_PX} px, got {self.longer_px}")
 
     def of(self, rows: int, cols: int) -> tuple[int, int]:
-        """Return the (rows, cols) of a picture that was rows x cols px.
+        """Return the (rows, cols) to which a picture of rows x cols px is resized.
 
         Raises
         ------
@@ -56,7 +56,7 @@ class PictureSize:
         return sides
 
     def sized(self, picture: NDArray[np.floating[Any]]) -> NDArray[np.floating[Any]]:
-        """Return a picture `(row, col, channel)`, linear light, in this size."""
+        """Resize a picture `(row, col, channel)` of linear light to this size."""
         rows, cols = self.of(*picture.shape[:2])
         if (rows, cols) == picture.shape[:2]:
             return picture
@@ -64,7 +64,7 @@ class PictureSize:
 
 
 def check_side(longer_px: int) -> None:
-    """Refuse a picture that nobody can mean.
+    """Refuse a picture that is larger than `MAX_SIDE_PX`.
 
     Raises
     ------

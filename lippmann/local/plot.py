@@ -16,7 +16,7 @@ COLOURS = BLUE, ORANGE, GREEN, PURPLE = "#0b5fa5", "#c4500c", "#2c7a3f", "#6b4c9
 
 
 def check_plots() -> None:
-    """See that matplotlib is there.
+    """Check that matplotlib is installed.
 
     Raises
     ------
@@ -29,9 +29,16 @@ def check_plots() -> None:
 
 @contextmanager
 def axes(*, title: str, x: str, y: str, note: str, files: tuple[Path, ...]) -> Iterator[Any]:
-    """Lend axes with their labels; when done with, the plot is written to every file, named .png or .svg.
+    """Yield labelled axes; when the block ends, the plot is written to every file, a .png or an .svg.
 
-    `note` stands small below them: what was measured, on what.
+    Parameters
+    ----------
+    title, x, y
+        The title, and the labels of the axes.
+    note
+        A small note below the axes, which tells what was measured.
+    files
+        The files to write.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

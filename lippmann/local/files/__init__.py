@@ -4,7 +4,7 @@ master        masters, and what their headers name
 image_files   integral images and pictures written
 open_master   the master that a command works on
 job_masters   masters of a job, fetched
-footage       masters as the frames of which outputs are made
+frame_source  masters as the frames that outputs are made from
 job           job files, and `--set`
 bundle        scene bundles
 lens          imaging lenses

@@ -1,4 +1,4 @@
-"""Scene bundles from disk: a folder, a zip, or the name of a scene that comes along."""
+"""Scene bundles from disk: a folder, a zip, or the name of an included scene."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from worker.sandbox.bundle import check_bundle, pack_folder
 
 
 def read_bundle(path: Path) -> bytes:
-    """Return the zip of a bundle that was looked through.
+    """Read and check a scene bundle, and return it as a zip.
 
     Raises
     ------
     BadInput
-        If there is none.
+        If there is no such folder or zip.
     lippmann.errors.BundleError
-        If it is not whole: naming the file and field.
+        If the bundle is invalid; the message names the file and the field.
     """
     try:
         data = pack_folder(path) if path.is_dir() else path.read_bytes()
@@ -28,12 +28,12 @@ def read_bundle(path: Path) -> bytes:
 
 
 def find_bundle(scene: str) -> tuple[str, bytes]:
-    """Return the name and bundle of a scene that comes along, or of a folder or zip.
+    """Return the name and the bundle of an included scene, or of a folder or zip.
 
     Raises
     ------
     BadInput
-        If there is neither.
+        If there is no such scene, folder or zip.
     """
     folders = scene_folders()
     if scene in folders:

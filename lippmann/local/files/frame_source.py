@@ -46,7 +46,7 @@ def files_frames(source: Path, *, frames: str | None = None, fps: float, display
     Raises
     ------
     BadInput
-        If there are none, one is none or has no rig in its header, their lenses differ, or a frame is not there.
+        If there are no masters, one is no picture or names no rig, their lenses differ, or a frame is missing.
     """
     found = {number: _master(path) for number, path in _numbered(source).items()}
     if frames is not None:
@@ -57,15 +57,15 @@ def files_frames(source: Path, *, frames: str | None = None, fps: float, display
         found = {number: found[number] for number in wanted}
     layouts = {display_size(master.rig): master.path for master in found.values()}
     if len(layouts) > 1:
-        said = "; ".join(f"{layout} in {path}" for layout, path in layouts.items())
-        raise BadInput(f"expected the same lenses over all frames, got {said}")
+        listed = "; ".join(f"{layout} in {path}" for layout, path in layouts.items())
+        raise BadInput(f"expected the same lenses over all frames, got {listed}")
     first = next(iter(found.values()))
     attributes = read_attributes(first.path)
     paths = {names.orthoscopic_name(number): master.path for number, master in found.items()}
     depths = {names.depth_name(number): depth_beside(master.path) for number, master in found.items()}
 
     @contextmanager
-    def lend(name: str) -> Iterator[Path]:
+    def local_path(name: str) -> Iterator[Path]:
         path = (paths | depths).get(name)
         if path is None or not path.is_file():
             raise ArtifactMissing(f"there is no {name} in {source}")
@@ -78,7 +78,7 @@ def files_frames(source: Path, *, frames: str | None = None, fps: float, display
         rig=lambda frame: found[frame].rig,
         display=display or Display(),
         facts={name: attributes.get(name, "") for name in FACTS},
-        master=lend,
+        master=local_path,
         stage=lambda frame: found[frame].stage,
         has_depth=all(path.is_file() for path in depths.values()),
     )

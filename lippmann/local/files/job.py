@@ -12,12 +12,12 @@ from lippmann.errors import BadInput
 
 
 def read_job(source: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
-    """Return the job in a file, or on stdin if `source` is `-`, with fields set anew.
+    """Read a job file, or stdin if `source` is `-`, and set some of its fields.
 
     Raises
     ------
     BadInput
-        If it cannot be read or is no JSON object, or an override is none.
+        If it cannot be read or is no JSON object, or an override is invalid.
     """
     job = _parse(_read(source), source)
     for override in overrides:
@@ -27,7 +27,7 @@ def read_job(source: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
 
 
 def take_in_lens(job: dict[str, Any], folder: Path) -> None:
-    """Put a lens's prescription in place of the name of its file, `{"file": "my-lens.zmx"}`, beside the job.
+    """Replace the name of a lens file beside the job, `{"file": "my-lens.zmx"}`, by the prescription in it.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def take_in_lens(job: dict[str, Any], folder: Path) -> None:
 
 
 def set_field(job: dict[str, Any], override: str) -> None:
-    """Set one field of a job, `path=value`: the value is JSON, or text where it is none.
+    """Set one field of a job, `path=value`; a value that is no JSON is text.
 
     >>> job = {"scene": "fish"}
     >>> set_field(job, "rig.lens_array.count=[4, 5]"); set_field(job, "frames=1-3"); job

@@ -105,17 +105,18 @@ def read_depth(path: Path) -> DepthMap:
     return DepthMap(read_channels(path, CHANNELS))
 
 
-def _rectified(shown: NDArray[np.float16], layout: CellLayout, rig: Rig, path: Path) -> NDArray[np.float16]:
+def _rectified(pixels: NDArray[np.float16], layout: CellLayout, rig: Rig, path: Path) -> NDArray[np.float16]:
     if rig.device is None:
         raise BadInput(f"{path}: expected a rig with a device in the header, got one without")
-    pixels = device_pixels(rig.device, pitch_mm=rig.lens_array.pitch_mm)
-    rows, cols = device_size(layout, **pixels)
-    if shown.shape[:2] != (rows, cols):
+    device = device_pixels(rig.device, pitch_mm=rig.lens_array.pitch_mm)
+    rows, cols = device_size(layout, **device)
+    if pixels.shape[:2] != (rows, cols):
         raise BadInput(
-            f"{path}: expected a master of {rows} x {cols} px on its device, got {shown.shape[0]} x {shown.shape[1]} px"
+            f"{path}: expected a master of {rows} x {cols} px on its device, got"
+            f" {pixels.shape[0]} x {pixels.shape[1]} px"
         )
     with naming(path):
-        return rectify(shown, device_grid(layout, **pixels), layout)
+        return rectify(pixels, device_grid(layout, **device), layout)
 
 
 def named_rig(path: Path) -> Rig:

@@ -8,12 +8,12 @@ from lippmann.errors import BadInput
 
 
 def check_writable(folder: Path) -> None:
-    """See that a folder can be written; made if it is not there.
+    """Check that a folder can be written; a missing folder is created.
 
     Raises
     ------
     BadInput
-        If it cannot.
+        If it cannot be written.
     """
     trial = folder / ".lippmann-trial"
     try:
