@@ -43,7 +43,7 @@ def test_the_page_has_the_verdicts_that_follow_from_its_own_depths() -> None:
     page = (DOCS / "paper.md").read_text("utf-8")
     depth = r" [-+][\d.]+ \([^)]+\) \|"
     rows = re.findall(rf"^\| \(([a-d])\) [^|]+\|((?:{depth}){{5}})[^|]+\| ([a-z ]+) \|$", page, re.MULTILINE)
-    assert [letter for letter, _, _ in rows][:4] == ["a", "b", "c", "d"]
+    assert [letter for letter, _, _ in rows] == 2 * ["a", "b", "c", "d"], "with both cameras"
     for letter, cells, verdict in rows:
         caption = next(each for each in CAPTIONS if each.letter == letter)
         measured = [float(cell.split()[0]) for cell in cells.strip("|").split("|")]
@@ -65,3 +65,11 @@ def test_the_four_positions_are_one_job_in_which_only_the_array_moves() -> None:
     assert all(other == first for other in others)
     assert spec.clock is not None
     assert {spec.clock.at(frame) for frame in spec.frame_numbers} == {0.0}
+
+
+def test_the_pinhole_camera_is_the_papers_and_the_only_difference() -> None:
+    ours, papers = sweep(px_per_lens=6), sweep(px_per_lens=6, camera="pinhole")
+    assert (ours.rig.camera.projection, papers.rig.camera.projection) == ("orthographic", "perspective")
+    assert papers.rig.camera.angle_deg == pytest.approx(67.38 / 10)
+    without_camera = {"rig": {"camera"}}
+    assert papers.model_dump(exclude=without_camera) == ours.model_dump(exclude=without_camera)
