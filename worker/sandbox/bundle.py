@@ -19,15 +19,15 @@ from povtemplates.catalogue import MANIFEST, POSTER
 from povtemplates.manifest import ManifestError, read_manifest
 
 MAX_BYTES = 256 * 1024 * 1024
-"""Of all files together, unpacked."""
+"""The limit of all files together, unpacked."""
 MAX_FILES = 2000
 MAX_POSTER_BYTES = 2 * 1024 * 1024
 MAX_MANIFEST_BYTES = 256 * 1024
 MAX_NAME_BYTES = 200
-"""Of one part of a name; file systems take 255."""
+"""The limit of one part of a name; file systems take 255."""
 
 OURS = "lippmann-"
-"""Begins the names of what a worker writes beside the scene; POV-Ray would find those first."""
+"""The prefix of the files that a worker writes beside the scene; POV-Ray finds those first."""
 
 _ENCRYPTED = 0x1
 _METHODS = {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}
@@ -38,7 +38,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 @dataclass(frozen=True)
 class CheckedBundle:
-    """A bundle that was looked through."""
+    """A bundle that was checked."""
 
     card: SceneCard
     digest: str
@@ -77,12 +77,12 @@ def _is_utf8(name: str) -> bool:
 
 
 def check_bundle(data: bytes) -> CheckedBundle:
-    """Look a zip through before anything of it is used.
+    """Check a zip before any part of it is used.
 
     Raises
     ------
     BundleError
-        If it is no zip, too large, reaches outside its folder, or lacks a right scene.toml or the scene it names.
+        If it is not a zip, is too large, has names outside its folder, or lacks a valid scene.toml or its scene.
     """
     with _opened(data) as archive:
         names = _checked_names(archive)
@@ -99,7 +99,7 @@ def unpack(data: bytes, folder: Path) -> None:
     Raises
     ------
     BundleError
-        As `check_bundle`.
+        The same as for `check_bundle`.
     """
     with _opened(data) as archive:
         for name in _checked_names(archive):
@@ -109,7 +109,7 @@ def unpack(data: bytes, folder: Path) -> None:
 
 
 def digest_of(data: bytes) -> str:
-    """Return the name that a bundle's bytes give it."""
+    """Return the SHA-256 of a bundle, which names it."""
     return hashlib.sha256(data).hexdigest()
 
 
@@ -131,7 +131,7 @@ def _card(archive: zipfile.ZipFile, names: list[str]) -> SceneCard:
 
 
 def _check_not_ours(scene: str, names: list[str]) -> None:
-    """Refuse a file in a folder that POV-Ray looks through whose name begins as ours do."""
+    """Refuse a file with the prefix of the worker's own files in a folder that POV-Ray searches."""
     searched = {PurePosixPath(scene).parent, PurePosixPath()}
     for path in map(PurePosixPath, names):
         if path.parent in searched and path.name.lower().startswith(OURS):
@@ -139,7 +139,7 @@ def _check_not_ours(scene: str, names: list[str]) -> None:
 
 
 def _some(names: list[str]) -> str:
-    """Return a few names, scenes first."""
+    """Return up to eight names, scenes first, for a message."""
     ranked = sorted(names, key=lambda name: (not name.lower().endswith((".pov", ".inc")), name))
     return ", ".join(ranked[:8])
 
@@ -159,7 +159,7 @@ def _opened(data: bytes) -> zipfile.ZipFile:
     try:
         return zipfile.ZipFile(io.BytesIO(data))
     except zipfile.BadZipFile as error:
-        raise BundleError(f"expected a zip, got {len(data)} bytes that are none") from error
+        raise BundleError(f"expected a zip, got {len(data)} bytes that are not one") from error
 
 
 def _checked_names(archive: zipfile.ZipFile) -> list[str]:
@@ -185,14 +185,14 @@ def _checked_names(archive: zipfile.ZipFile) -> list[str]:
 
 
 def _check_no_conflict(names: list[str]) -> None:
-    """Refuse a name that comes twice, or that is a file here and a folder there."""
+    """Refuse a name that occurs twice, or that is both a file and a folder."""
     folders = {str(parent) for name in names for parent in PurePosixPath(name).parents}
     if len(set(names)) < len(names) or folders.intersection(names):
         raise BundleError("expected every name once, and none both as a file and as a folder")
 
 
 def _read(archive: zipfile.ZipFile, name: str, *, at_most: int) -> bytes:
-    """Return a file of the zip, never holding more than it says it has: a small zip may unpack to anything."""
+    """Return a file of the zip, reading no more than its declared size: a small zip may unpack to any size."""
     declared = archive.getinfo(name).file_size
     if declared > at_most:
         raise BundleError(f"{name}: expected at most {at_most} bytes, got {declared}")

@@ -1,4 +1,4 @@
-"""A child process: its start, its output, its end, and everything below it."""
+"""A child process: its start, its output, its end, and its descendants."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from types import TracebackType
 from typing import IO, Self, cast
 
 GRACE_S = 1.6
-"""From SIGTERM to SIGKILL. POV-Ray answers within 0.9 s while it renders and 1.5 s while it parses."""
+"""The time from SIGTERM to SIGKILL. POV-Ray ends within 0.9 s while it renders and 1.5 s while it parses."""
 DRAIN_S = 1.0
-"""How long output is still read after the child has ended, if something keeps the pipe open."""
+"""The time for which output is read after the child has ended, if another process keeps the pipe open."""
 
 _ALL_S = 0.3
-"""From SIGKILL for POV-Ray to SIGKILL for all."""
+"""The time from SIGKILL for the leaf processes to SIGKILL for all."""
 _CHUNK_BYTES = 65_536
 _REAP_S = 0.01
 
 
 class Child:
-    """A process that leads a session of its own; as a context, it is gone on leaving."""
+    """A process that leads its own session; as a context manager, it has ended when the context is left."""
 
     def __init__(self, argv: Sequence[str], *, cwd: Path, env: Mapping[str, str]) -> None:
         self.exit_code = 0
         self.cpu_s = 0.0
         self.peak_memory_mb = 0.0
         self._ended_s: float | None = None
-        self._told_s: float | None = None
+        self._terminated_s: float | None = None
         self._popen = subprocess.Popen(
             argv,
             cwd=cwd,
@@ -45,30 +45,30 @@ class Child:
         self._output = cast(IO[bytes], self._popen.stdout)
 
     def read(self, timeout_s: float) -> bytes:
-        """Wait for output, not longer than this, and return what came."""
+        """Wait for output, at most for this time, and return it."""
         data = self._read(timeout_s)
         self._reap(os.WNOHANG)
         return data
 
     def is_over(self) -> bool:
-        """Tell whether it has ended and said all it had to say."""
+        """Return whether the child has ended and all its output has been read."""
         if self._ended_s is None:
             return False
         return self._output.closed or time.monotonic() - self._ended_s > DRAIN_S
 
     def end(self) -> None:
-        """Make it end: call again until it is over.
+        """End the child: call this until `is_over`.
 
-        SIGTERM, then SIGKILL, go to the processes that have none below them: POV-Ray, not what holds it and counts its
-        CPU seconds. At last SIGKILL goes to all.
+        SIGTERM, then SIGKILL, are sent to the leaves of the process tree: the engine, not the sandbox around it, which
+        counts its CPU seconds. At last SIGKILL is sent to all.
         """
         now_s = time.monotonic()
-        if self._told_s is None:
-            self._told_s = now_s
+        if self._terminated_s is None:
+            self._terminated_s = now_s
             self._signal(self._leaves(), signal.SIGTERM)
-        elif now_s - self._told_s > GRACE_S + _ALL_S:
+        elif now_s - self._terminated_s > GRACE_S + _ALL_S:
             self._kill_all()
-        elif now_s - self._told_s > GRACE_S:
+        elif now_s - self._terminated_s > GRACE_S:
             self._signal(self._leaves(), signal.SIGKILL)
 
     def __enter__(self) -> Self:
@@ -80,7 +80,7 @@ class Child:
         if self._ended_s is None:
             self._kill_all()
             self._reap(0)
-        # Only when the last holder of the pipe is gone, so is what the kernel kills after its leader.
+        # The pipe closes when the last descendant, which the kernel kills after its leader, has ended.
         while not self.is_over():
             self._read(_REAP_S)
         self._output.close()
@@ -100,11 +100,11 @@ class Child:
     def _reap(self, flags: int) -> None:
         if self._ended_s is not None or not os.waitid(os.P_PID, self._popen.pid, os.WEXITED | os.WNOWAIT | flags):
             return
-        # As long as the dead leader is not waited for, its number names its group and nothing else.
+        # Until the dead leader is waited for, its process number cannot be used again for another group.
         self._kill_group()
         _, status, used = os.wait4(self._popen.pid, 0)
         self._ended_s = time.monotonic()
-        # Popen must not wait for a process that is gone.
+        # Popen must not wait for a process that was waited for.
         self._popen.returncode = self.exit_code = os.waitstatus_to_exitcode(status)
         self.cpu_s = used.ru_utime + used.ru_stime
         self.peak_memory_mb = used.ru_maxrss / 1024

@@ -1,4 +1,4 @@
-"""Hold a program with Landlock, then become it.
+"""Restrict this process with Landlock, then replace it by a program.
 
 Run as a file of its own (`python -I -S landlock.py --read PATH --write PATH -- PROGRAM ARGUMENT...`), so that nothing
 but the standard library is imported and the environment counts for nothing. It needs no privilege and works where user
@@ -123,16 +123,16 @@ def _paths(words: list[str]) -> tuple[list[str], list[str]]:
 
 
 def main(words: list[str]) -> NoReturn:
-    """Hold this process as the command line says and become the program after `--`."""
+    """Restrict this process as the command line says and execute the program after `--`."""
     cut = words.index("--")
     program = words[cut + 1 :]
     try:
         hold(*_paths(words[:cut]))
         die_with_parent()
-        # Python ignores these two, the program would inherit it, and then nothing would end a file without end.
+        # Python ignores these two signals and the program would inherit that: nothing would end an endless file.
         for number in (signal.SIGPIPE, signal.SIGXFSZ):
             signal.signal(number, signal.SIG_DFL)
-        os.execvp(program[0], program)  # noqa: S606 - becoming the program is what this file is for
+        os.execvp(program[0], program)  # noqa: S606 - this file exists to execute a program
     except OSError as error:
         sys.stderr.write(f"landlock: {error}\n")
         sys.exit(REFUSED)

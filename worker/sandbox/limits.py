@@ -1,4 +1,4 @@
-"""What one POV-Ray may use, held by the kernel.
+"""Resource limits of one child process, enforced by the kernel.
 
 `prlimit` of util-linux sets the limits and becomes the program: nothing of ours runs between fork and exec, where a
 preexec_fn could deadlock on another thread's lock.
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 CPU_GRACE_S = 5
-"""SIGXCPU at the limit, SIGKILL this much later."""
+"""The time from SIGXCPU, which is sent at the CPU limit, to SIGKILL."""
 
 PROCESSES = 64
 """POV-Ray starts no process and, with one render thread, about ten threads."""
@@ -21,20 +21,20 @@ _MIB = 1024 * 1024
 
 @dataclass(frozen=True)
 class Limits:
-    """Limits of one attempt."""
+    """The resource limits of one attempt."""
 
     cpu_s: float
     memory_mb: int
-    """Address space."""
+    """The limit of the address space."""
     file_mb: int = 8192
-    """One file. POV-Ray keeps its state beside the picture: 20 bytes a pixel."""
+    """The limit of the size of one file. POV-Ray stores its state beside the picture: 20 bytes per pixel."""
 
 
 def limited(argv: Sequence[str], limits: Limits, *, counted_alone: bool) -> list[str]:
-    """Return `argv` held to its limits.
+    """Return a command line that runs `argv` within limits.
 
-    The number of processes is limited only where they are counted alone, in a user namespace of their own. Elsewhere
-    the kernel counts all that the user runs, and POV-Ray would fail for what others started. Root is never limited.
+    The number of processes is limited only where they are counted alone, in their own user namespace. Elsewhere the
+    kernel counts all processes of the user, and POV-Ray would fail because of others. Root is never limited.
     """
     cpu_s = math.ceil(limits.cpu_s)
     return [

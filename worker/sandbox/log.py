@@ -1,4 +1,4 @@
-"""The log of one attempt: the beginning and the end of what was said, however much it was."""
+"""The log of one attempt: the beginning and the end of the output, whatever its length."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class AttemptLog:
             self._left_out += dropped
 
     def close(self) -> None:
-        """Write the tail and say how much was left out."""
+        """Write the tail, after a line with the number of bytes that were left out."""
         if self._left_out:
             self._file.write(f"[... {self._left_out} bytes left out ...]\n".encode())
         self._file.write(b"".join(self._tail))

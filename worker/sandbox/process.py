@@ -39,11 +39,11 @@ class ProgressReader(Protocol[ReadProgress]):
 
     @property
     def progress(self) -> ReadProgress:
-        """How far the program is. Values are compared: a program whose progress stays equal makes no progress."""
+        """The progress so far. Values are compared: a program whose progress stays equal has stalled."""
         ...
 
     def read(self, line: str) -> bool:
-        """Update the progress from the next line of output; return whether the line says nothing else."""
+        """Update the progress from the next line of output; return whether the line reports nothing else."""
         ...
 
 
@@ -58,7 +58,7 @@ class Ending(StrEnum):
 
 @dataclass(frozen=True)
 class Outcome(Generic[P]):
-    """How a child ended, and what it used."""
+    """The end of a child process, and the resources that it used."""
 
     ending: Ending
     exit_code: int

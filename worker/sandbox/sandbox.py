@@ -1,4 +1,4 @@
-"""What holds POV-Ray, because its own file security does not.
+"""The sandbox around a foreign program, because the file security of POV-Ray does nothing.
 
 ========= ====================================================================== ==========================
 mode      holds                                                                  needs

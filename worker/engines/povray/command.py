@@ -16,13 +16,13 @@ from lippmann.job.render_settings import Antialias
 PictureFormat = Literal["png16", "exr"]
 
 SYSTEM_INCLUDE = Path("/usr/share/povray-3.7/include")
-"""Where Debian's package has colors.inc and its like; without an INI file POV-Ray looks nowhere by itself."""
+"""The folder of colors.inc and the other includes of Debian's package; without an INI file POV-Ray searches none."""
 
 BLOCK_PX = 32
 """POV-Ray renders and reports in blocks of 32 x 32 px."""
 
 _OUTPUT = {"png16": ("+FN16", "File_Gamma=1.0"), "exr": ("+FE",)}
-"""Both in linear light: a PNG's codes are numbers, for targets that code positions."""
+"""Both formats store linear light: the codes of a PNG are numbers, for targets that encode positions."""
 
 
 class Region(NamedTuple):
@@ -36,9 +36,9 @@ class Region(NamedTuple):
 
 @dataclass(frozen=True)
 class RenderCommand:
-    """What POV-Ray is asked for: one picture of one .pov, both in the task's folder.
+    """A picture that POV-Ray renders from a .pov, both in the folder of the task.
 
-    With a `region`, POV-Ray writes the full size all the same and leaves the rest black.
+    With a `region`, POV-Ray still writes the full size and leaves the rest black.
     """
 
     pov_file: str
@@ -56,7 +56,7 @@ class RenderCommand:
     program: str = "povray"
 
     def __post_init__(self) -> None:
-        """Refuse what POV-Ray would render as rubbish without a word."""
+        """Refuse values with which POV-Ray renders a wrong picture without an error."""
         values = {"clock": self.clock, **self.declares}
         endless = {name: value for name, value in values.items() if not math.isfinite(value)}
         if endless:
@@ -110,7 +110,7 @@ def _region_options(region: Region | None) -> list[str]:
 
 
 def _antialias_options(antialias: Antialias | None) -> list[str]:
-    """Return the options, without jitter: a picture must come out the same twice."""
+    """Return the options, without jitter: the same command must give the same picture."""
     if antialias is None:
         return ["-A"]
     return [f"+A{_number(antialias.threshold)}", f"+AM{antialias.method}", f"+R{antialias.depth}", "-J"]

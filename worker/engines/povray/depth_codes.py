@@ -1,4 +1,4 @@
-"""The codes of a depth pass as distances: the other side of lippmann/depth.inc."""
+"""Convert the codes of a depth pass to distances: the inverse of lippmann/depth.inc."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from worker.engines.povray.scene import FAR
 
 TOP = 65535
 MARK = 0.618
-"""Blue where there was fog, of its amplitude."""
+"""The share of the fog's amplitude in the blue channel where there was fog."""
 
 CLOSE_CODES = 2
-"""How near to its mark blue must be: rounding, twice."""
+"""The tolerance of blue around `MARK`, in codes: two roundings."""
 
 FOGGY = 0.5
-"""Amplitude, and the light of the scene's own fog below which ours is added to it, above which it is taken from it."""
+"""The amplitude of our fog, which is added to the scene's own fog below this light and subtracted from it above."""
 
 
 @dataclass(frozen=True)
@@ -26,23 +26,23 @@ class FogLight:
 
     fraction: NDArray[np.float64]
     quantum: float
-    """Of the fractions."""
+    """The step of the fractions."""
 
     @property
     def is_whole(self) -> bool:
-        """Whether there was fog along every ray."""
+        """True if there was fog along every ray."""
         return bool((np.abs(self.fraction[..., 2] - MARK) <= CLOSE_CODES * self.quantum).all())
 
     def distance_mm(self, *, near_mm: float) -> NDArray[np.float64]:
-        """Return how far away what a ray meets is, `(row, col)`; NaN where it meets nothing.
+        """Return the distance at which each ray meets a surface, `(row, col)`, mm; NaN where it meets none.
 
-        With transmittance T = exp(-d / D) in steps of q, d is told in steps of q D / T: of the two scales the finer one
-        counts.
+        With transmittance T = exp(-d / D) in steps of q, the step of d is q D / T; the finer of the two scales
+        is used.
 
         Parameters
         ----------
         near_mm
-            D of the first scale.
+            The distance D of the first scale, mm.
         """
         scales_mm = near_mm * np.array([1.0, FAR])
         transmitted = np.clip(1.0 - self.fraction[..., :2], 0.5 * self.quantum, 1.0)

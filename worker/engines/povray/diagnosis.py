@@ -1,4 +1,4 @@
-"""What POV-Ray, the sandbox and the kernel can answer, and what we make of it.
+"""The answers of POV-Ray, the sandbox and the kernel, and what we do about each.
 
 ============================================ =============================== =====================================
 answer                                       means                           what we do
@@ -54,7 +54,7 @@ from worker.sandbox.limits import Limits
 from worker.sandbox.process import Ending, Outcome
 
 NO_ROOM_BYTES = 1024 * 1024
-"""Less than this free in the task's folder, and a failure is the disk's."""
+"""A failure with less free room than this in the folder of the task is that of a full disk."""
 
 _STARTUP_FAULT = "Timed out waiting for worker thread startup"
 _MISSING = re.compile(r"Cannot find file '(.+?)', even after")
@@ -66,7 +66,7 @@ _NOISE = re.compile(
 
 @dataclass(frozen=True)
 class Case:
-    """An outcome that was no picture, and what is known around it."""
+    """The outcome of a run, with what is needed to diagnose it."""
 
     outcome: Outcome[Progress]
     limits: Limits
@@ -78,13 +78,13 @@ class Case:
         """POV-Ray's messages about the scene."""
         return read_messages(self.outcome.lines, roots=self.roots)
 
-    def says(self, text: str) -> bool:
-        """Tell whether POV-Ray said this anywhere."""
+    def has_line_with(self, text: str) -> bool:
+        """Return whether a line of POV-Ray's output contains a text."""
         return any(text in line for line in self.outcome.lines)
 
 
 def is_startup_fault(outcome: Outcome[Progress]) -> bool:
-    """Tell whether POV-Ray failed to start by its own fault, so that starting it again is all there is to do."""
+    """Return whether POV-Ray failed to start by a fault of its own, so that it only needs to be started again."""
     return (
         outcome.ending is Ending.EXITED
         and outcome.exit_code == 1
@@ -104,7 +104,7 @@ def diagnose(case: Case) -> LippmannError | None:
 
 
 def last_words(case: Case) -> str:
-    """Return the last thing that was said and says something, for a message."""
+    """Return the last informative line of the output, for a message."""
     said = [line.strip() for line in case.outcome.lines if not _NOISE.match(line)]
     fatal = [line for line in said if line.startswith("Fatal error")]
     return relative((fatal or said or ["it said nothing"])[-1], case.roots)[:300]
@@ -159,7 +159,7 @@ def _signalled(case: Case) -> LippmannError | None:
 
 
 def _memory_limit(case: Case) -> LippmannError | None:
-    silent = case.says("Fatal error in parser: Cannot parse input.") and not _errors(case)
+    silent = case.has_line_with("Fatal error in parser: Cannot parse input.") and not _errors(case)
     if silent or any(_NO_MEMORY.search(line) for line in case.outcome.lines):
         return RenderFailed(f"POV-Ray ran out of memory: {_memory(case)}.")
     return None
@@ -180,15 +180,15 @@ def _scene(case: Case) -> LippmannError | None:
 
 
 def _unwritable(case: Case) -> LippmannError | None:
-    if case.outcome.progress.phase is not Phase.PARSING and case.says("Cannot access data in file."):
+    if case.outcome.progress.phase is not Phase.PARSING and case.has_line_with("Cannot access data in file."):
         return StoreFull("POV-Ray could not write its picture: no room in the task's folder.")
-    if case.says("Cannot create render state output file."):
+    if case.has_line_with("Cannot create render state output file."):
         return RenderFailed("POV-Ray could not create its files in the task's folder.")
     return None
 
 
 def _command_line(case: Case) -> LippmannError | None:
-    if case.says("Problem with option setting"):
+    if case.has_line_with("Problem with option setting"):
         return RenderFailed(f"POV-Ray refused its command line: {last_words(case)}")
     return None
 
@@ -211,11 +211,11 @@ _RULES: Sequence[Callable[[Case], LippmannError | None]] = (
     _command_line,
     _cancelled,
 )
-"""Asked in this order; the first that knows the answer gives it."""
+"""The rules in their order; the first that returns an error decides."""
 
 
 def signal_of(exit_code: int) -> int | None:
-    """Return the signal that ended a process, said by the kernel (-9) or by a shell above it (137).
+    """Return the signal that ended a process, as reported by the kernel (-9) or by a shell above it (137).
 
     >>> signal_of(-9), signal_of(137), signal_of(1)
     (9, 9, None)
@@ -225,7 +225,7 @@ def signal_of(exit_code: int) -> int | None:
 
 
 def _errors(case: Case) -> list[Message]:
-    """Return the errors; a hint such as "Cannot read PNG data" is one when nothing else was said."""
+    """Return the errors, or the hints, such as "Cannot read PNG data", if there are no errors."""
     messages = [message for message in case.messages if message.kind is not MessageKind.WARNING]
     return [message for message in messages if message.kind is MessageKind.ERROR] or messages
 

@@ -1,7 +1,7 @@
-"""What POV-Ray finds around it: an own INI file, an own home, an own temp folder, and nothing of ours.
+"""The environment of POV-Ray: its own INI file, home and temporary folder, and no variables of the worker.
 
-POV-Ray reads HOME, POVINI, POVINC and POV_TEMP_DIR, and loads a povray.ini from the working directory when POVINI does
-not say otherwise.
+POV-Ray reads HOME, POVINI, POVINC and POV_TEMP_DIR, and loads a povray.ini from the working directory unless POVINI
+names another one.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from worker.sandbox.sandbox import PATH
 _OWN = ".povray"
 _INI = "; every option is on the command line; an empty file would be an error\n"
 _CONF = "[File I/O Security]\nnone\n\n[Shellout Security]\nforbidden\n"
-"""POV-Ray's own file security does nothing in 3.7: the sandbox holds it."""
+"""The file security of POV-Ray does nothing in 3.7; the sandbox restricts it."""
 
 
 def prepare(task_dir: Path) -> dict[str, str]:
-    """Write POV-Ray's own files into the task's folder and return its whole environment."""
+    """Write POV-Ray's files into the folder of the task and return its whole environment."""
     own = task_dir / _OWN
     conf_dir = own / "home" / ".povray" / "3.7"
     conf_dir.mkdir(parents=True, exist_ok=True)
@@ -29,7 +29,7 @@ def prepare(task_dir: Path) -> dict[str, str]:
 
 
 def environment(task_dir: Path) -> dict[str, str]:
-    """Return every variable that POV-Ray sees."""
+    """Return all environment variables of POV-Ray."""
     own = task_dir / _OWN
     return {
         "PATH": PATH,

@@ -1,7 +1,7 @@
 """POV-Ray's messages, read: errors and warnings with file and line, and the statistics at the end.
 
-POV-Ray wraps at 80 columns. A message goes on in the next line where that begins with a space, or where the last one
-was filled to the brim, because a word too long for a line is cut.
+POV-Ray wraps at 80 columns. A message continues in the next line if that begins with a space, or if the last
+line is full, because a word that is too long for a line is cut.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _CPU_SECONDS = re.compile(r"\s+using \d+ thread\(s\) with ([\d.]+) CPU-seconds t
 
 
 class MessageKind(StrEnum):
-    """How much a message matters."""
+    """The severity of a message."""
 
     ERROR = "Parse Error"
     HINT = "Possible Parse Error"
-    """Comes before an error, and says what the error does not."""
+    """A message before an error, with a detail that the error lacks."""
     WARNING = "Parse Warning"
 
 
@@ -47,18 +47,18 @@ class Message:
 
 @dataclass(frozen=True)
 class Statistics:
-    """What POV-Ray says that it spent: seconds on the clock, and of CPU in all threads."""
+    """The times that POV-Ray reports: elapsed seconds, and CPU seconds of all threads."""
 
     parse_s: float = 0.0
-    """Parsing and bounding."""
+    """Elapsed seconds of parsing and bounding."""
     parse_cpu_s: float = 0.0
     trace_s: float = 0.0
-    """Photons, radiosity and tracing."""
+    """Elapsed seconds of photons, radiosity and tracing."""
     trace_cpu_s: float = 0.0
 
 
 def unwrap(lines: Iterable[str]) -> list[str]:
-    """Return the lines with every wrapped message in one.
+    """Return the lines with every wrapped message in one line.
 
     >>> unwrap(["Parse Error: No matching } in 'sphere', plane found", " instead"])
     ["Parse Error: No matching } in 'sphere', plane found instead"]
@@ -77,7 +77,7 @@ def unwrap(lines: Iterable[str]) -> list[str]:
 
 
 def read_messages(lines: Iterable[str], *, roots: Sequence[Path] = ()) -> list[Message]:
-    """Return the messages about the scene; files below one of `roots` are named from there."""
+    """Return the messages about the scene; paths are made relative to `roots`."""
     matches = (_MESSAGE.fullmatch(line) for line in unwrap(lines))
     return [
         Message(
@@ -92,7 +92,7 @@ def read_messages(lines: Iterable[str], *, roots: Sequence[Path] = ()) -> list[M
 
 
 def relative(text: str, roots: Sequence[Path]) -> str:
-    """Return `text` without the folders that only this machine knows.
+    """Return `text` with paths made relative to `roots`, which only this machine has.
 
     >>> relative("/scratch/7/bundle/tex/skin.png", [Path("/scratch/7/bundle")])
     'tex/skin.png'
@@ -103,7 +103,7 @@ def relative(text: str, roots: Sequence[Path]) -> str:
 
 
 def read_statistics(lines: Iterable[str]) -> Statistics | None:
-    """Return what POV-Ray says that it spent, or None if it did not come that far."""
+    """Return the times that POV-Ray reports, or None if it ended before it reported them."""
     wall: dict[str, float] = {}
     cpu: dict[str, float] = {}
     part = None

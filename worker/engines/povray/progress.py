@@ -61,7 +61,7 @@ class PovrayProgressReader:
         self._first_block_px = first_block_px
 
     def read(self, line: str) -> bool:
-        """Update the progress from the next line of output; return whether the line says nothing else."""
+        """Update the progress from the next line of output; return whether the line reports nothing else."""
         self.progress = advance(self.progress, line, first_block_px=self._first_block_px)
         return is_progress(line)
 

@@ -22,20 +22,20 @@ from povtemplates import literals
 from worker.engines.povray.command import Region
 
 FIRST_ROW = 1
-"""Of the picture that shows the first row of rays. POV-Ray 3.7 takes for row r of a mesh camera the faces of row r - 1,
-and for row 0 those of row 0 once more; columns, and other cameras, are not shifted (measured)."""
+"""The row of the picture that shows the first row of rays. For row r of a mesh camera, POV-Ray 3.7 takes the faces
+of row r - 1, and for row 0 those of row 0 again; columns and other cameras are not shifted (measured)."""
 
 FIGURES = 7
-"""Of a coordinate: 32-bit floats keep whole numbers up to 16,777,216."""
+"""The largest code of a coordinate: 32-bit floats represent whole numbers up to 16,777,216."""
 
 FACES_AT_ONCE = 100_000
 """Whose numbers are written together: a tile of any size needs little memory."""
 
 ROOM = 0.25
-"""Of what the outermost rays span, kept free on each side for those between them that go further."""
+"""The margin on each side, as a share of the span of the outermost rays, for inner rays that go farther."""
 
 LEAST_RADIUS_MM = 1.0
-"""Of a bundle: a single ray has no width of its own."""
+"""The least radius of a bundle: a single ray has no width."""
 
 BLIND_UNITS = 0.01
 """Radius of the ball that dead pixels see from inside, in units of the scene: POV-Ray overlooks what is nearer than
@@ -48,17 +48,17 @@ Ball = tuple[float, float, float, float]
 
 @dataclass(frozen=True)
 class Scaffold:
-    """What the faces of all tiles of a picture share, so that a pixel has the same face in whatever tile it is."""
+    """The part of the mesh that all tiles of a picture share, so that a pixel has the same face in any tile."""
 
     apex_mm: Array
     foot_mm: Array
-    """Of the rail, x and y."""
+    """The place of the rail, (x, y)."""
     low_mm: float
     """The least coordinate of the mesh's own frame: code 0."""
     step_mm: float
-    """Between two codes."""
+    """The distance between two codes."""
     blind_mm: Ball
-    """Where the rays of dead pixels start, behind all others."""
+    """The z at which the rays of dead pixels start, behind all others."""
 
 
 def ray_camera_region(*, rows: int, cols: int) -> Region:

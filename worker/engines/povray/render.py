@@ -1,4 +1,4 @@
-"""One picture: command, sandbox, process and diagnosis, tied together."""
+"""Render one picture: command, sandbox, process and diagnosis together."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from worker.sandbox.process import Outcome, run
 from worker.sandbox.sandbox import PATH, Sandbox
 
 STARTS = 4
-"""POV-Ray's start fails by its own fault about once in 40 times under load; it is started again up to 3 times."""
+"""Under load, POV-Ray fails to start about once in 40 times by a fault of its own; it is started up to 4 times."""
 
 _MAGIC = {"png16": b"\x89PNG\r\n\x1a\n", "exr": b"\x76\x2f\x31\x01"}
 _KEPT_WARNINGS = 20
@@ -27,19 +27,19 @@ _KEPT_WARNINGS = 20
 
 @dataclass(frozen=True)
 class RenderOutcome:
-    """A picture and what it cost."""
+    """A picture and the resources that it took."""
 
     picture: Path
     wall_s: float
-    """From the start of the sandbox to its end, of the start that worked."""
+    """The time from the start of the sandbox to its end, of the start that succeeded."""
     cpu_s: float
-    """Of the whole sandbox, by the kernel's account, with starts that failed."""
+    """CPU time of the whole sandbox as the kernel counts it, including failed starts."""
     peak_memory_mb: float
     statistics: Statistics
     radiosity_seen: bool
     photons_seen: bool
     warnings: tuple[str, ...]
-    """What POV-Ray disliked and rendered all the same."""
+    """The warnings of POV-Ray."""
 
 
 def render(
@@ -55,14 +55,14 @@ def render(
     should_stop: Callable[[], bool],
     log: AttemptLog,
 ) -> RenderOutcome:
-    """Render one picture into `task_dir`, where the .pov lies and nothing else is written.
+    """Render one picture into `task_dir`, which has the .pov and is the only writable folder.
 
     Raises
     ------
     SceneError
         If POV-Ray refuses the scene, with file and line.
     Stopped, RenderTimedOut, RenderStalled, RenderFailed, StoreFull, SandboxMissing, PovrayMissing
-        As the table of answers in `diagnosis` says.
+        See the table of answers in `diagnosis`.
     """
     task_dir = task_dir.resolve()
     readable = [path.resolve() for path in readable]
@@ -132,7 +132,7 @@ def _found(program: str) -> str:
 
 
 def _outside_system(program: str) -> list[Path]:
-    """Return the program itself where the sandbox would not have it."""
+    """Return the program itself if it is outside the folders that the sandbox has."""
     return [] if program.startswith(("/usr/", "/bin/")) else [Path(program)]
 
 

@@ -1,4 +1,4 @@
-"""The text that POV-Ray is given: a job's scene, with the rig standing in it."""
+"""The .pov text of a job: its scene with the rig in it."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ from povtemplates import literals, write
 from worker.images.colour import decoded_srgb
 
 TRACE_LEVEL = 24
-"""Refractions and reflections a ray may meet: 2 + 6 surfaces of the paper's rig, and 10 to 21 in all were seen."""
+"""The limit of refractions and reflections of a ray: the paper's rig has 2 + 6 surfaces, and rays used 10 to 21."""
 
 BAFFLE_REACH = 20.0
-"""Of a plate with a hole, in semi-apertures of the surface; farther where rays of the camera come out so far."""
+"""The least reach of a baffle, in semi-apertures of the surface; it reaches as far as the camera's rays."""
 
 RAYS_FILE = "lippmann-rays.inc"
-"""What the text of a ray camera includes from beside itself."""
+"""The include file of a ray camera, in the folder of the .pov."""
 
 _ARRAY_MACROS = {"square": "Lippmann_Lens_Array_Square", "hexagonal": "Lippmann_Lens_Array_Hexagonal"}
 _CAMERA_MACROS = {"orthographic": "Lippmann_Orthographic", "perspective": "Lippmann_Perspective"}
@@ -31,26 +31,26 @@ _CAMERA_MACROS = {"orthographic": "Lippmann_Orthographic", "perspective": "Lippm
 
 @dataclass(frozen=True)
 class DepthPass:
-    """A picture of distances instead of colours: see lippmann/depth.inc."""
+    """A pass that renders distances instead of colours: see lippmann/depth.inc."""
 
     outside: tuple[float, float, float]
-    """Where the first rays start, in units of the scene: inside no object."""
+    """A point outside all objects, in units of the scene, at which the first rays start."""
     cols: int
-    """Of the picture."""
+    """The columns of the picture."""
     near_mm: float
-    """About the distances that matter most."""
+    """The typical distance of the scene, the first of the two scales."""
     amplitude: float = 1.0
 
 
 FAR = 50.0
-"""How many times farther the second scale of distances reaches than the first."""
+"""The ratio of the second scale of distances to the first."""
 
 
 def pov_text(sheet: JobSheet, method: Method, *, depth: DepthPass | None = None) -> str:
     """Return the .pov text of a job at a frame: see `JobSheet.at`.
 
-    Clock, tile and size are not in it: POV-Ray gets them on its command line. With the ray camera the rays are those
-    of one tile, in `RAYS_FILE` beside it.
+    Clock, tile and size are not in the text: POV-Ray receives them on its command line. With the ray camera, the rays
+    are those of one tile, in `RAYS_FILE` beside the .pov.
     """
     stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
     modelled = stood.imaging_lens if method == "glass" else None
@@ -111,15 +111,15 @@ def _lens_row(surface: Surface, stood: Bench) -> str:
 
 
 def _baffle_mm(semi_aperture_mm: float, stood: Bench) -> float:
-    """Return how far a plate with a hole reaches from the axis: out to where no ray of the camera comes."""
+    """Return the reach of a baffle from the axis: it extends beyond all rays of the camera."""
     return max(BAFFLE_REACH * semi_aperture_mm, _rays_reach_mm(stood))
 
 
 def _rays_reach_mm(stood: Bench) -> float:
-    """Return how far from the axis rays of the camera come on their way from the array to the imaging lens.
+    """Return the largest distance from the axis of the camera's rays between the array and the imaging lens.
 
-    Twice the window's diagonal, and on the way to the lens twice what a lens of the array bends a ray, pitch by focal
-    length.
+    It is twice the window's diagonal plus twice the deflection by a lens of the array (pitch over focal length) on the
+    way to the imaging lens.
     """
     array = stood.rig.lens_array
     slope = array.pitch_mm / array.focal_length_mm
@@ -127,7 +127,7 @@ def _rays_reach_mm(stood: Bench) -> float:
 
 
 def _stop(lens: ImagingLens | None, stood: Bench) -> str | None:
-    """Return place and radius of the stop's hole, and how far its plate reaches: as far as a baffle."""
+    """Return the place and radius of the stop's hole, and the reach of its plate, which is that of a baffle."""
     if lens is None or lens.stop is None:
         return None
     reach_mm = _baffle_mm(max(surface.semi_aperture_mm for surface in lens.surfaces), stood)

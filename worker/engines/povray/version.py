@@ -1,4 +1,4 @@
-"""Which POV-Ray is installed."""
+"""The installed version of POV-Ray."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def check_povray(command: str) -> None:
     Raises
     ------
     PovrayMissing
-        If it is not.
+        If it is not installed.
     """
     if shutil.which(command) is None:
         raise PovrayMissing(
@@ -28,7 +28,7 @@ def check_povray(command: str) -> None:
 
 
 def povray_version(program: str) -> str:
-    """Return the version that POV-Ray says it is.
+    """Return the version that POV-Ray reports.
 
     Raises
     ------
