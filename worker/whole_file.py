@@ -1,4 +1,4 @@
-"""A file on its way to disk: written whole, or not there."""
+"""Write files completely, or leave none behind."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lippmann.errors import NO_ROOM, StoreFull, StoreUnavailable
 
 @contextmanager
 def new_file(path: Path) -> Iterator[BinaryIO]:
-    """Lend a file to write to; what could not be written whole is not left behind.
+    """Yield a file for writing; an incomplete file is removed.
 
     Raises
     ------

@@ -30,51 +30,51 @@ import numpy as np
 from numpy.typing import NDArray
 
 DISTANCE_MM = 1e5
-"""Of the cameras from the display. Further off the views would be parallel to more digits, and depths in single
-precision, counted from the cameras, would have fewer: 0.008 mm here."""
+"""The distance of the cameras from the display. Farther cameras would be more nearly parallel, but depths from the
+cameras in single precision would be coarser: they are 0.008 mm here."""
 
 
 @dataclass(frozen=True)
 class Cameras:
-    """What `parameters.cfg` says."""
+    """The cameras of a light field, as `parameters.cfg` describes them."""
 
     rows_px: int
     cols_px: int
-    """Of a view."""
+    """The size of a view."""
     views_down: int
     views_across: int
     pitch_mm: float
-    """On the display, from one pixel of a view to the next."""
+    """The distance on the display between neighbouring pixels of a view."""
     pixel_mm: float
-    """On the display, from one view to the next on the right."""
+    """The distance on the display between neighbouring views."""
     gap_mm: float
     scene: str
     category: str
     version: str
     disparities: tuple[float, float]
-    """The least and the greatest; 0 and 0 where nothing is known of them."""
+    """The least and the greatest disparity; both are 0 where it is unknown."""
 
     @property
     def baseline_mm(self) -> float:
-        """From one camera to the next."""
+        """The distance between neighbouring cameras."""
         return DISTANCE_MM * self.pixel_mm / self.gap_mm
 
     @property
     def sensor_mm(self) -> float:
-        """The longer side."""
+        """The longer side of the sensor."""
         return max(self.rows_px, self.cols_px) * self.pitch_mm
 
     def depth_m(self, disparity: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
-        """Return depths as the benchmark's tools reckon them from disparities."""
+        """Return the depths that the benchmark's tools compute from disparities."""
         factor = self.baseline_mm / 1000 * DISTANCE_MM / self.pitch_mm
         depth: NDArray[np.float64] = 1 / (disparity.astype(np.float64) / factor + 1000 / DISTANCE_MM)
         return depth
 
 
 def disparity_range(maps: Iterable[NDArray[np.floating[Any]]]) -> tuple[float, float]:
-    """Return (disp_min, disp_max) as the benchmark's add-on does: to the next tenth outward, and a tenth further.
+    """Return (disp_min, disp_max) as the benchmark's add-on does: rounded outward to a tenth, plus a tenth.
 
-    (0, 0) if there are no maps, or nothing but NaN in them.
+    The result is (0, 0) if there are no maps, or only NaN in them.
     """
     known = [found[np.isfinite(found)] for found in maps]
     ends = [(float(found.min()), float(found.max())) for found in known if found.size]

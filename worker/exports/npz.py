@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from worker.whole_file import new_file
 
 _LEVEL = 1
-"""Of deflate. Higher levels take several times as long for a few per cent (measured on the fish's half floats)."""
+"""The level of deflate. Higher levels take several times as long for a few per cent (measured on half floats)."""
 
 
 def write_npz(path: Path, arrays: Mapping[str, NDArray[Any]], *, compress: bool) -> None:

@@ -23,16 +23,16 @@ from lippmann.plan.printing.shapes import Bar, Ring, Shape
 
 POINTS_PER_MM = 72 / MM_PER_INCH
 _VERSION = (1, 5)
-"""The first that has pictures of 16 bits."""
+"""The first version of PDF with pictures of 16 bits."""
 _PICTURE = "picture"
 _FONT = "Vera"
 _MAX_BYTES = 10**10 - 1
-"""What the table of places in a file of this version can say."""
+"""The largest offset in the cross-reference table of a PDF."""
 
 
 @dataclass(frozen=True)
 class Page:
-    """A page and what is drawn on it, black."""
+    """A page with its black shapes."""
 
     width_mm: float
     height_mm: float
@@ -41,7 +41,7 @@ class Page:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture on a page, from the page's upper left corner."""
+    """A picture on a page, placed from the page's upper left corner."""
 
     left_mm: float
     top_mm: float
@@ -51,9 +51,9 @@ class Picture:
     cols: int
     bits: int
     profile: bytes
-    """ICC: what its codes mean."""
+    """The ICC profile of its codes."""
     deflated: Iterable[bytes]
-    """Its rows as PNG packs them, in pieces."""
+    """Its rows as PNG encodes them, in pieces."""
 
 
 def write_pdf(file: BinaryIO, pages: Sequence[Page], *, title: str, picture: Picture | None = None) -> None:
@@ -163,7 +163,7 @@ def _opened(picture: Picture, number: int, *, length: int, profile: int) -> byte
 
 
 def _write_places(file: BinaryIO, places: dict[int, int], trailer: bytes) -> None:
-    """Write where the new objects are, and that the others are where the table before says."""
+    """Write a cross-reference table of the new objects that refers to the previous table for the others."""
     table_at = file.tell()
     file.write(b"xref\n0 1\n0000000000 65535 f \n")
     for number in sorted(places):

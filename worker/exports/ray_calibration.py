@@ -25,18 +25,18 @@ from xml.etree.ElementTree import Element, SubElement
 from lippmann.lattice.layout import CellLayout
 
 SHARP_TO = 1e6
-"""Virtual depth up to which a pinhole is called sharp: there is no end to it."""
+"""The virtual depth up to which a pinhole is called sharp; it has no limit."""
 
 
 @dataclass(frozen=True)
 class LensGrid:
-    """The lenses of a picture, seen by the conventions above."""
+    """The lenses of a picture, in the conventions above."""
 
     offset_px: tuple[float, float]
-    """(x, y) of the middle lens from the middle of the picture, y upward."""
+    """The place (x, y) of the middle lens from the middle of the picture, y upward."""
     diameter_px: float
     row_base: tuple[float, float]
-    """From a lens to one of the next row above, in diameters."""
+    """The vector from a lens to one in the next row above, in diameters."""
     period: tuple[float, float]
 
 
@@ -64,7 +64,7 @@ def lens_grid(layout: CellLayout, *, rows: int, cols: int) -> LensGrid:
 
 
 def calibration_xml(grid: LensGrid, *, ours: Mapping[str, object]) -> bytes:
-    """Return the file: `RayCalibData`, and what is ours in its last element, `lippmann`."""
+    """Return the file: `RayCalibData`, with our own data in its last element, `lippmann`."""
     root = Element("RayCalibData", version="1.0")
     _pair(root, "offset", "pix", grid.offset_px)
     _value(root, "diameter", "pix", grid.diameter_px)

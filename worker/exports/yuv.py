@@ -25,7 +25,7 @@ _TO_YCBCR = np.array(
     dtype=np.float32,
 )
 _ROWS_AT_ONCE = 256
-"""So that memory beside the codes stays at some ten MB; even."""
+"""The rows that are converted together, an even number; they need some ten MB beside the codes."""
 
 
 def write_frame(file: BinaryIO, codes: NDArray[np.uint8]) -> None:

@@ -1,4 +1,4 @@
-"""Linear light to sRGB codes, and back."""
+"""Linear light to sRGB codes and back; depths as colours."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lippmann.errors import OutputError
 
 LINEAR = "lin_rec709_scene"
 SRGB = "srgb_rec709_scene"
-"""As OpenImageIO calls them."""
+"""The names of the colour spaces in OpenImageIO."""
 _CODES = {8: np.uint8, 10: np.uint16, 16: np.uint16}
 
 
@@ -88,7 +88,7 @@ def linear_light(codes: NDArray[Any]) -> NDArray[np.float16]:
 
 @lru_cache
 def _light_of_codes(bits: int) -> NDArray[np.float16]:
-    """Return the light of every code."""
+    """Return the linear light of every code."""
     halves: NDArray[np.float16] = decoded_srgb(np.arange(2**bits) / (2**bits - 1)).astype(np.float16)
     return halves
 
@@ -115,18 +115,18 @@ def _power_law(light: NDArray[np.float32]) -> NDArray[np.float32]:
 
 BEHIND = ((0.55, 0.55, 0.55), (0.10, 0.35, 0.75), (0.03, 0.10, 0.45))
 IN_FRONT = ((0.55, 0.55, 0.55), (0.95, 0.45, 0.05), (0.60, 0.02, 0.02))
-"""From the plane of the display to the farthest depth, linear light."""
+"""Colours in linear light, from the plane of the display to the farthest depth: grey to blue, grey to red."""
 
 
 def depth_colours(s_mm: NDArray[np.float32], *, deepest_mm: float) -> NDArray[np.float32]:
-    """Return depths `(row, col)` as linear light `(row, col, 3)`; black where there is none.
+    """Return depths `(row, col)` as linear light `(row, col, 3)`; black where the depth is NaN.
 
     Parameters
     ----------
     s_mm
-        Of the display, positive in front.
+        Depths at the display, positive in front.
     deepest_mm
-        What has the colour at the end, to either side; more has it too.
+        The depth, on either side, that has the last colour; larger depths have it too.
     """
     part = np.clip(np.abs(np.nan_to_num(s_mm)) / deepest_mm, 0, 1) * (len(BEHIND) - 1)
     steps = np.arange(len(BEHIND))
@@ -139,6 +139,6 @@ def depth_colours(s_mm: NDArray[np.float32], *, deepest_mm: float) -> NDArray[np
 
 
 def deepest_shown_mm(s_mm: NDArray[np.float32]) -> float:
-    """Return the depth, to either side, that all but the last hundredth of the pixels stay within; 1 mm without any."""
+    """Return the 99th percentile of abs(s) of the pixels with a depth; 1 mm if no pixel has one."""
     there = np.abs(s_mm[np.isfinite(s_mm)])
     return max(float(np.quantile(there, 0.99)), 1e-3) if there.size else 1.0

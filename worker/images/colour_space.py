@@ -1,7 +1,7 @@
 """Colour spaces of pictures from other programs: what the codes of a PNG or a TIFF mean in linear light.
 
-A PNG says it in its chunks; where several are present, the order of precedence is cICP, iCCP, sRGB, gAMA (PNG, third
-edition, section 4.3). A TIFF says it in an ICC profile. A file that says nothing is read as sRGB, with a note.
+A PNG names its colour space in its chunks; where several are present, the order of precedence is cICP, iCCP, sRGB, gAMA
+(PNG, third edition, section 4.3). A TIFF has an ICC profile. A file that names none is read as sRGB, with a note.
 Floating numbers are linear light. Primaries are not converted.
 """
 
@@ -40,20 +40,20 @@ _TRANSFERS: dict[int, tuple[str, float | None]] = {
 
 @dataclass(frozen=True)
 class ColourSpace:
-    """What the codes of a picture mean."""
+    """The colour space of a picture: how its codes become linear light."""
 
     name: str
-    """How the codes are decoded: `sRGB`, `linear`, `gamma 2.2`, `ICC curve`."""
+    """The name of the decoding: `sRGB`, `linear`, `gamma 2.2`, `ICC curve`."""
     decode: Decode
-    """Makes linear light from codes between 0 and 1."""
+    """Converts codes between 0 and 1 to linear light."""
     known_by: str | None
-    """The part of the file that says it; None if nothing does and sRGB is assumed."""
+    """The part of the file that names the colour space; None if no part does and sRGB is assumed."""
     note: str | None = None
-    """What the user should know, as a sentence without the file's name."""
+    """A note for the user, as a sentence without the file's name."""
 
 
 NOT_NAMED = "no colour space is named, so the codes are read as sRGB"
-"""The note on a picture that says nothing."""
+"""The note about a picture that names no colour space."""
 
 
 def linear_space(known_by: str | None) -> ColourSpace:
@@ -122,7 +122,7 @@ def colour_space(path: Path, spec: ImageSpec) -> ColourSpace:
 
 
 def colour_notes(paths: Sequence[Path]) -> tuple[str, ...]:
-    """Return what the user should know about the colour spaces of some pictures: each note once, with the first file.
+    """Return the notes about the colour spaces of some pictures: each note once, with the first file.
 
     Raises
     ------
@@ -143,7 +143,7 @@ def _named(paths: Sequence[Path]) -> str:
 
 
 def _png_chunks(path: Path) -> dict[bytes, bytes]:
-    """Return the contents of the chunks before a PNG's pixels that say its colour space."""
+    """Return the contents of the chunks before a PNG's pixels that name its colour space."""
     found: dict[bytes, bytes] = {}
     with path.open("rb") as file:
         if file.read(len(_PNG_SIGNATURE)) != _PNG_SIGNATURE:
@@ -163,7 +163,7 @@ def _png_chunks(path: Path) -> dict[bytes, bytes]:
 
 
 def _of_cicp(content: bytes) -> ColourSpace:
-    """Return what a cICP chunk says: primaries, transfer, matrix, full range (PNG, third edition, section 11.3.2.6)."""
+    """Return the colour space of a cICP chunk (primaries, transfer, matrix, full range; PNG 3, section 11.3.2.6)."""
     known_by = "cICP chunk"
     if len(content) != 4 or content[1] not in _TRANSFERS or content[2:] != b"\x00\x01":
         said = ", ".join(map(str, content))

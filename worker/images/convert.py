@@ -1,4 +1,7 @@
-"""A linear EXR, or linear light, as bytes of a file, for the service. Safe to call from any number of threads."""
+"""Convert pictures for the service and for comparisons: sRGB codes, or bytes of a PNG or WebP.
+
+The functions may be called from any number of threads.
+"""
 
 from __future__ import annotations
 
@@ -17,7 +20,7 @@ from worker.images.resize import resize
 from worker.images.write import encoded_png, encoded_webp
 
 MASTER, SHOWN = ".exr", ".png"
-"""Suffixes of linear light and of sRGB codes."""
+"""The suffixes of files with linear light and with sRGB codes."""
 
 
 def picture_codes(path: Path, *, linear: bool = False) -> NDArray[np.uint8]:
@@ -31,7 +34,7 @@ def picture_codes(path: Path, *, linear: bool = False) -> NDArray[np.uint8]:
     path
         The EXR or PNG.
     linear
-        Take the codes of a PNG for linear light, whatever the file says.
+        Read the codes of a PNG as linear light, whatever colour space the file names.
 
     Raises
     ------

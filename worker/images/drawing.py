@@ -1,4 +1,7 @@
-"""Black shapes on white paper, in pixels: edges that lie inside a pixel make it as grey as they cover it."""
+"""Black shapes and words in pictures. A pixel that a shape covers in part is grey by the share.
+
+The font is Bitstream Vera, which comes with reportlab.
+"""
 
 from __future__ import annotations
 
@@ -52,7 +55,7 @@ def _draw_bar(ink: NDArray[np.float32], bar: Bar, pixel_mm: float, top: int) -> 
 
 
 def _covered(start: float, stop: float, count: int) -> tuple[int, NDArray[np.float64]]:
-    """Return the first of `count` pixels that has some of what lies from start to stop, px, and how much each has."""
+    """Return the first of `count` pixels that the range from start to stop, px, covers, and the share of each pixel."""
     # Places that are whole pixels but for rounding are whole pixels.
     start, stop = round(max(start, 0.0), 6), round(min(stop, count), 6)
     first = int(np.floor(start))
@@ -87,7 +90,7 @@ def _letters(text: str, size_px: int) -> NDArray[np.float32]:
 
 
 def _lay(ink: NDArray[np.float32], more: NDArray[np.floating[Any]], row: int, col: int) -> None:
-    """Lay ink on ink; it does not get darker than the darker of both."""
+    """Draw ink over ink: the result is the darker of both."""
     part = ink[row : row + more.shape[0], col : col + more.shape[1]]
     if part.size:
         np.maximum(part, more, out=part)
@@ -99,14 +102,14 @@ def lettering(text: str, *, size_px: int) -> NDArray[np.float32]:
     Parameters
     ----------
     text
-        What it says; letters that the font does not have are boxes.
+        The text; letters that the font lacks become boxes.
     size_px
-        Of the font.
+        The size of the font, px.
 
     Returns
     -------
     NDArray
-        `(line_px(size_px), cols)`: 1 where there is ink, 0 where there is none.
+        `(line_px(size_px), cols)`: 1 where there is ink, 0 elsewhere.
 
     Raises
     ------
@@ -121,11 +124,11 @@ def lettering(text: str, *, size_px: int) -> NDArray[np.float32]:
 
 
 def line_px(size_px: int) -> int:
-    """Return the height of a line of text, with room for what reaches below it."""
+    """Return the height of a line of text, px, with room for descenders."""
     return size_px + -(-size_px // 3)
 
 
 @lru_cache(maxsize=1)
 def font_path() -> str:
-    """Return where the font lies."""
+    """Return the path of the font."""
     return str(files("reportlab") / "fonts" / "Vera.ttf")

@@ -1,8 +1,8 @@
-"""Pixels to a file that lives in memory, and from there to disk.
+"""Encode pixels to a file in memory, and write that to disk.
 
-OpenImageIO has no way to write to bytes, and on a full disk it cannot be trusted: its PNG writer answers that all is
-well and its WebP writer never comes back (3.2.2, measured). So it writes to memory, and Python, which reports such
-things, writes to disk.
+OpenImageIO has no way to write to bytes, and on a full disk it cannot be trusted: its PNG writer reports
+success and its WebP writer never returns (3.2.2, measured). So it writes to memory, and Python, which reports such
+errors, writes to disk.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def encoded(
     store_as: str,
     attributes: Mapping[str, str | int | float],
 ) -> Iterator[BinaryIO]:
-    """Lend a picture as an open file in memory, standing at its beginning.
+    """Yield a picture as an open file in memory, positioned at its beginning.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ def encoded(
     to
         The file format, by OpenImageIO's name.
     store_as
-        Its numbers, by OpenImageIO's name: `uint8`, `uint16`.
+        The type of its numbers, by OpenImageIO's name: `uint8`, `uint16`.
     attributes
         Header attributes and settings of the writer.
 
@@ -60,7 +60,7 @@ def encoded(
 
 
 def save(file: BinaryIO, path: Path) -> None:
-    """Write an open file to disk; what could not be written whole is not left behind.
+    """Write an open file to disk; an incomplete file is removed.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def _write(path: str, spec: ImageSpec, pixels: NDArray[Any], to: Format) -> None
     target = ImageOutput.create(to)
     if target is None:
         raise OutputError(f"this OpenImageIO writes no {to}: {geterror()}")
-    # Each step is asked: closing what was never opened answers that all is well.
+    # Each step is checked: closing a file that was never opened reports success.
     whole = target.open(path, spec) and target.write_image(pixels) and target.close()
     trouble = target.geterror()
     if not whole or trouble:

@@ -32,21 +32,21 @@ _NEAR = 0.002
 """The largest difference in linear light between a curve and sRGB, or a power law, that it is taken for."""
 _PRIMARIES_NEAR = 0.01
 _PARAMETERS = {0: 1, 1: 3, 2: 4, 3: 5, 4: 7}
-"""How many numbers a parametric curve has, by its function type."""
+"""The number of parameters of a parametric curve, by its function type."""
 
 
 @dataclass(frozen=True)
 class ToneCurve:
-    """The one curve of the three channels of a profile."""
+    """The tone curve that the three channels of a profile share."""
 
     decode: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-    """Makes linear light from codes between 0 and 1."""
+    """Converts codes between 0 and 1 to linear light."""
     exponent: float | None
     """The exponent, where the curve is a power law; 1 is linear."""
     is_srgb: bool
-    """Whether the curve is that of sRGB, to 0.002 of white."""
+    """True if the curve is that of sRGB, within 0.002 of white."""
     srgb_primaries: bool
-    """Whether the primaries are those of sRGB, to 0.01; grey has none and counts as sRGB."""
+    """True if the primaries are those of sRGB, within 0.01; grey has none and counts as sRGB."""
 
 
 def profile_curve(profile: bytes) -> ToneCurve | None:

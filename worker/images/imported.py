@@ -34,7 +34,7 @@ def read_foreign(path: Path, *, linear: bool = False) -> NDArray[np.float32]:
     path
         A PNG, TIFF or EXR.
     linear
-        Take codes for linear light, whatever the file says.
+        Read codes as linear light, whatever colour space the file names.
 
     Raises
     ------
@@ -60,7 +60,7 @@ def read_foreign(path: Path, *, linear: bool = False) -> NDArray[np.float32]:
 
 
 def _places(path: Path, spec: ImageSpec) -> list[int]:
-    """Return which channels are red, green and blue; grey is all three."""
+    """Return the indices of red, green and blue among the channels; grey is all three."""
     if max(spec.height, spec.width) > MAX_FRAME_PX:
         raise ArtifactBroken(
             f"{path.name}: expected at most {MAX_FRAME_PX} px a side, got {spec.height} x {spec.width} px"

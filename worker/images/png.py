@@ -31,7 +31,7 @@ def write_png_bands(
     Parameters
     ----------
     file
-        Empty.
+        An empty file.
     bands
         From the top: `(some rows, cols, 3)`, uint8 or uint16, `rows` in all.
     rows, cols
@@ -39,7 +39,7 @@ def write_png_bands(
     bits
         8 or 16.
     density
-        Said in whole pixels a metre.
+        The density, stored in whole pixels per metre.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def write_png_bands(
 
 
 def deflated_rows(bands: Iterable[NDArray[Any]], *, rows: int, cols: int, bits: int) -> Iterator[bytes]:
-    """Yield a picture's rows as PNG packs them: each less what its neighbours let expect, deflated.
+    """Yield the rows of a picture as PNG encodes them: filtered by their neighbours, then deflated.
 
     As in PNG (ISO/IEC 15948, clause 9), and so in a PDF's FlateDecode with predictor 15. Of a row's possible
     differences those are taken whose sum is least.
@@ -84,14 +84,14 @@ def deflated_rows(bands: Iterable[NDArray[Any]], *, rows: int, cols: int, bits: 
 
 
 def _narrow(bands: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
-    """Yield the same rows, few at a time: choosing among differences takes many times the memory of the rows."""
+    """Yield the same rows a few at a time: the choice of a filter takes many times the memory of the rows."""
     for band in bands:
         for top in range(0, len(band), _ROWS):
             yield band[top : top + _ROWS]
 
 
 def _filtered(raw: NDArray[np.uint8], above: NDArray[np.uint8], *, px_bytes: int) -> NDArray[np.uint8]:
-    """Return each row as the number of a filter and the differences, `(rows, 1 + bytes)`."""
+    """Return each row as the number of its filter and the differences, `(rows, 1 + bytes)`."""
     up = np.concatenate((above, raw[:-1]))
     left, up_left = (np.pad(part, ((0, 0), (px_bytes, 0)))[:, :-px_bytes] for part in (raw, up))
     candidates = {_SUB: raw - left, _UP: raw - up, _PAETH: raw - _paeth(left, up, up_left)}
@@ -105,7 +105,7 @@ def _filtered(raw: NDArray[np.uint8], above: NDArray[np.uint8], *, px_bytes: int
 
 
 def _paeth(left: NDArray[np.uint8], up: NDArray[np.uint8], up_left: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return of left, up and upper left the one nearest to left + up - upper left; of equals the first."""
+    """Return whichever of left, up and upper left is nearest to left + up - upper left, and the first of equals."""
     a, b, c = (part.astype(np.int16) for part in (left, up, up_left))
     to_left, to_up, to_up_left = np.abs(b - c), np.abs(a - c), np.abs(a + b - 2 * c)
     not_left = (to_left > to_up) | (to_left > to_up_left)

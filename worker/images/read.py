@@ -22,7 +22,7 @@ from lippmann.lightfield.sheet.assemble import TilePlace
 Light = TypeVar("Light", bound=np.floating[Any])
 
 ATTRIBUTE_PREFIX = "lippmann:"
-"""What the names of our own EXR header attributes begin with."""
+"""The prefix of our own EXR header attributes."""
 
 _CHANNELS = ("R", "G", "B")
 
@@ -157,7 +157,7 @@ def read_attributes(path: Path) -> dict[str, str]:
 
 @contextmanager
 def opened(path: Path, ask: ImageSpec | None = None) -> Iterator[ImageInput]:
-    """Lend an open picture; see `read_rgb` for what may be wrong with it. `ask` has settings of the reader."""
+    """Yield an open picture; errors are those of `read_rgb`. `ask` has settings of the reader."""
     if not path.is_file():
         raise ArtifactMissing(f"expected a picture at {path.name}, got no file")
     with utf8_path(path) as name:
@@ -213,7 +213,7 @@ def _check_inside(path: Path, spec: ImageSpec, place: TilePlace) -> None:
 
 
 def checked(path: Path, source: ImageInput, pixels: NDArray[Any] | None) -> NDArray[Any]:
-    """Return what was read, if it is whole."""
+    """Return the pixels that were read, if they are complete."""
     # Some readers give the rows they have and say only by the error that others are missing.
     trouble = source.geterror()
     if pixels is None or trouble:
@@ -230,10 +230,10 @@ def _words(trouble: str) -> str:
 
 
 def limit_threads(count: int) -> None:
-    """Let OpenImageIO take `count` threads in this process from now on, for files and for arithmetic.
+    """Limit OpenImageIO to `count` threads in this process, for files and for arithmetic.
 
-    Without this it takes one a core, which is too many where every core has a worker of its own. Starts threads, so
-    call it in the child that works, never in a parent that forks.
+    Without this it uses one thread per core, which is too many where every core has its own worker. It starts threads,
+    so call it in the working child process, never in a parent that forks.
     """
     if count < 1:
         raise ValueError(f"expected at least one thread, got {count}")

@@ -1,4 +1,7 @@
-"""A picture in bands of rows, turned by quarters: through a file, as what was the first row may come last."""
+"""Rearrange pictures in bands of rows: turn them by quarters, and gather all views of a sheet.
+
+Pixels pass through a scratch file, because the first row may become the last.
+"""
 
 from __future__ import annotations
 
@@ -16,9 +19,9 @@ from worker.images.rows import BAND_PX, bands_of_rows
 from worker.images.scratch import scratch_rows
 
 BLOCK_PX = 256
-"""Cols that are read together when they become rows."""
+"""The columns that are read together when they become rows."""
 BAND_ROWS = 64
-"""Of the turned picture, that are given at a time."""
+"""The rows of a band of the turned picture."""
 
 
 def turned_bands(

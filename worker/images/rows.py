@@ -1,6 +1,6 @@
 """Pictures that need not fit in memory: rows are read and written a few at a time.
 
-What is written is whole or not there. A writer of OpenImageIO that met a full disk may say that all is well; but then
+A file is written completely or not left behind. A writer of OpenImageIO may report success on a full disk; but then
 the last row cannot be read back, so that is tried.
 """
 
@@ -24,14 +24,14 @@ from worker.images.scratch import ScratchRows, scratch_rows
 from worker.whole_file import new_file
 
 BAND_BYTES = 40_000_000
-"""About so many of a picture are held at once: a frame of 2400 x 2400 px in half floats whole."""
+"""The approximate size of a band: a whole frame of 2400 x 2400 px in half floats."""
 
 BAND_PX = BAND_BYTES // 6
-"""As pixels of a master: three half floats each."""
+"""The same in pixels of a master, which have three half floats each."""
 
 _DTYPES = {"half": np.float16, "float": np.float32, "uint8": np.uint8, "uint16": np.uint16}
 _SEQUENTIAL = ("png",)
-"""Formats of which an earlier row is reached only by beginning anew."""
+"""Formats in which an earlier row can be read only by starting again at the first."""
 _PROBE_BYTES = 1 << 24
 
 
@@ -56,7 +56,7 @@ class PictureRows:
         Raises
         ------
         ArtifactBroken
-            If they are not there or not whole.
+            If they are missing or not whole.
         """
         if not 0 <= start < stop <= self.rows:
             raise ArtifactBroken(f"{self._path.name}: expected rows within {self.rows}, got {start} to {stop}")
@@ -81,7 +81,7 @@ class PictureRows:
         return pixels if in_order else np.ascontiguousarray(pixels[..., self._channels])
 
     def _unroll(self) -> ScratchRows:
-        """Decode the picture once into plain numbers, of which any row can be read."""
+        """Decode the picture once into a scratch file, of which any row can be read."""
         kept = scratch_rows(self._scratch, rows=self.rows, cols=self.cols, channels=3, dtype=self.dtype)
         unrolled = self._open.enter_context(kept)
         for start, stop in bands_of_rows(self.rows, self.cols * 3 * self.dtype.itemsize):
@@ -93,7 +93,7 @@ class PictureRows:
 def open_rows(
     path: Path, *, dtype: type[Any] | None = None, channels: Sequence[str] | None = None, scratch: Path | None = None
 ) -> Iterator[PictureRows]:
-    """Lend a picture whose rows can be read in any order, a few at a time.
+    """Yield a picture whose rows can be read in any order, a few at a time.
 
     Parameters
     ----------
@@ -227,7 +227,7 @@ def _last_row_is_there(path: Path) -> bool:
 
 
 def _trouble(path: Path, said: str) -> OutputError:
-    """Return what OpenImageIO says, unless the system, asked for more room, has something to say."""
+    """Return the error of OpenImageIO, or that of the system when it is asked for more room."""
     with path.open("ab", buffering=0) as file:
         if file.write(bytes(_PROBE_BYTES)) < _PROBE_BYTES:
             raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))

@@ -26,7 +26,7 @@ class ScratchRows:
         self._row_bytes = cols * channels * self._dtype.itemsize
 
     def write(self, start: int, pixels: NDArray[Any]) -> None:
-        """Keep rows from row `start` on, `(rows, cols, channel)`."""
+        """Write rows from row `start` on, `(rows, cols, channel)`."""
         rest = np.ascontiguousarray(pixels, dtype=self._dtype).reshape(-1).view(np.uint8).data
         with _room_asked_for():
             self._file.seek(start * self._row_bytes)
@@ -48,12 +48,12 @@ class ScratchRows:
 def scratch_rows(
     folder: Path | None, *, rows: int, cols: int, channels: int, dtype: DTypeLike
 ) -> Iterator[ScratchRows]:
-    """Lend room for rows in a folder, or the system's for such files; it is given back afterwards.
+    """Yield a scratch file for rows in a folder, or in the system's temporary folder; it is removed afterwards.
 
     Raises
     ------
     StoreFull
-        If there is no more, here or in `ScratchRows.write`.
+        If there is no room, here or in `ScratchRows.write`.
     StoreUnavailable
         If the folder cannot be written to.
     """

@@ -20,10 +20,10 @@ from worker.images.icc import srgb_profile
 
 STRIP_ROWS = 64
 CLASSIC_BYTES = 2**32 - 2**26
-"""Of codes, that a TIFF is sure to hold: its 4 GiB, less 64 MiB for the directory and what deflate may add."""
+"""The bytes of codes that fit in a TIFF: 4 GiB, less 64 MiB for the directory and for what deflate may add."""
 _LEVEL = 4
 _LARGEST = 2**32 - 1
-"""Number in a TIFF's fraction."""
+"""The largest number in a fraction of a TIFF."""
 
 
 def write_tiff_bands(
@@ -40,7 +40,7 @@ def write_tiff_bands(
     Parameters
     ----------
     file
-        Empty, can seek.
+        An empty file that can seek.
     bands
         From the top: `(some rows, cols, 3)`, uint8 or uint16, `rows` in all.
     rows, cols
@@ -48,7 +48,7 @@ def write_tiff_bands(
     bits
         8 or 16.
     density
-        Said in pixels an inch.
+        The density, stored in pixels per inch.
 
     Raises
     ------
@@ -81,7 +81,7 @@ def write_tiff_bands(
 
 
 def _checked(bands: Iterable[NDArray[Any]], rows: int, cols: int, bits: int) -> Iterator[NDArray[Any]]:
-    """Yield the bands as long as they are the rows of this picture."""
+    """Yield the bands, and check that they are the rows of this picture."""
     done = 0
     for band in bands:
         if band.shape[1:] != (cols, 3) or band.dtype != f"uint{bits}":
@@ -95,7 +95,7 @@ def _checked(bands: Iterable[NDArray[Any]], rows: int, cols: int, bits: int) -> 
 
 
 def _strips(bands: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
-    """Yield bands as strips of `STRIP_ROWS` rows, the last with what is left."""
+    """Yield bands as strips of `STRIP_ROWS` rows; the last strip has the rest."""
     kept: NDArray[Any] | None = None
     for band in bands:
         kept = band if kept is None or not len(kept) else np.concatenate((kept, band))
@@ -108,7 +108,7 @@ def _strips(bands: Iterable[NDArray[Any]]) -> Iterator[NDArray[Any]]:
 
 
 def _predicted(strip: NDArray[Any]) -> bytes:
-    """Return every pixel less the one to its left, modulo the range of codes, little-endian."""
+    """Return every pixel minus the pixel to its left, modulo the range of codes, little-endian."""
     difference = strip.copy()
     difference[:, 1:] -= strip[:, :-1]
     return difference.astype(difference.dtype.newbyteorder("<"), copy=False).tobytes()

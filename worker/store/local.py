@@ -1,8 +1,8 @@
 """A folder on this machine, or on a disk that all machines share.
 
 An artifact is written to a hidden folder of the same file system, flushed to the disk, and renamed to its place; so
-what is seen under a name is whole, also after a power cut. Deleting goes the other way: first out of sight, then away.
-A process that dies in between leaves something in the hidden folder only, and `sweep` takes it away later.
+a file under a name is complete, also after a power cut. Deleting first renames it into the hidden folder, then removes
+it. A process that dies in between leaves files in the hidden folder only, which `sweep` removes later.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ class LocalStore:
             self._hidden.mkdir(parents=True, exist_ok=True)
 
     def put_bytes(self, name: str, data: bytes) -> None:
-        """Store data, whole or not at all; takes the place of what had that name."""
+        """Store data under a name, completely or not at all; it replaces an artifact of that name."""
         self._put(name, lambda file: _write_all(file, data))
 
     def put_file(self, name: str, path: Path) -> None:
-        """Store a copy of a file, whole or not at all; takes the place of what had that name."""
-        # Opened outside of what is translated: a source that is missing is the caller's fault, not the store's.
+        """Store a copy of a file under a name, completely or not at all; it replaces an artifact of that name."""
+        # The source is opened outside `_translated`: a missing source is the caller's fault, not the store's.
         with path.open("rb") as source:
             self._put(name, lambda file: shutil.copyfileobj(source, file, CHUNK_BYTES))
 
@@ -54,12 +54,12 @@ class LocalStore:
             return self._path(name).read_bytes()
 
     def exists(self, name: str) -> bool:
-        """Return whether an artifact is there."""
+        """Return whether an artifact exists."""
         with _translated(name):
             return self._path(name).is_file()
 
     def size(self, name: str) -> int:
-        """Return an artifact's bytes."""
+        """Return the size of an artifact, in bytes."""
         return self._status(name).st_size
 
     def etag(self, name: str) -> str:
@@ -73,7 +73,7 @@ class LocalStore:
         with _translated(name, missing=True):
             file = self._path(name).open("rb")
         chunks = _chunks(file, name, start, stop)
-        # Begun, it closes the file also when nobody asks for a chunk.
+        # Once started, the generator closes the file even if no chunk is read.
         next(chunks)
         return chunks
 
@@ -89,7 +89,7 @@ class LocalStore:
             return sorted(entry.name for entry in entries if _is_folder(entry) and not entry.name.startswith("."))
 
     def delete(self, prefix: str) -> None:
-        """Delete every artifact below a prefix: all are out of sight at once."""
+        """Delete every artifact below a prefix; they disappear in one step."""
         if not prefix:
             raise ValueError("expected a prefix, got the empty one, which means every artifact of every job")
         path, away = self._root / check_prefix(prefix), self._new_hidden()
@@ -103,19 +103,19 @@ class LocalStore:
 
     @contextmanager
     def local_path(self, name: str) -> Iterator[Path]:
-        """Lend an artifact as a readable file: its own, so do not write to it."""
+        """Yield the path of an artifact for reading; it is the stored file itself, which must not be changed."""
         self._status(name)
         yield self._path(name)
 
     def free_bytes(self) -> int | None:
-        """Return how much room is left on the disk."""
+        """Return the free bytes of the disk."""
         with _translated("its folder"):
             return shutil.disk_usage(self._root).free
 
     def sweep(self, older_than_s: float) -> int:
-        """Take away what dead processes left half-written more than `older_than_s` ago; returns how much it was.
+        """Remove partial files that dead processes left more than `older_than_s` ago; return their number.
 
-        Choose longer than any put takes: a put whose file is swept fails and may be tried again.
+        `older_than_s` must be longer than any put takes: a put whose file is swept fails, and may be tried again.
         """
         swept = 0
         with _translated("its hidden folder"):
@@ -151,7 +151,7 @@ class LocalStore:
                 partial.replace(path)
                 _flush_folder(path.parent)
         finally:
-            # What went wrong is what is reported; what cannot be unlinked is swept.
+            # The first error is reported; a file that cannot be removed here is swept later.
             with suppress(OSError):
                 partial.unlink(missing_ok=True)
 
@@ -161,7 +161,7 @@ def _write_all(file: BinaryIO, data: bytes) -> None:
 
 
 def _stamp(file: BinaryIO) -> None:
-    # The kernel's own stamps are 4 ms apart, in which a name may be put twice; an etag is to tell the two apart.
+    # The kernel's own time stamps are 4 ms apart; a name may be put twice within that, and the etags must differ.
     now_ns = time.time_ns()
     os.utime(file.fileno(), ns=(now_ns, now_ns))
 
@@ -175,9 +175,9 @@ def _chunks(file: BinaryIO, name: str, start: int, stop: int) -> Iterator[bytes]
 
 
 def _infos(top: Path, name: str, after: str) -> Iterator[ArtifactInfo]:
-    """Yield what is at `top`, an artifact or a folder of them, called `name`, in the order of names.
+    """Yield the artifact or the artifacts at `top`, called `name`, in the order of names.
 
-    What goes away meanwhile is left out.
+    Artifacts that are deleted meanwhile are left out.
     """
     if not top.is_file():
         yield from _infos_in(top, "" if name == "." else name + "/", after)
@@ -218,7 +218,7 @@ def _is_file(status: os.stat_result) -> bool:
 
 
 def _make_folders(folder: Path) -> None:
-    """Make a folder so that it outlasts a power cut: every new one is flushed into its parent."""
+    """Make a folder that survives a power cut: every new folder is flushed into its parent."""
     if folder.is_dir():
         return
     _make_folders(folder.parent)
@@ -253,7 +253,7 @@ def _gone_is_fine() -> Iterator[None]:
 
 @contextmanager
 def _translated(what: str, *, missing: bool = False) -> Iterator[None]:
-    """Translate the operating system's errors; `missing`: not being there is about the artifact, not the store."""
+    """Translate errors of the operating system; with `missing`, a missing file means a missing artifact."""
     try:
         yield
     except OSError as error:

@@ -1,23 +1,23 @@
-"""Which names an artifact may have."""
+"""The rules for names of artifacts."""
 
 from __future__ import annotations
 
 MAX_PART_BYTES = 255
-"""What file systems take for one part of a path."""
+"""The limit of file systems for one part of a path."""
 
 MAX_NAME_BYTES = 1024
-"""What object stores take for a whole name."""
+"""The limit of object stores for a whole name."""
 
 
 def check_name(name: str) -> str:
-    """Return a name that is one: parts between slashes, none empty, none beginning with a dot, no control characters.
+    """Return a valid name: parts between slashes, none empty, none beginning with a dot, no control characters.
 
-    So no name leads out of the store, none is absolute, and none is one of the store's own hidden files.
+    So no name leads out of the store, is absolute, or is one of the store's own hidden files.
 
     Raises
     ------
     ValueError
-        If it is none.
+        If the name is not valid.
     """
     parts = name.split("/")
     fault = (
@@ -33,11 +33,11 @@ def check_name(name: str) -> str:
 
 
 def check_prefix(prefix: str) -> str:
-    """Return a prefix without its closing slash: empty, or a name.
+    """Return a prefix without its closing slash; it is empty or a valid name.
 
     Raises
     ------
     ValueError
-        If it is neither.
+        If it is not.
     """
     return check_name(prefix.removesuffix("/")) if prefix else prefix

@@ -35,11 +35,11 @@ from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
 
 THUMB_PX = 256
-"""Longer side of a thumbnail."""
+"""The longer side of a thumbnail."""
 
 
 def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
-    """Make a frame's tiles into everything that is shown of it; the thumbnail last, so that it means all is there."""
+    """Assemble the tiles of a frame into its masters; the thumbnail is stored last, so it means that all exist."""
     assert order.frame is not None  # noqa: S101 - the dispatcher's promise
     thumb = names.job_artifact(order.job_id, names.thumb_name(order.frame))
     if place.store.exists(thumb):
@@ -68,7 +68,7 @@ def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> 
 
 
 def _captured(masters: Masters, layout: CellLayout) -> Iterator[NDArray[Any]]:
-    """Yield a frame's sheet in bands: of its tiles, or of the picture that it is there as."""
+    """Yield the captured image of a frame in bands, from its tiles or from an imported picture."""
     place, sheet, frame = masters.place, masters.sheet, masters.frame
     if sheet.sheets is not None:
         yield foreign_sheet(place, sheet, frame)
@@ -77,7 +77,7 @@ def _captured(masters: Masters, layout: CellLayout) -> Iterator[NDArray[Any]]:
 
 
 def _keep_depth(masters: Masters, layout: CellLayout, *, inverted: bool) -> None:
-    """Store the depth of a frame, which lies as the orthoscopic integral image does."""
+    """Store the depth map of a frame, which has the layout of the orthoscopic integral image."""
     tiles = _tiles(
         masters.place, masters.sheet, layout, partial(names.depth_tile_name, masters.frame), channels=CHANNELS
     )
@@ -95,7 +95,7 @@ def on_device(
 
 
 def _keep_device(masters: Masters, upright: Sheet, device: Device, *, pitch_mm: float) -> None:
-    """Store what `on_device` gives."""
+    """Store the result of `on_device`."""
     grid = device_pixels(device, pitch_mm=pitch_mm)
     masters.keep(names.device_name(masters.frame), device_bands(upright, **grid), device_size(upright.layout, **grid))
 

@@ -35,7 +35,7 @@ from worker.tasks.workplace import Workplace
 DEPTH_POV_FILE = "lippmann-depth.pov"
 
 FAR_AWAY = 1e9
-"""Where the first rays start, in units of the scene: beyond most things that a scene has."""
+"""The distance at which the first rays start, in units of the scene: beyond most objects."""
 
 LEADING_ROWS = FIRST_ROW + 1
 
@@ -98,7 +98,7 @@ def _command(tile: Tile, *, clock: float) -> RenderCommand:
 
 
 def _scale_mm(stage: Stage, stood: Bench) -> float:
-    """Return about how far the rays go to what should come out sharp."""
+    """Return the approximate distance of the rays to the reference plane, mm."""
     deepest_mm = stage.far_mm + front_mm(stood)
     return max(stage.near_mm + front_mm(stood), deepest_mm / 10, 1.0)
 
@@ -106,7 +106,7 @@ def _scale_mm(stage: Stage, stood: Bench) -> float:
 def found_light(
     codes: Callable[[DepthPass], NDArray[np.uint16]], first: DepthPass, stage: Stage, *, foggy: bool
 ) -> FogLight:
-    """Try places for the first ray until there is fog along all of them."""
+    """Try start points of the first rays until there is fog along all of them."""
     for outside in _outside(stage):
         depth = replace(first, outside=outside)
         if foggy:
@@ -123,7 +123,7 @@ def found_light(
 
 
 def _outside(stage: Stage) -> Iterator[tuple[float, float, float]]:
-    """Yield places where a first ray may start: far above, at the rig, and far away in other directions."""
+    """Yield start points for the first rays: far above, at the rig, and far away in other directions."""
     up, here = np.array(stage.up), np.array(stage.location)
     ahead = np.array(stage.look_at) - here
     right = np.cross(up, ahead)
@@ -133,7 +133,7 @@ def _outside(stage: Stage) -> Iterator[tuple[float, float, float]]:
 
 
 def _has_fog(bundle: Path) -> bool:
-    """Return whether a scene speaks of fog: then it is told from ours, which takes three pictures instead of one."""
+    """Return whether a scene has fog of its own; separating it from ours takes three pictures instead of one."""
     return any(FOG.search(path.read_bytes()) for path in bundle.rglob("*") if path.suffix.lower() in SDL)
 
 

@@ -14,7 +14,7 @@ from worker.tasks.workplace import Workplace
 
 
 def encode_output(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
-    """Make the output that an order names; what an earlier attempt has kept of it stays."""
+    """Make the output that an order names; files that an earlier attempt has stored are not made again."""
     assert order.output is not None  # noqa: S101 - the dispatcher's promise
     sheet = place.job_sheet(order.job_id)
     with place.task_folder() as folder:

@@ -20,12 +20,12 @@ from worker.tasks.render import render_tile
 from worker.tasks.workplace import Workplace, sweep_scratch, workplace
 
 STALE_S = 86_400.0
-"""A half-written artifact older than this is nobody's."""
+"""A partial artifact older than this belongs to no running process."""
 
 
 @app.task(name=task_name(TaskKind.PROBE))
 def probe(order: dict[str, Any]) -> None:
-    """Render the first frame small."""
+    """Render the first frame at low resolution."""
     attempt(this_workplace(), Order.model_validate(order), probe_job)
 
 
@@ -37,25 +37,25 @@ def render(order: dict[str, Any]) -> None:
 
 @app.task(name=task_name(TaskKind.ASSEMBLE))
 def assemble(order: dict[str, Any]) -> None:
-    """Make a frame's tiles into what is shown of it."""
+    """Assemble the tiles of a frame into its masters."""
     attempt(this_workplace(), Order.model_validate(order), assemble_frame)
 
 
 @app.task(name=task_name(TaskKind.ENCODE))
 def encode(order: dict[str, Any]) -> None:
-    """Make a job's frames into a video."""
+    """Make one output of a job from its frames."""
     attempt(this_workplace(), Order.model_validate(order), encode_output)
 
 
 @worker_ready.connect
 def _sweep(**_: Any) -> None:
-    """Remove what killed workers left half done."""
+    """Remove the scratch folders and partial artifacts of killed workers."""
     sweep_scratch(settings)
     LocalStore(settings.artifacts_dir).sweep(older_than_s=STALE_S)
 
 
 @cache
 def this_workplace() -> Workplace:
-    """Return the workplace of this process; made in the pool's process, never before its fork."""
-    limit_threads(1)  # a slot is a core, for pictures too
+    """Return the workplace of this process, which is created in a pool process and never before the fork."""
+    limit_threads(1)  # a slot is one core, for OpenImageIO too
     return workplace(settings)

@@ -20,7 +20,7 @@ from worker.tasks.workplace import Workplace
 
 
 def foreign_sheet(place: Workplace, sheet: JobSheet, frame: int) -> NDArray[np.float16]:
-    """Return a frame's sheet as direct pickup would have captured it, `(rows, cols, 3)`.
+    """Return the imported image of a frame as direct pickup would have captured it, `(rows, cols, 3)`.
 
     Raises
     ------
@@ -43,7 +43,7 @@ def foreign_sheet(place: Workplace, sheet: JobSheet, frame: int) -> NDArray[np.f
 
 
 def probe_foreign(place: Workplace, sheet: JobSheet, log: AttemptLog) -> ProbeResult:
-    """Take the first frame in and measure; nothing of such a job is rendered. The log names its colour space."""
+    """Read the first frame and measure the time; such a job renders nothing. The log names its colour space."""
     assert sheet.sheets is not None  # noqa: S101 - its caller's promise
     frame = sheet.spec.frame_numbers[0]
     began_s = time.process_time()

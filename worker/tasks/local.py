@@ -30,23 +30,23 @@ from worker.tasks.workplace import Workplace, workplace
 JOB_ID = "local"
 
 OnProgress = Callable[[str, float], None]
-"""Told what is being done and how far it is, 0 to 1."""
+"""Receives the name of the current step and its progress, 0 to 1."""
 
 
 @dataclass(frozen=True)
 class CapturedFrame:
-    """What a capture left in its folder."""
+    """The files of a capture."""
 
     pictures: tuple[Path, ...]
-    """PNG and EXR of the integral image, the orthoscopic one and the views."""
+    """PNG and EXR of the integral image, of the orthoscopic image and of the views."""
     notes: tuple[str, ...]
-    """What is worth knowing about the optics."""
+    """Notes about the optics."""
 
 
 def capture_frame(
     spec: JobSpec, bundle: bytes, *, frame: int, out: Path, on_progress: OnProgress, settings: WorkerSettings
 ) -> CapturedFrame:
-    """Render one frame of a job and make it into all that is shown of it, in a folder.
+    """Render one frame of a job and write its masters into a folder.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def local_job(place: Workplace, spec: JobSpec, bundle: bytes) -> JobSheet:
 
 
 def store_plan(place: Workplace, plan: PlanSheet) -> None:
-    """Store how the job is cut, as the service would."""
+    """Store the plan of the job, as the service would."""
     place.store.put_bytes(names.job_artifact(JOB_ID, names.PLAN_SHEET), plan.model_dump_json().encode())
 
 
@@ -120,7 +120,7 @@ def _render(place: Workplace, sheet: JobSheet, frame: int, on_progress: OnProgre
 
 
 class _Told:
-    """A monitor that passes progress on."""
+    """A progress monitor that forwards the progress."""
 
     def __init__(self) -> None:
         self.stopped = False
@@ -129,7 +129,7 @@ class _Told:
 
     @property
     def progress(self) -> float:
-        """How far the work is, 0 to 1."""
+        """The progress of the work, 0 to 1."""
         return self._progress
 
     @progress.setter

@@ -25,18 +25,18 @@ from worker.tasks.workplace import Workplace
 
 @dataclass
 class Masters:
-    """The masters of one frame; as many bands of rows as there are, `BAND_PX` of them are in memory at once."""
+    """The masters of one frame, written and read in bands of rows, so that about `BAND_PX` are in memory at once."""
 
     place: Workplace
     sheet: JobSheet
     frame: int
     folder: Path
-    """For files on their way; gone with the frame's task."""
+    """The folder of unfinished files, which is removed with the task."""
     monitor: ProgressMonitor
     count: int
-    """How many there will be, for progress."""
+    """The number of masters that will be stored, for the progress."""
     opened: ExitStack
-    """Keeps files open that others are made from."""
+    """Holds the open files from which others are made."""
     _kept: int = 0
 
     def keep(self, name: str, bands: Iterable[NDArray[np.float16]], size: tuple[int, int]) -> Rows:
@@ -70,7 +70,7 @@ class Masters:
     def keep_channels(
         self, name: str, bands: Iterable[NDArray[np.float32]], size: tuple[int, int], channels: Sequence[str]
     ) -> None:
-        """Store a master of numbers, `(rows, cols, channel)`, of which nothing else is made; see `keep`."""
+        """Store a master of numbers, `(rows, cols, channel)`, from which nothing else is made; see `keep`."""
         path = self.folder / "numbers.exr"
         told = self._told(bands, size[0])
         write_channels(path, told, channels, size=size, attributes=header(self.sheet, self.frame))
@@ -78,7 +78,7 @@ class Masters:
         path.unlink()
 
     def aside(self, bands: Iterable[NDArray[np.float32]], size: tuple[int, int], channels: int) -> Rows:
-        """Return rows that can be read in any order, of bands that come top down; nothing is stored."""
+        """Return rows that can be read in any order from bands that come from the top; nothing is stored."""
         rows, cols = size
         if rows * cols * channels <= BAND_PX:
             return _held(bands)

@@ -37,17 +37,17 @@ Frame = NDArray[np.uint8] | NDArray[np.uint16]
 Scale = int | tuple[int, int]
 
 _GIVEN = {8: "rgb24", 10: "gbrp10le", 16: "gbrp16le"}
-"""By bits, what FFmpeg calls codes as they are given."""
+"""The pixel formats of the frames that are passed in, by their bits."""
 
 LEAST_SLICED_PX = 2
 """The four slices of FFV1 are two by two, so a picture with a shorter side has only one."""
 
 _GBR = 0
-"""FFmpeg's AVCOL_SPC_RGB (H.273: identity), which PyAV has no name for."""
+"""FFmpeg's AVCOL_SPC_RGB (H.273: identity), for which PyAV has no name."""
 
 _X265_REORDERS = 2
-"""By how many frames x265 decodes ahead (its B-frame pyramid): for clips of one or two frames it leaves the times of
-decoding to chance, and they cannot be written then (4.2, measured)."""
+"""The frames by which x265 decodes ahead (its B-frame pyramid): for clips of one or two frames its decoding times are
+undefined, and such times cannot be written (4.2, measured)."""
 
 _EXACT = Interpolation.BICUBIC | Interpolation.ACCURATE_RND | Interpolation.FULL_CHR_H_INP | Interpolation.BITEXACT
 
@@ -58,7 +58,7 @@ def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float, scale
     Parameters
     ----------
     path
-        Where to; not atomic. The name's ending does not matter.
+        The file; writing it is not atomic. Its suffix does not matter.
     frames
         Taken one at a time; all of the first one's shape. In 4:2:0 an odd last row or col is shown twice; a picture
         that is too small for the encoder is continued by its last row and col.
@@ -124,7 +124,7 @@ def _pictures(frames: Iterable[Frame], kind: Kind) -> Iterator[Frame]:
 
 
 def _write(path: Path, pictures: Iterable[Frame], kind: Kind, rate: Fraction, scale: Scale) -> tuple[int, ...]:
-    os.environ.setdefault("SVT_LOG", "1")  # SVT-AV1 tells of itself on stderr otherwise: now of errors only
+    os.environ.setdefault("SVT_LOG", "1")  # SVT-AV1 otherwise prints information on stderr: now only errors
     converted, sizes = VideoReformatter(), dict[int, int]()
     with av.open(str(path), "w", format=kind.muxer, container_options=dict(kind.muxer_settings)) as container:
         stream: VideoStream | None = None

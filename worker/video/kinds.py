@@ -1,4 +1,4 @@
-"""Codecs, and how FFmpeg is told: one table.
+"""The codecs, and their settings for FFmpeg, in one table.
 
 | codec | for | encoder | pixels |
 |---|---|---|---|
@@ -8,9 +8,9 @@
 | `vp9` | people: browsers without the others | libvpx, `good`, speed 4 | the same as `h264` |
 | `ffv1` | work: nothing is lost | FFmpeg's own, version 3 | red, green and blue of 8, 10 or 16 bits, with CRCs |
 
-How good a picture is, the encoder's own constant rate factor says (`crf`). Instead a *quantizer* may hold still (`qp`),
-which coding studies ask for, the same for every type of picture: of x264 and x265 0 to 51, of SVT-AV1 1 to 63, of
-libvpx 0 to 63.
+The encoder's own constant rate factor (`crf`) sets the quality. Instead, the *quantizer* may be constant (`qp`), as
+coding studies need it, the same for every type of picture: 0 to 51 for x264 and x265, 1 to 63 for SVT-AV1, 0 to 63 for
+libvpx.
 
 The same frames give the same bytes: no dates, no random numbers, and a fixed number of threads, which x264's bits
 depend on. Not so by x265: of small pictures its bits differ from run to run (measured at 64 and 128 px).
@@ -25,33 +25,33 @@ from lippmann.errors import OutputError
 from lippmann.job.outputs.codecs import CHOICES, Bits, Chroma, Codec, Container
 
 THREADS = 2
-"""Of every encoder."""
+"""The number of threads of every encoder."""
 
 Settings = Mapping[str, str]
 
 
 @dataclass(frozen=True)
 class Kind:
-    """A codec in a container, and how it is set; made by `kind`."""
+    """A codec in a container with its settings, as `kind` returns it."""
 
     encoder: str
-    """By FFmpeg's name."""
+    """The encoder by FFmpeg's name."""
     container: Container
     pixel_format: str
-    """By FFmpeg's name."""
+    """The pixel format by FFmpeg's name."""
     bits: Bits
-    """Of a code: frames are uint8 for 8, uint16 for more."""
+    """The bits of a code: frames are uint8 for 8 bits, uint16 for more."""
     settings: Settings
-    """The encoder's."""
+    """The settings of the encoder."""
 
     @property
     def is_rgb(self) -> bool:
-        """Whether red, green and blue are kept as they are."""
+        """True if red, green and blue are kept without a matrix."""
         return not self.pixel_format.startswith("yuv")
 
     @property
     def needs_even_sides(self) -> bool:
-        """Whether there is one colour for two pixels each way: 4:2:0."""
+        """True if two pixels in each direction share one colour: 4:2:0."""
         return self.pixel_format.startswith("yuv420")
 
     @property
@@ -61,12 +61,12 @@ class Kind:
 
     @property
     def muxer(self) -> str:
-        """FFmpeg's name of the container."""
+        """The name of the container in FFmpeg."""
         return "matroska" if self.container == "mkv" else self.container
 
     @property
     def muxer_settings(self) -> Settings:
-        """Of the container: an MP4's index stands in front, so that it plays while it comes."""
+        """The settings of the container; an MP4 has its index at the beginning, so it plays while it downloads."""
         return {"fflags": "+bitexact"} | ({"movflags": "+faststart"} if self.container == "mp4" else {})
 
 
@@ -75,7 +75,7 @@ class _Encoder:
     name: str
     settings: Settings
     at_qp: Callable[[str], Settings] | None
-    """Its settings for a quantizer that holds still, in place of others of the same names."""
+    """Returns the settings for a constant quantizer, which replace settings of the same names."""
 
 
 LEAST_SIDE_PX = {"libx265": 16, "libsvtav1": 4}
@@ -137,7 +137,7 @@ def kind(
     bits: Bits = 8,
     intra: bool = False,
 ) -> Kind:
-    """Return a codec in a container, set; what is not said is its default, as `CHOICES` lists it.
+    """Return a codec in a container, set; what is None has its default, as `CHOICES` lists it.
 
     Parameters
     ----------
@@ -175,7 +175,7 @@ def kind(
     rate = crf if crf is not None else choices.crf
     rated: Settings = {} if rate is None else {"crf": str(rate)}
     if qp is not None and encoder.at_qp is not None:
-        # SVT-AV1 takes 0 for nothing said.
+        # SVT-AV1 takes 0 as the default.
         if not (codec == "av1") <= qp <= choices.worst_crf:
             raise OutputError(f"expected of {codec} a qp from {int(codec == 'av1')} to {choices.worst_crf}, got {qp}")
         rated = encoder.at_qp(str(qp))
@@ -189,4 +189,4 @@ def kind(
 
 
 H264, FFV1 = kind("h264"), kind("ffv1")
-"""For people, and without loss."""
+"""H.264 for people, and FFV1 without loss."""

@@ -1,4 +1,4 @@
-"""How far a small view is enlarged for a screen, and even sizes."""
+"""The scale of small views on a screen, and even sizes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 Code = TypeVar("Code", bound=np.generic)
 
 SCREEN_PX = 720
-"""About how long the longer side of a video of views should be: a view has one pixel a lens, and 90 px are a stamp."""
+"""The approximate longer side of a video of views: a view has one pixel per lens, which is small on a screen."""
 
 
 def screen_scale(rows: int, cols: int) -> int:

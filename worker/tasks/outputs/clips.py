@@ -24,35 +24,35 @@ from worker.tasks.outputs.registry import describes, makes
 from worker.tasks.outputs.videos import Picture, encode_shown
 
 PERIOD_S = 4.0
-"""How long a swing takes, there and back, where nothing is said: slow enough to look about."""
+"""The default period of a motion, forth and back."""
 
 MAX_STACK_PX = 2**24
-"""Of the pictures of a focal stack, together: 200 MB, and as much again while it is made."""
+"""The limit of the pixels of a focal stack: 200 MB, and the same again while it is computed."""
 
 
 @makes(SweepVideo)
 def make_sweep(context: OutputContext, output: SweepVideo) -> None:
-    """Make what an eye sees that swings before the display."""
+    """Make the video of an eye that moves in front of the display."""
     frames = clip_frames(context.source, output)
     encode_shown(context, output, _swept(context.source, output, frames), count=len(frames), fps=output.fps)
 
 
 @makes(FocusVideo)
 def make_focus(context: OutputContext, output: FocusVideo) -> None:
-    """Make what is seen while the focus runs through depth."""
+    """Make the video of a focus that moves through depth."""
     frames = clip_frames(context.source, output)
     encode_shown(context, output, _focused(context.source, output, frames), count=len(frames), fps=output.fps)
 
 
 @describes(FocusVideo)
 def about_focus(source: FrameSource, output: FocusVideo) -> Mapping[str, Any]:
-    """Return what a sidecar says of the focus."""
+    """Describe the depths of the focus for the sidecar."""
     from_mm, to_mm = focus_depths(source, output)
     return {"from_mm": from_mm, "to_mm": to_mm, "depths": "s of the display: + in front of its lenses"}
 
 
 def clip_frames(source: FrameSource, output: ClipOptions) -> tuple[int, ...]:
-    """Return which frame every picture of a clip shows: as many as the clip has pictures."""
+    """Return the frame that each picture of a clip shows."""
     frames = source.frames if output.frame is None else (output.frame,)
     sequence_s, seconds = len(frames) / source.fps, output.seconds
     if seconds is None:
@@ -60,15 +60,15 @@ def clip_frames(source: FrameSource, output: ClipOptions) -> tuple[int, ...]:
         if len(frames) > 1:
             seconds = math.ceil(seconds / sequence_s) * sequence_s
     pictures = range(max(1, round(seconds * output.fps)))
-    # A frame begins where its time does; a millionth forgives what rounding takes from it.
+    # A picture shows the frame whose time has begun; the millionth covers rounding.
     return tuple(frames[math.floor(picture / output.fps * source.fps + 1e-6) % len(frames)] for picture in pictures)
 
 
 def focus_depths(source: FrameSource, output: FocusVideo) -> tuple[float, float]:
-    """Return from where to where the focus runs, mm: as the output says, else through the scene's depth.
+    """Return the first and last depth of the focus, mm: those of the output, else those of the scene.
 
-    The scene's depths are paraxial, a focal length before where the capture's array saw them, and at most as far from
-    the display as neighbouring views overlap.
+    The depths of the scene are paraxial, a focal length in front of those at the array of the capture, and limited to
+    the depths at which neighbouring views overlap.
     """
     first = source.frames[0]
     rig, stage = source.rig(first), source.stage(first)
@@ -119,7 +119,7 @@ def _focused(source: FrameSource, output: FocusVideo, frames: Sequence[int]) -> 
 
 
 def _runs(frames: Sequence[int], *, most: int) -> Iterator[tuple[int, list[int]]]:
-    """Yield frames with the numbers of the successive pictures that show them, at most so many at a time."""
+    """Yield each frame with the numbers of the successive pictures that show it, at most `most` at a time."""
     for frame, run in groupby(range(len(frames)), key=lambda picture: frames[picture]):
         pictures = list(run)
         for start in range(0, len(pictures), most):

@@ -27,10 +27,10 @@ from worker.tasks.outputs.sidecar import geometry
 from worker.whole_file import write_bytes
 
 PLENO_BITS = 10
-"""Of the light fields of JPEG Pleno's Common Test Conditions."""
+"""The bits per code of the light fields in JPEG Pleno's Common Test Conditions."""
 
 DISPARITY_STEMS = {"truth": "gt", "estimate": "estimate"}
-"""What the names of maps begin with: ground truth is the benchmark's word, and an estimate is none."""
+"""The prefixes of disparity maps: `gt` is the benchmark's word for ground truth, which an estimate is not."""
 
 DisparityMap = Callable[[], NDArray[np.float32]]
 Write = Callable[[Path], None]
@@ -48,7 +48,7 @@ def make_hci(context: OutputContext, output: HciFolder) -> None:
 
 
 def _hci_files(views: FrameViews, output: HciFolder) -> Iterator[tuple[str, Write]]:
-    """Yield the names of a folder's files, and what writes each."""
+    """Yield the name of each file of a folder, with the function that writes it."""
     for number, place in enumerate(np.ndindex(views.block.rows, views.block.cols)):
         yield f"input_Cam{number:03d}.png", partial(_write_png, views=views, place=place)
     maps = _disparity_maps(views, output)
@@ -60,7 +60,7 @@ def _hci_files(views: FrameViews, output: HciFolder) -> Iterator[tuple[str, Writ
 
 @describes(HciFolder)
 def about_hci(source: FrameSource, output: HciFolder) -> Mapping[str, Any]:
-    """Return what a sidecar says of HCI folders."""
+    """Describe HCI folders for the sidecar."""
     return {
         **about_views(source, output),
         "cameras": "input_Cam000 is the upper left view; numbers grow along the row to the right, then downward",
@@ -81,7 +81,7 @@ def make_subaperture_ppm(context: OutputContext, output: SubapertureViews) -> No
 
 @describes(SubapertureViews)
 def about_subaperture_ppm(source: FrameSource, output: SubapertureViews) -> Mapping[str, Any]:
-    """Return what a sidecar says of sub-aperture PPMs."""
+    """Describe sub-aperture PPMs for the sidecar."""
     return {
         **about_views(source, output),
         "names": "<col>_<row>.ppm: the first number grows as the eye moves to the right, the second as it moves down",
@@ -98,7 +98,7 @@ def make_npz(context: OutputContext, output: NpzArrays) -> None:
 
 @describes(NpzArrays)
 def about_npz(source: FrameSource, output: NpzArrays) -> Mapping[str, Any]:
-    """Return what a sidecar says of NPZ arrays."""
+    """Describe NPZ arrays for the sidecar."""
     light = "linear light" if output.dtype.startswith("float") else "sRGB codes"
     return {
         **about_views(source, output),
@@ -119,7 +119,7 @@ def _write_ppm(path: Path, *, views: FrameViews, place: tuple[int, ...]) -> None
 
 
 def _disparity_maps(views: FrameViews, output: HciFolder) -> dict[str, DisparityMap]:
-    """Return the maps that are written, each made when asked for, by the names of their files, as `gt_{}_lowres`."""
+    """Return functions that compute the disparity maps, by the names of their files, such as `gt_{}_lowres`."""
     disparity = _disparity_source(views.source, output)
     if disparity == "none":
         return {}

@@ -23,7 +23,7 @@ from worker.tasks.outputs.registry import describes, makes
 
 @makes(DepthPictures)
 def make_depth(context: OutputContext, output: DepthPictures) -> None:
-    """Make the depth of a view of every frame."""
+    """Make the depth map of a view of every frame."""
     source = context.source
     for frame in context.with_progress(source.frames, len(source.frames)):
         context.store_file(
@@ -34,7 +34,7 @@ def make_depth(context: OutputContext, output: DepthPictures) -> None:
 
 @describes(DepthPictures)
 def about_depth(source: FrameSource, output: DepthPictures) -> Mapping[str, Any]:
-    """Return what a sidecar says of which view it is, and how colours and numbers are to be read."""
+    """Describe the view, the colours and the numbers for the sidecar."""
     u, v = _number(source, output)
     if output.range_mm is None:
         end = "the 99th percentile of abs(s) of each frame"
@@ -50,9 +50,10 @@ def about_depth(source: FrameSource, output: DepthPictures) -> Mapping[str, Any]
 
 
 def write_view_depth(path: Path, found: ViewDepth, *, range_mm: tuple[float, float] | None) -> None:
-    """Write the depth of a view by the file's suffix: `.exr` three channels, `.pfm` disparity, else a PNG of colours.
+    """Write the depth map of a view in the format of the file's suffix: `.exr`, `.pfm` or `.png`.
 
-    The colours reach as far as the deeper end of `range_mm`, or, where it is None, as the depths themselves do.
+    An EXR has three channels, a PFM the disparity, and a PNG colours. The colours end at the deeper end of `range_mm`,
+    or, where it is None, at the depths themselves.
 
     Raises
     ------

@@ -45,16 +45,16 @@ class FrameSource:
     layout: CellLayout
     """The layout of every orthoscopic integral image."""
     rig: Callable[[int], Rig]
-    """The rig at a frame, without keyframes."""
+    """Returns the rig at a frame, with its keyframes resolved."""
     display: Display
     facts: Mapping[str, str]
     """The origin of the frames, for sidecars: job, scene, title."""
     master: Callable[[str], AbstractContextManager[Path]]
     """Opens a master by its name below the job, such as `names.orthoscopic_name(frame)`, or raises ArtifactMissing."""
     stage: Callable[[int], Stage | None] = _unknown
-    """The stage of the scene at a frame; None if it is unknown."""
+    """Returns the stage of the scene at a frame; None if it is unknown."""
     has_depth: bool = False
-    """Whether the depth of every pixel is known, see `depth`."""
+    """True if the depth of every pixel is known, see `depth`."""
 
     def image(self, frame: int) -> IntegralImage:
         """Read the orthoscopic integral image of a frame, in half floats."""

@@ -32,32 +32,32 @@ class FrameViews:
 
     @property
     def stem(self) -> str:
-        """The frame's number as names carry it."""
+        """The number of the frame as it is written in names."""
         return names.frame_stem(self.frame)
 
     @property
     def rows(self) -> slice:
-        """The block's among all v."""
+        """The slice of the block among all v."""
         return slice(self.block.first_v, self.block.first_v + self.block.rows)
 
     @property
     def cols(self) -> slice:
-        """The block's among all u."""
+        """The slice of the block among all u."""
         return slice(self.block.first_u, self.block.first_u + self.block.cols)
 
     @property
     def exists(self) -> NDArray[np.bool_]:
-        """Which views have a pixel under the lens, `(v, u)`."""
+        """A mask `(v, u)` of the views that have a pixel in the cell."""
         return self.source.layout.mask[self.rows, self.cols]
 
     @cached_property
     def of_lenses(self) -> NDArray[np.float16]:
-        """One value a lens, `(v, u, lens_row, lens_col, 3)`, linear light; zero where there is no view."""
+        """The views with one pixel per lens, `(v, u, lens_row, lens_col, 3)`, linear light; missing views are zero."""
         return light_field(self._image)[self.rows, self.cols].astype(np.float16, copy=False)
 
     @cached_property
     def square(self) -> NDArray[np.float16]:
-        """The same on square pixels."""
+        """The views on square pixels, `(v, u, row, col, 3)`, linear light."""
         return on_square_pixels(self.of_lenses, self.source.layout).astype(np.float16, copy=False)
 
     def true_disparity(self, number: int) -> NDArray[np.float32]:
@@ -76,7 +76,7 @@ class FrameViews:
         return nearest_as_square(found, self.source.layout)[..., 0]
 
     def estimated_disparity(self, number: int) -> NDArray[np.float32]:
-        """Return the same, as the pictures tell it; see `lippmann.lightfield.depth.view_depth`."""
+        """Return the disparity of a view as estimated from the pictures; see `lippmann.lightfield.depth.view_depth`."""
         return estimated_depth(self._image, self.block.numbers[number]).disparity
 
     @cached_property
@@ -89,12 +89,12 @@ class FrameViews:
 
 
 def each_frame(context: OutputContext, output: ViewsOptions) -> Iterator[FrameViews]:
-    """Yield the views of every frame, and tell how far the work is.
+    """Yield the views of every frame, and report the progress.
 
     Raises
     ------
     Stopped
-        Between two of them, if the work should end.
+        Between two frames, if the work should end.
     """
     source = context.source
     for frame in context.with_progress(source.frames, len(source.frames)):
@@ -102,7 +102,7 @@ def each_frame(context: OutputContext, output: ViewsOptions) -> Iterator[FrameVi
 
 
 def about_views(source: FrameSource, output: ViewsOptions) -> dict[str, Any]:
-    """Return what a sidecar says of which views there are."""
+    """Describe the block of views for the sidecar."""
     block = output.block(source.rig(source.frames[0]))
     return {
         "views_down": block.rows,

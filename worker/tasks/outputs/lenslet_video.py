@@ -1,4 +1,4 @@
-"""Maker of lenslet sequences in the manner of MPEG: one file of raw frames, and a calibration file beside it."""
+"""Maker of lenslet sequences in the formats of MPEG: one file of raw frames with a calibration file."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ LONGEST_NAME = 60
 
 @dataclass(frozen=True)
 class _Sequence:
-    """What is written: size, lenses, names."""
+    """The layout, size and name of the sequence."""
 
     layout: CellLayout
-    """Of its sheets."""
+    """The layout of its frames before their sides are made even."""
     stem: str
 
     @property
     def rows(self) -> int:
-        """Of a frame: the sheet's, made even."""
+        """The rows of a frame, made even."""
         return self.layout.rows + self.layout.rows % 2
 
     @property
     def cols(self) -> int:
-        """Likewise."""
+        """The columns of a frame, made even."""
         return self.layout.cols + self.layout.cols % 2
 
 
@@ -59,7 +59,7 @@ def make_mpeg_lenslet(context: OutputContext, output: LensletVideo) -> None:
 
 @describes(LensletVideo)
 def about_mpeg_lenslet(source: FrameSource, output: LensletVideo) -> Mapping[str, Any]:
-    """Return what a sidecar says of a lenslet sequence."""
+    """Describe a lenslet sequence for the sidecar."""
     sequence = _sequence(source, output)
     return {
         "convention": output.convention,
@@ -71,7 +71,7 @@ def about_mpeg_lenslet(source: FrameSource, output: LensletVideo) -> Mapping[str
 
 
 def sequence_name(source: FrameSource, output: LensletVideo) -> str:
-    """Return what a sequence is called: as asked, or by the title or the scene, in letters and digits."""
+    """Return the name of a sequence: the option, or the title or the scene in letters and digits."""
     if output.sequence:
         return output.sequence
     for fact in ("title", "scene"):
@@ -103,7 +103,7 @@ def _write_frames(path: Path, *, context: OutputContext, output: LensletVideo) -
 
 
 def _turned(sheet: NDArray[np.float16], source: FrameSource, frame: int, output: LensletVideo) -> NDArray[np.float16]:
-    """Return the sheet by the convention that is asked for: what made it orthoscopic undoes itself."""
+    """Return the image in the convention of the output: the orthoscopic conversion is its own inverse."""
     if output.convention == "orthoscopic":
         return sheet
     return orthoscopic(sheet, source.layout, inverted=_inverted(source, frame))

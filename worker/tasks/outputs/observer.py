@@ -1,4 +1,4 @@
-"""Makers of what an observer of the display sees."""
+"""Makers of videos and pictures of what an observer of the display sees."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from worker.tasks.outputs.videos import Picture, encode_pixels
 
 @makes(ObserverVideo)
 def make_observer(context: OutputContext, output: ObserverVideo) -> None:
-    """Make the clip of an eye that moves while time runs."""
+    """Make the video of an eye that moves while the frames play."""
     moments = clip_moments(context.source, output)
     pictures = _clip(context.source, output, moments)
     encode_pixels(context, output, pictures, count=len(moments), fps=output.fps)
@@ -40,7 +40,7 @@ def make_observer(context: OutputContext, output: ObserverVideo) -> None:
 
 @makes(ObserverPictures)
 def make_observer_pictures(context: OutputContext, output: ObserverPictures) -> None:
-    """Make a picture of what is seen of every frame."""
+    """Make a picture of what the observer sees of every frame."""
     source = context.source
     for frame in context.with_progress(source.frames, len(source.frames)):
         context.store_file(
@@ -51,7 +51,7 @@ def make_observer_pictures(context: OutputContext, output: ObserverPictures) -> 
 
 @describes(ObserverVideo, ObserverPictures)
 def about_observer(source: FrameSource, output: ObserverOptions) -> Mapping[str, Any]:
-    """Return what a sidecar says of the display and the eye, at the first frame."""
+    """Describe the display and the eye at the first frame for the sidecar."""
     display, place = observed(source, output, source.frames[0]), place_of(source, output)
     plane_mm = central_depth_plane_mm(focal_length_mm=display.focal_mm, gap_mm=display.gap_mm)
     zone = {"pitch_mm": display.pitch_mm, "gap_mm": display.gap_mm, "distance_mm": place.distance_mm}
@@ -70,19 +70,19 @@ def about_observer(source: FrameSource, output: ObserverOptions) -> Mapping[str,
 
 @dataclass(frozen=True)
 class Moment:
-    """One picture of a clip."""
+    """The frame and the eye of one picture of a clip."""
 
     frame: int
     place: Eye
 
 
 def clip_moments(source: FrameSource, output: ObserverVideo) -> tuple[Moment, ...]:
-    """Return which frame is seen from where at each picture of a clip.
+    """Return the frame and the eye of each picture of a clip.
 
     Raises
     ------
     LayoutError
-        If the eye would come to the display.
+        If the eye would reach the display.
     """
     frames = clip_frames(source, output)
     places = moving_eye(
@@ -96,13 +96,13 @@ def clip_moments(source: FrameSource, output: ObserverVideo) -> tuple[Moment, ..
 
 
 def place_of(source: FrameSource, output: ObserverOptions) -> Eye:
-    """Return where the eye is, or the middle between two."""
+    """Return the place of the eye, or the middle between two eyes."""
     distance_mm = output.distance_mm or source.display.viewing_distance_mm
     return Eye(x_mm=output.x_mm, y_mm=output.y_mm, distance_mm=distance_mm)
 
 
 def observed(source: FrameSource, output: ObserverOptions, frame: int) -> LensDisplay:
-    """Return the display that a frame is shown on.
+    """Return the display that shows a frame.
 
     Raises
     ------
@@ -116,7 +116,7 @@ def observed(source: FrameSource, output: ObserverOptions, frame: int) -> LensDi
 
 @dataclass(frozen=True)
 class _Scene:
-    """A frame on the display."""
+    """A frame shown on the display."""
 
     sheet: NDArray[np.floating[Any]]
     display: LensDisplay

@@ -51,7 +51,7 @@ def make_view_grid(context: OutputContext, output: ViewGrid) -> None:
 
 @makes(Sheets)
 def make_sheets(context: OutputContext, output: Sheets) -> None:
-    """Make masters into pictures for people."""
+    """Convert masters to pictures for people."""
     write_picture = write_png if output.file_format == "png" else write_tiff
 
     def write(path: Path, frame: int) -> None:
@@ -63,7 +63,7 @@ def make_sheets(context: OutputContext, output: Sheets) -> None:
 
 @makes(Quilt)
 def make_quilt(context: OutputContext, output: Quilt) -> None:
-    """Make quilts, whose names say how they are laid out."""
+    """Make quilts, whose names carry their layout."""
     layout = context.source.layout
     rows_of_views, across, columns = _quilt_tiles(output, layout)
     count = len(rows_of_views) * across
@@ -83,7 +83,7 @@ def make_quilt(context: OutputContext, output: Quilt) -> None:
 
 @describes(Quilt)
 def about_quilt(source: FrameSource, output: Quilt) -> dict[str, Any]:
-    """Return which views a quilt's tiles are, in the order of its tiles: from the lower left, to the right, then up."""
+    """Return the view of each tile of a quilt, in the order of the tiles: from the lower left to the right, then up."""
     rows_of_views, across, columns = _quilt_tiles(output, source.layout)
     there = views_in_row(source.layout, rows_of_views[0])
     return {
@@ -95,7 +95,7 @@ def about_quilt(source: FrameSource, output: Quilt) -> dict[str, Any]:
 
 
 def _quilt_tiles(output: Quilt, layout: CellLayout) -> tuple[tuple[int, ...], int, int]:
-    """Return v of the rows of views, from the lowest tiles upward; how many views of each; and columns of tiles."""
+    """Return v of each row of views, from the lowest tiles up, the views of each row, and the columns of tiles."""
     if output.views == "all":
         return tuple(range(layout.cell_rows - 1, -1, -1)), layout.cell_cols, layout.cell_cols
     v = centre(layout)[1] if output.view_row is None else output.view_row
@@ -134,7 +134,7 @@ def make_epi(context: OutputContext, output: Epi) -> None:
 
 
 def scaled(picture: Picture, output: PictureOptions) -> Picture:
-    """Return a picture `(rows, cols, 3)` in the size that an output asks for."""
+    """Return a picture `(rows, cols, 3)` in the size of an output."""
     if output.scale == 1.0:
         return picture
     rows, cols = (max(1, round(side * output.scale)) for side in picture.shape[:2])
@@ -160,7 +160,7 @@ def _master(source: FrameSource, frame: int, which: str) -> NDArray[np.float16]:
 
 
 def _density(source: FrameSource, frame: int, which: str) -> Density | None:
-    """Return the density at which a sheet is as large as its array; of a grid of views there is none."""
+    """Return the density at which an image is as large as its lens array; a grid of views has none."""
     rig, layout = source.rig(frame), source.layout
     if which == "views":
         return None
@@ -170,14 +170,14 @@ def _density(source: FrameSource, frame: int, which: str) -> Density | None:
 
 
 def sheet_density(layout: CellLayout, *, pitch_mm: float) -> Density:
-    """Return the density at which a sheet is as large as its array."""
+    """Return the density at which an image is as large as its lens array."""
     height_mm, width_mm = layout.pixel_mm(pitch_mm)
     return Density.of_pixel(width_mm=width_mm, height_mm=height_mm)
 
 
 FONT_PX = 12
 BACKGROUND, INK = 0.03, 0.8
-"""Linear light: dark grey, and letters that are read on it."""
+"""Linear light: a dark grey, and letters that are legible on it."""
 
 
 @makes(ContactSheet)
@@ -211,7 +211,7 @@ def _of_frames(source: FrameSource, frames: tuple[int, ...]) -> Iterator[tuple[P
 
 
 def _of_views(source: FrameSource, frame: int, output: ContactSheet) -> tuple[Iterator[tuple[Picture, str]], int, int]:
-    """Return pictures with captions, how many there are, and how many stand side by side."""
+    """Return pictures with captions, their number, and the number of columns."""
     layout = source.layout
     ortho, there = source.image(frame).pixels, set(view_numbers(layout))
     ways = [range(0, side, output.every) for side in (layout.cell_rows, layout.cell_cols)]
@@ -227,7 +227,7 @@ def _of_views(source: FrameSource, frame: int, output: ContactSheet) -> tuple[It
 
 
 def _captioned(picture: Picture, caption: str) -> Picture:
-    """Return a picture with a line below it; a caption that is too long is cut."""
+    """Return a picture with its caption below it; a caption that is too long is cut."""
     line = np.full((line_px(FONT_PX), *picture.shape[1:]), BACKGROUND, dtype=picture.dtype)
     ink = lettering(caption, size_px=FONT_PX)[:, : picture.shape[1], np.newaxis]
     line[:, : ink.shape[1]] += (ink * (INK - BACKGROUND)).astype(line.dtype)

@@ -1,4 +1,4 @@
-"""Maker of prints: the orthoscopic sheet on a printer's pixels, with marks, a page a frame.
+"""Makers of prints and calibration sheets: pages at the pixels of a printer, with marks.
 
 A print is read, made and written in bands of rows, so a print of any size takes some 100 MB of memory. Turned, the
 printer's pixels pass through a file in the scratch folder.
@@ -49,7 +49,7 @@ def make_print(context: OutputContext, output: Print) -> None:
 
 @describes(Print)
 def about_print(source: FrameSource, output: Print) -> dict[str, Any]:
-    """Return where on the page the array is."""
+    """Describe the place of the array on the page for the sidecar."""
     page, label = _page(source, output, source.frames[0])
     return {
         "page_px": [page.rows, page.cols],
@@ -75,7 +75,7 @@ def _write(path: Path, *, context: OutputContext, output: Print, frame: int) -> 
 
 
 def _page(source: FrameSource, output: Print, frame: int) -> tuple[PrintPage, str]:
-    """Return the page of a frame, and what it says of itself."""
+    """Return the page of a frame, with its label."""
     rig, layout = source.rig(frame), source.layout
     pixel_mm, lens_pitch_mm = output.pixel_mm(rig), output.real_pitch_mm(rig)
     high, wide = layout.lenses_of_pitch(lens_pitch_mm).extent
@@ -86,7 +86,7 @@ def _page(source: FrameSource, output: Print, frame: int) -> tuple[PrintPage, st
 
 
 def _array_bands(context: OutputContext, output: Print, frame: int, page: PrintPage) -> Iterator[NDArray[Any]]:
-    """Yield the array's pixels as they lie on the page, sRGB codes, band by band from the top."""
+    """Yield the pixels of the array on the page in bands from the top, as sRGB codes."""
     rig, bits = context.source.rig(frame), output.bits
     per_lens = output.real_pitch_mm(rig) / output.pixel_mm(rig)
     quarters = output.orientation_deg // 90
@@ -99,7 +99,7 @@ def _array_bands(context: OutputContext, output: Print, frame: int, page: PrintP
 
 
 def _page_bands(page: PrintPage, codes: Iterator[NDArray[Any]], bits: int) -> Iterator[NDArray[Any]]:
-    """Yield the page, paper and marks around the array."""
+    """Yield the page in bands: the array with paper and marks around it."""
     around = partial(paper_bands, page.shapes, pixel_mm=page.pixel_mm, cols=page.cols, bits=bits)
     top = page.margin_px
     yield from around(first=0, stop=top)
@@ -131,7 +131,7 @@ def _pdf_picture(page: PrintPage, codes: Iterator[NDArray[Any]], bits: int) -> P
 
 
 BAND_ROWS = 64
-"""Of paper, that are drawn together."""
+"""The rows of paper that are drawn together."""
 
 
 def paper_bands(
@@ -156,7 +156,7 @@ def make_calibration_sheet(context: OutputContext, output: CalibrationSheet) -> 
 
 @describes(CalibrationSheet)
 def about_calibration_sheet(source: FrameSource, output: CalibrationSheet) -> dict[str, Any]:
-    """Return which strip has which pitch, where it is, and how wide bands are over it if the pitch is as expected."""
+    """Describe the strips for the sidecar: pitch, place, and the width of the bands at the nominal pitch."""
     rig = source.rig(source.frames[0])
     pitch_mm = output.real_pitch_mm(rig)
 

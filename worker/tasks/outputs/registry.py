@@ -57,12 +57,12 @@ def discover_makers() -> None:
 
 
 def make_output(context: OutputContext) -> None:
-    """Make an output, unless it is there; the file that means all is there (`names.output_name`) comes last.
+    """Make an output, unless it is stored; the file that marks it as complete (`names.output_name`) is stored last.
 
     Raises
     ------
     LippmannError
-        Whatever keeps it from being made; the other outputs of the job have nothing to do with it.
+        If the output cannot be made; the other outputs of the job are made nevertheless.
     """
     discover_makers()
     output = context.output

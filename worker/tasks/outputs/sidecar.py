@@ -1,4 +1,4 @@
-"""What is told beside an output, as JSON: how its pixels lie, by which conventions, and what made it."""
+"""The sidecar of an output: a JSON file with its geometry, its conventions, and the versions that made it."""
 
 from __future__ import annotations
 
@@ -23,13 +23,13 @@ def sidecar(
     Parameters
     ----------
     source
-        What it was made of; numbers that are keyframed are those of the first frame.
+        The frames; keyframed numbers are those of the first frame.
     output
-        What was asked for.
+        The options of the output.
     files
-        Names below the job.
+        The names of its files below the job.
     about
-        What the kind of output says of its own files.
+        The description of the files by their kind of output.
     """
     said = {
         "output": output.model_dump(mode="json"),
@@ -46,12 +46,12 @@ def sidecar(
 
 
 def geometry(source: FrameSource, frame: int) -> dict[str, Any]:
-    """Return how the pixels of a frame's orthoscopic integral image lie, and by which conventions."""
+    """Return the geometry and the conventions of the orthoscopic integral image of a frame."""
     return geometry_of(source.layout, source.rig(frame))
 
 
 def geometry_of(layout: CellLayout, rig: Rig) -> dict[str, Any]:
-    """Return how the pixels of an orthoscopic integral image of a rig lie, and by which conventions."""
+    """Return the geometry and the conventions of an orthoscopic integral image of a rig."""
     array = rig.lens_array
     return {
         "convention": "orthoscopic",
@@ -76,7 +76,7 @@ def geometry_of(layout: CellLayout, rig: Rig) -> dict[str, Any]:
 
 
 def _shifted_rows(layout: CellLayout) -> str | None:
-    """Return which lens rows stand half a pitch further right, counted from 0 at the top."""
+    """Return which lens rows are shifted right by half a pitch, counted from 0 at the top."""
     if not layout.staggered:
         return None
     return "even" if layout.first_row_shifted else "odd"

@@ -28,7 +28,7 @@ from worker.tasks.outputs.sidecar import geometry_of
 
 @makes(Spoc)
 def make_spoc(context: OutputContext, output: Spoc) -> None:
-    """Make the sheet of every frame for a display, as master and as picture."""
+    """Make the integral image of every frame for a display, as a master and as a picture."""
     frames = context.source.frames
     for frame in context.with_progress(frames, len(frames)):
         files = [f"{names.frame_stem(frame)}{suffix}" for suffix in (".exr", ".png")]
@@ -46,7 +46,7 @@ def make_spoc(context: OutputContext, output: Spoc) -> None:
 
 @describes(Spoc)
 def about_spoc(source: FrameSource, output: Spoc) -> Mapping[str, Any]:
-    """Return what the sidecar says of the sheets for a display."""
+    """Describe the integral images for a display for the sidecar."""
     rig = source.rig(source.frames[0])
     shown = output.display(rig)
     return {

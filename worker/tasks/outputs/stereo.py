@@ -20,19 +20,19 @@ from worker.tasks.outputs.videos import Picture, again, encode_shown
 
 @makes(StereoVideo)
 def make_stereo(context: OutputContext, output: StereoVideo) -> None:
-    """Make what two eyes see, side by side."""
+    """Make the video of what two eyes see, side by side."""
     _encode(context, output, output.order, half_width=output.packing == "half")
 
 
 @makes(AnaglyphVideo)
 def make_anaglyph(context: OutputContext, output: AnaglyphVideo) -> None:
-    """Make what two eyes see, in one picture for red-cyan glasses."""
+    """Make the video of what two eyes see, in one picture for red-cyan glasses."""
     _encode(context, output, "anaglyph")
 
 
 @describes(StereoVideo, AnaglyphVideo)
 def about_pair(source: FrameSource, output: PairOptions) -> Mapping[str, Any]:
-    """Return what a sidecar says of the two eyes, the left one first."""
+    """Describe the two eyes for the sidecar, the left one first."""
     if output.views is not None:
         return {"views": [list(place) for place in output.views]}
     eyes = _eyes(source, output, source.frames[0])
@@ -49,7 +49,7 @@ def _encode(context: OutputContext, output: PairOptions, how: Stereo, *, half_wi
 
 
 def _pairs(source: FrameSource, output: PairOptions) -> Iterator[tuple[Picture, Picture]]:
-    """Yield what the left and the right eye see of every frame."""
+    """Yield the pictures that the left and the right eye see of every frame."""
     layout = source.layout
     for frame in source.frames:
         image = source.image(frame)

@@ -1,4 +1,4 @@
-"""Makers of videos in which every frame has its turn."""
+"""Makers of videos of views and of integral images, and the encoding of pictures for all kinds of video."""
 
 from __future__ import annotations
 
@@ -29,10 +29,10 @@ from worker.video.kinds import kind
 from worker.video.size import screen_scale
 
 Picture = NDArray[np.floating[Any]]
-"""`(rows, cols, 3)`, linear light."""
+"""A picture `(rows, cols, 3)` in linear light."""
 
 KEPT_BYTES = 2**28
-"""Of pictures that are shown again: as many as there is room for."""
+"""The limit of the memory of pictures that are repeated."""
 
 
 def encode_pixels(
@@ -44,7 +44,7 @@ def encode_pixels(
     fps: float,
     scale: Scale = 1,
 ) -> None:
-    """Encode `count` pictures as they are, or enlarged on their codes."""
+    """Encode `count` pictures pixel for pixel, or enlarged as sRGB codes."""
     _encode(context, output, (srgb_codes(picture, bits=output.bits) for picture in pictures), count, fps, scale)
 
 
@@ -57,7 +57,7 @@ def encode_shown(
     fps: float,
     half_width: bool = False,
 ) -> None:
-    """Encode `count` pictures that are as small as views as large as the output says, or half as wide."""
+    """Encode `count` pictures of the size of views, enlarged by the scale of the output, or to half that width."""
     down = output.scale or _usual_scale(context, output)
     if half_width:
         down += down % 2
@@ -73,7 +73,7 @@ def encode_shown(
 
 
 def again(make: Callable[[], Iterable[Picture]], times: int) -> Iterator[Picture]:
-    """Yield pictures and then the same again: kept while they are few, else made anew each time."""
+    """Yield pictures several times: they are kept in memory if they fit in `KEPT_BYTES`, else made again."""
     kept: list[Picture] = []
     room = KEPT_BYTES if times > 1 else 0
     for picture in make():
@@ -105,7 +105,7 @@ def _encode(
 
 @makes(ViewsVideo)
 def make_views(context: OutputContext, output: ViewsVideo) -> None:
-    """Make the movie of every view of every frame."""
+    """Make the video of all views of every frame in succession."""
     source = context.source
     count = len(source.frames) * len(view_numbers(source.layout))
     encode_shown(context, output, _all_views(source), count=count, fps=output.views_per_s)
@@ -113,7 +113,7 @@ def make_views(context: OutputContext, output: ViewsVideo) -> None:
 
 @makes(CentreVideo)
 def make_centre(context: OutputContext, output: CentreVideo) -> None:
-    """Make the centre view in time."""
+    """Make the video of the centre view."""
     source, layout = context.source, context.source.layout
 
     def views() -> Iterator[Picture]:
@@ -126,7 +126,7 @@ def make_centre(context: OutputContext, output: CentreVideo) -> None:
 
 @makes(OrthoscopicVideo)
 def make_orthoscopic(context: OutputContext, output: OrthoscopicVideo) -> None:
-    """Make the integral video itself."""
+    """Make the orthoscopic integral video."""
     source = context.source
     sheets = (source.image(frame).pixels for frame in source.frames)
     encode_pixels(context, output, sheets, count=len(source.frames), fps=source.fps)
@@ -134,7 +134,7 @@ def make_orthoscopic(context: OutputContext, output: OrthoscopicVideo) -> None:
 
 @makes(IntegralVideo)
 def make_integral(context: OutputContext, output: IntegralVideo) -> None:
-    """Make the integral video as it was captured."""
+    """Make the integral video as captured, pseudoscopic."""
     source = context.source
     sheets = (source.integral(frame) for frame in source.frames)
     encode_pixels(context, output, sheets, count=len(source.frames), fps=source.fps)
