@@ -8,7 +8,7 @@ from pathlib import Path
 
 from lippmann.errors import BadInput
 from lippmann.lattice.layout import CellLayout
-from lippmann.lightfield.quality.compare import Likeness, ViewLikeness, compare, compare_views
+from lippmann.lightfield.quality.compare import Similarity, ViewSimilarity, compare, compare_views
 from lippmann.local.files.master import ORTHOSCOPIC, OTHER_MASTERS, naming, rig_in, whole_picture
 from lippmann.plan.sampling import display_size
 from lippmann.terminal.progress import ProgressLine
@@ -34,8 +34,8 @@ class Comparison:
 
     pair: Pair
     layout: CellLayout
-    sheet: Likeness
-    views: ViewLikeness
+    sheet: Similarity
+    views: ViewSimilarity
 
 
 def compare_files(

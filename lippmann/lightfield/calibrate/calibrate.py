@@ -1,4 +1,4 @@
-"""Pitch, lattice, turn and place of the lenses over a picture, and how far that can be believed."""
+"""Calibration: pitch, lattice, rotation and position of the lenses over a picture, and its reliability."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ LEAST_SIDE_PX = 24
 
 @dataclass(frozen=True)
 class Calibration:
-    """Lenses that were found in a picture."""
+    """The calibrated lenses of a picture."""
 
     grid: LensGrid
     """The largest block of whole lenses."""
@@ -42,7 +42,7 @@ class Calibration:
 
 
 def calibrate_white_image(picture: NDArray[Any]) -> Calibration:
-    """Return the lenses over a picture of an evenly lit white surface.
+    """Calibrate the lenses from a picture of an evenly lit white surface.
 
     As white images serve to calibrate light-field cameras (Dansereau, Pizarro, Williams, *Decoding, calibration and
     rectification for lenselet-based plenoptic cameras*, IEEE CVPR 2013), here by the lattice's waves instead of a
@@ -72,7 +72,7 @@ def calibrate_white_image(picture: NDArray[Any]) -> Calibration:
 
 
 def calibrate_picture(picture: NDArray[Any], *, near_px: float | None = None) -> Calibration:
-    """Return the lenses over any integral image, by the edges that lie where cells meet; less exact than from white.
+    """Calibrate the lenses from any integral image, by the edges between cells; a white image is more exact.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def _evidence(picture: NDArray[Any], of: Callable[[NDArray[np.float64]], NDArray
 
 
 def _refuse_rival(comb: Comb) -> None:
-    """Refuse a lattice that is hardly better than another: what is shown may repeat as clearly as the lenses do."""
+    """Refuse an ambiguous lattice: the content of the picture may repeat as clearly as the lenses do."""
     rival = comb.rival
     if rival is not None and rival.agreement > RIVAL * comb.measured.agreement:
         raise LayoutError(

@@ -1,4 +1,4 @@
-"""The lattice in a picture that shows something: by the lines of its spectrum.
+"""Find the lattice in any picture by the lines of its spectrum.
 
 Neighbouring elemental images are alike, so a picture nearly repeats, but with another step than the pitch: by as much
 more or less as what is shown is in front of the array or behind it. What lies on the lattice itself is only where cells
@@ -90,7 +90,7 @@ class _Spectrum:
 
 @dataclass(frozen=True)
 class Comb:
-    """A lattice by its lines, and what else it might be."""
+    """A lattice found by its lines, and the next best candidate."""
 
     measured: Measured
     """The lattice; its agreement is the mean contrast and phase coherence of its lines."""
@@ -99,7 +99,7 @@ class Comb:
 
 
 def measure_comb(evidence: _Numbers, *, near_px: float | None = None) -> Comb | None:
-    """Return the lattice whose lines the evidence `(rows, cols)` has; None if there is none at all.
+    """Find the lattice in the evidence `(rows, cols)` by its spectral lines; None if there are none.
 
     Parameters
     ----------

@@ -29,7 +29,7 @@ def of_white(light: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def of_edges(light: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the evidence of any picture, `(rows, cols)`: steps that stand alone, by how much the eye sees of them.
+    """Return the evidence of any picture, `(rows, cols)`: isolated steps of the tone.
 
     Cells break off from one pixel to the next, while much of what is shown changes over several.
     """

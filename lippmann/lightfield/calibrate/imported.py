@@ -1,4 +1,4 @@
-"""A picture from elsewhere becomes the sheet that the rest of the chain takes: whole cells, upright, as captured."""
+"""Convert a picture from elsewhere to a sheet of whole cells, upright and orthoscopic."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The two shortest steps from lens to lens, roughly, by autocorrelation.
+"""Estimate the two shortest steps from lens to lens by autocorrelation.
 
 Shifted by a step of the lattice, the evidence is like itself; shifted by half a step it is not. So the autocorrelation
 has equally high peaks at all steps, and the shortest of these are the ones: twice the pitch is as high a peak but

@@ -1,4 +1,4 @@
-"""Pitch, turn and place of a lattice to a fraction of a pixel, by the phases of its waves.
+"""Refine pitch, rotation and position of a lattice to a fraction of a pixel, by the phases of its waves.
 
 The evidence repeats from lens to lens, so it is a sum of waves; the longest of them, two on the square lattice and
 three on the hexagonal one, are dual to the steps. A wave's phase is taken in many overlapping windows: what is left
@@ -44,7 +44,7 @@ _Numbers = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Lay:
-    """A lattice as it lies in a picture."""
+    """The lattice in a picture: kind, pitch, row pitch and rotation."""
 
     lattice: Lattice
     pitch_px: float
@@ -63,7 +63,7 @@ class Lay:
 
 @dataclass(frozen=True)
 class Measured:
-    """A lattice with the place of one lens, and how well the picture agrees."""
+    """A lattice with the position of one lens, and the agreement of the picture."""
 
     lay: Lay
     centre_px: tuple[float, float]
@@ -112,7 +112,7 @@ def measure(evidence: NDArray[np.float64], rough: Lay) -> Measured:
 
 @dataclass(frozen=True)
 class Wave:
-    """A wave, and how far it can be relied on."""
+    """A wave, and its reliability."""
 
     number: _Numbers
     """Waves a pixel, `(right, down)`."""
@@ -191,7 +191,7 @@ def wave_light(evidence: NDArray[np.float64], number: _Numbers) -> complex:
 
 
 def from_middle(side: int) -> _Numbers:
-    """Return where the pixels of a line lie, px from its middle."""
+    """Return the positions of the pixels of a line, px from its middle."""
     return np.arange(side, dtype=np.float64) + (0.5 - side / 2)
 
 

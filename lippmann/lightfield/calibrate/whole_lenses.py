@@ -1,4 +1,4 @@
-"""The largest block of lenses that lie on a picture whole."""
+"""The largest block of lenses that lie completely on a picture."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ ENDS = 400
 
 
 def whole_lenses(one: LensGrid, size: tuple[int, ...]) -> LensGrid:
-    """Return the largest block of whole lenses on a picture; hexagonal: one whose first row is not shifted.
+    """Return the largest block of whole lenses on a picture; the first row of a hexagonal one is not shifted.
 
     Parameters
     ----------

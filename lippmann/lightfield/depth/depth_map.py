@@ -30,7 +30,7 @@ class DepthMap:
     """`(row, col, 4)`, see `CHANNELS`."""
 
     def __post_init__(self) -> None:
-        """Refuse another number of channels."""
+        """Refuse an array of another number of channels."""
         if self.values.ndim != 3 or self.values.shape[2] != len(CHANNELS):
             raise LayoutError(f"expected depths (rows, cols, {len(CHANNELS)}), got an array of {self.values.shape}")
 

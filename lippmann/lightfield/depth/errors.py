@@ -35,7 +35,7 @@ class DepthErrors:
 
 
 def depth_errors(found: NDArray[np.floating], truth: NDArray[np.floating], *, border_px: int) -> DepthErrors:
-    """Return the errors of a disparity map `(row, col)` where the truth is a number and the border is far.
+    """Compute the errors of a disparity map `(row, col)` where the truth is known, away from the border.
 
     Parameters
     ----------

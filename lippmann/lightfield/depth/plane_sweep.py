@@ -1,4 +1,4 @@
-"""Depth estimated from the pictures: a plane swept through the scene, and where a view fits the others.
+"""Depth estimation by plane sweep: at each depth, a view is compared with the shifted others.
 
 At every depth the other views are shifted as refocus shifts them (`refocus.shift_and_sum`), by cubic splines, and
 compared with the view that the depth is wanted of. Where the depth is right, they agree. What another thing hides from

@@ -1,4 +1,4 @@
-"""Depth estimated from the slope of lines in epipolar images.
+"""Depth estimation by the structure tensor: the slopes of lines in epipolar images.
 
 A row of views, one above the other, is an epipolar image: a point draws a line in it whose slope is its disparity. The
 structure tensor finds the direction of lines and how much like lines things are, its coherence (Wanner, Goldluecke,

@@ -1,4 +1,4 @@
-"""A display in millimetres: a sheet of pixels, lenses before it, and the gap between.
+"""A display in millimetres: a sheet of pixels, lenses in front of it, and the gap between.
 
 The pixels may be the integral image's own or those of a device, of any pitch. The sheet's middle lies under the middle
 of the array. Lengths across count from there, to the right and downward, as rows and cols do.
@@ -42,7 +42,7 @@ class LensDisplay:
     """The area beyond the sheet."""
 
     def __post_init__(self) -> None:
-        """Refuse what cannot be built."""
+        """Refuse a display that cannot be built."""
         lengths = {"pitch": self.pitch_mm, "focal length": self.focal_mm, "gap": self.gap_mm}
         if self.device_px_mm is not None:
             lengths["pixel"] = self.device_px_mm
@@ -51,7 +51,7 @@ class LensDisplay:
                 raise LayoutError(f"expected a positive {name} in mm, got {length_mm:g}")
 
     def check(self, sheet: NDArray[Pixel]) -> None:
-        """Refuse pixels that are not this display's.
+        """Refuse pixels of another size than those of this display.
 
         Raises
         ------
@@ -77,7 +77,7 @@ class LensDisplay:
 
 @dataclass(frozen=True)
 class LensLine:
-    """Evenly spaced centres of lenses on one axis: some are lenses of the array, the line goes on beyond."""
+    """Evenly spaced centres of lenses on one axis, which go on beyond the array."""
 
     first_mm: float
     step_mm: float

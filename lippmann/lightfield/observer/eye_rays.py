@@ -1,4 +1,4 @@
-"""Rays through an eye's pupil: where they cross the pupil, and where in a pixel of the picture they are meant for."""
+"""Sampling of the rays through the pupil of an eye and through a pixel of its picture."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ GOLDEN_ANGLE = math.pi * (3 - math.sqrt(5))
 
 @dataclass(frozen=True)
 class EyeRays:
-    """Rays, each for every pixel of the picture; all count the same."""
+    """Rays of equal weight, which are traced for every pixel of the picture."""
 
     pupil: NDArray[np.float64]
     """The places in the pupil, (right, down) in its radii, `(ray, 2)`."""
@@ -25,7 +25,7 @@ class EyeRays:
 
 
 def eye_rays(count: int) -> EyeRays:
-    """Return rays that spread evenly over the pupil and the pixel at once.
+    """Return rays that sample the pupil and the pixel evenly.
 
     One is the ray through the middle of both. More lie on a spiral in the pupil, by the golden angle (H. Vogel, *A
     better way to construct the sunflower head*, Mathematical Biosciences 44, 1979), and on a Hammersley set in the

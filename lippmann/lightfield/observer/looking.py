@@ -19,7 +19,7 @@ from lippmann.lightfield.views.perspective import Eye
 
 @dataclass(frozen=True)
 class Looking:
-    """Everything of an observer but the place; see `observe`."""
+    """The viewing conditions of an observer, without the place; see `observe`."""
 
     pupil_mm: float = PUPIL_MM
     focus_mm: float = 0.0
@@ -29,14 +29,14 @@ class Looking:
     eye_distance_mm: float = EYES_APART_MM
 
     def eyes(self, place: Eye) -> tuple[Eye, ...]:
-        """Return the one eye, or left and right of the middle between them."""
+        """Return one eye at a place, or the left and the right one beside it."""
         return (place,) if self.stereo is None else eye_pair(place, apart_mm=self.eye_distance_mm)
 
 
 def look(
     sheet: NDArray[Light], display: LensDisplay, place: Eye, looking: Looking, *, window: Window | None = None
 ) -> NDArray[np.floating[Any]]:
-    """Return what is seen from a place, by an eye or by two as one picture.
+    """Return the picture that an observer sees, with one eye or with two.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The places of an eye that moves before a display, there and back, so that a clip of it can be looped."""
+"""The places of an eye that moves in front of a display, there and back, so that its clip can be looped."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lippmann.lightfield.views.perspective import Eye
 
 
 def moving_eye(middle: Eye, *, path: EyePath, reach_mm: float, count: int, periods: int = 1) -> Iterator[Eye]:
-    """Return the places of an eye, evenly in time, over whole periods.
+    """Return the places of a moving eye at even times over whole periods.
 
     Parameters
     ----------

@@ -68,7 +68,7 @@ def observe(
     rays: int = RAYS,
     window: Window | None = None,
 ) -> NDArray[np.floating[Any]]:
-    """Return what an eye sees of a display; see the module.
+    """Trace the rays of an eye to a display and return the picture that it sees; see the module.
 
     Parameters
     ----------

@@ -10,7 +10,7 @@ ENDLESS_MM = 1e12
 
 
 def reach_mm(layout: CellLayout, distance_mm: float, *, pitch_mm: float, gap_mm: float) -> tuple[float, float]:
-    """Return how far to the side and how far up an eye may stand from the middle, mm.
+    """Return the largest distances of an eye from the axis, (to the side, up), mm.
 
     As far as the outermost lenses show it the middles of their outermost pixels, of a square as large as a lens is
     wide: endlessly far away, from the first view to the last.

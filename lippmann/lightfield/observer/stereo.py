@@ -1,4 +1,4 @@
-"""Two eyes: where they are, and their two pictures as one."""
+"""Two eyes: their places, and their two pictures combined."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def eye_pair(middle: Eye, *, apart_mm: float = EYES_APART_MM) -> tuple[Eye, Eye]
 
 
 def together(left: NDArray[Light], right: NDArray[Light], how: Stereo) -> NDArray[np.floating[Any]]:
-    """Return the two eyes' pictures as one.
+    """Combine the pictures of two eyes into one.
 
     An anaglyph is the picture whose light through both filters of the glasses comes closest to what each eye should
     see, by least squares (E. Dubois, *A projection method to generate anaglyph stereo images*, Proc. IEEE ICASSP 2001;

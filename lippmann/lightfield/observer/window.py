@@ -25,7 +25,7 @@ class Window:
     up_mm: float = 0.0
 
     def __post_init__(self) -> None:
-        """Refuse a window without a view."""
+        """Refuse a window without a size."""
         if not (1 <= self.rows <= MAX_SIZE_PX and 1 <= self.cols <= MAX_SIZE_PX):
             raise LayoutError(f"expected a picture of 1 to {MAX_SIZE_PX} px a side, got {self.rows} x {self.cols}")
         place = (self.wide_mm, self.high_mm, self.right_mm, self.up_mm)

@@ -41,7 +41,7 @@ ROWS_AT_ONCE = 64
 
 
 @dataclass(frozen=True)
-class Likeness:
+class Similarity:
     """The similarity of two pictures."""
 
     psnr_y_db: float
@@ -53,7 +53,7 @@ class Likeness:
 
 
 @dataclass(frozen=True)
-class ViewLikeness:
+class ViewSimilarity:
     """The similarity of every view of two sheets: arrays `(v, u)`, NaN where there is no view."""
 
     psnr_y_db: Values
@@ -63,7 +63,7 @@ class ViewLikeness:
 
 @dataclass(frozen=True)
 class Spread:
-    """One number of every view, over the views."""
+    """The statistics of one number over the views."""
 
     mean: float
     minimum: float
@@ -75,8 +75,8 @@ class Spread:
     """The number of views that are identical, so that their PSNR is infinite; the other numbers leave them out."""
 
 
-def compare(first: Codes, second: Codes) -> Likeness:
-    """Return how alike two pictures are; the same whichever is first.
+def compare(first: Codes, second: Codes) -> Similarity:
+    """Compute the PSNR and SSIM of two pictures; the order does not matter.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def compare(first: Codes, second: Codes) -> Likeness:
         squares_y += float(np.square(difference @ WEIGHTS).sum())
         squares_rgb += float(np.square(difference).sum())
     px = first.shape[0] * first.shape[1]
-    return Likeness(psnr_db(squares_y / px), psnr_db(squares_rgb / (3 * px)), ssim(first, second))
+    return Similarity(psnr_db(squares_y / px), psnr_db(squares_rgb / (3 * px)), ssim(first, second))
 
 
 def psnr_db(mse: float) -> float:
@@ -143,8 +143,8 @@ def ssim(first: Codes, second: Codes) -> float:
     return float(total / (rows * cols))
 
 
-def compare_views(first: Codes, second: Codes, layout: CellLayout) -> ViewLikeness:
-    """Return how alike every view of two orthoscopic sheets is: what `compare` says of each, `(v, u)`.
+def compare_views(first: Codes, second: Codes, layout: CellLayout) -> ViewSimilarity:
+    """Compute the PSNR and SSIM of every view of two orthoscopic sheets, `(v, u)`; see `compare`.
 
     Hexagonal views are compared as they are, one pixel a lens, every other row half a lens further right.
 
@@ -164,7 +164,7 @@ def compare_views(first: Codes, second: Codes, layout: CellLayout) -> ViewLikene
     check_sheet(first, layout)
     grids = views_grid(first, layout), views_grid(second, layout)
     shape = (layout.cell_rows, layout.cell_cols)
-    likeness = ViewLikeness(*(np.full(shape, np.nan) for _ in range(3)))
+    likeness = ViewSimilarity(*(np.full(shape, np.nan) for _ in range(3)))
     for u, v in view_numbers(layout):
         one = compare(*(view_of_grid(grid, layout, u, v) for grid in grids))
         likeness.psnr_y_db[v, u] = one.psnr_y_db
@@ -174,7 +174,7 @@ def compare_views(first: Codes, second: Codes, layout: CellLayout) -> ViewLikene
 
 
 def spread(values: Values) -> Spread:
-    """Return one number of every view, `(v, u)`, NaN where there is none, over the views.
+    """Compute the statistics of one number over the views, `(v, u)`; NaN is left out.
 
     Identical views have an infinite PSNR; mean, minimum and deviation are of the others, and infinite, infinite and 0
     if there are no others.

@@ -12,7 +12,7 @@ WEIGHTS = np.array([0.2126, 0.7152, 0.0722])
 
 
 def luminance(picture: NDArray[Any]) -> NDArray[np.float64]:
-    """Return a picture `(rows, cols, channel)` as one channel, `(rows, cols)`; without three colours their mean.
+    """Compute the luminance `(rows, cols)` of a picture `(rows, cols, channel)`; else the mean of the channels.
 
     >>> luminance(np.array([[[1.0, 1.0, 0.0]]])).round(4)
     array([[0.9278]])

@@ -1,4 +1,4 @@
-"""Pictures whose every pixel is a weighted sum of a sheet's: separable, several at once, by matrix products.
+"""Weighted sums of the pixels of a sheet: separable, for several pictures at once, by matrix products.
 
 Refocusing asks every pixel of a picture for a few pixels of the sheet, the same down for every column and the same
 across for every row: the `Taps` of each axis. Those are near each other, so a row of a picture is a small dense matrix
@@ -52,7 +52,7 @@ class Taps:
         return Taps(stop - start, self.made[some] - start, self.taken[some], self.weight[some])
 
     def shares(self) -> Taps:
-        """Return the same with weights that come to 1 for every pixel of the picture that has any."""
+        """Return the taps with weights normalised to a sum of 1 for every pixel of the picture."""
         total = np.bincount(self.made, self.weight, minlength=self.pixels)
         return Taps(self.pixels, self.made, self.taken, self.weight / total[self.made])
 
@@ -75,7 +75,7 @@ def taps(made: NDArray[np.intp], taken: NDArray[np.intp], weight: NDArray[np.flo
 
 
 def weighted_sums(light: NDArray[Light], down: Sequence[Taps], across: Sequence[Taps]) -> NDArray[np.floating[Any]]:
-    """Return the pictures that are the weighted sums of a sheet.
+    """Compute pictures whose pixels are weighted sums of those of a sheet.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Tiles become the whole sheet, every lens covered once."""
+"""Assemble tiles into the sheet; every lens is covered once."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sheets larger than memory: what is made in bands of lens rows equals what is made of the whole.
+"""Sheets larger than memory, processed in bands of lens rows; the result equals that of the whole sheet.
 
 `Rows` is a picture in memory or on disk. A `Sheet` has a layout as well, and lends the pixel rows of some lens rows;
 which ones, `part_layout` and `part_rows` say. Square cells of two bands share no pixel rows. Hexagons reach into the
@@ -21,7 +21,7 @@ from lippmann.lightfield.views.views import views_grid
 
 
 class Rows(Protocol):
-    """A picture of which rows can be had."""
+    """A picture whose rows can be read."""
 
     @property
     def rows(self) -> int:
@@ -58,7 +58,7 @@ class HeldRows:
 
 
 class Sheet(Protocol):
-    """An integral image of which parts can be had."""
+    """An integral image whose lens rows can be read."""
 
     @property
     def layout(self) -> CellLayout:

@@ -1,4 +1,4 @@
-"""Light at any place under a lens, between the pixels of its own cell and of no other.
+"""Interpolate light at any place under a lens, between the pixels of its own cell only.
 
 A pixel is of the lens that its centre lies under: on a border, of the lens to the right or below it, and where the
 border of a hexagon slants, above it, as `to_device` has it. Light is interpolated linearly between the four pixels
@@ -45,7 +45,7 @@ class Places:
 
 
 def light_under(picture: NDArray[Light], grid: LensGrid, places: Places) -> NDArray[np.floating[Any]]:
-    """Return the light at places under the lenses of a picture; see the module.
+    """Interpolate the light at places under the lenses of a picture; see the module.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The sheet into cells and back.
+"""Cut the sheet into cells, and put cells together to a sheet.
 
 Square cells are the sheet's own memory with other axes. Hexagonal ones interlock, so they are gathered and scattered by
 *runs*: one row of pixels of the cells of every other lens row, which is a view of the sheet's memory again.

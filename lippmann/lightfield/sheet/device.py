@@ -1,4 +1,4 @@
-"""An integral image on the pixel grid of the device that shows it: resampled cell by cell, never across a cell's edge.
+"""Resample an integral image to the pixel grid of the device that shows it, never across the edge of a cell.
 
 d = `px_per_lens_device` is the device's pixels in one pitch, any number: 600 dpi and 1 mm make 23.622, so cells of 23
 and 24 px alternate. The array stands in the middle of the window: the centre of device pixel i of N lies
@@ -36,7 +36,7 @@ PX_AT_ONCE = 200_000
 def device_size(
     layout: CellLayout, *, px_per_lens_device: float, window: tuple[int, int] | None = None, margin_px: int = 0
 ) -> tuple[int, int]:
-    """Return the (rows, cols) of an integral image on the device.
+    """Return the size (rows, cols) of an integral image on the device, px.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def to_device(
     window: tuple[int, int] | None = None,
     margin_px: int = 0,
 ) -> NDArray[Light]:
-    """Return an integral image on a device's pixel grid; see the module.
+    """Resample an integral image to the pixel grid of a device; see the module.
 
     Parameters
     ----------

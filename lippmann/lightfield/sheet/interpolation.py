@@ -14,14 +14,14 @@ SNAP = 2.0**20
 
 
 def working(light: NDArray[Light]) -> NDArray[np.floating[Any]]:
-    """Return light in single precision, or its own if that is higher: half floats are for keeping."""
+    """Return light in single precision, or its own if that is higher, for arithmetic."""
     return light.astype(np.result_type(light.dtype, np.float32))
 
 
 def neighbours(
     at: NDArray[np.float64], low: ArrayLike, high: ArrayLike
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], NDArray[np.float64]]:
-    """Return the (first, second, weight of the second) pixels about positions, held between two pixels.
+    """Return the neighbouring pixels of positions and the weight of the second; positions are clipped to a range.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ class LensGrid:
     """The rotation of the lens rows about lens (0, 0), degrees, clockwise in the picture."""
 
     def __post_init__(self) -> None:
-        """Refuse what is not a lattice."""
+        """Refuse numbers that describe no lattice."""
         if min(self.lens_rows, self.lens_cols) < 1:
             raise LayoutError(f"expected at least one lens, got {self.lens_rows} x {self.lens_cols}")
         numbers = (self.pitch_px, self.row_px, self.turn_deg, *self.offset_px)
@@ -88,7 +88,7 @@ class LensGrid:
 
 
 def layout_grid(layout: CellLayout) -> LensGrid:
-    """Return where the lenses of a layout lie on its own sheet."""
+    """Return the grid of the lenses of a layout on its own sheet."""
     n, m = layout.px_per_lens, layout.row_px
     return LensGrid(
         layout.lens_rows,

@@ -1,4 +1,4 @@
-"""The pseudoscopic capture becomes the orthoscopic integral image.
+"""Convert a pseudoscopic capture to the orthoscopic integral image.
 
 Two things are wrong with an integral image as captured. Its depth is inside out (pseudoscopic), because it was recorded
 from one side and will be looked at from the other: a half-turn of every elemental image puts that right (Athineos et
@@ -50,7 +50,7 @@ def turn_sheet(sheet: NDArray[Pixel]) -> NDArray[Pixel]:
 
 
 def orthoscopic(captured: NDArray[Pixel], layout: CellLayout, *, inverted: bool = True) -> NDArray[Pixel]:
-    """Return the orthoscopic integral image: `half_turn_cells`, and `turn_sheet` of it where a lens inverted it.
+    """Convert a capture: `half_turn_cells`, and `turn_sheet` where an imaging lens inverted it.
 
     Both together are computed in one step as what they come to: the lenses in reverse order, `cells[::-1, ::-1]`, every
     cell as captured.

@@ -1,4 +1,4 @@
-"""Arrays of pinholes before pixels, in millimetres."""
+"""Arrays of pinholes in front of pixels, in millimetres."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class PinholeArray:
     """The gap between pinholes and pixels, mm."""
 
     def __post_init__(self) -> None:
-        """Refuse what is no length."""
+        """Refuse lengths that are not positive."""
         for name, length_mm in (("pitch", self.pitch_mm), ("gap", self.gap_mm)):
             if not 0 < length_mm < math.inf:
                 raise LayoutError(f"expected a positive {name} in mm, got {length_mm:g}")

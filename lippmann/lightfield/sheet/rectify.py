@@ -1,4 +1,4 @@
-"""A sheet whose pitch is no whole number of pixels, made into whole cells: the way back from `device`.
+"""Rectify a picture whose pitch is not a whole number of pixels: the inverse of `device`.
 
 From a sheet on a device's pixels, where cells of 23 and 24 px alternate, or from a scan, whose lattice may be turned in
 the picture, everything that is made of cells can be made after this: views, perspective, refocus. Every cell is
@@ -26,7 +26,7 @@ LEAST_PITCH_PX = 2.0
 
 
 def rectify(picture: NDArray[Light], grid: LensGrid, layout: CellLayout | None = None) -> NDArray[Light]:
-    """Return the sheet of whole cells that a picture shows.
+    """Resample a picture to a sheet of whole cells.
 
     Parameters
     ----------

@@ -32,7 +32,7 @@ from lippmann.lightfield.sheet.pinholes import PinholeArray
 
 @dataclass(frozen=True)
 class SpocSheet:
-    """The orthoscopic integral image of a display, of which parts can be had; see the module."""
+    """The orthoscopic integral image of a display, computed in parts; see the module."""
 
     pseudoscopic: Sheet
     """The capture as it was, with its picture upright."""
@@ -45,7 +45,7 @@ class SpocSheet:
     """z of the reference plane: where the scene should be sharpest; not 0."""
 
     def __post_init__(self) -> None:
-        """Refuse a capture of another layout, and planes that are none."""
+        """Refuse a capture of another layout, and planes that are not finite."""
         if self.pseudoscopic.layout != self.capture.layout:
             raise LayoutError(f"expected a sheet of {self.capture.layout}, got one of {self.pseudoscopic.layout}")
         if not math.isfinite(self.distance_mm):

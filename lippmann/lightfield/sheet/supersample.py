@@ -1,4 +1,4 @@
-"""A sheet rendered with k x k as many pixels becomes the sheet: every pixel the mean of its own lens's light.
+"""Average a rendering with k x k pixels for one; every pixel of the sheet is the mean of light of its own lens.
 
 An average over a whole picture would mix neighbours' cells along their borders. Square cells divide into whole pixels,
 so blocks never cross a border. A hexagon's border runs through pixels: there only the fine pixels count that lie under
@@ -18,7 +18,7 @@ from lippmann.lightfield.sheet.interpolation import Light, working
 def average_in_cells(
     fine: NDArray[Light], layout: CellLayout, k: int, *, row_start: int = 0, col_start: int = 0
 ) -> NDArray[Light]:
-    """Return a sheet, or a region of it, from its rendering with k x k pixels for one; see the module.
+    """Average a rendering, or a region of it, with k x k pixels for one; see the module.
 
     Row by row, so memory beside the two pictures stays small.
 

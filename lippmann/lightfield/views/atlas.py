@@ -1,4 +1,4 @@
-"""Views in one picture for a graphics card: as many as fit into its largest texture, and how they lie there."""
+"""Atlas: as many views as fit into the largest texture of a graphics card, in one picture."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Atlas:
 
 
 def plan_atlas(layout: CellLayout, *, max_px: int) -> Atlas:
-    """Return the atlas of as many views as fit, evenly spread; the outermost ones among them if there are several.
+    """Choose as many views as fit, evenly spread; several include the outermost ones.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Epipolar slices: a line of lenses as the eye moves along it.
+"""Epipolar-plane images (EPI): a line of lenses as the eye moves along it.
 
 Bolles, Baker, Marimont, *Epipolar-plane image analysis*, International Journal of Computer Vision 1(1), 1987.
 

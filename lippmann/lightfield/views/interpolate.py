@@ -1,4 +1,4 @@
-"""Views between views: interpolated linearly where a row of views is asked for in another number."""
+"""Interpolate views between the views of a row, linearly."""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ def mosaic(
     background: float = 0.0,
     upward: bool = False,
 ) -> NDArray[Pixel]:
-    """Return tiles side by side, row by row from the left, the last row filled up with background.
+    """Put tiles side by side, row by row from the left, and fill the last row up with background.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Views of a hexagonal lattice on the square pixels of a screen."""
+"""Resample views of a hexagonal lattice to square pixels."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Number = TypeVar("Number", bound=np.generic)
 
 
 def as_square(view: NDArray[Light], layout: CellLayout) -> NDArray[Light]:
-    """Return a view on square pixels, one pitch wide, that lie about the middle of the array.
+    """Resample a view to square pixels, one pitch wide, around the middle of the array.
 
     In pitches from the middle, output pixel (i, j) of R x C is at x = j - (C - 1) / 2, y = i - (R - 1) / 2. Lens (r, c)
     stands at x = c - (lens_cols - 1) / 2 - 1/4, or + 1/4 in a shifted row (0 if there is one row only), y = (r -
@@ -63,7 +63,7 @@ def _interpolated(picture: NDArray[Light], at: NDArray[np.float64], *, axis: int
 
 
 def nearest_as_square(view: NDArray[Number], layout: CellLayout) -> NDArray[Number]:
-    """Return a view on square pixels as `as_square` does, each from the nearest lens: for what must not be mixed.
+    """Resample a view to square pixels from the nearest lenses, for numbers that must not be mixed.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Views: what one eye sees of an orthoscopic integral image, one pixel per lens, and back.
+"""Sub-aperture views of an orthoscopic integral image, one pixel per lens, and the inverse.
 
 Views are numbered `(u, v)` from `(0, 0)`: **u grows as the eye moves to the right, v as it moves down**, as the
 observer of the display sees it. An eye at x_eye sees, under the lens at x_k, the pixel at
@@ -29,7 +29,7 @@ from lippmann.lightfield.sheet.cells import Run, cells, put_pixels, run_px, runs
 
 
 def view(ortho: NDArray[Pixel], layout: CellLayout, u: int, v: int) -> NDArray[Pixel]:
-    """Return one view, `(lens_rows, lens_cols, channel)`: of the square lattice without copying.
+    """Return one view, `(lens_rows, lens_cols, channel)`, on the square lattice without copying.
 
     Parameters
     ----------
