@@ -1,4 +1,4 @@
-"""Where lenses are, and which pixels belong to them: the square and the hexagonal lattice.
+"""The square and the hexagonal lattice: the places of lenses, and the pixels that belong to them.
 
 * `cell`: the shape of one lens's cell, and what each kind of lattice answers; `square` and `hexagonal` answer it, and
   `kinds` chooses between them

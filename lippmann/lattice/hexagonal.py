@@ -32,7 +32,7 @@ class HexagonalCell(Cell):
     plural = "hexagonal lenses"
 
     def border_distance(self, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return max(2 |x|, |x| + 3 |y| / 2), y in row pitches: upright and slanted sides; see `Cell`."""
+        """Return max(2 |x|, |x| + 3 |y| / 2), y in row pitches: see `Cell.border_distance`."""
         x, y = np.abs(right), np.abs(down)
         return np.asarray(np.maximum(2 * x, x + 1.5 * y))
 

@@ -23,7 +23,7 @@ WIDTH_PX = 1200.0
 MARGIN_PX = 24.0
 LEGEND_ROW_PX = 22.0
 LABEL_ROWS = 3
-"""Of labels between a heading and its panel; where there are more, the panel stands lower."""
+"""The number of rows of labels that fit between a heading and its panel; with more rows the panel stands lower."""
 MOST_PX = 420.0
 """A panel is at most so high; a higher one is drawn smaller."""
 

@@ -28,7 +28,7 @@ class Drawn:
 
     way: Path
     beyond: Path
-    """From the array to the image, if that lies behind it."""
+    """The path from the array to the image, if the image lies behind the array."""
 
 
 def fan(bench: Bench, *, object_mm: float, height_mm: float, image_mm: float | None) -> tuple[Drawn, ...]:
@@ -41,9 +41,9 @@ def fan(bench: Bench, *, object_mm: float, height_mm: float, image_mm: float | N
     height_mm
         The height of the point above the axis, mm.
     object_mm
-        From the point's plane to the origin.
+        The distance of the point's plane before the origin, mm.
     image_mm
-        The z of its image; None where there is none.
+        The place of the image along the axis, mm; None if there is no image.
     """
     start = np.array([0.0, height_mm, -object_mm])
     far_end = bench.imaging_lens.surfaces[0].semi_aperture_mm if bench.imaging_lens else 0.0

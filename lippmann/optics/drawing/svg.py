@@ -12,7 +12,7 @@ LETTER_PX = 6.7
 """Mean width of a letter of the labels, whose size is 12 px."""
 LABEL_ROW_PX = 16.0
 BESIDE_PX = 4.5
-"""From a leader to a text beside it."""
+"""The distance from a leader to the text beside it, px."""
 MOST_TRIES = 10_000
 """Places that are tried for the labels of a panel, about 50 ms: to try all takes exponentially long."""
 
@@ -107,18 +107,18 @@ class Label:
 
     text: str
     x_px: float
-    """Of the leader."""
+    """The place of the leader."""
     left_px: float
     row: int
-    """From the lowest one up."""
+    """The number of the row, counted upward from the lowest one."""
 
     @property
     def right_px(self) -> float:
-        """Where the text ends."""
+        """The right end of the text, px."""
         return self.left_px + _length_px(self.text)
 
     def is_clear_of(self, other: Label) -> bool:
-        """Whether neither text lies on the other, nor on the other's leader."""
+        """Return True if neither text overlaps the other, nor the other's leader."""
         together = self.left_px < other.right_px + 8 and other.left_px < self.right_px + 8
         if self.row == other.row:
             return not together

@@ -23,7 +23,7 @@ SETTLED_MM = 1e-7
 """A miss before the last step of the search: that step squares it."""
 
 CLOSE_MM = 1e-9
-"""How near to the surface a crossing must lie."""
+"""The distance from the surface within which a point counts as a crossing."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Whether an imaging lens can be: its surfaces, its media, its stop, and two rays that must get through."""
+"""Checks of an imaging lens: its surfaces, its media, its stop, and two rays that must get through."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from lippmann.optics.lens.surfaces import ImagingLens, Stop, Surface
 from lippmann.optics.lens.trace import Rays, steps
 
 WEAK_PER_MM = 1e-7
-"""A focal length of 10 km is none."""
+"""A system with a focal length of 10 km or more counts as one without power."""
 
 TOUCHING_MM = 1e-9
 HEIGHTS = 65

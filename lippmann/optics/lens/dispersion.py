@@ -5,7 +5,7 @@ takes the `ior` of a medium for 555 nm and gives it, at a wavelength, the index
 
     n(wavelength) = ior * dispersion^((555 nm - wavelength) / 350 nm)
 
-so that `dispersion` is how many times the index at 380 nm is that at 730 nm; 1 is none.
+so that `dispersion` is the ratio of the indices at 380 nm and at 730 nm; a glass without dispersion has 1.
 """
 
 from __future__ import annotations

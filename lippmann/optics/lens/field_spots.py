@@ -18,7 +18,7 @@ FIELD_ANGLES_DEG = (0.0, 4.0, 8.0)
 RAYS_ACROSS = 101
 """The number of rays across the aperture in each direction; twice as many change no RMS radius by more than 1 %."""
 _PASSES = 3
-"""How often the rays are aimed again at the part of the aperture that passes light."""
+"""The number of times that the rays are aimed again at the part of the aperture that passes light."""
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,9 @@ class CardinalPoints:
 
     effective_focal_length_mm: float
     back_focal_distance_mm: float
-    """From the last vertex to the rear focal point."""
+    """The distance from the last vertex to the rear focal point."""
     front_focal_distance_mm: float
-    """From the first vertex to the front focal point, positive when it lies behind the vertex."""
+    """The distance from the first vertex to the front focal point, positive when it lies behind the vertex."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class Conjugate:
     """An object plane and its image."""
 
     object_mm: float
-    """From the object to the first vertex."""
+    """The distance from the object to the first vertex."""
     image_mm: float
-    """From the last vertex to the image; infinite for an object in the front focal plane."""
+    """The distance from the last vertex to the image; infinite for an object in the front focal plane."""
     magnification: float
     """Lateral; negative when the image is inverted."""
 

@@ -70,7 +70,7 @@ def imaging_lens(name: str, *, field: str = "rig.imaging_lens") -> ImagingLens:
     Raises
     ------
     SpecError
-        If there is none.
+        If no published lens has that name.
     """
     if name not in IMAGING_LENSES:
         known = ", ".join(sorted(IMAGING_LENSES))

@@ -19,7 +19,7 @@ class Row:
     """One surface of a file, and where it was written."""
 
     place: str
-    """As in `line 7`."""
+    """The words that name the row in a message, for example `line 7`."""
     surface: dict[str, Any] = field(default_factory=dict)
     """The fields of a `LensSurface`; a row that is only a plane in air needs no aperture."""
     is_stop: bool = False

@@ -48,12 +48,12 @@ class Surface:
 
     @property
     def is_spherical(self) -> bool:
-        """Whether it is a sphere or a plane."""
+        """True if the surface is a sphere or a plane."""
         return not any(self.aspheric) and (self.conic == 0.0 or math.isinf(self.radius_mm))
 
     @property
     def is_flat(self) -> bool:
-        """Whether it is a plane, or so nearly one that a plate beside its vertex would lie on it."""
+        """True if the surface is a plane, or so nearly one that a plate beside its vertex would lie on it."""
         return abs(self.sag_mm(self.semi_aperture_mm)) < FLAT_MM
 
     def sag_mm(self, height_mm: float) -> float:
@@ -93,7 +93,7 @@ class ImagingLens:
     source: str
     surfaces: tuple[Surface, ...]
     stop_z_mm: float | None = None
-    """Where a variable stop stands, from the first vertex, if its maker said so."""
+    """The place of a variable stop behind the first vertex; None if the prescription does not give it."""
     stop: Stop | None = None
     """The stop as set; None: the lens works at full aperture."""
 
@@ -104,7 +104,7 @@ class ImagingLens:
 
     @property
     def length_mm(self) -> float:
-        """From the first vertex to the last."""
+        """The distance from the first vertex to the last."""
         return self.vertices_mm[-1]
 
     @property
@@ -119,12 +119,12 @@ class ImagingLens:
 
     @property
     def is_spherical(self) -> bool:
-        """Whether all surfaces are spheres or planes."""
+        """True if all surfaces are spheres or planes."""
         return all(surface.is_spherical for surface in self.surfaces)
 
     @property
     def surfaces_before_stop(self) -> int:
-        """How many surfaces light meets before the stop as set."""
+        """The number of surfaces that light meets before the stop as set."""
         if self.stop is None:
             return 0
         return sum(z_mm <= self.stop.z_mm for z_mm in self.vertices_mm)

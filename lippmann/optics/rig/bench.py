@@ -17,10 +17,11 @@ from lippmann.optics.rig import array as lattice
 from lippmann.optics.rig.microlens import Microlens, microlens
 
 ORTHOGRAPHIC_DISTANCE_MM = 20.0
-"""From the MLA to an orthographic camera: anywhere behind the lenses will do; behind thick ones twice as far."""
+"""The distance from the MLA to an orthographic camera. Any place behind the lenses will do; behind thick lenses the
+camera stands twice as far."""
 
 CLEAR_OF_LENSES = 1.01
-"""How far from the MLA a perspective camera stands at least, in thicknesses of its lenses."""
+"""The least distance of a perspective camera from the MLA, in thicknesses of the lenses."""
 
 WHOLE = (slice(None), slice(None))
 """The region that is all of a picture."""
@@ -31,7 +32,8 @@ class Bench:
     """Everything that stands in the rig frame, mm."""
 
     imaging_lens: ImagingLens | None
-    """As modelled: contact surfaces kept apart. None: direct pickup, the origin stands for surface 1."""
+    """The imaging lens as it is modelled, surfaces in contact kept apart. None: direct pickup, and the origin stands
+    for surface 1."""
     microlens: Microlens
     mla_z_mm: float
     """The flat side of the lenses."""
@@ -48,7 +50,7 @@ class Bench:
 
     @property
     def mla_behind_lens_mm(self) -> float:
-        """From the last vertex of the imaging lens to the MLA."""
+        """The distance from the last vertex of the imaging lens to the MLA."""
         return self.mla_z_mm - self.lens_end_mm
 
     def image_z_mm(self, object_mm: float) -> float:

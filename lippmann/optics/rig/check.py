@@ -1,4 +1,4 @@
-"""Whether a job's optics can be, and what its maker should know before anything is rendered."""
+"""Checks of a job's optics, and notes on them before anything is rendered."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lippmann.optics.rig.bench import Bench, bench
 from lippmann.optics.rig.method import capture_method
 
 _MEASURED = ", s from "
-"""Where a note begins to tell numbers."""
+"""The words after which a note gives numbers."""
 
 
 def check_job(sheet: JobSheet) -> tuple[str, ...]:

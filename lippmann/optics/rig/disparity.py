@@ -1,4 +1,4 @@
-"""How far a point moves over the lenses from one view to the next: by the law of small angles, and by exact rays."""
+"""Disparity: the move of a point over the lenses from one view to the next, paraxial and by exact rays."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lippmann.optics.rig.bench import Bench, camera_rays, through_microlens
 MAX_VIEWS = 32
 """Views in a row that are traced; of more, as many evenly among them."""
 STEPS = 40
-"""Of the secant method; it ends when nothing changes any more."""
+"""The most steps of the secant method, which ends when nothing changes any more."""
 CLOSE_MM = 1e-10
 
 

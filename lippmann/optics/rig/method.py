@@ -22,11 +22,11 @@ LEAST_GLASS_MM_PER_UNIT = 0.001
 """Below it glass was not exact any more (measured; a rig of kilometres in its scene's units)."""
 
 LEAST_GAP_UNITS = 1e-4
-"""Between two surfaces: POV-Ray takes nearer ones for one (measured: 0.001 mm of air is right to 10 mm a unit)."""
+"""The least gap between two surfaces: POV-Ray takes nearer ones for one (measured: 0.001 mm of air is right to 10 mm a unit)."""
 
 LEAST_LENS_UNITS = 6e-4
-"""Of the thickness of the microlenses: glass of flatter ones is missed (measured at 8 px a lens, pitch 1 and 0.2 mm:
-6.4e-4 is right, below 5.1e-4 pixels in the corners are wrong, and at 1.3e-4 most are)."""
+"""The least thickness of the microlenses: POV-Ray misses the glass of flatter ones (measured at 8 px a lens, pitch 1
+and 0.2 mm: 6.4e-4 is right, below 5.1e-4 pixels in the corners are wrong, and at 1.3e-4 most are)."""
 
 OVERLAP_MM = 0.02
 OVERLAP_FRACTION = 0.37
@@ -38,7 +38,8 @@ BAFFLE_GAP_FRACTION = 0.4
 lippmann/imaging_lens.inc."""
 
 LEAST_PITCH_UNITS = 0.005
-"""Of the microlenses: smaller ones are missed (measured: pitch 1 mm is right to 300 mm a unit and fails at 500)."""
+"""The least pitch of the microlenses: POV-Ray misses smaller ones (measured: a pitch of 1 mm is right to 300 mm a unit
+and fails at 500)."""
 
 
 def capture_method(spec: JobSpec, stage: Stage) -> Method:

@@ -19,11 +19,11 @@ class Microlens:
     radius_mm: float
     """R = (index - 1) f (Athineos 2006, equation 1)."""
     displacement_mm: float
-    """From the sphere's centre to the flat side."""
+    """The distance from the sphere's centre to the flat side."""
 
     @property
     def thickness_mm(self) -> float:
-        """From the flat side to the vertex."""
+        """The distance from the flat side to the vertex."""
         return self.radius_mm - self.displacement_mm
 
 

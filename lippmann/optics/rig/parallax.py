@@ -1,4 +1,4 @@
-"""How far what a pixel shows moves over the lenses from one view to the next: pixel by pixel, by exact rays.
+"""Parallax by exact rays: the move over the lenses from one view to the next, pixel by pixel.
 
 A pixel h off the axis of the lens at L sees the point F(L, h) of the plane z. Under which lens is the same point seen a
 little further in the cell? dF = 0 along L(h), so that dL/dh = -(dF/dL)^-1 dF/dh, two 2 x 2 matrices: their columns are

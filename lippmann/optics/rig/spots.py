@@ -1,4 +1,4 @@
-"""Where rays really meet: best focus, spot and height of the image of a point, by the exact trace.
+"""Best focus, spot and height of the image of a point, by the exact trace.
 
 Of all rays of a point only those count that reach a pixel: they pass the apertures of the imaging lens, meet the array
 inside its edge, and arrive steep enough for no neighbour's cell. A camera ray at the in-lens offset h has the slope
@@ -19,7 +19,7 @@ from lippmann.optics.rig.bench import Bench
 AIMED = 31
 """Rays aimed across the aperture in each direction: spots change by less than 1 % with more."""
 LOOKS = 3
-"""How often they are aimed anew at the part of the aperture that counts."""
+"""The number of times that rays are aimed again at the part of the aperture that counts."""
 ENOUGH = 9
 """Fewer rays make no spot."""
 FAN = 101
@@ -35,7 +35,7 @@ class Focus:
     rms_mm: float
     """Root mean square distance of the rays from their middle."""
     height_mm: float
-    """Of their middle over the axis."""
+    """The height of their middle above the axis."""
 
 
 def best_focus(bench: Bench, object_mm: float) -> Focus | None:

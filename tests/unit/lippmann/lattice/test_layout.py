@@ -181,3 +181,23 @@ def test_a_sheet_of_another_pitch_is_told_the_one_that_fits() -> None:
         check_size(2362, 2362, CellLayout(100, 100, 24))
     with pytest.raises(LayoutError, match=r"of 8 px$"):
         check_size(100, 200, CellLayout(10, 10, 8))
+
+
+@given(layout=LAYOUTS.filter(lambda layout: layout.px_per_lens > 1))
+def test_at_the_overlap_depth_a_point_moves_over_all_lenses_but_one_from_view_to_view(layout: CellLayout) -> None:
+    focal_mm, (high, wide) = 3.3, layout.square_size()
+    depth_mm = layout.overlap_depth(focal_mm)
+    pixel_down, pixel_right = layout.pixel_mm(1.0)
+    moves = depth_mm / focal_mm * pixel_down, depth_mm / focal_mm * pixel_right
+    left_over = [lenses - 1 - move for lenses, move in zip((high, wide), moves, strict=True)]
+    assert min(left_over) == pytest.approx(0, abs=1e-9)
+
+
+@given(layout=LAYOUTS)
+def test_views_in_rows_and_cols_are_those_of_the_mask(layout: CellLayout) -> None:
+    for v in range(-1, layout.cell_rows + 1):
+        there = [u for u in range(-1, layout.cell_cols + 1) if layout.has_view(u, v)]
+        assert list(layout.views_in_row(v)) == there
+        assert (v in layout.rows_of_views) == bool(there)
+        assert all(v in layout.views_in_col(u) for u in there)
+    assert layout.mask.sum() == sum(len(layout.views_in_row(v)) for v in layout.rows_of_views)

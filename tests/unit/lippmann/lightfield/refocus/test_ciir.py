@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from lippmann.errors import LayoutError
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.refocus.ciir import ciir, ciir_stack
-from lippmann.lightfield.refocus.shift_and_sum import refocus, shifts
+from lippmann.lightfield.refocus.shift_and_sum import refocus
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells
 from tests.unit.lippmann.lightfield.sheets import (
     LAYOUTS,
@@ -37,8 +37,7 @@ def ripples(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def overlap(layout: CellLayout, depth_mm: float) -> bool:
-    found = shifts(layout, depth_mm, focal_mm=FOCAL_MM)
-    return all(abs(step) <= lenses - 1 for step, lenses in zip(found, layout.square_size(), strict=True))
+    return abs(depth_mm) <= layout.overlap_depth(FOCAL_MM)
 
 
 def by_hand(sheet: np.ndarray, layout: CellLayout, depth_mm: float, px: int) -> np.ndarray:
