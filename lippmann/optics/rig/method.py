@@ -22,7 +22,8 @@ LEAST_GLASS_MM_PER_UNIT = 0.001
 """Below it glass was not exact any more (measured; a rig of kilometres in its scene's units)."""
 
 LEAST_GAP_UNITS = 1e-4
-"""The least gap between two surfaces: POV-Ray takes nearer ones for one (measured: 0.001 mm of air is right to 10 mm a unit)."""
+"""The least gap between two surfaces: POV-Ray takes nearer ones for one (measured: 0.001 mm of air is right to 10 mm a
+unit)."""
 
 LEAST_LENS_UNITS = 6e-4
 """The least thickness of the microlenses: POV-Ray misses the glass of flatter ones (measured at 8 px a lens, pitch 1
