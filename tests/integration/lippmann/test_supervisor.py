@@ -73,7 +73,7 @@ def test_what_a_dead_child_left_below_it_is_gone_before_it_starts_again(tmp_path
         process.communicate("stop\n", timeout=ENOUGH_S)
 
 
-def test_everything_ends_at_once_when_whoever_started_the_keeper_is_gone(tmp_path: Path) -> None:
+def test_everything_ends_at_once_when_the_process_that_started_the_supervisor_is_gone(tmp_path: Path) -> None:
     with _supervisor(tmp_path, first=STUBBORN, grace_s=1000) as process:
         assert _events(process, 2) == ["first child_ready", "ready"]
         child = born(int((tmp_path / "pid-first").read_text()))
