@@ -67,7 +67,13 @@ def capture(
 
 
 def requested_job(scene: str | None, job_file: str | None, overrides: Sequence[str]) -> tuple[JobSpec, bytes]:
-    """Return the job that the options request, and the bundle of its scene; `scene` overrides that of the job file."""
+    """Return the job that the options request, and the bundle of its scene; `scene` overrides that of the job file.
+
+    Parameters
+    ----------
+    scene, job_file, overrides
+        As in `capture`.
+    """
     job: dict[str, Any] = read_job(job_file) if job_file else {}
     for override in overrides:
         set_field(job, override)
@@ -76,7 +82,15 @@ def requested_job(scene: str | None, job_file: str | None, overrides: Sequence[s
 
 
 def job_of(job: dict[str, Any], scene: str | None) -> tuple[JobSpec, bytes]:
-    """Validate a job as it was read, and return it with the bundle of its scene; `scene` overrides the job's own."""
+    """Validate a job as it was read, and return it with the bundle of its scene; `scene` overrides the job's own.
+
+    Parameters
+    ----------
+    job
+        The data of a job file.
+    scene
+        The scene, as in `capture`.
+    """
     wanted = scene or job.get("scene")
     if not isinstance(wanted, str):
         raise BadInput("expected a SCENE or a job with one in --job, got neither")

@@ -91,6 +91,19 @@ def study(
 ) -> Iterator[Point]:
     """Yield a point for every codec, arrangement and quantizer.
 
+    Parameters
+    ----------
+    video
+        The integral video.
+    codecs, arrangements, qps
+        The encoders, the arrangements of the video and the quantizers that are combined.
+    chroma
+        The chroma subsampling.
+    intra
+        True to code every frame independently.
+    on_progress
+        Called with the fraction of the work and its description, before each point.
+
     Raises
     ------
     lippmann.errors.OutputError

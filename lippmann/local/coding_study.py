@@ -97,7 +97,15 @@ def run_study(folder: Path, options: StudyOptions, *, fps: float, out: Path) -> 
 
 
 def study_data(result: StudyResult, options: StudyOptions) -> dict[str, Any]:
-    """Return the result as JSON data; an infinite or unknown number is null."""
+    """Return the result as JSON data; an infinite or unknown number is null.
+
+    Parameters
+    ----------
+    result
+        The result of `run_study`.
+    options
+        The options of the study.
+    """
     layout = result.layout
     return {
         "frames": result.frames,

@@ -75,7 +75,13 @@ def colour_notes_of(compared: Sequence[Comparison]) -> tuple[str, ...]:
 
 
 def find_pairs(first: Path, second: Path) -> tuple[Pair, ...]:
-    """Return the pairs of pictures to compare: two files, or the frames of two folders, by name."""
+    """Return the pairs of pictures to compare: two files, or the frames of two folders, by name.
+
+    Parameters
+    ----------
+    first, second
+        As in `compare_files`.
+    """
     for path in (first, second):
         if not path.exists():
             raise BadInput(f"expected a picture or a folder of pictures, got {path}, which is not there")

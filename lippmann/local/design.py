@@ -55,7 +55,13 @@ def design(
 
 
 def design_sheet(job: Job | None, *, preset: str | None, scene: str | None, overrides: Sequence[str]) -> JobSheet:
-    """Return a job with the stage of its scene, as the designer takes it; the arguments are those of `design`."""
+    """Return a job with the stage of its scene, as the designer takes it.
+
+    Parameters
+    ----------
+    job, preset, scene, overrides
+        As in `design`.
+    """
     fields = _fields(job, preset, scene)
     for override in overrides:
         set_field(fields, override)

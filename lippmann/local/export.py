@@ -46,7 +46,17 @@ class ExportResult:
 
 @contextmanager
 def frames_of_job(client: Client, job_id: str, *, frames: str | None) -> Iterator[FrameSource]:
-    """Yield the frames of a job, whose masters are fetched into a temporary folder."""
+    """Yield the frames of a job, whose masters are fetched into a temporary folder.
+
+    Parameters
+    ----------
+    client
+        The client of the service.
+    job_id
+        The id of the job.
+    frames
+        The frames, as in a job file; None for all.
+    """
     job = client.job(job_id)
     numbers = parse_frames(frames) if frames else job.spec.frame_numbers
     with job_masters(client, job, numbers, depth=True) as folder:
@@ -55,6 +65,13 @@ def frames_of_job(client: Client, job_id: str, *, frames: str | None) -> Iterato
 
 def parse_outputs(written: Sequence[str], source: FrameSource) -> tuple[OutputOptions, ...]:
     """Parse outputs, each written as the name of a file or as JSON.
+
+    Parameters
+    ----------
+    written
+        The outputs.
+    source
+        The frames that they are made from.
 
     Raises
     ------
@@ -90,7 +107,17 @@ def _read(text: str) -> Any:
 
 
 def export_outputs(source: FrameSource, outputs: Sequence[OutputOptions], out: Path) -> tuple[ExportResult, ...]:
-    """Make outputs into a folder, named as those of a job; one that fails does not stop the others."""
+    """Make outputs into a folder, named as those of a job; one that fails does not stop the others.
+
+    Parameters
+    ----------
+    source
+        The frames that they are made from.
+    outputs
+        The outputs.
+    out
+        The folder.
+    """
     check_writable(out)
     return tuple(_export(source, output, out) for output in outputs)
 

@@ -43,7 +43,12 @@ class PictureSize:
             raise BadInput(f"expected a --size of 1 to {MAX_SIDE_PX} px, got {self.longer_px}")
 
     def of(self, rows: int, cols: int) -> tuple[int, int]:
-        """Return the (rows, cols) to which a picture of rows x cols px is resized.
+        """Return the (rows, cols) to which a picture is resized.
+
+        Parameters
+        ----------
+        rows, cols
+            The size of the picture, px.
 
         Raises
         ------

@@ -26,7 +26,7 @@ DEPTHS_AT_ONCE = 16
 
 @dataclass(frozen=True)
 class RefocusOptions:
-    """How pictures are refocused, and in which size they are written."""
+    """The method of refocusing, and the size of the pictures."""
 
     method: RefocusMethod = "shift_and_sum"
     px_per_lens: int | None = None
@@ -95,7 +95,17 @@ def write_refocused(image: IntegralImage, out: Path, *, depth_mm: float, options
 
 
 def write_all_in_focus(image: IntegralImage, out: Path, *, depths_mm: Sequence[float], size: PictureSize) -> None:
-    """Write one picture that is sharp at several depths; see `write_refocused`."""
+    """Write one picture that is sharp at several depths.
+
+    Parameters
+    ----------
+    image, out
+        As in `write_refocused`.
+    depths_mm
+        The depths, mm in front of the display.
+    size
+        The size of the picture.
+    """
     check_png(out)
     RefocusOptions(size=size).check(image, depths_mm)
     write_png(out, size.sized(image.all_in_focus(depths_mm)))
@@ -104,7 +114,17 @@ def write_all_in_focus(image: IntegralImage, out: Path, *, depths_mm: Sequence[f
 def write_focal_stack(
     image: IntegralImage, out: Path, *, depths_mm: Sequence[float], options: RefocusOptions
 ) -> tuple[Path, ...]:
-    """Write a folder of pictures, each refocused to one depth, and return their paths; see `write_refocused`."""
+    """Write a folder of pictures, each refocused to one depth, and return their paths.
+
+    Parameters
+    ----------
+    image, options
+        As in `write_refocused`.
+    out
+        The folder.
+    depths_mm
+        The depths, mm in front of the display.
+    """
     options.check(image, depths_mm)
     check_writable(out)
     files = tuple(out / f"{depth_mm:+08.2f}mm.png" for depth_mm in depths_mm)

@@ -24,7 +24,7 @@ class WrittenView:
     rows: int
     cols: int
     dark_lenses: int
-    """How many lenses show the eye no light of their own cell."""
+    """The number of lenses that show the eye no light of their own cell."""
 
 
 def write_view(image: IntegralImage, out: Path, *, number: tuple[int, int] | None, size: PictureSize) -> WrittenView:

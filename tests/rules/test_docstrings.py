@@ -11,10 +11,10 @@ import pytest
 
 from tests.repository import ROOT
 
-DESCRIBED = ("lippmann/lattice", "lippmann/optics")
+DESCRIBED = ("lippmann/lattice", "lippmann/lightfield", "lippmann/local", "lippmann/optics")
 """Packages whose public functions with two or more arguments have a Parameters section that names each of them."""
 
-WHOLE_SENTENCES = ("lippmann/lattice", "lippmann/optics")
+WHOLE_SENTENCES = ("lippmann/lattice", "lippmann/lightfield", "lippmann/local", "lippmann/optics")
 """Packages whose docstrings are whole sentences."""
 
 FRAGMENTS = ("Of", "From", "Where", "By", "As", "Likewise", "Whether", "How")

@@ -2,7 +2,7 @@
 
 Shifted by a step of the lattice, the evidence is like itself; shifted by half a step it is not. So the autocorrelation
 has equally high peaks at all steps, and the shortest of these are the ones: twice the pitch is as high a peak but
-longer, half the pitch is none. (Of waves, the higher orders may be stronger than the first; of steps none is.)
+longer, half the pitch is no step. (Higher orders of waves may be stronger than the first; those of steps are not.)
 """
 
 from __future__ import annotations

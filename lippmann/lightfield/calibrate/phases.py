@@ -3,7 +3,7 @@
 The evidence repeats from lens to lens, so it is a sum of waves; the longest of them, two on the square lattice and
 three on the hexagonal one, are dual to the steps. A wave's phase is taken in many overlapping windows: what is left
 of it, once the rough wave is taken out, lies on a plane over the picture, whose slope corrects the wave and whose
-height says where lenses are. Windows whose phases do not lie on it say that the lattice is none.
+height says where lenses are. Windows whose phases do not lie on it disprove the lattice.
 """
 
 from __future__ import annotations

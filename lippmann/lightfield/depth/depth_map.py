@@ -55,7 +55,14 @@ class DepthMap:
         return self.values[..., 3]
 
     def view(self, layout: CellLayout, u: int, v: int) -> DepthMap:
-        """Return the depth of view (u, v) of a sheet, one pixel a lens.
+        """Return the depth of a view of a sheet, one pixel a lens.
+
+        Parameters
+        ----------
+        layout
+            The lenses over the sheet.
+        u, v
+            The view.
 
         Raises
         ------

@@ -18,7 +18,7 @@ from lippmann.lightfield.views.square_pixels import nearest_as_square
 Method = Literal["tensor", "sweep"]
 
 RANGE = 2.0
-"""Disparity to either side of the display that is looked for when nothing is said, in pitches a view."""
+"""The default range of the estimate: the disparity to either side of the display, pitches a view."""
 
 TENSOR_STEP = 0.5
 """The step of the disparity from one evaluation of the structure tensor to the next, pitches a view."""
@@ -28,7 +28,7 @@ Map = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class ViewDepth:
-    """Depth of a view; all `(row, col)`, NaN where there is none."""
+    """The depth of a view; all maps are `(row, col)`, NaN where the depth is unknown."""
 
     s_mm: Map
     """The depth s, mm in front of the display."""

@@ -36,12 +36,12 @@ def eye_rays(count: int) -> EyeRays:
     Parameters
     ----------
     count
-        How many.
+        The number of rays.
 
     Raises
     ------
     LayoutError
-        If there is none, or too many.
+        If there are no rays, or too many.
     """
     if not 1 <= count <= MAX_RAYS:
         raise LayoutError(f"expected from 1 to {MAX_RAYS} rays a pixel, got {count}")

@@ -11,7 +11,7 @@ at a distance L, a point e of the pupil from it, the eye focused at a depth z, a
 
 The eye gets the light of whatever pixel S lies in: pixels are boxes, nothing is interpolated. It may lie under a
 neighbouring lens; that is how the picture flips at the border of the viewing zone. Where there is no lens light goes
-straight (m' = m), or there is none. A pixel of the picture is the mean over the pupil and over its own area.
+straight (m' = m), or it is black. A pixel of the picture is the mean over the pupil and over its own area.
 
 `views.perspective` is the same with pinholes for lenses, which show their own cell only, one pixel a lens.
 """
@@ -85,7 +85,7 @@ def observe(
     rays
         For every pixel; a single one goes through the middle of the pupil and of the pixel.
     window
-        What the picture shows; the array, 720 px, when not said.
+        The part of the array's plane in the picture; None for the array, 720 px.
 
     Returns
     -------

@@ -9,7 +9,7 @@ different viewing angles or depths".
 
 The patch stands about one direction, a view (u, v) or between views; the picture lies where the view of that direction
 does. Light is interpolated inside the cell, never across. The patch of |s| = f is the whole cell, so nearer to the
-display there is none; beyond n f, where it is less than a pixel, the picture is the view. On the hexagonal lattice
+display it does not exist; beyond n f, where it is less than a pixel, the picture is the view. On the hexagonal lattice
 patches are hexagons, shown on square pixels.
 """
 

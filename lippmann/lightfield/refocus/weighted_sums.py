@@ -47,7 +47,13 @@ class Taps:
     weight: NDArray[np.float64]
 
     def within(self, start: int, stop: int) -> Taps:
-        """Return the taps of some pixels of the picture, which then count from 0."""
+        """Return the taps of some pixels of the picture, renumbered from 0.
+
+        Parameters
+        ----------
+        start, stop
+            The pixels [start, stop) of the picture.
+        """
         some = slice(*np.searchsorted(self.made, (start, stop)))
         return Taps(stop - start, self.made[some] - start, self.taken[some], self.weight[some])
 

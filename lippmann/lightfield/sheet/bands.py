@@ -32,7 +32,13 @@ class Rows(Protocol):
         """Width, px."""
 
     def read(self, start: int, stop: int) -> NDArray[Any]:
-        """Return the pixel rows [start, stop), `(rows, cols, channel)`."""
+        """Return some pixel rows, `(rows, cols, channel)`.
+
+        Parameters
+        ----------
+        start, stop
+            The pixel rows [start, stop).
+        """
 
 
 @dataclass(frozen=True)
@@ -53,7 +59,7 @@ class HeldRows:
         return len(self.pixels[0])
 
     def read(self, start: int, stop: int) -> NDArray[Any]:
-        """Return pixel rows as a view of the picture's memory."""
+        """Return pixel rows as a view of the memory of the picture; see `Rows.read`."""
         return self.pixels[start:stop]
 
 
@@ -65,9 +71,14 @@ class Sheet(Protocol):
         """The layout of the whole sheet."""
 
     def part(self, first: int, stop: int) -> NDArray[Any]:
-        """Return the pixel rows of the lens rows [first, stop), `(rows, cols, channel)`; see `part_rows`.
+        """Return the pixel rows of some lens rows, `(rows, cols, channel)`; see `part_rows`.
 
-        What is not under a lens of these rows may be anything that the sheet has there, or zero.
+        Pixels that are not under a lens of these rows may have any value that the sheet has there, or zero.
+
+        Parameters
+        ----------
+        first, stop
+            The lens rows [first, stop).
         """
 
 
@@ -83,7 +94,7 @@ class SheetOfRows:
         check_size(self.picture.rows, self.picture.cols, self.layout)
 
     def part(self, first: int, stop: int) -> NDArray[Any]:
-        """Return the pixel rows of some lens rows."""
+        """Return the pixel rows of some lens rows; see `Sheet.part`."""
         return self.picture.read(*part_rows(self.layout, first, stop))
 
 
@@ -101,7 +112,7 @@ class OrthoscopicSheet:
         return orthoscopic_layout(self.captured.layout, inverted=self.inverted)
 
     def part(self, first: int, stop: int) -> NDArray[Any]:
-        """Return the pixel rows of some lens rows, zero where none of their lenses is."""
+        """Return the pixel rows of some lens rows, zero outside their lenses; see `Sheet.part`."""
         rows = self.layout.lens_rows
         first_captured, stop_captured = (rows - stop, rows - first) if self.inverted else (first, stop)
         wide_first, wide_stop = at_least_two(self.captured.layout, first_captured, stop_captured)
@@ -127,7 +138,7 @@ class TurnedSheet:
         return self.sheet.layout.turned()
 
     def part(self, first: int, stop: int) -> NDArray[Any]:
-        """Return the pixel rows of some lens rows."""
+        """Return the pixel rows of some lens rows; see `Sheet.part`."""
         rows = self.layout.lens_rows
         return self.sheet.part(rows - stop, rows - first)[::-1, ::-1]
 

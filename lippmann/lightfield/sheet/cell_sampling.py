@@ -40,7 +40,15 @@ class Places:
         return Places(lens_row.ravel(), lens_col.ravel(), down.ravel(), right.ravel())
 
     def some(self, which: NDArray[np.bool_], *, nearer: float = 1.0) -> Places:
-        """Return some of them, moved toward the axis."""
+        """Return some of the places, moved toward the axes of their lenses.
+
+        Parameters
+        ----------
+        which
+            A mask of the places, bool.
+        nearer
+            The factor by which the distance from the axis is multiplied.
+        """
         return Places(self.lens_row[which], self.lens_col[which], self.down[which] * nearer, self.right[which] * nearer)
 
 

@@ -45,7 +45,7 @@ def rectify(picture: NDArray[Light], grid: LensGrid, layout: CellLayout | None =
     Raises
     ------
     LayoutError
-        If the picture is none, its lenses are smaller than 2 px, a lens's centre lies beyond its edge, or the layout
+        If it is no picture, its lenses are smaller than 2 px, a lens's centre lies beyond its edge, or the layout
         has other lenses.
     """
     layout = layout or grid.layout()

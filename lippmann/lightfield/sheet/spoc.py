@@ -61,9 +61,9 @@ class SpocSheet:
         return self.display.layout
 
     def part(self, first: int, stop: int) -> NDArray[Any]:
-        """Return the pixel rows of some lens rows; zero where no lens is, or where the capture has no light for it.
+        """Return the pixel rows of some lens rows; zero where the capture has no light for them; see `Sheet.part`.
 
-        Of the capture as many lens rows are held as the rays of these lens rows may meet.
+        No more lens rows of the capture are held than the rays of these lens rows may meet.
         """
         wide_first, wide_stop = at_least_two(self.layout, first, stop)
         low, high = self._met(wide_first, wide_stop)

@@ -18,7 +18,7 @@ from lippmann.lightfield.views.views import views_grid
 
 
 def light_field(image: IntegralImage) -> NDArray[np.floating[Any]]:
-    """Return all views, `(cell_rows, cell_cols, lens_rows, lens_cols, channel)`; zero where there is none.
+    """Return all views, `(cell_rows, cell_cols, lens_rows, lens_cols, channel)`; zero where a view does not exist.
 
     Parameters
     ----------

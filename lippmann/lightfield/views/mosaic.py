@@ -29,7 +29,7 @@ def mosaic(
     count, columns
         Of tiles, in all and side by side.
     gap_px
-        Between tiles and around them, px; with 0 there is none around them either.
+        The gap between tiles and around them, px.
     background
         Between tiles.
     upward

@@ -41,7 +41,7 @@ def files_frames(source: Path, *, frames: str | None = None, fps: float, display
     fps
         Frames per second; masters do not have a rate.
     display
-        The display; the default of a job if it is None.
+        The display; None for the default of a job.
 
     Raises
     ------

@@ -14,6 +14,13 @@ from lippmann.errors import BadInput
 def read_job(source: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """Read a job file, or stdin if `source` is `-`, and set some of its fields.
 
+    Parameters
+    ----------
+    source
+        The path of the file.
+    overrides
+        The fields to set, each as `field=value`.
+
     Raises
     ------
     BadInput
@@ -28,6 +35,13 @@ def read_job(source: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
 
 def take_in_lens(job: dict[str, Any], folder: Path) -> None:
     """Replace the name of a lens file beside the job, `{"file": "my-lens.zmx"}`, by the prescription in it.
+
+    Parameters
+    ----------
+    job
+        The data of the job, which is changed.
+    folder
+        The folder of the job file.
 
     Raises
     ------
@@ -45,6 +59,15 @@ def take_in_lens(job: dict[str, Any], folder: Path) -> None:
 def set_field(job: dict[str, Any], override: str) -> None:
     """Set one field of a job, `path=value`; a value that is no JSON is text.
 
+    Parameters
+    ----------
+    job
+        The data of the job, which is changed.
+    override
+        The field and its value.
+
+    Examples
+    --------
     >>> job = {"scene": "fish"}
     >>> set_field(job, "rig.lens_array.count=[4, 5]"); set_field(job, "frames=1-3"); job
     {'scene': 'fish', 'rig': {'lens_array': {'count': [4, 5]}}, 'frames': '1-3'}
