@@ -1,17 +1,10 @@
-"""From a job to its tasks: pure, no input or output.
+"""Plan a job: its tasks, its design and its printed pages. Everything here is pure, without input or output.
 
-names      the names of artifacts
-sampling   where mm meet px: frame size, tiles along lens edges
-foreign    an image from elsewhere: its lenses in pixels, and a rig for its masters
-cost       how long a frame takes, and how finely it is cut
-tasks      every task, its stage and what it needs
-estimate   memory and time before anything is measured
-design     what a job will give: the numbers
-designer   from a job to its design, with design_lens, design_display, design_words
-display_gaps       the gap between pixels and lenses: what a job says, else what serves its depths
-calibration        the page of a calibration sheet
-print_page         the page of a print: where the array stands, and the marks around it
-shapes             what is drawn on paper beside pictures
-observed_display   the display that an observer looks at, from a rig
-shown_depths       where a display shows the scene, and which depths are worth looking through
+artifact_names  the names of artifacts
+sampling        the size of a frame in pixels, and tiles along lens edges
+imported        the lenses of an imported picture, and the rig of its masters
+cost            the cost of a task, and the number of tiles of a frame
+tasks           every task, its stage and its needs
+design/         the designer: the properties of a job before anything is rendered
+printing/       pages for a printer: prints and calibration sheets
 """

@@ -1,4 +1,4 @@
-"""The names of artifacts. A name is a function of what the artifact shows, so any order may arrive twice."""
+"""The names of artifacts. A name is a function of the artifact's definition, so any order may arrive twice."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def job_artifact(job_id: str, name: str) -> str:
 
 
 def frame_stem(frame: int) -> str:
-    """Return a frame number as names carry it.
+    """Return a frame number as it is written in names.
 
     >>> frame_stem(7)
     '0007'
@@ -29,7 +29,7 @@ def frame_stem(frame: int) -> str:
 
 
 def tile_stem(tile: TileIndex) -> str:
-    """Return a tile as names carry it.
+    """Return a tile as it is written in names.
 
     >>> tile_stem(TileIndex(row=0, col=3))
     '00-03'
@@ -38,7 +38,7 @@ def tile_stem(tile: TileIndex) -> str:
 
 
 def pov_name(frame: int, tile: TileIndex) -> str:
-    """Return the name of the text that POV-Ray was given for a tile."""
+    """Return the name of the .pov text of a tile."""
     return f"pov/{frame_stem(frame)}/{tile_stem(tile)}.pov"
 
 
@@ -48,7 +48,7 @@ def tile_name(frame: int, tile: TileIndex) -> str:
 
 
 def depth_tile_name(frame: int, tile: TileIndex) -> str:
-    """Return the name of a tile's depth, as captured."""
+    """Return the name of the depth of a tile, as captured."""
     return f"depth-tiles/{frame_stem(frame)}/{tile_stem(tile)}.exr"
 
 
@@ -78,17 +78,17 @@ def depth_name(frame: int) -> str:
 
 
 def thumb_name(frame: int) -> str:
-    """Return the name of a frame's small picture for lists."""
+    """Return the name of the thumbnail of a frame."""
     return f"thumbs/{frame_stem(frame)}.webp"
 
 
 def output_folder(output: OutputOptions) -> str:
-    """Return the folder that an output's files lie in."""
+    """Return the folder of the files of an output."""
     return "video" if output.IS_VIDEO else f"exports/{output.name}"
 
 
 def sidecar_name(output: OutputOptions) -> str:
-    """Return the name of what says, as JSON, how an output is to be read.
+    """Return the name of the sidecar of an output, a JSON file that describes it.
 
     >>> from lippmann.job.outputs.videos import ViewsVideo
     >>> sidecar_name(ViewsVideo())
@@ -98,7 +98,7 @@ def sidecar_name(output: OutputOptions) -> str:
 
 
 def output_name(output: OutputOptions) -> str:
-    """Return the name of what is there once an output is whole: the video itself, else the sidecar of its files.
+    """Return the name of the file that is stored last and marks an output as complete: the video, else the sidecar.
 
     >>> from lippmann.job.outputs.videos import ViewsVideo
     >>> output_name(ViewsVideo())

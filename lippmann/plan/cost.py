@@ -1,4 +1,4 @@
-"""What a task costs, and how finely that lets a frame be cut."""
+"""The cost of a task, and the number of tiles of a frame that follows."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from lippmann.job.spec import JobSpec
 from lippmann.plan.sampling import frame_size
 
 WORTHWHILE_S = 5.0
-"""A shorter task is mostly POV-Ray's start (0.67 s, measured)."""
+"""The least duration of a task; a shorter one is mostly the start of POV-Ray (0.67 s, measured)."""
 COMFORTABLE_S = 60.0
-"""A longer task makes a lost worker or a late finish expensive."""
+"""The longest duration of a task; a longer one makes a lost worker or a late finish expensive."""
 COMFORTABLE_PX = 3_000_000
-"""More rendered pixels a tile, as rays of the ray camera, take over half a GB in POV-Ray (measured)."""
+"""The most rendered pixels of a tile; more rays of the ray camera take over half a GB in POV-Ray (measured)."""
 
 
 DEPTH_MAP_S_PER_PX = 8e-6
-"""CPU seconds that a worker takes from a distance to the depth on the display: 4.0 s for 518,400 px (measured)."""
+"""CPU seconds per pixel to convert distances to depths on the display: 4.0 s for 518,400 px (measured)."""
 
 
 def depth_s_per_px(spec: JobSpec, probe: ProbeResult) -> float:
-    """Return the seconds that the depth of a pixel takes: a second picture, not supersampled, and its exact rays."""
+    """Return the seconds per pixel of a depth pass: a second picture without supersampling, and its exact rays."""
     if not spec.capture.depth:
         return 0.0
     return probe.s_per_px / spec.capture.supersample**2 + DEPTH_MAP_S_PER_PX
@@ -30,8 +30,8 @@ def depth_s_per_px(spec: JobSpec, probe: ProbeResult) -> float:
 def tile_grid(spec: JobSpec, probe: ProbeResult, *, slots: int) -> tuple[int, int]:
     """Return (tile_rows, tile_cols) for every frame of a job.
 
-    What the job says goes. Otherwise a frame is cut so that no tile is much longer than a minute or larger than is
-    comfortable and no slot idles while a short sequence renders, but no tile is shorter than what is worthwhile.
+    The tiles that the job names are used. Otherwise no tile takes much longer than a minute or has too many pixels, and
+    no slot idles while a short sequence renders, but no tile is shorter than what is worthwhile.
     Scenes whose tiles would differ from the whole are not cut.
     """
     size, settings = frame_size(spec.rig), spec.render

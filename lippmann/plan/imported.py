@@ -1,4 +1,4 @@
-"""From what is said of an integral image from elsewhere to its lenses in pixels, and to a rig for its masters."""
+"""The lenses of an imported integral image in pixels, and the rig of its masters."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def lens_grid(geometry: SheetGeometry, size: tuple[int, ...]) -> LensGrid:
     Raises
     ------
     LayoutError
-        If they do not lie on it.
+        If they do not lie on the picture.
     """
     rows, cols = geometry.count or (1, 1)
     said = LensGrid(
@@ -62,12 +62,12 @@ def _where_it_is(grid: LensGrid, size: tuple[int, ...]) -> LensGrid:
 
 
 def _advice(asked: LensGrid, size: tuple[int, ...], place: Placement) -> str:
-    """Return what would fit; every suggestion keeps all other fields as they were asked for.
+    """Return suggestions that fit; every suggestion keeps all other fields as they are.
 
     Raises
     ------
     LayoutError
-        If not even the first lens is whole at its offset.
+        If not even the first lens is complete at its offset.
     """
     if place is in_middle:
         room, where = lenses_in_middle(asked, size), "it"
@@ -83,7 +83,7 @@ def _advice(asked: LensGrid, size: tuple[int, ...], place: Placement) -> str:
 
 
 def fitting_pitch_px(asked: LensGrid, size: tuple[int, ...], place: Placement = in_middle) -> float | None:
-    """Return the largest pitch at which as many lenses lie on a picture, in whole hundredths of a pixel.
+    """Return the largest pitch at which the same number of lenses lies on a picture, in whole hundredths of a pixel.
 
     Parameters
     ----------
@@ -116,9 +116,9 @@ def fitting_pitch_px(asked: LensGrid, size: tuple[int, ...], place: Placement = 
 
 
 def upright_first(grid: LensGrid, *, inverted: bool) -> LensGrid:
-    """Return the grid without the lens row that would come out on top with its lenses shifted.
+    """Return the grid without its top lens row if that would be a shifted row.
 
-    A rig's sheets begin with a row that is not shifted; a picture need not.
+    The images of a rig begin with a row that is not shifted; those of a picture need not.
     """
     if not orthoscopic_layout(grid.layout(), inverted=inverted).first_row_shifted:
         return grid
@@ -133,7 +133,7 @@ def upright_first(grid: LensGrid, *, inverted: bool) -> LensGrid:
 
 
 def foreign_rig(geometry: SheetGeometry, grid: LensGrid) -> Rig:
-    """Return the rig that the masters of such a picture name: direct pickup, since nothing is left to be turned."""
+    """Return the rig for the masters of an imported picture: direct pickup, because no conversion is left to do."""
     array = LensArray(
         lattice=grid.lattice,
         count=(grid.lens_rows, grid.lens_cols),

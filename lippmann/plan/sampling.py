@@ -1,4 +1,4 @@
-"""Where millimetres meet pixels: the size of an integral image, and tiles cut along lens edges.
+"""The size of an integral image in pixels, and its tiles, which are cut along lens edges.
 
 Pixels count from the top left: row 0 is the top, col 0 the left, as the observer sees the display.
 """
@@ -16,7 +16,7 @@ from lippmann.lightfield.sheet.orthoscopic import orthoscopic_layout
 
 @dataclass(frozen=True)
 class Tile:
-    """A part of a frame, cut along lens edges: pixel rows [row_start, row_stop), likewise cols."""
+    """A part of a frame, cut along lens edges: pixel rows [row_start, row_stop) and columns [col_start, col_stop)."""
 
     index: TileIndex
     row_start: int
@@ -26,17 +26,17 @@ class Tile:
 
     @property
     def rows(self) -> int:
-        """Height, px."""
+        """The height, px."""
         return self.row_stop - self.row_start
 
     @property
     def cols(self) -> int:
-        """Width, px."""
+        """The width, px."""
         return self.col_stop - self.col_start
 
     @property
     def px(self) -> int:
-        """Pixels in all."""
+        """The number of pixels."""
         return self.rows * self.cols
 
 
@@ -46,12 +46,12 @@ def frame_size(rig: Rig) -> CellLayout:
 
 
 def display_size(rig: Rig) -> CellLayout:
-    """Return the layout of a rig's orthoscopic integral images; its views are made with this one."""
+    """Return the layout of the orthoscopic integral images of a rig, from which its views are made."""
     return orthoscopic_layout(frame_size(rig), inverted=rig.imaging_lens is not None)
 
 
 class DevicePixels(TypedDict):
-    """What `lippmann.lightfield.sheet.device` is told of a device."""
+    """The arguments of `lippmann.lightfield.sheet.device` for a device."""
 
     px_per_lens_device: float
     window: tuple[int, int] | None
@@ -59,16 +59,16 @@ class DevicePixels(TypedDict):
 
 
 def device_pixels(device: Device, *, pitch_mm: float) -> DevicePixels:
-    """Return how lenses of a pitch stand on a device's pixels."""
+    """Return the arguments for lenses of a pitch on the pixels of a device."""
     per_lens = pitch_mm / device.pixel_mm
     return {"px_per_lens_device": per_lens, "window": device.window_px, "margin_px": device.margin_px}
 
 
 def cut_tiles(size: CellLayout, *, tile_rows: int, tile_cols: int) -> tuple[Tile, ...]:
-    """Cut a frame into about equal tiles along lens edges, row by row; no more tiles than lenses.
+    """Cut a frame into approximately equal tiles along lens edges, row by row; there are at most as many as lenses.
 
-    Hexagonal: along lens rows, half-way between their centres, and between the lenses of the rows that are not shifted.
-    What reaches beyond the lens rows belongs to the first and the last tile, likewise to the right.
+    Hexagonal frames are cut along lens rows, half-way between their centres, and between the lenses of the rows that
+    are not shifted. Pixels beyond the lens rows belong to the first and the last tile, and so do those on the right.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""A job and its cost become tasks: pure, whole and fast.
+"""Plan the tasks of a job.
 
 Dependencies are stages: a task belongs to one stage and may need one. It is ready when every task of the stage it
 needs is done: `assemble` of a frame needs `render/<frame>`, every `encode` needs `assemble`. Where nothing is rendered,
@@ -31,11 +31,11 @@ class PlannedTask:
     stage: str
     needs: str | None
     sequence: int
-    """Order of the tasks of a job: earlier frames first, and a frame's assembly before the next frame's tiles."""
+    """The order of the tasks of a job: earlier frames first, and a frame's assembly before the next frame's tiles."""
     weight_px: int
-    """How much of the job this is, for progress."""
+    """The share of the task in the job, for the progress."""
     artifact: str
-    """What is there when the task is done."""
+    """The artifact that exists when the task is done."""
     frame: int | None = None
     tile: TileIndex | None = None
     output: str | None = None
@@ -47,7 +47,7 @@ def probe_task() -> PlannedTask:
 
 
 def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int) -> PlanSheet:
-    """Return how the job is cut, given what its probe measured and how many slots the farm has."""
+    """Return the plan of a job, from the measurements of its probe and the number of slots of the farm."""
     rows, cols = tile_grid(spec, probe, slots=slots)
     return PlanSheet(
         tile_rows=rows,

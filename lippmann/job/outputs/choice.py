@@ -1,6 +1,6 @@
 """All kinds of output as one field of a job.
 
-An output is written as an object, `{"kind": "views", "codec": "ffv1", "name": "lossless"}`, or shortly by the name of
+An output is written as an object, `{"kind": "views", "codec": "ffv1", "name": "lossless"}`, or in short by the name of
 its file, `views.mp4`: the kind, and a suffix that stands for options.
 """
 
@@ -26,12 +26,12 @@ for _module in iter_modules(outputs.__path__, f"{outputs.__name__}."):
 
 
 def spelled_out(written: Any) -> Any:
-    """Return an output as an object, whichever way it was written.
+    """Return an output as an object, from either spelling.
 
     Raises
     ------
     ValueError
-        If there is no such kind, or it does not come in such a file.
+        If there is no such kind, or the kind has no such file.
 
     Examples
     --------
@@ -58,12 +58,12 @@ def spellings() -> tuple[str, ...]:
 
 
 def parse_output(written: Any) -> OutputOptions:
-    """Return an output as a model of its kind, whichever way it was written.
+    """Return an output as a model of its kind, from either spelling.
 
     Raises
     ------
     ValueError
-        If there is no such kind, or it cannot be as it is written.
+        If there is no such kind, or an option is not valid.
     """
     spelled = spelled_out(written)
     return spelled if isinstance(spelled, OutputOptions) else KINDS[spelled["kind"]].model_validate(spelled)
@@ -95,12 +95,12 @@ DEFAULT_OUTPUTS: tuple[OutputOptions, ...] = (ViewsVideo(), CentreVideo(), Ortho
 
 
 def check_names(outputs: Iterable[OutputOptions]) -> None:
-    """Refuse two outputs that would be called the same.
+    """Refuse two outputs with the same file name.
 
     Raises
     ------
     Misfit
-        Naming the second one, by its place among the outputs.
+        The error names the second one by its place among the outputs.
     """
     known: dict[str, int] = {}
     for place, output in enumerate(outputs):
@@ -113,7 +113,7 @@ def check_names(outputs: Iterable[OutputOptions]) -> None:
 def check_options(
     outputs: Iterable[OutputOptions], rig: Rig, frames: Sequence[int], *, has_depth: bool, viewing_distance_mm: float
 ) -> None:
-    """Refuse options that do not go with the rig or the frames, or ask for a depth that the job does not have.
+    """Refuse options that do not fit the rig or the frames, or ask for a depth that the job does not have.
 
     Parameters
     ----------
@@ -145,7 +145,7 @@ def check_options(
 
 
 def output_called(outputs: Iterable[OutputOptions], file_name: str) -> OutputOptions:
-    """Return the output of this file name.
+    """Return the output with a file name.
 
     Raises
     ------

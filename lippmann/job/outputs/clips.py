@@ -17,16 +17,16 @@ DepthMm = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
 class ClipOptions(OutputOptions):
-    """How long a clip is, and whether the scene moves meanwhile."""
+    """The options of clips: their length, and whether the scene moves."""
 
     fps: Fps = 24.0
-    """Pictures a second; the scene keeps its own speed."""
+    """Pictures per second; the scene keeps its own speed."""
     seconds: float | None = Field(default=None, gt=0, le=3600)
-    """How long; when not given four seconds a period, and then to the end of the sequence."""
+    """The length; the default is four seconds per period, extended to the end of the sequence."""
     periods: int = Field(default=1, ge=1, le=1000)
-    """How often the motion goes there and back; whole, so that the clip has no seam."""
+    """The number of periods of the motion; it is whole, so that the clip repeats without a jump."""
     frame: int | None = Field(default=None, ge=1)
-    """Holds this one of the job's frames; else time runs, from the first frame again after the last one."""
+    """The frame that the clip shows; by default the frames play, and start again after the last one."""
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse a frame that the job does not have."""
@@ -37,18 +37,18 @@ class ClipOptions(OutputOptions):
 
 @output_kind
 class SweepVideo(ClipOptions, ShownVideo):
-    """The eye swings before the display."""
+    """A video of an eye that moves in front of the display."""
 
     kind: Literal["sweep"] = "sweep"
     name: Name = "sweep"
     path: Literal["horizontal", "vertical", "circle"] = "horizontal"
     extent: float = Field(default=0.9, gt=0, le=1)
-    """Of the way from the middle to where a lens shows its outermost pixel: 1 goes from the first view to the last."""
+    """The amplitude as a share of the range of the views: 1 goes from the first view to the last."""
     distance_mm: float | None = Field(default=None, gt=0, le=1e6)
-    """Of the eye; when not given endless: views as they are, and between them."""
+    """The distance of the eye; the default is infinite, which shows the views and pictures between them."""
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse an eye so near that it nowhere sees all lenses."""
+        """Refuse an eye that is too near to see all lenses from any place."""
         super().check(rig, frames)
         least_mm = least_sweep_mm(rig.lens_array, rig.px_per_lens)
         if self.distance_mm is not None and self.distance_mm < least_mm:
@@ -58,17 +58,18 @@ class SweepVideo(ClipOptions, ShownVideo):
 
 @output_kind
 class FocusVideo(ClipOptions, ShownVideo):
-    """The focus runs through depth."""
+    """A video of a focus that moves through depth."""
 
     kind: Literal["focus"] = "focus"
     name: Name = "focus"
     from_mm: DepthMm | None = None
-    """Where the focus starts, s of the display; when not given the scene's far end, or -n f where it is not known, as
-    far as neighbouring views overlap."""
+    """The depth s of the display at which the focus starts; the default is the far end of the scene, or -n f where it
+    is not known, as far as neighbouring views overlap."""
     to_mm: DepthMm | None = None
-    """Where it turns back; when not given the scene's near end, or n f, as far as neighbouring views overlap."""
+    """The depth at which the focus turns back; the default is the near end of the scene, or n f, as far as neighbouring
+    views overlap."""
     planes: int = Field(default=48, ge=2, le=1000)
-    """How many depths are told apart on the way."""
+    """The number of depths between the two ends."""
 
     @model_validator(mode="after")
     def _runs(self) -> Self:
@@ -77,7 +78,7 @@ class FocusVideo(ClipOptions, ShownVideo):
         return self
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse a depth so far off that neighbouring views do not overlap."""
+        """Refuse a depth at which neighbouring views do not overlap."""
         super().check(rig, frames)
         largest_mm = rig.layout.overlap_depth(rig.lens_array.focal_length_mm)
         for field, depth_mm in (("from_mm", self.from_mm), ("to_mm", self.to_mm)):
@@ -87,7 +88,7 @@ class FocusVideo(ClipOptions, ShownVideo):
 
 
 def least_sweep_mm(array: LensArray, px_per_lens: int) -> float:
-    """Return from how near no place before the display sees all lenses, mm.
+    """Return the least distance from which some place in front of the display sees all lenses, mm.
 
     A lens shows its outermost pixel at a slope of (p / 2 f) (n - 1) / n, and the outermost lenses stand half the
     array from the middle.

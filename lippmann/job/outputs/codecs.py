@@ -1,4 +1,4 @@
-"""What may be chosen about a video's codec; `worker.video.kinds` says how FFmpeg is told."""
+"""The choices of codecs for videos; `worker.video.kinds` has their settings for FFmpeg."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ Bits = Literal[8, 10, 16]
 
 @dataclass(frozen=True)
 class Choices:
-    """What goes with a codec; the first of each is the default."""
+    """The choices for a codec; the first of each is the default."""
 
     containers: tuple[Container, ...]
     bits: tuple[Bits, ...] = (8,)
     chroma: tuple[Chroma, ...] = ("4:2:0", "4:4:4")
-    """Empty: red, green and blue as they are."""
+    """The chroma subsamplings; empty if red, green and blue are kept."""
     crf: int | None = None
-    """The default of the constant rate factor, from 1, the best; None where nothing is lost."""
+    """The default of the constant rate factor, from 1, the best; None for lossless codecs."""
     worst_crf: int = 0
 
 
@@ -32,5 +32,5 @@ CHOICES: Mapping[Codec, Choices] = {
     "vp9": Choices(("webm", "mkv"), crf=30, worst_crf=63),
     "ffv1": Choices(("mkv",), bits=(8, 10, 16), chroma=()),
 }
-"""Every codec of a video. The rate factors come to the same quality: 38 dB on views of the fish, enlarged (PSNR of red,
-green and blue, 4:2:0 against what was encoded, measured)."""
+"""Every codec of a video. The default rate factors give the same quality: 38 dB on views of the fish, enlarged (PSNR of
+red, green and blue, 4:2:0 against what was encoded, measured)."""

@@ -1,4 +1,4 @@
-"""Data sets for research on coding and depth, in the field's own formats."""
+"""Data sets for research on coding and depth, in the formats of the field."""
 
 from __future__ import annotations
 
@@ -20,61 +20,61 @@ from lippmann.job.problems import Misfit
 from lippmann.job.rig import Rig
 
 MAX_CAMERAS = 1000
-"""`input_Cam999.png` is the last name of three digits: beyond it the order of names is not that of numbers."""
+"""`input_Cam999.png` is the last name of three digits: beyond it, names do not sort in the order of numbers."""
 
 SequenceName = Annotated[str, Field(min_length=1, max_length=60, pattern=r"^[A-Za-z0-9][A-Za-z0-9-]*$")]
-"""What stands before the first `_` of the file name of a test sequence."""
+"""The name of a test sequence, which ends at the first `_` of its file name."""
 
 
 class FolderOptions(OutputOptions):
-    """What all data sets have that are folders, of files of several kinds."""
+    """The base of data sets that are folders with several kinds of files."""
 
     SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {"": {}}
 
     @property
     def suffix(self) -> str:
-        """None."""
+        """The suffix is empty: the output is a folder."""
         return ""
 
 
 class ViewsOptions(OutputOptions):
-    """What all data sets have that are made of views."""
+    """The base of data sets that are made of views."""
 
     views: ViewCount | None = None
-    """How many (down, across), about the middle one; None: all."""
+    """The number of views (down, across) around the middle one; None means all."""
 
     def block(self, rig: Rig) -> ViewBlock:
-        """Return the views that are written."""
+        """Return the block of views that are written."""
         return all_views(rig) if self.views is None else block_about_the_middle(rig, self.views)
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse more views than there are."""
+        """Refuse more views than a lens has."""
         if self.views is not None:
             check_block(rig, self.views, wholly=False)
 
 
 @output_kind
 class HciFolder(ViewsOptions, FolderOptions):
-    """The folder of the HCI 4D light field benchmark, one a frame (Honauer et al., ACCV 2016)."""
+    """Folders of the HCI 4D light field benchmark, one per frame (Honauer et al., ACCV 2016)."""
 
     kind: Literal["hci"] = "hci"
     name: Name = "hci"
     disparity: Literal["truth", "estimate", "none"] | None = None
-    """Truth is by `capture.depth`, the estimate from the pictures; None: the truth if the job has it."""
+    """`truth` is from `capture.depth`, `estimate` from the pictures; the default is `truth` if the job has it."""
     disparity_of: Literal["middle", "all"] = "middle"
-    """Of which views."""
+    """The views for which disparity is written."""
 
     @property
     def depth_option(self) -> str | None:
-        """The truth is asked for by `disparity`."""
+        """The option `disparity` asks for the truth."""
         return "disparity" if self.disparity == "truth" else None
 
     def block(self, rig: Rig) -> ViewBlock:
-        """Return the views that are written; unless said, a square with a middle, as the benchmark's tools want it."""
+        """Return the block of views that are written; the default is an odd square, as the benchmark expects."""
         return largest_odd_square(rig) if self.views is None else super().block(rig)
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse views that do not exist, and more than the file names can number."""
+        """Refuse views that do not exist, and more views than the file names can number."""
         if self.views is not None:
             check_block(rig, self.views, wholly=True)
         block = self.block(rig)
@@ -85,7 +85,7 @@ class HciFolder(ViewsOptions, FolderOptions):
 
 @output_kind
 class SubapertureViews(ViewsOptions, FolderOptions):
-    """Views as 10-bit PPM, named as the light fields of JPEG Pleno are; one folder a frame."""
+    """Views as 10-bit PPM with the names of JPEG Pleno's light fields, one folder per frame."""
 
     kind: Literal["subaperture_ppm"] = "subaperture_ppm"
     name: Name = "subaperture_ppm"
@@ -93,31 +93,31 @@ class SubapertureViews(ViewsOptions, FolderOptions):
 
 @output_kind
 class LensletVideo(FolderOptions):
-    """The integral video as MPEG's lenslet sequences are: 8-bit YUV 4:2:0 without a header, and a calibration file."""
+    """The integral video in the format of MPEG's lenslet sequences: raw 8-bit YUV 4:2:0 with a calibration file."""
 
     kind: Literal["mpeg_lenslet"] = "mpeg_lenslet"
     name: Name = "mpeg_lenslet"
     sequence: SequenceName | None = None
-    """What its files are called by; None: the title of the job in letters and digits, or its scene."""
+    """The name of the sequence; the default is the title of the job in letters and digits, or its scene."""
     convention: Literal["orthoscopic", "pseudoscopic"] = "orthoscopic"
-    """Pseudoscopic: as captured."""
+    """The convention of the frames; `pseudoscopic` is as captured."""
 
 
 @output_kind
 class NpzArrays(ViewsOptions):
-    """Views as NumPy arrays (v, u, lens_row, lens_col, channel), one .npz a frame."""
+    """Views as NumPy arrays (v, u, lens_row, lens_col, channel), one .npz per frame."""
 
     SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {".npz": {}}
 
     kind: Literal["npz"] = "npz"
     name: Name = "npz"
     dtype: Literal["float16", "float32", "uint8", "uint16"] = "float16"
-    """Floating: linear light. Whole numbers: sRGB codes."""
+    """The type of the numbers: floating-point types hold linear light, integers hold sRGB codes."""
     pixels: Literal["square", "lenses"] = "square"
-    """Of a hexagonal lattice: views on square pixels, or one value a lens at the lens's own place."""
+    """The views of a hexagonal lattice: on square pixels, or one value per lens at the place of the lens."""
     compress: bool = True
 
     @property
     def suffix(self) -> str:
-        """NPZ."""
+        """The suffix of NPZ files."""
         return ".npz"

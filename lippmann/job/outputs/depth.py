@@ -1,4 +1,4 @@
-"""The depth of a view of every frame."""
+"""The depth map of a view of every frame."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DepthMm = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 @output_kind
 class DepthPictures(OutputOptions):
-    """How deep what a view shows lies, one file a frame."""
+    """The depth map of a view, one file per frame."""
 
     SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         ".png": {},
@@ -29,33 +29,33 @@ class DepthPictures(OutputOptions):
     kind: Literal["depth"] = "depth"
     name: Name = "depth"
     source: Literal["truth", "estimate"] = "truth"
-    """Truth is by `capture.depth`; the estimate is made from the pictures."""
+    """`truth` is from `capture.depth`, `estimate` from the pictures."""
     file_format: Literal["png", "exr", "pfm"] = "png"
-    """Colours for people; s, disparity and z or confidence as floats; disparity alone."""
+    """PNG has colours; EXR has s, disparity and z or confidence as floats; PFM has the disparity."""
     u: Index | None = None
     v: Index | None = None
-    """Of which view; else the middle one."""
+    """The view (u, v); the default is the middle one."""
     method: Literal["tensor", "sweep"] = "tensor"
-    """Of the estimate: slopes of lines in epipolar images, or a plane swept through the depths."""
+    """The method of the estimate: slopes of lines in epipolar images, or a plane sweep."""
     reach: int = Field(default=2, ge=1, le=16)
-    """Of the estimate: how many views to each side it looks at."""
+    """The number of views on each side that the estimate uses."""
     farthest_mm: DepthMm | None = None
     nearest_mm: DepthMm | None = None
-    """Between which depths of the display the estimate looks, and how far colours reach; both or neither."""
+    """The range of depths of the display for the estimate and the colours; both or neither."""
 
     @property
     def suffix(self) -> str:
-        """Of the format."""
+        """The suffix of the file format."""
         return f".{self.file_format}"
 
     @property
     def depth_option(self) -> str | None:
-        """The truth is asked for by `source`."""
+        """The option `source` asks for the truth."""
         return "source" if self.source == "truth" else None
 
     @property
     def range_mm(self) -> tuple[float, float] | None:
-        """The depths between which the estimate looks, the farthest first; None if nothing is said."""
+        """The range of depths of the estimate, the farthest first; None if it is not given."""
         if self.farthest_mm is None or self.nearest_mm is None:
             return None
         return self.farthest_mm, self.nearest_mm

@@ -1,4 +1,4 @@
-"""What an observer of the display sees: a clip, and pictures of every frame."""
+"""What an observer of the display sees: as a clip, and as a picture of every frame."""
 
 from __future__ import annotations
 
@@ -32,36 +32,37 @@ AsideMm = Annotated[float, Field(ge=-1e6, le=1e6)]
 
 
 class ObserverOptions(OutputOptions):
-    """Where the observer is, how he looks, and what the display is like."""
+    """The options of the observer and of the display."""
 
     x_mm: AsideMm = 0.0
-    """Of the eye, or of the middle between two, to the right of the display's middle."""
+    """The place of the eye, or of the middle between two eyes, to the right of the middle of the display."""
     y_mm: AsideMm = 0.0
-    """Upward."""
+    """The place above the middle of the display."""
     distance_mm: float | None = Field(default=None, gt=0, le=1e6)
-    """In front; `display.viewing_distance_mm` when not given."""
+    """The distance in front of the display; the default is `display.viewing_distance_mm`."""
     pupil_mm: float = Field(default=PUPIL_MM, gt=0, le=1000)
     focus_mm: float = Field(default=0.0, ge=-1e9, le=1e6)
-    """The depth that is sharp, s of the display."""
+    """The depth s of the display at which the eye is focused."""
     rays: int = Field(default=RAYS, ge=1, le=MAX_RAYS)
-    """Through the pupil, for every pixel."""
+    """The number of rays through the pupil for every pixel."""
     stereo: Stereo | None = None
-    """How two eyes' pictures come together; one eye when not given."""
+    """The arrangement of the pictures of two eyes; the default is one eye."""
     eye_distance_mm: float = Field(default=EYES_APART_MM, gt=0, le=10_000)
-    """From eye to eye."""
+    """The distance between the eyes."""
     gap: GapUse = "collimated"
-    """Of pixels and lenses: a focal length, or as `display` says or the designer chooses for real or virtual images."""
+    """The gap between pixels and lenses: a focal length, or that of `display` or the designer for real or virtual
+    images."""
     device: bool = False
-    """On the pixels of `rig.device`; else on the cells as rendered."""
+    """True to use the pixels of `rig.device`; otherwise the cells as rendered."""
     bare: Bare = "clear"
-    """What is there where no lens is."""
+    """The area between the lenses."""
     surround: Surround = "black"
-    """What is there beyond the pixels."""
+    """The area beyond the pixels."""
     size_px: int = Field(default=SIZE_PX, ge=1, le=MAX_SIZE_PX)
-    """Longer side of an eye's picture."""
+    """The longer side of the picture of an eye."""
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse a device where there is none, and a gap thinner than its glass."""
+        """Refuse a device that the rig does not have, and a gap thinner than its substrate."""
         super().check(rig, frames)
         array = rig.lens_array
         if self.gap == "collimated" and array.focal_length_mm < array.substrate_mm / array.index:
@@ -81,18 +82,18 @@ class ObserverOptions(OutputOptions):
 
 @output_kind
 class ObserverVideo(ObserverOptions, ClipOptions, VideoOptions):
-    """A clip of an eye that moves before the display while time runs."""
+    """A video of an eye that moves in front of the display while the frames play."""
 
     kind: Literal["observer"] = "observer"
     name: Name = "observer"
     rays: int = Field(default=MOVING_RAYS, ge=1, le=MAX_RAYS)
     path: EyePath = "horizontal"
-    """Of the eye, about its place."""
+    """The path of the eye around its place."""
     reach_mm: float = Field(default=REACH_MM, ge=-1e6, le=1e6)
-    """How far it gets from there."""
+    """The amplitude of the path."""
 
     def check_viewing(self, rig: Rig, viewing_distance_mm: float) -> None:
-        """Refuse an eye that would come to the display."""
+        """Refuse an eye that would reach the display."""
         super().check_viewing(rig, viewing_distance_mm)
         if self.path == "toward":
             nearest_mm = (self.distance_mm or viewing_distance_mm) - max(0.0, self.reach_mm)
@@ -103,7 +104,7 @@ class ObserverVideo(ObserverOptions, ClipOptions, VideoOptions):
 
 @output_kind
 class ObserverPictures(ObserverOptions):
-    """What is seen of every frame from one place, as PNG."""
+    """What an observer sees of every frame from one place, as PNG."""
 
     SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {".png": {}}
 
@@ -113,5 +114,5 @@ class ObserverPictures(ObserverOptions):
 
     @property
     def suffix(self) -> str:
-        """PNG."""
+        """The suffix of PNG files."""
         return ".png"

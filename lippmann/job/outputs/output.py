@@ -60,14 +60,14 @@ class OutputOptions(BaseModel):
         """
 
     def check_viewing(self, rig: Rig, viewing_distance_mm: float) -> None:
-        """Refuse an observer's place that does not go with the rig, where the job says the distance; most have none.
+        """Refuse an observer that is too near for the rig at the viewing distance of the job.
 
         Parameters
         ----------
         rig
             The rig of the job.
         viewing_distance_mm
-            The distance of an observer for whom the output does not say another, `display.viewing_distance_mm`.
+            The distance of the observer if the output has none: `display.viewing_distance_mm`.
 
         Raises
         ------

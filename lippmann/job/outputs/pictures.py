@@ -20,7 +20,7 @@ Index = Annotated[int, Field(ge=0, le=4096)]
 
 @output_kind
 class ViewGrid(OutputOptions):
-    """All views side by side: v down, u across."""
+    """All views side by side, v down and u across."""
 
     SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {".png": {}}
 
@@ -30,7 +30,7 @@ class ViewGrid(OutputOptions):
 
     @property
     def suffix(self) -> str:
-        """PNG."""
+        """The suffix of PNG files."""
         return ".png"
 
 
@@ -43,39 +43,39 @@ class Sheets(OutputOptions):
     kind: Literal["sheets"] = "sheets"
     name: Name = "sheets"
     of: Literal["orthoscopic", "integral", "views", "device"] = "orthoscopic"
-    """Which master: `integral` is the capture as it was, `device` the sheet on the pixels of `rig.device`."""
+    """The master: `integral` is the capture, pseudoscopic, `device` the image on the pixels of `rig.device`."""
     file_format: Literal["png", "tiff"] = "png"
     bits: Literal[8, 16] = 8
 
     @property
     def suffix(self) -> str:
-        """PNG or TIFF."""
+        """The suffix of PNG or TIFF files."""
         return {"png": ".png", "tiff": ".tif"}[self.file_format]
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse the sheet on a device's pixels where there is no device."""
+        """Refuse the image on the pixels of a device if the rig has no device."""
         if self.of == "device" and rig.device is None:
             raise Misfit("of", expected="orthoscopic, integral or views without rig.device", got=repr(self.of))
 
 
 class PictureOptions(OutputOptions):
-    """What pictures put together of views have: PNG."""
+    """The base of pictures that consist of views; they are PNGs."""
 
     SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {".png": {}}
 
     scale: float = Field(default=1.0, gt=0, le=64)
-    """Of every view; 1 is a pixel a lens."""
+    """The scale of every view; 1 is one pixel per lens."""
     filter: Filter = "lanczos3"
-    """By which views are scaled."""
+    """The filter that scales the views."""
     bits: Literal[8, 16] = 8
 
     @property
     def suffix(self) -> str:
-        """PNG."""
+        """The suffix of PNG files."""
         return ".png"
 
     def check_size(self, rows: float, cols: float) -> None:
-        """Refuse a picture of so many pixels at scale 1 that is too large."""
+        """Refuse a picture that is too large, by its pixels at scale 1."""
         longest = math.ceil(max(rows, cols) * self.scale)
         if longest > MAX_FRAME_PX:
             raise Misfit("scale", expected=f"a picture of at most {MAX_FRAME_PX} px a side", got=f"{longest} px")
@@ -88,15 +88,15 @@ class Quilt(PictureOptions):
     kind: Literal["quilt"] = "quilt"
     name: Name = "quilt"
     views: Literal["row", "all"] = "row"
-    """The views of one row; or all, a row of tiles for each row of views, the lowest below."""
+    """The views of one row; or all views, with a row of tiles for each row of views, the lowest below."""
     view_row: Index | None = None
-    """v of the row; else the middle one."""
+    """The v of the row; the default is the middle row."""
     count: Count | None = None
-    """How many views from the leftmost to the rightmost of the row, interpolated between; else those that are there."""
+    """The number of views from the leftmost to the rightmost, interpolated; the default is those that exist."""
     columns: Count | None = None
-    """Of tiles; else somewhat more than rows."""
+    """The columns of tiles; the default is somewhat more than the rows."""
     aspect: float | None = Field(default=None, ge=0.01, le=100)
-    """Width by height of a tile: views are cut to it about their middle; else that of the whole view."""
+    """Width by height of a tile, to which views are cropped around their middle; the default is that of the view."""
 
     @model_validator(mode="after")
     def _all_are_a_grid(self) -> Self:
@@ -106,12 +106,12 @@ class Quilt(PictureOptions):
         return self
 
     def tile_columns(self, count: int) -> int:
-        """Return how many tiles of so many stand side by side.
+        """Return the number of columns for a number of tiles.
 
         Raises
         ------
         Misfit
-            If they do not divide into so many columns.
+            If the tiles do not fill the columns.
 
         Examples
         --------
@@ -125,7 +125,7 @@ class Quilt(PictureOptions):
         return self.columns
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse a row of views that is not there, columns that leave gaps, and what is too large."""
+        """Refuse a row of views that does not exist, columns that leave gaps, and a picture that is too large."""
         if self.views == "all" and not rig.layout.mask.all():
             expected = "row on a hexagonal lattice, where the views at the corners do not exist"
             raise Misfit("views", expected=expected, got="'all'")
@@ -145,7 +145,7 @@ class Quilt(PictureOptions):
 
 @output_kind
 class Epi(PictureOptions):
-    """Epipolar slices: what a line of lenses shows as the eye moves along it."""
+    """Epipolar images: slices of the light field along a line of lenses and the views along it."""
 
     kind: Literal["epi"] = "epi"
     name: Name = "epi"
@@ -154,12 +154,12 @@ class Epi(PictureOptions):
     lens_cols: Annotated[tuple[Index, ...], Field(max_length=4096)] = ()
     """Vertical slices: v across, lenses down."""
     view_px: int = Field(default=1, ge=1, le=64)
-    """How many pixels wide each view's line is drawn."""
+    """The width of the line of each view, in pixels."""
     gap_px: int = Field(default=2, ge=0, le=256)
-    """Dark pixels between slices."""
+    """The dark pixels between slices."""
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse lenses that are not there, and what is too large."""
+        """Refuse lenses that do not exist, and a picture that is too large."""
         rows, cols = rig.lens_array.count
         for place, lens in enumerate(self.lens_rows):
             check_index(f"lens_rows.{place}", lens, rows)
@@ -171,23 +171,23 @@ class Epi(PictureOptions):
 
 @output_kind
 class ContactSheet(PictureOptions):
-    """Small pictures side by side, with captions: one for the job."""
+    """Small pictures side by side, with captions, in one picture for the job."""
 
     kind: Literal["contact_sheet"] = "contact_sheet"
     name: Name = "contact_sheet"
     show: Literal["frames", "views"] = "frames"
-    """The centre view of each frame, or all views of the first of them."""
+    """The centre view of each frame, or all views of the first frame."""
     frames: FrameList | None = None
-    """As in a job: "1-48:2, 60"; else all."""
+    """The frames, as in a job: "1-48:2, 60"; the default is all."""
     every: Count = 1
-    """Take every n-th frame; of views, every n-th in u and in v."""
+    """The step: every n-th frame, or every n-th view in u and in v."""
     columns: Count | None = None
-    """Else about as many as there are rows; of views, as many as there are in u."""
+    """The columns; the default is about the number of rows, or the number of views in u."""
     gap_px: int = Field(default=8, ge=0, le=256)
     captions: bool = True
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse frames that the job does not have, and what is too large."""
+        """Refuse frames that the job does not have, and a picture that is too large."""
         shown = frames if self.frames is None else parse_frames(self.frames)
         foreign = set(shown) - set(frames)
         if foreign:
@@ -202,17 +202,17 @@ class ContactSheet(PictureOptions):
 
 
 def view_rows(rig: Rig) -> int:
-    """Return how many rows of views a rig has: pixel rows of a cell's box."""
+    """Return the number of rows of views of a rig: the pixel rows of the box of a cell."""
     return rig.layout.cell_rows
 
 
 def check_index(field: str, index: int | None, count: int) -> None:
-    """Refuse an index that is not there.
+    """Refuse an index that does not exist.
 
     Raises
     ------
     Misfit
-        Naming the field.
+        The error names the field.
     """
     if index is not None and index >= count:
         raise Misfit(field, expected=f"a number from 0 to {count - 1}", got=index)

@@ -1,4 +1,4 @@
-"""Prints: pictures whose size on paper is what they are for."""
+"""Prints: pages with an exact size on paper."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from lippmann.job.rig import MAX_FRAME_PX, MM_PER_INCH, Rig
 PrintFormat = Literal["pdf", "tiff", "png"]
 
 MARKS_MM = 7.5
-"""From the array to the outer ends of crop and registration marks."""
+"""The distance from the array to the outer ends of crop and registration marks."""
 
 LABEL_MM = 4.0
-"""What the line of text takes outside of these."""
+"""The height of the line of text outside the marks."""
 
 LONGEST_PDF_MM = 14_400 / 72 * MM_PER_INCH
 """The longest side that a page of a PDF may have (ISO 32000-1, annex C): 5080 mm."""
 
 
 PAGE_MM = 45.0
-"""What a calibration sheet is longer and wider than its strips, at most."""
+"""The most by which a calibration sheet is longer and wider than its strips."""
 
 
 class PaperOptions(OutputOptions):
-    """What all outputs for paper have: the device's pixels, and the pitch of the array that will lie on them."""
+    """The base of outputs for paper: the pixels of the device, and the pitch of the real array."""
 
     SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         ".pdf": {},
@@ -40,13 +40,13 @@ class PaperOptions(OutputOptions):
     file_format: PrintFormat = "pdf"
     dpi: float | None = Field(default=None, gt=0, le=100_000)
     pitch_um: float | None = Field(default=None, gt=0, le=100_000)
-    """Of the device's pixels, either this or `dpi`; else those of `rig.device`."""
+    """The pitch of the device's pixels, either this or `dpi`; the default is that of `rig.device`."""
     lens_pitch_mm: float | None = Field(default=None, gt=0, le=1000)
-    """Of the real array, as a calibration sheet has found it; else that of the rig."""
+    """The pitch of the real array, as measured with a calibration sheet; the default is that of the rig."""
 
     @property
     def suffix(self) -> str:
-        """PDF, TIFF or PNG."""
+        """The suffix of the file format: PDF, TIFF or PNG."""
         return {"pdf": ".pdf", "tiff": ".tif", "png": ".png"}[self.file_format]
 
     @model_validator(mode="after")
@@ -61,7 +61,7 @@ class PaperOptions(OutputOptions):
         Raises
         ------
         Misfit
-            If neither the output nor the rig says it.
+            If neither the output nor the rig has it.
         """
         if self.dpi is not None:
             return MM_PER_INCH / self.dpi
@@ -72,11 +72,11 @@ class PaperOptions(OutputOptions):
         raise Misfit("dpi", expected="this or pitch_um, as there is no rig.device", got="neither")
 
     def real_pitch_mm(self, rig: Rig) -> float:
-        """Return the pitch of the array that lies on the paper."""
+        """Return the pitch of the array on the paper, mm."""
         return self.lens_pitch_mm or rig.lens_array.pitch_mm
 
     def check_page(self, side_mm: float, pixel_mm: float, *, field: str) -> None:
-        """Refuse a page that no file of this format has, by the field that makes it so long."""
+        """Refuse a page that is too long for the file format; the error names the field that makes it so long."""
         px = math.ceil(side_mm / pixel_mm)
         if px > MAX_FRAME_PX:
             got = f"{px} px, {side_mm:.0f} mm of pixels of {pixel_mm * 1000:.4g} um"
@@ -88,7 +88,7 @@ class PaperOptions(OutputOptions):
 
 @output_kind
 class Print(PaperOptions):
-    """The orthoscopic sheet on the pixels of a printer, one page a frame, for the array to be laid on."""
+    """The orthoscopic integral image on the pixels of a printer, one page per frame, to be put under the array."""
 
     kind: Literal["print"] = "print"
     name: Name = "print"
@@ -96,19 +96,19 @@ class Print(PaperOptions):
     margin_mm: float = Field(default=12.0, ge=0, le=1000)
     """White paper around the array, rounded up to whole pixels."""
     crop_marks: bool = True
-    """Where the array's edges are, at its corners."""
+    """Marks at the corners of the array."""
     registration_marks: bool = True
     """A ring and a cross at the lens edges nearest to the middle of each side."""
     label: bool = True
     """A line of text: job, frame, pitch, dpi, and that it is to be printed at 100 %."""
     mirrored: bool = False
-    """Left and right exchanged: for the back of a transparent array."""
+    """True to exchange left and right, for the back of a transparent array."""
     orientation_deg: Literal[0, 90, 180, 270] = 0
-    """By which the array lies turned on the page, clockwise, after it was mirrored."""
+    """The clockwise rotation of the array on the page, after it was mirrored."""
 
     @property
     def needed_margin_mm(self) -> float:
-        """What marks and label take."""
+        """The width of the margin that marks and label need."""
         return MARKS_MM * (self.crop_marks or self.registration_marks) + LABEL_MM * self.label
 
     @model_validator(mode="after")
@@ -128,18 +128,18 @@ class Print(PaperOptions):
 
 @output_kind
 class CalibrationSheet(PaperOptions):
-    """Strips of lines of slightly different pitches: the one that is even under the array has its pitch."""
+    """Strips of lines of slightly different pitches: the strip that looks even under the array has its pitch."""
 
     kind: Literal["calibration_sheet"] = "calibration_sheet"
     name: Name = "calibration_sheet"
     range_percent: float = Field(default=1.0, gt=0, le=20)
-    """How far strips go from the pitch that is expected, to both sides."""
+    """The range of the pitches of the strips on both sides of the nominal pitch."""
     steps: int = Field(default=21, ge=3, le=201)
-    """Strips; an odd number has one of the pitch itself."""
+    """The number of strips; an odd number includes the nominal pitch."""
     length_mm: float = Field(default=150.0, gt=0, le=1000)
-    """Of a strip: the longer, the finer."""
+    """The length of a strip: a longer strip shows a smaller difference of pitch."""
     strip_mm: float = Field(default=7.0, ge=1, le=100)
-    """Width of a strip."""
+    """The width of a strip."""
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse a sheet of unknown pixels, of pixels too coarse for its lines, and one that is too large."""

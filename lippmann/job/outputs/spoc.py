@@ -14,41 +14,41 @@ from lippmann.lattice.cell import Lattice
 from lippmann.lattice.kinds import CELLS
 
 MAX_LENSES = 4096
-"""A side, as of the rig's own array."""
+"""The most lenses on a side, as of the rig's array."""
 
 Count = Annotated[int, Field(ge=1, le=MAX_LENSES)]
 
 
 @output_kind
 class Spoc(OutputOptions):
-    """A sheet for another display, of every frame: an EXR master, and a PNG to look at and to print.
+    """An integral image for another display, of every frame: an EXR master, and a PNG for viewing and printing.
 
-    What is not said is as in the capture.
+    Options that are not given are those of the capture.
     """
 
     kind: Literal["spoc"] = "spoc"
     name: Name = "spoc"
     lattice: Lattice | None = None
     count: tuple[Count, Count] | None = None
-    """Lenses of the display as (lens_rows, lens_cols); else as many as stand on the same area."""
+    """The lenses of the display as (lens_rows, lens_cols); the default covers the same area."""
     pitch_mm: float | None = Field(default=None, gt=0, le=1000)
     px_per_lens: int | None = Field(default=None, ge=MIN_PX_PER_LENS, le=512)
     gap_mm: float | None = Field(default=None, gt=0, le=10_000)
-    """From the display's lenses to its pixels, reduced; else the capture's focal length."""
+    """The reduced gap from the lenses of the display to its pixels; the default is the focal length of the capture."""
     distance_mm: float = Field(default=0.0, ge=-1e6, le=1e6)
-    """How far in front of the capture's own display this one stands: all depths become smaller by it."""
+    """The distance of the display in front of the capture's own display: all depths decrease by it."""
     reference_mm: float | None = Field(default=None, ge=-1e6, le=1e6)
-    """Depth that is kept exactly; else that of the scene's reference plane."""
+    """The depth that is kept exactly; the default is that of the scene's reference plane."""
     bits: Literal[8, 16] = 8
-    """Of the PNG."""
+    """The bits of the PNG."""
 
     @property
     def suffix(self) -> str:
-        """None: two files for every frame."""
+        """The suffix is empty: every frame has two files."""
         return ""
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse a display that cannot be, and a reference plane in the capture's own array."""
+        """Refuse a display that cannot be built, and a reference plane in the array of the capture."""
         self.display(rig)
         self.reference_of(rig)
 
@@ -58,7 +58,7 @@ class Spoc(OutputOptions):
         Raises
         ------
         Misfit
-            If it lies in them.
+            If the plane lies in them.
         """
         array = rig.lens_array
         found = array.offset_mm + array.focal_length_mm if self.reference_mm is None else self.reference_mm

@@ -16,18 +16,18 @@ from lippmann.job.viewing import EYES_APART_MM
 
 Index = Annotated[int, Field(ge=0)]
 View = tuple[Index, Index]
-"""As (u, v)."""
+"""The view (u, v)."""
 
 
 class PairOptions(ShownVideo):
-    """What they have: two eyes before the display, or two views."""
+    """The base of videos for two eyes: two eyes in front of the display, or two views."""
 
     eye_distance_mm: float | None = Field(default=None, gt=0, le=10_000)
-    """From eye to eye; 63 mm when not given."""
+    """The distance between the eyes; the default is 63 mm."""
     distance_mm: float | None = Field(default=None, gt=0, le=1e6)
-    """From the display to the eyes; `display.viewing_distance_mm` when not given."""
+    """The distance from the display to the eyes; the default is `display.viewing_distance_mm`."""
     views: tuple[View, View] | None = None
-    """In place of eyes at a place: the left eye's view and the right eye's, each as (u, v)."""
+    """The views of the left and of the right eye, each as (u, v), instead of the eyes' places."""
     repeat: Repeat = 1
 
     @model_validator(mode="after")
@@ -38,11 +38,11 @@ class PairOptions(ShownVideo):
 
     @property
     def apart_mm(self) -> float:
-        """From eye to eye."""
+        """The distance between the eyes."""
         return self.eye_distance_mm or EYES_APART_MM
 
     def least_mm(self, rig: Rig) -> float:
-        """Return from how near both eyes see the display's middle lens: half their distance, over its slope."""
+        """Return the least distance from which both eyes see their views of the middle lens."""
         return self.apart_mm * rig.lens_array.focal_length_mm / rig.lens_array.pitch_mm
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
@@ -53,7 +53,7 @@ class PairOptions(ShownVideo):
                 check_view(f"views.{eye}", rig, view)
 
     def check_viewing(self, rig: Rig, viewing_distance_mm: float) -> None:
-        """Refuse eyes so near that they look past the middle lens."""
+        """Refuse eyes that are too near to see their views of the middle lens."""
         distance_mm = self.distance_mm or viewing_distance_mm
         if self.views is None and distance_mm < self.least_mm(rig):
             expected = f"at least {self.least_mm(rig):.6g} mm, where both eyes see the display's middle lens"
@@ -62,14 +62,15 @@ class PairOptions(ShownVideo):
 
 @output_kind
 class StereoVideo(PairOptions):
-    """What two eyes see, side by side."""
+    """A video of what two eyes see, side by side."""
 
     kind: Literal["stereo"] = "stereo"
     name: Name = "stereo"
     order: Literal["side_by_side", "cross_eyed"] = "side_by_side"
-    """`side_by_side`: the left eye's picture is on the left; `cross_eyed`: on the right, for whoever squints."""
+    """`side_by_side`: the left eye's picture is on the left; `cross_eyed`: on the right, for viewing with crossed
+    eyes."""
     packing: Literal["full", "half"] = "full"
-    """`half`: each at half its width, as 3D television takes it."""
+    """`half`: each picture at half its width, as for 3D television."""
 
     @model_validator(mode="after")
     def _halves_are_whole(self) -> Self:
@@ -78,14 +79,14 @@ class StereoVideo(PairOptions):
         return self
 
     def longest_lenses(self, rig: Rig) -> int:
-        """Return how many lenses the longer side of a picture shows: two pictures stand side by side."""
+        """Return the number of lenses along the longer side of a picture, which has two pictures side by side."""
         rows, cols = rig.lens_array.count
         return max(rows, cols if self.packing == "half" else 2 * cols)
 
 
 @output_kind
 class AnaglyphVideo(PairOptions):
-    """What two eyes see, in one picture for red-cyan glasses, red on the left."""
+    """A video of what two eyes see, in one picture for red-cyan glasses, red on the left."""
 
     kind: Literal["anaglyph"] = "anaglyph"
     name: Name = "anaglyph"

@@ -1,4 +1,4 @@
-"""Moving pictures: one file for the whole job."""
+"""Videos: one file for the whole job."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from lippmann.job.rig import Rig
 from lippmann.job.viewing import Filter
 
 MAX_SHOWN_PX = 8192
-"""The longest side of a video for people: what players and graphics cards decode."""
+"""The longest side of a video for people, which players and graphics cards can decode."""
 
 Fps = Annotated[float, Field(gt=0, le=240)]
 Repeat = Annotated[int, Field(ge=1, le=1000)]
-"""How often the sequence is shown."""
+"""The number of times that the sequence is shown."""
 
 
 class VideoOptions(OutputOptions):
-    """What all videos have."""
+    """The base of all videos."""
 
     SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {
         ".mp4": {"codec": "h264"},
@@ -33,7 +33,7 @@ class VideoOptions(OutputOptions):
 
     codec: Codec = "h264"
     container: Container | None = None
-    """The codec's first when not given."""
+    """The container; the default is the first one of the codec."""
     crf: int | None = Field(default=None, ge=1)
     """The encoder's own constant rate factor: 1 is the best."""
     chroma: Chroma | None = None
@@ -57,43 +57,43 @@ class VideoOptions(OutputOptions):
 
     @property
     def suffix(self) -> str:
-        """Of the container that the codec is put in."""
+        """The suffix of the container."""
         return f".{self.container or CHOICES[self.codec].containers[0]}"
 
 
 class ShownVideo(VideoOptions):
-    """What videos of pictures have that are as small as views."""
+    """The base of videos for people, whose pictures have the size of views and are enlarged."""
 
     scale: int | None = Field(default=None, ge=1, le=64)
-    """How many times larger than a pixel a lens; when not given about 720 px for people, 1 without loss."""
+    """The pixels per lens; the default gives about 720 px for people, and is 1 for lossless codecs."""
     filter: Literal["bicubic"] | Filter = "bicubic"
-    """By which pictures are enlarged: `bicubic` on codes, and quick; the others in linear light."""
+    """The filter that enlarges pictures: `bicubic` works on sRGB codes and is fast; the others work in linear light."""
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
-        """Refuse pictures larger than players show."""
+        """Refuse pictures that are too large for players."""
         super().check(rig, frames)
         longest_px = self.longest_lenses(rig) * (self.scale or 1)
         if self.scale and longest_px > MAX_SHOWN_PX:
             raise Misfit("scale", expected=f"a picture of at most {MAX_SHOWN_PX} px a side", got=f"{longest_px} px")
 
     def longest_lenses(self, rig: Rig) -> int:
-        """Return how many lenses the longer side of a picture shows."""
+        """Return the number of lenses along the longer side of a picture."""
         return max(rig.lens_array.count)
 
 
 @output_kind
 class ViewsVideo(ShownVideo):
-    """Every view of every frame, one after the other; every second frame backward, so that nothing jumps."""
+    """All views of every frame in succession; every second frame runs backward, so that nothing jumps."""
 
     kind: Literal["views"] = "views"
     name: Name = "views"
     views_per_s: Fps = 24.0
-    """A frame of 8 x 8 views takes 2.7 s."""
+    """The views per second; a frame of 8 x 8 views takes 2.7 s by default."""
 
 
 @output_kind
 class CentreVideo(ShownVideo):
-    """The centre view in time."""
+    """The centre view of every frame."""
 
     kind: Literal["centre"] = "centre"
     name: Name = "centre"
@@ -102,7 +102,7 @@ class CentreVideo(ShownVideo):
 
 @output_kind
 class OrthoscopicVideo(VideoOptions):
-    """The integral video itself, pixel for pixel."""
+    """The orthoscopic integral video, pixel for pixel."""
 
     kind: Literal["orthoscopic"] = "orthoscopic"
     name: Name = "orthoscopic"
@@ -111,7 +111,7 @@ class OrthoscopicVideo(VideoOptions):
 
 @output_kind
 class IntegralVideo(VideoOptions):
-    """The integral video as it was captured, pseudoscopic, pixel for pixel."""
+    """The integral video as captured, pseudoscopic, pixel for pixel."""
 
     kind: Literal["integral"] = "integral"
     name: Name = "integral"

@@ -1,4 +1,4 @@
-"""A block of views about the middle one: which of all the views that a lens has go into a data set."""
+"""Blocks of views around the middle one: the views that go into a data set."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from lippmann.job.problems import Misfit
 from lippmann.job.rig import Rig
 
 ViewCount = tuple[Annotated[int, Field(ge=1, le=1024)], Annotated[int, Field(ge=1, le=1024)]]
-"""Views as (rows, cols): down and across."""
+"""The number of views as (rows, cols): down and across."""
 
 
 @dataclass(frozen=True)
 class ViewBlock:
-    """Views `(first_u + u, first_v + v)` of a lens, u < cols and v < rows."""
+    """A block of views `(first_u + u, first_v + v)`, with u < cols and v < rows."""
 
     first_v: int
     first_u: int
@@ -30,13 +30,13 @@ class ViewBlock:
 
     @property
     def numbers(self) -> tuple[tuple[int, int], ...]:
-        """(u, v) of every view of the lens that the block has, row by row."""
+        """The (u, v) of every view of the block, row by row."""
         rows, cols = range(self.first_v, self.first_v + self.rows), range(self.first_u, self.first_u + self.cols)
         return tuple((u, v) for v in rows for u in cols)
 
 
 def all_views(rig: Rig) -> ViewBlock:
-    """Return the box of a lens's pixels; on the hexagonal lattice the views at its corners do not exist.
+    """Return the block of all views; on the hexagonal lattice the views at its corners do not exist.
 
     >>> all_views(Rig())
     ViewBlock(first_v=0, first_u=0, rows=8, cols=8)
@@ -45,7 +45,7 @@ def all_views(rig: Rig) -> ViewBlock:
 
 
 def block_about_the_middle(rig: Rig, views: tuple[int, int]) -> ViewBlock:
-    """Return the block of (rows, cols) views whose middle view is the lens's own.
+    """Return the block of (rows, cols) views around the middle view of a lens.
 
     >>> block_about_the_middle(Rig(), (5, 4))
     ViewBlock(first_v=2, first_u=2, rows=5, cols=4)
@@ -90,7 +90,7 @@ def check_view(field: str, rig: Rig, view: tuple[int, int]) -> None:
 
 
 def largest_odd_square(rig: Rig) -> ViewBlock:
-    """Return the most views, as many down as across and an odd number, that all exist.
+    """Return the largest square block with an odd side whose views all exist.
 
     >>> largest_odd_square(Rig())
     ViewBlock(first_v=1, first_u=1, rows=7, cols=7)
@@ -101,12 +101,12 @@ def largest_odd_square(rig: Rig) -> ViewBlock:
 
 
 def check_block(rig: Rig, views: tuple[int, int], *, wholly: bool) -> None:
-    """Refuse more views than a lens has, and, where a format has no place for missing ones, those that are.
+    """Refuse more views than a lens has, and missing views if the format cannot have gaps (`wholly`).
 
     Raises
     ------
     Misfit
-        Naming the option `views`.
+        The error names the option `views`.
     """
     box = all_views(rig)
     got = f"{views[0]} x {views[1]}"

@@ -1,4 +1,4 @@
-"""Where a display shows the scene in depth, and which depths are worth looking through."""
+"""The depths at which a display shows the scene, and the range of depths that is worth refocusing."""
 
 from __future__ import annotations
 
@@ -13,33 +13,34 @@ from lippmann.plan.design.designer import bench_as_written
 from lippmann.plan.sampling import display_size
 
 ROOM = 0.25
-"""Of what the scene holds in depth, left free before and behind it."""
+"""The margin in front of and behind the scene, as a share of its depth."""
 LEAST_ROOM_FOCAL_LENGTHS = 3.0
-"""A focus is about one focal length deep: so much is left free at least."""
+"""The least margin, in focal lengths: the depth of focus is about one focal length."""
 
 SHARE_OF_REACH = 0.25
-"""Of the depths at which all views overlap, where nobody knows the scene's."""
+"""The share of the depths at which all views overlap that is used if the scene's depths are unknown."""
 
 
 @dataclass(frozen=True)
 class ShownDepths:
-    """Depths of a display whose array stands one focal length before its pixels, by small angles."""
+    """Paraxial depths of a display whose array is one focal length in front of its pixels."""
 
     near_mm: float | None
-    """Of the stage's near plane; infinite where its image is; None where there is no stage."""
+    """The depth of the near plane of the stage; infinite if its image is; None without a stage."""
     reference_mm: float | None
     far_mm: float | None
     from_mm: float
     to_mm: float
-    """The range worth looking through."""
+    """The range of depths that is worth refocusing."""
     lenses_per_mm: tuple[float, float]
-    """How far a point moves from one view to the next for every mm of its depth, (across, down), in pitches."""
+    """The disparity between neighbouring views per mm of depth, (across, down), in pitches."""
 
 
 def shown_depths(rig: Rig, stage: Stage | None) -> ShownDepths:
-    """Return where a display shows a stage's planes, and the range round them in which the outermost views overlap.
+    """Return the depths of a stage's planes on a display, and the range in which the outermost views overlap.
 
-    What the capture's array saw at s is shown at s + f (docs/optics.md, Depth). Sheets from elsewhere have no stage.
+    A point at s for the array of the capture is shown at s + f (docs/optics.md, Depth). Imported
+    pictures have no stage.
 
     Raises
     ------
@@ -73,7 +74,7 @@ def _planes_mm(rig: Rig, stage: Stage) -> tuple[float, ...]:
 
 
 def _reach_mm(layout: CellLayout, lenses_per_mm: tuple[float, float]) -> float:
-    """Return the depth up to which the outermost views overlap by one lens at least."""
+    """Return the depth up to which the outermost views overlap by at least one lens."""
     axes = zip(layout.square_size(), (layout.cell_rows, layout.cell_cols), lenses_per_mm, strict=True)
     reaches = [(lenses - 1) / ((views - 1) * step) for lenses, views, step in axes if views > 1]
     return min(reaches, default=math.inf)

@@ -1,4 +1,4 @@
-"""A design: everything that a job's optics and pixels will give, as numbers with their units in their names.
+"""The design of a job: the properties of its optics and pixels, as numbers with their units in their names.
 
 Depths `s` count from the array, positive toward the observer. A null means: there is no such thing (direct pickup has
 no imaging lens), or no end to it (a plane at infinity, a depth without limit). Names that begin with `exact` come from
@@ -19,21 +19,21 @@ class _Part(BaseModel):
 
 
 class PlaneImage(_Part):
-    """A plane of the scene and its image by the imaging lens."""
+    """A plane of the scene with its image by the imaging lens."""
 
     object_mm: float
-    """Before surface 1."""
+    """The distance in front of surface 1."""
     image_mm: float | None
-    """Behind the last surface (paraxial)."""
+    """The distance of the paraxial image behind the last surface."""
     magnification: float | None
     exact_image_mm: float | None
-    """Where the spot of the axis point is smallest, of the rays that the array takes; null where none arrive."""
+    """The place of the smallest spot of the axis point, for the rays that reach the array; null if none do."""
     exact_magnification: float | None
-    """Of the point that is imaged to the edge of the array: middle of its spot there."""
+    """The magnification of the point that is imaged to the edge of the array, by the middle of its spot."""
 
 
 class Conjugates(_Part):
-    """The three planes that a stage names."""
+    """The three planes of a stage."""
 
     near: PlaneImage
     reference: PlaneImage
@@ -41,29 +41,29 @@ class Conjugates(_Part):
 
 
 class AxisCrossing(_Part):
-    """Where one exact ray from the axis crosses it again: spherical aberration."""
+    """The place where an exact ray from the axis crosses it again: spherical aberration."""
 
     object_mm: float
     height_mm: float
-    """Of the ray on the plane of surface 1's vertex."""
+    """The height of the ray at the vertex plane of surface 1."""
     image_mm: float | None
-    """Behind the last surface, apertures open."""
+    """The distance behind the last surface, with open apertures."""
     aberration_mm: float | None
-    """Against the paraxial image."""
+    """The difference from the paraxial image."""
 
 
 class LensDesign(_Part):
-    """What the imaging lens does; all null in direct pickup. Surfaces that touch are reckoned as touching."""
+    """The imaging lens; all values are null in direct pickup. Touching surfaces are calculated as touching."""
 
     imaging_lens: str | None
     efl_mm: float | None
     back_focal_distance_mm: float | None
     front_focal_distance_mm: float | None
-    """From surface 1, positive behind it."""
+    """The distance from surface 1, positive behind it."""
     f_number: float | None
-    """For a distant object, of the aperture as set."""
+    """The f-number for a distant object, at the set aperture."""
     working_f_number: float | None
-    """Of the cone that comes together in the image of the reference plane's axis point, by the exact trace."""
+    """The f-number of the cone of rays to the image of the reference plane's axis point, by the exact trace."""
     lens_length_mm: float | None
     conjugates: Conjugates | None
     image_near_mm: float | None
@@ -72,7 +72,7 @@ class LensDesign(_Part):
     image_depth_mm: float | None
     depth_compression: float | None
     mean_magnification: float | None
-    """Mean of the absolute values at near and far."""
+    """The mean of the absolute values at near and far."""
     exact_image_near_mm: float | None
     exact_image_reference_mm: float | None
     exact_image_far_mm: float | None
@@ -81,21 +81,21 @@ class LensDesign(_Part):
     exact_mean_magnification: float | None
     axis_crossings: tuple[AxisCrossing, ...]
     spot_near_mm: float | None
-    """RMS radius of the image of the axis point, on its exact image plane."""
+    """The RMS radius of the image of the axis point, on its exact image plane."""
     spot_reference_mm: float | None
     spot_far_mm: float | None
     spot_near_edge_mm: float | None
-    """The same of the point that is imaged to the edge of the array, on the same plane."""
+    """The RMS radius for the point that is imaged to the edge of the array, on the same plane."""
     spot_reference_edge_mm: float | None
     spot_far_edge_mm: float | None
 
 
 class CaptureDesign(_Part):
-    """Array, camera and pixels."""
+    """The lens array, the camera and the pixels."""
 
     lens_radius_mm: float
     displacement_mm: float
-    """From the sphere's centre to the flat side."""
+    """The distance from the centre of the sphere to the flat side."""
     lens_thickness_mm: float
     mla_f_number: float
     f_number_match: str | None
@@ -106,17 +106,17 @@ class CaptureDesign(_Part):
     s_reference_mm: float | None
     s_far_mm: float | None
     exact_s_near_mm: float | None
-    """By the exact image; in direct pickup there is none but the thing itself."""
+    """The depth of the exact image; in direct pickup, of the object itself."""
     exact_s_reference_mm: float | None
     exact_s_far_mm: float | None
     disparity_near: float | None
-    """Lenses that the near plane moves from one view to the next (small angles)."""
+    """The paraxial disparity of the near plane between neighbouring views, in lenses."""
     disparity_far: float | None
     exact_disparity_near: float | None
     exact_disparity_far: float | None
     projection: Literal["orthographic", "perspective"]
     camera_distance_mm: float
-    """From the array to a perspective camera of this angle, whether or not the camera is one."""
+    """The distance from the array to a perspective camera of this angle, for any projection of the job."""
     camera_angle_deg: float
     rows_px: int
     cols_px: int
@@ -130,49 +130,50 @@ class CaptureDesign(_Part):
 
 
 class DisplayDesign(_Part):
-    """The print or panel, and who looks at it."""
+    """The display, a print or panel, and its observer."""
 
     display_pixel_mm: float
-    """The device's, or pitch / px_per_lens without one."""
+    """The pixel of the device, or pitch / px_per_lens without a device."""
     px_per_lens_device: float
     device_cells_px: tuple[int, ...]
-    """Widths of cells on the device: one if they are all the same, else the two that alternate."""
+    """The widths of cells on the device: one if all are equal, otherwise the two that alternate."""
     device_rows_px: int
     device_cols_px: int
     margin_px: int
-    """Dark pixels at the left and at the right of the array."""
+    """The dark pixels on the left and on the right of the array."""
     width_mm: float
-    """Of what is printed or shown, margins included."""
+    """The size of the print or of the shown picture, including margins."""
     height_mm: float
     viewing_distance_mm: float
     gap_real_mm: float
-    """Reduced: glass by its index."""
+    """The reduced gap, in which glass counts by its index."""
     gap_virtual_mm: float
     gap_collimated_mm: float
     gap_real_physical_mm: float
-    """As built, substrate included."""
+    """The gap as built, including the substrate."""
     gap_virtual_physical_mm: float
     gap_collimated_physical_mm: float
     central_depth_plane_real_mm: float | None
     central_depth_plane_virtual_mm: float | None
     viewing_angle_deg: float
-    """At the gap in use: the real one if the reference plane is shown before the display, else the virtual one."""
+    """The value at the gap in use: that for real images if the reference plane is in front, otherwise for virtual
+    images."""
     viewing_angle_real_deg: float
     viewing_angle_virtual_deg: float
     viewing_angle_collimated_deg: float
     viewing_zone_mm: float
-    """Width at the viewing distance in which one lens shows its own cell, at the gap in use."""
+    """The width at the viewing distance in which one lens shows its own cell, at the gap in use."""
     viewing_zone_whole_mm: float
-    """Width in which all lenses do."""
+    """The width in which all lenses show their own cells."""
     resolvable_front_mm: float
-    """At the collimated gap."""
+    """The value at the gap for collimated light."""
     resolvable_back_mm: float | None
     depth_budget: Literal["fits", "exceeded"]
     depth_budget_words: str
 
 
 class CostDesign(_Part):
-    """Estimates."""
+    """Estimates of time and memory."""
 
     frames: int
     sheet_mb: float
@@ -183,7 +184,7 @@ class CostDesign(_Part):
 
 
 class Subject(_Part):
-    """What is designed."""
+    """The job that is designed."""
 
     scene: str
     title: str
@@ -192,6 +193,6 @@ class Subject(_Part):
 
 # Fields stand in the order of the light: pydantic takes the bases from the last one to the first.
 class Design(CostDesign, DisplayDesign, CaptureDesign, LensDesign, Subject):
-    """A job's design at one frame."""
+    """The design of a job at one frame."""
 
     warnings: tuple[str, ...]

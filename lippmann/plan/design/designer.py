@@ -1,4 +1,4 @@
-"""From a job to its design: each part of it by the part of the optics that knows."""
+"""Compute the design of a job from its optics."""
 
 from __future__ import annotations
 
@@ -28,13 +28,13 @@ from lippmann.plan.sampling import display_size, frame_size
 
 
 def design(sheet: JobSheet, *, frame: int | None = None) -> Design:
-    """Return the design of a job at a frame, the first one when not said.
+    """Return the design of a job at a frame, by default the first one.
 
     Raises
     ------
     OpticsError, SpecError
-        As `lippmann.optics.rig.check.check_job`: what cannot be built has no design. A job of imported integral images
-        has none either: its optics are unknown.
+        As for `lippmann.optics.rig.check.check_job`: a rig that cannot be built has no design. A job of imported
+        integral images has none either, because its optics are unknown.
     """
     _check_rendered(sheet)
     check_job(sheet)
@@ -57,12 +57,12 @@ def design(sheet: JobSheet, *, frame: int | None = None) -> Design:
 
 
 def drawing(sheet: JobSheet, *, frame: int | None = None) -> str:
-    """Return the drawing of a job's bench at a frame, the first one when not said, as SVG.
+    """Return the drawing of a job's optics at a frame, by default the first one, as SVG.
 
     Raises
     ------
     OpticsError, SpecError
-        As `design`.
+        As for `design`.
     """
     _check_rendered(sheet)
     check_job(sheet)
@@ -72,7 +72,7 @@ def drawing(sheet: JobSheet, *, frame: int | None = None) -> str:
 
 
 def bench_as_written(rig: Rig, stage: Stage) -> Bench:
-    """Return the bench with surfaces that touch touching, as a prescription says, not as it is modelled."""
+    """Return the optics with touching surfaces, as in the prescription; the model separates them."""
     built = bench(rig, reference_mm=stage.reference_mm)
     if rig.imaging_lens is None:
         return built

@@ -1,4 +1,4 @@
-"""The part of a design that is the display's: device, gaps, viewing angle and zone, and the depth that it resolves."""
+"""The display of a design: device, gaps, viewing angle and zone, and the depth that it resolves."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from lippmann.plan.sampling import frame_size
 
 
 def device_numbers(rig: Rig) -> dict[str, Any]:
-    """Return the pixels of the device, or of the sheet as rendered when there is none."""
+    """Return the pixels of the device, or of the rendered image if there is no device."""
     size, device, array = frame_size(rig), rig.device, rig.lens_array
     pixel_mm = device.pixel_mm if device else array.pitch_mm / rig.px_per_lens
     d = array.pitch_mm / pixel_mm
@@ -41,7 +41,7 @@ def device_numbers(rig: Rig) -> dict[str, Any]:
 
 
 def device_cells_px(lens_cols: int, *, cols_px: int, px_per_lens_device: float) -> tuple[int, ...]:
-    """Return how many columns of a device's pixels lie under a lens, every number that occurs once, rising.
+    """Return the numbers of device columns that lenses have, each number once, in rising order.
 
     >>> device_cells_px(100, cols_px=2400, px_per_lens_device=600 / 25.4)
     (23, 24)
@@ -53,7 +53,7 @@ def device_cells_px(lens_cols: int, *, cols_px: int, px_per_lens_device: float) 
 
 
 def display_numbers(spec: JobSpec, stood: Bench, stage: Stage) -> dict[str, Any]:
-    """Return gaps, viewing angle and zone, and whether the image is as deep as the display resolves."""
+    """Return gaps, viewing angle and zone, and whether the display resolves the depth of the image."""
     array, distance_mm = spec.rig.lens_array, spec.display.viewing_distance_mm
     f_mm, p_mm = array.focal_length_mm, array.pitch_mm
     near_mm, far_mm = stood.s_mm(stage.near_mm), stood.s_mm(stage.far_mm)
@@ -75,7 +75,7 @@ def display_numbers(spec: JobSpec, stood: Bench, stage: Stage) -> dict[str, Any]
 
 
 def _gaps(spec: JobSpec, *, near_mm: float, far_mm: float) -> dict[str, float]:
-    """Return the gap for what is shown before the display, for what is shown behind it, and for parallel light."""
+    """Return the gaps for real images, for virtual images, and for collimated light."""
     array, numbers = spec.rig.lens_array, {}
     for side, gap in gaps(array, spec.display, near_mm=near_mm, far_mm=far_mm).items():
         numbers[f"gap_{side}_mm"] = gap.reduced_mm

@@ -1,4 +1,4 @@
-"""What a job will take, before anything was measured on it: memory of a slot, CPU time of a frame.
+"""Estimates of a job before it is measured: the memory of a slot and the CPU time of a frame.
 
 Estimates, right within 15 % for the fish scene at 57,600 to 5,760,000 px on one core of a 2-vCPU AMD EPYC cloud machine
 that others used too, POV-Ray 3.7; a heavier scene takes longer. What counts in the farm is what its probe measures.
@@ -16,14 +16,14 @@ from lippmann.plan.sampling import frame_size
 MEASURED_ON = "one core of a 2-vCPU AMD EPYC cloud machine, fish scene"
 
 START_S = 1.0
-"""POV-Ray's start, and reading the scene with its pictures."""
+"""CPU seconds to start POV-Ray and to read the scene with its pictures."""
 S_PER_PX = {"glass": 1.1e-5, "ray_camera": 8.5e-6}
-"""CPU seconds a rendered pixel: glass 6.7, 25.8 and 59.8 s for 0.52, 2.07 and 5.76 million; the ray camera 4.7 and
+"""CPU seconds per rendered pixel: glass 6.7, 25.8 and 59.8 s for 0.52, 2.07 and 5.76 million; the ray camera 4.7 and
 18.4 s for the first two, its trace (1.2e-6) included."""
 
 DEPTH_S_PER_PX = 1.45e-5
-"""The same for `capture.depth`, of a pixel of the integral image: 8.4 s for 0.52 million, of them 4.0 s the worker's
-own."""
+"""CPU seconds per pixel of the integral image for `capture.depth`: 8.4 s for 0.52 million, of which 4.0 s are the
+worker's own."""
 
 START_MB = {"glass": 86.0, "ray_camera": 190.0}
 B_PER_PX = {"glass": 19.0, "ray_camera": 160.0}
@@ -32,26 +32,26 @@ rays take about 160 bytes a pixel in POV-Ray, and the worker 118 MB to write 5.7
 ASSEMBLE_MB, ASSEMBLE_B_PER_PX = 105.0, 69.0
 """Resident memory of a worker that assembles: 141 MB for 0.5 million pixels, 500 MB for 5.76."""
 MASTER_B_PER_PX = 6
-"""Three channels of half-floats, before compression."""
+"""The bytes of a pixel: three channels of half floats, before compression."""
 
 
 @dataclass(frozen=True)
 class Estimate:
-    """What a job will take."""
+    """The estimated resources of a job."""
 
     frames: int
     sheet_mb: float
-    """One integral image in half-floats."""
+    """The size of one integral image in half floats."""
     memory_mb: float
-    """The most that one slot takes."""
+    """The largest memory of one slot."""
     frame_cpu_s: float
-    """To render one frame."""
+    """CPU time to render one frame."""
     cpu_s: float
-    """To render all frames."""
+    """CPU time to render all frames."""
 
 
 def estimate(spec: JobSpec, method: Method) -> Estimate:
-    """Return what a job will take by its number of pixels.
+    """Estimate the resources of a job from its number of pixels.
 
     >>> from lippmann.job.spec import parse_spec
     >>> round(estimate(parse_spec({"scene": "fish"}), "glass").frame_cpu_s, 1)

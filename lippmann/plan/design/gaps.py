@@ -1,4 +1,4 @@
-"""The gap between the pixels and the lenses: what a job says, else what serves its depths."""
+"""The gap between the pixels and the lenses: that of the job, otherwise the one for the depths of its scene."""
 
 from __future__ import annotations
 
@@ -13,22 +13,22 @@ from lippmann.optics.rig import display as optics
 
 @dataclass(frozen=True)
 class Gap:
-    """A gap, twice."""
+    """A gap, reduced and as built."""
 
     reduced_mm: float
     physical_mm: float
-    """As built, substrate included."""
+    """The gap as built, including the substrate."""
 
 
 def gaps(array: LensArray, shown: Display, *, near_mm: float, far_mm: float) -> Mapping[GapUse, Gap]:
-    """Return the gaps for a scene that is shown between two depths.
+    """Return the gaps for a scene between two depths.
 
     Parameters
     ----------
     array
         The lenses.
     shown
-        What the job says of the display: gaps that it names are taken.
+        The display of the job; gaps that it names are used.
     near_mm, far_mm
         Depths s of the scene's near and far plane.
     """
@@ -44,7 +44,7 @@ def gaps(array: LensArray, shown: Display, *, near_mm: float, far_mm: float) -> 
 
 
 def contact_gap_mm(array: LensArray) -> float:
-    """Return the smallest reduced gap: that of the substrate alone, in contact with the pixels."""
+    """Return the smallest reduced gap, in which the substrate touches the pixels."""
     return array.substrate_mm / array.index
 
 

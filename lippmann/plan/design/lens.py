@@ -1,4 +1,4 @@
-"""The part of a design that is the imaging lens's: conjugates, exact images, spots, spherical aberration."""
+"""The imaging lens of a design: conjugates, exact images, spots and spherical aberration."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ CROSSING_PARTS = (0.1, 0.4, 0.5, 1.0)
 
 
 def ended(value: Any) -> Any:
-    """Return None for what has no end, a length or a magnification; JSON has no infinity."""
+    """Return None for an infinite length or magnification, because JSON has no infinity."""
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 @dataclass(frozen=True)
 class _Traced:
-    """A plane of the stage with what the exact trace says of it."""
+    """A plane of the stage with its exact image."""
 
     plane: PlaneImage
     axis: Focus | None
@@ -54,7 +54,7 @@ def _traced(stood: Bench, object_mm: float) -> _Traced:
 
 
 def _sharp(focus: Focus | None) -> Focus | None:
-    """Return a focus, or None for rays that meet nowhere."""
+    """Return a focus, or None for rays that do not meet."""
     if focus is None or not all(map(math.isfinite, (focus.image_mm, focus.rms_mm, focus.height_mm))):
         return None
     return focus
@@ -80,7 +80,7 @@ _NO_LENS: dict[str, Any] = dict.fromkeys(
 
 
 def lens_numbers(stood: Bench, stage: Stage) -> dict[str, Any]:
-    """Return what `LensDesign` says, and the depths of the exact images."""
+    """Return the design of the imaging lens, and the depths of the exact images."""
     lens = stood.imaging_lens
     if lens is None:
         return _NO_LENS
@@ -109,7 +109,7 @@ def lens_numbers(stood: Bench, stage: Stage) -> dict[str, Any]:
 
 
 def _depths(near: PlaneImage, far: PlaneImage) -> dict[str, float | None]:
-    """Return how deep the image is, and how much less deep than the scene, paraxial and exact."""
+    """Return the depth of the image and its ratio to the depth of the scene, paraxial and exact."""
     scene_mm = far.object_mm - near.object_mm
     depth_mm = _difference(near.image_mm, far.image_mm)
     exact_depth_mm = _difference(near.exact_image_mm, far.exact_image_mm)

@@ -1,4 +1,4 @@
-"""What a design says in words: how f-numbers match, whether the display is deep enough, and warnings."""
+"""The notes of a design: matching f-numbers, the depth of the display, and warnings."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lippmann.optics.rig.display import Resolvable
 
 
 def f_number_match(stood: Bench, working: float | None) -> str | None:
-    """Return whether the imaging lens fills the cells of the array with light; None without imaging lens."""
+    """Return a note on whether the imaging lens fills the cells of the array with light; None without imaging lens."""
     if stood.imaging_lens is None:
         return None
     array = stood.rig.lens_array
@@ -26,7 +26,7 @@ def f_number_match(stood: Bench, working: float | None) -> str | None:
 
 
 def depth_budget(limit: Resolvable, *, near_mm: float, far_mm: float, distance_mm: float) -> dict[str, str]:
-    """Return whether a display can resolve all of the image, by its depths s at near and far."""
+    """Return a note on whether a display resolves the whole image, from its depths s at near and far."""
     back_mm = -limit.back_mm
     span = f"The image reaches from s = {far_mm:+.1f} to {near_mm:+.1f} mm"
     can = f"seen from {distance_mm:g} mm the display resolves {_depth(back_mm)} to {limit.front_mm:+.1f} mm"
@@ -46,7 +46,7 @@ def _excess(front_mm: float, back_mm: float) -> str:
 
 
 def warnings(spec: JobSpec, stage: Stage, numbers: Mapping[str, Any]) -> Iterator[str]:
-    """Yield what a maker should look at before he renders."""
+    """Yield warnings to check before rendering."""
     if numbers["depth_budget"] == "exceeded":
         yield numbers["depth_budget_words"]
     yield from _about_gaps(spec, numbers)

@@ -1,4 +1,4 @@
-"""The display that an observer looks at, from a rig: which pixels, which gap."""
+"""The display that an observer looks at, from a rig: its pixels and its gap."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ def observed_display(
     bare: Bare = "clear",
     surround: Surround = "black",
 ) -> LensDisplay:
-    """Return a display with a rig's lenses.
+    """Return a display with the lenses of a rig.
 
     Parameters
     ----------
     rig
-        Its array says where the lenses stand, and what shape they have.
+        The rig, whose array has the places and the shape of the lenses.
     gap_mm
         Reduced; one focal length when not said.
     on_device
@@ -58,7 +58,7 @@ def observed_display(
 
 
 def reduced_mm(array: LensArray, physical_mm: float) -> float:
-    """Return the reduced gap of one as built, substrate included.
+    """Return the reduced gap for a gap as built, which includes the substrate.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def used_gap_mm(rig: Rig, shown: Display, use: GapUse, *, stage: Stage | None) -
     Parameters
     ----------
     stage
-        Of the scene, whose depths are to be served; None if nobody knows.
+        The stage of the scene, whose depths the gap serves; None if it is unknown.
 
     Raises
     ------

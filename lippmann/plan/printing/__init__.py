@@ -1,1 +1,6 @@
-"""Pages on paper: prints and calibration sheets."""
+"""Pages on paper.
+
+page               the page of a print: the array's pixels and the marks around them
+calibration_sheet  the page of a calibration sheet
+shapes             black shapes on a page
+"""

@@ -1,4 +1,4 @@
-"""A sheet that finds the true pitch of an array on a device: strips of lines, each of a slightly other pitch.
+"""A sheet that measures the true pitch of an array on a device, by strips of lines of slightly different pitches.
 
 Under the array, an eye sees one place under each lens. Over a strip whose lines have the array's pitch it is the same
 place of every line, so the strip is even, and turns from black to white all at once as the eye moves. Over any other
@@ -27,29 +27,29 @@ from lippmann.lattice.kinds import CELLS
 from lippmann.plan.printing.shapes import Bar, Shape, Words
 
 Direction = Literal["across", "down"]
-"""In which the pitch is measured: across has upright lines, down has level ones."""
+"""The direction in which the pitch is measured: `across` has vertical lines, `down` has horizontal ones."""
 
 DIRECTIONS: tuple[Direction, ...] = ("across", "down")
 
 BORDER_MM = 8.0
 HEAD_MM = 13.0
 HEAD_WIDTH_MM = 150.0
-"""What the text above the strips takes."""
+"""The height of the text above the strips."""
 GAP_MM = 1.0
-"""Between strips."""
+"""The distance between strips."""
 NAMES_MM = {"across": 27.0, "down": 6.0}
-"""Room for the names of strips, beside them or above."""
+"""The room for the names of strips, beside or above them."""
 HEAD_SIZE_MM, NAME_SIZE_MM, SMALL_SIZE_MM = 3.0, 2.2, 1.5
 
 
 @dataclass(frozen=True)
 class Strip:
-    """Lines of one pitch, mm from the page's upper left corner."""
+    """A strip of lines of one pitch, in mm from the upper left corner of the page."""
 
     pitch_mm: float
-    """Of the lenses over which it is even."""
+    """The pitch of the lenses under which the strip looks even."""
     change_percent: float
-    """From the pitch that the sheet is for."""
+    """The difference from the nominal pitch."""
     left_mm: float
     top_mm: float
     width_mm: float
@@ -58,24 +58,24 @@ class Strip:
 
 @dataclass(frozen=True)
 class CalibrationPage:
-    """One page, for one direction."""
+    """The page for one direction."""
 
     direction: Direction
     rows: int
     cols: int
-    """Of the page, px of the device."""
+    """The rows of the page, in pixels of the device."""
     pixel_mm: float
     strips: tuple[Strip, ...]
     shapes: tuple[Shape, ...]
 
 
 def calibration_page(output: CalibrationSheet, rig: Rig, direction: Direction) -> CalibrationPage:
-    """Lay out a page of the sheet that an output asks for.
+    """Lay out a page of a calibration sheet.
 
     Raises
     ------
     Misfit
-        If nobody says what pixels the device has.
+        If the pixels of the device are unknown.
     """
     pixel_mm, pitch_mm = output.pixel_mm(rig), output.real_pitch_mm(rig)
     strips = tuple(_strips(output, pitch_mm, direction, pixel_mm))
@@ -90,7 +90,7 @@ def calibration_page(output: CalibrationSheet, rig: Rig, direction: Direction) -
 
 
 def page_mm(output: CalibrationSheet, direction: Direction) -> tuple[float, float]:
-    """Return a page's (width, height)."""
+    """Return the (width, height) of a page."""
     along, beside = output.length_mm, output.steps * (output.strip_mm + GAP_MM)
     wide, high = (along, beside) if direction == "across" else (beside, along)
     if direction == "across":
@@ -101,12 +101,12 @@ def page_mm(output: CalibrationSheet, direction: Direction) -> tuple[float, floa
 
 
 def line_period(lattice: Lattice, direction: Direction) -> float:
-    """Return how far apart lines stand, in lens pitches."""
+    """Return the distance of lines, in lens pitches."""
     return 1 / CELLS[lattice].row_period if direction == "across" else CELLS[lattice].row_pitch
 
 
 def moire_mm(lens_pitch_mm: float, strip_pitch_mm: float) -> float:
-    """Return how wide a dark and a bright band together are, for an eye far away; infinite over the true strip.
+    """Return the period of the moiré bands for a distant eye, mm; it is infinite over the true strip.
 
     >>> round(moire_mm(1.0, 1.0025), 1), moire_mm(1.0, 1.0)
     (401.0, inf)
@@ -131,7 +131,7 @@ def _strips(output: CalibrationSheet, pitch_mm: float, direction: Direction, pix
 
 
 def _lines(strip: Strip, direction: Direction, period_mm: float, pixel_mm: float) -> Iterator[Bar]:
-    """Yield a strip's lines, each half a period wide, on whole pixels."""
+    """Yield the lines of a strip, each half a period wide, on whole pixels."""
     start_mm, long_mm = (strip.left_mm, strip.width_mm) if direction == "across" else (strip.top_mm, strip.height_mm)
     # A strip may have been rounded down to whole pixels, below as many lines as it was to have.
     for number in range(math.floor((long_mm + pixel_mm) / period_mm)):

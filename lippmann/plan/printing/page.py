@@ -1,8 +1,9 @@
-"""The page of a print: where the array's pixels stand, and the marks around them.
+"""The page of a print: the place of the array's pixels, and the marks around them.
 
-Everything is told from the page's upper left corner. The array stands in the middle, on whole pixels of the device, so
-that each of its pixels is one of the device's. It is as wide as its lenses are: 90 of 1 mm at 600 dpi are 2125.98 px,
-so 2126 px are printed and the outermost lenses end 0.01 px inside. Marks are drawn where lenses end, not pixels.
+Places are measured from the upper left corner of the page. The array is in the middle, on whole pixels of the device,
+so that each of its pixels is one pixel of the device. It is as wide as its lenses: 90 lenses of 1 mm at 600 dpi are
+2125.98 px, so 2126 px are printed and the outermost lenses end 0.01 px inside. Marks are drawn at the ends of lenses,
+not of pixels.
 """
 
 from __future__ import annotations
@@ -18,30 +19,30 @@ from lippmann.lightfield.sheet.device import device_size
 from lippmann.plan.printing.shapes import Bar, Ring, Shape, Words, line
 
 LINE_MM = 0.1
-"""Of marks, or a pixel of the device where these are larger."""
+"""The width of the lines of marks, or one pixel of the device if that is larger."""
 GAP_MM = 2.0
-"""From the array to the marks."""
+"""The distance from the array to the marks."""
 RING_MM = 1.5
-"""Radius of the ring of a registration mark."""
+"""The radius of the ring of a registration mark."""
 LABEL_SIZE_MM = 2.2
 _LETTER = 0.64
-"""Of the size of its font a letter is wide, at most on average."""
+"""The largest average width of a letter, as a share of the size of the font."""
 
 
 @dataclass(frozen=True)
 class PrintPage:
-    """A page, px and mm."""
+    """A page, in px and mm."""
 
     rows: int
     cols: int
-    """Of the whole page."""
+    """The rows of the whole page."""
     array_rows: int
     array_cols: int
     margin_px: int
-    """From the page's edge to the array's pixels, on every side."""
+    """The distance from the edge of the page to the pixels of the array, on every side."""
     pixel_mm: float
     shapes: tuple[Shape, ...]
-    """Marks and label, all in the margin."""
+    """The marks and the label, which lie in the margin."""
 
 
 def print_page(layout: CellLayout, output: Print, *, lens_pitch_mm: float, pixel_mm: float, label: str) -> PrintPage:
@@ -50,11 +51,11 @@ def print_page(layout: CellLayout, output: Print, *, lens_pitch_mm: float, pixel
     Parameters
     ----------
     layout
-        Of the orthoscopic sheet.
+        The layout of the orthoscopic integral image.
     output
-        What was asked for.
+        The options of the print.
     lens_pitch_mm
-        Of the real array.
+        The pitch of the real array.
     pixel_mm
         Pitch of the device's pixels.
     label
@@ -83,9 +84,9 @@ def print_page(layout: CellLayout, output: Print, *, lens_pitch_mm: float, pixel
 
 
 def middle_edges(layout: CellLayout) -> tuple[float, float]:
-    """Return (right, down) of the lens edges nearest to the middle of the array, in pitches from it.
+    """Return the place (right, down) of the lens edges nearest to the middle of the array, in pitches from it.
 
-    Of hexagons: an upright side of a row that is not shifted, and the line half-way between two lens rows.
+    For hexagons these are a vertical side of a row that is not shifted, and the line half-way between two lens rows.
 
     >>> middle_edges(CellLayout(90, 90, 8)), middle_edges(CellLayout(5, 3, 8))
     ((0.0, 0.0), (0.5, 0.5))
@@ -99,7 +100,7 @@ def middle_edges(layout: CellLayout) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class _Marks:
-    """Marks about an array whose middle is at (x, y); half of it is so wide and so high."""
+    """The marks around an array, from its middle (x, y) and half its width and height."""
 
     x: float
     y: float
@@ -132,20 +133,20 @@ class _Marks:
 
 
 def _label(text: str, *, width_mm: float, bottom_mm: float) -> Words:
-    """Return the label in the middle, smaller if it would be wider than the page."""
+    """Return the centred label, with a smaller font if it would be wider than the page."""
     size_mm = min(LABEL_SIZE_MM, (width_mm - 2) / (len(text) * _LETTER))
     return Words(width_mm / 2, bottom_mm - LABEL_MM / 3, size_mm, text, centred=True)
 
 
 def label_of(facts: str, output: Print, page_mm: tuple[float, float], *, lens_pitch_mm: float, pixel_mm: float) -> str:
-    """Return what a print says of itself.
+    """Return the label of a print.
 
     Parameters
     ----------
     facts
-        Where it comes from: job and frame.
+        The origin of the print: job and frame.
     output
-        What was asked for.
+        The options of the print.
     page_mm
         Width and height of the array.
     lens_pitch_mm, pixel_mm

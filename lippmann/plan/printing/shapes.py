@@ -1,4 +1,4 @@
-"""What is drawn on paper beside pictures: black shapes, mm from the page's upper left corner."""
+"""Black shapes on a page, in mm from its upper left corner."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Bar:
-    """A filled rectangle; lines are bars too."""
+    """A filled rectangle, also for lines."""
 
     left_mm: float
     top_mm: float
@@ -37,10 +37,10 @@ class Ring:
 
 @dataclass(frozen=True)
 class Words:
-    """A line of text, whose letters stand on `baseline_mm`."""
+    """A line of text, whose baseline is `baseline_mm`."""
 
     x_mm: float
-    """Where it begins, or its middle."""
+    """The beginning of the text, or its middle."""
     baseline_mm: float
     size_mm: float
     text: str
@@ -51,7 +51,7 @@ Shape = Bar | Ring | Words
 
 
 def line(x0_mm: float, y0_mm: float, x1_mm: float, y1_mm: float, *, line_mm: float) -> Bar:
-    """Return an upright or level line between two points, left to right or top to bottom, cut off at its ends.
+    """Return a vertical or horizontal line between two points, left to right or top to bottom, with square ends.
 
     >>> line(0, 5, 10, 5, line_mm=0.5)
     Bar(left_mm=0, top_mm=4.75, width_mm=10, height_mm=0.5)
