@@ -142,7 +142,7 @@ def test_a_device_master_that_is_none_is_refused(tmp_path: Path) -> None:
         (["view", "MASTER", "--centre", "--depth-mm", "0"], "expected a depth at least 3.3 mm from the display"),
         (["view", "MASTER", "--u", "0", "--v", "4", "--depth-mm", "9"], "at least 26.4 mm from the display for view"),
         (["view", "MASTER", "--u", "8", "--v", "4", "--depth-mm", "9"], "from (0, 0) to (7, 7), got (8, 4)"),
-        (["view", "MASTER", "--centre", "--depth-mm", "600"], "at most 528 mm from the display, got 600"),
+        (["view", "MASTER", "--centre", "--depth-mm", "600"], "at most 501.6 mm from the display, got 600"),
         (["view", "MASTER", "--eye", "0,0,400", "--depth-mm", "9"], "--depth-mm with --u and --v, or with --centre"),
         (["view", "MASTER", "--depth-mm", "9"], "expected either --u and --v, or --centre, or --eye"),
         (["view", "MASTER", "--centre", "--px-per-lens", "3"], "expected --px-per-lens with --depth-mm only"),
@@ -161,12 +161,12 @@ def test_a_device_master_that_is_none_is_refused(tmp_path: Path) -> None:
             "'magic' is not one of 'shift_and_sum'",
         ),
         (["refocus", "MASTER", "--depth-mm", "9", "--px-per-lens", "3"], "expected --px-per-lens with --method ciir"),
-        (["refocus", "MASTER", "--depth-mm", "600", "--method", "ciir"], "at most 528 mm from the display, got 600"),
+        (["refocus", "MASTER", "--depth-mm", "600", "--method", "ciir"], "at most 501.6 mm from the display, got 600"),
         (
             ["refocus", "MASTER", "--stack", "0:9:3", "--extended", "--method", "ciir"],
             "--extended with --method",
         ),
-        (["refocus", "MASTER", "--stack", "0:600:300", "--scale", "9"], "at most 528 mm from the display, got 600"),
+        (["refocus", "MASTER", "--stack", "0:600:300", "--scale", "9"], "at most 501.6 mm from the display, got 600"),
     ],
     ids=lambda value: " ".join(value) if isinstance(value, list) else "",
 )
