@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -12,7 +13,8 @@ from lippmann.job.resolved import JobSheet
 from service.auth import Caller
 from service.db.tables import Job, Task
 from service.jobs import submission as submit
-from tests.builders_service import CALLER, SPEC, Client, Farm
+from service.ports import Parts
+from tests.builders_service import CALLER, SPEC, Client, DictStore, Farm
 
 JOBS = "/api/v1/jobs"
 
@@ -120,6 +122,28 @@ def test_the_same_key_for_another_job_file_is_refused(api: Client) -> None:
     api.post(JOBS, json=SPEC, headers=headers)
     answer = api.post(JOBS, json=SPEC | {"frames": "9"}, headers=headers)
     assert (answer.status_code, answer.json()["code"]) == (422, "idempotency-mismatch")
+
+
+def test_the_same_key_used_twice_at_once_makes_one_job(farm: Farm) -> None:
+    """The second submission comes while the first one stores its sheet, after it found no job of this key."""
+    others: list[str] = []
+
+    class Racing(DictStore):
+        def put_bytes(self, name: str, data: bytes) -> None:
+            super().put_bytes(name, data)
+            if not others:
+                others.append("submitting")
+                others.append(_submitted(farm, farm.parts))
+
+    first = _submitted(farm, replace(farm.parts, store=Racing(files=farm.store.files)))
+    assert others[1:] == [first]
+    with farm.database.reading() as session:
+        assert session.query(Job).count() == 1
+
+
+def _submitted(farm: Farm, parts: Parts) -> str:
+    job, _ = submit.submit_job(farm.database, parts, CALLER, SPEC, idempotency_key="one", now_s=farm.now_s)
+    return job.id
 
 
 def test_two_callers_may_use_the_same_key(farm: Farm) -> None:

@@ -17,6 +17,8 @@ from lippmann.job import wire
 from lippmann.job.events import Event, EventKind, ProbeResult
 from lippmann.job.orders import Order, TaskKind
 from tests.broker import Broker
+from tests.waiting import until
+from worker.report import BrokerClient
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
@@ -169,3 +171,20 @@ def test_a_heart_beats_with_progress_and_keeps_the_lease(place: Workplace, redis
     attempt(place, order(), do)
     beat = next(event for event in said(redis) if event.kind is EventKind.BEAT)
     assert beat.progress == 0.25
+
+
+def test_a_lease_expires_by_itself(redis_url: str, redis: Redis) -> None:
+    assert BrokerClient(redis_url, "w1").acquire_lease("a1")
+    assert 0 < redis.pttl(wire.lease_key("a1")) <= wire.LEASE_TTL_S * 1000
+
+
+def test_the_heartbeat_renews_the_lease(place: Workplace, redis: Redis) -> None:
+    half_ms = round(wire.LEASE_TTL_S * 500)
+
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
+        redis.pexpire(wire.lease_key("a1"), half_ms)
+        until(lambda: redis.pttl(wire.lease_key("a1")) > half_ms)
+        return Work()
+
+    attempt(place, order(), do)
+    assert said(redis)[-1].kind is EventKind.DONE
