@@ -136,6 +136,22 @@ class CellLayout:
         # The mask is the same turned by 180 degrees, so it holds for views as it does for pixels.
         return 0 <= v < self.cell_rows and 0 <= u < self.cell_cols and bool(self.mask[v, u])
 
+    def has_views_on_both_sides(self, u: int, v: int) -> bool:
+        """Return True if the views to the left and to the right of a view exist, or those above and below it.
+
+        Parameters
+        ----------
+        u, v
+            The view.
+
+        Returns
+        -------
+        bool
+            False for the views in the corners of the block of views.
+        """
+        across = self.has_view(u - 1, v) and self.has_view(u + 1, v)
+        return across or (self.has_view(u, v - 1) and self.has_view(u, v + 1))
+
     def views_in_row(self, v: int) -> range:
         """Return u of the views that exist in a row of views; an empty range if there are none."""
         return _filled(self.mask[v]) if 0 <= v < self.cell_rows else range(0)

@@ -81,6 +81,19 @@ class HciFolder(ViewsOptions, FolderOptions):
         if block.rows * block.cols > MAX_CAMERAS:
             expected = f"at most {MAX_CAMERAS} views: their names have three digits"
             raise Misfit("views", expected=expected, got=f"{block.rows} x {block.cols}")
+        if self.disparity == "estimate":
+            self._check_estimate(rig, block)
+
+    def _check_estimate(self, rig: Rig, block: ViewBlock) -> None:
+        """Refuse estimates of views that have no views on both sides, which the structure tensor needs."""
+        of_all = self.disparity_of == "all"
+        for view in block.numbers if of_all else (block.numbers[block.middle],):
+            if not rig.layout.has_views_on_both_sides(*view):
+                field, got, choice = (
+                    ("disparity_of", "'all'", "middle") if of_all else ("disparity", "'estimate'", "none")
+                )
+                expected = f"{choice}, or views that have views on both sides, which an estimate needs"
+                raise Misfit(field, expected=expected, got=f"{got} with view {view} of {rig.layout}")
 
 
 @output_kind

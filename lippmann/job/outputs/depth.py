@@ -72,6 +72,11 @@ class DepthPictures(OutputOptions):
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse a view that does not exist."""
-        if self.u is None or self.v is None:
-            return
-        check_view("u", rig, (self.u, self.v))
+        layout = rig.layout
+        view = (layout.cell_cols // 2, layout.cell_rows // 2)
+        if self.u is not None and self.v is not None:
+            view = self.u, self.v
+            check_view("u", rig, view)
+        if self.source == "estimate" and self.method == "tensor" and not layout.has_views_on_both_sides(*view):
+            expected = "sweep, or a view with views on both sides of it"
+            raise Misfit("method", expected=expected, got=f"'tensor' for view {view} of {layout}")

@@ -83,7 +83,7 @@ def check_view(field: str, rig: Rig, view: tuple[int, int]) -> None:
         there = layout.views_in_row(v)
         if there and u < layout.cell_cols:
             expected = f"a view with u from {there[0]} to {there[-1]}, which exist in row {v} of the views"
-        elif v in range(layout.cell_rows):
+        elif v < layout.cell_rows and not there:
             rows = layout.rows_of_views
             expected = f"a view with v from {rows[0]} to {rows[-1]}, the rows in which there are views"
         raise Misfit(field, expected=expected, got=f"({u}, {v})")

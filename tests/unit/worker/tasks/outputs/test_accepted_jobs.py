@@ -185,7 +185,13 @@ def test_what_is_accepted_can_be_made(kind: str) -> None:
     made()
 
 
-@pytest.mark.parametrize("output", [CORNERS, TOP_ROW, FAR_FOCUS], ids=lambda output: str(output["kind"]))
+EDGE_ESTIMATE = {"kind": "depth", "source": "estimate"}
+ALL_ESTIMATES = {"kind": "hci", "disparity": "estimate", "disparity_of": "all"}
+
+
+@pytest.mark.parametrize(
+    "output", [CORNERS, TOP_ROW, FAR_FOCUS, EDGE_ESTIMATE, ALL_ESTIMATES], ids=lambda output: str(output["kind"])
+)
 @pytest.mark.parametrize(("count", "n"), [((6, 5), 4), ((1, 3), 2), ((5, 5), 8)])
 def test_what_once_failed_after_the_render_is_refused_or_made(
     count: tuple[int, int], n: int, output: dict[str, Any]

@@ -96,7 +96,7 @@ def test_the_truth_that_is_gone_is_named_and_may_be_there_at_the_next_attempt(tm
     [
         ({}, "source", "capture.depth true"),
         ({"source": "estimate", "u": 3}, "v", "both or neither"),
-        ({"source": "estimate", "u": 8, "v": 0}, "u", "a view of 8 x 8"),
+        ({"source": "estimate", "u": 8, "v": 0}, "u", "a view from (0, 0) to (7, 7)"),
         ({"source": "estimate", "nearest_mm": 3}, "farthest_mm", "both or neither"),
         ({"source": "estimate", "nearest_mm": 3, "farthest_mm": 4}, "nearest_mm", "more than farthest_mm, 4"),
         ({"source": "estimate", "reach": 0}, "reach", "greater"),
@@ -113,5 +113,5 @@ def test_what_cannot_be_is_refused_by_name(output: dict[str, Any], field: str, e
 
 def test_a_view_that_no_hexagon_has_is_refused() -> None:
     output = {"kind": "depth", "source": "estimate", "u": 0, "v": 0}
-    with pytest.raises(SpecError, match="exists under a hexagonal lens"):
+    with pytest.raises(SpecError, match=r"outputs\.0\.u: expected a view with v from 1 to 9"):
         parse_spec({"scene": "fish", "rig": {"lens_array": {"lattice": "hexagonal"}}, "outputs": [output]})
