@@ -1,4 +1,4 @@
-"""What the HTTP API answers with.
+"""The answers of the HTTP API.
 
 presenters      jobs and tasks from rows
 listings        pages of jobs, tasks and frames

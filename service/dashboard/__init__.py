@@ -1,22 +1,22 @@
-"""The dashboard: one page, its static files, and the page that asks for a key. Nothing is built.
+"""The dashboard: one page, its static files, and the login page. There is no build step.
 
-assets   static files, named by what they hold
-policy   what a page may load
+assets   the static files, with hashes in their URLs
+policy   the security headers of pages
 pages    the two pages and the router
 
-In `templates/` lie the two documents. In `static/`:
+`templates/` contains the two documents. `static/` contains:
 
-app       starts the page; login does so for the page that asks for a key
-api       HTTP, only here
-live      keeps what the page knows true; store holds it
-header    the farm's health; jobs: the list
+app       starts the page; login is the script of the login page
+api       the requests to the API
+live      keeps the state of the page current; store holds it
+header    the health of the farm; jobs is the list of jobs
 job       one job, with rig, videos, frames and failures
-lightbox  a frame large: still, as it is; looking, looked into; foot and choice for both
-looks     the ways of looking: painting, by painter, shaders and views; fetched, by answer
-submit    a new job, with field and parameters
-design    what a job will give
-format    words for numbers; html: the markup
-vendor/   what others wrote
+lightbox  one frame in full size: picture (static) and viewer (interactive), with footer and choice
+modes     the modes of the viewer; canvas, webgl, shaders and views draw them; remote and request load pictures
+submit    the form for a new job, with field and parameters
+design    the design of a job
+format    formats of numbers; html is the markup
+vendor/   third-party packages
 """
 
 from service.dashboard.pages import router

@@ -1,6 +1,6 @@
-"""Static files, named by what they hold, so that a browser keeps them for a year and never shows an old one.
+"""Static files. Their URLs contain a hash of the content, so that browsers may cache them for a year.
 
-Modules import each other by plain relative names; the page's import map sends each name to its address with the hash.
+Modules import each other by plain relative names; the import map of the page maps each name to its URL with the hash.
 """
 
 from __future__ import annotations
@@ -22,12 +22,12 @@ MEDIA_TYPES = MappingProxyType(
         ".svg": "image/svg+xml",
     }
 )
-"""What is served; anything else in the folder (licences, hashes) is not."""
+"""The media types of the files that are served. Other files of the folder (licences, hashes) are not."""
 
 VENDORED = MappingProxyType(
     {"preact": "vendor/preact.js", "preact/hooks": "vendor/preact-hooks.js", "htm": "vendor/htm.js"}
 )
-"""The bare names that modules import, and the files that answer."""
+"""The bare names that modules import, and their files."""
 
 
 @dataclass(frozen=True)
@@ -41,19 +41,19 @@ class Asset:
 
     @property
     def url(self) -> str:
-        """The address that a browser may keep."""
+        """The URL that a browser may cache."""
         return f"{PREFIX}{self.name}?v={self.digest}"
 
 
 @cache
 def assets() -> Mapping[str, Asset]:
-    """Return every static file by name; read once."""
+    """Return all static files by name; they are read once."""
     files = sorted(path for path in FOLDER.rglob("*") if path.suffix in MEDIA_TYPES)
     return MappingProxyType({asset.name: asset for asset in map(_read, files)})
 
 
 def import_map() -> dict[str, dict[str, str]]:
-    """Return the import map: bare names and plain addresses of modules to addresses with hashes."""
+    """Return the import map, from bare names and plain URLs of modules to URLs with hashes."""
     found = assets()
     plain = {PREFIX + name: asset.url for name, asset in found.items() if name.endswith(".js")}
     return {"imports": {bare: found[name].url for bare, name in VENDORED.items()} | plain}

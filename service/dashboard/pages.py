@@ -1,4 +1,4 @@
-"""The two pages, and the files they load."""
+"""The two pages of the dashboard, and the static files that they load."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _templates = Environment(
 
 @router.get("/", response_class=HTMLResponse)
 def show_page(caller: CallerOrNoneDep, refused: Annotated[str, Query(max_length=10)] = "") -> Response:
-    """Show the dashboard to who is logged in, and ask everybody else for a key."""
+    """Return the dashboard to a logged-in user, and the login page to anyone else."""
     return _login_page(refused=bool(refused)) if caller is None else _dashboard_page()
 
 
@@ -37,7 +37,7 @@ def send_asset(
     v: Annotated[str, Query(description="The hash of the content.")] = "",
     if_none_match: Annotated[str | None, Header()] = None,
 ) -> Response:
-    """Send a static file; for a year when the address carries the hash of what is sent."""
+    """Return a static file, cacheable for a year if the URL contains the hash of its content."""
     asset = assets().get(name)
     if asset is None:
         raise NotFound(f"there is no static file {name!r}")
@@ -53,7 +53,7 @@ def send_asset(
 
 
 def _dashboard_page() -> Response:
-    # "<" cannot end the script element early; the hash in the policy is of this very text.
+    # An escaped "<" cannot end the script element; the policy contains the hash of exactly this text.
     inline = json.dumps(import_map(), separators=(",", ":")).replace("<", "\\u003c")
     modules = [name for name in assets() if name.endswith(".js") and name != "login.js"]
     return _page("index.html", inline, import_map=inline, modules=modules)

@@ -1,4 +1,4 @@
-"""What a page of ours may load: things of this origin, and one inline script, the import map, by its hash."""
+"""The security headers of pages. A page loads only files of its own origin and one inline script, the import map."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import hashlib
 
 
 def page_headers(inline_script: str) -> dict[str, str]:
-    """Return the headers of a page that holds one inline script; an empty one for a page without."""
+    """Return the headers of a page with an inline script, which may be empty."""
     return {
         "Content-Security-Policy": content_security_policy(inline_script),
         "Cross-Origin-Opener-Policy": "same-origin",
@@ -18,7 +18,7 @@ def page_headers(inline_script: str) -> dict[str, str]:
 
 
 def content_security_policy(inline_script: str) -> str:
-    """Return the policy.
+    """Return the Content-Security-Policy of a page.
 
     Examples
     --------

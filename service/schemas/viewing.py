@@ -45,7 +45,7 @@ class Depths(Answer):
 
 
 class Look(Answer):
-    """What the views of a frame show, and how to request them."""
+    """The views of a frame, its depths, and how to request them."""
 
     frame: int
     lattice: Literal["square", "hexagonal"]

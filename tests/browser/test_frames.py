@@ -64,7 +64,7 @@ def test_a_frame_is_shown_large_pixel_by_pixel_and_the_keys_lead_on(page: Page, 
 
 def test_finished_videos_play_and_all_can_be_taken_home(page: Page, done_job: str, log_in: Callable[[], Page]) -> None:
     log_in()
-    for title in ("From view to view", "Centre view"):
+    for title in ("All views", "Centre view"):
         video = page.get_by_label(title)
         assert video.evaluate("video => video.loop && video.muted && video.controls")
         video.evaluate("video => video.play()")

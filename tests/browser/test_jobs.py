@@ -66,7 +66,7 @@ def test_cancel_asks_first_and_then_ends_the_job(page: Page, farm: Farm, log_in:
     log_in()
     cancel = page.get_by_role("button", name="Cancel", exact=True)
     cancel.click()
-    page.get_by_role("button", name="Keep it going").click()
+    page.get_by_role("button", name="Keep the job").click()
     expect(page.get_by_role("dialog")).to_have_count(0)
     assert farm.service.status(job_id) == "running"
     cancel.click()

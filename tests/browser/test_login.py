@@ -29,7 +29,7 @@ def test_a_wrong_key_is_said_beside_the_field(page: Page, farm: Farm, watch: Wat
     page.goto(farm.url)
     page.get_by_label("API key").fill("lip_000000000000_wrong")
     page.get_by_role("button", name="Log in").click()
-    expect(page.get_by_role("alert")).to_have_text("this key is not known")
+    expect(page.get_by_role("alert")).to_have_text("this key is unknown")
     expect(page.get_by_label("API key")).to_have_attribute("aria-invalid", "true")
     # Chromium itself reports every refusal; nothing else may complain.
     assert all(REFUSAL in text for text in watch.complaints)

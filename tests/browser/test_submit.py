@@ -18,7 +18,7 @@ def test_the_chosen_scene_frames_and_optics_become_a_job(page: Page, farm: Farm,
     page.get_by_label("Frames", exact=True).fill("1-4:3")
     page.get_by_label("Lenses, rows").fill("10")
     page.get_by_label("Lenses, columns").fill("12")
-    page.get_by_label("Pixels a lens").fill("4")
+    page.get_by_label("Pixels per lens").fill("4")
     page.get_by_label("Offset").fill("-5.5")
     expect(page.get_by_text("Integral image 48 \u00d7 40 px, 16 views of 12 \u00d7 10 px")).to_be_visible()
     page.get_by_role("button", name="Submit").click()
@@ -47,7 +47,7 @@ def test_what_the_service_refuses_is_said_beside_its_field(
 ) -> None:
     log_in()
     frames, px_per_lens, offset = (
-        page.get_by_label(name, exact=True) for name in ("Frames", "Pixels a lens", "Offset mm")
+        page.get_by_label(name, exact=True) for name in ("Frames", "Pixels per lens", "Offset mm")
     )
     frames.fill("9-3")
     px_per_lens.fill("1")

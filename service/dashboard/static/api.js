@@ -1,9 +1,9 @@
-// The API, and nothing else speaks HTTP here.
+// The requests to the API; no other module uses HTTP.
 
 const BASE = "/api/v1";
 const PATIENCE_MS = 20_000;
 
-// What the API answers when it refuses: RFC 9457 problem details.
+// An error of the API, as problem details of RFC 9457.
 export class Problem extends Error {
   constructor(status, body) {
     super(body.detail || body.title || `The service answered ${status}.`);
@@ -13,7 +13,7 @@ export class Problem extends Error {
   }
 }
 
-// Nobody answered: the service is down or the network is.
+// The service or the network is unavailable.
 export class Unreachable extends Error {
   constructor() {
     super("The service does not answer.");
@@ -35,10 +35,10 @@ export const sendAction = (id, action) => send("POST", `/jobs/${encodeURICompone
 export const getLook = (id, frame, max_px, signal) => answered(lookUrl(id, frame, "look", { max_px }), { signal });
 export const eventsUrl = `${BASE}/events`;
 
-// Masters are OpenEXR; this is the address of the same picture as a browser shows it.
+// Masters are OpenEXR; this is the URL of the same picture as PNG.
 export const asPng = (url) => `${url}?format=png`;
 
-// Both answer by sending the browser on, which the caller does itself.
+// The service answers both with a redirect, which the caller follows itself.
 export async function logIn(key) {
   await answered("/login", { method: "POST", body: new URLSearchParams({ key }), redirect: "manual" });
 }
@@ -47,12 +47,12 @@ export async function logOut() {
   await answered("/logout", { method: "POST", headers: { "X-Lippmann-Request": "1" }, redirect: "manual" });
 }
 
-// The address of something that is seen in a frame: a view, another focus, what an observer sees.
+// The URL of a picture of a frame: a view, a refocused picture, the picture of an observer.
 export function lookUrl(id, frame, what, query) {
   return withQuery(`${BASE}/jobs/${encodeURIComponent(id)}/frames/${frame}/${what}`, query);
 }
 
-// A picture as it is, in the codes that it was written in.
+// Loads a picture without colour conversion.
 export async function getPicture(url, signal) {
   return createImageBitmap(await answered(url, { signal }), { colorSpaceConversion: "none", premultiplyAlpha: "none" });
 }
@@ -83,7 +83,8 @@ async function answered(url, { signal, ...request }) {
   } catch {
     throw new Unreachable();
   }
-  if (response.status === 401 && url !== "/login") location.reload(); // The session ended: the service asks for a key.
+  // The session has ended, and the service now shows the login page.
+  if (response.status === 401 && url !== "/login") location.reload();
   if (!response.ok && response.type !== "opaqueredirect") throw new Problem(response.status, body);
   return body;
 }
@@ -95,7 +96,7 @@ async function bodyOf(response) {
   return /^image/.test(type) ? response.blob() : {};
 }
 
-// When an answer is waited for no longer: it was given up, or it takes too long.
+// A signal that aborts a request when the caller aborts it, or after a timeout.
 function endOf(signal) {
   const end = new AbortController();
   setTimeout(() => end.abort(), PATIENCE_MS);

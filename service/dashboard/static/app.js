@@ -1,4 +1,4 @@
-// Starts the page: what the address names is what is shown.
+// Starts the page. The fragment of the URL selects the view:
 //   #/            the list        #/jobs/<id>   a job        #/new   a new job
 import { render } from "preact";
 import { useEffect, useState } from "preact/hooks";
@@ -28,7 +28,7 @@ function App() {
     return () => removeEventListener("hashchange", follow);
   }, []);
   useEffect(() => {
-    // Where there is room for both, the newest job is open beside the list.
+    // On a wide screen the newest job is open beside the list.
     const newest = newestFirst(look().jobs)[0];
     if (here.view === "list" && isLoaded && wide.matches) location.replace(newest ? `#/jobs/${newest.id}` : "#/new");
   }, [here.view, isLoaded]);
@@ -45,7 +45,7 @@ function App() {
   `;
 }
 
-// The address after # names the view, so the link may not change it.
+// The fragment of the URL selects the view, so this link must not change it.
 function skip(event) {
   event.preventDefault();
   document.getElementById("main").focus();

@@ -1,4 +1,4 @@
-// One of several, as buttons side by side.
+// A choice of one of several values, as a row of buttons.
 import { html } from "./html.js";
 
 export const Choice = ({ name, choices, chosen, choose }) => html`

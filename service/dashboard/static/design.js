@@ -1,10 +1,10 @@
-// What a job will give: the bench as a drawing, the main numbers, and what to look at before it is rendered.
+// The design of a job: the drawing of the optical bench, the main numbers, and the warnings.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { postDesign, postDrawing } from "./api.js";
 import { by, duration, quantity } from "./format.js";
 import { html } from "./html.js";
 
-// After the last key stroke, so that a number being typed is not asked about digit by digit.
+// The pause after the last key stroke, so that no request is sent for every digit.
 const PAUSE_MS = 400;
 
 export function Design({ spec }) {
@@ -43,8 +43,8 @@ export function Design({ spec }) {
   `;
 }
 
-// The drawing's own colours are for where it stands alone; here the page's sheet colours it. The policy of the page
-// complains about a style element even when it is only parsed, so it is taken out of the text.
+// The style sheet of the page colours the drawing; the drawing's own colours are for use as a file. The style element
+// is removed from the text, because the security policy reports it even when it is only parsed.
 function Drawing({ svg }) {
   const frame = useRef(null);
   useEffect(() => {

@@ -1,4 +1,4 @@
-// Tasks that failed, each with its log.
+// The failed tasks of a job, each with its log.
 import { useEffect, useState } from "preact/hooks";
 import { getFailedTasks } from "./api.js";
 import { count, many } from "./format.js";
@@ -24,7 +24,7 @@ export function Failures({ job }) {
   `;
 }
 
-// What is said above of the whole job is not said again here.
+// A message that is shown for the whole job is not repeated.
 const Row = ({ task, said }) => html`
   <li>
     <span class="name">${place(task)}</span>

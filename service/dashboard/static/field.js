@@ -1,4 +1,4 @@
-// One input of a form with its label, and what the service said about it.
+// One input of a form with its label and the errors of the service.
 import { html } from "./html.js";
 
 export function Field({ name, label, unit, hint, faults = [], wide, ...rest }) {
@@ -13,5 +13,5 @@ export function Field({ name, label, unit, hint, faults = [], wide, ...rest }) {
   `;
 }
 
-// Numbers go out as numbers; what is none goes out as it is, so that the service says what it expected.
+// Converts a text to a number; other texts are sent unchanged, so that the service reports what it expects.
 export const numberOr = (text) => (text.trim() !== "" && Number.isFinite(Number(text)) ? Number(text) : text);

@@ -1,4 +1,4 @@
-// Words for numbers: every text that shows a quantity comes from here.
+// Formats of numbers, durations and times.
 
 const whole = new Intl.NumberFormat("en", { maximumFractionDigits: 0 });
 const short = new Intl.NumberFormat("en", { maximumSignificantDigits: 4 });

@@ -1,4 +1,4 @@
-// The frames of a job as they appear; one of them large.
+// The frames of a job, and the lightbox of one of them.
 import { useEffect, useState } from "preact/hooks";
 import { count } from "./format.js";
 import { html } from "./html.js";

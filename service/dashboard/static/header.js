@@ -1,4 +1,4 @@
-// The top of the page: the name, how the farm is, and whether the page is up to date.
+// The header of the page: the name, the health of the farm, and the state of the connection.
 import { logOut } from "./api.js";
 import { bytes, many } from "./format.js";
 import { html } from "./html.js";
@@ -7,7 +7,7 @@ import { mayChange, useKnown } from "./store.js";
 const LINKS = {
   starting: "",
   live: "",
-  polling: "Live updates are interrupted; asking again and again.",
+  polling: "Live updates are interrupted; polling.",
   lost: "Connection lost, trying again …",
 };
 
@@ -43,7 +43,7 @@ function Health({ health, stale }) {
   const room = store.free_bytes === null ? "store ok" : `${bytes(store.free_bytes)} free`;
   return html`
     <ul class="health ${stale ? "stale" : ""}" aria-label="Health of the farm">
-      <${Light} ok=${known && workers > 0} title=${known ? "" : "The broker does not say."}
+      <${Light} ok=${known && workers > 0} title=${known ? "" : "The broker does not answer."}
         text=${known ? `${many(workers, "worker")}, ${many(slots, "slot")}` : "workers unknown"} />
       <${Light} ok=${broker.ok} title=${broker.detail} text=${broker.ok ? "broker ok" : "broker degraded"} />
       ${!database.ok && html`<${Light} ok=${false} title=${database.detail} text="database degraded" />`}

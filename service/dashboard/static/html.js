@@ -1,4 +1,4 @@
-// Markup for Preact without a build: html`<p>${text}</p>`.
+// Markup for Preact without a build step: html`<p>${text}</p>`.
 import { h } from "preact";
 import htm from "htm";
 

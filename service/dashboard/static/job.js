@@ -62,7 +62,7 @@ function Progress({ job }) {
     open > 0 && `${count(open)} ${job.ended_at ? "not done" : "to come"}`,
     tasks.failed > 0 && html`<b class="failed">${count(tasks.failed)} failed</b>`,
   ];
-  // Read out at every tenth and at every change of status, not at every pixel.
+  // Screen readers announce every tenth and every change of status.
   const tenths = Math.floor(job.progress * 10);
   const [spoken, speak] = useState("");
   useEffect(() => speak(`${jobName(job)}: ${job.status}, ${tenths * 10} percent done`), [job.status, tenths]);
@@ -79,7 +79,7 @@ function Progress({ job }) {
   `;
 }
 
-// Asked for when it is looked at, not for every job that is opened.
+// The design is requested when the section is opened, not for every job.
 function Optics({ job }) {
   const [isOpen, setOpen] = useState(false);
   return html`
@@ -125,9 +125,9 @@ function Actions({ job }) {
     <dialog ref=${dialog} class="ask" aria-labelledby="ask-title" onClose=${answer}>
       <form method="dialog">
         <h2 id="ask-title">Cancel this job?</h2>
-        <p>What runs is stopped. Frames that are done stay, and retry goes on from there.</p>
+        <p>Running tasks are stopped. Finished frames stay, and a retry continues from there.</p>
         <p class="choices">
-          <button value="no" autofocus>Keep it going</button>
+          <button value="no" autofocus>Keep the job</button>
           <button value="yes" class="danger">Cancel the job</button>
         </p>
       </form>

@@ -53,7 +53,7 @@ export function Bar({ job }) {
   return html`<progress class=${job.status} max="1" value=${job.progress} aria-label=${label}></progress>`;
 }
 
-// A button that loads the next page, once at a time, and says when it cannot.
+// A button that loads the next page, once at a time, and shows the error if that fails.
 export function More({ what, load }) {
   const [state, setState] = useState("ready");
   const go = async () => {

@@ -1,12 +1,12 @@
-// One frame large: a picture of it as it is (still), or looked into (looking).
-//   ← →  other frames, or what a look moves     Page Up, Page Down  other frames     Esc  back
-//   1 2 3 4 5 6  other pictures and looks       + - 0  scale
+// One frame in full size: a static picture of it, or the interactive view.
+//   ← →  other frames, or the eye or depth of the mode     Page Up, Page Down  other frames     Esc  close
+//   1 2 3 4 5 6  pictures and modes                        + - 0  scale
 import { useEffect, useRef, useState } from "preact/hooks";
 import { Choice } from "./choice.js";
 import { html } from "./html.js";
-import { Looking } from "./looking.js";
-import { START } from "./looks.js";
-import { Still } from "./still.js";
+import { Viewer } from "./viewer.js";
+import { START } from "./modes.js";
+import { StaticPicture } from "./picture.js";
 
 const PICTURES = [
   ["integral", "Integral"],
@@ -21,9 +21,9 @@ const LOOKS = [
 
 export function Lightbox({ job, frames, frame, show }) {
   const dialog = useRef(null);
-  const own = useRef({}); // Keys of what is shown.
+  const own = useRef({}); // The keys of the picture or mode.
   const [mode, setMode] = useState("integral");
-  const [stand, setStand] = useState(START); // How it is looked into; the same in every frame.
+  const [stand, setStand] = useState(START); // The state of the interactive view, which all frames share.
   const index = frames.findIndex((item) => item.frame === frame);
   useEffect(() => {
     dialog.current.showModal();
@@ -34,7 +34,7 @@ export function Lightbox({ job, frames, frame, show }) {
   const frameKeys = { ArrowLeft: -1, ArrowRight: 1, PageUp: -1, PageDown: 1 };
   const keys = Object.fromEntries([...modes, ...Object.entries(frameKeys).map(([key, by]) => [key, () => step(by)])]);
   const press = (event) => {
-    // With a scaled picture in focus the arrows move about in it, in a field they do what they do there.
+    // In a scaled picture the arrow keys scroll, and in an input field they edit.
     if (event.target.matches(".stage.scaled") && event.key.startsWith("Arrow")) return;
     if (event.target.matches("input") || event.ctrlKey || event.metaKey || event.altKey) return;
     const act = own.current[event.key] ?? keys[event.key];
@@ -53,9 +53,9 @@ export function Lightbox({ job, frames, frame, show }) {
         <button class="close" onClick=${() => dialog.current.close()} aria-label="Close">✕</button>
       </div>
       ${isStill
-        ? html`<${Still} item=${frames[index]} frame=${frame} picture=${mode} keys=${own} foot=${foot} />`
+        ? html`<${StaticPicture} item=${frames[index]} frame=${frame} picture=${mode} keys=${own} foot=${foot} />`
         : html`
-            <${Looking} job=${job} frame=${frame} mode=${mode} stand=${stand} change=${change} keys=${own}
+            <${Viewer} job=${job} frame=${frame} mode=${mode} stand=${stand} change=${change} keys=${own}
               foot=${foot} />
           `}
     </dialog>

@@ -1,4 +1,4 @@
-// Keeps what the page knows true: one stream of events; while it is broken, asking again and again.
+// Keeps the state of the page current by one event stream; while the stream is interrupted, by polling.
 import { eventsUrl, getFrames, getHealth, getJob, getJobs, getSession } from "./api.js";
 import { change, dropJob, look, putJobs } from "./store.js";
 
@@ -6,7 +6,7 @@ const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 30_000;
 const HEALTH_MS = 10_000;
 const NOW_MS = 30_000;
-const FRAMES_PAUSE_MS = 250; // Frames that end together are asked for together.
+const FRAMES_PAUSE_MS = 250; // Frames that end at the same time are requested together.
 export const FRAMES_A_PAGE = 120;
 
 let stream = null;
@@ -19,12 +19,10 @@ export function start() {
   setInterval(() => change({ now_ms: Date.now() }), NOW_MS);
 }
 
-// --- the stream -----------------------------------------------------------------------------------------------------
-
 function connect() {
   stream = new EventSource(eventsUrl);
   stream.addEventListener("open", async () => {
-    // Whatever was said while nobody listened.
+    // Load the changes that happened before the stream was open.
     if (await refresh()) change({ link: "live" });
     wait_ms = FIRST_WAIT_MS;
   });
@@ -53,7 +51,7 @@ function hearJob(job) {
   const before = look().jobs[job.id];
   putJobs([job]);
   const frames = look().frames;
-  // Retry and cancel move many frames without a word about each.
+  // Retry and cancel change many frames without an event for each.
   if (frames?.job === job.id && before?.status !== job.status) renewPages();
 }
 
@@ -73,8 +71,6 @@ function hearFrame({ job, frame, status }) {
   if (status === "done") renewPage(job, index);
 }
 
-// --- asking ---------------------------------------------------------------------------------------------------------
-
 // Returns whether the service answered.
 async function refresh() {
   try {
@@ -93,7 +89,7 @@ async function refresh() {
 async function loadJobs() {
   const page = await getJobs();
   putJobs(page.items);
-  // A longer list that the user asked for stays as it is.
+  // A longer list that the user has loaded stays.
   change(look().jobsLoaded ? {} : { jobsLoaded: true, jobsCursor: page.next_cursor });
 }
 
@@ -120,13 +116,11 @@ function watchHealth() {
     try {
       await loadHealth();
     } catch {
-      // A half-open stream says nothing; that the service does not answer does.
+      // A half-open stream reports no error, so a failed request is the sign that the service is unavailable.
       if (look().link === "live") reconnect();
     }
   }, HEALTH_MS);
 }
-
-// --- frames of the open job -----------------------------------------------------------------------------------------
 
 export async function openFrames(job) {
   change({ frames: { job, pages: [], cursor: null } });
@@ -138,7 +132,7 @@ export async function loadMoreFrames() {
   const { job, cursor } = look().frames;
   const page = await getFrames(job, cursor, FRAMES_A_PAGE);
   const frames = look().frames;
-  if (frames?.job !== job || frames.cursor !== cursor) return; // Another job was opened meanwhile.
+  if (frames?.job !== job || frames.cursor !== cursor) return; // Another job was opened in the meantime.
   change({ frames: { job, pages: [...frames.pages, { cursor, items: page.items }], cursor: page.next_cursor } });
 }
 

@@ -1,4 +1,4 @@
-// The page that asks for a key. The form works without this file; with it, a wrong key is said beside the field.
+// The login page. The form works without this file; with it, an invalid key is reported at the field.
 import { logIn } from "./api.js";
 
 const form = document.querySelector("form");

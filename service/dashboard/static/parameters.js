@@ -1,10 +1,10 @@
-// What the chosen scene lets a job set. A field that is left alone keeps the scene's default.
+// The parameters of the chosen scene. An empty field keeps the default of the scene.
 import { html } from "./html.js";
 import { Field, numberOr } from "./field.js";
 
 export const fieldsOf = (names) => Object.fromEntries(names.map((name) => [`p-${name}`, `parameters.${name}`]));
 
-// Texts of inputs as the values that the scene's types ask for.
+// Converts the texts of inputs to the types of the parameters.
 export function valuesOf(scene, texts) {
   const valueOf = (name, text) =>
     ["number", "integer"].includes(scene.parameters[name].type) ? numberOr(text) : text;

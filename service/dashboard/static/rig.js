@@ -1,4 +1,4 @@
-// What the job was asked for: the optics, the sequence, and what the check of the optics found worth saying.
+// The specification of a job: optics, sequence, and the notes of the check of the optics.
 import { by, count, duration, quantity } from "./format.js";
 import { html } from "./html.js";
 
@@ -7,7 +7,7 @@ export function Rig({ job }) {
   const { lens_array: array, camera } = spec.rig;
   const facts = [
     ["Lenses", by(size.lens_rows, size.lens_cols)],
-    ["Pixels a lens", by(size.px_per_lens, size.px_per_lens)],
+    ["Pixels per lens", by(size.px_per_lens, size.px_per_lens)],
     ["Integral image", `${by(size.cols, size.rows)} px`],
     ["Pitch", `${quantity(array.pitch_mm)} mm`],
     ["Focal length", `${quantity(array.focal_length_mm)} mm`],
@@ -32,7 +32,7 @@ export function Rig({ job }) {
   `;
 }
 
-// By name, by name and focal length, surface by surface, or none.
+// The imaging lens is given by name, by name and focal length, by surfaces, or not at all.
 function lensName(lens) {
   if (lens === null) return "none (direct pickup)";
   if (typeof lens === "string") return lens;

@@ -1,6 +1,6 @@
-// What the graphics card does: a picture of one pixel a lens from the atlas of views, then that picture enlarged.
-// Textures hold sRGB and are read as linear light. Row 0 of a texture is the top of the picture. Views are read texel
-// by texel, so none ever shows its neighbour's border.
+// The shaders: a picture with one pixel per lens from the atlas of views, and the enlargement of that picture.
+// Textures contain sRGB and are read as linear light. Row 0 of a texture is the top of the picture. Views are read
+// texel by texel, so that no view shows the border of its neighbour.
 
 export const EVERYWHERE = `#version 300 es
 void main() {
@@ -11,11 +11,11 @@ const HEAD = `#version 300 es
 precision highp float;
 precision highp int;
 precision highp sampler2D;
-uniform ivec2 size; // of a view, px
+uniform ivec2 size; // the size of a view in px
 out vec4 light;
 `;
 
-// Four views, each with its share.
+// The weighted mean of four views.
 export const BLEND = `${HEAD}
 uniform sampler2D atlas;
 uniform ivec2 cell[4];
@@ -26,13 +26,13 @@ void main() {
   light = vec4(sum, 1.0);
 }`;
 
-// All views, each shifted against the eye and linearly interpolated; pixels that would come from beyond the array do
-// not count, as in lippmann/lightfield/refocus. Shifts are rounded a little: whole ones need no neighbour.
+// The mean of all views, each shifted against the eye and interpolated linearly. Pixels from beyond the array do not
+// count, as in lippmann/lightfield/refocus. Shifts are rounded slightly, since integer ones need no interpolation.
 export const REFOCUS = `${HEAD}
 uniform sampler2D atlas;
-uniform sampler2D present; // of every view, whether there is one
-uniform ivec2 grid; // of views
-uniform vec2 movement; // from one view to the next, px
+uniform sampler2D present; // for every cell, whether it contains a view
+uniform ivec2 grid; // the number of views
+uniform vec2 movement; // the shift from one view to the next in px
 vec3 at(ivec2 place) {
   return texelFetch(atlas, place, 0).rgb;
 }
@@ -56,7 +56,7 @@ void main() {
   light = vec4(sum.rgb / max(sum.a, 1e-6), 1.0);
 }`;
 
-// Enlarged: squares, or smooth by the cubic filter with B = C = 1/3 (Mitchell, Netravali, SIGGRAPH 1988).
+// The enlargement: squares, or smooth by the cubic filter with B = C = 1/3 (Mitchell, Netravali, SIGGRAPH 1988).
 export const ENLARGE = `${HEAD}
 uniform sampler2D picture;
 uniform vec2 canvas; // px

@@ -1,16 +1,16 @@
-// What the page knows: one object, one way to change it, one way to watch it.
+// The state of the page: one object, one function that changes it, one hook that watches it.
 import { useEffect, useState } from "preact/hooks";
 
-const NOTIFY_MS = 40; // A burst of events draws the page once.
+const NOTIFY_MS = 40; // A burst of events redraws the page once.
 
 let state = {
   link: "starting", // starting | live | polling | lost
-  now_ms: Date.now(), // for "3 min ago"; moves twice a minute
-  session: null, // who is logged in: {name, role}
+  now_ms: Date.now(), // for "3 min ago"; updated twice a minute
+  session: null, // the logged-in user: {name, role}
   health: null,
   scenes: null,
   jobs: {}, // by id
-  jobsCursor: null, // where the next page of the list begins
+  jobsCursor: null, // the cursor of the next page
   jobsLoaded: false,
   frames: null, // of the open job: {job, pages: [{cursor, items}], cursor}
 };
@@ -29,7 +29,7 @@ function notify() {
   for (const watch of [...watchers]) watch();
 }
 
-// A part of what the page knows; the component draws again when that part is another object.
+// A part of the state; the component is redrawn when that part is another object.
 export function useKnown(select, inputs = []) {
   const [, draw] = useState(null);
   useEffect(() => {
@@ -40,7 +40,7 @@ export function useKnown(select, inputs = []) {
       seen = now;
     };
     watchers.add(watch);
-    draw({}); // What changed between drawing and watching.
+    draw({}); // A change between drawing and watching.
     return () => watchers.delete(watch);
   }, inputs);
   return select(state);
@@ -55,8 +55,8 @@ export function dropJob(id) {
   change({ jobs });
 }
 
-// A viewer looks on; buttons that the service would refuse are not shown.
+// A viewer may change nothing, so the buttons that the service would refuse are hidden.
 export const mayChange = (known) => known.session !== null && known.session.role !== "viewer";
 
-// Jobs newest first: their ids rise with time.
+// Jobs, newest first; their ids rise with time.
 export const newestFirst = (jobs) => Object.values(jobs).sort((a, b) => (a.id < b.id ? 1 : -1));

@@ -1,4 +1,4 @@
-// A new job: pick a scene, say which frames and which optics. What the service refuses is said beside its field.
+// The form for a new job: scene, frames and optics. Errors of the service appear at their fields.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { getScenes, postJob } from "./api.js";
 import { Design } from "./design.js";
@@ -8,7 +8,7 @@ import { html } from "./html.js";
 import { fieldsOf, Parameters, valuesOf } from "./parameters.js";
 import { change, putJobs, useKnown } from "./store.js";
 
-// What the service takes when a field says nothing else.
+// The defaults of the service.
 const DEFAULTS = {
   title: "",
   frames: "1-8",
@@ -20,7 +20,7 @@ const DEFAULTS = {
   priority: "50",
 };
 
-// The field of the job file that each input fills: what the service complains about is found here, longest name first.
+// The field of the job file for each input, longest name first; errors of the service are assigned by it.
 const FIELDS = {
   scene: "scene",
   title: "title",
@@ -49,7 +49,7 @@ export function Submit() {
   const set = (name) => (event) => setValues({ ...values, [name]: event.target.value });
   const choose = (name) => {
     setSceneName(name);
-    setParameters({}); // They belong to the scene before.
+    setParameters({}); // They belong to the previous scene.
   };
   const said = sortOut(problem, Object.keys(scene?.parameters || {}));
 
@@ -59,7 +59,7 @@ export function Submit() {
     setProblem(null);
     const spec = specOf(scene.name, values, valuesOf(scene, parameters));
     const text = JSON.stringify(spec);
-    // Said again after no answer came, the same job is the same job.
+    // The key makes a repeated submission idempotent if no answer arrived.
     if (last.current.text !== text) last.current = { text, key: newKey() };
     try {
       const job = await postJob(spec, last.current.key);
@@ -83,13 +83,13 @@ export function Submit() {
       <fieldset>
         <legend>Sequence</legend>
         ${input("frames", "Frames", { hint: "1-48:2, 60", wide: true })}
-        ${input("fps", "Frames a second", { inputmode: "decimal" })}
+        ${input("fps", "Frames per second", { inputmode: "decimal" })}
       </fieldset>
       <fieldset>
         <legend>Optics</legend>
         ${input("lens_rows", "Lenses, rows", { inputmode: "numeric" })}
         ${input("lens_cols", "Lenses, columns", { inputmode: "numeric" })}
-        ${input("px_per_lens", "Pixels a lens", { inputmode: "numeric" })}
+        ${input("px_per_lens", "Pixels per lens", { inputmode: "numeric" })}
         ${input("offset_mm", "Offset", { inputmode: "decimal", unit: "mm" })}
         <p class="sum numbers">${sum(values)}</p>
       </fieldset>
@@ -143,7 +143,7 @@ function specOf(scene, values, parameters) {
   };
 }
 
-// The part of a job that its design needs; none while a number is no number yet.
+// The part of a job that the design needs; null while a number is incomplete.
 function opticsOf(scene, values) {
   const { rig } = specOf(scene, values, {});
   const [rows, cols, px] = [...rig.lens_array.count, rig.px_per_lens];
@@ -151,7 +151,7 @@ function opticsOf(scene, values) {
   return isWhole && Number.isFinite(rig.lens_array.offset_mm) ? { scene, rig } : null;
 }
 
-// What the service said, by the input it belongs to; the rest is said of the whole.
+// The errors of the service by input; the others belong to the whole form.
 function sortOut(problem, parameterNames) {
   const said = { whole: [] };
   if (!problem) return said;
@@ -172,5 +172,5 @@ function sum({ lens_rows, lens_cols, px_per_lens }) {
   return `Integral image ${by(cols * px, rows * px)} px, ${many(px * px, "view")} of ${by(cols, rows)} px`;
 }
 
-// Random, also where the page came over plain HTTP and crypto.randomUUID is not there.
+// A random key; crypto.randomUUID does not exist on pages over plain HTTP.
 const newKey = () => Array.from(crypto.getRandomValues(new Uint32Array(4)), (word) => word.toString(36)).join("");

@@ -1,4 +1,4 @@
-// What the job was asked for: videos that a browser plays, and all outputs to take home.
+// The outputs of a job: a player for videos, and links to download all of them.
 import { useEffect, useState } from "preact/hooks";
 import { getSidecar } from "./api.js";
 import { count, many } from "./format.js";
@@ -6,15 +6,15 @@ import { html } from "./html.js";
 
 const PLAYED = /\.(mp4|webm)$/;
 const TITLES = {
-  views: "From view to view",
+  views: "All views",
   centre: "Centre view",
   orthoscopic: "Integral video",
-  integral: "As it was captured",
-  sweep: "An eye that swings",
-  focus: "Focus through depth",
-  stereo: "For two eyes, side by side",
-  anaglyph: "For red-cyan glasses",
-  observer: "What an eye sees",
+  integral: "As captured",
+  sweep: "Moving viewpoint",
+  focus: "Focus sweep",
+  stereo: "Stereo, side by side",
+  anaglyph: "Anaglyph, red-cyan",
+  observer: "Observer",
 };
 const ENDED = ["failed", "cancelled"];
 const MOST_LINKS = 8;
@@ -48,7 +48,7 @@ const title = ({ kind, name }) => {
   return name === `${kind}.mp4` ? said : `${said}: ${name}`;
 };
 
-// Keyed by name, so that a video plays on while the page draws again.
+// The key is the name, so that a video keeps playing when the page is redrawn.
 const player = (output) => html`
   <figure key=${output.name}>
     <video controls loop muted playsinline preload="metadata" src=${output.url} aria-label=${title(output)}></video>
@@ -56,7 +56,7 @@ const player = (output) => html`
   </figure>
 `;
 
-// An output of many files is known by what is told beside it, which lists them.
+// The sidecar of an output of several files lists them.
 function Files({ name, url }) {
   const [files, setFiles] = useState([]);
   useEffect(() => {

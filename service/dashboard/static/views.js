@@ -1,20 +1,20 @@
-// Which views make up what an eye sees. A place is (x, y) from -1 to 1: the outermost views, right and down positive.
+// The views at a position of the eye. A place is (x, y) from -1 to 1, the outermost views; right and down are positive.
 
 export const clamp = (value, low = -1, high = 1) => Math.min(high, Math.max(low, value));
 
-// From a place to view numbers, which need not be whole, and back; one view has no places but its own.
+// Convert a place to fractional view numbers and back; with a single view, every place is that view.
 export const numbersAt = ({ us, vs }, { x, y }) => [((x + 1) / 2) * (us - 1), ((y + 1) / 2) * (vs - 1)];
 export const placeOf = ({ us, vs }, u, v) => ({ x: toPlace(u, us), y: toPlace(v, vs) });
 const toPlace = (number, count) => (count > 1 ? clamp((2 * number) / (count - 1) - 1) : 0);
 
-// The next whole view in a direction: a sharp one, as it lies between none.
+// The next view in a direction. It is sharp, because it is not interpolated.
 export function nextPlace(look, place, [across, down]) {
   const [u, v] = numbersAt(look, place);
   return placeOf(look, across ? step(u, across) : u, down ? step(v, down) : v);
 }
 const step = (number, by) => (by > 0 ? Math.floor(number + 1e-6) + 1 : Math.ceil(number - 1e-6) - 1);
 
-// The whole view nearest to a place that there is.
+// The existing view that is nearest to a place.
 export function nearestView(look, place) {
   const missing = new Set(look.missing.map(String));
   const [u, v] = numbersAt(look, place);
@@ -30,13 +30,13 @@ export function nearestView(look, place) {
 
 export const isWhole = ({ atlas, us, vs }) => atlas.us.length === us && atlas.vs.length === vs;
 
-// Of every cell of an atlas, by rows, whether there is a view in it.
+// For every cell of an atlas, by rows: whether it contains a view.
 export function presence({ atlas, missing }) {
   const gone = new Set(missing.map(String));
   return atlas.vs.flatMap((v) => atlas.us.map((u) => !gone.has(String([u, v]))));
 }
 
-// Of every cell of an atlas the [col, row] of the view to show for it: its own, else the nearest there is.
+// For every cell of an atlas: the [col, row] of its view, or of the nearest existing one.
 export function substitutes(look) {
   const { us, vs } = look.atlas;
   const cells = vs.flatMap((v, row) => us.map((u, col) => ({ u, v, at: [col, row] })));
@@ -48,7 +48,7 @@ export function substitutes(look) {
   return cells.map((cell) => (isThere.has(cell) ? cell : nearest(cell)).at);
 }
 
-// The four cells round a place and the share of each, which come to 1: [{at: [col, row], share}].
+// The four cells around a place with their weights, which add up to 1: [{at: [col, row], share}].
 export function blend(look, stands, place) {
   const [u, v] = numbersAt(look, place);
   const { us, vs } = look.atlas;
@@ -66,7 +66,7 @@ export function blend(look, stands, place) {
   });
 }
 
-// Where a number lies among rising ones: the place of the one before it, and how far it is to the next, from 0 to 1.
+// The position of a number among rising ones: the index before it, and the fraction of the way to the next.
 function between(numbers, number) {
   const after = numbers.findIndex((each) => each > number);
   if (after === 0) return [0, 0];

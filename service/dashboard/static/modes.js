@@ -1,13 +1,13 @@
-// The ways of looking into a frame. Each says, of {look, stand}: what is filled in where nothing was said (`filled`),
-// which picture of the service's shows it (`query`), what an arrow key and a drag change (`stepped`, `dragged`), how
-// the graphics card paints it (`paint`), what is said of it (`said`), and what it can be set to (`Controls`).
+// The modes of the interactive view. Each mode defines, for {look, stand}: the defaults (`filled`), the picture of the
+// service that shows it (`query`), the effect of an arrow key and of a drag (`stepped`, `dragged`), how the graphics
+// card draws it (`paint`), its description (`said`), and its controls (`Controls`).
 import { Choice } from "./choice.js";
 import { by, count, quantity } from "./format.js";
 import { html } from "./html.js";
 import { clamp, nearestView, nextPlace, numbersAt, placeOf } from "./views.js";
 
 export const START = {
-  place: null, // of the eye among the views; see views.js
+  place: null, // the position of the eye among the views; see views.js
   isSwaying: !matchMedia("(prefers-reduced-motion: reduce)").matches,
   isSmooth: true,
   depth_mm: null,
@@ -23,7 +23,7 @@ const ENLARGEMENTS = [
   [true, "Smooth"],
   [false, "Pixels"],
 ];
-const SEEN_PX = 480; // Longer side of an eye's picture.
+const SEEN_PX = 480; // The longer side of the picture of one eye.
 const EYE_STEP_MM = 10;
 
 export const around = {
@@ -55,7 +55,7 @@ export const around = {
 
 export const refocus = {
   name: "refocused",
-  hint: "Press the arrow keys to move the focus to and fro.",
+  hint: "Press the arrow keys to change the depth.",
   filled: (look, stand) => {
     const { least_mm, most_mm, rounded } = scaleOf(look);
     return { ...stand, depth_mm: clamp(rounded(stand.depth_mm ?? look.depths.reference_mm ?? 0), least_mm, most_mm) };
@@ -91,7 +91,7 @@ export const seen = {
   stepped: ({ stand: { eye } }, [across, down]) => ({
     eye: { ...eye, x: eye.x + across * EYE_STEP_MM, y: eye.y - down * EYE_STEP_MM },
   }),
-  // As far as a lens shows its own cell.
+  // A drag over the whole picture moves the eye through the viewing zone.
   dragged: ({ look, stand: { eye } }, across, down) => {
     const zone_mm = (look.pitch_mm * eye.z) / look.gap_mm;
     return { eye: { ...eye, x: Math.round(eye.x + across * zone_mm), y: Math.round(eye.y - down * zone_mm) } };
@@ -112,7 +112,7 @@ export const seen = {
   },
 };
 
-// The depths to choose from: a hundred or a few more, in steps of a handy size.
+// The range of the depth slider: about a hundred round steps.
 function scaleOf({ depths: { from_mm, to_mm } }) {
   const step_mm = 10 ** Math.ceil(Math.log10(Math.max(to_mm - from_mm, 1e-3) / 200)) / 2;
   const steps = (count) => Number((count * step_mm).toPrecision(9));

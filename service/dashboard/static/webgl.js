@@ -1,13 +1,13 @@
-// Paints views and other focuses from the atlas of a frame with WebGL2.
+// Draws views and refocused pictures from the atlas of a frame with WebGL2.
 import { BLEND, ENLARGE, EVERYWHERE, REFOCUS } from "./shaders.js";
 import { blend, presence, substitutes } from "./views.js";
 
-export const MAX_ATLAS_PX = 4096; // Side of a texture that telephones take, 64 MiB.
+export const MAX_ATLAS_PX = 4096; // The largest texture side that phones support, 64 MiB.
 
 export class Painter {
-  // Throws where there is no WebGL2.
+  // Throws if WebGL2 is not available.
   constructor(canvas) {
-    // Kept for whoever saves the picture from the canvas.
+    // The buffer is preserved so that users can save the picture of the canvas.
     const wanted = { alpha: false, antialias: false, depth: false, preserveDrawingBuffer: true };
     const gl = canvas.getContext("webgl2", wanted);
     if (!gl || gl.getParameter(gl.MAX_TEXTURE_SIZE) < MAX_ATLAS_PX) throw new Error("There is no WebGL2 for this.");
@@ -17,7 +17,7 @@ export class Painter {
     this.look = null;
   }
 
-  // Takes the atlas of a frame; what it replaces goes.
+  // Uploads the atlas of a frame and deletes the one before.
   load(look, bitmap) {
     const { gl } = this;
     for (const old of [this.atlas, this.present, this.picture]) gl.deleteTexture(old);
@@ -37,7 +37,7 @@ export class Painter {
     this.look = look;
   }
 
-  // What an eye at a place sees.
+  // Draws the view from a position of the eye.
   around(place, isSmooth) {
     const { gl } = this;
     const cells = blend(this.look, this.stands, place);
@@ -47,7 +47,7 @@ export class Painter {
     this.end(isSmooth);
   }
 
-  // What is sharp at a depth.
+  // Draws the picture that is sharp at a depth.
   focused(depth_mm, isSmooth) {
     const { gl, look } = this;
     const use = this.begin(this.programs.refocus, this.atlas);
@@ -84,7 +84,7 @@ export class Painter {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  // Browsers lend few contexts: this one is given back.
+  // Browsers allow few contexts, so this one is released.
   close() {
     this.gl.getExtension("WEBGL_lose_context")?.loseContext();
   }
@@ -94,7 +94,7 @@ function texture(gl, format, width, height) {
   const made = gl.createTexture();
   gl.bindTexture(gl.TEXTURE_2D, made);
   gl.texStorage2D(gl.TEXTURE_2D, 1, format, width, height);
-  // Nothing is filtered: an integer address is all that the shaders use.
+  // Textures need no filter, because the shaders read single texels.
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.NEAREST);
   gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MAG_FILTER, gl.NEAREST);
   return made;

@@ -1,16 +1,16 @@
-// One picture of a frame as it is; pixel by pixel when wanted. Enlarged, its pixels are squares: what lies under each
-// lens is what there is to see.
+// One static picture of a frame, scaled to fit or by an integer. Enlarged pixels are squares, so that the cell under
+// each lens is visible.
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import { asPng } from "./api.js";
 import { Choice } from "./choice.js";
-import { Foot } from "./foot.js";
+import { Footer } from "./footer.js";
 import { by } from "./format.js";
 import { html } from "./html.js";
 
-const SCALES = [0, 1, 2, 4, 8]; // 0: as large as there is room
+const SCALES = [0, 1, 2, 4, 8]; // 0: scaled to fit
 const TITLES = SCALES.map((value) => [value, value ? `${value}×` : "Fit"]);
 
-export function Still({ item, frame, picture, keys, foot }) {
+export function StaticPicture({ item, frame, picture, keys, foot }) {
   const stage = useRef(null);
   const centre = useRef(null);
   const [scale, setScale] = useState(0);
@@ -44,14 +44,14 @@ export function Still({ item, frame, picture, keys, foot }) {
     <div class="bar controls">
       <${Choice} name="Scale" choices=${TITLES} chosen=${scale} choose=${scaleTo} />
     </div>
-    <${Foot} ...${foot} said=${size && state === "ready" && `${by(size.width, size.height)} px`}>
+    <${Footer} ...${foot} said=${size && state === "ready" && `${by(size.width, size.height)} px`}>
       <a href=${url} download>PNG</a>
       ${item && html`<a href=${item[picture]} download>EXR</a>`}
     <//>
   `;
 }
 
-// Returns what scrolls the stage so that the middle stays the middle.
+// Returns a function that scrolls the stage so that its centre stays in place.
 function keepCentre(stage) {
   const across = (stage.scrollLeft + stage.clientWidth / 2) / stage.scrollWidth;
   const down = (stage.scrollTop + stage.clientHeight / 2) / stage.scrollHeight;

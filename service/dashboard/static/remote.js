@@ -1,14 +1,14 @@
-// A picture that the service makes when it is asked; the last one stays until the next is there.
+// A picture that the service makes on demand; the previous one stays until the next is loaded.
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
-import { useAnswer } from "./answer.js";
+import { useRequest } from "./request.js";
 import { getPicture } from "./api.js";
 import { html } from "./html.js";
 
 const PAUSE_MS = 120;
 
-export function Fetched({ url, label, isSmooth }) {
+export function RemotePicture({ url, label, isSmooth }) {
   const canvas = useRef(null);
-  const { value: bitmap, fault, isWaiting } = useAnswer(url, (signal) => getPicture(url, signal), PAUSE_MS);
+  const { value: bitmap, fault, isWaiting } = useRequest(url, (signal) => getPicture(url, signal), PAUSE_MS);
   useLayoutEffect(() => {
     if (!bitmap) return;
     canvas.current.width = bitmap.width;

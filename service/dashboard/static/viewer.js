@@ -1,22 +1,22 @@
-// Looking into a frame: around in its views, at another focus, and as somebody before the display sees it.
+// The interactive view of a frame: look around in its views, refocus it, or see it as an observer does.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { useAnswer } from "./answer.js";
+import { useRequest } from "./request.js";
 import { getLook, getPicture, lookUrl } from "./api.js";
-import { Fetched } from "./fetched.js";
-import { Foot } from "./foot.js";
+import { RemotePicture } from "./remote.js";
+import { Footer } from "./footer.js";
 import { html } from "./html.js";
-import { around, refocus, seen } from "./looks.js";
-import { MAX_ATLAS_PX } from "./painter.js";
-import { Painting } from "./painting.js";
+import { around, refocus, seen } from "./modes.js";
+import { MAX_ATLAS_PX } from "./webgl.js";
+import { ViewCanvas } from "./canvas.js";
 import { isWhole } from "./views.js";
 
 const LOOKS = { around, refocus, seen };
-// An atlas up to here comes as it is, and focuses are made of it here; a larger one comes lossy.
+// The largest atlas that is loaded as PNG and refocused in the browser; a larger one is loaded as lossy WebP.
 const EXACT_PX = 2048 ** 2;
 
-export function Looking({ job, frame, mode, stand, change, keys, foot }) {
+export function Viewer({ job, frame, mode, stand, change, keys, foot }) {
   const [canPaint, setCanPaint] = useState(true);
-  const found = useAnswer(`${job} ${frame}`, (signal) => getLook(job, frame, MAX_ATLAS_PX, signal));
+  const found = useRequest(`${job} ${frame}`, (signal) => getLook(job, frame, MAX_ATLAS_PX, signal));
   const look = found.value;
   const isExact = look && isWhole(look) && look.atlas.rows * look.atlas.cols <= EXACT_PX;
   const isPainted = canPaint && (mode === "around" || (mode === "refocus" && isExact !== false));
@@ -34,7 +34,7 @@ export function Looking({ job, frame, mode, stand, change, keys, foot }) {
     marker.current?.setAttribute("cx", 50 + 42 * place.x);
     marker.current?.setAttribute("cy", 50 + 42 * place.y);
   };
-  // Where things are now, also in the middle of a sway.
+  // The present state, also during the sway.
   const current = () => {
     const place = (isSwaying && at.current) || given.stand.place;
     return { ...given, stand: { ...given.stand, place } };
@@ -55,11 +55,11 @@ export function Looking({ job, frame, mode, stand, change, keys, foot }) {
       ...${drag}>
       ${isPainted
         ? html`
-            <${Painting} atlas=${atlas.value} label=${label} place=${given?.stand.place} isSwaying=${isSwaying}
+            <${ViewCanvas} atlas=${atlas.value} label=${label} place=${given?.stand.place} isSwaying=${isSwaying}
               isWaiting=${found.isWaiting || atlas.isWaiting} onPlace=${onPlace} onLost=${() => setCanPaint(false)}
               paint=${(painter, place) => kind.paint(painter, place, given.stand)} />
           `
-        : url && html`<${Fetched} url=${url} label=${label} isSmooth=${stand.isSmooth || mode === "seen"} />`}
+        : url && html`<${RemotePicture} url=${url} label=${label} isSmooth=${stand.isSmooth || mode === "seen"} />`}
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
       ${mode === "around" && look && html`<${Place} place=${given.stand.place} marker=${marker} />`}
     </div>
@@ -67,21 +67,21 @@ export function Looking({ job, frame, mode, stand, change, keys, foot }) {
     <div class="bar controls">
       ${given && html`<${kind.Controls} ...${given} pause=${() => move({ place: current().stand.place })} />`}
     </div>
-    <${Foot} ...${foot} said=${given && !isSwaying ? kind.said(given) : ""}>
+    <${Footer} ...${foot} said=${given && !isSwaying ? kind.said(given) : ""}>
       ${url && html`<a href=${url} download>PNG</a>`}
     <//>
   `;
 }
 
-// The atlas of what is looked into: {look, bitmap}. What it replaces is given back at once: it may be large.
+// Loads the atlas of a frame as {look, bitmap}. The bitmap that it replaces is closed at once, since it may be large.
 function useAtlas(look, isWanted, isExact) {
   const url = look && isWanted ? `${look.atlas.url}&format=${isExact ? "png" : "webp"}` : null;
-  const atlas = useAnswer(url, async (signal) => ({ look, bitmap: await getPicture(url, signal) }));
+  const atlas = useRequest(url, async (signal) => ({ look, bitmap: await getPicture(url, signal) }));
   useEffect(() => () => atlas.value?.bitmap.close(), [atlas.value]);
   return atlas;
 }
 
-// `grab(event)` returns what is to be done at every (across, down) from there, px; null for nothing.
+// `grab(event)` returns a function that is called with every movement (across, down) in px, or null.
 function useDrag(grab) {
   const held = useRef(null);
   const release = () => (held.current = null);
@@ -98,7 +98,7 @@ function useDrag(grab) {
   };
 }
 
-// Where the eye is among the views.
+// The position of the eye among the views.
 function Place({ place, marker }) {
   return html`
     <svg class="place" viewBox="0 0 100 100" aria-hidden="true">

@@ -1,19 +1,19 @@
-// Views and other focuses as the graphics card paints them, at once; the eye sways until somebody takes over.
+// Draws views and refocused pictures by the graphics card; the eye sways until the user moves it.
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
 import { html } from "./html.js";
-import { Painter } from "./painter.js";
+import { Painter } from "./webgl.js";
 import { clamp } from "./views.js";
 
-const SWAY_S = 9; // Once there and back.
-const SWAY = { x: 0.55, y: 0.2 }; // How far, of the way to the outermost views.
-const SETTLE_S = 1.5; // From where the eye was left to the way that it sways.
-const MAX_SIDE_PX = 2048; // Of the canvas; a browser enlarges what is larger.
-const SLOW_MS = 60; // From frame to frame: so many in a row, and there is less to paint from then on.
+const SWAY_S = 9; // The period of the sway.
+const SWAY = { x: 0.55, y: 0.2 }; // The amplitude, as a part of the way to the outermost views.
+const SETTLE_S = 1.5; // The time from the last position of the eye to the path of the sway.
+const MAX_SIDE_PX = 2048; // The longest side of the canvas; the browser enlarges it beyond that.
+const SLOW_MS = 60; // The time per frame above which the canvas gets fewer pixels.
 const SLOW_FRAMES = 4;
 const LEAST_DETAIL = 0.25;
 
-// `paint(painter, place)` paints; `onPlace` hears of every place on the way, `onLost` that there is no painting here.
-export function Painting({ atlas, label, place, paint, isSwaying, isWaiting, onPlace, onLost }) {
+// `paint(painter, place)` draws; `onPlace` is called with every position, `onLost` if WebGL2 is not available.
+export function ViewCanvas({ atlas, label, place, paint, isSwaying, isWaiting, onPlace, onLost }) {
   const canvas = useRef(null);
   const painter = useRef(null);
   const now = useRef({});
@@ -40,7 +40,7 @@ export function Painting({ atlas, label, place, paint, isSwaying, isWaiting, onP
     if (atlas) painter.current?.load(atlas.look, atlas.bitmap);
   }, [atlas]);
 
-  // One picture for every frame of the screen, however many events came.
+  // Draw once per screen frame, whatever the number of events.
   const draw = useRef(null);
   draw.current ??= once((now_ms) => {
     if (!painter.current?.look) return;
@@ -65,7 +65,7 @@ export function Painting({ atlas, label, place, paint, isSwaying, isWaiting, onP
   `;
 }
 
-// Asks for the next frame of the screen, unless that is asked for.
+// Requests the next screen frame, unless it is already requested.
 function once(paint) {
   let isAsked = false;
   return () => {
@@ -85,7 +85,7 @@ function swayed(left, seconds) {
   return { x: mix(left.x, SWAY.x * Math.sin(turn)), y: mix(left.y, SWAY.y * Math.sin(2 * turn)) };
 }
 
-// Where a machine without a graphics card cannot keep up, the canvas gets fewer pixels.
+// On a machine without a fast graphics card, the canvas gets fewer pixels.
 function notice(pace, isSwaying, now_ms) {
   const isSlow = isSwaying && pace.last_ms !== null && now_ms - pace.last_ms > SLOW_MS;
   pace.slow = isSlow ? pace.slow + 1 : 0;
@@ -95,7 +95,7 @@ function notice(pace, isSwaying, now_ms) {
   pace.slow = 0;
 }
 
-// As many pixels as the screen has there, or a part of them, in the shape of a view.
+// The number of screen pixels, or a part of them, with the aspect ratio of a view.
 function fit(canvas, { view_cols, view_rows }, detail) {
   const room = canvas.parentElement;
   const scale = Math.min(room.clientWidth / view_cols, room.clientHeight / view_rows) * devicePixelRatio * detail;

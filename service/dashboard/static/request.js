@@ -1,12 +1,12 @@
-// What a question brings. The last one wins: what was asked before is given up, and its answer stays until the next.
+// The result of the latest request. Earlier requests are aborted; their result stays until the next one arrives.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { Unreachable } from "./api.js";
 
-const AGAIN_MS = 3000; // While nobody answers.
+const AGAIN_MS = 3000; // The interval of retries while the service does not answer.
 
-// `question` is a text, null for none; `ask(signal)` brings its answer. Returns {value, fault, isWaiting}. Questions in
-// quick succession are asked `pause_ms` after the last of them.
-export function useAnswer(question, ask, pause_ms = 0) {
+// `question` identifies the request, null means none; `ask(signal)` sends it. Returns {value, fault, isWaiting}. Of
+// requests in quick succession only the last is sent, `pause_ms` after it.
+export function useRequest(question, ask, pause_ms = 0) {
   const [found, setFound] = useState({ value: null, fault: "", isAway: false, isWaiting: false });
   const [round, setRound] = useState(0);
   const value = useRef(null);
