@@ -81,7 +81,7 @@ def test_videos_of_every_kind_play_and_files_of_other_outputs_can_be_taken_home(
     job_id = farm.submit(outputs=["stereo.mp4", "anaglyph.webm", "view_grid.png"])
     until(lambda: farm.service.status(job_id) == "done")
     log_in()
-    for title in ("For two eyes, side by side", "For red-cyan glasses: anaglyph.webm"):
+    for title in ("Stereo, side by side", "Anaglyph, red-cyan: anaglyph.webm"):
         video = page.get_by_label(title)
         video.evaluate("video => video.play()")
         until(lambda video=video: video.evaluate("video => video.currentTime > 0 && video.videoWidth") == 240)
