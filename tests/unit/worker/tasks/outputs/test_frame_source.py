@@ -13,21 +13,21 @@ from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from worker.store.local import LocalStore
 from worker.tasks.attempt import failure_of
-from worker.tasks.outputs.footage import Footage
+from worker.tasks.outputs.frame_source import FrameSource
 
 SPEC = JobSpec.model_validate({"scene": "fish", "frames": "1-3", "rig": {"lens_array": {"count": [4, 4]}}})
 
 
-def _rows(footage: Footage, frame: int) -> None:
-    with footage.orthoscopic_rows(frame):
+def _rows(source: FrameSource, frame: int) -> None:
+    with source.orthoscopic_rows(frame):
         pass
 
 
-@pytest.mark.parametrize("read", [Footage.image, Footage.depth, _rows])
+@pytest.mark.parametrize("read", [FrameSource.image, FrameSource.depth, _rows])
 @pytest.mark.parametrize("damaged", [False, True])
-def test_the_failure_names_the_frame(tmp_path: Path, read: Callable[[Footage, int], object], damaged: bool) -> None:
+def test_the_failure_names_the_frame(tmp_path: Path, read: Callable[[FrameSource, int], object], damaged: bool) -> None:
     store = LocalStore(tmp_path)
-    footage = Footage(
+    source = FrameSource(
         frames=SPEC.frame_numbers,
         fps=SPEC.fps,
         layout=display_size(SPEC.rig),
@@ -41,5 +41,5 @@ def test_the_failure_names_the_frame(tmp_path: Path, read: Callable[[Footage, in
         for name in (names.orthoscopic_name(2), names.depth_name(2)):
             store.put_bytes(name, b"no picture")
     with pytest.raises(ArtifactBroken if damaged else ArtifactMissing) as raised:
-        read(footage, 2)
+        read(source, 2)
     assert failure_of(raised.value).frame == 2
