@@ -26,7 +26,7 @@ from lippmann.job.events import Event, EventKind, Failure, Presence, ProbeResult
 from lippmann.job.orders import Order
 
 FINAL_EVENT_S = 60.0
-"""How long the publishing of `done` and `failed` is retried while Redis is unreachable."""
+"""The time for which the publishing of `done` and `failed` is retried while Redis is unreachable."""
 
 
 class BrokerClient:
@@ -112,7 +112,7 @@ class AttemptHeartbeat:
         self._worker_stopping = worker_stopping
         self._stop_seen = threading.Event()
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._beat, name="heartbeat", daemon=True)
+        self._thread = threading.Thread(target=self._run, name="heartbeat", daemon=True)
 
     def should_stop(self) -> bool:
         """Return whether the attempt should end now: the service or the shutdown of the worker requests it."""
@@ -128,17 +128,17 @@ class AttemptHeartbeat:
         self._ended.set()
         self._thread.join()
 
-    def _hangs(self) -> bool:
+    def _is_hung(self) -> bool:
         progress, since_s = self._moved
         if self.progress != progress:
             self._moved = (self.progress, time.monotonic())
             return False
         return time.monotonic() - since_s > self._hung_s
 
-    def _beat(self) -> None:
+    def _run(self) -> None:
         next_beat = 0.0
         while not self._ended.wait(wire.STOP_POLL_S):
-            if self._hangs():
+            if self._is_hung():
                 os.kill(os.getpid(), signal.SIGKILL)
             try:
                 if self._broker.stop_requested(self._order.attempt):

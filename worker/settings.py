@@ -54,15 +54,15 @@ class WorkerSettings(BaseSettings):
 
     @property
     def attempts_dir(self) -> Path:
-        """Where each attempt has its folder."""
+        """The folder with a folder for each attempt."""
         return self.scratch_dir / "attempts"
 
     @property
     def bundles_dir(self) -> Path:
-        """Where scene bundles are unpacked."""
+        """The folder in which scene bundles are unpacked."""
         return self.scratch_dir / "bundles"
 
     @property
     def stopping_file(self) -> Path:
-        """What is there while the worker is being shut down."""
+        """A file that exists while the worker is shutting down."""
         return self.scratch_dir / f"{STOPPING}{self.worker_name}"

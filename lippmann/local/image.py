@@ -44,7 +44,7 @@ from lippmann.local.files.image_files import preview_png, save_image
 from lippmann.local.files.master import depth_beside, read_depth, read_master, rig_in
 from lippmann.plan.design.observed_display import observed_display
 from worker.images.colour import linear_light
-from worker.images.imported import FOREIGN_SUFFIXES, read_foreign
+from worker.images.imported import FOREIGN_SUFFIXES, read_imported
 
 Light = NDArray[np.floating[Any]]
 Place = Eye | tuple[float, float, float]
@@ -135,7 +135,8 @@ class IntegralImage(lightfield.IntegralImage):
         if layout is None:
             raise BadInput(f"{file}: expected a master whose header names its rig, or a layout, got neither")
         return cls(
-            pixels=read_foreign(file, linear=linear), layout=layout, pitch_mm=pitch_mm, focal_length_mm=focal_length_mm,
+            pixels=read_imported(file, linear=linear),
+            layout=layout, pitch_mm=pitch_mm, focal_length_mm=focal_length_mm,
             pseudoscopic=pseudoscopic, inverted=inverted,
         )  # fmt: skip
 

@@ -26,11 +26,11 @@ from lippmann.lightfield.views.views import centre, view, views_grid
 from lippmann.local.files.master import naming, rig_in, whole_picture
 from lippmann.local.files.writable import check_writable
 from lippmann.plan import artifact_names as names
-from lippmann.plan.imported import foreign_rig, lens_grid, upright_first
+from lippmann.plan.imported import imported_rig, lens_grid, upright_first
 from lippmann.plan.sampling import device_pixels, display_size, frame_size
 from lippmann.terminal.progress import ProgressLine
 from worker.images.colour_space import NOT_NAMED, colour_notes
-from worker.images.imported import FOREIGN_SUFFIXES, read_foreign
+from worker.images.imported import FOREIGN_SUFFIXES, read_imported
 from worker.images.write import write_exr, write_png, write_thumbnail
 from worker.tasks.assemble import THUMB_PX
 
@@ -145,7 +145,7 @@ def find_lenses(path: Path, picture: NDArray[np.float32], options: ImportOptions
         notes = _scale_notes(geometry) + (dropped if kept is not placed else ())
         by: Literal["said", "white", "picture"] = "said" if found is None else "white" if options.white else "picture"
         agreement = found.agreement if found else None
-        return Lenses(geometry, kept, foreign_rig(geometry, kept), by, agreement, notes)
+        return Lenses(geometry, kept, imported_rig(geometry, kept), by, agreement, notes)
 
 
 def write_bundle(files: Sequence[Path], lenses: Lenses, folder: Path, *, title: str, linear: bool = False) -> None:
@@ -224,7 +224,7 @@ def _of_master(path: Path, rig: Rig, picture: NDArray[np.float32], options: Impo
         **(turned | {name: bool(value) for name, value in options.fields.items() if name in turned}),
     )  # fmt: skip
     kept = upright_first(grid, inverted=geometry.inverted)
-    return Lenses(geometry, kept, foreign_rig(geometry, kept), "header", None)
+    return Lenses(geometry, kept, imported_rig(geometry, kept), "header", None)
 
 
 def _found(picture: NDArray[np.float32], options: ImportOptions) -> Calibration | None:
@@ -306,7 +306,7 @@ def _check_suffix(path: Path) -> None:
 def _read(path: Path, options: ImportOptions) -> NDArray[np.float32]:
     _check_suffix(path)
     with whole_picture(path):
-        return read_foreign(path, linear=options.linear)
+        return read_imported(path, linear=options.linear)
 
 
 def _with_override(note: str) -> str:

@@ -45,7 +45,7 @@ def lens_grid(geometry: SheetGeometry, size: tuple[int, ...]) -> LensGrid:
         if geometry.offset_px is None:
             return lenses_in_middle(said, size)
         return lenses_from_first(said, size)
-    place = in_middle if geometry.offset_px is None else _where_it_is
+    place = in_middle if geometry.offset_px is None else _array_place
     placed = place(said, size)
     if not are_whole(placed, size):
         raise LayoutError(
@@ -57,7 +57,7 @@ def lens_grid(geometry: SheetGeometry, size: tuple[int, ...]) -> LensGrid:
 Placement = Callable[[LensGrid, tuple[int, ...]], LensGrid]
 
 
-def _where_it_is(grid: LensGrid, size: tuple[int, ...]) -> LensGrid:
+def _array_place(grid: LensGrid, size: tuple[int, ...]) -> LensGrid:
     return grid
 
 
@@ -132,7 +132,7 @@ def upright_first(grid: LensGrid, *, inverted: bool) -> LensGrid:
     )
 
 
-def foreign_rig(geometry: SheetGeometry, grid: LensGrid) -> Rig:
+def imported_rig(geometry: SheetGeometry, grid: LensGrid) -> Rig:
     """Return the rig for the masters of an imported picture: direct pickup, because no conversion is left to do."""
     array = LensArray(
         lattice=grid.lattice,

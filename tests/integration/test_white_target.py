@@ -19,7 +19,7 @@ from lippmann.optics.rig.bench import bench
 from lippmann.plan.sampling import frame_size
 from tests.builders import small_job
 from tests.unit.lippmann.lightfield.lens_pictures import off_lattice_px
-from worker.images.imported import read_foreign
+from worker.images.imported import read_imported
 from worker.settings import WorkerSettings
 from worker.tasks.local import capture_frame
 
@@ -29,7 +29,7 @@ def _white(folder: Path, **rig: Any) -> tuple[JobSpec, NDArray[np.float32]]:
     spec = small_job("target-white", count=(16, 18), px_per_lens=10, rig={"f_number": 5.6}, **rig)
     _, bundle = find_bundle("target-white")
     capture_frame(spec, bundle, frame=1, out=folder, on_progress=lambda *_: None, settings=WorkerSettings(slots=1))
-    return spec, read_foreign(folder / "integral/0001.exr")
+    return spec, read_imported(folder / "integral/0001.exr")
 
 
 @pytest.mark.parametrize("lattice", ["square", "hexagonal"])

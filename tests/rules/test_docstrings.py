@@ -18,7 +18,7 @@ WHOLE_SENTENCES = ("lippmann/lattice", "lippmann/lightfield", "lippmann/local", 
 """Packages whose docstrings are whole sentences."""
 
 FRAGMENTS = ("Of", "From", "Where", "By", "As", "Likewise", "Whether", "How")
-"""Words with which no docstring begins: what follows is a fragment, which does not stand alone in an editor."""
+"""TextLine with which no docstring begins: what follows is a fragment, which does not stand alone in an editor."""
 
 PHRASES = ("when not said", "is none", "that there is", "lies deep", "when nothing is said", "what is told")
 """Turns of phrase that no docstring has, because an engineer would not search for them."""

@@ -22,8 +22,8 @@ def srgb_codes(linear: NDArray[np.floating[Any]], *, bits: int = 8) -> NDArray[A
     Parameters
     ----------
     linear
-        `(rows, cols, 3)`, floating, Rec. 709 primaries, 1 = white. Below 0 becomes black, above 1 white, and what is
-        not a number black.
+        `(rows, cols, 3)`, floating, Rec. 709 primaries, 1 = white. Values below 0 become black,
+        values above 1 white, and NaN black.
     bits
         8, 10 or 16.
 
@@ -73,7 +73,7 @@ def linear_light(codes: NDArray[Any]) -> NDArray[np.float16]:
     Parameters
     ----------
     codes
-        `(rows, cols, channel)`, uint8 or uint16. Half floats tell neighbouring codes of 16 bits apart in shadows only.
+        `(rows, cols, channel)`, uint8 or uint16. Half floats distinguish neighbouring 16-bit codes only in shadows.
 
     Examples
     --------

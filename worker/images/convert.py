@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lippmann.job.viewing import Filter
 from worker.images.colour import srgb_codes
 from worker.images.colour_space import file_colour_space
-from worker.images.imported import read_foreign
+from worker.images.imported import read_imported
 from worker.images.read import read_codes_8, read_rgb
 from worker.images.resize import resize
 from worker.images.write import encoded_png, encoded_webp
@@ -47,7 +47,7 @@ def picture_codes(path: Path, *, linear: bool = False) -> NDArray[np.uint8]:
         return srgb_codes(read_rgb(path, np.float32))
     if not linear and file_colour_space(path).name == "sRGB":
         return read_codes_8(path)
-    return srgb_codes(read_foreign(path, linear=linear))
+    return srgb_codes(read_imported(path, linear=linear))
 
 
 def png(path: Path, *, bits: int = 8) -> bytes:

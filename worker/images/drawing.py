@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from OpenImageIO import FLOAT, ImageBuf, ImageBufAlgo, ImageSpec
 
 from lippmann.errors import OutputError
-from lippmann.plan.printing.shapes import Bar, Ring, Shape, Words
+from lippmann.plan.printing.shapes import Bar, Ring, Shape, TextLine
 
 
 def paper(shapes: Iterable[Shape], *, pixel_mm: float, top: int, rows: int, cols: int) -> NDArray[np.float32]:
@@ -51,12 +51,12 @@ def paper(shapes: Iterable[Shape], *, pixel_mm: float, top: int, rows: int, cols
 def _draw_bar(ink: NDArray[np.float32], bar: Bar, pixel_mm: float, top: int) -> None:
     from_row, down = _covered(bar.top_mm / pixel_mm - top, bar.bottom_mm / pixel_mm - top, ink.shape[0])
     from_col, across = _covered(bar.left_mm / pixel_mm, bar.right_mm / pixel_mm, ink.shape[1])
-    _lay(ink, np.outer(down, across), from_row, from_col)
+    _draw_over(ink, np.outer(down, across), from_row, from_col)
 
 
 def _covered(start: float, stop: float, count: int) -> tuple[int, NDArray[np.float64]]:
     """Return the first of `count` pixels that the range from start to stop, px, covers, and the share of each pixel."""
-    # Places that are whole pixels but for rounding are whole pixels.
+    # Places are rounded to whole pixels if they differ from them by rounding only.
     start, stop = round(max(start, 0.0), 6), round(min(stop, count), 6)
     first = int(np.floor(start))
     edges = np.arange(first, max(first, int(np.ceil(stop))) + 1)
@@ -71,17 +71,17 @@ def _draw_ring(ink: NDArray[np.float32], ring: Ring, pixel_mm: float, top: int) 
     cols = np.arange(max(0, int(x - far)), min(ink.shape[1], int(x + far) + 1))
     if rows.size and cols.size:
         away = np.hypot(rows[:, np.newaxis] + 0.5 - y, cols[np.newaxis] + 0.5 - x)
-        _lay(ink, np.clip((line + 1) / 2 - np.abs(away - radius), 0.0, 1.0), int(rows[0]), int(cols[0]))
+        _draw_over(ink, np.clip((line + 1) / 2 - np.abs(away - radius), 0.0, 1.0), int(rows[0]), int(cols[0]))
 
 
-def _draw_words(ink: NDArray[np.float32], words: Words, pixel_mm: float, top: int) -> None:
+def _draw_words(ink: NDArray[np.float32], words: TextLine, pixel_mm: float, top: int) -> None:
     size_px = max(6, round(words.size_mm / pixel_mm))
     letters = _letters(words.text, size_px)
     row = round(words.baseline_mm / pixel_mm) - size_px - top
     col = round(words.x_mm / pixel_mm - words.centred * letters.shape[1] / 2)
     above, below = max(0, -row), max(0, row + letters.shape[0] - ink.shape[0])
     shown = letters[above : letters.shape[0] - below, max(0, -col) : max(0, ink.shape[1] - col)]
-    _lay(ink, shown, max(0, row), max(0, col))
+    _draw_over(ink, shown, max(0, row), max(0, col))
 
 
 @lru_cache(maxsize=64)
@@ -89,7 +89,7 @@ def _letters(text: str, size_px: int) -> NDArray[np.float32]:
     return lettering(text, size_px=size_px)
 
 
-def _lay(ink: NDArray[np.float32], more: NDArray[np.floating[Any]], row: int, col: int) -> None:
+def _draw_over(ink: NDArray[np.float32], more: NDArray[np.floating[Any]], row: int, col: int) -> None:
     """Draw ink over ink: the result is the darker of both."""
     part = ink[row : row + more.shape[0], col : col + more.shape[1]]
     if part.size:

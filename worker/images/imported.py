@@ -26,7 +26,7 @@ _CODES = {"uint8", "uint16"}
 _LIGHT = {"half", "float", "double"}
 
 
-def read_foreign(path: Path, *, linear: bool = False) -> NDArray[np.float32]:
+def read_imported(path: Path, *, linear: bool = False) -> NDArray[np.float32]:
     """Return a picture of any program as linear light, `(rows, cols, 3)`.
 
     Parameters

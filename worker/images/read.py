@@ -214,7 +214,7 @@ def _check_inside(path: Path, spec: ImageSpec, place: TilePlace) -> None:
 
 def checked(path: Path, source: ImageInput, pixels: NDArray[Any] | None) -> NDArray[Any]:
     """Return the pixels that were read, if they are complete."""
-    # Some readers give the rows they have and say only by the error that others are missing.
+    # Some readers return the rows that they have, and report the missing rows only as an error.
     trouble = source.geterror()
     if pixels is None or trouble:
         raise ArtifactBroken(f"{path.name}: {_words(trouble)}")

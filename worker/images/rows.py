@@ -204,7 +204,7 @@ def _write(path: Path, bands: Iterable[NDArray[Any]], spec: ImageSpec) -> None:
             raise OutputError(f"expected {spec.height} rows for {path.name}, got {written}")
         closed = target.close()
         trouble = target.geterror()
-    if not (whole and closed) or trouble or not _last_row_is_there(path):
+    if not (whole and closed) or trouble or not _has_last_row(path):
         raise _trouble(path, trouble)
 
 
@@ -216,7 +216,7 @@ def _check_band(pixels: NDArray[Any], written: int, spec: ImageSpec) -> None:
         )
 
 
-def _last_row_is_there(path: Path) -> bool:
+def _has_last_row(path: Path) -> bool:
     try:
         with opened(path) as source:
             last = source.spec().height - 1

@@ -77,7 +77,7 @@ def write_tiff_bands(
             metadata=None,
             software=False,
         )
-    next(packed, None)  # says if there are rows left
+    next(packed, None)  # raises if rows are left
 
 
 def _checked(bands: Iterable[NDArray[Any]], rows: int, cols: int, bits: int) -> Iterator[NDArray[Any]]:

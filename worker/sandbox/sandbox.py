@@ -74,9 +74,11 @@ class Sandbox:
 
 
 def detect(wanted: SandboxMode | Literal["auto"], *, allow_none: bool = False) -> Sandbox:
-    """Return the sandbox to use: the wanted one, or the best that holds; found by trying. Call once, keep the answer.
+    """Return the sandbox to use: the required one, or the best that works here.
 
-    `auto` on a machine where nothing holds gives mode `none`, which refuses every scene unless `allow_none`.
+    It is found by trying, so call this once.
+
+    `auto` on a machine where no sandbox works gives mode `none`, which refuses every scene unless `allow_none`.
 
     Raises
     ------
@@ -130,7 +132,7 @@ def _bwrap(readable: Sequence[Path], writable: Path) -> list[str]:
         *(word for path in landlock.SYSTEM[1:] for word in ("--ro-bind-try", path, path)),
         *("--ro-bind-try", "/etc/ld.so.cache", "/etc/ld.so.cache"),
         *("--dev", "/dev"),
-        *("--size", str(TMP_BYTES), "--tmpfs", "/tmp"),  # noqa: S108 - inside the namespace it is nobody else's
+        *("--size", str(TMP_BYTES), "--tmpfs", "/tmp"),  # noqa: S108 - inside the namespace no other process has it
         *(word for option, path in mounts for word in (option, str(path), str(path))),
         *("--chdir", str(writable)),
         "--",

@@ -120,7 +120,7 @@ class LocalStore:
         swept = 0
         with _translated("its hidden folder"):
             for path in self._hidden.iterdir():
-                with _gone_is_fine():
+                with _ignore_missing():
                     if time.time() - path.lstat().st_mtime > older_than_s and _remove(path):
                         swept += 1
         return swept
@@ -182,14 +182,14 @@ def _infos(top: Path, name: str, after: str) -> Iterator[ArtifactInfo]:
     if not top.is_file():
         yield from _infos_in(top, "" if name == "." else name + "/", after)
     elif name > after:
-        with _gone_is_fine():
+        with _ignore_missing():
             yield _info(name, top.stat())
 
 
 def _infos_in(folder: Path, prefix: str, after: str) -> Iterator[ArtifactInfo]:
-    # A folder stands where its names do, at its own name with the slash: `a-b` comes before what is in `a`.
+    # A folder sorts by its name with the slash, as its names do: `a-b` comes before the names in `a`.
     found: dict[str, os.DirEntry[str]] = {}
-    with _gone_is_fine(), os.scandir(folder) as entries:
+    with _ignore_missing(), os.scandir(folder) as entries:
         shown = (entry for entry in entries if not entry.name.startswith("."))
         found = {prefix + entry.name + ("/" if _is_folder(entry) else ""): entry for entry in shown}
     for name, entry in sorted(found.items()):
@@ -197,7 +197,7 @@ def _infos_in(folder: Path, prefix: str, after: str) -> Iterator[ArtifactInfo]:
             if name > after or after.startswith(name):
                 yield from _infos_in(Path(entry.path), name, after)
         elif name > after:
-            with _gone_is_fine():
+            with _ignore_missing():
                 yield _info(name, entry.stat())
 
 
@@ -244,7 +244,7 @@ def _remove(path: Path) -> bool:
 
 
 @contextmanager
-def _gone_is_fine() -> Iterator[None]:
+def _ignore_missing() -> Iterator[None]:
     try:
         yield
     except (FileNotFoundError, NotADirectoryError):

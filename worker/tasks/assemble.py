@@ -28,8 +28,8 @@ from lippmann.plan.sampling import Tile, cut_tiles, device_pixels, frame_size
 from worker.images.rearrange import views_rows
 from worker.images.rows import BAND_PX, open_rows
 from worker.images.write import write_thumbnail
-from worker.tasks.attempt import Work
-from worker.tasks.imported import foreign_sheet
+from worker.tasks.attempt import TaskResult
+from worker.tasks.imported import imported_sheet
 from worker.tasks.masters import Masters
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
@@ -38,12 +38,12 @@ THUMB_PX = 256
 """The longer side of a thumbnail."""
 
 
-def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
+def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
     """Assemble the tiles of a frame into its masters; the thumbnail is stored last, so it means that all exist."""
     assert order.frame is not None  # noqa: S101 - the dispatcher's promise
     thumb = names.job_artifact(order.job_id, names.thumb_name(order.frame))
     if place.store.exists(thumb):
-        return Work()
+        return TaskResult()
     sheet, frame = place.job_sheet(order.job_id), order.frame
     rig = sheet.at(frame).spec.rig
     with_depth = sheet.spec.capture.depth
@@ -64,14 +64,14 @@ def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> 
         middle = as_square(_middle_view(grid, upright.layout), upright.layout)
         write_thumbnail(folder / "thumb.webp", middle, longest_px=THUMB_PX)
         place.store.put_file(thumb, folder / "thumb.webp")
-    return Work()
+    return TaskResult()
 
 
 def _captured(masters: Masters, layout: CellLayout) -> Iterator[NDArray[Any]]:
     """Yield the captured image of a frame in bands, from its tiles or from an imported picture."""
     place, sheet, frame = masters.place, masters.sheet, masters.frame
     if sheet.sheets is not None:
-        yield foreign_sheet(place, sheet, frame)
+        yield imported_sheet(place, sheet, frame)
     else:
         yield from assembled(layout, _tiles(place, sheet, layout, partial(names.tile_name, frame)))
 

@@ -31,7 +31,7 @@ HUNG_S = {
 
 
 @dataclass(frozen=True)
-class Work:
+class TaskResult:
     """The result of an attempt that succeeded."""
 
     cpu_s: float = 0.0
@@ -39,7 +39,7 @@ class Work:
     probe: ProbeResult | None = None
 
 
-TaskFunction = Callable[[Workplace, Order, ProgressMonitor], Work]
+TaskFunction = Callable[[Workplace, Order, ProgressMonitor], TaskResult]
 
 
 def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
@@ -74,14 +74,14 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
 
 def _done_or_failed(
     place: Workplace, order: Order, do: TaskFunction, monitor: ProgressMonitor
-) -> tuple[Work, Failure | None]:
+) -> tuple[TaskResult, Failure | None]:
     try:
         return do(place, order, monitor), None
     except Exception as error:  # the outermost frame of a task: every error is reported, and the worker goes on
         failure = failure_of(error)
         log.warning("attempt failed", job=order.job_id, task=order.task_id, attempt=order.attempt, code=failure.code,
                     exc_info=not isinstance(error, LippmannError))  # fmt: skip
-        return Work(), failure
+        return TaskResult(), failure
 
 
 def failure_of(error: Exception) -> Failure:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from lippmann.job.orders import Order
 from lippmann.job.outputs.choice import output_called
 from lippmann.plan import artifact_names as names
-from worker.tasks.attempt import Work
+from worker.tasks.attempt import TaskResult
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.outputs.context import OutputContext
 from worker.tasks.outputs.frame_source import job_frames
@@ -13,7 +13,7 @@ from worker.tasks.outputs.registry import make_output
 from worker.tasks.workplace import Workplace
 
 
-def encode_output(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
+def encode_output(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
     """Make the output that an order names; files that an earlier attempt has stored are not made again."""
     assert order.output is not None  # noqa: S101 - the dispatcher's promise
     sheet = place.job_sheet(order.job_id)
@@ -28,4 +28,4 @@ def encode_output(place: Workplace, order: Order, monitor: ProgressMonitor) -> W
                 monitor=monitor,
             )
         )
-    return Work()
+    return TaskResult()

@@ -14,12 +14,12 @@ from lippmann.lightfield.calibrate.imported import captured_of
 from lippmann.plan.imported import lens_grid
 from lippmann.plan.sampling import frame_size
 from worker.images.colour_space import file_colour_space, linear_space
-from worker.images.imported import read_foreign
+from worker.images.imported import read_imported
 from worker.sandbox.log import AttemptLog
 from worker.tasks.workplace import Workplace
 
 
-def foreign_sheet(place: Workplace, sheet: JobSheet, frame: int) -> NDArray[np.float16]:
+def imported_sheet(place: Workplace, sheet: JobSheet, frame: int) -> NDArray[np.float16]:
     """Return the imported image of a frame as direct pickup would have captured it, `(rows, cols, 3)`.
 
     Raises
@@ -33,7 +33,7 @@ def foreign_sheet(place: Workplace, sheet: JobSheet, frame: int) -> NDArray[np.f
     assert said is not None  # noqa: S101 - its caller's promise
     name = said.files[frame - 1]
     try:
-        picture = read_foreign(place.bundle_folder(sheet.bundle) / name, linear=said.linear)
+        picture = read_imported(place.bundle_folder(sheet.bundle) / name, linear=said.linear)
     except ArtifactBroken as error:
         raise BundleError(f"{name}: expected a whole picture, got {error.message}") from error
     grid = lens_grid(said, picture.shape[:2])
@@ -42,12 +42,12 @@ def foreign_sheet(place: Workplace, sheet: JobSheet, frame: int) -> NDArray[np.f
     return captured.astype(np.float16)
 
 
-def probe_foreign(place: Workplace, sheet: JobSheet, log: AttemptLog) -> ProbeResult:
+def probe_imported(place: Workplace, sheet: JobSheet, log: AttemptLog) -> ProbeResult:
     """Read the first frame and measure the time; such a job renders nothing. The log names its colour space."""
     assert sheet.sheets is not None  # noqa: S101 - its caller's promise
     frame = sheet.spec.frame_numbers[0]
     began_s = time.process_time()
-    foreign_sheet(place, sheet, frame)
+    imported_sheet(place, sheet, frame)
     name = sheet.sheets.files[frame - 1]
     space = linear_space(None) if sheet.sheets.linear else file_colour_space(place.bundle_folder(sheet.bundle) / name)
     source = "sheets.linear" if sheet.sheets.linear else space.known_by or "nothing in the file"

@@ -22,10 +22,10 @@ from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
 
 POV_FILE = "lippmann-frame.pov"
-"""POV-Ray looks in its own folder first, so no file of ours there has a name that a bundle may have."""
+"""POV-Ray searches its own folder first, so none of our files there has a name that a bundle may have."""
 
 CPU_PER_SECOND = 4.0
-"""Photons are shot by 4 threads whatever +WT says, so CPU may run that much faster than the clock."""
+"""The CPU seconds per elapsed second: photons are shot by 4 threads, whatever +WT is."""
 
 
 @dataclass(frozen=True)

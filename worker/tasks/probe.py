@@ -8,8 +8,8 @@ from lippmann.job.events import ProbeResult
 from lippmann.job.orders import Order
 from lippmann.lattice.layout import CellLayout
 from lippmann.plan.sampling import frame_size
-from worker.tasks.attempt import Work
-from worker.tasks.imported import probe_foreign
+from worker.tasks.attempt import TaskResult
+from worker.tasks.imported import probe_imported
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.picture import render_picture
 from worker.tasks.workplace import Workplace, kept_log
@@ -18,12 +18,12 @@ PROBE_PX = 20_000
 """Enough for a cost to a few per cent, and rendered in about a second with the paper's rig."""
 
 
-def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
+def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
     """Render the first frame of a job with few pixels and measure."""
     sheet = place.job_sheet(order.job_id)
     if sheet.sheets is not None:
         with place.task_folder() as folder, kept_log(place, order, folder) as log:
-            return Work(probe=probe_foreign(place, sheet, log))
+            return TaskResult(probe=probe_imported(place, sheet, log))
     rows, cols = probe_size(frame_size(sheet.spec.rig))
     with place.task_folder() as folder, kept_log(place, order, folder) as log:
         picture = render_picture(
@@ -43,7 +43,7 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
         s_per_px=outcome.statistics.trace_cpu_s / (rows * cols) * sheet.spec.capture.supersample**2,
         tileable=not outcome.radiosity_seen,
     )
-    return Work(cpu_s=outcome.cpu_s, probe=result)
+    return TaskResult(cpu_s=outcome.cpu_s, probe=result)
 
 
 def probe_size(size: CellLayout) -> tuple[int, int]:

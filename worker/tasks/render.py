@@ -17,20 +17,20 @@ from worker.engines.povray.command import PictureFormat, Region
 from worker.images.read import read_region
 from worker.images.write import write_channels, write_exr
 from worker.sandbox.log import AttemptLog
-from worker.tasks.attempt import Work
+from worker.tasks.attempt import TaskResult
 from worker.tasks.depth_pass import depth_of_tile
 from worker.tasks.monitor import PartMonitor, ProgressMonitor
 from worker.tasks.picture import POV_FILE, RenderedPicture, render_picture
 from worker.tasks.workplace import Workplace, kept_log
 
 
-def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
+def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
     """Render the tile that an order names, crop it and store it; if it is there already, that is all."""
     assert order.frame is not None  # noqa: S101 - the dispatcher's promise
     assert order.tile is not None  # noqa: S101
     artifact = names.job_artifact(order.job_id, names.tile_name(order.frame, order.tile))
     if place.store.exists(artifact):
-        return Work()
+        return TaskResult()
     sheet = place.job_sheet(order.job_id)
     tile = tile_of(sheet, place.plan_sheet(order.job_id), order.tile)
     depth = sheet.spec.capture.depth
@@ -46,7 +46,7 @@ def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Wor
         text = names.job_artifact(order.job_id, names.pov_name(order.frame, order.tile))
         place.store.put_file(text, folder / POV_FILE)
         place.store.put_file(artifact, cropped)
-    return Work(cpu_s=cpu_s + picture.outcome.cpu_s)
+    return TaskResult(cpu_s=cpu_s + picture.outcome.cpu_s)
 
 
 def _store_depth(
@@ -107,7 +107,7 @@ def tile_of(sheet: JobSheet, plan: PlanSheet, index: TileIndex) -> Tile:
 
 
 def header(sheet: JobSheet, frame: int) -> dict[str, str]:
-    """Return what a master says about itself: the rig and the stage as JSON, the job and the frame."""
+    """Return the header attributes of a master: the rig and the stage as JSON, the job and the frame."""
     there = sheet.at(frame)
     return {
         "job": sheet.job_id,

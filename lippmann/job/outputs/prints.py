@@ -50,7 +50,7 @@ class PaperOptions(OutputOptions):
         return {"pdf": ".pdf", "tiff": ".tif", "png": ".png"}[self.file_format]
 
     @model_validator(mode="after")
-    def _pixels_said_once(self) -> Self:
+    def _pixels_given_once(self) -> Self:
         if self.dpi is not None and self.pitch_um is not None:
             raise Misfit("dpi", expected="either this or pitch_um", got="both")
         return self

@@ -31,7 +31,7 @@ class PairOptions(ShownVideo):
     repeat: Repeat = 1
 
     @model_validator(mode="after")
-    def _said_once(self) -> Self:
+    def _given_once(self) -> Self:
         if self.views is not None and (self.eye_distance_mm is not None or self.distance_mm is not None):
             raise Misfit("views", expected="either these, or eye_distance_mm and distance_mm", got="both")
         return self

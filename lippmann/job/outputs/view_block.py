@@ -54,7 +54,7 @@ def block_about_the_middle(rig: Rig, views: tuple[int, int]) -> ViewBlock:
     return ViewBlock(box.rows // 2 - views[0] // 2, box.cols // 2 - views[1] // 2, *views)
 
 
-def exists_wholly(rig: Rig, block: ViewBlock) -> bool:
+def all_views_exist(rig: Rig, block: ViewBlock) -> bool:
     """Return True if every view of a block has its pixel under the lens."""
     rows, cols = slice(block.first_v, block.first_v + block.rows), slice(block.first_u, block.first_u + block.cols)
     return bool(rig.layout.mask[rows, cols].all())
@@ -97,7 +97,7 @@ def largest_odd_square(rig: Rig) -> ViewBlock:
     """
     box = all_views(rig)
     squares = (block_about_the_middle(rig, (side, side)) for side in range(1, min(box.rows, box.cols) + 1, 2))
-    return [square for square in squares if exists_wholly(rig, square)][-1]
+    return [square for square in squares if all_views_exist(rig, square)][-1]
 
 
 def check_block(rig: Rig, views: tuple[int, int], *, wholly: bool) -> None:
@@ -112,7 +112,7 @@ def check_block(rig: Rig, views: tuple[int, int], *, wholly: bool) -> None:
     got = f"{views[0]} x {views[1]}"
     if views[0] > box.rows or views[1] > box.cols:
         raise Misfit("views", expected=f"at most {box.rows} x {box.cols} views, pixels under a lens", got=got)
-    if wholly and not exists_wholly(rig, block_about_the_middle(rig, views)):
+    if wholly and not all_views_exist(rig, block_about_the_middle(rig, views)):
         most = largest_odd_square(rig)
         expected = f"views that all exist under a hexagonal lens, as {most.rows} x {most.cols}"
         raise Misfit("views", expected=expected, got=got)

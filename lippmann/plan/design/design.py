@@ -191,7 +191,7 @@ class Subject(_Part):
     frame: int
 
 
-# Fields stand in the order of the light: pydantic takes the bases from the last one to the first.
+# The fields have the order of the light: pydantic takes the bases from the last one to the first.
 class Design(CostDesign, DisplayDesign, CaptureDesign, LensDesign, Subject):
     """The design of a job at one frame."""
 

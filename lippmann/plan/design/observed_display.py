@@ -29,9 +29,9 @@ def observed_display(
     rig
         The rig, whose array has the places and the shape of the lenses.
     gap_mm
-        Reduced; one focal length when not said.
+        The reduced gap; the default is one focal length.
     on_device
-        Whether the pixels are those of the rig's device, not one cell of the rendered ones a lens.
+        True if the pixels are those of the rig's device, not one cell of the rendered ones a lens.
     bare, surround
         As in `LensDisplay`.
 

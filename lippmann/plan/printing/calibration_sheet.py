@@ -24,7 +24,7 @@ from lippmann.job.outputs.prints import CalibrationSheet
 from lippmann.job.rig import MM_PER_INCH, Rig
 from lippmann.lattice.cell import Lattice
 from lippmann.lattice.kinds import CELLS
-from lippmann.plan.printing.shapes import Bar, Shape, Words
+from lippmann.plan.printing.shapes import Bar, Shape, TextLine
 
 Direction = Literal["across", "down"]
 """The direction in which the pitch is measured: `across` has vertical lines, `down` has horizontal ones."""
@@ -142,23 +142,23 @@ def _lines(strip: Strip, direction: Direction, period_mm: float, pixel_mm: float
             yield Bar(strip.left_mm, first, strip.width_mm, stop - first)
 
 
-def _named(strip: Strip, direction: Direction) -> Iterator[Words]:
+def _named(strip: Strip, direction: Direction) -> Iterator[TextLine]:
     change, pitch = f"{strip.change_percent:{'+.3g' if strip.change_percent else 'g'}} %", f"{strip.pitch_mm:.6g}"
     if direction == "across":
         baseline_mm = strip.top_mm + strip.height_mm / 2 + NAME_SIZE_MM / 3
-        yield Words(BORDER_MM, baseline_mm, NAME_SIZE_MM, f"{pitch} mm")
-        yield Words(BORDER_MM + 16, baseline_mm, NAME_SIZE_MM, change)
+        yield TextLine(BORDER_MM, baseline_mm, NAME_SIZE_MM, f"{pitch} mm")
+        yield TextLine(BORDER_MM + 16, baseline_mm, NAME_SIZE_MM, change)
     else:
         middle_mm = strip.left_mm + strip.width_mm / 2
-        yield Words(middle_mm, strip.top_mm - 3, SMALL_SIZE_MM, change, centred=True)
-        yield Words(middle_mm, strip.top_mm - 1, SMALL_SIZE_MM, pitch, centred=True)
+        yield TextLine(middle_mm, strip.top_mm - 3, SMALL_SIZE_MM, change, centred=True)
+        yield TextLine(middle_mm, strip.top_mm - 1, SMALL_SIZE_MM, pitch, centred=True)
 
 
 def _head(
     output: CalibrationSheet, rig: Rig, direction: Direction, pitch_mm: float, pixel_mm: float
-) -> Iterator[Words]:
+) -> Iterator[TextLine]:
     lattice = rig.lens_array.lattice
-    yield Words(
+    yield TextLine(
         BORDER_MM,
         BORDER_MM + HEAD_SIZE_MM,
         HEAD_SIZE_MM,
@@ -169,4 +169,4 @@ def _head(
         "The strip that turns black and white all at once has the array's pitch; over the others, bands run along.",
     )
     for number, text in enumerate(told):
-        yield Words(BORDER_MM, BORDER_MM + HEAD_SIZE_MM + 3.2 * (number + 1), NAME_SIZE_MM, text)
+        yield TextLine(BORDER_MM, BORDER_MM + HEAD_SIZE_MM + 3.2 * (number + 1), NAME_SIZE_MM, text)

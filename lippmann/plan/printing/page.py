@@ -16,7 +16,7 @@ from lippmann.job.outputs.prints import LABEL_MM, MARKS_MM, Print
 from lippmann.job.rig import MM_PER_INCH
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.device import device_size
-from lippmann.plan.printing.shapes import Bar, Ring, Shape, Words, line
+from lippmann.plan.printing.shapes import Bar, Ring, Shape, TextLine, line
 
 LINE_MM = 0.1
 """The width of the lines of marks, or one pixel of the device if that is larger."""
@@ -132,10 +132,10 @@ class _Marks:
         return line(x0, y0, x1, y1, line_mm=self.line_mm)
 
 
-def _label(text: str, *, width_mm: float, bottom_mm: float) -> Words:
+def _label(text: str, *, width_mm: float, bottom_mm: float) -> TextLine:
     """Return the centred label, with a smaller font if it would be wider than the page."""
     size_mm = min(LABEL_SIZE_MM, (width_mm - 2) / (len(text) * _LETTER))
-    return Words(width_mm / 2, bottom_mm - LABEL_MM / 3, size_mm, text, centred=True)
+    return TextLine(width_mm / 2, bottom_mm - LABEL_MM / 3, size_mm, text, centred=True)
 
 
 def label_of(facts: str, output: Print, page_mm: tuple[float, float], *, lens_pitch_mm: float, pixel_mm: float) -> str:

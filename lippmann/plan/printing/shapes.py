@@ -16,12 +16,12 @@ class Bar:
 
     @property
     def right_mm(self) -> float:
-        """Where it ends."""
+        """The right end."""
         return self.left_mm + self.width_mm
 
     @property
     def bottom_mm(self) -> float:
-        """Where it ends."""
+        """The lower end."""
         return self.top_mm + self.height_mm
 
 
@@ -36,7 +36,7 @@ class Ring:
 
 
 @dataclass(frozen=True)
-class Words:
+class TextLine:
     """A line of text, whose baseline is `baseline_mm`."""
 
     x_mm: float
@@ -47,7 +47,7 @@ class Words:
     centred: bool = False
 
 
-Shape = Bar | Ring | Words
+Shape = Bar | Ring | TextLine
 
 
 def line(x0_mm: float, y0_mm: float, x1_mm: float, y1_mm: float, *, line_mm: float) -> Bar:

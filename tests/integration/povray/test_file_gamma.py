@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from worker.images.colour_space import file_colour_space
-from worker.images.imported import read_foreign
+from worker.images.imported import read_imported
 
 
 @pytest.mark.parametrize(
@@ -22,4 +22,4 @@ def test_a_png_of_any_file_gamma_is_read_as_the_rendered_light(tmp_path: Path, g
     command = ["povray", f"+I{scene}", f"+O{picture}", "+FN16", f"File_Gamma={gamma}", "+W8", "+H8", "-D"]
     subprocess.run(command, cwd=tmp_path, check=True, capture_output=True, timeout=120)
     assert file_colour_space(picture).name == name
-    np.testing.assert_allclose(read_foreign(picture), 0.5, atol=1e-4)
+    np.testing.assert_allclose(read_imported(picture), 0.5, atol=1e-4)

@@ -127,11 +127,11 @@ def scaffold(outer: Rays, *, front_mm: float, mm_per_unit: float) -> Scaffold:
     middle, radius = _footprint(start[:2])
     apex = np.array([middle[0] + 3 * radius, middle[1] - 2 * radius, front_mm])
     foot = np.array([middle[0] - 3 * radius, middle[1] - 2 * radius])
-    _go(start, direction, apex @ direction - np.einsum("ir,ir->r", direction, start))
+    _advance_points(start, direction, apex @ direction - np.einsum("ir,ir->r", direction, start))
     # Moving the apex along the axis by a moves the starts by a times the square of the direction's z.
     lift = float(np.max((front_mm - start[2]) / direction[2] ** 2, initial=0.0)) * (1 + ROOM)
     apex[2] += lift
-    _go(start, direction, lift * direction[2])
+    _advance_points(start, direction, lift * direction[2])
     deep = float(np.max(start[2], initial=front_mm) - front_mm) * (1 + ROOM)
     blind_radius_mm = max(BLIND_UNITS * mm_per_unit, 1e-3 * radius)
     blind = np.array([*middle, front_mm + deep + 2 * blind_radius_mm])
@@ -172,7 +172,7 @@ def face_codes(rays: Rays, scaffold: Scaffold) -> tuple[NDArray[np.int32], bool]
     apex, blind = scaffold.apex_mm, np.array(scaffold.blind_mm[:3])
     start, direction = _components(rays.position), _components(rays.direction)
     dead = np.isnan(start).any(axis=0) | np.isnan(direction).any(axis=0)
-    _go(start, direction, apex @ direction - np.einsum("ir,ir->r", direction, start))
+    _advance_points(start, direction, apex @ direction - np.einsum("ir,ir->r", direction, start))
     start[:, dead], direction[:, dead] = blind[:, np.newaxis], _square_to(blind - apex)[:, np.newaxis]
     height, third = _vertices(start, direction, apex, scaffold.foot_mm)
     codes = np.stack([_coded(height, scaffold), *(_coded(row, scaffold) for row in third)], axis=-1)
@@ -187,7 +187,7 @@ def _vertices(start: Array, direction: Array, apex: Array, foot: Array) -> tuple
     third = start
     third *= 3
     third -= apex[:, np.newaxis]
-    third[:2] -= 2 * foot[:, np.newaxis]  # once for the second vertex, and once to be told from the rail
+    third[:2] -= 2 * foot[:, np.newaxis]  # once for the second vertex, and once to differ from the rail
     third[2] -= height
     third[:2] += third[2]
     return height, third
@@ -211,7 +211,7 @@ def _components(vectors: Array) -> Array:
     return np.ascontiguousarray(vectors.reshape(-1, 3).T)
 
 
-def _go(points: Array, direction: Array, distance: Array) -> None:
+def _advance_points(points: Array, direction: Array, distance: Array) -> None:
     """Move points (3, ray) along their rays, in place: a large tile has millions of them."""
     for coordinate, slope in zip(points, direction, strict=True):
         coordinate += distance * slope

@@ -46,7 +46,7 @@ def make_view_grid(context: OutputContext, output: ViewGrid) -> None:
         source = context.source
         write_png(path, views_grid(source.image(frame).pixels, source.layout), bits=output.bits)
 
-    _keep_of_every_frame(context, output.suffix, write)
+    _store_every_frame(context, output.suffix, write)
 
 
 @makes(Sheets)
@@ -58,7 +58,7 @@ def make_sheets(context: OutputContext, output: Sheets) -> None:
         picture = _master(context.source, frame, output.of)
         write_picture(path, picture, bits=output.bits, density=_density(context.source, frame, output.of))
 
-    _keep_of_every_frame(context, output.suffix, write)
+    _store_every_frame(context, output.suffix, write)
 
 
 @makes(Quilt)
@@ -78,7 +78,7 @@ def make_quilt(context: OutputContext, output: Quilt) -> None:
         write_png(path, mosaic(tiles(frame), count=count, columns=columns, upward=True), bits=output.bits)
 
     said = f"_qs{columns}x{count // columns}a{_quilt_aspect(output, layout):.4g}"
-    _keep_of_every_frame(context, said + output.suffix, write)
+    _store_every_frame(context, said + output.suffix, write)
 
 
 @describes(Quilt)
@@ -128,9 +128,9 @@ def make_epi(context: OutputContext, output: Epi) -> None:
         write_png(path, mosaic(slices, count=len(cols), columns=len(cols), gap_px=output.gap_px), bits=output.bits)
 
     if rows:
-        _keep_of_every_frame(context, f"-rows{output.suffix}", write_rows)
+        _store_every_frame(context, f"-rows{output.suffix}", write_rows)
     if cols:
-        _keep_of_every_frame(context, f"-cols{output.suffix}", write_cols)
+        _store_every_frame(context, f"-cols{output.suffix}", write_cols)
 
 
 def scaled(picture: Picture, output: PictureOptions) -> Picture:
@@ -141,7 +141,7 @@ def scaled(picture: Picture, output: PictureOptions) -> Picture:
     return resize(picture, rows=rows, cols=cols, filter_name=output.filter)
 
 
-def _keep_of_every_frame(context: OutputContext, ending: str, write: _Write) -> None:
+def _store_every_frame(context: OutputContext, ending: str, write: _Write) -> None:
     frames = context.source.frames
     for frame in context.with_progress(frames, len(frames)):
         context.store_file(names.frame_stem(frame) + ending, partial(write, frame=frame))

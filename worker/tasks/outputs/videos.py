@@ -79,7 +79,7 @@ def again(make: Callable[[], Iterable[Picture]], times: int) -> Iterator[Picture
     for picture in make():
         room -= picture.nbytes
         if room >= 0:
-            kept.append(picture.copy())  # a view would keep its whole sheet
+            kept.append(picture.copy())  # an array view would keep its whole sheet in memory
         else:
             kept.clear()
         yield picture

@@ -16,7 +16,7 @@ from PIL import Image, ImageCms
 from worker.images.colour_space import colour_notes, file_colour_space
 from worker.images.convert import picture_codes
 from worker.images.icc import profile_curve, srgb_profile
-from worker.images.imported import read_foreign
+from worker.images.imported import read_imported
 from worker.images.write import write_png
 
 HALF = 0x8000 / 0xFFFF
@@ -117,7 +117,7 @@ def test_a_png_is_read_by_the_colour_space_that_it_names(tmp_path: Path, name: s
     space = file_colour_space(path)
     assert space.known_by == known_by
     assert space.note is None
-    np.testing.assert_allclose(read_foreign(path), light, atol=2e-4)
+    np.testing.assert_allclose(read_imported(path), light, atol=2e-4)
 
 
 UNKNOWN = {
@@ -140,12 +140,14 @@ def test_what_cannot_be_told_is_srgb_with_a_note(tmp_path: Path, name: str) -> N
     assert said.startswith("a.png: ")
     assert re.search(note, said)
     assert said.endswith("so the codes are read as sRGB.")
-    np.testing.assert_allclose(read_foreign(path), SRGB, atol=2e-4)
+    np.testing.assert_allclose(read_imported(path), SRGB, atol=2e-4)
 
 
 def test_linear_overrides_what_a_file_says(tmp_path: Path) -> None:
     for number, chunks in enumerate(((), (SRGB_CHUNK,), (gama(2.2),))):
-        np.testing.assert_allclose(read_foreign(png(tmp_path / f"{number}.png", *chunks), linear=True), HALF, atol=1e-6)
+        np.testing.assert_allclose(
+            read_imported(png(tmp_path / f"{number}.png", *chunks), linear=True), HALF, atol=1e-6
+        )
 
 
 def test_primaries_other_than_those_of_srgb_are_noted_and_not_converted(tmp_path: Path) -> None:
@@ -156,8 +158,8 @@ def test_primaries_other_than_those_of_srgb_are_noted_and_not_converted(tmp_path
         "wide.png: its primaries (ICC profile) are not those of sRGB and are not converted.",
         "p3.png: its primaries (cICP chunk, primaries 12) are not those of sRGB and are not converted.",
     )
-    np.testing.assert_allclose(read_foreign(wide), HALF, atol=1e-6)
-    np.testing.assert_allclose(read_foreign(display_p3), SRGB, atol=2e-4)
+    np.testing.assert_allclose(read_imported(wide), HALF, atol=1e-6)
+    np.testing.assert_allclose(read_imported(display_p3), SRGB, atol=2e-4)
 
 
 def test_a_note_is_given_once_for_all_files(tmp_path: Path) -> None:
@@ -173,7 +175,7 @@ def test_a_note_is_given_once_for_all_files(tmp_path: Path) -> None:
 def test_a_tiff_is_read_by_its_icc_profile(tmp_path: Path, icc: bytes | None, light: float) -> None:
     path = tmp_path / "a.tif"
     tifffile.imwrite(path, np.full((2, 3, 3), 0x8000, dtype=np.uint16), photometric="rgb", iccprofile=icc)
-    np.testing.assert_allclose(read_foreign(path), light, atol=2e-4)
+    np.testing.assert_allclose(read_imported(path), light, atol=2e-4)
     assert bool(colour_notes([path])) == (icc is None)
 
 

@@ -22,7 +22,7 @@ from worker.report import BrokerClient
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
-from worker.tasks.attempt import Work, attempt
+from worker.tasks.attempt import TaskResult, attempt
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
 
@@ -67,8 +67,8 @@ def said(redis: Redis) -> list[Event]:
     return [Event.model_validate_json(fields[b"event"]) for _, fields in entries]
 
 
-def doing(result: Work | Exception) -> Callable[[Workplace, Order, ProgressMonitor], Work]:
-    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
+def doing(result: TaskResult | Exception) -> Callable[[Workplace, Order, ProgressMonitor], TaskResult]:
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
         if isinstance(result, Exception):
             raise result
         return result
@@ -78,7 +78,7 @@ def doing(result: Work | Exception) -> Callable[[Workplace, Order, ProgressMonit
 
 def test_an_attempt_that_ends_well_says_claimed_and_done(place: Workplace, redis: Redis) -> None:
     measured = ProbeResult(start_s=0.7, s_per_px=1e-5, tileable=True)
-    attempt(place, order(), doing(Work(cpu_s=3.0, probe=measured)))
+    attempt(place, order(), doing(TaskResult(cpu_s=3.0, probe=measured)))
     claimed, done = said(redis)
     assert (claimed.kind, done.kind) == (EventKind.CLAIMED, EventKind.DONE)
     assert done.attempt == "a1"
@@ -137,7 +137,7 @@ def test_an_order_that_arrives_twice_is_worked_on_once(place: Workplace, redis: 
 
 
 def test_work_hears_the_stop_sign_while_it_works(place: Workplace, redis: Redis) -> None:
-    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
         redis.set(wire.stop_key("a1"), "1")
         while not monitor.should_stop():
             pass
@@ -150,7 +150,7 @@ def test_work_hears_the_stop_sign_while_it_works(place: Workplace, redis: Redis)
 
 
 def test_work_hears_that_its_worker_is_shut_down(place: Workplace, redis: Redis) -> None:
-    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
         assert not monitor.should_stop()
         place.settings.stopping_file.touch()
         assert monitor.should_stop()
@@ -161,12 +161,12 @@ def test_work_hears_that_its_worker_is_shut_down(place: Workplace, redis: Redis)
 
 
 def test_a_heart_beats_with_progress_and_keeps_the_lease(place: Workplace, redis: Redis) -> None:
-    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
         monitor.progress = 0.25
         while not any(event.kind is EventKind.BEAT for event in said(redis)):
             pass
         assert redis.pttl(wire.lease_key("a1")) > 0
-        return Work()
+        return TaskResult()
 
     attempt(place, order(), do)
     beat = next(event for event in said(redis) if event.kind is EventKind.BEAT)

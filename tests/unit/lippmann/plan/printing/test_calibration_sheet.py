@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from lippmann.job.outputs.prints import CalibrationSheet
 from lippmann.job.rig import Rig
 from lippmann.plan.printing.calibration_sheet import CalibrationPage, Direction, Strip, calibration_page, moire_mm
-from lippmann.plan.printing.shapes import Bar, Words
+from lippmann.plan.printing.shapes import Bar, TextLine
 from worker.images.drawing import paper
 
 PIXEL_MM = 25.4 / 600
@@ -106,7 +106,7 @@ def test_lines_are_whole_pixels_and_everything_is_on_the_page(direction: Directi
         assert sides[2] <= page.cols
         assert sides[3] <= page.rows
     assert len(bars) == sum(math.floor(40 / strip.pitch_mm) for strip in page.strips)
-    words = [shape.text for shape in page.shapes if isinstance(shape, Words)]
+    words = [shape.text for shape in page.shapes if isinstance(shape, TextLine)]
     assert "Calibration sheet" in words[0]
     assert {"0.99", "1"} <= {text.removesuffix(" mm") for text in words}
     assert {"-1 %", "0 %", "+0.5 %"} <= set(words)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from lippmann.errors import Stopped
-from lippmann.job.outputs.view_block import all_views, block_about_the_middle, exists_wholly, largest_odd_square
+from lippmann.job.outputs.view_block import all_views, all_views_exist, block_about_the_middle, largest_odd_square
 from lippmann.job.rig import Rig
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
@@ -250,9 +250,9 @@ def test_which_views_exist_is_what_the_hexagons_mask_says(n: int) -> None:
     for rows in range(1, box.rows + 1):
         for cols in range(1, box.cols + 1):
             block = block_about_the_middle(rig, (rows, cols))
-            assert exists_wholly(rig, block) == all(mask[v, u] for u, v in block.numbers)
+            assert all_views_exist(rig, block) == all(mask[v, u] for u, v in block.numbers)
             assert block.numbers[block.middle] == (n // 2, box.rows // 2)
-    assert exists_wholly(rig, largest_odd_square(rig))
+    assert all_views_exist(rig, largest_odd_square(rig))
 
 
 def test_views_put_on_square_pixels_together_are_those_put_there_alone() -> None:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from lippmann.errors import OutputError
-from lippmann.plan.printing.shapes import Bar, Ring, Shape, Words, line
+from lippmann.plan.printing.shapes import Bar, Ring, Shape, TextLine, line
 from tests.unit.worker.images.pictures import decoded
 from worker.images.density import Density
 from worker.images.drawing import paper
@@ -109,9 +109,9 @@ def test_a_page_drawn_in_two_parts_is_the_page(cut: int) -> None:
         line(0.5, 5, 9, 5, line_mm=0.13),
         line(3, 0.2, 3, 9.7, line_mm=0.13),
         Ring(5, 5, 2, 0.2),
-        Words(1, 4.5, 2.0, "print at 100 %"),
-        Words(5, 9.9, 1.5, "jgpq", centred=True),
-        Words(-1, 0.5, 1.5, "beyond the edges of the page"),
+        TextLine(1, 4.5, 2.0, "print at 100 %"),
+        TextLine(5, 9.9, 1.5, "jgpq", centred=True),
+        TextLine(-1, 0.5, 1.5, "beyond the edges of the page"),
     ]
     whole = paper(shapes, pixel_mm=0.1, top=0, rows=100, cols=100)
     parts = [paper(shapes, pixel_mm=0.1, top=top, rows=rows, cols=100) for top, rows in ((0, cut), (cut, 100 - cut))]

@@ -21,7 +21,7 @@ from lippmann.plan.tasks import plan_sheet
 from tests.builders import local_place, order_of, stored_picture
 from tests.unit.lippmann.lightfield.sheets import numbered_sheet
 from worker.images.colour import srgb_codes
-from worker.images.imported import read_foreign
+from worker.images.imported import read_imported
 from worker.images.read import read_attributes
 from worker.sandbox.bundle import check_bundle, pack_folder
 from worker.tasks.assemble import assemble_frame
@@ -64,7 +64,7 @@ def test_the_frames_become_masters_and_videos_as_those_of_any_job(tmp_path: Path
         assemble_frame(place, order_of(TaskKind.ASSEMBLE, frame=frame), NullMonitor())
         shown = stored_picture(place, names.orthoscopic_name(frame))
         # As the command made them of the same pictures, by the same chain.
-        assert np.array_equal(shown, read_foreign(tmp_path / f"out/orthoscopic/{frame:04d}.exr"))
+        assert np.array_equal(shown, read_imported(tmp_path / f"out/orthoscopic/{frame:04d}.exr"))
         assert np.array_equal(stored_picture(place, names.integral_name(frame)), half_turn_cells(shown, LAYOUT))
         assert np.array_equal(stored_picture(place, names.views_name(frame)), views_grid(shown, LAYOUT))
     encode_output(place, order_of(TaskKind.ENCODE, frame=None, output="views.mp4"), NullMonitor())
