@@ -181,10 +181,10 @@ def test_a_lease_expires_by_itself(redis_url: str, redis: Redis) -> None:
 def test_the_heartbeat_renews_the_lease(place: Workplace, redis: Redis) -> None:
     half_ms = round(wire.LEASE_TTL_S * 500)
 
-    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> Work:
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
         redis.pexpire(wire.lease_key("a1"), half_ms)
         until(lambda: redis.pttl(wire.lease_key("a1")) > half_ms)
-        return Work()
+        return TaskResult()
 
     attempt(place, order(), do)
     assert said(redis)[-1].kind is EventKind.DONE
