@@ -102,7 +102,7 @@ def test_a_stack_of_one_depth_is_a_folder_with_one_picture(
         (["view", "nowhere.exr", "--centre", "--out", "a.png"], "got nowhere.exr, which is no file"),
         (["refocus", "MASTER", "--out", "a.png"], "expected either --depth-mm, or --stack"),
         (["refocus", "MASTER", "--depth-mm", "1", "--extended", "--out", "a.png"], "expected either --depth-mm"),
-        (["refocus", "MASTER", "--depth-mm", "600", "--out", "a.png"], "at most 528 mm from the display, got 600"),
+        (["refocus", "MASTER", "--depth-mm", "600", "--out", "a.png"], "at most 501.6 mm from the display, got 600"),
         (["refocus", "MASTER", "--depth-mm", "nan", "--out", "a.png"], "expected a depth and a positive focal length"),
         (["refocus", "MASTER", "--depth-mm", "10", "--out", "folder"], "expected a .png in --out, got folder"),
         (["refocus", "MASTER", "--stack", "10:0:1", "--out", "a"], "expected depths that count up"),
