@@ -28,8 +28,8 @@ from lippmann.lightfield import image as lightfield
 from lippmann.lightfield.depth.plane_sweep import REACH
 from lippmann.lightfield.depth.view_depth import Method, ViewDepth, estimated_depth, true_depth
 from lippmann.lightfield.observer.display import LensDisplay
-from lippmann.lightfield.observer.looking import Looking, look
 from lippmann.lightfield.observer.observe import whole_window
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, look
 from lippmann.lightfield.observer.window import Window
 from lippmann.lightfield.refocus.all_in_focus import all_in_focus
 from lippmann.lightfield.refocus.ciir import ciir_stack
@@ -510,11 +510,11 @@ class IntegralImage(lightfield.IntegralImage):
         """
         self.check_orthoscopic()
         display = self.shown_on()
-        looking = Looking(
+        conditions = ViewingConditions(
             pupil_mm=pupil_mm, focus_mm=focus_mm, rays=rays, stereo=stereo, eye_distance_mm=eye_distance_mm
         )
         window = window or whole_window(display, size_px=size_px)
-        return look(self.pixels, display, _eye(eye), looking, window=window)
+        return look(self.pixels, display, _eye(eye), conditions, window=window)
 
     def shown_on(self) -> LensDisplay:
         """Return the display that shows the image: its own, that of its rig, or one whose gap is one focal length."""

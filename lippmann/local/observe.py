@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from lippmann.errors import BadInput
 from lippmann.job.viewing import EyePath
-from lippmann.lightfield.observer.looking import Looking, least_own_share, look
 from lippmann.lightfield.observer.moving_eye import moving_eye
 from lippmann.lightfield.observer.observe import whole_window
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, least_own_share, look
 from lippmann.lightfield.observer.window import Window, window_of
 from lippmann.lightfield.views.perspective import Eye
 from lippmann.local.displayed_image import DisplayedImage
@@ -36,7 +36,7 @@ class Observer:
 
     place: Eye
     """The place of the eye, or of the middle between two eyes."""
-    looking: Looking
+    conditions: ViewingConditions
     size_px: int
     """The longer side of the picture of one eye."""
     part_mm: tuple[float, float, float, float] | None = None
@@ -146,7 +146,7 @@ def write_clip(image: DisplayedImage, out: Path, observer: Observer, clip: Clip)
 
 
 def _picture(image: DisplayedImage, observer: Observer, place: Eye) -> NDArray[np.floating[Any]]:
-    return look(image.pixels, image.display, place, observer.looking, window=observer.window(image))
+    return look(image.pixels, image.display, place, observer.conditions, window=observer.window(image))
 
 
 def _check_suffix(out: Path, suffix: str) -> None:
@@ -168,5 +168,5 @@ def _observation(
         viewing_zone_mm=viewing_zone_mm(
             pitch_mm=display.pitch_mm, gap_mm=display.gap_mm, distance_mm=place.distance_mm
         ),
-        own_share=least_own_share(display, place, observer.looking),
+        own_share=least_own_share(display, place, observer.conditions),
     )

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import FieldProblem
-from lippmann.lightfield.observer.looking import Looking, look
 from lippmann.lightfield.observer.observe import whole_window
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, look
 from lippmann.lightfield.refocus.shift_and_sum import refocus
 from lippmann.lightfield.views.atlas import atlas_picture, plan_atlas
 from lippmann.lightfield.views.perspective import Eye, perspective
@@ -79,7 +79,7 @@ def render_observer(sheet: Sheet, frame: ViewableFrame, query: schema.ObserverQu
     spec = frame.spec
     gap_mm = used_gap_mm(spec.rig, spec.display, query.gap, stage=frame.stage) if query.gap else query.gap_mm
     display = observed_display(spec.rig, gap_mm=gap_mm)
-    looking = Looking(
+    conditions = ViewingConditions(
         pupil_mm=query.pupil_mm,
         focus_mm=query.focus_mm,
         rays=query.rays,
@@ -87,7 +87,7 @@ def render_observer(sheet: Sheet, frame: ViewableFrame, query: schema.ObserverQu
         eye_distance_mm=query.eye_distance_mm,
     )
     window = whole_window(display, size_px=query.size)
-    return look(sheet, display, _eye(frame, query), looking, window=window)
+    return look(sheet, display, _eye(frame, query), conditions, window=window)
 
 
 def render_atlas(sheet: Sheet, frame: ViewableFrame, query: schema.AtlasQuery) -> Light:

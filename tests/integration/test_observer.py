@@ -9,8 +9,8 @@ import pytest
 
 from lippmann.job.orders import TaskKind
 from lippmann.job.viewing import EYES_APART_MM
-from lippmann.lightfield.observer.looking import Looking, look
 from lippmann.lightfield.observer.observe import whole_window
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, look
 from lippmann.lightfield.views.perspective import Eye
 from lippmann.optics.rig.array import lens_centres_mm
 from lippmann.optics.rig.bench import Bench, bench, object_rays
@@ -56,11 +56,11 @@ def test_two_eyes_see_a_captured_point_where_the_exact_trace_puts_it(
     a_pixel_mm = display.pixel_mm[1] / display.gap_mm * DISTANCE_MM  # how far an eye goes from pixel to pixel
     apart, expected = [], []
     for x_mm in (np.arange(PLACES) + 0.5) / PLACES * a_pixel_mm:
-        looking = Looking(stereo="side_by_side")
-        seen = look(sheet, display, Eye(x_mm, 0.0, DISTANCE_MM), looking, window=window)
+        conditions = ViewingConditions(stereo="side_by_side")
+        seen = look(sheet, display, Eye(x_mm, 0.0, DISTANCE_MM), conditions, window=window)
         left, right = np.split(seen.sum(axis=(0, 2), dtype=float), 2)
         apart.append(window.across_mm @ left / left.sum() - window.across_mm @ right / right.sum())
-        eyes_mm = [eye.x_mm for eye in looking.eyes(Eye(x_mm, 0.0, DISTANCE_MM))]
+        eyes_mm = [eye.x_mm for eye in conditions.eyes(Eye(x_mm, 0.0, DISTANCE_MM))]
         expected.append(-np.diff([traced_x_mm(stood, distance_mm, x_mm) for x_mm in eyes_mm])[0])
     assert np.mean(apart) == pytest.approx(np.mean(expected), rel=0.05)
     # What the capture saw at s is shown a focal length nearer; spherical aberration takes up to 6.4 mm from that.

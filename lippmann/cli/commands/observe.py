@@ -84,7 +84,7 @@ def observe(
 ) -> None:
     """Simulate what an observer sees of a print or panel under its lenses, with pupil, pixels, gap and crosstalk."""
     from lippmann.cli.option_values import eye_of, part_of
-    from lippmann.lightfield.observer.looking import Looking
+    from lippmann.lightfield.observer.viewing_conditions import ViewingConditions
     from lippmann.lightfield.views.perspective import Eye
     from lippmann.local.displayed_image import Gap, open_displayed_image
     from lippmann.local.files.open_master import open_master
@@ -95,7 +95,7 @@ def observe(
     rays = rays if rays is not None else MOVING_RAYS if clip else RAYS
     observer = Observer(
         place=Eye(*eye_of(eye)),
-        looking=Looking(
+        conditions=ViewingConditions(
             pupil_mm=pupil_mm, focus_mm=focus_mm, rays=rays, stereo=stereo, eye_distance_mm=eye_distance_mm
         ),
         size_px=size,

@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 
 from lippmann.job.outputs.observer import ObserverOptions, ObserverPictures, ObserverVideo
 from lippmann.lightfield.observer.display import LensDisplay
-from lippmann.lightfield.observer.looking import Looking, look
 from lippmann.lightfield.observer.moving_eye import moving_eye
 from lippmann.lightfield.observer.observe import whole_window
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, look
 from lippmann.lightfield.views.perspective import Eye
 from lippmann.optics.rig.display import central_depth_plane_mm, viewing_zone_mm
 from lippmann.plan import artifact_names as names
@@ -134,7 +134,7 @@ class _Scene:
         return cls(sheet.astype(np.float32), display)
 
     def seen(self, output: ObserverOptions, place: Eye) -> NDArray[np.floating[Any]]:
-        looking = Looking(
+        conditions = ViewingConditions(
             pupil_mm=output.pupil_mm,
             focus_mm=output.focus_mm,
             rays=output.rays,
@@ -142,7 +142,7 @@ class _Scene:
             eye_distance_mm=output.eye_distance_mm,
         )
         window = whole_window(self.display, size_px=output.size_px)
-        return look(self.sheet, self.display, place, looking, window=window)
+        return look(self.sheet, self.display, place, conditions, window=window)
 
 
 def _clip(source: FrameSource, output: ObserverVideo, moments: tuple[Moment, ...]) -> Iterator[Picture]:

@@ -18,7 +18,7 @@ from lippmann.lightfield.views.perspective import Eye
 
 
 @dataclass(frozen=True)
-class Looking:
+class ViewingConditions:
     """The viewing conditions of an observer, without the place; see `observe`."""
 
     pupil_mm: float = PUPIL_MM
@@ -34,7 +34,12 @@ class Looking:
 
 
 def look(
-    sheet: NDArray[Light], display: LensDisplay, place: Eye, looking: Looking, *, window: Window | None = None
+    sheet: NDArray[Light],
+    display: LensDisplay,
+    place: Eye,
+    conditions: ViewingConditions,
+    *,
+    window: Window | None = None,
 ) -> NDArray[np.floating[Any]]:
     """Return the picture that an observer sees, with one eye or with two.
 
@@ -44,7 +49,7 @@ def look(
         As in `observe`.
     place
         Of the eye, or of the middle between two.
-    looking
+    conditions
         How.
 
     Raises
@@ -57,17 +62,17 @@ def look(
             sheet,
             display,
             eye,
-            pupil_mm=looking.pupil_mm,
-            focus_mm=looking.focus_mm,
-            rays=looking.rays,
+            pupil_mm=conditions.pupil_mm,
+            focus_mm=conditions.focus_mm,
+            rays=conditions.rays,
             window=window,
         )
-        for eye in looking.eyes(place)
+        for eye in conditions.eyes(place)
     ]
-    return pictures[0] if looking.stereo is None else together(pictures[0], pictures[1], looking.stereo)
+    return pictures[0] if conditions.stereo is None else together(pictures[0], pictures[1], conditions.stereo)
 
 
-def least_own_share(display: LensDisplay, place: Eye, looking: Looking) -> float:
+def least_own_share(display: LensDisplay, place: Eye, conditions: ViewingConditions) -> float:
     """Return the share of lenses that show their own cell, to the eye of two that sees fewer of them.
 
     Parameters
@@ -76,7 +81,7 @@ def least_own_share(display: LensDisplay, place: Eye, looking: Looking) -> float
         The display.
     place
         The place of the eye, or of the middle between two eyes.
-    looking
+    conditions
         One eye or two.
     """
-    return min(own_share(display, eye) for eye in looking.eyes(place))
+    return min(own_share(display, eye) for eye in conditions.eyes(place))
