@@ -1,8 +1,8 @@
-"""Pages of a PDF whose millimetres are millimetres: shapes, and a picture whose pixels are the printer's.
+"""PDF pages with exact sizes: shapes, and a picture whose pixels are those of the printer.
 
 reportlab makes the pages, embeds the font and asks viewers not to scale when they print. The picture would pass through
-its memory several times, so it comes afterwards, piece by piece, as an incremental update (ISO 32000-1, 7.5.6): the
-page refers to an empty object, and what is appended to the file says what it is.
+its memory several times, so it is appended in pieces, as an incremental update (ISO 32000-1, 7.5.6): the page refers to
+an empty object, which the appended part of the file defines.
 """
 
 from __future__ import annotations

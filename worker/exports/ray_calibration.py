@@ -46,9 +46,9 @@ def lens_grid(layout: CellLayout, *, rows: int, cols: int) -> LensGrid:
     Parameters
     ----------
     layout
-        Of the sheet.
+        The layout of the integral image.
     rows, cols
-        Of the picture, px.
+        The size of the picture, px.
     """
     lens_row, lens_col = layout.lens_rows // 2, layout.lens_cols // 2
     n, m = layout.px_per_lens, layout.row_px

@@ -34,7 +34,7 @@ def write_frame(file: BinaryIO, codes: NDArray[np.uint8]) -> None:
     Parameters
     ----------
     file
-        Of frames of the same size.
+        A file of frames of the same size.
     codes
         R'G'B' `(rows, cols, 3)`, both sides even.
 

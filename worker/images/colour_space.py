@@ -103,7 +103,7 @@ def colour_space(path: Path, spec: ImageSpec) -> ColourSpace:
     path
         The file, whose PNG chunks are read.
     spec
-        Its header as OpenImageIO reads it.
+        The header of the file as OpenImageIO reads it.
     """
     if str(spec.format) in ("half", "float", "double"):
         return linear_space("floating numbers")
@@ -127,7 +127,7 @@ def colour_notes(paths: Sequence[Path]) -> tuple[str, ...]:
     Raises
     ------
     ArtifactMissing, ArtifactBroken
-        As `file_colour_space`.
+        See `file_colour_space`.
     """
     files: dict[str, list[Path]] = {}
     for path in paths:

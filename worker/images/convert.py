@@ -83,9 +83,9 @@ def shown(
     as_format
         PNG, or WebP, which is lossy and smaller.
     scale
-        How many times larger each way, in linear light.
+        The scale in both directions, in linear light.
     filter_name
-        By which filter.
+        The filter that scales the picture.
 
     Raises
     ------

@@ -24,11 +24,11 @@ def paper(shapes: Iterable[Shape], *, pixel_mm: float, top: int, rows: int, cols
     Parameters
     ----------
     shapes
-        In mm from the page's upper left corner.
+        The shapes, in mm from the upper left corner of the page.
     pixel_mm
         Pitch of the page's pixels.
     top, rows, cols
-        Which rows, [top, top + rows), and how many px wide the page is.
+        The rows [top, top + rows) and the width of the page, px.
 
     Returns
     -------

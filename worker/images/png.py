@@ -33,9 +33,9 @@ def write_png_bands(
     file
         An empty file.
     bands
-        From the top: `(some rows, cols, 3)`, uint8 or uint16, `rows` in all.
+        The bands from the top: `(some rows, cols, 3)`, uint8 or uint16, with `rows` rows in all.
     rows, cols
-        Of the picture, px.
+        The size of the picture, px.
     bits
         8 or 16.
     density

@@ -66,7 +66,7 @@ def read_region(path: Path, place: TilePlace, dtype: type[Light]) -> NDArray[Lig
     place
         The region, pixel rows [row_start, row_stop), likewise cols.
     dtype
-        As in `read_rgb`.
+        See `read_rgb`.
 
     Returns
     -------
@@ -78,7 +78,7 @@ def read_region(path: Path, place: TilePlace, dtype: type[Light]) -> NDArray[Lig
     ArtifactMissing
         If there is no such file.
     ArtifactBroken
-        As in `read_rgb`, or if the region does not lie inside the picture.
+        See `read_rgb`; also if the region is not inside the picture.
     """
     with opened(path) as source:
         check_channels(path, source)

@@ -34,9 +34,9 @@ def turned_bands(
     bands
         From the top: `(some rows, cols, 3)`, uint8 or uint16, `rows` in all.
     rows, cols
-        Of the picture before it is turned, px.
+        The size of the picture before it is turned, px.
     quarters
-        How many quarters of a turn, 0 to 3; 0 gives the bands as they are.
+        The quarters of a clockwise turn, 0 to 3; 0 yields the bands unchanged.
     bits
         8 or 16.
     folder

@@ -102,7 +102,7 @@ def open_rows(
     channels
         Their names; without them red, green and blue, which must be the first ones.
     dtype
-        What its numbers become, as in `read_rgb`; without it they stay half floats, floats, or codes of 8 or 16 bits.
+        The type of the numbers, as in `read_rgb`; by default that of the file: half floats, floats or codes.
     scratch
         A folder for the file into which a PNG is unrolled when rows are asked for backward; else the system's.
 
@@ -156,13 +156,13 @@ def write_rows(
     Parameters
     ----------
     path
-        Where to; not atomic, but what could not be written whole is not left behind.
+        The file; writing it is not atomic, but an incomplete file is removed.
     bands
         `(rows, cols, channel)` each; all of one dtype.
     size
         (rows, cols) of the whole.
     store_as
-        Its numbers, by OpenImageIO's name: `half` or `float`.
+        The type of its numbers, by OpenImageIO's name: `half` or `float`.
     attributes
         Header attributes and settings of the writer.
     channels

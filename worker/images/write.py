@@ -33,7 +33,7 @@ def write_exr(path: Path, linear: NDArray[np.floating[Any]], *, attributes: Mapp
     Parameters
     ----------
     path
-        Where to; not atomic.
+        The file; writing it is not atomic.
     linear
         `(rows, cols, 3)`, floating. Beyond the range of half floats it is clipped to it.
     attributes
@@ -56,7 +56,7 @@ def write_exr_rows(
     Parameters
     ----------
     path, attributes
-        As in `write_exr`.
+        See `write_exr`.
     bands
         `(rows, cols, 3)` each, floating.
     size
@@ -65,7 +65,7 @@ def write_exr_rows(
     Raises
     ------
     OutputError, StoreFull, StoreUnavailable
-        As in `write_exr`, or if the bands are not the rows of this size.
+        See `write_exr`; also if the bands are not the rows of this size.
     """
     settings = {**_settings(attributes), "oiio:ColorSpace": LINEAR}
     write_rows(path, map(_half, bands), size=size, store_as="half", attributes=settings)
@@ -84,15 +84,15 @@ def write_channels(
     Parameters
     ----------
     path
-        Where to; not atomic.
+        The file; writing it is not atomic.
     bands
         `(rows, cols, channel)` each, top down; NaN stays NaN.
     names
-        Of the channels.
+        The names of the channels.
     size
         (rows, cols) of the whole.
     attributes
-        As in `write_exr`.
+        See `write_exr`.
 
     Raises
     ------

@@ -31,34 +31,34 @@ PATH = "/usr/local/bin:/usr/bin:/bin"
 """The search path inside the sandbox."""
 
 TMP_BYTES = 64 * 1024 * 1024
-"""Size of /tmp inside bwrap; POV-Ray's own temp folder is in the task's."""
+"""The size of /tmp inside bwrap; the temporary folder of POV-Ray is in the folder of the task."""
 
 TRIAL_S = 20.0
 
 _MODES: tuple[SandboxMode, ...] = ("bwrap", "landlock")
 _TRIAL_LIMITS = Limits(cpu_s=10, memory_mb=1024, file_mb=1)
 _TRIAL = 'cat "$1" 2>/dev/null && exit 9; (echo out >>"$1") 2>/dev/null; echo in >"$2"'
-"""Read outside (must fail), write outside (must change nothing), write inside (must work)."""
+"""A trial: reading outside must fail, writing outside must change nothing, and writing inside must work."""
 
 _REAPER = ["/bin/sh", "-c", '"$@"; exit $?', "sh"]
-"""Process 1 of the namespace. As process 1 itself, POV-Ray would not end by SIGXCPU or SIGXFSZ; and bwrap's own process
-1 is not waited for, so that POV-Ray's CPU seconds would be lost."""
+"""Process 1 of the namespace. As process 1, POV-Ray would not end on SIGXCPU or SIGXFSZ; and bwrap's own process 1 is
+not waited for, so that the CPU seconds of POV-Ray would be lost."""
 
 
 @dataclass(frozen=True)
 class Sandbox:
-    """The mode that was found to hold on this machine."""
+    """The sandbox that works on this machine."""
 
     mode: SandboxMode
     allow_none: bool = False
 
     def wrap(self, argv: Sequence[str], *, readable: Sequence[Path], writable: Path, limits: Limits) -> list[str]:
-        """Return the command line that runs `argv` inside: it reads `readable`, and works in and writes `writable`.
+        """Return the command line that runs `argv` inside: it may read `readable`, and works in and may write `writable`.
 
         Raises
         ------
         SandboxMissing
-            In mode `none`, unless it was allowed.
+            If the mode is `none` and it was not allowed.
         ValueError
             If a path is not absolute, or a readable one lies in the writable one.
         """

@@ -118,7 +118,7 @@ def _tiles(
     Parameters
     ----------
     name
-        Of a tile's artifact, below the job.
+        The name of the artifact of a tile, below the job.
     channels
         Of numbers in single precision; without them the tiles are light in half floats.
     """

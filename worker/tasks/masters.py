@@ -45,11 +45,11 @@ class Masters:
         Parameters
         ----------
         name
-            As in `names.integral_name`.
+            The name below the job, such as `names.integral_name`.
         bands
             Bands of its rows, top down: `(rows, cols, 3)` each, linear light.
         size
-            Its (rows, cols).
+            The size (rows, cols).
 
         Raises
         ------

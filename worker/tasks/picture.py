@@ -133,7 +133,7 @@ def write_rays(
     Returns
     -------
     Scaffold
-        What they were written with.
+        The scaffold with which the rays were written.
     """
     stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
     wanted = slice(region.row_start, region.row_stop), slice(region.col_start, region.col_stop)

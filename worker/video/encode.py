@@ -67,7 +67,7 @@ def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float, scale
     fps
         Frames a second; carried as the nearest fraction with a denominator of at most 1001.
     scale
-        How many times larger the video is than its frames, each way or as (down, across). Enlarged by a bicubic
+        The scale of the video to its frames, in both directions or as (down, across). Frames are enlarged by a bicubic
         filter, on sRGB codes: a preview, and 40 times cheaper than in linear light (measured at 90 to 720 px).
 
     Returns

@@ -148,9 +148,9 @@ def kind(
     crf, qp
         One of them: the constant rate factor, or a quantizer that holds still; see the module.
     chroma
-        How colour is sampled; None where red, green and blue are kept.
+        The chroma subsampling; None if red, green and blue are kept.
     bits
-        Of a code.
+        The bits of a code.
     intra
         Whether every frame stands alone.
 

@@ -62,7 +62,7 @@ def drawing(sheet: JobSheet, *, frame: int | None = None) -> str:
     Raises
     ------
     OpticsError, SpecError
-        As for `design`.
+        See `design`.
     """
     _check_rendered(sheet)
     check_job(sheet)

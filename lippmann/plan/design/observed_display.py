@@ -33,7 +33,7 @@ def observed_display(
     on_device
         True if the pixels are those of the rig's device, not one cell of the rendered ones a lens.
     bare, surround
-        As in `LensDisplay`.
+        See `LensDisplay`.
 
     Raises
     ------

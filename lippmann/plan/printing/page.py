@@ -59,7 +59,7 @@ def print_page(layout: CellLayout, output: Print, *, lens_pitch_mm: float, pixel
     pixel_mm
         Pitch of the device's pixels.
     label
-        What stands below the array, if a label is asked for.
+        The text below the array, if a label is asked for.
     """
     rows, cols = device_size(layout, px_per_lens_device=lens_pitch_mm / pixel_mm)
     high_mm, wide_mm = layout.lenses_of_pitch(lens_pitch_mm).extent
@@ -150,7 +150,7 @@ def label_of(facts: str, output: Print, page_mm: tuple[float, float], *, lens_pi
     page_mm
         Width and height of the array.
     lens_pitch_mm, pixel_mm
-        As in `print_page`.
+        See `print_page`.
     """
     turned = f", turned {output.orientation_deg} deg" if output.orientation_deg else ""
     said = [

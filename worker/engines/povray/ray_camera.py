@@ -1,11 +1,11 @@
 """Rays as a POV-Ray camera: a mesh whose face k gives pixel k its start (the centroid) and direction (the normal).
 
-What this costs is its parsing, so a face is told by four numbers. All faces share one vertex, the apex. The second one
-stands on the rail, a line along the axis, and is told by its height alone; the third one then follows from start and
-direction of the ray. The mesh's own coordinates are (x + z, y + z, z), so that a point of the rail is (s, s, s), which
-POV-Ray reads from the bare number s. Coordinates are whole and positive numbers of one width: a sign is a word more to
-read, and NumPy writes such numbers fast. POV-Ray keeps vertices as 32-bit floats, therefore faces are large, six times
-the bundle's radius: what is rounded turns no ray by more than about 1e-6.
+Its cost is the parsing, so a face is written as four numbers. All faces share one vertex, the apex. The second vertex
+lies on the rail, a line along the axis, and only its height is written; the third one follows from the start and the
+direction of the ray. The coordinates of the mesh are (x + z, y + z, z), so that a point of the rail is (s, s, s), which
+POV-Ray reads from the bare number s. Coordinates are whole positive numbers of equal width: a sign is another token to
+parse, and NumPy formats such numbers fast. POV-Ray stores vertices as 32-bit floats; therefore faces are large, six
+times the radius of the bundle, and rounding turns no ray by more than about 1e-6.
 """
 
 from __future__ import annotations
@@ -77,9 +77,9 @@ def ray_camera_text(bands: Iterable[Rays], count: int, scaffold: Scaffold) -> It
         The rays of all pixels of a tile, (row, col, 3), some rows at a time; rig frame, NaN where one is dead. See
         `ray_camera_region`.
     count
-        Of all rays together.
+        The number of all rays.
     scaffold
-        Of the whole picture.
+        The scaffold of the whole picture.
 
     Raises
     ------
@@ -119,7 +119,7 @@ def scaffold(outer: Rays, *, front_mm: float, mm_per_unit: float) -> Scaffold:
     front_mm
         The z before which no ray starts. Starts lie behind it by no more than the bundle's width times its slopes.
     mm_per_unit
-        Of the stage.
+        The scale of the stage.
     """
     start, direction = _components(outer.at_z(front_mm)), _components(outer.direction)
     alive = ~np.isnan(start).any(axis=0)
