@@ -53,7 +53,7 @@ class Sandbox:
     allow_none: bool = False
 
     def wrap(self, argv: Sequence[str], *, readable: Sequence[Path], writable: Path, limits: Limits) -> list[str]:
-        """Return the command line that runs `argv` inside: it may read `readable`, and works in and may write `writable`.
+        """Return the command line that runs `argv` inside; it may read `readable`, and it works in `writable`.
 
         Raises
         ------
