@@ -1,7 +1,7 @@
 """Planning: the result of the probe becomes tasks, in one transaction per chunk.
 
 A crash between two transactions loses nothing. The division into tiles is decided once and stored in the row of the
-job, so that a later process continues the same plan; tasks are numbered, so the highest number tells where to continue.
+job, so that a later process continues the same plan; the highest task number gives the point to continue.
 """
 
 from __future__ import annotations
