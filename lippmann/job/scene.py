@@ -34,7 +34,7 @@ RESERVED = frozenset(
         *("image_width", "image_height", "frame_number", "initial_clock", "final_clock", "clock_delta"),
     )
 )
-"""TextLine that POV-Ray, or a job, keeps for itself and that a parameter might be named by."""
+"""Words that POV-Ray, or a job, keeps for itself and that a parameter might be named by."""
 
 
 class _Part(BaseModel):

@@ -14,11 +14,19 @@ from tests.repository import ROOT
 DESCRIBED = ("lippmann/lattice", "lippmann/lightfield", "lippmann/local", "lippmann/optics")
 """Packages whose public functions with two or more arguments have a Parameters section that names each of them."""
 
-WHOLE_SENTENCES = ("lippmann/lattice", "lippmann/lightfield", "lippmann/local", "lippmann/optics")
+WHOLE_SENTENCES = (
+    "lippmann/job/outputs",
+    "lippmann/lattice",
+    "lippmann/lightfield",
+    "lippmann/local",
+    "lippmann/optics",
+    "lippmann/plan",
+    "worker",
+)
 """Packages whose docstrings are whole sentences."""
 
 FRAGMENTS = ("Of", "From", "Where", "By", "As", "Likewise", "Whether", "How")
-"""TextLine with which no docstring begins: what follows is a fragment, which does not stand alone in an editor."""
+"""Words with which no docstring begins: what follows is a fragment, which does not stand alone in an editor."""
 
 PHRASES = ("when not said", "is none", "that there is", "lies deep", "when nothing is said", "what is told")
 """Turns of phrase that no docstring has, because an engineer would not search for them."""

@@ -35,7 +35,7 @@ def srgb_codes(linear: NDArray[np.floating[Any]], *, bits: int = 8) -> NDArray[A
     Raises
     ------
     OutputError
-        If `bits` is none of these.
+        If `bits` has another value.
 
     Examples
     --------

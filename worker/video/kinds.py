@@ -137,7 +137,7 @@ def kind(
     bits: Bits = 8,
     intra: bool = False,
 ) -> Kind:
-    """Return a codec in a container, set; what is None has its default, as `CHOICES` lists it.
+    """Return a codec in a container, set; arguments that are not given have the defaults of `CHOICES`.
 
     Parameters
     ----------

@@ -150,7 +150,7 @@ def output_called(outputs: Iterable[OutputOptions], file_name: str) -> OutputOpt
     Raises
     ------
     KeyError
-        If there is none.
+        If no output has it.
     """
     for output in outputs:
         if output.file_name == file_name:

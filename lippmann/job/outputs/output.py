@@ -30,7 +30,7 @@ class OutputOptions(BaseModel):
     """The options that the short spelling `<kind><suffix>` stands for, by file suffix; the suffix "" is a folder."""
 
     IS_VIDEO: ClassVar[bool] = False
-    """Whether the output is one video file for the whole job; otherwise it has one or more files for every frame."""
+    """True if the output is one video file for the whole job; otherwise it has one or more files for every frame."""
 
     kind: str
     name: Name

@@ -53,7 +53,7 @@ def write_view_depth(path: Path, found: ViewDepth, *, range_mm: tuple[float, flo
     """Write the depth map of a view in the format of the file's suffix: `.exr`, `.pfm` or `.png`.
 
     An EXR has three channels, a PFM the disparity, and a PNG colours. The colours end at the deeper end of `range_mm`,
-    or, where it is None, at the depths themselves.
+    or without it at the depths themselves.
 
     Raises
     ------
