@@ -34,7 +34,7 @@ class Stream:
         self._quick = _client(redis_url, QUICK_S)
 
     def read(self, position: str, *, count: int, block_s: float) -> list[Entry]:
-        """Return the events after a position, as pairs (position, event); an invalid event is None."""
+        """Return the events after a position, as pairs (position, event), with None for an invalid event."""
         with _translated():
             answer: Any = self._slow.xread({wire.EVENTS_STREAM: position}, count=count, block=math.ceil(block_s * 1000))
         return [(entry.decode(), _event(fields)) for _, entries in answer for entry, fields in entries]

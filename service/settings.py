@@ -32,7 +32,7 @@ class Settings(BaseSettings):
     public_url: str = ""
     """The URL under which users reach the service; if empty, `http://host:port`."""
     coordinator: bool = True
-    """Whether this process may become the leader and run the coordinator."""
+    """True if this process may become the leader and run the coordinator."""
 
     tick_s: float = Field(default=0.2, gt=0)
     """The interval at which the coordinator looks for work when nothing wakes it."""

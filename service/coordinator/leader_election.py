@@ -35,7 +35,7 @@ class LeaderElection:
 
     @property
     def is_leader(self) -> bool:
-        """Whether this process leads now; it becomes False on its own if the row is not renewed in time."""
+        """True if this process leads now; it becomes False on its own if the row is not renewed in time."""
         return self._steady() < self._until_s
 
     def renew(self, *, now_s: float) -> bool:

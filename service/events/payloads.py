@@ -110,7 +110,7 @@ def eta_s(row: Job, running_px: float) -> float | None:
     """Estimate the seconds that a job still takes.
 
     The estimate is the remaining pixels times the measured seconds per pixel, divided by the number of running tasks.
-    It is None while nothing runs or nothing was measured.
+    There is no estimate (None) while nothing runs or nothing was measured.
     """
     if not (row.running and row.done_px and row.wall_s and row.planned_s) or row.status is not JobStatus.RUNNING:
         return None

@@ -19,7 +19,7 @@ class Wakeup:
         self._threads: set[threading.Event] = set()
         self._streams: set[tuple[asyncio.AbstractEventLoop, asyncio.Event]] = set()
         self.closed = False
-        """Whether the streams must end."""
+        """True if the streams must end."""
 
     def notify(self) -> None:
         """Wake all waiting threads and streams."""

@@ -29,7 +29,7 @@ class CoordinatorHealth(Answer):
     """The health of the coordinator, which schedules tasks and records events."""
 
     ok: bool
-    """Whether a coordinator is running in some service process."""
+    """True if a coordinator is running in some service process."""
     leader: str | None
     """The process whose coordinator runs; null without a key."""
 

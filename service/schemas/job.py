@@ -45,7 +45,7 @@ class OutputLink(Answer):
     url: str
     """The path of the video, or of the JSON file that lists the files of any other output."""
     ready: bool
-    """Whether the output is done."""
+    """True if the output is done."""
 
 
 class Size(Answer):

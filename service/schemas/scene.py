@@ -24,7 +24,7 @@ class Scene(Answer):
     digest: str
     """The SHA-256 of the bundle."""
     builtin: bool
-    """Whether the scene comes with Lippmann."""
+    """True if the scene comes with Lippmann."""
     poster: str | None
     """The path of the poster, a PNG."""
 

@@ -15,7 +15,7 @@ class TaskError(Answer):
     code: str
     message: str
     permanent: bool
-    """Whether every other attempt would fail the same way."""
+    """True if every other attempt would fail the same way."""
 
 
 class Task(Answer):

@@ -21,6 +21,7 @@ WHOLE_SENTENCES = (
     "lippmann/local",
     "lippmann/optics",
     "lippmann/plan",
+    "service",
     "worker",
 )
 """Packages whose docstrings are whole sentences."""
