@@ -16,8 +16,8 @@ from redis.backoff import NoBackoff
 from redis.exceptions import RedisError
 from redis.retry import Retry
 
-from lippmann.job import wire
-from lippmann.job.events import Event, Presence
+from lippmann.job.messages import wire
+from lippmann.job.messages.events import Event, Presence
 from service.errors import BrokerUnavailable
 
 QUICK_S = 0.5

@@ -9,8 +9,8 @@ from typing import TypeVar
 import anyio
 from sqlalchemy import text
 
-from lippmann.job.artifact_store import ArtifactStore
-from lippmann.job.events import Presence
+from lippmann.job.messages.events import Presence
+from lippmann.plan.artifact_store import ArtifactStore
 from service.broker_stream import Stream
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 from typing import Any, cast
 
-from lippmann.job.artifact_store import ArtifactStore
+from lippmann.plan.artifact_store import ArtifactStore
 from service.main import create_app
 from service.ports import Parts, Pictures, Scenes
 from service.settings import Settings

@@ -13,8 +13,8 @@ from celery import Celery
 from kombu.exceptions import KombuError
 from redis.exceptions import RedisError
 
-from lippmann.job import wire
-from lippmann.job.orders import Order
+from lippmann.job.messages import wire
+from lippmann.job.messages.orders import Order
 from service.errors import BrokerUnavailable
 
 

@@ -1,7 +1,7 @@
 """Ports: the interfaces that the service needs and does not implement: pictures and scene bundles.
 
 The service imports none of the implementations; `lippmann.farm.adapters` provides them. The interface of the artifact
-store, which workers share, is `lippmann.job.artifact_store`.
+store, which workers share, is `lippmann.plan.artifact_store`.
 """
 
 from __future__ import annotations
@@ -13,9 +13,9 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.artifact_store import ArtifactStore
 from lippmann.job.scene import SceneCard
 from lippmann.job.viewing import Filter
+from lippmann.plan.artifact_store import ArtifactStore
 
 
 class CheckedBundle(Protocol):

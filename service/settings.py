@@ -10,7 +10,7 @@ from typing import Any
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
-from lippmann.job import wire
+from lippmann.job.messages import wire
 from lippmann.job.old_names import rename_settings
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.orders import Order, TaskKind
+from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.resolved import JobSheet, PlanSheet
 from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.plan import artifact_names as names

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.outputs.choice import output_called
 from lippmann.job.resolved import JobSheet
 from lippmann.lattice.layout import CellLayout

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from sqlalchemy.orm import Session
 
 from lippmann.errors import ArtifactMissing, BundleError, StoreFull
-from lippmann.job.artifact_store import ArtifactInfo
-from lippmann.job.events import Event, EventKind, Failure, Presence, ProbeResult
-from lippmann.job.orders import Order, TaskKind
+from lippmann.job.messages.events import Event, EventKind, Failure, Presence, ProbeResult
+from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.scene import SceneCard
 from lippmann.job.stage import Stage
+from lippmann.plan.artifact_store import ArtifactInfo
 from service.auth import Caller
 from service.coordinator import scheduler as dispatching
 from service.coordinator.background_jobs import BackgroundJobs

@@ -14,8 +14,8 @@ from celery import Celery
 from celery.signals import worker_init, worker_process_init, worker_ready, worker_shutdown, worker_shutting_down
 
 from lippmann.errors import LippmannError, SandboxMissing
-from lippmann.job import wire
-from lippmann.job.events import Presence
+from lippmann.job.messages import wire
+from lippmann.job.messages.events import Presence
 from worker.engines.povray.version import povray_version
 from worker.report import BrokerClient, PresencePublisher
 from worker.sandbox.sandbox import detect

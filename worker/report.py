@@ -21,9 +21,9 @@ from redis.backoff import ExponentialBackoff
 from redis.exceptions import RedisError
 from redis.retry import Retry
 
-from lippmann.job import wire
-from lippmann.job.events import Event, EventKind, Failure, Presence, ProbeResult
-from lippmann.job.orders import Order
+from lippmann.job.messages import wire
+from lippmann.job.messages.events import Event, EventKind, Failure, Presence, ProbeResult
+from lippmann.job.messages.orders import Order
 
 FINAL_EVENT_S = 60.0
 """The time for which the publishing of `done` and `failed` is retried while Redis is unreachable."""

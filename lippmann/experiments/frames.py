@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.experiments.request import FigureRequest, Report
-from lippmann.job.orders import Order, TaskKind
+from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.outputs.choice import output_called
 from lippmann.job.resolved import JobSheet, PlanSheet
 from lippmann.job.spec import JobSpec

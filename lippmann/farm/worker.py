@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import platform
 
-from lippmann.job import wire
+from lippmann.job.messages import wire
 
 
 def worker_name() -> str:

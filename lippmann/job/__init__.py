@@ -1,28 +1,21 @@
-"""What was asked for, and the words service and worker share. Pure: no input or output.
+"""Jobs: what a client asks for, and what service and workers exchange about it. Pure: no input or output.
 
-frames     `1-48:2, 60` and the numbers it stands for
-glasses    materials by name: index and Abbe number
-lens       an imaging lens, surface by surface
-lens_array whole pixels under hexagons
-presets    arrays and jobs by name
-rig        imaging lens, microlens array, camera, device
-sheet_geometry   where the lenses lie on integral images from elsewhere
-stage      where the rig stands in a scene
-render_settings  the road through the optics, samples, tiles, limits
-keyframes  numbers that change with the frame
-eyes       the words of whoever looks at a display
-filters    how a picture is brought to another size, by name
-outputs/   what a job asks for beside its masters, a module a group of kinds
-tagged     fields with several forms
-misfit     fields that do not go together
-old_names  names that changed, which job files and the environment may still use
-problems   what was found wrong, field by field
-spec       the job as it was asked for, and the one door that checks it
-foreign_sheets   a bundle of integral images from elsewhere, in place of a scene
-scene      the scene as a job sees it: stage, clock, parameters
-sheet      the job as it is stored for workers
-statuses   jobs' and tasks' statuses and the moves between them
-orders     what a worker is told
-events     what a worker says
-wire       the names both meet under on Redis, and the times they agree on
+frames           frame ranges: the text `1-48:2, 60` and its frame numbers
+keyframes        numbers that change from frame to frame
+glasses          optical materials by name: refractive index and Abbe number
+lens             imaging lenses: prescriptions, surface by surface
+rig              the rig: imaging lens, microlens array, camera and device
+presets          microlens arrays and whole jobs by name
+render_settings  the capture method, antialiasing, tiles and limits of a render
+stage            the position of the rig in a scene, and the scale
+scene            scenes: stage, clock and parameters
+imported_sheets  bundles of imported integral images, in place of a scene
+viewing          terms and defaults for viewing a display: eyes, gaps, stereo pairs, resampling filters
+outputs/         the outputs of a job: one module for each group of kinds
+spec             the job specification, and `parse_spec`, which validates it
+resolved         a job resolved against its scene, as it is stored for workers
+old_names        former names of fields and settings that are still accepted
+problems         validation errors, field by field
+states           statuses of jobs, tasks and frames, the transitions between them, and users' actions
+messages/        messages between the service and the workers: orders, events and the names on Redis
 """

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from types import MappingProxyType
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 
 
 class JobStatus(StrEnum):

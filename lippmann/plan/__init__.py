@@ -1,6 +1,7 @@
 """Plan a job: its tasks, its design and its printed pages. Everything here is pure, without input or output.
 
 artifact_names  the names of artifacts
+artifact_store  the interface of an artifact store
 sampling        the size of a frame in pixels, and tiles along lens edges
 imported        the lenses of an imported picture, and the rig of its masters
 cost            the cost of a task, and the number of tiles of a frame

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lippmann.job.orders import TaskKind, TileIndex
+from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.outputs.output import OutputOptions
 
 JOB_SHEET = "job.json"

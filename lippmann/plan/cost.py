@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lippmann.job.events import ProbeResult
+from lippmann.job.messages.events import ProbeResult
 from lippmann.job.spec import JobSpec
 from lippmann.plan.sampling import frame_size
 

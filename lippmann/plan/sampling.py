@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TypedDict
 
-from lippmann.job.orders import TileIndex
+from lippmann.job.messages.orders import TileIndex
 from lippmann.job.rig import Device, Rig
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic_layout

@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from lippmann.job.events import ProbeResult
-from lippmann.job.orders import TaskKind, TileIndex
+from lippmann.job.messages.events import ProbeResult
+from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.resolved import PlanSheet
 from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from sqlalchemy.orm import Session
 
-from lippmann.job.artifact_store import ArtifactStore
 from lippmann.plan import artifact_names as names
+from lippmann.plan.artifact_store import ArtifactStore
 from service.api.listings import find_task
 from service.errors import NotFound, RangeNotSatisfiable
 from service.schemas import artifact as schema

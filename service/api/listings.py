@@ -8,7 +8,7 @@ from collections import defaultdict
 from sqlalchemy.orm import Session
 
 from lippmann.errors import FieldProblem
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import FrameStatus, JobStatus, TaskStatus, frame_status
 from lippmann.plan import artifact_names as names
 from service.api.presenters import present_jobs, present_task

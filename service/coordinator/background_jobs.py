@@ -11,8 +11,8 @@ from traceback import format_exception
 import structlog
 from sqlalchemy.exc import OperationalError
 
-from lippmann.job.artifact_store import ArtifactStore
 from lippmann.job.states import JobStatus
+from lippmann.plan.artifact_store import ArtifactStore
 from service.db import jobs as job_rows
 from service.db.engine import Database
 from service.db.tables import BackgroundJob, Job

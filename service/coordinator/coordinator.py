@@ -15,8 +15,8 @@ from traceback import format_exception
 import structlog
 from sqlalchemy.exc import SQLAlchemyError
 
-from lippmann.job.artifact_store import ArtifactStore
-from lippmann.job.events import Presence
+from lippmann.job.messages.events import Presence
+from lippmann.plan.artifact_store import ArtifactStore
 from service.broker_stream import Stream
 from service.coordinator.background_jobs import BackgroundJobs
 from service.coordinator.event_consumer import consume_events

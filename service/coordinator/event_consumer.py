@@ -15,8 +15,8 @@ from sqlalchemy import update
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
 
-from lippmann.job.events import Event, EventKind, Failure
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.events import Event, EventKind, Failure
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import HELD_TASKS, TaskStatus
 from service.broker_stream import Entry
 from service.coordinator.retry_policy import fail_attempt

@@ -6,8 +6,8 @@ that was lost or restored from an old backup never costs pictures.
 
 from __future__ import annotations
 
-from lippmann.job.artifact_store import ArtifactStore
 from lippmann.plan import artifact_names as names
+from lippmann.plan.artifact_store import ArtifactStore
 from service.db import jobs as job_rows
 from service.db.engine import Database
 from service.ids import is_job_id

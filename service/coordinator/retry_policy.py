@@ -5,7 +5,7 @@ from __future__ import annotations
 from sqlalchemy.orm import Session
 
 from lippmann.errors import PovrayMissing, SandboxMissing, Stopped, StoreFull, StoreUnavailable
-from lippmann.job.events import Failure
+from lippmann.job.messages.events import Failure
 from lippmann.job.states import TaskStatus
 from service.db.tables import Task, WorkerFault
 from service.jobs.state_machine import transition_task

@@ -10,8 +10,8 @@ from dataclasses import replace
 
 from sqlalchemy.orm import Session
 
-from lippmann.job.events import Presence
-from lippmann.job.orders import Order
+from lippmann.job.messages.events import Presence
+from lippmann.job.messages.orders import Order
 from lippmann.job.states import JobStatus, TaskStatus
 from service.coordinator.fair_share import Claim, share_out
 from service.db import coordinator as coordinator_rows

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from sqlalchemy.orm import Session
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import FrameStatus, TaskStatus, frame_status
 from service.db import events as event_rows
 from service.db import tasks as task_rows

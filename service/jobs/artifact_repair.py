@@ -13,11 +13,11 @@ from itertools import islice
 from sqlalchemy.orm import Session
 
 from lippmann.errors import ArtifactBroken, ArtifactMissing
-from lippmann.job.artifact_store import ArtifactStore
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JOB_ACTIONS, FrameStatus, JobAction, TaskStatus
 from lippmann.plan import artifact_names as names
+from lippmann.plan.artifact_store import ArtifactStore
 from service.db import tasks as task_rows
 from service.db.counters import add_to_counters
 from service.db.engine import Database

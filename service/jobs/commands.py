@@ -11,9 +11,9 @@ from collections import defaultdict
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
-from lippmann.job.artifact_store import ArtifactStore
 from lippmann.job.states import JobAction, JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
+from lippmann.plan.artifact_store import ArtifactStore
 from service.db import tasks as task_rows
 from service.db.engine import Database, changed
 from service.db.tables import BackgroundJob, Job, Task, WorkerFault

@@ -12,12 +12,12 @@ from itertools import islice
 from sqlalchemy import insert, update
 from sqlalchemy.orm import Session
 
-from lippmann.job.artifact_store import ArtifactStore
-from lippmann.job.events import ProbeResult
+from lippmann.job.messages.events import ProbeResult
 from lippmann.job.resolved import PlanSheet
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
+from lippmann.plan.artifact_store import ArtifactStore
 from lippmann.plan.tasks import PlannedTask, plan_sheet, plan_tasks
 from service.db import tasks as task_rows
 from service.db.counters import add_to_counters

@@ -12,7 +12,7 @@ from typing import Any
 from sqlalchemy import update
 from sqlalchemy.orm import Session
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import JOB_ACTIONS, JOB_TRANSITIONS, TASK_TRANSITIONS, JobAction, JobStatus, TaskStatus
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows

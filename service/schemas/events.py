@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, RootModel
 
-from lippmann.job.orders import TaskKind, TileIndex
+from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.states import FrameStatus, TaskStatus
 from service.schemas.answer import Answer
 from service.schemas.job import Job, TaskCounts

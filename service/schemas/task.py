@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from lippmann.job.orders import TaskKind, TileIndex
+from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.states import TaskStatus
 from service.schemas.answer import Answer
 

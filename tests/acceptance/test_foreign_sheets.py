@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 
 from lippmann.cli.main import app
 from lippmann.client.fetch import fetch_job
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.lightfield.sheet.lens_grid import LensGrid
 from lippmann.local.files.bundle import read_bundle
 from service.schemas.job import Job

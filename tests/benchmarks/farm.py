@@ -7,7 +7,7 @@ import time
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-from lippmann.job.orders import TileIndex
+from lippmann.job.messages.orders import TileIndex
 from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.plan import artifact_names as names
 from povtemplates.catalogue import INCLUDE_FOLDER, scene_folders

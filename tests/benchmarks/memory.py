@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from tests.builders import local_place, order_of, small_job, stored_job, tiles_of
 from worker.images.write import write_exr
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.plan import artifact_names as names
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.local import JOB_ID

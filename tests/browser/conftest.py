@@ -13,8 +13,8 @@ import pytest
 from playwright._impl._driver import compute_driver_executable
 from playwright.sync_api import Browser, Page, Playwright, Request, expect, sync_playwright
 
-from lippmann.job.events import Event
-from lippmann.job.orders import Order
+from lippmann.job.messages.events import Event
+from lippmann.job.messages.orders import Order
 from service.schemas.access import Role
 from service.settings import Settings
 from tests.broker import Broker

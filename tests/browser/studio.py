@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.farm.adapters import make_parts
-from lippmann.job.events import Event, EventKind, Failure
-from lippmann.job.orders import Order, TaskKind
+from lippmann.job.messages.events import Event, EventKind, Failure
+from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.resolved import JobSheet
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.views import grid_size, interlace, view_numbers, view_of_grid

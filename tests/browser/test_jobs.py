@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from playwright.sync_api import Page, expect
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from tests.browser.conftest import Farm
 from tests.waiting import until
 

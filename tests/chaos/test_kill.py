@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from redis import Redis
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.outputs.videos import CentreVideo
 from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names

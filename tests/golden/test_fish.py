@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import cut_tiles, frame_size
 from tests.builders import local_place, order_of, small_job, stored_job, stored_picture

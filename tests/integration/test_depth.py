@@ -10,7 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from lippmann.errors import ArtifactMissing
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.resolved import JobSheet
 from lippmann.job.spec import JobSpec
 from lippmann.lattice.layout import CellLayout

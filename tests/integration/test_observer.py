@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.viewing import EYES_APART_MM
 from lippmann.lightfield.observer.observe import whole_window
 from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, look

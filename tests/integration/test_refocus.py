@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.lightfield.refocus.ciir import ciir_stack
 from lippmann.lightfield.refocus.shift_and_sum import focal_stack
 from lippmann.optics.rig.bench import bench

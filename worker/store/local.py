@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from lippmann.errors import NO_ROOM, ArtifactMissing, StoreFull, StoreUnavailable
-from lippmann.job.artifact_store import ArtifactInfo
+from lippmann.plan.artifact_store import ArtifactInfo
 from worker.store.names import check_name, check_prefix
 
 HIDDEN = ".partial"

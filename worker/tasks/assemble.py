@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.job.orders import Order, TileIndex
+from lippmann.job.messages.orders import Order, TileIndex
 from lippmann.job.resolved import JobSheet
 from lippmann.job.rig import Device
 from lippmann.lattice.layout import CellLayout

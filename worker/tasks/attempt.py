@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import structlog
 
 from lippmann.errors import NO_ROOM, ArtifactBroken, ArtifactMissing, LippmannError, Permanent, StoreFull
-from lippmann.job.events import EventKind, Failure, ProbeResult
-from lippmann.job.orders import Order, TaskKind
+from lippmann.job.messages.events import EventKind, Failure, ProbeResult
+from lippmann.job.messages.orders import Order, TaskKind
 from worker.report import AttemptHeartbeat, event_of
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace

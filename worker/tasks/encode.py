@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lippmann.job.orders import Order
+from lippmann.job.messages.orders import Order
 from lippmann.job.outputs.choice import output_called
 from lippmann.plan import artifact_names as names
 from worker.tasks.attempt import TaskResult

@@ -7,8 +7,8 @@ from typing import Any
 
 from celery.signals import worker_ready
 
-from lippmann.job.orders import Order, TaskKind
-from lippmann.job.wire import task_name
+from lippmann.job.messages.orders import Order, TaskKind
+from lippmann.job.messages.wire import task_name
 from worker.app import app, settings
 from worker.images.read import limit_threads
 from worker.store.local import LocalStore

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import ArtifactBroken, BundleError
-from lippmann.job.events import ProbeResult
+from lippmann.job.messages.events import ProbeResult
 from lippmann.job.resolved import JobSheet
 from lippmann.lightfield.calibrate.imported import captured_of
 from lippmann.plan.imported import lens_grid

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lippmann.errors import SpecError
-from lippmann.job.orders import Order, TaskKind
+from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.resolved import JobSheet, PlanSheet
 from lippmann.job.spec import JobSpec
 from lippmann.optics.rig.check import check_job

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 
-from lippmann.job.events import ProbeResult
-from lippmann.job.orders import Order
+from lippmann.job.messages.events import ProbeResult
+from lippmann.job.messages.orders import Order
 from lippmann.lattice.layout import CellLayout
 from lippmann.plan.sampling import frame_size
 from worker.tasks.attempt import TaskResult

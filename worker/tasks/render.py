@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.orders import Order, TileIndex
+from lippmann.job.messages.orders import Order, TileIndex
 from lippmann.job.resolved import JobSheet, PlanSheet
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.lightfield.sheet.supersample import average_in_cells

@@ -17,10 +17,10 @@ from pathlib import Path
 import structlog
 
 from lippmann.errors import LippmannError
-from lippmann.job.artifact_store import ArtifactStore
-from lippmann.job.orders import Order
+from lippmann.job.messages.orders import Order
 from lippmann.job.resolved import JobSheet, PlanSheet
 from lippmann.plan import artifact_names as names
+from lippmann.plan.artifact_store import ArtifactStore
 from worker.report import BrokerClient
 from worker.sandbox.bundle import unpack
 from worker.sandbox.log import AttemptLog

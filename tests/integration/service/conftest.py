@@ -22,9 +22,9 @@ import httpx
 import pytest
 import redis
 
-from lippmann.job import wire
-from lippmann.job.events import Event
-from lippmann.job.orders import Order
+from lippmann.job.messages import wire
+from lippmann.job.messages.events import Event
+from lippmann.job.messages.orders import Order
 from service.auth import create_key
 from service.main import Server, create_app
 from service.ports import Parts

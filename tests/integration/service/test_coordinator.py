@@ -8,9 +8,9 @@ from pathlib import Path
 import pytest
 from sqlalchemy.exc import OperationalError
 
-from lippmann.job import wire
-from lippmann.job.events import Event
-from lippmann.job.orders import Order, TaskKind
+from lippmann.job.messages import wire
+from lippmann.job.messages.events import Event
+from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
 from service.coordinator import coordinator as module
 from service.coordinator.coordinator import BATCH, Coordinator

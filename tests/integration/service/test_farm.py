@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from tests.builders_service import SPEC
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.waiting import until

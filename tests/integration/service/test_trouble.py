@@ -10,9 +10,9 @@ from typing import Any
 
 import pytest
 
-from lippmann.job import wire
-from lippmann.job.events import Event
-from lippmann.job.orders import Order, TaskKind
+from lippmann.job.messages import wire
+from lippmann.job.messages.events import Event
+from lippmann.job.messages.orders import Order, TaskKind
 from service.broker_stream import Stream
 from service.coordinator.coordinator import Coordinator
 from service.db.tables import CoordinatorRow

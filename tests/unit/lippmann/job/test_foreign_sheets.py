@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from lippmann.errors import BundleError, SpecError
-from lippmann.job.events import ProbeResult
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.events import ProbeResult
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.resolved import JobSheet
 from lippmann.job.scene import SceneCard, parse_scene
 from lippmann.job.spec import JobSpec, parse_spec

@@ -7,8 +7,8 @@ from collections.abc import Callable
 import pytest
 from sqlalchemy.exc import OperationalError
 
-from lippmann.job.events import Event, EventKind
-from lippmann.job.orders import Order, TaskKind
+from lippmann.job.messages.events import Event, EventKind
+from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import TaskStatus
 from service.coordinator import event_consumer as following
 from service.coordinator.event_consumer import consume_events

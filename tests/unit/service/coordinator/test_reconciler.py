@@ -6,7 +6,7 @@ import pytest
 from sqlalchemy import update
 
 from lippmann.errors import StoreUnavailable
-from lippmann.job.orders import Order
+from lippmann.job.messages.orders import Order
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
 from service.coordinator.reconciler import FarmView, Reconciler

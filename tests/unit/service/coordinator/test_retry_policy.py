@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from lippmann.job.orders import Order, TaskKind
+from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
 from service.coordinator.retry_policy import INFRASTRUCTURE
 from service.jobs.commands import retry_job

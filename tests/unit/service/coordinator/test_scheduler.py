@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
 from service.coordinator.fair_share import Claim, share_out
 from service.errors import BrokerUnavailable

@@ -7,7 +7,7 @@ from typing import Any
 
 from sqlalchemy import update
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.outputs.choice import DEFAULT_OUTPUTS, output_called
 from lippmann.job.resolved import JobSheet, PlanSheet
 from lippmann.job.states import JobStatus

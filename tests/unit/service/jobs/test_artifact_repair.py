@@ -6,8 +6,8 @@ from collections.abc import Callable
 
 import pytest
 
-from lippmann.job.events import Failure
-from lippmann.job.orders import Order, TaskKind
+from lippmann.job.messages.events import Failure
+from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
 from service.db.counters import recount

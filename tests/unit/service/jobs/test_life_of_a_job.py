@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
 from tests.builders_service import Farm, claimed, done
 

@@ -9,7 +9,7 @@ import pytest
 from sqlalchemy import update
 
 from lippmann.errors import StoreUnavailable
-from lippmann.job.events import ProbeResult
+from lippmann.job.messages.events import ProbeResult
 from lippmann.job.resolved import PlanSheet
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobStatus, TaskStatus

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lippmann.errors import ArtifactMissing, StoreUnavailable
-from lippmann.job.artifact_store import ArtifactStore
+from lippmann.plan.artifact_store import ArtifactStore
 from worker.store.local import CHUNK_BYTES, HIDDEN, LocalStore
 
 NAMES = st.lists(st.text("abc01-_", min_size=1, max_size=4), min_size=1, max_size=4).map("/".join)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lippmann.errors import LayoutError, Stopped
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.spec import JobSpec
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.plan import artifact_names as names

@@ -13,9 +13,9 @@ import pytest
 from redis import Redis
 
 from lippmann.errors import RenderFailed, SceneError, Stopped
-from lippmann.job import wire
-from lippmann.job.events import Event, EventKind, ProbeResult
-from lippmann.job.orders import Order, TaskKind
+from lippmann.job.messages import wire
+from lippmann.job.messages.events import Event, EventKind, ProbeResult
+from lippmann.job.messages.orders import Order, TaskKind
 from tests.broker import Broker
 from tests.waiting import until
 from worker.report import BrokerClient
@@ -28,7 +28,7 @@ from worker.tasks.workplace import Workplace
 
 _HANGS = """
 import sys, threading
-from lippmann.job.orders import Order
+from lippmann.job.messages.orders import Order
 from worker.report import AttemptHeartbeat, BrokerClient
 order = Order(kind="encode", job_id="j", task_id="t", attempt="a", attempt_number=1)
 with AttemptHeartbeat(BrokerClient(sys.argv[1], "w1"), order, worker_stopping=lambda: False, hung_s=2.0):

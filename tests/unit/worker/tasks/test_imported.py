@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 
 from lippmann.cli.main import app
 from lippmann.errors import BundleError
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.spec import parse_spec
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells

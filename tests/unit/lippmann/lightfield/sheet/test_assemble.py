@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lippmann.errors import LayoutError
-from lippmann.job.orders import TileIndex
+from lippmann.job.messages.orders import TileIndex
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.assemble import TilePlace, assembled
 from lippmann.plan.sampling import Tile, cut_tiles

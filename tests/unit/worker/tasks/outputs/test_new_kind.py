@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from lippmann.errors import SpecError
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.outputs.output import KINDS, Name, OutputOptions, output_kind
 from lippmann.job.resolved import PlanSheet
 from lippmann.job.spec import JobSpec, parse_spec

@@ -5,7 +5,7 @@ Redis only carries: everything under these names may be wiped at any moment and 
 
 from __future__ import annotations
 
-from lippmann.job.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind
 
 PREFIX = "lippmann:"
 EVENTS_STREAM = PREFIX + "events"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from lippmann.job.events import LONGEST_PROBE_S, ProbeResult
+from lippmann.job.messages.events import LONGEST_PROBE_S, ProbeResult
 from lippmann.job.spec import JobSpec
 from lippmann.plan.tasks import plan_sheet
 

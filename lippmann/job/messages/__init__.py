@@ -1,0 +1,6 @@
+"""The messages between the service and the workers.
+
+orders   what the service sends to a worker: one attempt of one task
+events   what a worker reports: the events of an attempt, and the presence of the worker
+wire     the names of queues, streams and keys on Redis, and the intervals that both sides rely on
+"""
