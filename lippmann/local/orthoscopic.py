@@ -19,8 +19,9 @@ from lippmann.job.problems import Misfit, problems_of
 from lippmann.job.rig import Rig
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.bands import OrthoscopicSheet, Sheet, SheetOfRows, TurnedSheet, stitched
-from lippmann.local.files.master import KIND, naming, rig_in, whole_picture
+from lippmann.local.files.master import naming, rig_in, whole_picture
 from lippmann.local.files.writable import check_writable
+from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size, frame_size
 from lippmann.terminal.progress import ProgressLine
 from worker.images.colour import linear_light, srgb_codes
@@ -211,7 +212,7 @@ def _made(captured: Sheet, turn: bool, rig: Rig | None, display: Spoc | None) ->
 def _header(file: Path, made: Sheet, shown: Rig | None) -> dict[str, str]:
     """Return the header of the picture that is written."""
     found = read_attributes(file) if file.suffix.lower() == MASTER else {}
-    kept = {name: text for name, text in found.items() if name not in ("rig", KIND)}
+    kept = {name: text for name, text in found.items() if name != "rig"} | {names.KIND: names.ORTHOSCOPIC}
     # A rig describes all lenses or none: a hexagonal sheet turned otherwise than its header begins with the other row.
     named = shown is not None and display_size(shown) == made.layout
     return {**kept, "rig": shown.model_dump_json()} if shown is not None and named else kept

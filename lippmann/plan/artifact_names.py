@@ -8,6 +8,12 @@ from lippmann.job.outputs.output import OutputOptions
 JOB_SHEET = "job.json"
 PLAN_SHEET = "plan.json"
 
+KIND = "kind"
+"""The header attribute of an integral image that is `PSEUDOSCOPIC` or `ORTHOSCOPIC`, whatever the name of its file."""
+
+PSEUDOSCOPIC = "pseudoscopic"
+ORTHOSCOPIC = "orthoscopic"
+
 
 def bundle_name(digest: str) -> str:
     """Return the name of a scene bundle's zip (not below a job)."""

@@ -52,9 +52,12 @@ def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> 
         masters = Masters(place, sheet, frame, folder, monitor, count=count, opened=opened)
         layout, inverted = frame_size(rig), rig.imaging_lens is not None
         size = layout.rows, layout.cols
-        captured = SheetOfRows(masters.keep(names.integral_name(frame), _captured(masters, layout), size), layout)
+        as_captured = masters.keep(
+            names.integral_name(frame), _captured(masters, layout), size, kind=names.PSEUDOSCOPIC
+        )
+        captured = SheetOfRows(as_captured, layout)
         turned = OrthoscopicSheet(captured, inverted=inverted)
-        kept = masters.keep(names.orthoscopic_name(frame), stitched(turned, BAND_PX), size)
+        kept = masters.keep(names.orthoscopic_name(frame), stitched(turned, BAND_PX), size, kind=names.ORTHOSCOPIC)
         upright = SheetOfRows(kept, turned.layout)
         if with_depth:
             _keep_depth(masters, layout, inverted=inverted)
@@ -97,7 +100,12 @@ def on_device(
 def _keep_device(masters: Masters, upright: Sheet, device: Device, *, pitch_mm: float) -> None:
     """Store the result of `on_device`."""
     grid = device_pixels(device, pitch_mm=pitch_mm)
-    masters.keep(names.device_name(masters.frame), device_bands(upright, **grid), device_size(upright.layout, **grid))
+    masters.keep(
+        names.device_name(masters.frame),
+        device_bands(upright, **grid),
+        device_size(upright.layout, **grid),
+        kind=names.ORTHOSCOPIC,
+    )
 
 
 def _middle_view(grid: Rows, layout: CellLayout) -> NDArray[np.float16]:

@@ -39,7 +39,9 @@ class Masters:
     """Holds the open files from which others are made."""
     _kept: int = 0
 
-    def keep(self, name: str, bands: Iterable[NDArray[np.float16]], size: tuple[int, int]) -> Rows:
+    def keep(
+        self, name: str, bands: Iterable[NDArray[np.float16]], size: tuple[int, int], *, kind: str | None = None
+    ) -> Rows:
         """Store a master by its name below the job, and return its rows, for what is made of it.
 
         Parameters
@@ -50,6 +52,8 @@ class Masters:
             Bands of its rows, top down: `(rows, cols, 3)` each, linear light.
         size
             The size (rows, cols).
+        kind
+            `names.PSEUDOSCOPIC` or `names.ORTHOSCOPIC` for an integral image, which goes into its header.
 
         Raises
         ------
@@ -60,7 +64,8 @@ class Masters:
         told = self._told(bands, size[0])
         held = _held(told) if size[0] * size[1] <= BAND_PX else None
         told = iter((held.pixels,)) if held else told
-        write_exr_rows(path, told, size=size, attributes=header(self.sheet, self.frame))
+        attributes = header(self.sheet, self.frame) | ({} if kind is None else {names.KIND: kind})
+        write_exr_rows(path, told, size=size, attributes=attributes)
         self._store(name, path)
         if held is None:
             return self.opened.enter_context(open_rows(path, dtype=np.float16))

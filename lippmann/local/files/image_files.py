@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from lippmann.errors import BadInput, LayoutError
 from lippmann.job.rig import Rig
 from lippmann.lightfield.image import IntegralImage
-from lippmann.local.files.master import KIND, ORTHOSCOPIC, PSEUDOSCOPIC
+from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size, frame_size
 from worker.images.colour import srgb_codes
 from worker.images.resize import resize
@@ -73,8 +73,8 @@ def save_image(image: IntegralImage, path: Path, *, rig: Rig | None, bits: int) 
             raise BadInput(f"expected an EXR, a PNG or a TIFF to write, got {path}")
         save_picture(image.pixels, path, bits=bits)
         return
-    kind, beside = PSEUDOSCOPIC if image.pseudoscopic else ORTHOSCOPIC, _beside(path)
-    header = {"rig": _describing_rig(image, rig).model_dump_json(), KIND: kind}
+    kind, beside = names.PSEUDOSCOPIC if image.pseudoscopic else names.ORTHOSCOPIC, _beside(path)
+    header = {"rig": _describing_rig(image, rig).model_dump_json(), names.KIND: kind}
     write_exr(beside, three_channels(image.pixels), attributes=header)
     beside.replace(path)
 

@@ -19,6 +19,7 @@ from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
 from lippmann.lightfield.sheet.device import device_size
 from lippmann.lightfield.sheet.lens_grid import device_grid
 from lippmann.lightfield.sheet.rectify import rectify
+from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import device_pixels, display_size, frame_size
 from worker.images.read import read_attributes, read_channels, read_rgb
 
@@ -36,11 +37,6 @@ DEPTH = "depth"
 
 OTHER_MASTERS = (INTEGRAL, "views", DEVICE, DEPTH)
 """The folders of masters that are no orthoscopic integral images although their headers name the same rig."""
-
-KIND = "kind"
-"""The header attribute by which a saved image tells `PSEUDOSCOPIC` from `ORTHOSCOPIC`, in any folder."""
-
-PSEUDOSCOPIC = "pseudoscopic"
 
 
 @dataclass(frozen=True)
@@ -75,8 +71,8 @@ def read_master(path: Path) -> Master:
     if folder in OTHER_MASTERS and folder not in (INTEGRAL, DEVICE):
         raise BadInput(f"expected an orthoscopic master, as orthoscopic/{path.name}, got {path}")
     rig = named_rig(path)
-    kind = read_attributes(path).get(KIND)
-    pseudoscopic = folder == INTEGRAL if kind is None else kind == PSEUDOSCOPIC
+    kind = read_attributes(path).get(names.KIND)
+    pseudoscopic = folder == INTEGRAL if kind is None else kind == names.PSEUDOSCOPIC
     layout = frame_size(rig) if pseudoscopic else display_size(rig)
     pixels = read_rgb(path, np.float16)
     if folder == DEVICE:

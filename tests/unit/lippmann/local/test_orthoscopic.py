@@ -31,6 +31,9 @@ from worker.images.write import write_code_rows, write_exr
 COUNT = (5, 4)
 LATTICES = pytest.mark.parametrize("lattice", ["square", "hexagonal"])
 
+ORTHOSCOPIC = {"kind": "orthoscopic"}
+"""What a converted image adds to its header."""
+
 
 def rig_of(lattice: str = "square", **more: Any) -> Rig:
     return Rig.model_validate({"px_per_lens": 8, "lens_array": {"count": COUNT, "lattice": lattice}, **more})
@@ -87,7 +90,7 @@ def test_a_capture_becomes_the_jobs_own_orthoscopic_master(
     found = open_orthoscopic(here / "new/shown.exr")
     np.testing.assert_array_equal(found.pixels, orthoscopic(light, frame_size(rig), inverted=inverted))
     assert found.layout == display_size(rig)
-    assert read_attributes(here / "new/shown.exr") == read_attributes(path)
+    assert read_attributes(here / "new/shown.exr") == read_attributes(path) | ORTHOSCOPIC
     assert said["lenses"]["first_row_shifted"] == found.layout.first_row_shifted
 
 
@@ -123,7 +126,7 @@ def test_light_becomes_codes_and_codes_light(
     made("a.png", "--out", "b.exr", *said, monkeypatch=monkeypatch, capsys=capsys)
     turned = half_turn_cells(linear_light(srgb_codes(upright)), frame_size(rig_of()))
     np.testing.assert_array_equal(read_rgb(here / "b.exr", np.float16), turned)
-    assert not read_attributes(here / "b.exr")
+    assert read_attributes(here / "b.exr") == ORTHOSCOPIC
 
 
 def test_a_sheet_turned_otherwise_than_its_header_says_names_no_rig_that_is_not_its(
@@ -135,7 +138,7 @@ def test_a_sheet_turned_otherwise_than_its_header_says_names_no_rig_that_is_not_
     np.testing.assert_array_equal(
         read_rgb(here / "a.exr", np.float16), half_turn_cells(light, frame_size(rig_of("hexagonal")))
     )
-    assert read_attributes(here / "a.exr") == {"job": "j"}
+    assert read_attributes(here / "a.exr") == {"job": "j"} | ORTHOSCOPIC
 
 
 def test_floats_in_a_tiff_are_linear_light(

@@ -14,6 +14,7 @@ from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.plan import artifact_names as names
 from tests.builders import local_place, order_of, small_job, stored_job, tiles_of
 from worker.images import rearrange, rows
+from worker.images.read import read_attributes
 from worker.images.write import write_channels, write_exr
 from worker.tasks import assemble, masters
 from worker.tasks.local import JOB_ID
@@ -58,6 +59,22 @@ def test_in_bands_or_whole_the_files_are_the_same(
     banded = job_with_tiles(tmp_path / "bands", lattice)
     assemble.assemble_frame(banded, order_of(TaskKind.ASSEMBLE), NullMonitor())
     assert left(banded) == left(whole)
+
+
+def test_a_master_says_in_its_header_whether_it_is_orthoscopic_wherever_it_is_copied(tmp_path: Path) -> None:
+    place = job_with_tiles(tmp_path, "square")
+    assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
+    kinds = {
+        names.integral_name: names.PSEUDOSCOPIC,
+        names.orthoscopic_name: names.ORTHOSCOPIC,
+        names.device_name: names.ORTHOSCOPIC,
+        names.views_name: None,
+        names.depth_name: None,
+    }
+    copy = tmp_path / "copy.exr"
+    for name, kind in kinds.items():
+        copy.write_bytes(place.store.get_bytes(names.job_artifact(JOB_ID, name(1))))
+        assert read_attributes(copy).get(names.KIND) == kind
 
 
 class Watcher:
