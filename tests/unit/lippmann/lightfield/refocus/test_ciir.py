@@ -37,7 +37,31 @@ def ripples(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 
 def overlap(layout: CellLayout, depth_mm: float) -> bool:
-    return abs(depth_mm) <= layout.overlap_depth(FOCAL_MM)
+    """Return whether neighbouring views of the array share at least one lens, by the geometry of a pinhole array.
+
+    Lengths are in pitches. The ray through a pixel and its pinhole moves by s / f of a pixel from one pixel to the next
+    at depth s. A picture on square pixels, one a lens, is as high as all lens rows together, rounded.
+    """
+    row_pitch = 1.0 if layout.lattice == "square" else ROW_PITCH
+    pixel_high, pixel_wide = row_pitch / layout.row_px, 1 / layout.px_per_lens
+    high, wide = max(1, round(layout.lens_rows * row_pitch)), layout.lens_cols
+    moves = abs(depth_mm) / FOCAL_MM
+    # A single view in a direction has no neighbour there; its depth is not limited.
+    return (layout.cell_rows == 1 or moves * pixel_high <= high - 1) and (
+        layout.cell_cols == 1 or moves * pixel_wide <= wide - 1
+    )
+
+
+@given(layout=LAYOUTS, depth_mm=DEPTHS_MM)
+def test_exactly_the_depths_at_which_neighbouring_views_overlap_are_accepted(
+    layout: CellLayout, depth_mm: float
+) -> None:
+    image = image_of(np.ones((layout.rows, layout.cols, 1)), layout, focal_length_mm=FOCAL_MM)
+    if overlap(layout, depth_mm):
+        assert ciir(image, depth_mm, px_per_lens=1).shape == (*layout.square_size(1), 1)
+    else:
+        with pytest.raises(LayoutError, match="expected a depth at which neighbouring views"):
+            ciir(image, depth_mm, px_per_lens=1)
 
 
 def by_hand(sheet: np.ndarray, layout: CellLayout, depth_mm: float, px: int) -> np.ndarray:
