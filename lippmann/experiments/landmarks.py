@@ -24,6 +24,7 @@ class Landmark:
     place: tuple[float, float, float]
     """The position in scene units, as in povtemplates/scenes/fish/scene.inc."""
     half_height_mm: float
+    """Half the height of the part that every view shows: nothing at another depth stands in front of it."""
     half_width_mm: float
 
 
@@ -32,9 +33,13 @@ LANDMARKS = (
     Landmark("stem 1", (152.3, 128.9, 375.0), 34.0, 16.0),
     Landmark("stem 2", (-188.0, 195.9, 750.0), 42.0, 22.0),
     Landmark("stem 3", (139.7, 261.9, 1125.0), 50.0, 28.0),
-    Landmark("stem 4", (-105.5, 327.9, 1500.0), 56.0, 34.0),
+    Landmark("stem 4", (-105.5, 327.9, 1500.0), 40.0, 34.0),
 )
-"""The flank of the fish, and the centre of the head of each bulrush, from the nearest to the farthest."""
+"""The flank of the fish, and the centre of the head of each bulrush, from the nearest to the farthest.
+
+The back of the fish hides the lower end of the head of stem 4 in some views, and has more contrast than the head. The
+patch of stem 4 ends above it, so that its depth is not taken for that of the fish.
+"""
 
 
 def rig_place_mm(place: tuple[float, float, float], stage: Stage) -> Array:

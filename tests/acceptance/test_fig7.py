@@ -19,11 +19,11 @@ OFF_MM = 3.5
 """Measured depth against the exact trace: the flank of the fish is a few millimetres deep itself."""
 
 
-@pytest.fixture(scope="module")
-def out(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What `lippmann paper fig7 --quick` leaves."""
+@pytest.fixture(scope="module", params=["orthographic", "pinhole"])
+def out(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder that `lippmann paper fig7 --quick` writes, with either camera."""
     folder = tmp_path_factory.mktemp("fig7")
-    command = [LIPPMANN, "paper", "fig7", "--quick", "--json", "--out", str(folder)]
+    command = [LIPPMANN, "paper", "fig7", "--quick", "--camera", request.param, "--json", "--out", str(folder)]
     ended = subprocess.run(command, capture_output=True, text=True, check=False)
     assert ended.returncode == 0, ended.stderr
     return folder
