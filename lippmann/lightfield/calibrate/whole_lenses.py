@@ -158,15 +158,20 @@ def _block(first: LensGrid, size: tuple[int, ...], *, begins_there: bool = False
     reach = math.ceil(math.hypot(size[0], size[1]) / min(first.row_px, first.pitch_px)) + 2
     rows = np.arange(0 if begins_there else -reach, reach)
     low, high = _spans(first, rows, size)
+    row_low, row_high = _cols(first, rows, np.zeros(1), size)
     if begins_there:
-        low = np.where(low <= 0, 0, high + 1)
-    (there,) = np.nonzero(low <= high)
+        low, row_low = np.where(low <= 0, 0, high + 1), np.where(row_low <= 0, 0, row_high + 1)
+    (there,) = np.nonzero(row_low <= row_high)
     alike = rows[there] % first.cell.row_period == 0
     begins, ends = there[alike & ((rows[there] == 0) | (not begins_there))][:ENDS], there[-ENDS:]
     if not begins.size:
         return None
     # A picture has no dents: between two rows that hold a span, every row holds it.
     left, right = np.maximum.outer(low[begins], low[ends]), np.minimum.outer(high[begins], high[ends])
+    # A block of one row has no shifted row to share its columns with.
+    one_row = np.equal.outer(begins, ends)
+    left = np.where(one_row, row_low[begins, np.newaxis], left)
+    right = np.where(one_row, row_high[begins, np.newaxis], right)
     high_lenses, wide_lenses = (ends - begins[:, np.newaxis] + 1).clip(0), (right - left + 1).clip(0)
     area = high_lenses * wide_lenses
     begin, end = np.unravel_index(np.argmax(area), area.shape)
