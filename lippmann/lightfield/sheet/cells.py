@@ -111,8 +111,7 @@ def cells(sheet: NDArray[Pixel], layout: CellLayout) -> NDArray[Pixel]:
     """
     check_sheet(sheet, layout)
     lenses, n = (layout.lens_rows, layout.lens_cols), layout.px_per_lens
-    if not layout.interlocks:
-        # Splitting an axis never needs a copy, whatever the strides.
+    if not layout.interlocks:  # cells are rectangles of the sheet, and splitting an axis needs no copy
         return sheet.reshape(lenses[0], n, lenses[1], n, sheet.shape[2]).transpose(0, 2, 1, 3, 4)
     gathered = np.zeros((*lenses, *layout.mask.shape, sheet.shape[2]), dtype=sheet.dtype)
     for run in runs(layout):

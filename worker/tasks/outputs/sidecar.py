@@ -77,6 +77,6 @@ def geometry_of(layout: CellLayout, rig: Rig) -> dict[str, Any]:
 
 def _shifted_rows(layout: CellLayout) -> str | None:
     """Return which lens rows are shifted right by half a pitch, counted from 0 at the top."""
-    if not layout.staggered:
+    if not layout.staggered:  # the rows of a square array and a single hexagonal row have no shift to describe
         return None
     return "even" if layout.first_row_shifted else "odd"
