@@ -8,9 +8,7 @@ orthoscopic         a pseudoscopic image on disk converted, in bands
 view                views and perspectives written as PNG
 refocus             refocused pictures written as PNG
 depth               depth maps of views written
-displayed_image     the pixels and lenses of a display, from a master
 observe             what an observer sees, written as PNG or MP4
-picture_size        the size of a written picture
 export              outputs made of masters on this machine
 calibration_sheet   a calibration sheet written
 compare             integral images on disk compared

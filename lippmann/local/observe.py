@@ -18,7 +18,7 @@ from lippmann.lightfield.observer.observe import whole_window
 from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, least_own_share, look
 from lippmann.lightfield.observer.window import Window, window_of
 from lippmann.lightfield.views.perspective import Eye
-from lippmann.local.displayed_image import DisplayedImage
+from lippmann.local.files.displayed_image import DisplayedImage
 from lippmann.local.files.writable import check_writable
 from lippmann.optics.rig.display import viewing_zone_mm
 from lippmann.terminal.progress import ProgressLine

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from lippmann.errors import BadInput
 from lippmann.lightfield.refocus.shift_and_sum import checked_shifts
+from lippmann.local.files.picture_size import PictureSize, check_side
 from lippmann.local.files.writable import check_writable
 from lippmann.local.image import IntegralImage, RefocusMethod
-from lippmann.local.picture_size import PictureSize, check_side
 from lippmann.local.view import check_png
 from worker.images.write import write_png
 

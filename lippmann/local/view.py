@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import BadInput
+from lippmann.local.files.picture_size import PictureSize, check_side
 from lippmann.local.files.writable import check_writable
 from lippmann.local.image import IntegralImage, Place
-from lippmann.local.picture_size import PictureSize, check_side
 from worker.images.write import write_png
 
 

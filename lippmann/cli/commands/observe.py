@@ -86,7 +86,7 @@ def observe(
     from lippmann.cli.option_values import eye_of, part_of
     from lippmann.lightfield.observer.viewing_conditions import ViewingConditions
     from lippmann.lightfield.views.perspective import Eye
-    from lippmann.local.displayed_image import Gap, open_displayed_image
+    from lippmann.local.files.displayed_image import Gap, open_displayed_image
     from lippmann.local.files.open_master import open_master
     from lippmann.local.observe import Clip, Observer, write_clip, write_observation
 

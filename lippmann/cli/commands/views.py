@@ -56,8 +56,8 @@ def view(
     """Extract one view of an integral image, or compute what an eye sees of it."""
     from lippmann.cli.option_values import eye_of
     from lippmann.local.files.open_master import open_master
+    from lippmann.local.files.picture_size import PictureSize
     from lippmann.local.image import open_orthoscopic
-    from lippmann.local.picture_size import PictureSize
     from lippmann.local.view import write_depth_focused_view, write_perspective, write_view
 
     number = (u, v) if u is not None and v is not None else None
@@ -119,8 +119,8 @@ def refocus(
     """Refocus an integral image at one depth, as a focal stack, or all in focus."""
     from lippmann.cli.option_values import depths_of
     from lippmann.local.files.open_master import open_master
+    from lippmann.local.files.picture_size import PictureSize
     from lippmann.local.image import open_orthoscopic
-    from lippmann.local.picture_size import PictureSize
     from lippmann.local.refocus import RefocusOptions, write_all_in_focus, write_focal_stack, write_refocused
 
     if (depth_mm is None) == (stack is None) or (extended and stack is None):

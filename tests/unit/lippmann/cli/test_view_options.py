@@ -16,8 +16,8 @@ from lippmann.lightfield.refocus.ciir import ciir
 from lippmann.lightfield.refocus.depth_focused_view import depth_focused_view
 from lippmann.lightfield.refocus.shift_and_sum import refocus
 from lippmann.lightfield.views.views import view
+from lippmann.local.files.picture_size import MAX_SIDE_PX, PictureSize
 from lippmann.local.image import open_orthoscopic
-from lippmann.local.picture_size import MAX_SIDE_PX, PictureSize
 from lippmann.plan.sampling import display_size
 from tests.unit.lippmann.local.masters import master_of, rig_of, said_by
 from worker.images.read import read_rgb
