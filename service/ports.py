@@ -13,7 +13,7 @@ from typing import Any, Literal, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.scene import SceneCard
+from lippmann.job.scene import SceneManifest
 from lippmann.job.viewing import Filter
 from lippmann.plan.artifact_store import ArtifactStore
 
@@ -22,7 +22,7 @@ class CheckedBundle(Protocol):
     """A scene bundle that was found valid."""
 
     @property
-    def card(self) -> SceneCard:
+    def card(self) -> SceneManifest:
         """The content of its `scene.toml`."""
 
     @property

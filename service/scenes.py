@@ -9,7 +9,7 @@ from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from lippmann.errors import FieldProblem
-from lippmann.job.scene import SceneCard
+from lippmann.job.scene import SceneManifest
 from lippmann.plan import artifact_names as names
 from service.db.engine import Database, changed
 from service.db.tables import Scene
@@ -110,7 +110,7 @@ def _row(name: str, bundle: CheckedBundle, *, builtin: bool, now_s: float) -> Sc
 
 
 def _present(row: Scene) -> schema.Scene:
-    card = SceneCard.model_validate(row.card)
+    card = SceneManifest.model_validate(row.card)
     return schema.Scene(
         name=row.name,
         title=card.title,

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.messages.orders import Order, TaskKind
-from lippmann.job.resolved import JobSheet, PlanSheet
+from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import Tile, cut_tiles, frame_size
@@ -49,12 +49,12 @@ def builtin_bundle(scene: str) -> bytes:
     return pack_folder(scene_folders()[scene])
 
 
-def stored_job(place: Workplace, spec: JobSpec) -> JobSheet:
+def stored_job(place: Workplace, spec: JobSpec) -> ResolvedJob:
     """Store a job of a builtin scene, with the tiles that it names, as the service would."""
     sheet = local_job(place, spec, builtin_bundle(spec.scene))
     assert spec.render.tiles != "auto"
     rows, cols = spec.render.tiles
-    store_plan(place, PlanSheet(tile_rows=rows, tile_cols=cols, probe_start_s=0.0, probe_s_per_px=0.0))
+    store_plan(place, StoredPlan(tile_rows=rows, tile_cols=cols, probe_start_s=0.0, probe_s_per_px=0.0))
     return sheet
 
 
@@ -74,14 +74,14 @@ def tiles_of(spec: JobSpec) -> tuple[Tile, ...]:
 
 
 @contextmanager
-def rendered(place: Workplace, sheet: JobSheet, *, tile: Tile | None, **more: Any) -> Iterator[RenderedPicture]:
+def rendered(place: Workplace, sheet: ResolvedJob, *, tile: Tile | None, **more: Any) -> Iterator[RenderedPicture]:
     """Lend one picture, rendered as a worker does; of a tile or of the whole frame."""
     frame = sheet.spec.frame_numbers[0]
     with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
         yield render_region(place, sheet, frame, tile, folder=folder, log=log, monitor=NullMonitor(), **more)
 
 
-def rendered_codes(place: Workplace, sheet: JobSheet, *, tile: Tile | None = None) -> NDArray[np.uint16]:
+def rendered_codes(place: Workplace, sheet: ResolvedJob, *, tile: Tile | None = None) -> NDArray[np.uint16]:
     """Return 16-bit linear codes of a tile or the whole frame, `(rows, cols, 3)`."""
     with rendered(place, sheet, tile=tile, picture_format="png16") as picture:
         row_start, row_stop, col_start, col_stop = picture.wanted

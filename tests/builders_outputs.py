@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.outputs.choice import output_called
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.views import views_grid
 from lippmann.plan import artifact_names as names
@@ -33,7 +33,7 @@ class GivenJob:
     """A stored job with orthoscopic masters, and the grids of their views."""
 
     place: Workplace
-    sheet: JobSheet
+    sheet: ResolvedJob
 
     @property
     def layout(self) -> CellLayout:

@@ -19,7 +19,7 @@ from sqlalchemy.orm import Session
 from lippmann.errors import ArtifactMissing, BundleError, StoreFull
 from lippmann.job.messages.events import Event, EventKind, Failure, Presence, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
-from lippmann.job.scene import SceneCard
+from lippmann.job.scene import SceneManifest
 from lippmann.job.stage import Stage
 from lippmann.plan.artifact_store import ArtifactInfo
 from service.auth import Caller
@@ -47,7 +47,7 @@ Client = TestClient
 T0 = 1_900_000_000.0
 PROBE = ProbeResult(start_s=0.5, s_per_px=1e-5, tileable=True)
 CALLER = Caller(id="k", key_id="k", name="tester", role=Role.SUBMITTER, by_cookie=False)
-CARD = SceneCard(
+CARD = SceneManifest(
     title="A ball",
     stage=Stage(location=(0, 0, -500), look_at=(0, 0, 0), reference_mm=500, near_mm=400, far_mm=600),
 )
@@ -136,7 +136,7 @@ class FakePictures:
 
 @dataclass(frozen=True)
 class Bundle:
-    card: SceneCard
+    card: SceneManifest
     digest: str
     poster: bytes | None = b"poster"
 

@@ -18,7 +18,7 @@ from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
 
 RECONNECT_S = 60.0
-"""How long a command that waits for a job keeps trying to reach the service, s."""
+"""The time for which a command that waits for a job tries to reach the service, s."""
 
 DATA_DIR = Path("data")
 

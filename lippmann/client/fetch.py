@@ -23,7 +23,7 @@ from service.schemas.artifact import Artifact
 
 RECORD = ".fetched.json"
 SAVED_EVERY_S = 5.0
-"""How often the record is written while files are downloaded, s."""
+"""The interval at which the record is written while files are downloaded, s."""
 PICTURES = ("integral", "orthoscopic", "device", "views")
 MASTERS_ONLY = ("depth",)
 """These hold numbers, so no PNG picture is made of them."""

@@ -30,7 +30,7 @@ from lippmann.client.stream import ServerEvent, parse_events
 from lippmann.errors import BadInput, LippmannError, Unreachable
 
 PATIENCE_S = 3.0
-"""How long the client retries a service that does not answer, s."""
+"""The time for which the client retries a service that does not answer, s."""
 SILENCE_S = 45.0
 """A stream that is silent for longer, s, is opened again; the service sends a comment every 15 s."""
 

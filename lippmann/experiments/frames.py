@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from lippmann.experiments.request import FigureRequest, Report
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.outputs.choice import output_called
-from lippmann.job.resolved import JobSheet, PlanSheet
+from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.lattice.layout import CellLayout
 from lippmann.optics.rig.check import check_job
@@ -40,7 +40,7 @@ class LocalJob:
     """A job in a workplace of its own."""
 
     place: Workplace
-    sheet: JobSheet
+    sheet: ResolvedJob
 
     @property
     def layout(self) -> CellLayout:
@@ -106,7 +106,7 @@ def prepared(spec: JobSpec, request: FigureRequest) -> Iterator[LocalJob]:
         sheet = local_job(place, spec, pack_folder(scene_folders()[spec.scene]))
         check_job(sheet)
         slots = place.settings.slots if spec.render.may_be_tiled else 1
-        store_plan(place, PlanSheet(tile_rows=slots, tile_cols=1, probe_start_s=0.0, probe_s_per_px=0.0))
+        store_plan(place, StoredPlan(tile_rows=slots, tile_cols=1, probe_start_s=0.0, probe_s_per_px=0.0))
         yield LocalJob(place, sheet)
 
 

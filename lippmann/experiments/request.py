@@ -25,7 +25,7 @@ class FigureRequest:
     out: Path
     """A folder that can be written."""
     quick: bool
-    """Whether to use a small version that takes seconds instead of the paper's settings."""
+    """True for a small version that takes seconds instead of the paper's settings."""
     camera: CameraModel
     settings: WorkerSettings
     machine: Machine

@@ -1,8 +1,8 @@
-"""What lenses are made of: the index of refraction and the dispersion of common glasses and plastics.
+"""Optical materials: the refractive index and the Abbe number of common glasses and plastics.
 
 `index` is nd, at the helium line of 587.6 nm; `abbe` is Vd = (nd - 1) / (nF - nC), with nF at 486.1 nm and nC at
-656.3 nm. Glasses: Schott, optical glass data sheets (collection of 2014 and later; the leaded ones without `N-` as
-still listed there). Plastics: acrylic, polycarbonate and polystyrene as in the `MISC` catalogue of Zemax.
+656.3 nm. The glasses are from Schott's optical glass data sheets (the collection of 2014 and later, which still lists
+the leaded glasses without `N-`). Acrylic, polycarbonate and polystyrene are from the `MISC` catalogue of Zemax.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 @dataclass(frozen=True)
 class Glass:
-    """A material by its two numbers."""
+    """The refractive index and the Abbe number of a material."""
 
     index: float
     abbe: float
@@ -76,7 +76,7 @@ GLASSES = MappingProxyType(
         "POLYSTYRENE": Glass(1.59048, 30.87),
     }
 )
-"""By the name that `glass` knows them by."""
+"""The materials by their catalogue names."""
 
 _OTHER_NAMES = MappingProxyType(
     {
@@ -91,9 +91,9 @@ _OTHER_NAMES = MappingProxyType(
 
 
 def glass(name: str) -> Glass | None:
-    """Return a material by its name, in any case, or None when it is not known.
+    """Return the material of a name, in upper or lower case; None if there is none.
 
-    An old name (`SK16`) without an entry of its own means its successor without lead (`N-SK16`): same nd, and Vd
+    An old name without an entry (`SK16`) selects the lead-free successor (`N-SK16`), which has the same nd, and a Vd
     within 0.3.
 
     >>> glass("bk7")

@@ -9,15 +9,15 @@ from typing import Annotated, Any, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from lippmann.errors import BundleError, FieldProblem, SpecError
-from lippmann.job.problems import Misfit, problems_of
+from lippmann.job.problems import FieldError, problems_of
 from lippmann.job.rig import MAX_FRAME_PX, MIN_PX_PER_LENS, Rig, check_px_per_lens
 from lippmann.job.spec import JobSpec
 from lippmann.lattice.cell import Lattice
 from lippmann.lattice.kinds import CELLS
 from lippmann.lattice.layout import CellLayout
 
-FOCAL_IN_PITCHES = 3.3
-"""Of an array that nothing is said of: the paper's."""
+DEFAULT_FOCAL_LENGTH_PITCHES = 3.3
+"""The default focal length in lens pitches, that of the paper's array."""
 
 Px = Annotated[float, Field(ge=-MAX_FRAME_PX, le=MAX_FRAME_PX)]
 Count = Annotated[int, Field(ge=1, le=4096)]
@@ -25,48 +25,50 @@ PitchPx = Annotated[float, Field(ge=MIN_PX_PER_LENS, le=MAX_FRAME_PX)]
 
 
 class SheetGeometry(BaseModel):
-    """The lenses over an integral image from elsewhere, and what must be turned to show it."""
+    """The lens geometry of an imported integral image, and the corrections that it needs."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
     pitch_px: PitchPx
-    """Across a lens, any number."""
+    """The lens pitch in pixels, which may be fractional."""
     lattice: Lattice = "square"
+    """The lattice of the lenses."""
     row_pitch_px: PitchPx | None = None
-    """From one lens row to the next; what square pixels make of the pitch when not given."""
+    """The distance from one lens row to the next; by default that of square pixels."""
     first_row_shifted: bool = False
-    """Hexagonal: the first lens row is one of those half a lens further right."""
+    """True if the first lens row of a hexagonal lattice is one that is shifted to the right by half a lens."""
     rotation_deg: float = Field(default=0.0, ge=-45, le=45)
-    """Of the lens rows, clockwise as one looks at the picture."""
+    """The rotation of the lens rows, clockwise in the picture."""
     offset_px: tuple[Px, Px] | None = None
-    """Centre of the first lens, (down, right) from the picture's top left corner; when not given, the lenses stand in
-    the middle of the picture."""
+    """The centre of the first lens as (down, right) from the top left corner of the picture; by default the lattice is
+    in the middle of the picture."""
     count: tuple[Count, Count] | None = None
-    """(lens_rows, lens_cols); as many whole ones as there are when not given."""
+    """The number of lenses as (lens_rows, lens_cols); by default all complete lenses."""
     px_per_lens: int | None = Field(default=None, ge=MIN_PX_PER_LENS, le=4096)
-    """Of the cells that are made of it; the whole number nearest the pitch, even for hexagons, when not given."""
+    """The pixels of the resampled cells; by default the integer nearest to the pitch, or the even integer on a
+    hexagonal lattice."""
     pseudoscopic: bool = False
-    """Depth is inside out, as an array records it: every elemental image must be turned by half a turn."""
+    """True if the image is pseudoscopic, as an array records it: every elemental image is rotated by 180 degrees."""
     inverted: bool = False
-    """The picture is upside down, as a lens before the array leaves it."""
+    """True if the picture is upside down, as an imaging lens in front of the array leaves it."""
     pitch_mm: float | None = Field(default=None, gt=0, le=1000)
-    """Of the lenses; 1 mm when not given, and then depths are only relative."""
+    """The lens pitch in mm; by default 1 mm, and then depths are only relative."""
     focal_length_mm: float | None = Field(default=None, gt=0, le=10_000)
-    """Of the lenses, the display's gap; 3.3 pitches when not given."""
+    """The focal length of the lenses, which is the gap of the display; by default 3.3 pitches."""
 
     @property
     def lens_pitch_mm(self) -> float:
-        """Of the lenses, said or not."""
+        """The lens pitch, or its default, mm."""
         return self.pitch_mm or 1.0
 
-    def lens_focal_mm(self, pitch_mm: float) -> float:
-        """Return the lenses' focal length, said or not, at a pitch."""
-        return self.focal_length_mm or FOCAL_IN_PITCHES * pitch_mm
+    def lens_focal_length_mm(self, pitch_mm: float) -> float:
+        """Return the focal length of the lenses, or its default at a pitch, mm."""
+        return self.focal_length_mm or DEFAULT_FOCAL_LENGTH_PITCHES * pitch_mm
 
     @model_validator(mode="after")
-    def _shifted_among_hexagons(self) -> Self:
+    def _check_lattice(self) -> Self:
         if self.first_row_shifted and not CELLS[self.lattice].row_shift:
-            raise Misfit("first_row_shifted", expected="false on a square lattice", got="true")
+            raise FieldError("first_row_shifted", expected="false on a square lattice", got="true")
         if self.px_per_lens is not None:
             check_px_per_lens(self.px_per_lens, self.lattice)
         return self
@@ -74,42 +76,44 @@ class SheetGeometry(BaseModel):
 
 SUFFIXES = (".png", ".tif", ".tiff", ".exr")
 
-ONLY_RENDERED = ("capture", "render", "stage", "animation", "clock")
-"""Fields of a job, and below of its rig, that say how a scene is rendered."""
+RENDER_FIELDS = ("capture", "render", "stage", "animation", "clock")
+"""The fields of a job that apply only if a scene is rendered."""
 
-ONLY_CAPTURED = ("imaging_lens", "f_number", "stop_mm", "dispersion", "camera")
+CAPTURE_FIELDS = ("imaging_lens", "f_number", "stop_mm", "dispersion", "camera")
+"""The fields of a rig that apply only if a scene is rendered."""
 
 
-class ForeignSheets(SheetGeometry):
-    """What `[sheets]` in a bundle's `scene.toml` says."""
+class ImportedSheets(SheetGeometry):
+    """The imported integral images of a bundle: `[sheets]` in its `scene.toml`."""
 
     files: Annotated[str, Field(min_length=1, max_length=200)] | tuple[str, ...]
-    """The pictures, by name frames 1, 2, ..: a pattern as `frames/*.png`; once looked through, their names."""
+    """The pictures of frames 1, 2, ..., in the order of their names: a pattern as `frames/*.png`, or their names, which
+    replace the pattern when the bundle is checked."""
     linear: bool = False
-    """The codes of the pictures are linear light, whatever their files say."""
+    """True if the codes of the pictures are linear light, whatever their files declare."""
 
     @model_validator(mode="after")
-    def _says_its_size(self) -> Self:
-        """Refuse what leaves open how large the sheets will be: a job is planned before a picture is read."""
+    def _check_size_is_given(self) -> Self:
+        """Refuse sheets without `count` or `px_per_lens`: a job is planned before a picture is read."""
         for field in ("count", "px_per_lens"):
             if getattr(self, field) is None:
-                raise Misfit(field, expected="a value, as lippmann import --bundle writes it", got="nothing")
+                raise FieldError(field, expected="a value, as lippmann import --bundle writes it", got="nothing")
         rows, cols = self.count or (1, 1)
         n = self.px_per_lens or MIN_PX_PER_LENS
         captured = CellLayout(rows, cols, n, self.lattice, first_row_shifted=self.first_row_shifted and rows > 1)
         shown = captured.turned() if self.inverted else captured
         if shown.first_row_shifted:
             got = "a lens row that comes out on top and shifted"
-            raise Misfit("count", expected="lenses without the outermost row, which would be shifted", got=got)
+            raise FieldError("count", expected="lenses without the outermost row, which would be shifted", got=got)
         return self
 
-    def among(self, names: Sequence[str]) -> ForeignSheets:
-        """Return the same with the names of its pictures.
+    def with_files(self, names: Sequence[str]) -> ImportedSheets:
+        """Return the sheets with the names of their pictures in place of a pattern.
 
         Raises
         ------
         BundleError
-            If there are none, or one that is listed is not in the bundle.
+            If the bundle has no such pictures, or not all that are listed.
         """
         pattern = self.files
         if not isinstance(pattern, str):
@@ -125,15 +129,15 @@ class ForeignSheets(SheetGeometry):
             raise BundleError(f"scene.toml: sheets.files: expected pictures ({', '.join(SUFFIXES)}) as {pattern!r}")
         return self.model_copy(update={"files": found})
 
-    def job_of(self, spec: JobSpec) -> JobSpec:
-        """Return a job with the rig that these sheets are of: what the job says of mm and the device holds.
+    def job_on_sheets(self, spec: JobSpec) -> JobSpec:
+        """Return a job with the rig of these sheets; the lengths in mm and the device remain those of the job.
 
         Raises
         ------
         SpecError
-            If it asks for other lenses, for a frame that is not there, or for something to be rendered.
+            If the job has other lenses, a frame without a picture, or a setting that applies only to rendering.
         """
-        problems = [*self._asked_to_render(spec), *self._otherwise(spec)]
+        problems = [*self._render_settings(spec), *self._different_lenses(spec)]
         if max(spec.frame_numbers) > len(self.files):
             expected = f"frames 1 to {len(self.files)}, one for every picture of the bundle"
             problems.append(FieldProblem(field="frames", expected=expected, got=repr(spec.frames)))
@@ -151,20 +155,20 @@ class ForeignSheets(SheetGeometry):
         if "pitch_mm" not in said:
             array["pitch_mm"] = self.lens_pitch_mm
         if "focal_length_mm" not in said:
-            array["focal_length_mm"] = self.lens_focal_mm(array["pitch_mm"])
+            array["focal_length_mm"] = self.lens_focal_length_mm(array["pitch_mm"])
         return data | {"lens_array": array, "px_per_lens": self.px_per_lens, "imaging_lens": None}
 
-    def _asked_to_render(self, spec: JobSpec) -> Iterator[FieldProblem]:
+    def _render_settings(self, spec: JobSpec) -> Iterator[FieldProblem]:
         plain, expected = JobSpec(scene=spec.scene), "nothing: these sheets are there already, nothing is rendered"
-        for name in ONLY_RENDERED:
+        for name in RENDER_FIELDS:
             if getattr(spec, name) != getattr(plain, name):
                 yield FieldProblem(field=name, expected=expected, got="something else than the default")
-        for name in ONLY_CAPTURED:
+        for name in CAPTURE_FIELDS:
             value = getattr(spec.rig, name)
             if name in spec.rig.model_fields_set and value not in (None, getattr(plain.rig, name)):
                 yield FieldProblem(field=f"rig.{name}", expected=expected, got=repr(value)[:100])
 
-    def _otherwise(self, spec: JobSpec) -> Iterator[FieldProblem]:
+    def _different_lenses(self, spec: JobSpec) -> Iterator[FieldProblem]:
         array = spec.rig.lens_array
         for name in ("count", "lattice"):
             if name in array.model_fields_set and getattr(array, name) != getattr(self, name):

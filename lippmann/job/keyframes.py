@@ -1,7 +1,8 @@
-"""Numbers as functions of the frame: keyframes, and how they are found in a job and put back as constants.
+"""Keyframes: numbers of a job that change from frame to frame.
 
-A job may say `{"keyframes": [[1, 60], [4, -10]]}` wherever its rig, its stage or its scene's parameters have a number.
-`lift` takes these out of a job's JSON and leaves the first value; `put` sets one value by its path.
+A job may have `{"keyframes": [[1, 60], [4, -10]]}` in place of any number of its rig, its stage or its scene
+parameters. `lift` removes the keyframes from a job's JSON and leaves their first values; `put` sets the value at a
+path.
 """
 
 from __future__ import annotations
@@ -18,28 +19,28 @@ ANIMATED_PARTS = ("rig", "stage", "parameters")
 
 MAX_FRAME_NUMBER = 999_999
 MAX_KEYS = 1000
-"""Of a job, all numbers together."""
+"""The largest number of keyframes in a job."""
 MAX_VALUE = 1e15
 MAX_DEPTH = 20
-"""Of a job's JSON: what lies deeper is no number of a job."""
+"""The greatest depth in a job's JSON at which keyframes are searched; every number of a job is less deep."""
 
 Key = tuple[Annotated[int, Field(ge=1, le=MAX_FRAME_NUMBER)], Annotated[float, Field(ge=-MAX_VALUE, le=MAX_VALUE)]]
-"""A frame and the value there."""
+"""A frame number, and the value at that frame."""
 
 
 class Keyframes(BaseModel):
-    """A number that changes with the frame; before the first key and after the last it stays."""
+    """A number that changes from frame to frame; it is constant before the first keyframe and after the last."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
     keyframes: Annotated[tuple[Key, ...], Field(min_length=1, max_length=MAX_KEYS)]
-    """(frame, value), frames rising."""
+    """The keyframes as (frame, value), in ascending order of the frames."""
     interpolation: Literal["linear", "smooth"] = "linear"
-    """`smooth`: a cubic without overshoot, its slope continuous."""
+    """The interpolation between keyframes: `linear`, or `smooth`, a monotone cubic with a continuous slope."""
 
     @field_validator("keyframes")
     @classmethod
-    def _rise(cls, keys: tuple[Key, ...]) -> tuple[Key, ...]:
+    def _check_ascending(cls, keys: tuple[Key, ...]) -> tuple[Key, ...]:
         for (before, _), (after, _) in pairwise(keys):
             if after <= before:
                 raise ValueError(f"frames that rise, got frame {after} after frame {before}")
@@ -78,7 +79,7 @@ def _cubic(keys: Sequence[Key], left: int, part: float) -> float:
 
 
 def _slope(keys: Sequence[Key], key: int) -> float:
-    """Return the slope at a key: none at ends and turning points, else the weighted harmonic mean of its neighbours.
+    """Return the slope at a key: 0 at ends and turning points, else the weighted harmonic mean of the adjacent slopes.
 
     Fritsch and Butland, SIAM J. Sci. Stat. Comput. 5, 300 (1984).
     """
@@ -94,7 +95,7 @@ def _slope(keys: Sequence[Key], key: int) -> float:
 
 
 def lift(job: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return a job's JSON with the first value in place of every list of keyframes, and these by path.
+    """Return a job's JSON with the first value in place of each list of keyframes, and the keyframes by path.
 
     >>> lift({"rig": {"lens_array": {"offset_mm": {"keyframes": [[1, 60], [2, 40]]}}}})
     ({'rig': {'lens_array': {'offset_mm': 60}}}, {'rig.lens_array.offset_mm': {'keyframes': [[1, 60], [2, 40]]}})
@@ -118,7 +119,7 @@ def _lifted(value: Any, path: str, found: dict[str, Any], depth: int) -> Any:
 
 
 def _first_of(keys: Any) -> Any:
-    """Return the first value; what cannot be read is refused when the keyframes themselves are checked."""
+    """Return the first value; the validation of the keyframes themselves refuses invalid ones."""
     try:
         return keys[0][1]
     except (TypeError, IndexError, KeyError):
@@ -126,12 +127,12 @@ def _first_of(keys: Any) -> Any:
 
 
 def put(job: dict[str, Any], path: str, value: float) -> Any:
-    """Set a number in a job's JSON, and return what stood there.
+    """Set the number at a path in a job's JSON, and return the previous value.
 
     Raises
     ------
     KeyError
-        If there is no such place.
+        If the path does not exist.
     """
     *above, last = path.split(".")
     place: Any = job

@@ -1,4 +1,4 @@
-"""The imaging lens as a job asks for it: a table of surfaces, or a published lens made to another focal length."""
+"""The imaging lens of a job: a table of surfaces, or a published lens scaled to a focal length."""
 
 from __future__ import annotations
 
@@ -12,40 +12,41 @@ from lippmann.job.glasses import GLASSES, glass
 MIN_SURFACES = 2
 MAX_SURFACES = 60
 MAX_MM = 1e6
-"""A kilometre: more is a slip of units."""
+"""The greatest length, one kilometre; a greater one is an error of units."""
 MIN_MM = 1e-6
-"""A nanometre, of radii and focal lengths: less is one too."""
+"""The least radius and focal length, one nanometre; a smaller one is an error of units."""
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
 
 class _UnknownMaterial(str):
-    """The name of a material that is not known, of a surface that has no index either."""
+    """The name of an unknown material, on a surface without an index."""
 
     __slots__ = ()
 
 
 class LensSurface(_Part):
-    """A surface and the medium behind it."""
+    """A lens surface and the medium behind it."""
 
     radius_mm: float | None = Field(ge=-MAX_MM, le=MAX_MM)
-    """Positive when the centre lies behind (toward the camera); null is a plane."""
+    """The radius of curvature, positive if the centre lies behind the surface (toward the camera); null for a plane."""
     thickness_mm: float = Field(default=0.0, ge=0, le=MAX_MM)
-    """To the vertex of the next surface."""
+    """The distance to the vertex of the next surface."""
     material: str | None = Field(default=None, min_length=1, max_length=40)
-    """Of the medium behind; stands in place of `index` and `abbe` when they are not given."""
+    """The name of the medium behind the surface; it supplies `index` and `abbe` if they are absent."""
     index: float = Field(default=None, ge=1, le=4, validate_default=True)
-    """Of refraction, of the medium behind; 1 is air."""
+    """The refractive index of the medium behind the surface; 1 is air."""
     abbe: float | None = Field(default=None, ge=1, le=1000, validate_default=True)
-    """Vd of the medium behind; without it the medium has no dispersion."""
+    """The Abbe number Vd of the medium behind the surface; null for a medium without dispersion."""
     semi_aperture_mm: float = Field(gt=0, le=MAX_MM)
-    """Half the clear diameter."""
+    """Half the clear diameter of the surface."""
     conic: float = Field(default=0.0, ge=-1000, le=1000)
-    """0 sphere, -1 paraboloid, below -1 hyperboloid, between ellipsoid."""
+    """The conic constant: 0 for a sphere, -1 for a paraboloid, less for a hyperboloid, between 0 and -1 for an
+    ellipsoid."""
     aspheric: tuple[float, ...] = Field(default=(), max_length=8)
-    """Terms of r^4, r^6, ... of the sag, in mm^-3, mm^-5, ..."""
+    """The coefficients of r^4, r^6, ... in the sag, in mm^-3, mm^-5, ..."""
 
     @model_validator(mode="before")
     @classmethod
@@ -56,7 +57,7 @@ class LensSurface(_Part):
 
     @field_validator("radius_mm")
     @classmethod
-    def _is_no_point(cls, radius_mm: float | None) -> float | None:
+    def _check_radius(cls, radius_mm: float | None) -> float | None:
         if radius_mm == 0:
             raise ValueError("a radius other than 0, or null for a plane")
         if radius_mm is not None and abs(radius_mm) < MIN_MM:
@@ -65,7 +66,7 @@ class LensSurface(_Part):
 
     @field_validator("material", mode="before")
     @classmethod
-    def _is_known(cls, name: object) -> object:
+    def _check_material(cls, name: object) -> object:
         if isinstance(name, _UnknownMaterial):
             raise ValueError(f"one of {', '.join(GLASSES)}, or an index of refraction beside it")
         return name
@@ -76,7 +77,7 @@ class LensSurface(_Part):
         if index is not None:
             return index
         if "material" not in info.data:
-            return 1.0  # what is wrong is the material, and only that is said
+            return 1.0  # The material is invalid, and only that is reported.
         known = glass(info.data["material"] or "")
         if known is None:
             raise ValueError("an index of refraction, or a material")
@@ -87,32 +88,35 @@ class LensSurface(_Part):
     def _abbe_of_material(cls, abbe: object, info: ValidationInfo) -> object:
         name = info.data.get("material")
         known = glass(name) if name is not None and abbe is None else None
-        # A material beside an index of its own: its dispersion counts only if it is that glass.
+        # If both a material and an index are given, the Abbe number of the material counts only if the index is its
+        # own.
         if known is None or info.data.get("index") != known.index:
             return abbe
         return known.abbe
 
 
 class Prescription(_Part):
-    """An imaging lens surface by surface, object side first."""
+    """The prescription of an imaging lens, surface by surface, object side first."""
 
     title: str = Field(default="", max_length=200)
+    """The title of the lens."""
     source: str = Field(default="", max_length=500)
-    """Where the numbers come from."""
+    """The publication that the prescription is from."""
     surfaces: tuple[LensSurface, ...] = Field(max_length=MAX_SURFACES, json_schema_extra={"minItems": MIN_SURFACES})
+    """The surfaces, from the object to the image."""
     stop_z_mm: float | None = Field(default=None, ge=-MAX_MM, le=MAX_MM)
-    """Where a variable stop stands, from the vertex of surface 1."""
+    """The position of a variable stop behind the vertex of surface 1."""
 
     @field_validator("surfaces")
     @classmethod
-    def _are_enough(cls, surfaces: tuple[LensSurface, ...]) -> tuple[LensSurface, ...]:
-        # Not by min_length, which would count only those that are right, and say so beside what is wrong.
+    def _check_count(cls, surfaces: tuple[LensSurface, ...]) -> tuple[LensSurface, ...]:
+        # `min_length` would count only the valid surfaces, and report a second error beside that of an invalid one.
         if len(surfaces) < MIN_SURFACES:
             raise ValueError(f"at least {MIN_SURFACES} surfaces, got {len(surfaces)}")
         return surfaces
 
     @model_validator(mode="after")
-    def _ends_in_air(self) -> Self:
+    def _check_media(self) -> Self:
         last = self.surfaces[-1]
         if last.index != 1:
             raise ValueError(f"air (index 1) behind the last surface, got index {last.index:g}")
@@ -122,7 +126,9 @@ class Prescription(_Part):
 
 
 class NamedLens(_Part):
-    """A published lens made to a focal length: all its lengths scaled alike."""
+    """A published lens that is scaled to a focal length."""
 
     name: str = Field(min_length=1, max_length=100)
+    """The name of the lens."""
     focal_length_mm: float = Field(ge=MIN_MM, le=100_000)
+    """The focal length to which all lengths of the lens are scaled."""

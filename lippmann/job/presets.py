@@ -1,4 +1,4 @@
-"""What can be named instead of described: microlens arrays on the market, and the jobs of the paper."""
+"""Presets: microlens arrays on the market, and the jobs of the paper, by name."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ LENS_ARRAYS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
         },
     }
 )
-"""Fields of `rig.lens_array` by the array's name."""
+"""The fields of `rig.lens_array` of each array, by the name of the array."""
 
 _PAPER_DISPLAY = {"gap_real_mm": 4.8, "gap_virtual_mm": 3.3, "viewing_distance_mm": 1000.0}
 
@@ -34,7 +34,7 @@ JOBS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
             },
             "display": _PAPER_DISPLAY,
         },
-        # Section 4.2: 90 x 90 lenses of 8 x 8 px, the fish turning by 8 degrees a frame.
+        # Section 4.2: 90 x 90 lenses of 8 x 8 px, where the fish turns by 8 degrees a frame.
         "paper-iv": {
             "scene": "fish",
             "title": "Athineos 2006, integral video",
@@ -47,4 +47,4 @@ JOBS: Mapping[str, Mapping[str, Any]] = MappingProxyType(
         },
     }
 )
-"""Whole jobs by name."""
+"""The job of each preset, by name."""

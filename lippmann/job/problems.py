@@ -1,7 +1,7 @@
-"""Validation problems of job files: pydantic's errors as fields with what was expected and what came.
+"""Validation errors of job files: the field, the expected value and the value received.
 
-A field that accepts several forms chooses the form by what was written (`told_by`). The tag of the form stands in
-pydantic's error locations in brackets; `untagged` removes it.
+A field that accepts several forms selects the form by the shape of the value (`form_discriminator`). The tag of the
+form stands in brackets in pydantic's error locations; `without_tags` removes it.
 """
 
 from __future__ import annotations
@@ -14,13 +14,17 @@ from pydantic import BaseModel, Discriminator, ValidationError
 from lippmann.errors import FieldProblem
 
 
-class Misfit(ValueError):
-    """What a validator of several fields raises, so that the message names one of them.
+class FieldError(ValueError):
+    """The error of a validator that compares several fields; it names the field at fault.
 
     Parameters
     ----------
     field
-        From the part that is validated, as in `tiles`.
+        The path of the field in the model that is validated, as in `tiles`.
+    expected
+        The value that was expected.
+    got
+        The value that was received.
     """
 
     def __init__(self, field: str, *, expected: str, got: object) -> None:
@@ -29,15 +33,15 @@ class Misfit(ValueError):
 
 
 def problems_of(error: ValidationError) -> tuple[FieldProblem, ...]:
-    """Translate pydantic's errors: field, expected, got; not those of defaults that follow from what is wrong."""
+    """Translate pydantic's errors, except those of defaults that depend on an invalid field."""
     errors = (item for item in error.errors(include_url=False) if item["type"] != "default_factory_not_called")
     return tuple(_problem(item) for item in errors)
 
 
 def _problem(item: Any) -> FieldProblem:
-    place, kind, got = _place(untagged(item["loc"])), item["type"], item["input"]
+    place, kind, got = _place(without_tags(item["loc"])), item["type"], item["input"]
     cause = item.get("ctx", {}).get("error")
-    if isinstance(cause, Misfit):
+    if isinstance(cause, FieldError):
         return FieldProblem(field=".".join((*place, cause.field)), expected=cause.expected, got=cause.got)
     field = ".".join(place) or "(whole)"
     if kind == "extra_forbidden":
@@ -47,12 +51,12 @@ def _problem(item: Any) -> FieldProblem:
     expected = str(item["msg"]).removeprefix("Value error, ")
     for prefix in ("Input should be ", "Value should be "):
         expected = expected.removeprefix(prefix)
-    told, says_what_came, came = expected.rpartition(", got ")
-    return FieldProblem(field=field, expected=told or expected, got=came if says_what_came else _short(got))
+    before, separator, after = expected.rpartition(", got ")
+    return FieldProblem(field=field, expected=before or expected, got=after if separator else _short(got))
 
 
 def _place(parts: tuple[str, ...]) -> tuple[str, ...]:
-    """Return where a user wrote what is wrong: keyframes stand in place of the number that they move."""
+    """Return the path in the job file: keyframes are written in place of the number that they animate."""
     return parts[1:] if len(parts) > 1 and parts[0] == "animation" else parts
 
 
@@ -61,8 +65,8 @@ def _short(value: Any) -> str:
     return text if len(text) <= 120 else text[:117] + "..."
 
 
-def told_by(form_of: Callable[[Any], str]) -> Discriminator:
-    """Return a discriminator that brackets the tag which `form_of` tells from what was written."""
+def form_discriminator(form_of: Callable[[Any], str]) -> Discriminator:
+    """Return a discriminator whose tag is the result of `form_of` for the value, in brackets."""
 
     def form(value: Any) -> str:
         return f"({form_of(value.model_dump() if isinstance(value, BaseModel) else value)})"
@@ -70,10 +74,10 @@ def told_by(form_of: Callable[[Any], str]) -> Discriminator:
     return Discriminator(form)
 
 
-def untagged(place: Iterable[Any]) -> tuple[str, ...]:
-    """Return the place of an error without tags.
+def without_tags(place: Iterable[Any]) -> tuple[str, ...]:
+    """Return the location of an error without the tags of forms.
 
-    >>> untagged(("rig", "imaging_lens", "(scaled)", "focal_length_mm"))
+    >>> without_tags(("rig", "imaging_lens", "(scaled)", "focal_length_mm"))
     ('rig', 'imaging_lens', 'focal_length_mm')
     """
     return tuple(str(part) for part in place if not str(part).startswith("("))

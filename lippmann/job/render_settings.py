@@ -1,4 +1,4 @@
-"""How a job's rays are found and rendered: the road through the optics, samples, tiles, limits."""
+"""Render settings of a job: capture method, supersampling, antialiasing, tiles and limits."""
 
 from __future__ import annotations
 
@@ -7,60 +7,65 @@ from typing import Annotated, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, Tag, model_validator
 
-from lippmann.job.problems import Misfit, told_by
+from lippmann.job.problems import FieldError, form_discriminator
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
 
 class Capture(_Part):
-    """How the rays of the camera find their way through the optics."""
+    """The method by which the rays of the camera are traced through the optics, and the samples of a pixel."""
 
     method: Literal["auto", "glass", "ray_camera"] = "auto"
-    """`glass`: POV-Ray refracts them in modelled glass. `ray_camera`: they come from the exact trace."""
+    """`glass`: POV-Ray refracts the rays in a model of the lenses. `ray_camera`: the rays come from the exact trace.
+    `auto` uses the ray camera where it can render the job."""
     supersample: int = Field(default=1, ge=1, le=8)
-    """Rendered pixels in each direction that are averaged to one, inside their cell and in linear light."""
+    """The number of rendered pixels in each direction that are averaged to one pixel, in linear light."""
     depth: bool = False
-    """Whether a second pass finds how deep what every pixel shows lies: `depth/0001.exr`."""
+    """True if a second pass renders the depth of every pixel into `depth/0001.exr`."""
 
 
 class Antialias(_Part):
-    """POV-Ray's antialiasing over the whole image; it blurs the borders of the cells."""
+    """POV-Ray's antialiasing, over the whole image; it blurs the borders of the cells."""
 
     threshold: float = Field(default=0.3, gt=0, lt=1)
-    """Neighbours that differ by more are sampled again; POV-Ray 3.7 takes 1 for none."""
+    """The difference between adjacent pixels above which they are sampled again; POV-Ray 3.7 treats 1 as off."""
     method: Literal[1, 2] = 2
-    """1: not recursive, never tiled. 2: adaptive and recursive."""
+    """1: not recursive; such a frame is never tiled. 2: adaptive and recursive."""
     depth: int = Field(default=3, ge=1, le=9)
+    """The depth of the subdivision of a pixel."""
 
 
 AntialiasChoice = Annotated[
     Annotated[Literal["off"], Tag("(off)")] | Annotated[Antialias, Tag("(on)")],
-    told_by(lambda value: "on" if isinstance(value, Mapping) else "off"),
+    form_discriminator(lambda value: "on" if isinstance(value, Mapping) else "off"),
 ]
 
 
 class RenderSettings(_Part):
-    """How POV-Ray renders, and when an attempt is given up."""
+    """The settings of POV-Ray, and the limits of an attempt."""
 
     antialias: AntialiasChoice = "off"
+    """The antialiasing, or `off`."""
     tiles: Literal["auto"] | tuple[Annotated[int, Field(ge=1, le=64)], Annotated[int, Field(ge=1, le=64)]] = "auto"
-    """Tiles of a frame as (tile_rows, tile_cols), or cut by the measured cost."""
+    """The tiles of a frame as (tile_rows, tile_cols); `auto` derives them from the measured cost."""
     timeout_s: float = Field(default=6 * 3600.0, ge=1, le=7 * 86_400)
-    """An attempt that runs longer is ended."""
+    """The time after which an attempt is ended, s."""
     stall_s: float = Field(default=600.0, ge=1, le=86_400)
-    """An attempt without progress for longer is ended."""
+    """The time without progress after which an attempt is ended, s."""
     memory_mb: int = Field(default=8192, ge=128, le=1_048_576)
-    """Address space that one POV-Ray process may take."""
+    """The address space that one POV-Ray process may use, MB."""
 
     @model_validator(mode="after")
-    def _method_1_whole(self) -> Self:
+    def _check_tiles(self) -> Self:
         if not self.may_be_tiled and self.tiles not in ("auto", (1, 1)):
-            raise Misfit("tiles", expected="auto or [1, 1] with antialias method 1, which leaves seams", got=self.tiles)
+            raise FieldError(
+                "tiles", expected="auto or [1, 1] with antialias method 1, which leaves seams", got=self.tiles
+            )
         return self
 
     @property
     def may_be_tiled(self) -> bool:
-        """Whether tiles put together are the whole, pixel for pixel: not under method 1 (measured)."""
+        """True if joined tiles are equal to the whole frame, pixel for pixel; with method 1 they differ (measured)."""
         return self.antialias == "off" or self.antialias.method == 2

@@ -1,6 +1,7 @@
-"""The job as it is stored: what was asked for plus what it resolved to, so that every attempt sees the same.
+"""Resolved jobs: a job specification with the stage, clock and parameters of its scene.
 
-`job.json` and `plan.json` are artifacts. The service writes them, workers read them.
+`job.json` and `plan.json` are artifacts. The service writes them and workers read them, so that every attempt renders
+the same job.
 """
 
 from __future__ import annotations
@@ -11,9 +12,9 @@ from typing import Self
 from pydantic import BaseModel, ConfigDict
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.imported_sheets import ForeignSheets
-from lippmann.job.problems import Misfit
-from lippmann.job.scene import SCENE_FILE, SceneCard
+from lippmann.job.imported_sheets import ImportedSheets
+from lippmann.job.problems import FieldError
+from lippmann.job.scene import SCENE_FILE, SceneManifest
 from lippmann.job.spec import Clock, JobSpec, ParameterValue
 from lippmann.job.stage import Stage, changed_stage
 
@@ -22,56 +23,68 @@ class _Part(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class JobSheet(_Part):
-    """`job.json`: a job with its scene resolved."""
+class ResolvedJob(_Part):
+    """A job that is resolved against its scene: the content of `job.json`."""
 
     job_id: str
     spec: JobSpec
     bundle: str
     """SHA-256 of the scene bundle's zip; the artifact is `scenes/<bundle>.zip`."""
     stage: Stage
-    """The scene's, with what the job says otherwise; at the first key where it is animated, see `at`."""
+    """The stage of the scene with the changes of the job. Animated numbers have their first values; see `at`."""
     file: str = SCENE_FILE
-    """Of the bundle: the one that is the scene."""
+    """The scene file of the bundle."""
     clock: Clock
     parameters: dict[str, ParameterValue]
-    """Every parameter of the scene, defaults filled in."""
-    sheets: ForeignSheets | None = None
-    """Of a bundle of integral images: then nothing is rendered, and `spec` has the rig that they are of."""
+    """The value of every parameter of the scene, defaults included."""
+    sheets: ImportedSheets | None = None
+    """The imported integral images of the bundle, if it has some. Nothing is rendered then, and the rig of `spec` is
+    that of the sheets."""
 
     @classmethod
-    def of(cls, job_id: str, spec: JobSpec, card: SceneCard, *, bundle: str) -> Self:
-        """Return the sheet of a job of a scene.
+    def of(cls, job_id: str, spec: JobSpec, manifest: SceneManifest, *, bundle: str) -> Self:
+        """Resolve a job against the manifest of its scene.
+
+        Parameters
+        ----------
+        job_id
+            The identifier of the job.
+        spec
+            The job specification.
+        manifest
+            The manifest of the scene.
+        bundle
+            The SHA-256 digest of the scene bundle.
 
         Raises
         ------
         SpecError
-            If the scene does not have a parameter, or it or the stage is out of bounds, at any keyframe.
+            If the scene does not have a parameter of the job, or a value is out of bounds at any keyframe.
         """
-        if card.sheets is not None:
-            spec = card.sheets.job_of(spec)
-        _check_moving_parameters(spec, card)
-        for frame in spec.tried_frames():
+        if manifest.sheets is not None:
+            spec = manifest.sheets.job_on_sheets(spec)
+        _check_moving_parameters(spec, manifest)
+        for frame in spec.checked_frames():
             try:
                 there = spec.at(frame)
                 _check_outputs(there)
-                card.resolve(there.parameters)
-                changed_stage(card.stage, there.stage)
+                manifest.resolve(there.parameters)
+                changed_stage(manifest.stage, there.stage)
             except SpecError as error:
-                raise at_frame(error, frame) if spec.animation else error from error
+                raise add_frame(error, frame) if spec.animation else error from error
         return cls(
             job_id=job_id,
             spec=spec,
             bundle=bundle,
-            stage=changed_stage(card.stage, spec.stage),
-            file=card.file,
-            clock=spec.clock or card.clock,
-            parameters=card.resolve(spec.parameters),
-            sheets=card.sheets,
+            stage=changed_stage(manifest.stage, spec.stage),
+            file=manifest.file,
+            clock=spec.clock or manifest.clock,
+            parameters=manifest.resolve(spec.parameters),
+            sheets=manifest.sheets,
         )
 
-    def at(self, frame: int) -> JobSheet:
-        """Return the job as it is at a frame: rig, stage and parameters without keyframes."""
+    def at(self, frame: int) -> ResolvedJob:
+        """Return the job at a frame: its rig, stage and parameters have the values of that frame."""
         there = self.spec.at(frame)
         update = {
             "spec": there,
@@ -82,33 +95,33 @@ class JobSheet(_Part):
 
 
 def _check_outputs(spec: JobSpec) -> None:
-    """Refuse outputs that do not go with the job as it is at a frame.
+    """Refuse outputs that are incompatible with the job at a frame.
 
     Raises
     ------
     SpecError
-        Naming the option.
+        The error names the option.
     """
     try:
         spec.check_outputs()
-    except Misfit as wrong:
+    except FieldError as wrong:
         raise SpecError.of([FieldProblem(field=wrong.field, expected=wrong.expected, got=str(wrong.got))]) from wrong
 
 
-def _check_moving_parameters(spec: JobSpec, card: SceneCard) -> None:
-    """Refuse keyframes on parameters that know no values between two others."""
+def _check_moving_parameters(spec: JobSpec, manifest: SceneManifest) -> None:
+    """Refuse keyframes for parameters that cannot be interpolated."""
     problems = []
     for path in spec.animation:
         part, _, name = path.partition(".")
-        if part == "parameters" and name in card.parameters and card.parameters[name].type != "number":
-            got = f"type {card.parameters[name].type}"
+        if part == "parameters" and name in manifest.parameters and manifest.parameters[name].type != "number":
+            got = f"type {manifest.parameters[name].type}"
             problems.append(FieldProblem(field=path, expected="a parameter of type number for keyframes", got=got))
     if problems:
         raise SpecError.of(problems)
 
 
-def at_frame(error: SpecError, frame: int) -> SpecError:
-    """Return the error with the frame at which it came, if it does not say so yet."""
+def add_frame(error: SpecError, frame: int) -> SpecError:
+    """Return the error with the number of the frame at which it occurs, unless the error names it already."""
     where = f" at frame {frame}"
     return type(error).of(
         problem if problem.got.endswith(where) else replace(problem, got=problem.got + where)
@@ -116,12 +129,12 @@ def at_frame(error: SpecError, frame: int) -> SpecError:
     )
 
 
-class PlanSheet(_Part):
-    """`plan.json`: how the job was cut."""
+class StoredPlan(_Part):
+    """The plan of a job: the content of `plan.json`."""
 
     tile_rows: int
     tile_cols: int
     probe_start_s: float
     probe_s_per_px: float
     renders: bool = True
-    """Whether there is anything to render: not of integral images that are there already."""
+    """True if the job renders something; a job on imported sheets does not."""

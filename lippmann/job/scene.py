@@ -1,6 +1,6 @@
-"""A scene as a job sees it: title, parameters, clock and the stage where the rig stands.
+"""Scene manifests: the title, parameters, clock and stage of a scene, as a bundle's `scene.toml` describes them.
 
-The form is that of a bundle's `scene.toml`; `parse_scene` reads it, `SceneCard.resolve` fills in a job's parameters.
+`parse_scene` validates the manifest; `SceneManifest.resolve` returns its parameters with the values that a job sets.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from typing import Any, Literal, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
 
 from lippmann.errors import BundleError, FieldProblem, SpecError
-from lippmann.job.imported_sheets import ForeignSheets
+from lippmann.job.imported_sheets import ImportedSheets
 from lippmann.job.problems import problems_of
 from lippmann.job.spec import Clock, ParameterValue
 from lippmann.job.stage import Stage
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _FILE = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.+-]*/)*[A-Za-z0-9_][A-Za-z0-9_. +-]*\.(?:pov|inc)", re.IGNORECASE)
-"""A path that leads nowhere upward and that POV-Ray needs no quotes for; only the file's own name may have blanks."""
+"""A path below the bundle that needs no escapes in POV-Ray; only the name of the file itself may contain spaces."""
 
 SCENE_FILE = "scene.inc"
-"""What POV-Ray reads of a bundle that names no other file."""
+"""The default scene file of a bundle."""
 
 MAX_PARAMETER = 1e15
-"""POV-Ray reckons in 64-bit floats, which tell whole numbers apart up to here."""
+"""The greatest magnitude of a parameter; POV-Ray computes in 64-bit floats, which are exact for integers up to here."""
 
 RESERVED = frozenset(
     (
@@ -34,32 +34,38 @@ RESERVED = frozenset(
         *("image_width", "image_height", "frame_number", "initial_clock", "final_clock", "clock_delta"),
     )
 )
-"""Words that POV-Ray, or a job, keeps for itself and that a parameter might be named by."""
+"""The names that POV-Ray or a job reserves, which no parameter may have."""
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
 
 class Parameter(_Part):
-    """A number, switch or colour that a job may set."""
+    """A parameter of a scene, which a job may set."""
 
     type: Literal["number", "integer", "boolean", "color"]
+    """The type of the value."""
     default: ParameterValue
+    """The value if the job does not set the parameter."""
     minimum: float | None = None
+    """The least value of a number."""
     maximum: float | None = None
+    """The greatest value of a number."""
     unit: str = ""
+    """The unit of a number."""
     description: str = ""
+    """A description of the parameter."""
 
     @model_validator(mode="after")
-    def _default_is_allowed(self) -> Self:
-        fault = self.fault_of(self.default)
+    def _check_default(self) -> Self:
+        fault = self.violation(self.default)
         if fault:
             raise ValueError(f"a default that is {fault}, got {self.default!r}")
         return self
 
-    def fault_of(self, value: ParameterValue) -> str | None:
-        """Return what `value` should have been, or None if it is right."""
+    def violation(self, value: ParameterValue) -> str | None:
+        """Return the description of the values that are allowed if `value` is not one of them, else None."""
         if self.type == "boolean":
             return None if isinstance(value, bool) else "true or false"
         if self.type == "color":
@@ -79,35 +85,40 @@ class Parameter(_Part):
 
 
 _NO_STAGE = {"location": (0, 0, -1), "look_at": (0, 0, 0), "near_mm": 1, "far_mm": 1}
-"""Of a bundle of which nothing is rendered: a place like any other, and of no meaning."""
+"""The stage of a bundle of imported sheets, which has no meaning because nothing is rendered."""
 
 
-class SceneCard(_Part):
-    """What `scene.toml` says."""
+class SceneManifest(_Part):
+    """The manifest of a scene, `scene.toml`."""
 
     file: str = Field(default=SCENE_FILE, max_length=200)
-    """The .inc or .pov that is the scene; a .pov is read as by itself, and its camera is overruled."""
+    """The scene file, .inc or .pov; the camera of the rig replaces the camera of a .pov file."""
     title: str = Field(default_factory=lambda given: given["file"], min_length=1, max_length=200)
-    """The file's name when not given."""
+    """The title of the scene; by default the name of the file."""
     description: str = ""
+    """A description of the scene."""
     license: str = ""
+    """The license of the scene."""
     stage: Stage
+    """The position of the rig in the scene, and the scale."""
     clock: Clock = Clock()
+    """The clock of the scene, which a job may replace."""
     parameters: dict[str, Parameter] = Field(default_factory=dict)
-    sheets: ForeignSheets | None = None
-    """In place of a scene: integral images that are there already."""
+    """The parameters of the scene by name."""
+    sheets: ImportedSheets | None = None
+    """The imported integral images of a bundle without a scene."""
 
     @model_validator(mode="before")
     @classmethod
-    def _either_scene_or_sheets(cls, data: Any) -> Any:
+    def _fill_in_stage(cls, data: Any) -> Any:
         if not isinstance(data, Mapping) or data.get("sheets") is None:
             return data
-        # A card that was stored has these filled in.
+        # A manifest that was stored has both.
         return {"stage": _NO_STAGE, "title": "Integral images from elsewhere", **data}
 
     @field_validator("file")
     @classmethod
-    def _usable_file(cls, file: str) -> str:
+    def _check_file(cls, file: str) -> str:
         if not _FILE.fullmatch(file):
             raise ValueError(
                 "a .pov or .inc inside the bundle, its path of letters, digits and _ . + - between slashes"
@@ -116,19 +127,19 @@ class SceneCard(_Part):
 
     @field_validator("parameters")
     @classmethod
-    def _usable_names(cls, parameters: dict[str, Parameter]) -> dict[str, Parameter]:
+    def _check_names(cls, parameters: dict[str, Parameter]) -> dict[str, Parameter]:
         for name in parameters:
             if not _NAME.fullmatch(name) or name in RESERVED:
                 raise ValueError(f"parameter names in lower snake case that POV-Ray does not keep, got {name!r}")
         return parameters
 
     def resolve(self, given: Mapping[str, ParameterValue]) -> dict[str, ParameterValue]:
-        """Return every parameter with its value: the job's, or the default.
+        """Return the value of every parameter: that of the job, or the default.
 
         Raises
         ------
         SpecError
-            If the job sets a parameter that the scene does not have, or one out of bounds.
+            If the job sets a parameter that the scene does not have, or a value that is out of bounds.
         """
         problems = [
             FieldProblem(field=f"parameters.{name}", expected=self._known_names(), got=f"unknown parameter {name!r}")
@@ -136,7 +147,7 @@ class SceneCard(_Part):
             if name not in self.parameters
         ]
         for name, parameter in self.parameters.items():
-            fault = parameter.fault_of(given[name]) if name in given else None
+            fault = parameter.violation(given[name]) if name in given else None
             if fault:
                 problems.append(FieldProblem(field=f"parameters.{name}", expected=fault, got=repr(given[name])))
         if problems:
@@ -147,15 +158,15 @@ class SceneCard(_Part):
         return f"one of {', '.join(sorted(self.parameters))}" if self.parameters else "no parameters"
 
 
-def parse_scene(data: Mapping[str, Any]) -> SceneCard:
-    """Return the scene that a parsed `scene.toml` describes.
+def parse_scene(data: Mapping[str, Any]) -> SceneManifest:
+    """Validate the data of a `scene.toml`.
 
     Raises
     ------
     BundleError
-        Naming every field that is wrong.
+        The error names every invalid field.
     """
     try:
-        return SceneCard.model_validate(data)
+        return SceneManifest.model_validate(data)
     except ValidationError as error:
         raise BundleError("scene.toml: " + "; ".join(map(str, problems_of(error)))) from error

@@ -1,4 +1,4 @@
-"""Where the rig stands in a scene, and the scale: as the scene says, and what a job says otherwise."""
+"""The stage of a scene: the position of the rig and the scale, and the changes that a job makes."""
 
 from __future__ import annotations
 
@@ -11,36 +11,40 @@ from lippmann.errors import SpecError
 from lippmann.job.problems import problems_of
 
 MAX_MM = 1e9
-"""A thousand kilometres: more is a slip of units."""
+"""The greatest length, a thousand kilometres; a greater one is an error of units."""
 
 Mm = Annotated[float, Field(gt=0, le=MAX_MM)]
 Coordinate = Annotated[float, Field(ge=-MAX_MM, le=MAX_MM)]
 Vector = tuple[Coordinate, Coordinate, Coordinate]
 MmPerUnit = Annotated[float, Field(ge=1e-4, le=1e5)]
-"""From scenes in tenths of a micrometre to scenes in hundreds of metres; beyond, rays lose digits (measured)."""
+"""The scale of a scene, whose unit is between a tenth of a micrometre and a hundred metres; outside this range the rays
+lose precision (measured)."""
 
 
 class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
 
 class Stage(_Part):
-    """Where the rig stands in the scene (scene units) and the scale."""
+    """The position of the rig in the scene, in scene units, and the scale."""
 
     location: Vector
-    """The vertex of surface 1 of the imaging lens."""
+    """The position of the vertex of surface 1 of the imaging lens."""
     look_at: Vector
+    """The point that the optical axis passes through."""
     up: Vector = (0.0, 1.0, 0.0)
+    """The direction that is upward in the picture."""
     mm_per_unit: MmPerUnit = 1.0
-    """Millimetres of the rig in one unit of the scene."""
+    """The number of millimetres of the rig in one scene unit."""
     near_mm: Mm
-    """From surface 1 to the nearest thing that should come out sharp."""
+    """The distance from surface 1 to the near plane, the nearest point that should be sharp."""
     far_mm: Mm
+    """The distance from surface 1 to the far plane, the farthest point that should be sharp."""
     reference_mm: Mm = Field(default_factory=lambda given: given["near_mm"])
-    """From surface 1 to the scene's reference plane; near_mm when not given."""
+    """The distance from surface 1 to the reference plane of the scene; by default `near_mm`."""
 
     @model_validator(mode="after")
-    def _spans_a_frame(self) -> Self:
+    def _check_directions(self) -> Self:
         if self.far_mm < self.near_mm:
             raise ValueError(f"near_mm <= far_mm, got {self.near_mm} and {self.far_mm}")
         look = [b - a for a, b in zip(self.location, self.look_at, strict=True)]
@@ -56,24 +60,31 @@ class Stage(_Part):
 
 
 class StageChange(_Part):
-    """What a job says otherwise about the scene's stage; see `Stage`."""
+    """The changes of a job to the stage of its scene; an absent field keeps the value of the scene."""
 
     location: Vector | None = None
+    """The position of the vertex of surface 1 of the imaging lens."""
     look_at: Vector | None = None
+    """The point that the optical axis passes through."""
     up: Vector | None = None
+    """The direction that is upward in the picture."""
     mm_per_unit: MmPerUnit | None = None
+    """The number of millimetres of the rig in one scene unit."""
     reference_mm: Mm | None = None
+    """The distance from surface 1 to the reference plane of the scene."""
     near_mm: Mm | None = None
+    """The distance from surface 1 to the near plane."""
     far_mm: Mm | None = None
+    """The distance from surface 1 to the far plane."""
 
 
 def changed_stage(stage: Stage, change: StageChange) -> Stage:
-    """Return a scene's stage with what a job says otherwise.
+    """Return the stage of a scene with the changes of a job.
 
     Raises
     ------
     SpecError
-        If the two do not go together: near beyond far, no way up.
+        If the result is invalid: the near plane is beyond the far plane, or the directions span no plane.
     """
     try:
         return Stage.model_validate(stage.model_dump() | change.model_dump(exclude_none=True))

@@ -9,7 +9,7 @@ from pydantic import ValidationError
 
 from lippmann.errors import BadInput, FieldProblem
 from lippmann.job.outputs.prints import CalibrationSheet
-from lippmann.job.problems import Misfit, problems_of
+from lippmann.job.problems import FieldError, problems_of
 from lippmann.job.rig import Rig
 from lippmann.local.files.writable import check_writable
 from worker.tasks.outputs.prints import sheet_files, write_sheet
@@ -51,7 +51,7 @@ def write_calibration_sheet(out: Path, *, pitch_mm: float, lattice: str, options
         sheet.check(rig, ())
     except ValidationError as error:
         raise BadInput("; ".join(map(_message, problems_of(error)))) from error
-    except Misfit as wrong:
+    except FieldError as wrong:
         raise BadInput(_message(FieldProblem(wrong.field, wrong.expected, wrong.got))) from wrong
     check_writable(out.parent)
     written = []

@@ -9,7 +9,7 @@ from typing import Any
 
 from lippmann.errors import BadInput
 from lippmann.job.presets import JOBS
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.job.spec import JobSpec
 from lippmann.local.capture import job_of
 from lippmann.local.files.job import read_job, set_field, take_in_lens
@@ -54,7 +54,7 @@ def design(
     return designer.design(design_sheet(job, preset=preset, scene=scene, overrides=overrides), frame=frame)
 
 
-def design_sheet(job: Job | None, *, preset: str | None, scene: str | None, overrides: Sequence[str]) -> JobSheet:
+def design_sheet(job: Job | None, *, preset: str | None, scene: str | None, overrides: Sequence[str]) -> ResolvedJob:
     """Return a job with the stage of its scene, as the designer takes it.
 
     Parameters
@@ -68,7 +68,7 @@ def design_sheet(job: Job | None, *, preset: str | None, scene: str | None, over
     take_in_lens(fields, Path())
     spec, bundle = job_of(fields, scene)
     checked = check_bundle(bundle)
-    return JobSheet.of("design", spec, checked.card, bundle=checked.digest)
+    return ResolvedJob.of("design", spec, checked.card, bundle=checked.digest)
 
 
 def _fields(job: Job | None, preset: str | None, scene: str | None) -> dict[str, Any]:

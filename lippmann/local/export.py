@@ -17,7 +17,7 @@ from lippmann.errors import BadInput, LippmannError, SpecError
 from lippmann.job.frames import parse_frames
 from lippmann.job.outputs.choice import Output, check_names, check_options
 from lippmann.job.outputs.output import OutputOptions
-from lippmann.job.problems import Misfit, problems_of
+from lippmann.job.problems import FieldError, problems_of
 from lippmann.local.files.frame_source import files_frames
 from lippmann.local.files.job_masters import job_masters
 from lippmann.local.files.writable import check_writable
@@ -92,7 +92,7 @@ def parse_outputs(written: Sequence[str], source: FrameSource) -> tuple[OutputOp
         )
     except ValidationError as error:
         raise SpecError.of(problems_of(error)) from error
-    except Misfit as error:
+    except FieldError as error:
         raise BadInput(f"{error.field}: expected {error.expected}, got {error.got}") from error
     return outputs
 

@@ -15,7 +15,7 @@ from pydantic import ValidationError
 
 from lippmann.errors import BadInput
 from lippmann.job.outputs.spoc import Spoc
-from lippmann.job.problems import Misfit, problems_of
+from lippmann.job.problems import FieldError, problems_of
 from lippmann.job.rig import Rig
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.bands import OrthoscopicSheet, Sheet, SheetOfRows, TurnedSheet, stitched
@@ -205,7 +205,7 @@ def _made(captured: Sheet, turn: bool, rig: Rig | None, display: Spoc | None) ->
         return OrthoscopicSheet(captured, inverted=turn)
     try:
         return spoc_sheet(TurnedSheet(captured) if turn else captured, rig, display)
-    except Misfit as misfit:
+    except FieldError as misfit:
         raise BadInput(f"{option_of(misfit.field)}: expected {misfit.expected}, got {misfit.got}") from misfit
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.outputs.output import OutputOptions
 
-JOB_SHEET = "job.json"
-PLAN_SHEET = "plan.json"
+JOB_FILE = "job.json"
+PLAN_FILE = "plan.json"
 
 KIND = "kind"
 """The header attribute of an integral image that is `PSEUDOSCOPIC` or `ORTHOSCOPIC`, whatever the name of its file."""

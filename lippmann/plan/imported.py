@@ -138,7 +138,7 @@ def imported_rig(geometry: SheetGeometry, grid: LensGrid) -> Rig:
         lattice=grid.lattice,
         count=(grid.lens_rows, grid.lens_cols),
         pitch_mm=geometry.lens_pitch_mm,
-        focal_length_mm=geometry.lens_focal_mm(geometry.lens_pitch_mm),
+        focal_length_mm=geometry.lens_focal_length_mm(geometry.lens_pitch_mm),
         offset_mm=0.0,
     )
     layout = grid.layout(geometry.px_per_lens)

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from lippmann.job.messages.events import ProbeResult
 from lippmann.job.messages.orders import TaskKind, TileIndex
-from lippmann.job.resolved import PlanSheet
+from lippmann.job.resolved import StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names
 from lippmann.plan.cost import tile_grid
@@ -46,10 +46,10 @@ def probe_task() -> PlannedTask:
     return PlannedTask(kind=TaskKind.PROBE, stage=PROBE_STAGE, needs=None, sequence=0, weight_px=0, artifact="")
 
 
-def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int) -> PlanSheet:
+def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int) -> StoredPlan:
     """Return the plan of a job, from the measurements of its probe and the number of slots of the farm."""
     rows, cols = tile_grid(spec, probe, slots=slots)
-    return PlanSheet(
+    return StoredPlan(
         tile_rows=rows,
         tile_cols=cols,
         probe_start_s=probe.start_s,
@@ -58,7 +58,7 @@ def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int) -> PlanSheet:
     )
 
 
-def plan_tasks(spec: JobSpec, plan: PlanSheet) -> Iterator[PlannedTask]:
+def plan_tasks(spec: JobSpec, plan: StoredPlan) -> Iterator[PlannedTask]:
     """Yield every task after the probe, in order."""
     size = frame_size(spec.rig)
     tiles = cut_tiles(size, tile_rows=plan.tile_rows, tile_cols=plan.tile_cols) if plan.renders else ()

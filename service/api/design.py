@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from lippmann.job.old_names import current_job
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.job.spec import parse_spec
 from lippmann.plan.design.designer import design, drawing
 from service.db.engine import Database
@@ -36,7 +36,7 @@ def draw_job(database: Database, body: Any, *, frame: int | None) -> str:
     return drawing(_sheet(database, body), frame=frame)
 
 
-def _sheet(database: Database, body: Any) -> JobSheet:
+def _sheet(database: Database, body: Any) -> ResolvedJob:
     spec = parse_spec(body)
     # The connection is returned before the computation, which may take longer than many requests.
     with database.reading() as session:

@@ -30,7 +30,7 @@ def sweep_orphans(database: Database, store: ArtifactStore, *, now_s: float, old
 
 
 def _is_orphan(database: Database, store: ArtifactStore, job_id: str, before_s: float) -> bool:
-    if store.exists(names.job_artifact(job_id, names.JOB_SHEET)) or _has_row(database, job_id):
+    if store.exists(names.job_artifact(job_id, names.JOB_FILE)) or _has_row(database, job_id):
         return False
     # An artifact is about to be stored in an empty folder.
     found = store.list(job_id)

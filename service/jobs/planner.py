@@ -13,7 +13,7 @@ from sqlalchemy import insert, update
 from sqlalchemy.orm import Session
 
 from lippmann.job.messages.events import ProbeResult
-from lippmann.job.resolved import PlanSheet
+from lippmann.job.resolved import StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
@@ -50,24 +50,24 @@ class Planner:
         if sheet is None:
             self._decide(job_id, plan_sheet(spec, probe, slots=max(1, slots)))
             return True
-        decided = PlanSheet.model_validate(sheet)
+        decided = StoredPlan.model_validate(sheet)
         if reached == 0:  # only the probe exists, so no task has read the artifact
             self._store_sheet(job_id, decided)
         chunk = self._next_chunk(job_id, reached, spec, decided)
         return self._write(job_id, chunk, now_s)
 
-    def _decide(self, job_id: str, sheet: PlanSheet) -> None:
+    def _decide(self, job_id: str, sheet: StoredPlan) -> None:
         with self._database.writing() as session:
             statement = update(Job).where(
                 Job.id == job_id, Job.background_job == BackgroundJob.PLAN, Job.plan.is_(None)
             )
             changed(session, statement.values(plan=sheet.model_dump()))
 
-    def _store_sheet(self, job_id: str, sheet: PlanSheet) -> None:
+    def _store_sheet(self, job_id: str, sheet: StoredPlan) -> None:
         # It is written from the row, so that a process that no longer leads writes the same, and before the first task.
-        self._store.put_bytes(names.job_artifact(job_id, names.PLAN_SHEET), sheet.model_dump_json(indent=2).encode())
+        self._store.put_bytes(names.job_artifact(job_id, names.PLAN_FILE), sheet.model_dump_json(indent=2).encode())
 
-    def _next_chunk(self, job_id: str, reached: int, spec: JobSpec, sheet: PlanSheet) -> list[PlannedTask]:
+    def _next_chunk(self, job_id: str, reached: int, spec: JobSpec, sheet: StoredPlan) -> list[PlannedTask]:
         at, iterator = self._iterators.pop(job_id, (-1, iter(())))
         if at != reached:
             iterator = (task for task in plan_tasks(spec, sheet) if task.sequence > reached)

@@ -10,8 +10,8 @@ from sqlalchemy.orm import Session
 
 from lippmann.errors import FieldProblem, SpecError
 from lippmann.job.old_names import current_job
-from lippmann.job.resolved import JobSheet
-from lippmann.job.scene import SceneCard
+from lippmann.job.resolved import ResolvedJob
+from lippmann.job.scene import SceneManifest
 from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.job.states import JobStatus
 from lippmann.optics.rig.check import check_job
@@ -59,7 +59,7 @@ def submit_job(
     notes = (*current_job(body)[1], *check_job(sheet))
     # The artifact is written before the row, so that a crash in between leaves an unused file and no job without one.
     data = sheet.model_dump_json(indent=2).encode()
-    parts.store.put_bytes(names.job_artifact(sheet.job_id, names.JOB_SHEET), data)
+    parts.store.put_bytes(names.job_artifact(sheet.job_id, names.JOB_FILE), data)
     with database.writing() as session:
         known = _known(session, caller, idempotency_key, fingerprint)
         if known is not None:
@@ -86,7 +86,7 @@ def _known(session: Session, caller: Caller, key: str | None, fingerprint: str) 
     return row
 
 
-def resolve(session: Session, spec: JobSpec, job_id: str) -> JobSheet:
+def resolve(session: Session, spec: JobSpec, job_id: str) -> ResolvedJob:
     """Return a job together with its scene.
 
     Raises
@@ -99,10 +99,10 @@ def resolve(session: Session, spec: JobSpec, job_id: str) -> JobSheet:
     except NotFound as error:
         problem = FieldProblem(field="scene", expected="a scene of GET /api/v1/scenes", got=repr(spec.scene))
         raise SpecError.of([problem]) from error
-    return JobSheet.of(job_id, spec, SceneCard.model_validate(scene.card), bundle=scene.digest)
+    return ResolvedJob.of(job_id, spec, SceneManifest.model_validate(scene.card), bundle=scene.digest)
 
 
-def _insert(session: Session, sheet: JobSheet, caller: Caller, notes: list[str], now_s: float) -> Job:
+def _insert(session: Session, sheet: ResolvedJob, caller: Caller, notes: list[str], now_s: float) -> Job:
     spec = sheet.spec
     row = Job(
         id=sheet.job_id,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lippmann.job.imported_sheets import ForeignSheets
+from lippmann.job.imported_sheets import ImportedSheets
 from lippmann.job.scene import Parameter
 from lippmann.job.spec import Clock
 from lippmann.job.stage import Stage
@@ -19,7 +19,7 @@ class Scene(Answer):
     parameters: dict[str, Parameter]
     stage: Stage
     clock: Clock
-    sheets: ForeignSheets | None
+    sheets: ImportedSheets | None
     """The imported integral images of a bundle without a scene; a job on them renders nothing."""
     digest: str
     """The SHA-256 of the bundle."""

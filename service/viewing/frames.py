@@ -11,7 +11,7 @@ from pydantic import BaseModel
 from sqlalchemy.orm import Session
 
 from lippmann.errors import ArtifactMissing, FieldProblem
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.job.spec import JobSpec
 from lippmann.job.stage import Stage
 from lippmann.lattice.layout import CellLayout
@@ -88,7 +88,7 @@ def find_frame(session: Session, parts: Parts, job_id: str, frame: int) -> Viewa
         etag = parts.store.etag(name)
     except ArtifactMissing as error:
         raise ArtifactMissing(f"frame {frame} of job {job_id!r} is not assembled yet") from error
-    sheet = JobSheet.model_validate_json(parts.store.get_bytes(names.job_artifact(job_id, names.JOB_SHEET))).at(frame)
+    sheet = ResolvedJob.model_validate_json(parts.store.get_bytes(names.job_artifact(job_id, names.JOB_FILE))).at(frame)
     return ViewableFrame(frame, sheet.spec, sheet.stage if sheet.sheets is None else None, name, etag)
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.optics.rig.bench import bench
 from lippmann.optics.rig.pixel_rays import front_mm, outer_rays, pixel_rays
 from povtemplates.catalogue import INCLUDE_FOLDER, scene_folders
@@ -96,35 +96,35 @@ def growth(folder: Path) -> str:
     return f"{100 * np.abs(terms @ line - 1).max():.1f} % ({1e6 * line[1]:.1f} us/px)"
 
 
-def fish(folder: Path, *, lenses: int, px_per_lens: int) -> JobSheet:
+def fish(folder: Path, *, lenses: int, px_per_lens: int) -> ResolvedJob:
     """Return a stored job of a square sheet over the fish."""
     spec = small_job("fish", count=(lenses, lenses), px_per_lens=px_per_lens)
     return stored_job(local_place(folder / "data"), spec).at(1)
 
 
-def side_px(sheet: JobSheet) -> int:
+def side_px(sheet: ResolvedJob) -> int:
     """Return the rows, and the cols, of a sheet."""
     return sheet.spec.rig.lens_array.count[0] * sheet.spec.rig.px_per_lens
 
 
-def pinhole_picture(folder: Path, sheet: JobSheet) -> Picture:
+def pinhole_picture(folder: Path, sheet: ResolvedJob) -> Picture:
     """Return the scene as an ordinary camera sees it."""
     return written(folder, PINHOLE, sheet)
 
 
-def glass_picture(folder: Path, sheet: JobSheet) -> Picture:
+def glass_picture(folder: Path, sheet: ResolvedJob) -> Picture:
     """Return the sheet through modelled glass."""
     return written(folder, pov_text(sheet, "glass"), sheet)
 
 
-def written(folder: Path, text: str, sheet: JobSheet) -> Picture:
+def written(folder: Path, text: str, sheet: ResolvedJob) -> Picture:
     """Write a text to where it is rendered."""
     folder.mkdir(parents=True)
     (folder / "frame.pov").write_text(text)
     return Picture(folder, rows=side_px(sheet), cols=side_px(sheet))
 
 
-def ray_camera_s(folder: Path, sheet: JobSheet) -> float:
+def ray_camera_s(folder: Path, sheet: ResolvedJob) -> float:
     """Return the CPU seconds of a sheet by the ray camera, from the trace on."""
     folder.mkdir(parents=True)
     side = side_px(sheet)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from lippmann.farm.adapters import make_parts
 from lippmann.job.messages.events import Event, EventKind, Failure
 from lippmann.job.messages.orders import Order, TaskKind
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.views import grid_size, interlace, view_numbers, view_of_grid
 from lippmann.plan import artifact_names as names
@@ -140,7 +140,7 @@ class Studio:
 
     def _assemble(self, job_id: str, frame: int, scratch: Path) -> None:
         picture = self._picture(frame, LENSES * PX)
-        sheet = JobSheet.model_validate_json(self._store.get_bytes(names.job_artifact(job_id, names.JOB_SHEET)))
+        sheet = ResolvedJob.model_validate_json(self._store.get_bytes(names.job_artifact(job_id, names.JOB_FILE)))
         masters = {
             names.integral_name(frame): picture,
             names.orthoscopic_name(frame): coded_sheet(display_size(sheet.spec.rig), frame),

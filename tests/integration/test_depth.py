@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from lippmann.errors import ArtifactMissing
 from lippmann.job.messages.orders import TaskKind
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.job.spec import JobSpec
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
@@ -57,7 +57,7 @@ def depth_of(place: Workplace, spec: JobSpec) -> DepthMap:
         return DepthMap(read_channels(path, CHANNELS))
 
 
-def depth_alone(place: Workplace, sheet: JobSheet) -> DepthMap:
+def depth_alone(place: Workplace, sheet: ResolvedJob) -> DepthMap:
     """Return the depth of a stored job's first frame as captured, without its colours."""
     (tile,) = tiles_of(sheet.spec)
     with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:

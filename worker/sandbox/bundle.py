@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from lippmann.errors import BundleError
-from lippmann.job.scene import SceneCard, parse_scene
+from lippmann.job.scene import SceneManifest, parse_scene
 from povtemplates.catalogue import MANIFEST, POSTER
 from povtemplates.manifest import ManifestError, read_manifest
 
@@ -40,7 +40,7 @@ _EPOCH = (1980, 1, 1, 0, 0, 0)
 class CheckedBundle:
     """A bundle that was checked."""
 
-    card: SceneCard
+    card: SceneManifest
     digest: str
     poster: bytes | None
     """PNG."""
@@ -113,7 +113,7 @@ def digest_of(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def _card(archive: zipfile.ZipFile, names: list[str]) -> SceneCard:
+def _card(archive: zipfile.ZipFile, names: list[str]) -> SceneManifest:
     if MANIFEST not in names:
         raise BundleError(f"expected {MANIFEST} at the top of the bundle, got {_some(names)}")
     try:
@@ -121,7 +121,7 @@ def _card(archive: zipfile.ZipFile, names: list[str]) -> SceneCard:
     except ManifestError as error:
         raise BundleError(str(error)) from error
     if card.sheets is not None:
-        return card.model_copy(update={"sheets": card.sheets.among(names)})
+        return card.model_copy(update={"sheets": card.sheets.with_files(names)})
     if card.file not in names:
         raise BundleError(
             f"{MANIFEST}: file: expected one that is in the bundle, got {card.file!r}; there are {_some(names)}"

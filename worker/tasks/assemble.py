@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
 from lippmann.job.messages.orders import Order, TileIndex
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.job.rig import Device
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth.depth_map import CHANNELS, depth_bands
@@ -116,7 +116,7 @@ def _middle_view(grid: Rows, layout: CellLayout) -> NDArray[np.float16]:
 
 def _tiles(
     place: Workplace,
-    sheet: JobSheet,
+    sheet: ResolvedJob,
     layout: CellLayout,
     name: Callable[[TileIndex], str],
     channels: Sequence[str] | None = None,

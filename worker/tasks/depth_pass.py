@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import SceneError, Stopped
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.job.stage import Stage
 from lippmann.lightfield.depth.depth_map import DepthMap
 from lippmann.optics.rig.bench import Bench, bench, pixel_centres_mm
@@ -45,7 +45,7 @@ SDL = (".pov", ".inc", ".mcr", ".mac")
 
 def depth_of_tile(
     place: Workplace,
-    sheet: JobSheet,
+    sheet: ResolvedJob,
     frame: int,
     tile: Tile,
     *,

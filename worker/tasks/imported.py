@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lippmann.errors import ArtifactBroken, BundleError
 from lippmann.job.messages.events import ProbeResult
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.lightfield.calibrate.imported import captured_of
 from lippmann.plan.imported import lens_grid
 from lippmann.plan.sampling import frame_size
@@ -19,7 +19,7 @@ from worker.sandbox.log import AttemptLog
 from worker.tasks.workplace import Workplace
 
 
-def imported_sheet(place: Workplace, sheet: JobSheet, frame: int) -> NDArray[np.float16]:
+def imported_sheet(place: Workplace, sheet: ResolvedJob, frame: int) -> NDArray[np.float16]:
     """Return the imported image of a frame as direct pickup would have captured it, `(rows, cols, 3)`.
 
     Raises
@@ -42,7 +42,7 @@ def imported_sheet(place: Workplace, sheet: JobSheet, frame: int) -> NDArray[np.
     return captured.astype(np.float16)
 
 
-def probe_imported(place: Workplace, sheet: JobSheet, log: AttemptLog) -> ProbeResult:
+def probe_imported(place: Workplace, sheet: ResolvedJob, log: AttemptLog) -> ProbeResult:
     """Read the first frame and measure the time; such a job renders nothing. The log names its colour space."""
     assert sheet.sheets is not None  # noqa: S101 - its caller's promise
     frame = sheet.spec.frame_numbers[0]

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from lippmann.errors import SpecError
 from lippmann.job.messages.orders import Order, TaskKind
-from lippmann.job.resolved import JobSheet, PlanSheet
+from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.optics.rig.check import check_job
 from lippmann.plan import artifact_names as names
@@ -73,27 +73,27 @@ def capture_frame(
     return CapturedFrame(pictures=tuple(pictures), notes=notes)
 
 
-def local_job(place: Workplace, spec: JobSpec, bundle: bytes) -> JobSheet:
+def local_job(place: Workplace, spec: JobSpec, bundle: bytes) -> ResolvedJob:
     """Store a job and its scene as the service would, and return the job."""
     checked = check_bundle(bundle)
-    sheet = JobSheet.of(JOB_ID, spec, checked.card, bundle=checked.digest)
+    sheet = ResolvedJob.of(JOB_ID, spec, checked.card, bundle=checked.digest)
     place.store.put_bytes(names.bundle_name(checked.digest), bundle)
-    place.store.put_bytes(names.job_artifact(JOB_ID, names.JOB_SHEET), sheet.model_dump_json().encode())
+    place.store.put_bytes(names.job_artifact(JOB_ID, names.JOB_FILE), sheet.model_dump_json().encode())
     return sheet
 
 
-def store_plan(place: Workplace, plan: PlanSheet) -> None:
+def store_plan(place: Workplace, plan: StoredPlan) -> None:
     """Store the plan of the job, as the service would."""
-    place.store.put_bytes(names.job_artifact(JOB_ID, names.PLAN_SHEET), plan.model_dump_json().encode())
+    place.store.put_bytes(names.job_artifact(JOB_ID, names.PLAN_FILE), plan.model_dump_json().encode())
 
 
-def _probed_plan(place: Workplace, sheet: JobSheet) -> PlanSheet:
+def _probed_plan(place: Workplace, sheet: ResolvedJob) -> StoredPlan:
     work = probe_job(place, _order(TaskKind.PROBE, None), NullMonitor())
     assert work.probe is not None  # noqa: S101 - what a probe is for
     return plan_sheet(sheet.spec, work.probe, slots=place.settings.slots)
 
 
-def _render(place: Workplace, sheet: JobSheet, frame: int, on_progress: OnProgress) -> None:
+def _render(place: Workplace, sheet: ResolvedJob, frame: int, on_progress: OnProgress) -> None:
     plan = place.plan_sheet(JOB_ID)
     tiles = cut_tiles(frame_size(sheet.spec.rig), tile_rows=plan.tile_rows, tile_cols=plan.tile_cols)
     watches = [_Told() for _ in tiles]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import Stopped
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.lightfield.sheet.bands import HeldRows, Rows
 from lippmann.plan import artifact_names as names
 from worker.images.rows import BAND_PX, open_rows
@@ -28,7 +28,7 @@ class Masters:
     """The masters of one frame, written and read in bands of rows, so that about `BAND_PX` are in memory at once."""
 
     place: Workplace
-    sheet: JobSheet
+    sheet: ResolvedJob
     frame: int
     folder: Path
     """The folder of unfinished files, which is removed with the task."""

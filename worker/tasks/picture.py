@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lippmann.errors import Stopped
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.optics.rig.bench import bench
 from lippmann.optics.rig.method import capture_method
 from lippmann.optics.rig.pixel_rays import front_mm, outer_rays, ray_bands
@@ -38,7 +38,7 @@ class RenderedPicture:
 
 def render_picture(
     place: Workplace,
-    sheet: JobSheet,
+    sheet: ResolvedJob,
     *,
     frame: int,
     rows: int,
@@ -95,7 +95,7 @@ def render_picture(
 
 def run_povray(
     place: Workplace,
-    sheet: JobSheet,
+    sheet: ResolvedJob,
     command: RenderCommand,
     *,
     folder: Path,
@@ -126,7 +126,7 @@ def run_povray(
 
 
 def write_rays(
-    path: Path, sheet: JobSheet, *, rows: int, cols: int, region: Region, monitor: ProgressMonitor
+    path: Path, sheet: ResolvedJob, *, rows: int, cols: int, region: Region, monitor: ProgressMonitor
 ) -> Scaffold:
     """Write the rays of a region, some rows at a time: a tile of any size needs little memory here.
 

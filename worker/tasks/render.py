@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.messages.orders import Order, TileIndex
-from lippmann.job.resolved import JobSheet, PlanSheet
+from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.lightfield.sheet.supersample import average_in_cells
 from lippmann.plan import artifact_names as names
@@ -50,7 +50,13 @@ def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Tas
 
 
 def _store_depth(
-    place: Workplace, sheet: JobSheet, order: Order, tile: Tile, folder: Path, log: AttemptLog, monitor: ProgressMonitor
+    place: Workplace,
+    sheet: ResolvedJob,
+    order: Order,
+    tile: Tile,
+    folder: Path,
+    log: AttemptLog,
+    monitor: ProgressMonitor,
 ) -> float:
     """Store the depth of a tile; of the two the tile itself comes last and means both. Return the CPU seconds."""
     assert order.frame is not None  # noqa: S101 - as in render_tile
@@ -64,7 +70,7 @@ def _store_depth(
 
 def render_region(
     place: Workplace,
-    sheet: JobSheet,
+    sheet: ResolvedJob,
     frame: int,
     tile: Tile | None,
     *,
@@ -90,7 +96,7 @@ def render_region(
     )
 
 
-def _pixels(picture: RenderedPicture, sheet: JobSheet, tile: Tile) -> NDArray[np.float16]:
+def _pixels(picture: RenderedPicture, sheet: ResolvedJob, tile: Tile) -> NDArray[np.float16]:
     """Return a tile's pixels: cropped, and averaged inside their cells if there are more than one for each."""
     k = sheet.spec.capture.supersample
     fine = read_region(picture.outcome.picture, picture.wanted, np.float16)
@@ -100,13 +106,13 @@ def _pixels(picture: RenderedPicture, sheet: JobSheet, tile: Tile) -> NDArray[np
     return average_in_cells(fine, layout, k, row_start=tile.row_start, col_start=tile.col_start)
 
 
-def tile_of(sheet: JobSheet, plan: PlanSheet, index: TileIndex) -> Tile:
+def tile_of(sheet: ResolvedJob, plan: StoredPlan, index: TileIndex) -> Tile:
     """Return the tile of a plan at an index."""
     tiles = cut_tiles(frame_size(sheet.spec.rig), tile_rows=plan.tile_rows, tile_cols=plan.tile_cols)
     return next(tile for tile in tiles if tile.index == index)
 
 
-def header(sheet: JobSheet, frame: int) -> dict[str, str]:
+def header(sheet: ResolvedJob, frame: int) -> dict[str, str]:
     """Return the header attributes of a master: the rig and the stage as JSON, the job and the frame."""
     there = sheet.at(frame)
     return {

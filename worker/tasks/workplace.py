@@ -18,7 +18,7 @@ import structlog
 
 from lippmann.errors import LippmannError
 from lippmann.job.messages.orders import Order
-from lippmann.job.resolved import JobSheet, PlanSheet
+from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
 from worker.report import BrokerClient
@@ -51,13 +51,13 @@ class Workplace:
         """Return whether this worker is being shut down."""
         return self.settings.stopping_file.exists()
 
-    def job_sheet(self, job_id: str) -> JobSheet:
+    def job_sheet(self, job_id: str) -> ResolvedJob:
         """Return the job as the service stored it."""
-        return JobSheet.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.JOB_SHEET)))
+        return ResolvedJob.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.JOB_FILE)))
 
-    def plan_sheet(self, job_id: str) -> PlanSheet:
+    def plan_sheet(self, job_id: str) -> StoredPlan:
         """Return the plan of a job as the service stored it."""
-        return PlanSheet.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.PLAN_SHEET)))
+        return StoredPlan.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.PLAN_FILE)))
 
     def bundle_folder(self, digest: str) -> Path:
         """Return the folder with a scene bundle's files, unpacked once for all attempts.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 Agreement = Literal["yes", "as a group", "no"]
-"""Whether measured depths agree with a caption: the fish and every stem, the fish and the mean of the stems, or not."""
+"""True if measured depths agree with a caption: the fish and every stem, the fish and the mean of the stems, or not."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Depth:
 
     @property
     def is_real(self) -> bool:
-        """Whether it was measured in front of the array."""
+        """True if it was measured in front of the array."""
         return self.measured_mm > 0
 
 

@@ -19,14 +19,14 @@ MAX_PAUSE_S = 10.0
 
 @dataclass(frozen=True)
 class ChildPlan:
-    """How a child is started, and how the supervisor knows that it is ready."""
+    """The command that starts a child, and the condition for it to be ready."""
 
     name: str
     command: tuple[str, ...]
     ready_text: str
     """A text in the line that the child prints when it is ready."""
     grace_s: float
-    """How long the child may take to end after SIGTERM, s."""
+    """The time in which the child must end after SIGTERM, s."""
     environment: Mapping[str, str] = field(default_factory=dict)
     passed_descriptors: tuple[int, ...] = ()
     """The file descriptors that the child inherits."""
@@ -49,7 +49,7 @@ class Child:
 
     @property
     def alive(self) -> bool:
-        """Whether the process runs."""
+        """True while the process runs."""
         return self.process is not None
 
     def start(self, now_s: float) -> int:

@@ -16,7 +16,7 @@ from lippmann.farm.supervisor.descendants import adopt_orphans, kill_all_below
 from lippmann.farm.supervisor.plan import FarmPlan
 
 KILL_WITHIN_S = 10.0
-"""How long a supervisor may take to kill all its processes, s."""
+"""The time in which a supervisor must have killed all its processes, s."""
 
 Listener = Callable[[Mapping[str, Any]], None]
 

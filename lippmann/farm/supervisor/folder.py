@@ -16,7 +16,7 @@ LOCK_FILE = "farm.lock"
 MIN_FREE_BYTES = 100_000_000
 """The least free space, bytes; less does not hold the first frame of a common job."""
 LOCK_PATIENCE_S = 2.0
-"""How long the lock is tried, s, because a farm that was just killed needs a moment to end."""
+"""The time for which the lock is tried, s, because a farm that was just killed needs a moment to end."""
 
 
 @contextmanager

@@ -1,4 +1,4 @@
-"""What a worker reports: events on one Redis stream, and its presence."""
+"""Events, which workers publish on one Redis stream, and the presence of a worker."""
 
 from __future__ import annotations
 
@@ -27,13 +27,14 @@ class Failure(BaseModel):
     message: str
     """The sentence that a user reads."""
     permanent: bool
-    """Whether every other attempt would fail the same way."""
+    """True if every other attempt would fail in the same way."""
     frame: int | None = None
     """The frame whose artifact is missing or cannot be read; None if the failure is about no single frame."""
 
 
 LONGEST_PROBE_S = 1e6
-"""12 days. A probe is stopped long before; the bound keeps the numbers of a plan finite."""
+"""The bound of a probe's measurements, 12 days. A probe ends long before; the bound keeps the numbers of a plan
+finite."""
 
 
 class ProbeResult(BaseModel):
@@ -46,9 +47,9 @@ class ProbeResult(BaseModel):
     s_per_px: float = Field(ge=0, le=LONGEST_PROBE_S)
     """CPU seconds for one rendered pixel."""
     tileable: bool
-    """Whether tiles are equal to the same pixels of the whole frame; with radiosity they differ."""
+    """True if tiles are equal to the same pixels of the whole frame; with radiosity they differ."""
     renders: bool = True
-    """Whether the job renders anything; a job on imported sheets does not."""
+    """True if the job renders something; a job on imported sheets does not."""
 
 
 class Event(BaseModel):

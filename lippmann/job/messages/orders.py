@@ -1,4 +1,4 @@
-"""What a worker is told: ids, numbers and names; pixels travel by artifact name."""
+"""Orders, which the service sends to workers. They carry ids, numbers and names; pixels travel as artifacts."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from pydantic import BaseModel, ConfigDict
 
 
 class TaskKind(StrEnum):
-    """What a task does."""
+    """The kind of a task."""
 
     PROBE = "probe"
     RENDER = "render"
@@ -17,7 +17,7 @@ class TaskKind(StrEnum):
 
 
 class TileIndex(BaseModel):
-    """Which tile of a frame: counted from the top left, from 0."""
+    """The row and column of a tile in its frame, counted from 0 at the top left."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
 
@@ -26,11 +26,11 @@ class TileIndex(BaseModel):
 
 
 class Order(BaseModel):
-    """One attempt of one task, as it travels to a worker.
+    """The order of one attempt of one task.
 
-    `attempt` is the fence: every event about the work carries it, and only the attempt that owns the task may change
-    the task. Workers named in `avoid` decline. A worker leaves alone what a newer service says beside: a farm is
-    upgraded one host after the other.
+    `attempt` is the fence: every event of the work carries it, and only the attempt that owns the task may change the
+    task. The workers in `avoid` decline the order. A worker ignores the fields that a newer service adds, because a
+    farm is upgraded one host after the other.
     """
 
     model_config = ConfigDict(frozen=True, extra="ignore")

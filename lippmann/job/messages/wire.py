@@ -1,6 +1,6 @@
-"""The names that service and worker meet under on Redis, and the times they agree on.
+"""The names of queues, streams and keys on Redis, and the intervals that service and workers rely on.
 
-Redis only carries: everything under these names may be wiped at any moment and the jobs still end right.
+Redis only carries messages: everything under these names may be deleted at any moment, and every job still completes.
 """
 
 from __future__ import annotations
@@ -10,29 +10,29 @@ from lippmann.job.messages.orders import TaskKind
 PREFIX = "lippmann:"
 EVENTS_STREAM = PREFIX + "events"
 EVENTS_KEPT = 200_000
-"""About how many events the stream keeps; a beat of 2,000 slots fills it in 8 minutes."""
+"""The approximate number of events that the stream keeps; the heartbeats of 2,000 slots fill it in 8 minutes."""
 
 MARKER = PREFIX + "broker"
-"""There as long as the broker remembers; gone when it was wiped."""
+"""A key that exists until the broker is wiped."""
 
 QUEUE = "lippmann"
 CARRIER_PREFIX = PREFIX + "celery:"
-"""What Celery puts before every key of its own; both sides must say the same."""
+"""The prefix of all keys of Celery, which both sides must configure alike."""
 
 BEAT_S = 5.0
-"""How often an attempt at work beats, and a worker says that it is there."""
+"""The interval of the heartbeats of a running attempt, and of the presence of a worker."""
 PRESENCE_TTL_S = 20.0
 LEASE_TTL_S = 45.0
-"""An attempt silent for this long is lost."""
+"""The time without a heartbeat after which an attempt is lost."""
 UNCLAIMED_S = 60.0
-"""A dispatched order that nobody claims for this long goes back."""
+"""The time after which a dispatched order that no worker claims is taken back."""
 STOP_TTL_S = 86_400.0
 STOP_POLL_S = 1.0
-"""How often an attempt at work looks whether it should stop."""
+"""The interval at which a running attempt checks whether it must stop."""
 
 
 def broker_url(redis_url: str) -> str:
-    """Return a Redis address as Celery writes it.
+    """Return the address of a Redis server in the form that Celery expects.
 
     >>> broker_url("unix:///run/lippmann.sock?db=0")
     'redis+socket:///run/lippmann.sock?virtual_host=0'
@@ -43,17 +43,17 @@ def broker_url(redis_url: str) -> str:
 
 
 def task_name(kind: TaskKind) -> str:
-    """Return the Celery task that does this kind of work."""
+    """Return the name of the Celery task for a kind of task."""
     return f"lippmann.{kind.value}"
 
 
 def lease_key(attempt: str) -> str:
-    """Return the key that holds which worker has an attempt."""
+    """Return the key of an attempt's lease, which holds the name of its worker."""
     return f"{PREFIX}lease:{attempt}"
 
 
 def stop_key(attempt: str) -> str:
-    """Return the key whose presence tells an attempt to stop."""
+    """Return the key that makes an attempt stop while it exists."""
     return f"{PREFIX}stop:{attempt}"
 
 

@@ -18,7 +18,7 @@ from pydantic_core import CoreSchema, core_schema
 from lippmann.job import outputs
 from lippmann.job.outputs.output import KINDS, OutputOptions
 from lippmann.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
-from lippmann.job.problems import Misfit
+from lippmann.job.problems import FieldError
 from lippmann.job.rig import Rig
 
 for _module in iter_modules(outputs.__path__, f"{outputs.__name__}."):
@@ -46,7 +46,9 @@ def spelled_out(written: Any) -> Any:
         return {"kind": kind, **options}
     if isinstance(written, Mapping) and written.get("kind") not in KINDS:
         kinds = ", ".join(sorted(KINDS))
-        raise Misfit("kind", expected=f"one of {kinds}", got=repr(written["kind"]) if "kind" in written else "nothing")
+        raise FieldError(
+            "kind", expected=f"one of {kinds}", got=repr(written["kind"]) if "kind" in written else "nothing"
+        )
     if not isinstance(written, Mapping | OutputOptions):
         raise ValueError(f"an object with a kind, or the name of a file, got {written!r}")
     return written
@@ -99,7 +101,7 @@ def check_names(outputs: Iterable[OutputOptions]) -> None:
 
     Raises
     ------
-    Misfit
+    FieldError
         The error names the second one by its place among the outputs.
     """
     known: dict[str, int] = {}
@@ -107,7 +109,7 @@ def check_names(outputs: Iterable[OutputOptions]) -> None:
         before = known.setdefault(output.file_name, place)
         if before != place:
             expected = f"a name of its own: outputs.{before} is {output.file_name} too"
-            raise Misfit(f"outputs.{place}.name", expected=expected, got=repr(output.name))
+            raise FieldError(f"outputs.{place}.name", expected=expected, got=repr(output.name))
 
 
 def check_options(
@@ -130,18 +132,20 @@ def check_options(
 
     Raises
     ------
-    Misfit
+    FieldError
         Naming the option, by the output's place.
     """
     for place, output in enumerate(outputs):
         try:
             output.check(rig, frames)
             output.check_viewing(rig, viewing_distance_mm)
-        except Misfit as wrong:
-            raise Misfit(f"outputs.{place}.{wrong.field}", expected=wrong.expected, got=wrong.got) from wrong
+        except FieldError as wrong:
+            raise FieldError(f"outputs.{place}.{wrong.field}", expected=wrong.expected, got=wrong.got) from wrong
         if output.depth_option and not has_depth:
             got = f"{getattr(output, output.depth_option)!r} with capture.depth false"
-            raise Misfit(f"outputs.{place}.{output.depth_option}", expected="a job with capture.depth true", got=got)
+            raise FieldError(
+                f"outputs.{place}.{output.depth_option}", expected="a job with capture.depth true", got=got
+            )
 
 
 def output_called(outputs: Iterable[OutputOptions], file_name: str) -> OutputOptions:

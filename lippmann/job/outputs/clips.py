@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from lippmann.job.frames import format_frames
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.outputs.videos import Fps, ShownVideo
-from lippmann.job.problems import Misfit
+from lippmann.job.problems import FieldError
 from lippmann.job.rig import LensArray, Rig
 
 DepthMm = Annotated[float, Field(ge=-1e6, le=1e6)]
@@ -32,7 +32,7 @@ class ClipOptions(OutputOptions):
         """Refuse a frame that the job does not have."""
         super().check(rig, frames)
         if self.frame is not None and self.frame not in frames:
-            raise Misfit("frame", expected=f"one of the job's frames, {format_frames(frames)}", got=self.frame)
+            raise FieldError("frame", expected=f"one of the job's frames, {format_frames(frames)}", got=self.frame)
 
 
 @output_kind
@@ -53,7 +53,7 @@ class SweepVideo(ClipOptions, ShownVideo):
         least_mm = least_sweep_mm(rig.lens_array, rig.px_per_lens)
         if self.distance_mm is not None and self.distance_mm < least_mm:
             expected = f"at least {least_mm:.6g} mm, where an eye sees light of all lenses"
-            raise Misfit("distance_mm", expected=expected, got=f"{self.distance_mm:g} mm")
+            raise FieldError("distance_mm", expected=expected, got=f"{self.distance_mm:g} mm")
 
 
 @output_kind
@@ -74,7 +74,7 @@ class FocusVideo(ClipOptions, ShownVideo):
     @model_validator(mode="after")
     def _runs(self) -> Self:
         if self.from_mm is not None and self.from_mm == self.to_mm:
-            raise Misfit("to_mm", expected="another depth than from_mm", got=f"{self.to_mm:g} mm")
+            raise FieldError("to_mm", expected="another depth than from_mm", got=f"{self.to_mm:g} mm")
         return self
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
@@ -84,7 +84,7 @@ class FocusVideo(ClipOptions, ShownVideo):
         for field, depth_mm in (("from_mm", self.from_mm), ("to_mm", self.to_mm)):
             if depth_mm is not None and abs(depth_mm) > largest_mm:
                 expected = f"at most {largest_mm:.6g} mm from the display, where neighbouring views overlap"
-                raise Misfit(field, expected=expected, got=f"{depth_mm:g} mm")
+                raise FieldError(field, expected=expected, got=f"{depth_mm:g} mm")
 
 
 def least_sweep_mm(array: LensArray, px_per_lens: int) -> float:

@@ -16,7 +16,7 @@ from lippmann.job.outputs.view_block import (
     check_block,
     largest_odd_square,
 )
-from lippmann.job.problems import Misfit
+from lippmann.job.problems import FieldError
 from lippmann.job.rig import Rig
 
 MAX_CAMERAS = 1000
@@ -80,7 +80,7 @@ class HciFolder(ViewsOptions, FolderOptions):
         block = self.block(rig)
         if block.rows * block.cols > MAX_CAMERAS:
             expected = f"at most {MAX_CAMERAS} views: their names have three digits"
-            raise Misfit("views", expected=expected, got=f"{block.rows} x {block.cols}")
+            raise FieldError("views", expected=expected, got=f"{block.rows} x {block.cols}")
         if self.disparity == "estimate":
             self._check_estimate(rig, block)
 
@@ -93,7 +93,7 @@ class HciFolder(ViewsOptions, FolderOptions):
                     ("disparity_of", "'all'", "middle") if of_all else ("disparity", "'estimate'", "none")
                 )
                 expected = f"{choice}, or views that have views on both sides, which an estimate needs"
-                raise Misfit(field, expected=expected, got=f"{got} with view {view} of {rig.layout}")
+                raise FieldError(field, expected=expected, got=f"{got} with view {view} of {rig.layout}")
 
 
 @output_kind

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.outputs.view_block import check_view
-from lippmann.job.problems import Misfit
+from lippmann.job.problems import FieldError
 from lippmann.job.rig import Rig
 
 Index = Annotated[int, Field(ge=0, le=4096)]
@@ -65,9 +65,9 @@ class DepthPictures(OutputOptions):
         pairs = ("u", "v", self.u, self.v), ("farthest_mm", "nearest_mm", self.farthest_mm, self.nearest_mm)
         for first, second, one, other in pairs:
             if (one is None) != (other is None):
-                raise Misfit(second if other is None else first, expected="both or neither", got="nothing")
+                raise FieldError(second if other is None else first, expected="both or neither", got="nothing")
         if self.range_mm is not None and not self.range_mm[0] < self.range_mm[1]:
-            raise Misfit("nearest_mm", expected=f"more than farthest_mm, {self.farthest_mm:g}", got=self.nearest_mm)
+            raise FieldError("nearest_mm", expected=f"more than farthest_mm, {self.farthest_mm:g}", got=self.nearest_mm)
         return self
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
@@ -79,4 +79,4 @@ class DepthPictures(OutputOptions):
             check_view("u", rig, view)
         if self.source == "estimate" and self.method == "tensor" and not layout.has_views_on_both_sides(*view):
             expected = "sweep, or a view with views on both sides of it"
-            raise Misfit("method", expected=expected, got=f"'tensor' for view {view} of {layout}")
+            raise FieldError("method", expected=expected, got=f"'tensor' for view {view} of {layout}")

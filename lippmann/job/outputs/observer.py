@@ -10,7 +10,7 @@ from pydantic import Field
 from lippmann.job.outputs.clips import ClipOptions
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.outputs.videos import VideoOptions
-from lippmann.job.problems import Misfit
+from lippmann.job.problems import FieldError
 from lippmann.job.rig import Rig
 from lippmann.job.viewing import (
     EYES_APART_MM,
@@ -67,9 +67,9 @@ class ObserverOptions(OutputOptions):
         array = rig.lens_array
         if self.gap == "collimated" and array.focal_length_mm < array.substrate_mm / array.index:
             expected = "real or virtual: the substrate alone, by its index, is thicker than a focal length"
-            raise Misfit("gap", expected=expected, got=repr(self.gap))
+            raise FieldError("gap", expected=expected, got=repr(self.gap))
         if self.device and rig.device is None:
-            raise Misfit("device", expected="false without rig.device", got="true")
+            raise FieldError("device", expected="false without rig.device", got="true")
 
     def check_viewing(self, rig: Rig, viewing_distance_mm: float) -> None:
         """Refuse a focus behind the eye."""
@@ -77,7 +77,7 @@ class ObserverOptions(OutputOptions):
         distance_mm = self.distance_mm or viewing_distance_mm
         if self.focus_mm >= distance_mm:
             expected = f"a depth nearer to the display than the eye, less than {distance_mm:g} mm"
-            raise Misfit("focus_mm", expected=expected, got=f"{self.focus_mm:g} mm")
+            raise FieldError("focus_mm", expected=expected, got=f"{self.focus_mm:g} mm")
 
 
 @output_kind
@@ -99,7 +99,7 @@ class ObserverVideo(ObserverOptions, ClipOptions, VideoOptions):
             nearest_mm = (self.distance_mm or viewing_distance_mm) - max(0.0, self.reach_mm)
             if nearest_mm <= max(0.0, self.focus_mm):
                 expected = "less than the eye's distance from the display and from what it focuses on"
-                raise Misfit("reach_mm", expected=expected, got=f"{self.reach_mm:g} mm")
+                raise FieldError("reach_mm", expected=expected, got=f"{self.reach_mm:g} mm")
 
 
 @output_kind

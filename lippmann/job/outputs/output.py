@@ -24,7 +24,7 @@ class OutputOptions(BaseModel):
     selects `suffix`.
     """
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
     SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
     """The options that the short spelling `<kind><suffix>` stands for, by file suffix; the suffix "" is a folder."""
@@ -55,7 +55,7 @@ class OutputOptions(BaseModel):
 
         Raises
         ------
-        Misfit
+        FieldError
             The error names the option.
         """
 
@@ -71,7 +71,7 @@ class OutputOptions(BaseModel):
 
         Raises
         ------
-        Misfit
+        FieldError
             The error names the option.
         """
 

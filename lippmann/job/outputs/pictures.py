@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 
 from lippmann.job.frames import FrameList, parse_frames
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
-from lippmann.job.problems import Misfit
+from lippmann.job.problems import FieldError
 from lippmann.job.rig import MAX_FRAME_PX, Rig
 from lippmann.job.viewing import Filter
 
@@ -55,7 +55,7 @@ class Sheets(OutputOptions):
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse the image on the pixels of a device if the rig has no device."""
         if self.of == "device" and rig.device is None:
-            raise Misfit("of", expected="orthoscopic, integral or views without rig.device", got=repr(self.of))
+            raise FieldError("of", expected="orthoscopic, integral or views without rig.device", got=repr(self.of))
 
 
 class PictureOptions(OutputOptions):
@@ -78,7 +78,7 @@ class PictureOptions(OutputOptions):
         """Refuse a picture that is too large, by its pixels at scale 1."""
         longest = math.ceil(max(rows, cols) * self.scale)
         if longest > MAX_FRAME_PX:
-            raise Misfit("scale", expected=f"a picture of at most {MAX_FRAME_PX} px a side", got=f"{longest} px")
+            raise FieldError("scale", expected=f"a picture of at most {MAX_FRAME_PX} px a side", got=f"{longest} px")
 
 
 @output_kind
@@ -102,7 +102,9 @@ class Quilt(PictureOptions):
     def _all_are_a_grid(self) -> Self:
         for field, number in (("view_row", self.view_row), ("count", self.count), ("columns", self.columns)):
             if self.views == "all" and number is not None:
-                raise Misfit(field, expected="nothing with views all, whose tiles are the grid of views", got=number)
+                raise FieldError(
+                    field, expected="nothing with views all, whose tiles are the grid of views", got=number
+                )
         return self
 
     def tile_columns(self, count: int) -> int:
@@ -110,7 +112,7 @@ class Quilt(PictureOptions):
 
         Raises
         ------
-        Misfit
+        FieldError
             If the tiles do not fill the columns.
 
         Examples
@@ -121,18 +123,18 @@ class Quilt(PictureOptions):
         if self.columns is None:
             return count // next(rows for rows in range(math.isqrt(count), 0, -1) if count % rows == 0)
         if count % self.columns:
-            raise Misfit("columns", expected=f"a number that divides the {count} views", got=self.columns)
+            raise FieldError("columns", expected=f"a number that divides the {count} views", got=self.columns)
         return self.columns
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse a row of views that does not exist, columns that leave gaps, and a picture that is too large."""
         if self.views == "all" and not rig.layout.mask.all():
             expected = "row on a hexagonal lattice, where the views at the corners do not exist"
-            raise Misfit("views", expected=expected, got="'all'")
+            raise FieldError("views", expected=expected, got="'all'")
         rows_of_views = rig.layout.rows_of_views
         if self.view_row is not None and self.view_row not in rows_of_views:
             expected = f"a row in which there are views, from {rows_of_views[0]} to {rows_of_views[-1]}"
-            raise Misfit("view_row", expected=expected, got=self.view_row)
+            raise FieldError("view_row", expected=expected, got=self.view_row)
         if self.views == "all":
             columns = rows = rig.px_per_lens
         else:
@@ -191,7 +193,7 @@ class ContactSheet(PictureOptions):
         shown = frames if self.frames is None else parse_frames(self.frames)
         foreign = set(shown) - set(frames)
         if foreign:
-            raise Misfit("frames", expected="frames of the job", got=f"{min(foreign)}, which is none of them")
+            raise FieldError("frames", expected="frames of the job", got=f"{min(foreign)}, which is none of them")
         pictures = -(-len(shown) // self.every)
         columns = self.columns or math.isqrt(pictures - 1) + 1
         if self.show == "views":
@@ -211,8 +213,8 @@ def check_index(field: str, index: int | None, count: int) -> None:
 
     Raises
     ------
-    Misfit
+    FieldError
         The error names the field.
     """
     if index is not None and index >= count:
-        raise Misfit(field, expected=f"a number from 0 to {count - 1}", got=index)
+        raise FieldError(field, expected=f"a number from 0 to {count - 1}", got=index)

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
-from lippmann.job.problems import Misfit
+from lippmann.job.problems import FieldError
 from lippmann.job.rig import MAX_FRAME_PX, MM_PER_INCH, Rig
 
 PrintFormat = Literal["pdf", "tiff", "png"]
@@ -52,7 +52,7 @@ class PaperOptions(OutputOptions):
     @model_validator(mode="after")
     def _pixels_given_once(self) -> Self:
         if self.dpi is not None and self.pitch_um is not None:
-            raise Misfit("dpi", expected="either this or pitch_um", got="both")
+            raise FieldError("dpi", expected="either this or pitch_um", got="both")
         return self
 
     def pixel_mm(self, rig: Rig) -> float:
@@ -60,7 +60,7 @@ class PaperOptions(OutputOptions):
 
         Raises
         ------
-        Misfit
+        FieldError
             If neither the output nor the rig has it.
         """
         if self.dpi is not None:
@@ -69,7 +69,7 @@ class PaperOptions(OutputOptions):
             return self.pitch_um / 1000
         if rig.device is not None:
             return rig.device.pixel_mm
-        raise Misfit("dpi", expected="this or pitch_um, as there is no rig.device", got="neither")
+        raise FieldError("dpi", expected="this or pitch_um, as there is no rig.device", got="neither")
 
     def real_pitch_mm(self, rig: Rig) -> float:
         """Return the pitch of the array on the paper, mm."""
@@ -80,10 +80,10 @@ class PaperOptions(OutputOptions):
         px = math.ceil(side_mm / pixel_mm)
         if px > MAX_FRAME_PX:
             got = f"{px} px, {side_mm:.0f} mm of pixels of {pixel_mm * 1000:.4g} um"
-            raise Misfit(field, expected=f"a page of at most {MAX_FRAME_PX} px a side", got=got)
+            raise FieldError(field, expected=f"a page of at most {MAX_FRAME_PX} px a side", got=got)
         if self.file_format == "pdf" and side_mm > LONGEST_PDF_MM:
             expected = f"tiff or png for a page of more than {LONGEST_PDF_MM:.0f} mm a side"
-            raise Misfit("file_format", expected=expected, got=f"pdf of {side_mm:.0f} mm")
+            raise FieldError("file_format", expected=expected, got=f"pdf of {side_mm:.0f} mm")
 
 
 @output_kind
@@ -115,7 +115,7 @@ class Print(PaperOptions):
     def _marks_have_room(self) -> Self:
         if self.margin_mm < self.needed_margin_mm:
             expected = f"at least {self.needed_margin_mm:g} mm for the marks and the label, or fewer of these"
-            raise Misfit("margin_mm", expected=expected, got=f"{self.margin_mm:g}")
+            raise FieldError("margin_mm", expected=expected, got=f"{self.margin_mm:g}")
         return self
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
@@ -148,8 +148,10 @@ class CalibrationSheet(PaperOptions):
         if closest_mm < 4 * pixel_mm:
             expected = f"pixels of at most {closest_mm * 250:.4g} um, a quarter of what lines are apart"
             field = "dpi" if self.pitch_um is None else "pitch_um"
-            raise Misfit(field, expected=expected, got=f"{pixel_mm * 1000:.4g} um")
+            raise FieldError(field, expected=expected, got=f"{pixel_mm * 1000:.4g} um")
         if self.length_mm < 10 * pitch_mm:
-            raise Misfit("length_mm", expected=f"at least ten lenses, {10 * pitch_mm:g} mm", got=f"{self.length_mm:g}")
+            raise FieldError(
+                "length_mm", expected=f"at least ten lenses, {10 * pitch_mm:g} mm", got=f"{self.length_mm:g}"
+            )
         self.check_page(self.length_mm + PAGE_MM, pixel_mm, field="length_mm")
         self.check_page(self.steps * (self.strip_mm + 1) + PAGE_MM, pixel_mm, field="steps")

@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
-from lippmann.job.problems import Misfit
+from lippmann.job.problems import FieldError
 from lippmann.job.rig import MAX_FRAME_PX, MIN_PX_PER_LENS, Rig, check_px_per_lens
 from lippmann.lattice.cell import Lattice
 from lippmann.lattice.kinds import CELLS
@@ -57,14 +57,16 @@ class Spoc(OutputOptions):
 
         Raises
         ------
-        Misfit
+        FieldError
             If the plane lies in them.
         """
         array = rig.lens_array
         found = array.offset_mm + array.focal_length_mm if self.reference_mm is None else self.reference_mm
         if found == 0:
             got = 0 if self.reference_mm is not None else "nothing, and the scene's reference plane is at 0"
-            raise Misfit("reference_mm", expected="a depth other than 0, where every ray meets its own lens", got=got)
+            raise FieldError(
+                "reference_mm", expected="a depth other than 0, where every ray meets its own lens", got=got
+            )
         return found
 
     def display(self, rig: Rig) -> Rig:
@@ -72,7 +74,7 @@ class Spoc(OutputOptions):
 
         Raises
         ------
-        Misfit
+        FieldError
             If there are too many lenses or pixels, or they do not fit the lattice.
         """
         array = rig.lens_array
@@ -81,7 +83,7 @@ class Spoc(OutputOptions):
         check_px_per_lens(n, lattice)
         if max(count) * n > MAX_FRAME_PX:
             expected = f"count x px_per_lens of at most {MAX_FRAME_PX} px a side"
-            raise Misfit("px_per_lens", expected=expected, got=f"{max(count) * n} px")
+            raise FieldError("px_per_lens", expected=expected, got=f"{max(count) * n} px")
         gap_mm = self.gap_mm or array.focal_length_mm
         lens_array = {
             "lattice": lattice,
@@ -101,5 +103,5 @@ class Spoc(OutputOptions):
         rows, cols = (max(1, round(lenses * more)) for lenses, more in zip(array.count, (down, across), strict=True))
         if max(rows, cols) > MAX_LENSES:
             expected = f"a pitch at which at most {MAX_LENSES} lenses stand side by side, or a count"
-            raise Misfit("pitch_mm", expected=expected, got=f"{pitch_mm:g} mm, which makes {max(rows, cols)}")
+            raise FieldError("pitch_mm", expected=expected, got=f"{pitch_mm:g} mm, which makes {max(rows, cols)}")
         return rows, cols

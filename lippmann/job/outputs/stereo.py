@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from lippmann.job.outputs.output import Name, output_kind
 from lippmann.job.outputs.videos import Repeat, ShownVideo
 from lippmann.job.outputs.view_block import check_view
-from lippmann.job.problems import Misfit
+from lippmann.job.problems import FieldError
 from lippmann.job.rig import Rig
 from lippmann.job.viewing import EYES_APART_MM
 
@@ -33,7 +33,7 @@ class PairOptions(ShownVideo):
     @model_validator(mode="after")
     def _given_once(self) -> Self:
         if self.views is not None and (self.eye_distance_mm is not None or self.distance_mm is not None):
-            raise Misfit("views", expected="either these, or eye_distance_mm and distance_mm", got="both")
+            raise FieldError("views", expected="either these, or eye_distance_mm and distance_mm", got="both")
         return self
 
     @property
@@ -57,7 +57,7 @@ class PairOptions(ShownVideo):
         distance_mm = self.distance_mm or viewing_distance_mm
         if self.views is None and distance_mm < self.least_mm(rig):
             expected = f"at least {self.least_mm(rig):.6g} mm, where both eyes see the display's middle lens"
-            raise Misfit("distance_mm", expected=expected, got=f"{distance_mm:g} mm")
+            raise FieldError("distance_mm", expected=expected, got=f"{distance_mm:g} mm")
 
 
 @output_kind
@@ -75,7 +75,7 @@ class StereoVideo(PairOptions):
     @model_validator(mode="after")
     def _halves_are_whole(self) -> Self:
         if self.packing == "half" and self.scale is not None and self.scale % 2:
-            raise Misfit("scale", expected="an even number with packing half", got=self.scale)
+            raise FieldError("scale", expected="an even number with packing half", got=self.scale)
         return self
 
     def longest_lenses(self, rig: Rig) -> int:

@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 
 from lippmann.job.outputs.codecs import CHOICES, Bits, Chroma, Codec, Container
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
-from lippmann.job.problems import Misfit
+from lippmann.job.problems import FieldError
 from lippmann.job.rig import Rig
 from lippmann.job.viewing import Filter
 
@@ -44,15 +44,17 @@ class VideoOptions(OutputOptions):
         choices, codec = CHOICES[self.codec], self.codec
         no_chroma, no_crf = f"none for {codec}, which keeps RGB", f"none for {codec}, which loses nothing"
         if self.container not in (None, *choices.containers):
-            raise Misfit("container", expected=f"{_one_of(choices.containers)} for {codec}", got=repr(self.container))
+            raise FieldError(
+                "container", expected=f"{_one_of(choices.containers)} for {codec}", got=repr(self.container)
+            )
         if self.bits not in choices.bits:
-            raise Misfit("bits", expected=f"{_one_of(choices.bits)} for {codec}", got=self.bits)
+            raise FieldError("bits", expected=f"{_one_of(choices.bits)} for {codec}", got=self.bits)
         if self.chroma not in (None, *choices.chroma):
             expected = f"{_one_of(choices.chroma)} for {codec}" if choices.chroma else no_chroma
-            raise Misfit("chroma", expected=expected, got=repr(self.chroma))
+            raise FieldError("chroma", expected=expected, got=repr(self.chroma))
         if self.crf is not None and self.crf > choices.worst_crf:
             expected = f"1 to {choices.worst_crf} for {codec}" if choices.crf else no_crf
-            raise Misfit("crf", expected=expected, got=self.crf)
+            raise FieldError("crf", expected=expected, got=self.crf)
         return self
 
     @property
@@ -74,7 +76,7 @@ class ShownVideo(VideoOptions):
         super().check(rig, frames)
         longest_px = self.longest_lenses(rig) * (self.scale or 1)
         if self.scale and longest_px > MAX_SHOWN_PX:
-            raise Misfit("scale", expected=f"a picture of at most {MAX_SHOWN_PX} px a side", got=f"{longest_px} px")
+            raise FieldError("scale", expected=f"a picture of at most {MAX_SHOWN_PX} px a side", got=f"{longest_px} px")
 
     def longest_lenses(self, rig: Rig) -> int:
         """Return the number of lenses along the longer side of a picture."""

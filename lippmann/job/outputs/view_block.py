@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from lippmann.job.problems import Misfit
+from lippmann.job.problems import FieldError
 from lippmann.job.rig import Rig
 
 ViewCount = tuple[Annotated[int, Field(ge=1, le=1024)], Annotated[int, Field(ge=1, le=1024)]]
@@ -74,7 +74,7 @@ def check_view(field: str, rig: Rig, view: tuple[int, int]) -> None:
 
     Raises
     ------
-    Misfit
+    FieldError
         Naming the field.
     """
     layout, (u, v) = rig.layout, view
@@ -86,7 +86,7 @@ def check_view(field: str, rig: Rig, view: tuple[int, int]) -> None:
         elif v < layout.cell_rows and not there:
             rows = layout.rows_of_views
             expected = f"a view with v from {rows[0]} to {rows[-1]}, the rows in which there are views"
-        raise Misfit(field, expected=expected, got=f"({u}, {v})")
+        raise FieldError(field, expected=expected, got=f"({u}, {v})")
 
 
 def largest_odd_square(rig: Rig) -> ViewBlock:
@@ -105,14 +105,14 @@ def check_block(rig: Rig, views: tuple[int, int], *, wholly: bool) -> None:
 
     Raises
     ------
-    Misfit
+    FieldError
         The error names the option `views`.
     """
     box = all_views(rig)
     got = f"{views[0]} x {views[1]}"
     if views[0] > box.rows or views[1] > box.cols:
-        raise Misfit("views", expected=f"at most {box.rows} x {box.cols} views, pixels under a lens", got=got)
+        raise FieldError("views", expected=f"at most {box.rows} x {box.cols} views, pixels under a lens", got=got)
     if wholly and not all_views_exist(rig, block_about_the_middle(rig, views)):
         most = largest_odd_square(rig)
         expected = f"views that all exist under a hexagonal lens, as {most.rows} x {most.cols}"
-        raise Misfit("views", expected=expected, got=got)
+        raise FieldError("views", expected=expected, got=got)

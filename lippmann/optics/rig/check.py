@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lippmann.errors import FieldProblem, OpticsError, SpecError
-from lippmann.job.resolved import JobSheet, at_frame
+from lippmann.job.resolved import ResolvedJob, add_frame
 from lippmann.job.rig import MAX_FRAME_PX
 from lippmann.job.spec import JobSpec
 from lippmann.job.stage import Stage
@@ -18,7 +18,7 @@ _MEASURED = ", s from "
 """The words after which a note gives numbers."""
 
 
-def check_job(sheet: JobSheet) -> tuple[str, ...]:
+def check_job(sheet: ResolvedJob) -> tuple[str, ...]:
     """Return notes on the optics of a job, at every frame where they are keyed.
 
     Raises
@@ -30,12 +30,12 @@ def check_job(sheet: JobSheet) -> tuple[str, ...]:
         _check_window(bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm))
         return ("Integral images from elsewhere: nothing is rendered.",)
     notes: dict[str, str] = {}
-    for frame in sheet.spec.tried_frames():
+    for frame in sheet.spec.checked_frames():
         there = sheet.at(frame)
         try:
             found = check_rig(there.spec, there.stage)
         except SpecError as error:
-            raise at_frame(error, frame) if sheet.spec.animation else error from error
+            raise add_frame(error, frame) if sheet.spec.animation else error from error
         for note in found:
             said = f"From frame {frame}: {note}" if sheet.spec.animation else note
             # What a note measures changes with every frame; what it says does not.

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.job.rig import Rig
 from lippmann.job.spec import JobSpec
 from lippmann.job.stage import Stage
@@ -27,7 +27,7 @@ from lippmann.plan.design.lens import ended, lens_numbers
 from lippmann.plan.sampling import display_size, frame_size
 
 
-def design(sheet: JobSheet, *, frame: int | None = None) -> Design:
+def design(sheet: ResolvedJob, *, frame: int | None = None) -> Design:
     """Return the design of a job at a frame, by default the first one.
 
     Raises
@@ -56,7 +56,7 @@ def design(sheet: JobSheet, *, frame: int | None = None) -> Design:
     return Design(scene=spec.scene, title=spec.title, frame=frame, warnings=warnings, **shown)
 
 
-def drawing(sheet: JobSheet, *, frame: int | None = None) -> str:
+def drawing(sheet: ResolvedJob, *, frame: int | None = None) -> str:
     """Return the drawing of a job's optics at a frame, by default the first one, as SVG.
 
     Raises
@@ -82,7 +82,7 @@ def bench_as_written(rig: Rig, stage: Stage) -> Bench:
     return replace(built, imaging_lens=lens, mla_z_mm=mla_z_mm, camera_z_mm=mla_z_mm + camera_distance_mm(rig))
 
 
-def _check_rendered(sheet: JobSheet) -> None:
+def _check_rendered(sheet: ResolvedJob) -> None:
     if sheet.sheets is not None:
         expected = "a scene that is rendered: a design describes a capture"
         got = f"{sheet.spec.scene!r}, a bundle of imported integral images, which has no design"

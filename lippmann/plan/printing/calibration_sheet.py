@@ -74,7 +74,7 @@ def calibration_page(output: CalibrationSheet, rig: Rig, direction: Direction) -
 
     Raises
     ------
-    Misfit
+    FieldError
         If the pixels of the device are unknown.
     """
     pixel_mm, pitch_mm = output.pixel_mm(rig), output.real_pitch_mm(rig)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.job.stage import Stage
 from lippmann.optics.lens.dispersion import povray_dispersion
 from lippmann.optics.lens.surfaces import ImagingLens, Surface
@@ -46,8 +46,8 @@ FAR = 50.0
 """The ratio of the second scale of distances to the first."""
 
 
-def pov_text(sheet: JobSheet, method: Method, *, depth: DepthPass | None = None) -> str:
-    """Return the .pov text of a job at a frame: see `JobSheet.at`.
+def pov_text(sheet: ResolvedJob, method: Method, *, depth: DepthPass | None = None) -> str:
+    """Return the .pov text of a job at a frame: see `ResolvedJob.at`.
 
     Clock, tile and size are not in the text: POV-Ray receives them on its command line. With the ray camera, the rays
     are those of one tile, in `RAYS_FILE` beside the .pov.

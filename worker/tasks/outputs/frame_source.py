@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import ArtifactBroken, ArtifactMissing, OutputError
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.job.rig import Rig
 from lippmann.job.spec import Display
 from lippmann.job.stage import Stage
@@ -107,7 +107,7 @@ def naming_frame(frame: int) -> Iterator[None]:
         raise
 
 
-def job_frames(place: Workplace, sheet: JobSheet) -> FrameSource:
+def job_frames(place: Workplace, sheet: ResolvedJob) -> FrameSource:
     """Return the frames of a job in the store."""
     spec = sheet.spec
     return FrameSource(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from lippmann.errors import OutputError
 from lippmann.job.frames import parse_frames
 from lippmann.job.outputs.pictures import ContactSheet, Epi, PictureOptions, Quilt, Sheets, ViewGrid
-from lippmann.job.problems import Misfit
+from lippmann.job.problems import FieldError
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.epi import epi_of_col, epi_of_row
 from lippmann.lightfield.views.interpolate import spread, spread_views, views_in_row
@@ -102,7 +102,7 @@ def _quilt_tiles(output: Quilt, layout: CellLayout) -> tuple[tuple[int, ...], in
     across = output.count or len(views_in_row(layout, v))
     try:
         return (v,), across, output.tile_columns(across)
-    except Misfit as wrong:  # of hexagons, a row may have fewer views than the middle one
+    except FieldError as wrong:  # of hexagons, a row may have fewer views than the middle one
         raise OutputError(str(wrong)) from wrong
 
 

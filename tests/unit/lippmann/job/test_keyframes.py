@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lippmann.errors import SpecError
 from lippmann.job.keyframes import Keyframes
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scene import parse_scene
 from lippmann.job.spec import JobSpec, parse_spec
 
@@ -144,21 +144,21 @@ def test_parameters_and_stage_move_with_the_frame() -> None:
         parameters={"turn": {"keyframes": [[1, 0], [4, 30]]}},
         stage={"location": [{"keyframes": [[1, 0], [4, 6]]}, 0, -1000]},
     )
-    sheet = JobSheet.of("j", parse_spec(asked), CARD, bundle="b")
+    sheet = ResolvedJob.of("j", parse_spec(asked), CARD, bundle="b")
     assert [sheet.at(frame).parameters["turn"] for frame in (1, 2, 4)] == [0, 10, 30]
     assert [sheet.at(frame).stage.location[0] for frame in (1, 2, 4)] == [0, 2, 6]
-    assert JobSheet.model_validate_json(sheet.model_dump_json()) == sheet
+    assert ResolvedJob.model_validate_json(sheet.model_dump_json()) == sheet
 
 
 def test_a_key_beyond_the_bounds_of_a_parameter_is_named_with_its_frame() -> None:
     spec = parse_spec(job(parameters={"turn": {"keyframes": [[1, 0], [2, 95], [4, 0]]}}))
     with pytest.raises(SpecError, match=r"parameters\.turn: expected number from 0\.0 to 90\.0, got 95\.0 at frame 2"):
-        JobSheet.of("j", spec, CARD, bundle="b")
+        ResolvedJob.of("j", spec, CARD, bundle="b")
 
 
 def test_a_stage_that_a_job_spoils_is_named() -> None:
     with pytest.raises(SpecError, match="stage: expected near_mm <= far_mm"):
-        JobSheet.of("j", parse_spec(job(stage={"near_mm": 3000})), CARD, bundle="b")
+        ResolvedJob.of("j", parse_spec(job(stage={"near_mm": 3000})), CARD, bundle="b")
 
 
 @pytest.mark.parametrize(
@@ -227,4 +227,4 @@ def test_parameters_without_values_between_do_not_move(kind: str) -> None:
     card = parse_scene({"title": "A", "stage": STAGE, "parameters": {"n": {"type": kind, "default": default}}})
     spec = parse_spec(job(parameters={"n": {"keyframes": [[1, 1], [4, 2]]}}))
     with pytest.raises(SpecError, match=rf"parameters\.n: expected a parameter of type number .* got type {kind}"):
-        JobSheet.of("j", spec, card, bundle="b")
+        ResolvedJob.of("j", spec, card, bundle="b")

@@ -7,12 +7,12 @@ from typing import Any
 import pytest
 
 from lippmann.errors import BundleError, SpecError
-from lippmann.job.scene import SceneCard, parse_scene
+from lippmann.job.scene import SceneManifest, parse_scene
 
 STAGE = {"location": [0, 0, -1000], "look_at": [0, 0, 0], "reference_mm": 1000, "near_mm": 900, "far_mm": 2000}
 
 
-def card(**parameters: dict[str, Any]) -> SceneCard:
+def card(**parameters: dict[str, Any]) -> SceneManifest:
     return parse_scene({"title": "A scene", "stage": STAGE, "parameters": parameters})
 
 

@@ -15,9 +15,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from lippmann.errors import SpecError
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.job.rig import Rig
-from lippmann.job.scene import SceneCard
+from lippmann.job.scene import SceneManifest
 from lippmann.job.spec import parse_spec
 from lippmann.optics.lens.prescription import IMAGING_LENSES
 from lippmann.optics.rig.bench import bench
@@ -25,7 +25,7 @@ from lippmann.plan.design.designer import design, drawing
 from lippmann.plan.design.lens import lens_numbers
 from povtemplates.catalogue import scene_folders
 
-FISH = SceneCard.model_validate(tomllib.loads((scene_folders()["fish"] / "scene.toml").read_text()))
+FISH = SceneManifest.model_validate(tomllib.loads((scene_folders()["fish"] / "scene.toml").read_text()))
 DRAWING_S = 3.0
 """CPU, thirty times what the longest takes: a search without end took ten times more than this."""
 
@@ -170,7 +170,7 @@ def test_a_plane_without_end_has_an_image_and_no_point_that_is_shown_at_the_edge
 
 def assert_designed_or_refused(job: dict[str, Any]) -> None:
     try:
-        sheet = JobSheet.of("any", parse_spec({"scene": "fish", **job}), FISH, bundle="")
+        sheet = ResolvedJob.of("any", parse_spec({"scene": "fish", **job}), FISH, bundle="")
         found = design(sheet)
     except SpecError:
         return

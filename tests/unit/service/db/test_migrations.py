@@ -9,7 +9,7 @@ from sqlalchemy import update
 
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.outputs.choice import DEFAULT_OUTPUTS, output_called
-from lippmann.job.resolved import JobSheet, PlanSheet
+from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.job.states import JobStatus
 from lippmann.plan import artifact_names as names
 from service.db.tables import Job
@@ -27,7 +27,7 @@ def _without(data: dict[str, Any] | None, field: str) -> dict[str, Any] | None:
 def _store_as_before(farm: Farm, job_id: str) -> None:
     """Take from a job what nothing was stored of before: sheets from elsewhere, and whether anything is rendered."""
     row, files = farm.job(job_id), farm.store.files
-    for name, field in ((names.JOB_SHEET, "sheets"), (names.PLAN_SHEET, "renders")):
+    for name, field in ((names.JOB_FILE, "sheets"), (names.PLAN_FILE, "renders")):
         if f"{job_id}/{name}" in files:
             said = json.loads(files[f"{job_id}/{name}"])
             assert said.pop(field, "not there") != "not there"
@@ -47,7 +47,7 @@ def test_a_job_of_before_is_shown_retried_and_finished(api: Client, api_farm: Fa
     api_farm.say(claimed(bad), failed(bad, code="output", permanent=True))
     for order in (*others, *api_farm.dispatch()):
         api_farm.say(claimed(order), done(order))
-    sheet = PlanSheet.model_validate_json(api_farm.store.files[f"{job_id}/{names.PLAN_SHEET}"])
+    sheet = StoredPlan.model_validate_json(api_farm.store.files[f"{job_id}/{names.PLAN_FILE}"])
     assert (sheet.tile_rows, sheet.renders) == (2, True)
     (shown,) = api.get("/api/v1/jobs").json()["items"]
     assert (shown["status"], [output["ready"] for output in shown["outputs"]]) == ("failed", [False, True, True])
@@ -67,5 +67,5 @@ def test_a_job_of_before_that_is_not_planned_yet_asks_workers_for_the_same_files
     api_farm.plan()
     encodes = [task for task in api_farm.tasks(job_id) if task.kind is TaskKind.ENCODE]
     assert [(task.output, task.artifact) for task in encodes] == [(name, f"video/{name}") for name in NAMES]
-    sheet = JobSheet.model_validate_json(api_farm.store.files[f"{job_id}/{names.JOB_SHEET}"])
+    sheet = ResolvedJob.model_validate_json(api_farm.store.files[f"{job_id}/{names.JOB_FILE}"])
     assert tuple(output_called(sheet.spec.outputs, name) for name in NAMES) == DEFAULT_OUTPUTS

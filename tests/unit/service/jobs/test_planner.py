@@ -10,7 +10,7 @@ from sqlalchemy import update
 
 from lippmann.errors import StoreUnavailable
 from lippmann.job.messages.events import ProbeResult
-from lippmann.job.resolved import PlanSheet
+from lippmann.job.resolved import StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan.tasks import plan_sheet, plan_tasks
@@ -43,7 +43,7 @@ def _probed(farm: Farm, **changes: Any) -> str:
 
 def _expected(farm: Farm, job_id: str) -> list[tuple[int, str, str]]:
     job = farm.job(job_id)
-    tasks = plan_tasks(JobSpec.model_validate(job.spec), PlanSheet.model_validate(job.plan))
+    tasks = plan_tasks(JobSpec.model_validate(job.spec), StoredPlan.model_validate(job.plan))
     return [(0, "probe", ""), *((task.sequence, task.kind.value, task.artifact) for task in tasks)]
 
 
@@ -186,7 +186,7 @@ def test_a_leader_that_was_replaced_does_not_write_over_the_plan(farm: Farm, mon
     job_id = _probed(farm, render={"tiles": "auto"})
     decide, new = plan_sheet, BackgroundJobs(farm.database, farm.store, farm.settings)
 
-    def late(spec: JobSpec, probe: ProbeResult, *, slots: int) -> PlanSheet:
+    def late(spec: JobSpec, probe: ProbeResult, *, slots: int) -> StoredPlan:
         monkeypatch.setattr(plan, "plan_sheet", decide)
         while new.run_round(slots=1, now_s=farm.now_s):
             pass

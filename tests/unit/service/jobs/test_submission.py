@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from lippmann.errors import FieldProblem, OpticsError
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from service.auth import Caller
 from service.db.tables import Job, Task
 from service.jobs import submission as submit
@@ -33,7 +33,7 @@ def test_a_job_file_becomes_a_queued_job_with_a_probe(api: Client, api_farm: Far
 
 def test_the_sheet_is_stored_for_workers_with_the_scene_resolved(api: Client, api_farm: Farm) -> None:
     job_id = api.post(JOBS, json=SPEC).json()["id"]
-    sheet = JobSheet.model_validate_json(api_farm.store.get_bytes(f"{job_id}/job.json"))
+    sheet = ResolvedJob.model_validate_json(api_farm.store.get_bytes(f"{job_id}/job.json"))
     assert sheet.job_id == job_id
     assert f"scenes/{sheet.bundle}.zip" in api_farm.store.files
     assert (sheet.stage.reference_mm, sheet.clock.per_frame) == (500, 1.0)

@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from lippmann.errors import OpticsError, SpecError
-from lippmann.job.resolved import JobSheet
-from lippmann.job.scene import SceneCard
+from lippmann.job.resolved import ResolvedJob
+from lippmann.job.scene import SceneManifest
 from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.job.stage import Stage
 from lippmann.optics.rig.bench import bench
@@ -122,9 +122,9 @@ def test_glass_at_a_scale_that_spoils_it_is_refused(mm_per_unit: float) -> None:
 
 
 def test_a_sweep_is_checked_at_its_keys() -> None:
-    card = SceneCard(title="A", stage=STAGE)
+    card = SceneManifest(title="A", stage=STAGE)
 
-    def sweep(last_mm: float) -> JobSheet:
+    def sweep(last_mm: float) -> ResolvedJob:
         spec = parse_spec(
             {
                 "scene": "fish",
@@ -132,7 +132,7 @@ def test_a_sweep_is_checked_at_its_keys() -> None:
                 "rig": {"lens_array": {"offset_mm": {"keyframes": [[1, 60], [9, last_mm]]}}},
             }
         )
-        return JobSheet.of("j", spec, card, bundle="b")
+        return ResolvedJob.of("j", spec, card, bundle="b")
 
     assert [note.partition(", s from ")[0] for note in check_job(sweep(-10))] == [
         "From frame 1: The array stands outside the image space, on the lens's side: all is shown real",
@@ -151,7 +151,7 @@ def test_what_is_wrong_between_two_keys_is_found_too() -> None:
     ]
     spec = parse_spec({"scene": "fish", "frames": "1-3", "rig": {"imaging_lens": {"surfaces": surfaces}}})
     with pytest.raises(SpecError, match=r"rig\.imaging_lens\.surfaces\.0\.radius_mm: .* at frame 2"):
-        check_job(JobSheet.of("j", spec, SceneCard(title="A", stage=STAGE), bundle="b"))
+        check_job(ResolvedJob.of("j", spec, SceneManifest(title="A", stage=STAGE), bundle="b"))
 
 
 def test_a_long_animation_is_checked_in_about_a_second() -> None:
@@ -160,8 +160,8 @@ def test_a_long_animation_is_checked_in_about_a_second() -> None:
     spec = parse_spec(
         {"scene": "fish", "frames": "1-300000", "rig": {"lens_array": {"offset_mm": {"keyframes": keys}}}}
     )
-    assert len(spec.tried_frames()) <= 200
-    assert {1, 300_000} <= set(spec.tried_frames())
+    assert len(spec.checked_frames()) <= 200
+    assert {1, 300_000} <= set(spec.checked_frames())
 
 
 def test_an_array_inside_the_rim_of_the_last_surface_is_refused() -> None:

@@ -13,8 +13,8 @@ from raytracing import DielectricInterface, ImagingPath, Space
 
 from lippmann.errors import SpecError
 from lippmann.job.presets import JOBS
-from lippmann.job.resolved import JobSheet
-from lippmann.job.scene import SceneCard
+from lippmann.job.resolved import ResolvedJob
+from lippmann.job.scene import SceneManifest
 from lippmann.job.spec import parse_spec
 from lippmann.optics.lens.prescription import IMAGING_LENSES
 from lippmann.optics.rig.method import Method
@@ -25,11 +25,11 @@ from lippmann.plan.design.estimate import START_S, estimate
 from povtemplates.catalogue import scene_folders
 from tests.repository import DOCS
 
-FISH = SceneCard.model_validate(tomllib.loads((scene_folders()["fish"] / "scene.toml").read_text()))
+FISH = SceneManifest.model_validate(tomllib.loads((scene_folders()["fish"] / "scene.toml").read_text()))
 
 
 def designed(job: Any, *, frame: int | None = None) -> Design:
-    return design(JobSheet.of("design", parse_spec(job), FISH, bundle=""), frame=frame)
+    return design(ResolvedJob.of("design", parse_spec(job), FISH, bundle=""), frame=frame)
 
 
 def of_rig(**rig: Any) -> Design:

@@ -8,9 +8,9 @@ from typing import Any
 import pytest
 
 from lippmann.errors import LayoutError
-from lippmann.job.resolved import JobSheet
+from lippmann.job.resolved import ResolvedJob
 from lippmann.job.rig import Rig
-from lippmann.job.scene import SceneCard
+from lippmann.job.scene import SceneManifest
 from lippmann.job.spec import Display, parse_spec
 from lippmann.job.viewing import GapUse
 from lippmann.optics.rig.display import central_depth_plane_mm
@@ -43,9 +43,9 @@ def test_a_gap_as_built_is_reduced_by_its_substrate(physical_mm: float, plane_mm
 @pytest.mark.parametrize("use", ["real", "virtual", "collimated"])
 @pytest.mark.parametrize("shown", [{}, {"gap_real_mm": 4.8, "gap_virtual_mm": 3.4}], ids=["chosen", "said"])
 def test_gaps_are_those_of_the_design(use: GapUse, shown: dict[str, float]) -> None:
-    fish = SceneCard.model_validate(tomllib.loads((scene_folders()["fish"] / "scene.toml").read_text()))
+    fish = SceneManifest.model_validate(tomllib.loads((scene_folders()["fish"] / "scene.toml").read_text()))
     job = {"scene": "fish", "rig": {"lens_array": {"substrate_mm": 3.3}}, "display": shown}
-    sheet = JobSheet.of("design", parse_spec(job), fish, bundle="")
+    sheet = ResolvedJob.of("design", parse_spec(job), fish, bundle="")
     found = used_gap_mm(sheet.spec.rig, sheet.spec.display, use, stage=sheet.stage)
     assert found == getattr(design(sheet), f"gap_{use}_mm")
 

@@ -13,7 +13,7 @@ import pytest
 from lippmann.errors import SpecError
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.outputs.output import KINDS, Name, OutputOptions, output_kind
-from lippmann.job.resolved import PlanSheet
+from lippmann.job.resolved import StoredPlan
 from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.plan import artifact_names as names
 from lippmann.plan.tasks import plan_tasks
@@ -69,7 +69,7 @@ def histogram_is_a_kind(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.mark.usefixtures("histogram_is_a_kind")
 def test_a_new_kind_of_output_passes_through_a_job(tmp_path: Any) -> None:
     job = given_job(tmp_path, **JOB)
-    plan = PlanSheet(tile_rows=1, tile_cols=1, probe_start_s=0.0, probe_s_per_px=0.0)
+    plan = StoredPlan(tile_rows=1, tile_cols=1, probe_start_s=0.0, probe_s_per_px=0.0)
     planned = [task for task in plan_tasks(job.sheet.spec, plan) if task.kind is TaskKind.ENCODE]
     assert [(task.output, task.artifact) for task in planned] == [
         ("histogram.json", "exports/histogram.json.json"),

@@ -9,8 +9,8 @@ import pytest
 from lippmann.errors import BundleError, SpecError
 from lippmann.job.messages.events import ProbeResult
 from lippmann.job.messages.orders import TaskKind
-from lippmann.job.resolved import JobSheet
-from lippmann.job.scene import SceneCard, parse_scene
+from lippmann.job.resolved import ResolvedJob
+from lippmann.job.scene import SceneManifest, parse_scene
 from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.optics.rig.check import check_job
 from lippmann.plan.sampling import display_size, frame_size
@@ -26,12 +26,12 @@ SHEETS = {
 }
 
 
-def _card(**changes: Any) -> SceneCard:
+def _card(**changes: Any) -> SceneManifest:
     return parse_scene({"sheets": SHEETS | changes})
 
 
-def _sheet(job: dict[str, Any] | None = None, **changes: Any) -> JobSheet:
-    return JobSheet.of("j", parse_spec({"scene": "mine"} | (job or {})), _card(**changes), bundle="b")
+def _sheet(job: dict[str, Any] | None = None, **changes: Any) -> ResolvedJob:
+    return ResolvedJob.of("j", parse_spec({"scene": "mine"} | (job or {})), _card(**changes), bundle="b")
 
 
 def test_the_rig_is_that_of_the_sheets_and_holds_what_the_job_says_in_mm() -> None:
@@ -47,8 +47,8 @@ def test_the_rig_is_that_of_the_sheets_and_holds_what_the_job_says_in_mm() -> No
 def test_a_job_that_is_asked_for_again_as_it_was_stored_is_the_same() -> None:
     stored = _sheet({"frames": "1-2"})
     assert _sheet(stored.spec.model_dump(mode="json")).spec == stored.spec
-    assert JobSheet.model_validate_json(stored.model_dump_json()) == stored
-    assert SceneCard.model_validate(_card().model_dump(mode="json")) == _card()
+    assert ResolvedJob.model_validate_json(stored.model_dump_json()) == stored
+    assert SceneManifest.model_validate(_card().model_dump(mode="json")) == _card()
 
 
 def test_nothing_is_rendered_and_every_frame_is_assembled_at_once() -> None:
