@@ -219,9 +219,7 @@ class JobSpec(_Part):
         return self.model_copy(update=update)
 
     def checked_frames(self) -> tuple[int, ...]:
-        """Return the frames at which a job is validated: all of its frames, or a selection that includes the
-        keyframes.
-        """
+        """Return the frames at which a job is validated: all frames, or a selection of frames and keyframes."""
         numbers = self.frame_numbers
         if not self.animation:
             return numbers[:1]

@@ -14,16 +14,7 @@ from tests.repository import ROOT
 DESCRIBED = ("lippmann/lattice", "lippmann/lightfield", "lippmann/local", "lippmann/optics")
 """Packages whose public functions with two or more arguments have a Parameters section that names each of them."""
 
-WHOLE_SENTENCES = (
-    "lippmann/job/outputs",
-    "lippmann/lattice",
-    "lippmann/lightfield",
-    "lippmann/local",
-    "lippmann/optics",
-    "lippmann/plan",
-    "service",
-    "worker",
-)
+WHOLE_SENTENCES = ("lippmann", "service", "worker")
 """Packages whose docstrings are whole sentences."""
 
 FRAGMENTS = ("Of", "From", "Where", "By", "As", "Likewise", "Whether", "How")
