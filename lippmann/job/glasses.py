@@ -91,15 +91,15 @@ _OTHER_NAMES = MappingProxyType(
 
 
 def glass(name: str) -> Glass | None:
-    """Return the material of a name, in upper or lower case; None if there is none.
+    """Return the material of a name, in upper or lower case; None for an unknown name.
 
     An old name without an entry (`SK16`) selects the lead-free successor (`N-SK16`), which has the same nd, and a Vd
     within 0.3.
 
     >>> glass("bk7")
     Glass(index=1.5168, abbe=64.17)
-    >>> glass("unobtainium") is None
-    True
+    >>> print(glass("unobtainium"))
+    None
     """
     asked = name.strip().upper().replace(" ", "-")
     asked = _OTHER_NAMES.get(asked, asked)
