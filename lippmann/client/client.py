@@ -13,17 +13,18 @@ from pydantic import BaseModel
 from lippmann.client.address import Address, find_address
 from lippmann.client.stream import ServerEvent
 from lippmann.client.transport import PATIENCE_S, Download, Transport
+from lippmann.errors import JobEnded
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import ENDED_JOBS
 from service.schemas.access import Key, KeyList, LoginLink, NewKey
 from service.schemas.artifact import Artifact, ArtifactPage
-from service.schemas.events import EventTopic, JobEvent, ProgressEvent, StreamEvent, StreamMessage
+from service.schemas.events import EventTopic, JobEvent, JobRemoved, ProgressEvent, StreamEvent, StreamMessage
 from service.schemas.farm import Health, WorkerList
 from service.schemas.frame import Frame, FramePage
 from service.schemas.job import Job, JobPage
 from service.schemas.scene import Scene, SceneList
 from service.schemas.task import Task, TaskPage
-from service.schemas.viewing import Look
+from service.schemas.viewing import FrameViews
 
 _PAGE = 500
 """The largest page that the service returns."""
@@ -148,14 +149,22 @@ class Client:
         return self._transport.events(f"{_API}/events", params=params, last_id=last_id)
 
     def follow(self, job_id: str) -> Iterator[Job]:
-        """Yield a job whenever it changes, until it has ended."""
+        """Yield a job whenever it changes, until it has ended.
+
+        Raises
+        ------
+        JobEnded
+            If the job is removed meanwhile.
+        """
         job = self.job(job_id)
         yield job
         if job.status in ENDED_JOBS:
             return
         for event in self.events(job_id):
             message = _message(event)
-            if isinstance(message, JobEvent) and isinstance(message.data, Job):
+            if isinstance(message, JobEvent):
+                if isinstance(message.data, JobRemoved):
+                    raise JobEnded(f"job {job_id} was removed")
                 job = message.data
             elif isinstance(message, ProgressEvent):
                 job = job.model_copy(update=dict(message.data))
@@ -191,11 +200,13 @@ class Client:
 
     # Pictures of a frame
 
-    def look(self, job_id: str, frame: int) -> Look:
+    def frame_views(self, job_id: str, frame: int) -> FrameViews:
         """Return the views of a frame."""
-        return self._get(Look, f"/jobs/{job_id}/frames/{frame}/look")
+        return self._get(FrameViews, f"/jobs/{job_id}/frames/{frame}/look")
 
-    def see(self, job_id: str, frame: int, what: FramePicture, path: Path, **parameters: str | float) -> Download:
+    def download_picture(
+        self, job_id: str, frame: int, what: FramePicture, path: Path, **parameters: str | float
+    ) -> Download:
         """Download a picture that the service makes of a frame to `path`, atomically.
 
         Parameters

@@ -14,7 +14,7 @@ from service.api.artifact_files import is_fresh
 from service.dependencies import AppStateDep, ViewerDep
 from service.routes.artifacts import CONVERSIONS
 from service.routes.jobs import JobId
-from service.schemas.viewing import AtlasQuery, Look, ObserverQuery, PerspectiveQuery, RefocusQuery, ViewQuery
+from service.schemas.viewing import AtlasQuery, FrameViews, ObserverQuery, PerspectiveQuery, RefocusQuery, ViewQuery
 from service.viewing import frames, render
 from service.viewing.frames import ViewableFrame
 
@@ -52,7 +52,7 @@ def describe_views(
     job_id: JobId,
     frame: FrameDep,
     max_px: Annotated[int, Query(ge=16, le=16_384, description="The longest side of the atlas.")] = 4096,
-) -> Look:
+) -> FrameViews:
     """Describe the views of a frame, its depths, and the arrangement of its atlas."""
     return frames.describe(frame, job_id, max_px=max_px)
 

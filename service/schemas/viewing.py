@@ -44,7 +44,7 @@ class Depths(Answer):
     front of the display moves against the eye. The second number is not 0 only on the hexagonal lattice."""
 
 
-class Look(Answer):
+class FrameViews(Answer):
     """The views of a frame, its depths, and how to request them."""
 
     frame: int

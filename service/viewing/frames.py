@@ -98,14 +98,14 @@ def etag_of(frame: ViewableFrame, path: str, query: BaseModel) -> str:
     return f'"{hashlib.sha256(text.encode()).hexdigest()[:32]}"'
 
 
-def describe(frame: ViewableFrame, job_id: str, *, max_px: int) -> schema.Look:
+def describe(frame: ViewableFrame, job_id: str, *, max_px: int) -> schema.FrameViews:
     """Describe the views of a frame."""
     layout, spec = frame.layout, frame.spec
     atlas = plan_atlas(layout, max_px=max_px)
     rows, cols = layout.square_size()
     existing = set(view_numbers(layout))
     every = ((u, v) for v in range(layout.cell_rows) for u in range(layout.cell_cols))
-    return schema.Look(
+    return schema.FrameViews(
         frame=frame.frame,
         lattice=layout.lattice,
         lens_rows=layout.lens_rows,

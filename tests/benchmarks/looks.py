@@ -26,6 +26,6 @@ def _best_ms(farm: Farm, job_id: str, what: FramePicture, number: str, path: Pat
     took_s = []
     for value in range(ROUNDS):
         started_s = time.monotonic()
-        farm.client.see(job_id, 1, what, path, **{number: value})
+        farm.client.download_picture(job_id, 1, what, path, **{number: value})
         took_s.append(time.monotonic() - started_s)
     return 1000 * min(took_s)

@@ -32,7 +32,8 @@ export const postJob = (spec, key) => send("POST", "/jobs", spec, { "Idempotency
 export const postDesign = (spec) => send("POST", "/design", spec);
 export const postDrawing = (spec) => send("POST", "/design", spec, { Accept: "image/svg+xml" });
 export const sendAction = (id, action) => send("POST", `/jobs/${encodeURIComponent(id)}/${action}`);
-export const getLook = (id, frame, max_px, signal) => answered(lookUrl(id, frame, "look", { max_px }), { signal });
+export const getFrameViews = (id, frame, max_px, signal) =>
+  answered(pictureUrl(id, frame, "look", { max_px }), { signal });
 export const eventsUrl = `${BASE}/events`;
 
 // Masters are OpenEXR; this is the URL of the same picture as PNG.
@@ -48,7 +49,7 @@ export async function logOut() {
 }
 
 // The URL of a picture of a frame: a view, a refocused picture, the picture of an observer.
-export function lookUrl(id, frame, what, query) {
+export function pictureUrl(id, frame, what, query) {
   return withQuery(`${BASE}/jobs/${encodeURIComponent(id)}/frames/${frame}/${what}`, query);
 }
 

@@ -7,7 +7,7 @@ import { Header } from "./header.js";
 import { Job } from "./job.js";
 import { JobList } from "./jobs.js";
 import { start } from "./live.js";
-import { look, newestFirst, useKnown } from "./store.js";
+import { getState, newestFirst, useKnown } from "./store.js";
 import { Submit } from "./submit.js";
 
 const wide = matchMedia("(min-width: 56rem)");
@@ -29,7 +29,7 @@ function App() {
   }, []);
   useEffect(() => {
     // On a wide screen the newest job is open beside the list.
-    const newest = newestFirst(look().jobs)[0];
+    const newest = newestFirst(getState().jobs)[0];
     if (here.view === "list" && isLoaded && wide.matches) location.replace(newest ? `#/jobs/${newest.id}` : "#/new");
   }, [here.view, isLoaded]);
   return html`

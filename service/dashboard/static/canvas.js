@@ -37,18 +37,18 @@ export function ViewCanvas({ atlas, label, place, paint, isSwaying, isWaiting, o
     };
   }, []);
   useLayoutEffect(() => {
-    if (atlas) painter.current?.load(atlas.look, atlas.bitmap);
+    if (atlas) painter.current?.load(atlas.frameViews, atlas.bitmap);
   }, [atlas]);
 
   // Draw once per screen frame, whatever the number of events.
   const draw = useRef(null);
   draw.current ??= once((now_ms) => {
-    if (!painter.current?.look) return;
+    if (!painter.current?.frameViews) return;
     const { place: left, ...then } = now.current;
     began.current = then.isSwaying ? (began.current ?? now_ms) : null;
     const at = then.isSwaying ? swayed(left, (now_ms - began.current) / 1000) : left;
     notice(pace.current, then.isSwaying, now_ms);
-    fit(canvas.current, painter.current.look, pace.current.detail);
+    fit(canvas.current, painter.current.frameViews, pace.current.detail);
     then.paint(painter.current, at);
     then.onPlace?.(at);
     if (then.isSwaying) draw.current();

@@ -1,6 +1,6 @@
 // Keeps the state of the page current by one event stream; while the stream is interrupted, by polling.
 import { eventsUrl, getFrames, getHealth, getJob, getJobs, getSession } from "./api.js";
-import { change, dropJob, look, putJobs } from "./store.js";
+import { change, dropJob, getState, putJobs } from "./store.js";
 
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 30_000;
@@ -42,27 +42,27 @@ function reconnect() {
     change({ link: (await refresh()) ? "polling" : "lost" });
     connect();
   }, wait_ms);
-  if (look().link !== "polling") change({ link: "lost" });
+  if (getState().link !== "polling") change({ link: "lost" });
   wait_ms = Math.min(2 * wait_ms, LONGEST_WAIT_MS);
 }
 
 function hearJob(job) {
   if (job.removed) return dropJob(job.id);
-  const before = look().jobs[job.id];
+  const before = getState().jobs[job.id];
   putJobs([job]);
-  const frames = look().frames;
+  const frames = getState().frames;
   // Retry and cancel change many frames without an event for each.
   if (frames?.job === job.id && before?.status !== job.status) renewPages();
 }
 
 function hearProgress(news) {
-  const job = look().jobs[news.id];
+  const job = getState().jobs[news.id];
   if (job) putJobs([{ ...job, ...news }]);
   else loadJob(news.id);
 }
 
 function hearFrame({ job, frame, status }) {
-  const frames = look().frames;
+  const frames = getState().frames;
   if (frames?.job !== job) return;
   const index = frames.pages.findIndex(({ items }) => items.length && items.at(-1).frame >= frame);
   if (index < 0) return;
@@ -75,9 +75,9 @@ function hearFrame({ job, frame, status }) {
 async function refresh() {
   try {
     await Promise.all([loadJobs(), loadHealth(), loadSession()]);
-    const frames = look().frames;
+    const frames = getState().frames;
     if (frames) {
-      if (!(frames.job in look().jobs)) await loadJob(frames.job);
+      if (!(frames.job in getState().jobs)) await loadJob(frames.job);
       renewPages();
     }
     return true;
@@ -90,11 +90,11 @@ async function loadJobs() {
   const page = await getJobs();
   putJobs(page.items);
   // A longer list that the user has loaded stays.
-  change(look().jobsLoaded ? {} : { jobsLoaded: true, jobsCursor: page.next_cursor });
+  change(getState().jobsLoaded ? {} : { jobsLoaded: true, jobsCursor: page.next_cursor });
 }
 
 export async function loadMoreJobs() {
-  const page = await getJobs(look().jobsCursor);
+  const page = await getJobs(getState().jobsCursor);
   putJobs(page.items);
   change({ jobsCursor: page.next_cursor });
 }
@@ -108,7 +108,7 @@ async function loadHealth() {
 }
 
 async function loadSession() {
-  if (!look().session) change({ session: await getSession() });
+  if (!getState().session) change({ session: await getSession() });
 }
 
 function watchHealth() {
@@ -117,7 +117,7 @@ function watchHealth() {
       await loadHealth();
     } catch {
       // A half-open stream reports no error, so a failed request is the sign that the service is unavailable.
-      if (look().link === "live") reconnect();
+      if (getState().link === "live") reconnect();
     }
   }, HEALTH_MS);
 }
@@ -129,15 +129,15 @@ export async function openFrames(job) {
 }
 
 export async function loadMoreFrames() {
-  const { job, cursor } = look().frames;
+  const { job, cursor } = getState().frames;
   const page = await getFrames(job, cursor, FRAMES_A_PAGE);
-  const frames = look().frames;
+  const frames = getState().frames;
   if (frames?.job !== job || frames.cursor !== cursor) return; // Another job was opened in the meantime.
   change({ frames: { job, pages: [...frames.pages, { cursor, items: page.items }], cursor: page.next_cursor } });
 }
 
 function renewPages() {
-  const { job, pages } = look().frames;
+  const { job, pages } = getState().frames;
   pages.forEach((_, index) => renewPage(job, index));
 }
 
@@ -146,14 +146,14 @@ function renewPage(job, index) {
   stalePages.add(index);
   setTimeout(async () => {
     stalePages.delete(index);
-    const page = look().frames?.job === job && look().frames.pages[index];
+    const page = getState().frames?.job === job && getState().frames.pages[index];
     if (!page) return;
     const { items } = await getFrames(job, page.cursor, FRAMES_A_PAGE).catch(() => page);
-    if (look().frames?.job === job) putPage(index, items);
+    if (getState().frames?.job === job) putPage(index, items);
   }, FRAMES_PAUSE_MS);
 }
 
 function putPage(index, items) {
-  const frames = look().frames;
+  const frames = getState().frames;
   change({ frames: { ...frames, pages: frames.pages.map((page, at) => (at === index ? { ...page, items } : page)) } });
 }

@@ -1,6 +1,6 @@
-// The modes of the interactive view. Each mode defines, for {look, stand}: the defaults (`filled`), the picture of the
-// service that shows it (`query`), the effect of an arrow key and of a drag (`stepped`, `dragged`), how the graphics
-// card draws it (`paint`), its description (`said`), and its controls (`Controls`).
+// The modes of the interactive view. Each mode defines, for {frameViews, stand}: the defaults (`filled`), the picture
+// of the service that shows it (`query`), the effect of an arrow key and of a drag (`stepped`, `dragged`), how the
+// graphics card draws it (`paint`), its description (`said`), and its controls (`Controls`).
 import { Choice } from "./choice.js";
 import { by, count, quantity } from "./format.js";
 import { html } from "./html.js";
@@ -29,19 +29,19 @@ const EYE_STEP_MM = 10;
 export const around = {
   name: "looked around",
   hint: "Drag, or press the arrow keys, to move the eye.",
-  filled: (look, stand) => ({ ...stand, place: stand.place ?? placeOf(look, ...look.centre) }),
-  query: ({ look, stand }) => {
-    const [u, v] = nearestView(look, stand.place);
+  filled: (frameViews, stand) => ({ ...stand, place: stand.place ?? placeOf(frameViews, ...frameViews.centre) }),
+  query: ({ frameViews, stand }) => {
+    const [u, v] = nearestView(frameViews, stand.place);
     return ["view", { u, v }];
   },
-  stepped: ({ look, stand }, direction) => ({ place: nextPlace(look, stand.place, direction) }),
+  stepped: ({ frameViews, stand }, direction) => ({ place: nextPlace(frameViews, stand.place, direction) }),
   dragged: ({ stand: { place } }, across, down) => ({
     place: { x: clamp(place.x + 2 * across), y: clamp(place.y + 2 * down) },
   }),
   paint: (painter, place, { isSmooth }) => painter.around(place, isSmooth),
-  said: ({ look, stand, isPainted }) => {
-    const [u, v] = isPainted ? numbersAt(look, stand.place) : nearestView(look, stand.place);
-    return `view ${u.toFixed(1)}, ${v.toFixed(1)} of ${by(look.us, look.vs)}`.replaceAll(".0", "");
+  said: ({ frameViews, stand, isPainted }) => {
+    const [u, v] = isPainted ? numbersAt(frameViews, stand.place) : nearestView(frameViews, stand.place);
+    return `view ${u.toFixed(1)}, ${v.toFixed(1)} of ${by(frameViews.us, frameViews.vs)}`.replaceAll(".0", "");
   },
   Controls: ({ stand, change, pause, isPainted }) => html`
     ${isPainted && html`
@@ -56,20 +56,21 @@ export const around = {
 export const refocus = {
   name: "refocused",
   hint: "Press the arrow keys to change the depth.",
-  filled: (look, stand) => {
-    const { least_mm, most_mm, rounded } = scaleOf(look);
-    return { ...stand, depth_mm: clamp(rounded(stand.depth_mm ?? look.depths.reference_mm ?? 0), least_mm, most_mm) };
+  filled: (frameViews, stand) => {
+    const { least_mm, most_mm, rounded } = scaleOf(frameViews);
+    const depth_mm = rounded(stand.depth_mm ?? frameViews.depths.reference_mm ?? 0);
+    return { ...stand, depth_mm: clamp(depth_mm, least_mm, most_mm) };
   },
   query: ({ stand }) => ["refocus", { depth_mm: stand.depth_mm }],
-  stepped: ({ look, stand }, [across, down]) => {
-    const { least_mm, most_mm, step_mm, rounded } = scaleOf(look);
+  stepped: ({ frameViews, stand }, [across, down]) => {
+    const { least_mm, most_mm, step_mm, rounded } = scaleOf(frameViews);
     return { depth_mm: clamp(rounded(stand.depth_mm + (across - down) * step_mm), least_mm, most_mm) };
   },
   paint: (painter, _place, { depth_mm, isSmooth }) => painter.focused(depth_mm, isSmooth),
   said: ({ stand }) => `sharp at ${quantity(stand.depth_mm)} mm`,
-  Controls: ({ look, stand, change }) => {
-    const { least_mm, most_mm, step_mm, rounded } = scaleOf(look);
-    const ticks = [look.depths.far_mm, 0, look.depths.near_mm].filter((depth_mm) => depth_mm !== null);
+  Controls: ({ frameViews, stand, change }) => {
+    const { least_mm, most_mm, step_mm, rounded } = scaleOf(frameViews);
+    const ticks = [frameViews.depths.far_mm, 0, frameViews.depths.near_mm].filter((depth_mm) => depth_mm !== null);
     return html`
       <label class="slider">Depth
         <input type="range" min=${least_mm} max=${most_mm} step=${step_mm} value=${stand.depth_mm} list="look-depths"
@@ -86,18 +87,21 @@ export const refocus = {
 export const seen = {
   name: "as seen",
   hint: "Drag, or press the arrow keys, to move the eye.",
-  filled: (look, stand) => ({ ...stand, eye: { ...stand.eye, z: stand.eye.z ?? look.viewing_distance_mm } }),
+  filled: (frameViews, stand) => ({
+    ...stand,
+    eye: { ...stand.eye, z: stand.eye.z ?? frameViews.viewing_distance_mm },
+  }),
   query: ({ stand: { eye, eyes } }) => ["observer", { ...eye, stereo: eyes === "one" ? null : eyes, size: SEEN_PX }],
   stepped: ({ stand: { eye } }, [across, down]) => ({
     eye: { ...eye, x: eye.x + across * EYE_STEP_MM, y: eye.y - down * EYE_STEP_MM },
   }),
   // A drag over the whole picture moves the eye through the viewing zone.
-  dragged: ({ look, stand: { eye } }, across, down) => {
-    const zone_mm = (look.pitch_mm * eye.z) / look.gap_mm;
+  dragged: ({ frameViews, stand: { eye } }, across, down) => {
+    const zone_mm = (frameViews.pitch_mm * eye.z) / frameViews.gap_mm;
     return { eye: { ...eye, x: Math.round(eye.x + across * zone_mm), y: Math.round(eye.y - down * zone_mm) } };
   },
-  said: ({ look, stand: { eye } }) =>
-    `viewing zone ±${count((look.pitch_mm * eye.z) / look.gap_mm / 2)} mm`,
+  said: ({ frameViews, stand: { eye } }) =>
+    `viewing zone ±${count((frameViews.pitch_mm * eye.z) / frameViews.gap_mm / 2)} mm`,
   Controls: ({ stand, change }) => {
     const put = (axis) => (event) => {
       const number = event.target.valueAsNumber;

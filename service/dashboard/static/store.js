@@ -17,7 +17,7 @@ let state = {
 const watchers = new Set();
 let timer = null;
 
-export const look = () => state;
+export const getState = () => state;
 
 export function change(patch) {
   state = { ...state, ...patch };

@@ -1,7 +1,7 @@
 // The interactive view of a frame: look around in its views, refocus it, or see it as an observer does.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { useRequest } from "./request.js";
-import { getLook, getPicture, lookUrl } from "./api.js";
+import { getFrameViews, getPicture, pictureUrl } from "./api.js";
 import { RemotePicture } from "./remote.js";
 import { Footer } from "./footer.js";
 import { html } from "./html.js";
@@ -16,16 +16,16 @@ const EXACT_PX = 2048 ** 2;
 
 export function Viewer({ job, frame, mode, stand, change, keys, foot }) {
   const [canPaint, setCanPaint] = useState(true);
-  const found = useRequest(`${job} ${frame}`, (signal) => getLook(job, frame, MAX_ATLAS_PX, signal));
-  const look = found.value;
-  const isExact = look && isWhole(look) && look.atlas.rows * look.atlas.cols <= EXACT_PX;
+  const found = useRequest(`${job} ${frame}`, (signal) => getFrameViews(job, frame, MAX_ATLAS_PX, signal));
+  const frameViews = found.value;
+  const isExact = frameViews && isWhole(frameViews) && frameViews.atlas.rows * frameViews.atlas.cols <= EXACT_PX;
   const isPainted = canPaint && (mode === "around" || (mode === "refocus" && isExact !== false));
-  const atlas = useAtlas(look, isPainted, isExact);
+  const atlas = useAtlas(frameViews, isPainted, isExact);
   const at = useRef(null);
   const marker = useRef(null);
   const kind = LOOKS[mode];
-  const given = look && { look, stand: kind.filled(look, stand), change, isPainted };
-  const url = given && lookUrl(job, frame, ...kind.query(given));
+  const given = frameViews && { frameViews, stand: kind.filled(frameViews, stand), change, isPainted };
+  const url = given && pictureUrl(job, frame, ...kind.query(given));
   const label = `Frame ${frame}, ${kind.name}`;
   const isSwaying = isPainted && mode === "around" && stand.isSwaying;
 
@@ -61,7 +61,7 @@ export function Viewer({ job, frame, mode, stand, change, keys, foot }) {
           `
         : url && html`<${RemotePicture} url=${url} label=${label} isSmooth=${stand.isSmooth || mode === "seen"} />`}
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
-      ${mode === "around" && look && html`<${Place} place=${given.stand.place} marker=${marker} />`}
+      ${mode === "around" && frameViews && html`<${Place} place=${given.stand.place} marker=${marker} />`}
     </div>
     <p id="look-hint" class="unseen">${kind.hint}</p>
     <div class="bar controls">
@@ -73,10 +73,11 @@ export function Viewer({ job, frame, mode, stand, change, keys, foot }) {
   `;
 }
 
-// Loads the atlas of a frame as {look, bitmap}. The bitmap that it replaces is closed at once, since it may be large.
-function useAtlas(look, isWanted, isExact) {
-  const url = look && isWanted ? `${look.atlas.url}&format=${isExact ? "png" : "webp"}` : null;
-  const atlas = useRequest(url, async (signal) => ({ look, bitmap: await getPicture(url, signal) }));
+// Loads the atlas of a frame as {frameViews, bitmap}. The bitmap that it replaces is closed at once, since it may be
+// large.
+function useAtlas(frameViews, isWanted, isExact) {
+  const url = frameViews && isWanted ? `${frameViews.atlas.url}&format=${isExact ? "png" : "webp"}` : null;
+  const atlas = useRequest(url, async (signal) => ({ frameViews, bitmap: await getPicture(url, signal) }));
   useEffect(() => () => atlas.value?.bitmap.close(), [atlas.value]);
   return atlas;
 }

@@ -8,19 +8,19 @@ export const placeOf = ({ us, vs }, u, v) => ({ x: toPlace(u, us), y: toPlace(v,
 const toPlace = (number, count) => (count > 1 ? clamp((2 * number) / (count - 1) - 1) : 0);
 
 // The next view in a direction. It is sharp, because it is not interpolated.
-export function nextPlace(look, place, [across, down]) {
-  const [u, v] = numbersAt(look, place);
-  return placeOf(look, across ? step(u, across) : u, down ? step(v, down) : v);
+export function nextPlace(frameViews, place, [across, down]) {
+  const [u, v] = numbersAt(frameViews, place);
+  return placeOf(frameViews, across ? step(u, across) : u, down ? step(v, down) : v);
 }
 const step = (number, by) => (by > 0 ? Math.floor(number + 1e-6) + 1 : Math.ceil(number - 1e-6) - 1);
 
 // The existing view that is nearest to a place.
-export function nearestView(look, place) {
-  const missing = new Set(look.missing.map(String));
-  const [u, v] = numbersAt(look, place);
-  let best = look.centre;
-  for (let row = 0; row < look.vs; row++) {
-    for (let col = 0; col < look.us; col++) {
+export function nearestView(frameViews, place) {
+  const missing = new Set(frameViews.missing.map(String));
+  const [u, v] = numbersAt(frameViews, place);
+  let best = frameViews.centre;
+  for (let row = 0; row < frameViews.vs; row++) {
+    for (let col = 0; col < frameViews.us; col++) {
       const isNearer = Math.hypot(col - u, row - v) < Math.hypot(best[0] - u, best[1] - v);
       if (isNearer && !missing.has(String([col, row]))) best = [col, row];
     }
@@ -37,10 +37,10 @@ export function presence({ atlas, missing }) {
 }
 
 // For every cell of an atlas: the [col, row] of its view, or of the nearest existing one.
-export function substitutes(look) {
-  const { us, vs } = look.atlas;
+export function substitutes(frameViews) {
+  const { us, vs } = frameViews.atlas;
   const cells = vs.flatMap((v, row) => us.map((u, col) => ({ u, v, at: [col, row] })));
-  const present = presence(look);
+  const present = presence(frameViews);
   const there = cells.filter((_, index) => present[index]);
   const isThere = new Set(there);
   const away = (cell, other) => Math.hypot(cell.u - other.u, cell.v - other.v);
@@ -49,9 +49,9 @@ export function substitutes(look) {
 }
 
 // The four cells around a place with their weights, which add up to 1: [{at: [col, row], share}].
-export function blend(look, stands, place) {
-  const [u, v] = numbersAt(look, place);
-  const { us, vs } = look.atlas;
+export function blend(frameViews, stands, place) {
+  const [u, v] = numbersAt(frameViews, place);
+  const { us, vs } = frameViews.atlas;
   const [col, across] = between(us, u);
   const [row, down] = between(vs, v);
   const corners = [

@@ -14,33 +14,33 @@ export class Painter {
     this.canvas = canvas;
     this.gl = gl;
     this.programs = { blend: program(gl, BLEND), refocus: program(gl, REFOCUS), enlarge: program(gl, ENLARGE) };
-    this.look = null;
+    this.frameViews = null;
   }
 
   // Uploads the atlas of a frame and deletes the one before.
-  load(look, bitmap) {
+  load(frameViews, bitmap) {
     const { gl } = this;
     for (const old of [this.atlas, this.present, this.picture]) gl.deleteTexture(old);
-    const present = Uint8Array.from(presence(look), (is) => (is ? 255 : 0));
+    const present = Uint8Array.from(presence(frameViews), (is) => (is ? 255 : 0));
     gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
     gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
     this.atlas = texture(gl, gl.SRGB8_ALPHA8, bitmap.width, bitmap.height);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, gl.RGBA, gl.UNSIGNED_BYTE, bitmap);
-    const [us, vs] = [look.atlas.us.length, look.atlas.vs.length];
+    const [us, vs] = [frameViews.atlas.us.length, frameViews.atlas.vs.length];
     this.present = texture(gl, gl.R8, us, vs);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, us, vs, gl.RED, gl.UNSIGNED_BYTE, present);
-    this.picture = texture(gl, gl.SRGB8_ALPHA8, look.view_cols, look.view_rows);
+    this.picture = texture(gl, gl.SRGB8_ALPHA8, frameViews.view_cols, frameViews.view_rows);
     this.target ??= gl.createFramebuffer();
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
     gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, this.picture, 0);
-    this.stands = substitutes(look);
-    this.look = look;
+    this.stands = substitutes(frameViews);
+    this.frameViews = frameViews;
   }
 
   // Draws the view from a position of the eye.
   around(place, isSmooth) {
     const { gl } = this;
-    const cells = blend(this.look, this.stands, place);
+    const cells = blend(this.frameViews, this.stands, place);
     const use = this.begin(this.programs.blend, this.atlas);
     gl.uniform2iv(use("cell"), cells.flatMap(({ at }) => at));
     gl.uniform1fv(use("share"), cells.map(({ share }) => share));
@@ -49,36 +49,36 @@ export class Painter {
 
   // Draws the picture that is sharp at a depth.
   focused(depth_mm, isSmooth) {
-    const { gl, look } = this;
+    const { gl, frameViews } = this;
     const use = this.begin(this.programs.refocus, this.atlas);
     gl.activeTexture(gl.TEXTURE1);
     gl.bindTexture(gl.TEXTURE_2D, this.present);
     gl.activeTexture(gl.TEXTURE0);
     gl.uniform1i(use("present"), 1);
-    gl.uniform2i(use("grid"), look.atlas.us.length, look.atlas.vs.length);
-    gl.uniform2fv(use("movement"), look.depths.lenses_per_mm.map((lenses) => lenses * depth_mm));
+    gl.uniform2i(use("grid"), frameViews.atlas.us.length, frameViews.atlas.vs.length);
+    gl.uniform2fv(use("movement"), frameViews.depths.lenses_per_mm.map((lenses) => lenses * depth_mm));
     this.end(isSmooth);
   }
 
   begin({ linked, use }, source) {
-    const { gl, look } = this;
+    const { gl, frameViews } = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, this.target);
-    gl.viewport(0, 0, look.view_cols, look.view_rows);
+    gl.viewport(0, 0, frameViews.view_cols, frameViews.view_rows);
     gl.useProgram(linked);
     gl.bindTexture(gl.TEXTURE_2D, source);
-    gl.uniform2i(use("size"), look.view_cols, look.view_rows);
+    gl.uniform2i(use("size"), frameViews.view_cols, frameViews.view_rows);
     return use;
   }
 
   end(isSmooth) {
-    const { gl, look, canvas } = this;
+    const { gl, frameViews, canvas } = this;
     gl.drawArrays(gl.TRIANGLES, 0, 3);
     const { linked, use } = this.programs.enlarge;
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
     gl.viewport(0, 0, canvas.width, canvas.height);
     gl.useProgram(linked);
     gl.bindTexture(gl.TEXTURE_2D, this.picture);
-    gl.uniform2i(use("size"), look.view_cols, look.view_rows);
+    gl.uniform2i(use("size"), frameViews.view_cols, frameViews.view_rows);
     gl.uniform2f(use("canvas"), canvas.width, canvas.height);
     gl.uniform1i(use("isSmooth"), isSmooth);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
