@@ -28,7 +28,7 @@ def publish_job(session: Session, row: Job) -> None:
 
 def publish_removal(session: Session, job_id: str) -> None:
     """Publish that a job was removed."""
-    _publish(session, job_id, JobEvent(data=JobRemoved(id=job_id)))
+    _publish(session, job_id, JobEvent(data=JobRemoved(id=job_id, removed=True)))
 
 
 def publish_progress(session: Session, row: Job) -> None:

@@ -27,7 +27,7 @@ class JobRemoved(Answer):
 
     id: str
     """The id of the job."""
-    removed: Literal[True] = True
+    removed: Literal[True]
 
 
 class JobProgress(Answer):

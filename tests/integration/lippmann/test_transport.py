@@ -15,7 +15,11 @@ from lippmann.cli.exit_codes import ExitCode, exit_code_of
 from lippmann.client import Client, Refused
 from lippmann.client.address import Address
 from lippmann.client.transport import Transport
-from lippmann.errors import BadInput, Unreachable
+from lippmann.errors import BadInput, JobEnded, Unreachable
+from service.events.publish import job_snapshot
+from service.events.sse import encode
+from service.schemas.events import JobRemoved
+from tests.builders_service import Farm as ServiceFarm
 from tests.waiting import ENOUGH_S
 
 Answer = Callable[["_Handler"], None]
@@ -197,6 +201,27 @@ def test_a_stream_that_breaks_is_taken_up_after_the_last_event() -> None:
         events = transport.events("/events", params={"job": "a"})
         assert [next(events).data for _ in range(4)] == [1, 2, 3, 4]
         events.close()  # type: ignore[attr-defined]
+
+
+def test_a_job_that_is_removed_while_it_is_followed_ends_the_following(tmp_path: Path) -> None:
+    service = ServiceFarm(f"sqlite:///{tmp_path / 'service.db'}")
+    job_id = service.submit()
+    with service.database.reading() as session:
+        job = job_snapshot(session, service.job(job_id)).model_dump(mode="json")
+    service.database.dispose()
+    removal = JobRemoved(id=job_id, removed=True).model_dump(mode="json")
+
+    def answer(handler: _Handler) -> None:
+        if "/events" not in handler.path:
+            handler.say(200, json.dumps(job).encode())
+            return
+        handler.say(200, encode(1, "job", job) + encode(2, "job", removal), Content_Type="text/event-stream")
+
+    with _serving(answer) as server, Client(server.url, "k") as client:
+        following = client.follow(job_id)
+        assert [next(following).id for _ in range(2)] == [job_id] * 2
+        with pytest.raises(JobEnded, match=f"job {job_id} was removed"):
+            next(following)
 
 
 def test_a_stream_of_a_service_that_is_gone_ends_when_patience_does() -> None:

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 
+import pytest
+from pydantic import ValidationError
+
 from service.db.tables import JobEvent
 from service.openapi import FILE, contract
 from service.schemas.events import EventTopic, JobRemoved, StreamMessage
@@ -48,3 +51,8 @@ def test_every_stored_event_of_a_job_follows_its_schema(api: Client, api_farm: F
     messages = [StreamMessage.model_validate({"event": row.topic, "data": row.data}).root for row in rows]
     assert {message.event for message in messages} == set(EventTopic)
     assert isinstance(messages[-1].data, JobRemoved)
+
+
+def test_an_incomplete_job_is_refused_and_not_taken_for_a_removal() -> None:
+    with pytest.raises(ValidationError):
+        StreamMessage.model_validate({"event": "job", "data": {"id": "j1", "status": "done"}}, extra="ignore")
