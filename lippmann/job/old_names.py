@@ -26,13 +26,16 @@ JOB_VALUES: Mapping[str, Mapping[str, str]] = {"capture.method": {"raytraced": "
 def rename_settings(environment: MutableMapping[str, str]) -> tuple[str, ...]:
     """Rename the old variables of an environment in place; return a note for each of them.
 
-    A variable that is set under both names keeps the value of the new one.
+    A variable that is set under both names keeps the value of the new one, and the note says so.
     """
-    used = [old for old in SETTINGS if old in environment]
-    for old in used:
-        environment.setdefault(SETTINGS[old], environment[old])
-        del environment[old]
-    return tuple(_note(old, SETTINGS[old]) for old in used)
+    notes = []
+    for old, new in SETTINGS.items():
+        if old not in environment:
+            continue
+        value = environment.pop(old)
+        is_ignored = environment.setdefault(new, value) != value
+        notes.append(f"{_note(old, new)}; {new} is set too, so {old} is ignored" if is_ignored else _note(old, new))
+    return tuple(notes)
 
 
 def current_job(data: Any) -> tuple[Any, tuple[str, ...]]:

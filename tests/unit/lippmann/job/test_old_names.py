@@ -82,5 +82,8 @@ def test_every_old_name_is_documented_with_its_new_one() -> None:
 def test_the_new_variable_goes_before_the_old_one(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(old_names, "SETTINGS", {"OLD": "NEW"})
     environment = {"OLD": "1", "NEW": "2", "OTHER": "3"}
-    assert rename_settings(environment) == ("OLD is now NEW; the next release refuses the old name",)
+    note = "OLD is now NEW; the next release refuses the old name"
+    assert rename_settings(environment) == (f"{note}; NEW is set too, so OLD is ignored",)
     assert environment == {"NEW": "2", "OTHER": "3"}
+    assert rename_settings({"OLD": "2", "NEW": "2"}) == (note,)
+    assert rename_settings(environment) == ()
