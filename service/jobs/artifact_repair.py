@@ -136,7 +136,7 @@ def _artifacts_of_render(spec: JobSpec, render: Task) -> Iterator[str]:
     yield render.artifact
     if spec.capture.depth:
         assert render.frame is not None  # noqa: S101 - every planned render has a frame and a tile
-        assert render.tile is not None  # noqa: S101
+        assert render.tile is not None  # noqa: S101 - see above
         yield names.depth_tile_name(render.frame, render.tile)
 
 

@@ -28,13 +28,15 @@ JOB_FILE: dict[str, Any] = {
         "content": {"application/json": {"schema": {"$ref": "#/components/schemas/JobSpec"}}},
     }
 }
-_REPLAY = {200: {"model": Job, "description": "Idempotent replay: the job submitted earlier with this key."}}
+_REPLAY: dict[int | str, dict[str, Any]] = {
+    200: {"model": Job, "description": "Idempotent replay: the job submitted earlier with this key."}
+}
 _CONFLICT: dict[int | str, dict[str, Any]] = {409: {"description": "The action is not allowed in this status."}}
 
 JobId = Annotated[str, Path(description="The id of the job.")]
 
 
-@router.post("", status_code=201, openapi_extra=JOB_FILE, responses=_REPLAY)  # type: ignore[arg-type]
+@router.post("", status_code=201, openapi_extra=JOB_FILE, responses=_REPLAY)
 def submit_job_file(
     state: AppStateDep,
     caller: SubmitterDep,

@@ -27,7 +27,7 @@ from worker.tasks.workplace import Workplace, kept_log
 def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
     """Render the tile that an order names, crop it and store it; if it is there already, that is all."""
     assert order.frame is not None  # noqa: S101 - the dispatcher's promise
-    assert order.tile is not None  # noqa: S101
+    assert order.tile is not None  # noqa: S101 - see above
     artifact = names.job_artifact(order.job_id, names.tile_name(order.frame, order.tile))
     if place.store.exists(artifact):
         return TaskResult()

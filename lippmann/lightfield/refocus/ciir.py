@@ -46,7 +46,7 @@ def ciir(image: IntegralImage, depth_mm: float, *, px_per_lens: int | None = Non
     px_per_lens
         As in `ciir_stack`.
     """
-    return ciir_stack(image, (depth_mm,), px_per_lens=px_per_lens)[0]  # type: ignore[no-any-return]
+    return ciir_stack(image, (depth_mm,), px_per_lens=px_per_lens)[0]  # type: ignore[no-any-return]  # NumPy: a plane is Any
 
 
 def ciir_stack(

@@ -84,7 +84,7 @@ def refocus(image: IntegralImage, depth_mm: float) -> NDArray[np.floating[Any]]:
     LayoutError
         As in `focal_stack`.
     """
-    return focal_stack(image, (depth_mm,))[0]  # type: ignore[no-any-return]
+    return focal_stack(image, (depth_mm,))[0]  # type: ignore[no-any-return]  # NumPy: a plane is Any
 
 
 def focal_stack(image: IntegralImage, depths_mm: Sequence[float]) -> NDArray[np.floating[Any]]:
