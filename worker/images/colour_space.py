@@ -189,8 +189,8 @@ def _of_profile(profile: bytes) -> ColourSpace:
     return ColourSpace(name, curve.decode, known_by, note)
 
 
-def _primaries(said_by: str) -> str:
-    return f"its primaries ({said_by}) are not those of sRGB and are not converted"
+def _primaries(known_by: str) -> str:
+    return f"its primaries ({known_by}) are not those of sRGB and are not converted"
 
 
 def _srgb(known_by: str | None, note: str | None = None) -> ColourSpace:

@@ -19,7 +19,7 @@ from lippmann.job.resolved import ResolvedJob
 from lippmann.job.stage import Stage
 from lippmann.lightfield.depth.depth_map import DepthMap
 from lippmann.optics.rig.bench import Bench, bench, pixel_centres_mm
-from lippmann.optics.rig.parallax import parallax, shown_mm
+from lippmann.optics.rig.parallax import depth_on_display_mm, parallax
 from lippmann.optics.rig.pixel_rays import front_mm, ray_bands
 from lippmann.plan.sampling import Tile
 from worker.engines.povray.command import Region, RenderCommand
@@ -154,7 +154,7 @@ def _depth_map(
         moves = parallax(stood, pixel_centres_mm(stood, region=(band, across)), z_mm)
         here = values[start:stop]
         here[..., 0] = -z_mm
-        here[..., 1] = shown_mm(moves, stood.rig)
+        here[..., 1] = depth_on_display_mm(moves, stood.rig)
         here[..., 2:] = moves
         start = stop
     return DepthMap(values)

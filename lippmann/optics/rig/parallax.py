@@ -51,7 +51,7 @@ def parallax(bench: Bench, points_mm: Array, z_mm: Array) -> Array:
     return moves
 
 
-def shown_mm(parallaxes: Array, rig: Rig) -> Array:
+def depth_on_display_mm(parallaxes: Array, rig: Rig) -> Array:
     """Return the depth on the display at which neighbouring views show what moves so far, mm.
 
     Parameters

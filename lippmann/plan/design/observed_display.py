@@ -91,10 +91,10 @@ def used_gap_mm(rig: Rig, shown: Display, use: GapUse, *, stage: Stage | None) -
         stood = bench_as_written(rig, stage)
         found = gaps(rig.lens_array, shown, near_mm=stood.s_mm(stage.near_mm), far_mm=stood.s_mm(stage.far_mm))
         return found[use].reduced_mm
-    said_mm = {"real": shown.gap_real_mm, "virtual": shown.gap_virtual_mm, "collimated": None}[use]
-    if use != "collimated" and said_mm is None:
+    given_mm = {"real": shown.gap_real_mm, "virtual": shown.gap_virtual_mm, "collimated": None}[use]
+    if use != "collimated" and given_mm is None:
         raise LayoutError(f"expected display.gap_{use}_mm, as no scene says which depths to serve, got none")
-    return rig.lens_array.focal_length_mm if said_mm is None else reduced_mm(rig.lens_array, said_mm)
+    return rig.lens_array.focal_length_mm if given_mm is None else reduced_mm(rig.lens_array, given_mm)
 
 
 def _check_buildable(array: LensArray, gap_mm: float) -> None:

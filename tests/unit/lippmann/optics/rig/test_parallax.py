@@ -17,7 +17,7 @@ from lippmann.lightfield.views.views import view
 from lippmann.optics.rig import array as lattice
 from lippmann.optics.rig.bench import Bench, bench, object_rays, pixel_centres_mm
 from lippmann.optics.rig.disparity import exact_disparity, small_angle_disparity
-from lippmann.optics.rig.parallax import parallax, shown_mm
+from lippmann.optics.rig.parallax import depth_on_display_mm, parallax
 from lippmann.plan.sampling import display_size, frame_size
 from tests.repository import DOCS
 
@@ -97,7 +97,7 @@ def test_on_the_axis_of_fine_lenses_it_is_the_law_of_small_angles() -> None:
     points = pixel_centres_mm(here)[15:17, 15:17]
     moves = parallax(here, points, np.full((2, 2), -1000.0))
     assert moves == pytest.approx(small_angle_disparity(here, 1000.0), rel=2e-3)
-    assert shown_mm(moves, rig) == pytest.approx(here.s_mm(1000.0) + 33.0, rel=2e-3)
+    assert depth_on_display_mm(moves, rig) == pytest.approx(here.s_mm(1000.0) + 33.0, rel=2e-3)
 
 
 def test_nothing_moves_beside_the_glass_or_where_nothing_is_met() -> None:
