@@ -48,14 +48,17 @@ def _grids(draw: st.DrawFn) -> LensGrid:
 def test_a_white_image_tells_the_lattice(grid: LensGrid, look: str, noise: float) -> None:
     size = (300, 360)
     found = calibrate_white_image(white_image(grid, size, look=look, noise=noise)).grid
-    # Fewer lenses, and every one tells less: a twentieth of a pixel over the whole picture, and twice that at worst.
+    # Fewer lenses average less noise: a tenth of a pixel over the whole picture, times what pitch and noise add.
+    # The largest errors of pitch, row pitch and turn over 410 random grids are 0.7 to 0.8 of these bounds.
     exact = 0.1 / max(size) * (1 + grid.pitch_px / 20 + 20 * noise)
     assert found.lattice == grid.lattice
-    assert found.pitch_px == pytest.approx(grid.pitch_px, rel=2 * exact)
-    assert found.row_px == pytest.approx(grid.row_px, rel=4 * exact)
-    assert found.turn_deg == pytest.approx(grid.turn_deg, abs=math.degrees(2 * exact))
-    # Of lenses of 40 px there are some sixty, and noise of a tenth moves them by up to a third of a pixel.
-    assert off_lattice_px(grid, found) < 0.1 + noise * (1 + grid.pitch_px / 20)
+    assert found.pitch_px == pytest.approx(grid.pitch_px, rel=1.5 * exact)
+    assert found.row_px == pytest.approx(grid.row_px, rel=2 * exact)
+    assert found.turn_deg == pytest.approx(grid.turn_deg, abs=math.degrees(1.5 * exact))
+    # The error in px is the pitch times the error of a phase, which is the noise over the amplitude of the wave of the
+    # lattice. The amplitude of walls one pixel wide falls as the pitch grows, so the error grows with its square. Over
+    # the same grids it is at most 0.03 px without noise, and 0.46 px with noise of 0.1 at a pitch of 39 px.
+    assert off_lattice_px(grid, found) < 0.04 + 6 * noise * (grid.pitch_px / 40) ** 2
     assert are_whole(found, size)
 
 
