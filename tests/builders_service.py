@@ -270,8 +270,8 @@ def claimed(order: Order, worker: str = "w1") -> Event:
     return event(order, EventKind.CLAIMED, worker)
 
 
-def beat(order: Order, progress: float = 0.5, worker: str = "w1") -> Event:
-    return event(order, EventKind.BEAT, worker, progress=progress)
+def heartbeat(order: Order, progress: float = 0.5, worker: str = "w1") -> Event:
+    return event(order, EventKind.HEARTBEAT, worker, progress=progress)
 
 
 def done(order: Order, worker: str = "w1", cpu_s: float = 2.0, wall_s: float = 4.0) -> Event:

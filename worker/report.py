@@ -136,18 +136,18 @@ class AttemptHeartbeat:
         return time.monotonic() - since_s > self._hung_s
 
     def _run(self) -> None:
-        next_beat = 0.0
+        next_heartbeat = 0.0
         while not self._ended.wait(wire.STOP_POLL_S):
             if self._is_hung():
                 os.kill(os.getpid(), signal.SIGKILL)
             try:
                 if self._broker.stop_requested(self._order.attempt):
                     self._stop_seen.set()
-                if time.monotonic() >= next_beat:
-                    next_beat = time.monotonic() + wire.BEAT_S
+                if time.monotonic() >= next_heartbeat:
+                    next_heartbeat = time.monotonic() + wire.HEARTBEAT_S
                     self._broker.renew_lease(self._order.attempt)
                     self._broker.publish(
-                        event_of(self._order, EventKind.BEAT, self._broker.worker, progress=self.progress)
+                        event_of(self._order, EventKind.HEARTBEAT, self._broker.worker, progress=self.progress)
                     )
             except RedisError:
                 continue
@@ -181,7 +181,7 @@ class PresencePublisher:
             # While Redis is unreachable, the next presence is tried in a few seconds.
             with contextlib.suppress(RedisError):
                 self._broker.publish_presence(self._presence.model_copy(update={"seen_s": time.time()}))
-            self._ended.wait(wire.BEAT_S)
+            self._ended.wait(wire.HEARTBEAT_S)
 
 
 def event_of(

@@ -41,7 +41,7 @@ _AFTER = {
     EventKind.DECLINED: (TaskStatus.READY,),
 }
 """The statuses of a task after an event. An event that finds them, from the same attempt, is a repetition."""
-_WORKING = frozenset({EventKind.CLAIMED, EventKind.BEAT})
+_WORKING = frozenset({EventKind.CLAIMED, EventKind.HEARTBEAT})
 """The events of an attempt that works."""
 
 log = structlog.get_logger("service.event_consumer")
@@ -186,7 +186,7 @@ def _fail(batch: Batch, task: Task, failure: Failure, worker: str) -> None:
 
 _WRITE = {
     EventKind.CLAIMED: _claimed,
-    EventKind.BEAT: _heartbeat,
+    EventKind.HEARTBEAT: _heartbeat,
     EventKind.DONE: _done,
     EventKind.FAILED: _failed,
     EventKind.DECLINED: _declined,
@@ -221,5 +221,5 @@ def _is_repetition(task: Task, event: Event) -> bool:
 def _without_old_heartbeats(events: Iterable[Event]) -> list[Event]:
     # Only the last heartbeat of an attempt matters, and with 2,000 slots most events are heartbeats.
     kept = list(events)
-    last = {event.attempt: i for i, event in enumerate(kept) if event.kind is EventKind.BEAT}
-    return [event for i, event in enumerate(kept) if event.kind is not EventKind.BEAT or last[event.attempt] == i]
+    last = {event.attempt: i for i, event in enumerate(kept) if event.kind is EventKind.HEARTBEAT}
+    return [event for i, event in enumerate(kept) if event.kind is not EventKind.HEARTBEAT or last[event.attempt] == i]

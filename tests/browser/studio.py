@@ -23,7 +23,7 @@ from lippmann.lightfield.views.views import grid_size, interlace, view_numbers, 
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from service.ports import Parts
-from tests.builders_service import DictStore, beat, claimed, done, event
+from tests.builders_service import DictStore, claimed, done, event, heartbeat
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr, write_png, write_thumbnail
 from worker.video.encode import encode
@@ -100,7 +100,7 @@ class Studio:
 
     def __call__(self, order: Order) -> Iterator[Event]:
         yield claimed(order)
-        yield beat(order, 0.3)
+        yield heartbeat(order, 0.3)
         if self._is_held and order.kind is not TaskKind.PROBE:
             self._go.acquire()
         message = self.faults.get((order.kind, order.frame))

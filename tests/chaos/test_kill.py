@@ -25,7 +25,7 @@ from worker.tasks.monitor import NullMonitor
 from worker.tasks.render import render_tile
 
 QUICK = {"LIPPMANN_LEASE_TTL_S": "8", "LIPPMANN_UNCLAIMED_S": "6", "LIPPMANN_RECONCILE_S": "1"}
-"""A lost attempt is noticed in 8 s instead of 45, so that the test is short; beats stay at 5 s."""
+"""A lost attempt is noticed in 8 s instead of 45, so that the test is short; heartbeats stay at 5 s."""
 
 
 def fish(frames: str) -> JobSpec:

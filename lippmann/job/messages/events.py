@@ -11,7 +11,7 @@ class EventKind(StrEnum):
     """The kind of thing that happened to an attempt."""
 
     CLAIMED = "claimed"
-    BEAT = "beat"
+    HEARTBEAT = "heartbeat"
     DONE = "done"
     FAILED = "failed"
     DECLINED = "declined"

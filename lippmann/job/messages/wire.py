@@ -19,7 +19,7 @@ QUEUE = "lippmann"
 CARRIER_PREFIX = PREFIX + "celery:"
 """The prefix of all keys of Celery, which both sides must configure alike."""
 
-BEAT_S = 5.0
+HEARTBEAT_S = 5.0
 """The interval of the heartbeats of a running attempt, and of the presence of a worker."""
 PRESENCE_TTL_S = 20.0
 LEASE_TTL_S = 45.0

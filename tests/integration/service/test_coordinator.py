@@ -18,7 +18,7 @@ from service.db import coordinator as coordinator_rows
 from service.events.wakeup import Wakeup
 from service.jobs.commands import remove_job
 from tests.broker import Broker
-from tests.builders_service import T0, Farm, beat, claimed, done, presence
+from tests.builders_service import T0, Farm, claimed, done, heartbeat, presence
 
 
 class Rounds:
@@ -79,7 +79,7 @@ def _away(*_: object, **__: object) -> bool:
 def _database_away(rounds: Rounds, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patched:
         patched.setattr(module, "consume_events", _away)
-        rounds.send(beat(rounds.farm.queue.orders[0]))
+        rounds.send(heartbeat(rounds.farm.queue.orders[0]))
         for _ in range(12):
             rounds.wait(5)
             with pytest.raises(OperationalError):
@@ -114,7 +114,7 @@ def test_one_round_that_could_not_be_written_down_gives_everyone_their_time_agai
 ) -> None:
     orders = rounds.running()
     rounds.listen(40)
-    rounds.send(beat(orders[0]))
+    rounds.send(heartbeat(orders[0]))
     with monkeypatch.context() as patched:
         patched.setattr(module, "consume_events", _away)
         with pytest.raises(OperationalError):
@@ -128,7 +128,7 @@ def test_one_round_that_could_not_be_written_down_gives_everyone_their_time_agai
 def test_the_silent_are_lost_though_the_farm_is_so_busy_that_rounds_are_full(rounds: Rounds) -> None:
     silent, talkative, *_ = rounds.running()
     for _ in range(12):
-        rounds.send(*(beat(talkative) for _ in range(BATCH + 1)))
+        rounds.send(*(heartbeat(talkative) for _ in range(BATCH + 1)))
         rounds.listen(10)
     assert rounds.statuses([silent]) == {TaskStatus.READY}
     assert rounds.statuses([talkative]) == {TaskStatus.RUNNING}

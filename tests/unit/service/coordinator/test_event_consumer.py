@@ -15,7 +15,7 @@ from service.coordinator.event_consumer import consume_events
 from service.db.coordinator import current, delete_stops, pending_stops
 from service.db.tables import JobEvent
 from service.jobs.commands import cancel_job, pause_job
-from tests.builders_service import T0, Farm, beat, canonical, claimed, declined, done, event, failed
+from tests.builders_service import T0, Farm, canonical, claimed, declined, done, event, failed, heartbeat
 
 
 def test_claimed_beats_and_done_write_worker_progress_and_times(farm: Farm) -> None:
@@ -24,7 +24,7 @@ def test_claimed_beats_and_done_write_worker_progress_and_times(farm: Farm) -> N
     farm.now_s += 1
     farm.say(claimed(order, "w7"))
     farm.now_s += 5
-    farm.say(beat(order, 0.25))
+    farm.say(heartbeat(order, 0.25))
     task = farm.task(order)
     assert (task.status, task.worker, task.progress) == (TaskStatus.RUNNING, "w7", 0.25)
     assert (task.dispatched_s, task.claimed_s, task.heartbeat_s) == (T0, T0 + 1, T0 + 6)
@@ -43,7 +43,7 @@ def test_a_late_event_of_an_old_attempt_is_counted_and_changes_nothing(farm: Far
     new = next(order for order in farm.dispatch() if order.task_id == old.task_id)
     assert (new.attempt != old.attempt, new.attempt_number) == (True, 2)
     before = canonical(farm.task(new))
-    for late in (claimed(old), beat(old), done(old), failed(old, permanent=True), declined(old)):
+    for late in (claimed(old), heartbeat(old), done(old), failed(old, permanent=True), declined(old)):
         farm.say(late)
     assert canonical(farm.task(new)) == before
     assert farm.job(job_id).late_events == 5
@@ -52,7 +52,7 @@ def test_a_late_event_of_an_old_attempt_is_counted_and_changes_nothing(farm: Far
 def test_an_event_said_twice_changes_nothing_the_second_time(farm: Farm) -> None:
     job_id = farm.planned()
     order, *_ = farm.dispatch()
-    for say in (claimed, beat, done):
+    for say in (claimed, heartbeat, done):
         farm.say(say(order))
         task, job = canonical(farm.task(order)), canonical(farm.job(job_id))
         farm.say(say(order))
@@ -87,7 +87,7 @@ def test_done_is_enough_when_claimed_was_lost(farm: Farm) -> None:
 def test_a_beat_is_as_good_as_a_claim(farm: Farm) -> None:
     farm.planned()
     order, *_ = farm.dispatch()
-    farm.say(beat(order, worker="w3"))
+    farm.say(heartbeat(order, worker="w3"))
     assert (farm.task(order).status, farm.task(order).worker) == (TaskStatus.RUNNING, "w3")
 
 
@@ -140,7 +140,7 @@ def test_a_probe_without_a_measurement_has_failed(farm: Farm) -> None:
 def test_listeners_are_told_of_every_move_in_order(farm: Farm) -> None:
     job_id = farm.planned(frames="1")
     order, *_ = farm.dispatch()
-    farm.say(claimed(order), beat(order), done(order))
+    farm.say(claimed(order), heartbeat(order), done(order))
     with farm.database.reading() as session:
         heard = [
             (row.topic.value, row.data.get("status"))
@@ -156,7 +156,7 @@ def test_listeners_are_told_of_every_move_in_order(farm: Farm) -> None:
 def test_of_many_beats_of_an_attempt_only_the_last_is_written(farm: Farm) -> None:
     farm.planned()
     order, *_ = farm.dispatch()
-    farm.say(claimed(order), *(beat(order, i / 100) for i in range(100)))
+    farm.say(claimed(order), *(heartbeat(order, i / 100) for i in range(100)))
     assert farm.task(order).progress == 0.99
 
 
@@ -165,7 +165,7 @@ def _stops(farm: Farm) -> set[str]:
         return set(pending_stops(session))
 
 
-@pytest.mark.parametrize(("say", "stops"), [(claimed, True), (beat, True), (done, False), (failed, False)])
+@pytest.mark.parametrize(("say", "stops"), [(claimed, True), (heartbeat, True), (done, False), (failed, False)])
 def test_who_works_on_what_is_no_longer_theirs_is_told_to_stop_again(
     farm: Farm, say: Callable[[Order], Event], stops: bool
 ) -> None:
@@ -184,22 +184,22 @@ def test_who_works_on_what_is_no_longer_theirs_is_told_to_stop_again(
 def test_an_attempt_of_a_job_that_was_removed_is_told_to_stop(farm: Farm) -> None:
     farm.planned()
     order, *_ = farm.dispatch()
-    farm.say(beat(order.model_copy(update={"job_id": "gone", "task_id": "gone-7"})))
+    farm.say(heartbeat(order.model_copy(update={"job_id": "gone", "task_id": "gone-7"})))
     assert _stops(farm) == {order.attempt}
 
 
 def test_who_says_twice_that_it_is_done_is_not_told_to_stop(farm: Farm) -> None:
     farm.planned()
     order, *_ = farm.dispatch()
-    farm.say(claimed(order), beat(order), done(order))
-    farm.say(claimed(order), beat(order), done(order))
+    farm.say(claimed(order), heartbeat(order), done(order))
+    farm.say(claimed(order), heartbeat(order), done(order))
     assert _stops(farm) == set()
 
 
 def test_one_event_that_cannot_be_written_down_is_passed_over_and_counted(farm: Farm) -> None:
     job_id = farm.planned()
     first, second, third, *_ = farm.dispatch()
-    assert farm.say(claimed(first), done(first, cpu_s=float("nan")), done(second), beat(third, 0.25))
+    assert farm.say(claimed(first), done(first, cpu_s=float("nan")), done(second), heartbeat(third, 0.25))
     assert [farm.task(order).status for order in (first, second, third)] == [
         TaskStatus.RUNNING, TaskStatus.DONE, TaskStatus.RUNNING,
     ]  # fmt: skip

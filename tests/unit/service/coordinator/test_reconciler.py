@@ -12,7 +12,7 @@ from lippmann.plan import artifact_names as names
 from service.coordinator.reconciler import FarmView, Reconciler
 from service.db.coordinator import current, pending_stops
 from service.db.tables import Job, Task
-from tests.builders_service import Farm, beat, claimed, done, presence
+from tests.builders_service import Farm, claimed, done, heartbeat, presence
 
 
 class Watch:
@@ -66,7 +66,7 @@ def test_an_attempt_that_beats_is_never_lost(farm: Farm, watch: Watch) -> None:
     farm.say(claimed(order))
     for _ in range(10):
         watch.wait(30)
-        farm.say(beat(order))
+        farm.say(heartbeat(order))
     assert farm.task(order).status is TaskStatus.RUNNING
 
 
@@ -155,7 +155,7 @@ def test_the_time_of_an_unclaimed_order_stands_still_while_every_slot_is_busy(fa
     farm.say(claimed(first), claimed(second))
     for _ in range(60):
         watch.wait(10)
-        farm.say(beat(first), beat(second))
+        farm.say(heartbeat(first), heartbeat(second))
     assert farm.task(third).status is TaskStatus.DISPATCHED
     farm.say(done(first))
     watch.wait(farm.settings.unclaimed_s + 5)

@@ -187,12 +187,12 @@ def test_priority_is_changed_by_patch(api: Client) -> None:
 
 
 def test_progress_is_by_pixels_and_the_rest_of_the_time_by_what_was_measured(api: Client, api_farm: Farm) -> None:
-    from tests.builders_service import beat, claimed, done
+    from tests.builders_service import claimed, done, heartbeat
 
     job_id = api_farm.planned(outputs=[])
     first, second, *_ = api_farm.dispatch()
     assert api.get(f"{JOBS}/{job_id}").json()["eta_s"] is None
-    api_farm.say(claimed(first), done(first, wall_s=10.0), claimed(second), beat(second, 0.5))
+    api_farm.say(claimed(first), done(first, wall_s=10.0), claimed(second), heartbeat(second, 0.5))
     job = api.get(f"{JOBS}/{job_id}").json()
     tile_px, total_px = 40 * 80, 3 * (80 * 80 + 80 * 80 // 20)
     assert job["progress"] == pytest.approx(1.5 * tile_px / total_px)

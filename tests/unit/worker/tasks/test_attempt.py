@@ -163,14 +163,14 @@ def test_work_hears_that_its_worker_is_shut_down(place: Workplace, redis: Redis)
 def test_a_heart_beats_with_progress_and_keeps_the_lease(place: Workplace, redis: Redis) -> None:
     def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
         monitor.progress = 0.25
-        while not any(event.kind is EventKind.BEAT for event in said(redis)):
+        while not any(event.kind is EventKind.HEARTBEAT for event in said(redis)):
             pass
         assert redis.pttl(wire.lease_key("a1")) > 0
         return TaskResult()
 
     attempt(place, order(), do)
-    beat = next(event for event in said(redis) if event.kind is EventKind.BEAT)
-    assert beat.progress == 0.25
+    heartbeat = next(event for event in said(redis) if event.kind is EventKind.HEARTBEAT)
+    assert heartbeat.progress == 0.25
 
 
 def test_a_lease_expires_by_itself(redis_url: str, redis: Redis) -> None:
