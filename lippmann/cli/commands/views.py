@@ -97,8 +97,8 @@ def refocus(
         str | None,
         typer.Option(metavar="A:B:STEP", help="Write a focal stack: one picture for each of these depths, mm."),
     ] = None,
-    extended: Annotated[
-        bool, typer.Option("--extended", help="Write one all-in-focus picture of the depths of --stack.")
+    all_in_focus: Annotated[
+        bool, typer.Option("--all-in-focus", help="Write one all-in-focus picture of the depths of --stack.")
     ] = False,
     method: Annotated[
         Literal["shift_and_sum", "ciir"],
@@ -123,12 +123,12 @@ def refocus(
     from lippmann.local.image import open_orthoscopic
     from lippmann.local.refocus import RefocusOptions, write_all_in_focus, write_focal_stack, write_refocused
 
-    if (depth_mm is None) == (stack is None) or (extended and stack is None):
-        raise BadInput("expected either --depth-mm, or --stack, with or without --extended")
-    if extended and method == "ciir":
+    if (depth_mm is None) == (stack is None) or (all_in_focus and stack is None):
+        raise BadInput("expected either --depth-mm, or --stack with or without --all-in-focus")
+    if all_in_focus and method == "ciir":
         # Near the display, CIIR turns what is out of focus into a pattern of cells, which the focus measure takes for
         # detail.
-        raise BadInput("expected --extended with --method shift_and_sum, got ciir")
+        raise BadInput("expected --all-in-focus with --method shift_and_sum, got ciir")
     depths_mm = (depth_mm,) if depth_mm is not None else depths_of(stack or "")
     wanted = PictureSize(scale=scale, longer_px=size, filter_name=filter_name)
     options = RefocusOptions(method=method, px_per_lens=px_per_lens, size=wanted)
@@ -137,9 +137,9 @@ def refocus(
     files = [str(out)]
     if depth_mm is not None:
         write_refocused(image, out, depth_mm=depth_mm, options=options)
-    elif extended:
+    elif all_in_focus:
         write_all_in_focus(image, out, depths_mm=depths_mm, size=wanted)
     else:
         files = [str(path) for path in write_focal_stack(image, out, depths_mm=depths_mm, options=options)]
-    data = {"files": files, "depths_mm": depths_mm, "extended": extended, "method": method}
+    data = {"files": files, "depths_mm": depths_mm, "all_in_focus": all_in_focus, "method": method}
     output.result(data, "\n".join(files))

@@ -163,8 +163,8 @@ def test_a_device_master_that_is_none_is_refused(tmp_path: Path) -> None:
         (["refocus", "MASTER", "--depth-mm", "9", "--px-per-lens", "3"], "expected --px-per-lens with --method ciir"),
         (["refocus", "MASTER", "--depth-mm", "600", "--method", "ciir"], "at most 501.6 mm from the display, got 600"),
         (
-            ["refocus", "MASTER", "--stack", "0:9:3", "--extended", "--method", "ciir"],
-            "--extended with --method",
+            ["refocus", "MASTER", "--stack", "0:9:3", "--all-in-focus", "--method", "ciir"],
+            "--all-in-focus with --method",
         ),
         (["refocus", "MASTER", "--stack", "0:600:300", "--scale", "9"], "at most 501.6 mm from the display, got 600"),
     ],

@@ -71,11 +71,15 @@ def test_refocus_is_brightest_at_the_points_depth(
 def test_refocus_at_one_depth_and_extended_focus_write_one_picture(
     master: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for options in (["--depth-mm", "-7.5"], ["--stack", "10:30:5", "--extended"], ["--stack", "20:20:1", "--extended"]):
+    for options in (
+        ["--depth-mm", "-7.5"],
+        ["--stack", "10:30:5", "--all-in-focus"],
+        ["--stack", "20:20:1", "--all-in-focus"],
+    ):
         out = tmp_path / "one.png"
         said = said_by("refocus", str(master), *options, "--out", str(out), monkeypatch=monkeypatch, capsys=capsys)
         assert said["files"] == [str(out)]
-        assert said["extended"] == ("--extended" in options)
+        assert said["all_in_focus"] == ("--all-in-focus" in options)
         assert read_rgb(out, np.float32).any()
 
 
@@ -99,9 +103,9 @@ def test_a_stack_of_one_depth_is_a_folder_with_one_picture(
         (["view", "MASTER", "--eye", "0,0", "--out", "a.png"], "expected an eye as X,Y,Z in mm, got 0,0"),
         (["view", "MASTER", "--eye", "0,nan,1", "--out", "a.png"], "expected an eye as X,Y,Z in mm, got 0,nan,1"),
         (["view", "MASTER", "--centre", "--out", "a.tiff"], "expected a .png in --out, got a.tiff"),
-        (["view", "nowhere.exr", "--centre", "--out", "a.png"], "got nowhere.exr, which is no file"),
+        (["view", "nowhere.exr", "--centre", "--out", "a.png"], "got nowhere.exr: there is no such file"),
         (["refocus", "MASTER", "--out", "a.png"], "expected either --depth-mm, or --stack"),
-        (["refocus", "MASTER", "--depth-mm", "1", "--extended", "--out", "a.png"], "expected either --depth-mm"),
+        (["refocus", "MASTER", "--depth-mm", "1", "--all-in-focus", "--out", "a.png"], "expected either --depth-mm"),
         (["refocus", "MASTER", "--depth-mm", "600", "--out", "a.png"], "at most 501.6 mm from the display, got 600"),
         (["refocus", "MASTER", "--depth-mm", "nan", "--out", "a.png"], "expected a depth and a positive focal length"),
         (["refocus", "MASTER", "--depth-mm", "10", "--out", "folder"], "expected a .png in --out, got folder"),
@@ -143,7 +147,7 @@ def test_a_picture_of_another_size_than_its_lenses_is_refused(tmp_path: Path) ->
 def test_a_picture_without_a_rig_or_with_another_kind_of_rig_is_refused(tmp_path: Path) -> None:
     plain = tmp_path / "plain.png"
     write_png(plain, np.ones((4, 4, 3), dtype=np.float32))
-    with pytest.raises(BadInput, match="expected a master whose header names its rig"):
+    with pytest.raises(BadInput, match=r"expected a master \(EXR\) whose header names its rig"):
         open_orthoscopic(plain)
     with pytest.raises(BadInput, match="expected a rig in the header"):
         open_orthoscopic(master_of(tmp_path, rig_of(), said='{"px_per_lens": "many"}'))
