@@ -128,7 +128,7 @@ class Print(PaperOptions):
 
 @output_kind
 class CalibrationSheet(PaperOptions):
-    """Strips of lines of slightly different pitches: the strip that looks even under the array has its pitch."""
+    """Strips of lines of slightly different pitches; the strip that looks even under the array shows the true pitch."""
 
     kind: Literal["calibration_sheet"] = "calibration_sheet"
     name: Name = "calibration_sheet"
