@@ -40,7 +40,7 @@ def find_address(*, url: str | None, key: str | None, data_dir: Path) -> Address
     if url is None:
         if farm is None:
             raise Unreachable(
-                f"expected --url, LIPPMANN_URL or a farm that runs (`lippmann up`), got no {data_dir / FARM_FILE}"
+                f"expected --url, LIPPMANN_URL or a running farm (`lippmann up`), got no {data_dir / FARM_FILE}"
             )
         return Address(url=farm.url, key=key or farm.key)
     url = url.rstrip("/")

@@ -42,9 +42,9 @@ def write_calibration_sheet(out: Path, *, pitch_mm: float, lattice: str, options
     """
     suffix = out.suffix.lower()
     if suffix not in FORMATS:
-        raise BadInput(f"expected a {', '.join(FORMATS)} in --out, got {out}")
+        raise BadInput(f"expected a file name in --out that ends in one of {', '.join(FORMATS)}, got {out}")
     if (options["dpi"] is None) == (options["pitch_um"] is None):
-        raise BadInput("expected either --dpi or --pitch-um")
+        raise BadInput(f"expected either --dpi or --pitch-um, got {'neither' if options['dpi'] is None else 'both'}")
     try:
         rig = Rig.model_validate({"lens_array": {"pitch_mm": pitch_mm, "lattice": lattice}})
         sheet = CalibrationSheet.model_validate({"file_format": FORMATS[suffix], **options})

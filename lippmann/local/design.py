@@ -82,7 +82,7 @@ def _fields(job: Job | None, preset: str | None, scene: str | None) -> dict[str,
         return copy.deepcopy(dict(job))
     if preset is None:
         if scene is None:
-            raise BadInput(f"expected a JOB, a --scene or a --preset of {', '.join(JOBS)}, got neither")
+            raise BadInput(f"expected a JOB, a --scene or a --preset of {', '.join(JOBS)}, got none of them")
         return {}
     if preset not in JOBS:
         raise BadInput(f"--preset: expected one of {', '.join(JOBS)}, got {preset!r}")

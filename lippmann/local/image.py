@@ -124,7 +124,7 @@ class IntegralImage(lightfield.IntegralImage):
         """
         file = Path(path)
         if not file.is_file():
-            raise BadInput(f"expected an integral image, got {file}, which is no file")
+            raise BadInput(f"expected an integral image, got {file}: there is no such file")
         if file.suffix.lower() not in FOREIGN_SUFFIXES:
             raise BadInput(f"expected an integral image as {', '.join(FOREIGN_SUFFIXES)}, got {file}")
         rig = rig_in(file) if file.suffix.lower() == ".exr" else None
@@ -133,7 +133,10 @@ class IntegralImage(lightfield.IntegralImage):
                 raise BadInput(f"expected no layout, as the header of {file} names the lenses, got {layout}")
             return cls._of_master(file, with_depth=with_depth)
         if layout is None:
-            raise BadInput(f"{file}: expected a master whose header names its rig, or a layout, got neither")
+            raise BadInput(
+                f"{file}: expected a master (EXR) whose header names its rig, or a layout of the lenses, got neither;"
+                " `lippmann import` makes such a master"
+            )
         return cls(
             pixels=read_imported(file, linear=linear),
             layout=layout, pitch_mm=pitch_mm, focal_length_mm=focal_length_mm,

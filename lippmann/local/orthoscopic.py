@@ -148,7 +148,7 @@ def _check_files(file: Path, out: Path) -> None:
         if path.suffix.lower() not in (MASTER, *PICTURES):
             raise BadInput(f"expected an EXR, a PNG or a TIFF as {option}, got {path}")
     if not file.is_file():
-        raise BadInput(f"expected a pseudoscopic sheet, got {file}, which is no file")
+        raise BadInput(f"expected a pseudoscopic integral image, got {file}: there is no such file")
     if file.absolute().parent.name in NOT_CAPTURED:
         raise BadInput(f"expected a sheet as captured, as integral/{file.name}, got {file}")
     if out.exists() and out.samefile(file):

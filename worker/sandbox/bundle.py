@@ -115,7 +115,7 @@ def digest_of(data: bytes) -> str:
 
 def _card(archive: zipfile.ZipFile, names: list[str]) -> SceneManifest:
     if MANIFEST not in names:
-        raise BundleError(f"expected {MANIFEST} at the top of the bundle, got {_some(names)}")
+        raise BundleError(f"expected {MANIFEST} at the top of the bundle, got {_some(names) or 'no file'}")
     try:
         card = parse_scene(read_manifest(_read(archive, MANIFEST, at_most=MAX_MANIFEST_BYTES)))
     except ManifestError as error:

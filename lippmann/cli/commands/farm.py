@@ -116,7 +116,7 @@ def serve(
 
 
 def worker(data_dir: DataDir = DATA_DIR, slots: Slots = None, *, output: Output) -> None:
-    """Start only a worker. LIPPMANN_REDIS_URL names the broker, and the service uses the same data folder."""
+    """Start only a worker. LIPPMANN_REDIS_URL names the broker. The data folder is that of the service."""
     from lippmann.farm.worker import run_worker, worker_name
     from lippmann.local.files.writable import check_writable
     from worker.engines.povray.version import check_povray

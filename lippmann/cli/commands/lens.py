@@ -55,7 +55,7 @@ def _lens(name: str, *, focal_length_mm: float | None, f_number: float | None) -
     from lippmann.job.rig import Rig
     from lippmann.local.files.lens import SUFFIXES, read_prescription
     from lippmann.optics.lens.check import check_lens
-    from lippmann.optics.lens.prescription import chosen_lens, imaging_lens, lens_of
+    from lippmann.optics.lens.prescription import IMAGING_LENSES, chosen_lens, lens_of
     from lippmann.optics.lens.stop import with_stop
 
     if Path(name).suffix.lower() in SUFFIXES:
@@ -64,7 +64,11 @@ def _lens(name: str, *, focal_length_mm: float | None, f_number: float | None) -
         chosen = lens_of(read_prescription(Path(name)))
         check_lens(chosen)
     else:
-        chosen = imaging_lens(name, field="NAME")
+        if name not in IMAGING_LENSES:
+            raise BadInput(
+                f"expected one of {', '.join(sorted(IMAGING_LENSES))}, or a file ({', '.join(SUFFIXES)}), got {name!r}"
+            )
+        chosen = IMAGING_LENSES[name]
         if focal_length_mm is not None:
             chosen = chosen_lens(NamedLens(name=name, focal_length_mm=focal_length_mm))
     return with_stop(chosen, Rig(f_number=f_number))

@@ -107,7 +107,7 @@ def _parse(text: str, source: str) -> dict[str, Any]:
     try:
         job = json.loads(text)
     except ValueError as error:
-        raise BadInput(f"{where}: expected a job as JSON, got {error}") from error
+        raise BadInput(f"{where}: expected a job as JSON: {error}") from error
     if not isinstance(job, dict):
         raise BadInput(f"{where}: expected a job as a JSON object, got {type(job).__name__}")
     return job

@@ -37,7 +37,7 @@ def test_the_farms_key_is_never_sent_to_another_service(tmp_path: Path) -> None:
 
 
 def test_no_service_anywhere_says_what_was_looked_for(tmp_path: Path) -> None:
-    with pytest.raises(Unreachable, match="LIPPMANN_URL or a farm that runs"):
+    with pytest.raises(Unreachable, match="LIPPMANN_URL or a running farm"):
         find_address(url=None, key=None, data_dir=tmp_path)
 
 

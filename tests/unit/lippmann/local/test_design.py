@@ -119,7 +119,7 @@ def test_presets_are_not_changed_by_what_is_set() -> None:
 @pytest.mark.parametrize(
     ("job_file", "preset", "said"),
     [
-        (None, None, "got neither"),
+        (None, None, "got none of them"),
         ("job.json", "paper-iv", "got both"),
         (None, "paper-x", "one of paper-still, paper-iv"),
     ],

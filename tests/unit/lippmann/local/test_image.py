@@ -214,9 +214,9 @@ def test_files_that_are_no_integral_image_are_refused(tmp_path: Path) -> None:
     image_of(SQUARE).save(tmp_path / "a.png")
     image_of(SQUARE).save(tmp_path / "a.exr")
     refused: tuple[tuple[str, dict[str, Any], str], ...] = (
-        ("gone.exr", {}, "which is no file"),
+        ("gone.exr", {}, "there is no such file"),
         ("notes.txt", {}, "expected an integral image as .png, .tif, .tiff, .exr"),
-        ("a.png", {}, "or a layout, got neither"),
+        ("a.png", {}, "or a layout of the lenses, got neither"),
         ("a.exr", {"layout": SQUARE}, "expected no layout, as the header"),
     )
     for name, more, message in refused:

@@ -189,7 +189,7 @@ def test_a_rig_without_a_device_has_no_devices_pixels(run: Run, tmp_path: Path) 
 
 def test_other_masters_and_missing_ones_are_refused(master: Path, run: Run, tmp_path: Path) -> None:
     for path, said in (
-        (tmp_path / "nowhere.exr", "which is no file"),
+        (tmp_path / "nowhere.exr", "there is no such file"),
         (master.parent.rename(tmp_path / "views") / "0001.exr", "expected an orthoscopic master"),
     ):
         code, _, error = run(str(path), "--eye", "0,0,400", "--out", str(tmp_path / "eye.png"))

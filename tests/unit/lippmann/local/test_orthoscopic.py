@@ -193,7 +193,7 @@ def lenses_of(px_per_lens: int) -> list[str]:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (["none.exr"], "expected a pseudoscopic sheet, got none.exr, which is no file"),
+        (["none.exr"], "expected a pseudoscopic integral image, got none.exr: there is no such file"),
         (["a.gif"], "expected an EXR, a PNG or a TIFF as FILE, got a.gif"),
         (["p.png", *lenses_of(8), "--out", "b.jpg"], "expected an EXR, a PNG or a TIFF as --out, got b.jpg"),
         (["p.png"], "expected --px-per-lens and --lens-count, or a master (EXR) whose header names its rig"),

@@ -79,9 +79,9 @@ def test_the_command_writes_by_the_suffix_and_names_its_files(tmp_path: Path, su
 @pytest.mark.parametrize(
     ("file", "options", "said"),
     [
-        ("a.doc", {"dpi": 300}, "a .pdf, .tif, .png in --out"),
-        ("a.pdf", {}, "either --dpi or --pitch-um"),
-        ("a.pdf", {"dpi": 300, "pitch_um": 40}, "either --dpi or --pitch-um"),
+        ("a.doc", {"dpi": 300}, "ends in one of .pdf, .tif, .png, got"),
+        ("a.pdf", {}, "either --dpi or --pitch-um, got neither"),
+        ("a.pdf", {"dpi": 300, "pitch_um": 40}, "either --dpi or --pitch-um, got both"),
         ("a.pdf", {"dpi": 50}, "--dpi: expected pixels of at most 247.5 um, .* got 508 um"),
         ("a.pdf", {"pitch_um": 500}, "--pitch-um: expected pixels of at most"),
         ("a.pdf", {"dpi": 300, "steps": 1}, "--steps: expected greater than or equal to 3, got 1"),
