@@ -156,11 +156,14 @@ def test_a_turned_picture_tells_its_turn() -> None:
 
 def any_lens_is_whole(grid: LensGrid, size: tuple[int, int]) -> bool:
     """Return whether any lens is whole on a picture of at most 300 x 300 px, by a look at every lens on it."""
-    numbers = np.arange(-round(450 / grid.row_px), round(450 / grid.row_px))
-    shifts = np.array([grid.shift_pitches(row) for row in numbers])
-    down, right = lens_place(grid, numbers[:, np.newaxis], numbers + shifts[:, np.newaxis])  # type: ignore[arg-type]
-    on = (down > 0) & (down < size[0]) & (right > 0) & (right < size[1])
-    return any(are_whole(replace(grid, offset_px=place), size) for place in zip(down[on], right[on], strict=True))
+    # The first lens is less than a pitch from the corner, and a turn of 3 degrees leads less than 8 lenses aside.
+    numbers = range(-8, round(300 / grid.row_px) + 8)
+    places = (lens_place(grid, row, col + grid.shift_pitches(row)) for row in numbers for col in numbers)
+    return any(
+        are_whole(replace(grid, offset_px=(down, right)), size)
+        for down, right in places
+        if 0 < down < size[0] and 0 < right < size[1]
+    )
 
 
 LONE_HEXAGON = LensGrid(1, 1, pitch_px=40.0, offset_px=(30.0, 22.0), lattice="hexagonal")
