@@ -15,17 +15,17 @@ from lippmann.optics.rig.microlens import rim_radius_mm
 
 SAG_STEPS = 24
 LEAST_LENS_PX = 5.0
-"""Smaller lenses are drawn as a line."""
+"""The least size of a lens that is drawn with its outline; an array of smaller lenses is drawn as a line."""
 LENS_STEPS = 4
 
 
 def image_z(bench: Bench, object_mm: float) -> float | None:
-    """Return where the plane has a real image behind the lens; None where it has none.
+    """Return the z of the real image of a plane behind the lens; None if there is no such image.
 
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     object_mm
         The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
     """
@@ -34,14 +34,14 @@ def image_z(bench: Bench, object_mm: float) -> float | None:
 
 
 def image_space(panel: Panel, bench: Bench, stage: Stage) -> Iterator[str]:
-    """Yield where the scene is imaged, as high as the array, and the images of its planes.
+    """Yield the image space of the scene, as high as the array, and the images of its planes.
 
     Parameters
     ----------
     panel
         The panel that is drawn on.
     bench
-        The rig as it stands.
+        The bench of the rig.
     stage
         The stage of the scene.
     """
@@ -64,14 +64,14 @@ def image_space(panel: Panel, bench: Bench, stage: Stage) -> Iterator[str]:
 
 
 def glass(panel: Panel, bench: Bench) -> Iterator[str]:
-    """Yield the outlines of the imaging lens's elements.
+    """Yield the outlines of the elements of the imaging lens.
 
     Parameters
     ----------
     panel
         The panel that is drawn on.
     bench
-        The rig as it stands.
+        The bench of the rig.
     """
     lens = bench.imaging_lens
     if lens is None:
@@ -97,7 +97,7 @@ def stop(panel: Panel, bench: Bench) -> Iterator[str]:
     panel
         The panel that is drawn on.
     bench
-        The rig as it stands.
+        The bench of the rig.
     """
     lens = bench.imaging_lens
     if lens is None or lens.stop is None:
@@ -116,7 +116,7 @@ def array(panel: Panel, bench: Bench) -> Iterator[str]:
     panel
         The panel that is drawn on.
     bench
-        The rig as it stands.
+        The bench of the rig.
     """
     array = bench.rig.lens_array
     half_mm = extent_mm(array)[1] / 2
@@ -141,7 +141,7 @@ def camera(panel: Panel, bench: Bench) -> Iterator[str]:
     panel
         The panel that is drawn on.
     bench
-        The rig as it stands.
+        The bench of the rig.
     """
     z_mm, half_mm = bench.camera_z_mm, bench.height_mm / 2
     if bench.rig.camera.projection == "perspective":

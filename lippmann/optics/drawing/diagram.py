@@ -1,7 +1,8 @@
-"""The bench as a drawing: elements, planes and exact rays, to scale, as SVG text.
+"""Drawings of the bench to scale, as SVG text: elements, planes and exact rays.
 
-Two panels: the whole bench from the far plane to the camera, and the lens with the image space larger. In both, lengths
-along and across the axis have one scale. In direct pickup there is the first panel alone.
+A drawing has two panels: the whole bench from the far plane to the camera, and an enlargement of the lens and the image
+space. In each panel, lengths along and across the axis have the same scale. In direct pickup there is only the first
+panel.
 """
 
 from __future__ import annotations
@@ -25,7 +26,7 @@ LEGEND_ROW_PX = 22.0
 LABEL_ROWS = 3
 """The number of rows of labels that fit between a heading and its panel; with more rows the panel stands lower."""
 MOST_PX = 420.0
-"""A panel is at most so high; a higher one is drawn smaller."""
+"""The greatest height of a panel, px; a higher one is scaled down."""
 
 STYLE = """
 svg{font:12px system-ui,"Segoe UI","Liberation Sans","DejaVu Sans",sans-serif;
@@ -45,7 +46,7 @@ fill-opacity:.75;stroke:var(--ink)}.stop{stroke:var(--ink);stroke-width:3}.mla{s
 
 @dataclass(frozen=True)
 class _Fan:
-    """Rays of one kind."""
+    """The number of rays of one kind."""
 
     class_: str
     words: str
@@ -58,11 +59,11 @@ def draw_bench(bench: Bench, stage: Stage, *, title: str = "") -> str:
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     stage
         The stage of the scene.
     title
-        What the drawing is called; any text.
+        The title of the drawing.
     """
     fans, views = _fans(bench, stage), view_of_lens(bench, object_mm=stage.far_mm)
     half_mm = _half_mm(bench, fans, views)
@@ -139,7 +140,7 @@ def _panel(*, top_px: float, from_mm: float, to_mm: float, half_mm: float) -> Pa
 def _whole_panel(
     body: list[str], bench: Bench, stage: Stage, fans: tuple[_Fan, ...], views: tuple[Path, ...], half_mm: float
 ) -> float:
-    """Draw from the far plane to the camera; return where the panel ends, px."""
+    """Draw the bench from the far plane to the camera; return the lower end of the panel, px."""
     first_mm, last_mm = -stage.far_mm, max(bench.camera_z_mm, image_z(bench, stage.near_mm) or -math.inf)
     beside_mm = 0.02 * (last_mm - first_mm)
     panel = _panel(top_px=114, from_mm=first_mm - beside_mm, to_mm=last_mm + beside_mm, half_mm=half_mm)
@@ -160,7 +161,7 @@ def _whole_panel(
 
 
 def _labelled(panel: Panel, marks: list[tuple[float, str]]) -> tuple[Panel, tuple[Label, ...]]:
-    """Return a panel as far down as its labels need, and their places."""
+    """Return a panel that leaves room for its labels, and the positions of the labels."""
     placed = placed_labels(panel, marks, width_px=WIDTH_PX)
     more = max(0, max(label.row for label in placed) + 1 - LABEL_ROWS)
     return replace(panel, axis_px=panel.axis_px + more * LABEL_ROW_PX), placed
@@ -175,7 +176,7 @@ def _lens_panel(
     views: tuple[Path, ...],
     top_px: float,
 ) -> float:
-    """Draw the lens and the image space; return where the panel ends, px."""
+    """Draw the lens and the image space; return the lower end of the panel, px."""
     near_z, far_z = image_z(bench, stage.near_mm), image_z(bench, stage.far_mm)
     ends = [z for z in (near_z, far_z) if z is not None and z < bench.mla_z_mm + 2 * lens.length_mm + 1e3]
     last_mm = max([bench.mla_z_mm, *ends])
@@ -213,7 +214,7 @@ def _draw(
     views: tuple[Path, ...],
     placed: tuple[Label, ...],
 ) -> None:
-    """Draw everything that both panels show, what lies outside a panel cut off."""
+    """Draw the parts that both panels show, clipped to the panel."""
     clip = f"clip-{panel.axis_px:.0f}"
     width_px = (panel.to_mm - panel.from_mm) * panel.px_per_mm
     frame = element("rect", x=panel.left_px, y=panel.top_px, width=width_px, height=panel.bottom_px - panel.top_px)
@@ -241,7 +242,7 @@ def _drawn_fans(panel: Panel, fans: tuple[_Fan, ...]) -> Iterator[str]:
 
 
 def _legend(body: list[str], fans: tuple[_Fan, ...], *, has_views: bool, top_px: float) -> float:
-    """Draw what the colours mean; return the height of the drawing, px."""
+    """Draw the legend of the colours; return the height of the drawing, px."""
     entries = [(group.class_, group.words) for group in fans if group.rays]
     if has_views:
         entries.append(("view", "What the camera sees through one lens"))

@@ -13,18 +13,18 @@ from lippmann.optics.rig.bench import Bench, camera_rays, through_array
 from lippmann.optics.rig.spots import taken_by_array
 
 FAN = 7
-"""Rays of a point."""
+"""The number of rays of a point."""
 TRIED = 601
-"""Directions that are tried to find them."""
+"""The number of directions in which they are searched."""
 VIEW = 5
-"""Rays of one lens."""
+"""The number of rays of one lens."""
 
 Path = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)
 class Drawn:
-    """A ray: its way to the array, and where it would go on to."""
+    """A ray: its path to the array, and the continuation to the image."""
 
     way: Path
     beyond: Path
@@ -32,12 +32,12 @@ class Drawn:
 
 
 def fan(bench: Bench, *, object_mm: float, height_mm: float, image_mm: float | None) -> tuple[Drawn, ...]:
-    """Return rays of a point that the array takes, evenly among all of them; none where no light arrives.
+    """Return evenly spaced rays from a point to the array; none if no light arrives.
 
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     height_mm
         The height of the point above the axis, mm.
     object_mm
@@ -64,14 +64,14 @@ def fan(bench: Bench, *, object_mm: float, height_mm: float, image_mm: float | N
 
 
 def _toward_array(bench: Bench, object_mm: float, height_mm: float) -> tuple[float, float, float]:
-    """Return middle, half width and z of what to aim at in direct pickup: the cone that the array takes."""
+    """Return the middle, the half width and the z of the target in direct pickup: the cone that the array accepts."""
     array = bench.rig.lens_array
     reach_mm = abs(bench.mla_z_mm + object_mm) * array.pitch_mm / (2 * array.focal_length_mm)
     return height_mm, reach_mm, bench.mla_z_mm
 
 
 def _traced(bench: Bench, rays: Rays, *, backward: bool = False) -> tuple[list[NDArray[np.float64]], Rays]:
-    """Return where rays start and meet every surface, and how they leave the last one."""
+    """Return the points where rays start and meet every surface, and their directions behind the last one."""
     points = [rays.position]
     if bench.imaging_lens is not None:
         for _, behind in steps(rays, bench.imaging_lens, backward=backward):
@@ -81,14 +81,14 @@ def _traced(bench: Bench, rays: Rays, *, backward: bool = False) -> tuple[list[N
 
 
 def view_of_lens(bench: Bench, *, object_mm: float) -> tuple[Path, ...]:
-    """Return what the camera sees through one lens, from the camera to a plane of the scene; none where it is dark.
+    """Return the rays of one lens from the camera to a plane of the scene; none if the lens is dark.
 
     The lens stands about half-way between the axis and the array's upper edge.
 
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     object_mm
         The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
     """

@@ -1,4 +1,4 @@
-"""Drawings to scale as SVG text: elements, panels that turn millimetres into pixels, labels that keep apart."""
+"""Drawings to scale as SVG text: elements, panels that turn millimetres into pixels, labels that do not overlap."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from itertools import combinations
 from xml.sax.saxutils import escape, quoteattr
 
 LETTER_PX = 6.7
-"""Mean width of a letter of the labels, whose size is 12 px."""
+"""The mean width of a letter of the labels, whose size is 12 px."""
 LABEL_ROW_PX = 16.0
 BESIDE_PX = 4.5
 """The distance from a leader to the text beside it, px."""
@@ -18,7 +18,7 @@ MOST_TRIES = 10_000
 
 
 def element(name: str, *inside: str, text: str = "", **attributes: str | float) -> str:
-    """Return an element; numbers keep two decimals, a trailing underscore in a name falls, others become dashes.
+    """Return an element. Numbers have two decimals; in names a trailing underscore is removed and others become dashes.
 
     Parameters
     ----------
@@ -49,7 +49,7 @@ def number(value: str | float) -> str:
 
 
 def _legal(text: str) -> str:
-    """Return text without what cannot be printed: XML cannot hold some of it."""
+    """Return text without unprintable characters, some of which are not allowed in XML."""
     return "".join(letter for letter in text if letter.isprintable())
 
 
@@ -64,28 +64,28 @@ class Panel:
     """The z at the left edge."""
     to_mm: float
     half_mm: float
-    """Half its height."""
+    """Half the height of the panel."""
 
     def x(self, z_mm: float) -> float:
-        """Return where a z lies, px from the left."""
+        """Return the position of a z, px from the left."""
         return self.left_px + (z_mm - self.from_mm) * self.px_per_mm
 
     def y(self, height_mm: float) -> float:
-        """Return where a height over the axis lies, px from the top."""
+        """Return the position of a height above the axis, px from the top."""
         return self.axis_px - height_mm * self.px_per_mm
 
     @property
     def top_px(self) -> float:
-        """Its upper edge."""
+        """The upper edge of the panel, px."""
         return self.y(self.half_mm)
 
     @property
     def bottom_px(self) -> float:
-        """Its lower edge."""
+        """The lower edge of the panel, px."""
         return self.y(-self.half_mm)
 
     def points(self, points_mm: Iterable[tuple[float, float]]) -> str:
-        """Return (z, height) points as SVG writes them."""
+        """Return (z, height) points as the `points` attribute of SVG."""
         return " ".join(f"{number(self.x(z))},{number(self.y(height))}" for z, height in points_mm)
 
     def line(self, points_mm: Iterable[tuple[float, float]], class_: str) -> str:
@@ -107,7 +107,7 @@ class Label:
 
     text: str
     x_px: float
-    """The place of the leader."""
+    """The position of the leader, px."""
     left_px: float
     row: int
     """The number of the row, counted upward from the lowest one."""
@@ -131,7 +131,7 @@ Wanted = Sequence[tuple[float, str]]
 
 
 def placed_labels(panel: Panel, marks: Sequence[tuple[float, str]], *, width_px: float) -> tuple[Label, ...]:
-    """Return places for labels at z places so that none lies on another, and as good as always none on a leader.
+    """Return positions for labels so that none overlaps another, and almost always none a leader.
 
     Parameters
     ----------
@@ -174,7 +174,7 @@ def labels(panel: Panel, placed: Iterable[Label]) -> list[str]:
 def _placed(
     wanted: Wanted, before: tuple[Label, ...], rows: int, width_px: float, tries: Iterator[int]
 ) -> tuple[Label, ...] | None:
-    """Return `before` and places for the labels that follow; None if the rows, or the tries, do not do."""
+    """Return `before` and positions for the labels that follow; None if the rows, or the tries, do not suffice."""
     if len(before) == len(wanted):
         return before
     x_px, text = wanted[len(before)]
@@ -191,17 +191,17 @@ def _placed(
 
 
 def _starts(x_px: float, text: str, width_px: float) -> list[float]:
-    """Return where a text may start: over its leader, to the left of it, to the right; inside the drawing."""
+    """Return the possible starts of a text inside the drawing: above its leader, to its left, to its right."""
     length_px = _length_px(text)
     starts = [x_px - length_px / 2, x_px - length_px + 4, x_px - 4]
     return [start for start in starts if 8 <= start <= width_px - length_px - 8] or [max(8.0, starts[1])]
 
 
 def _flags(wanted: Wanted, width_px: float) -> tuple[Label, ...]:
-    """Return places for labels that stand too close: texts beside their leaders, which so may stand at one place.
+    """Return positions for labels that are too close: texts beside their leaders, which may then coincide.
 
-    All fly to the right, and a leader farther left is higher: it passes all of them. Where there is no room they fly
-    to the left. Which of the two go lower is tried.
+    All texts are at the right of their leaders, and a leader farther left is higher and passes all of them. If there is
+    no room, the texts are at the left. Both orders of rows are tried.
     """
     to_right = [Label(text, x_px, x_px + BESIDE_PX, 0) for x_px, text in reversed(wanted)]
     right = [flag for flag in to_right if flag.right_px <= width_px - 8]
@@ -211,7 +211,7 @@ def _flags(wanted: Wanted, width_px: float) -> tuple[Label, ...]:
 
 
 def _stacked(flags: Sequence[Label]) -> tuple[Label, ...]:
-    """Return labels in the lowest rows where they are clear of those before them; else above all of them."""
+    """Return labels in the lowest rows in which they overlap none of the previous labels; else above all of them."""
     placed: list[Label] = []
     for flag in flags:
         tried = [replace(flag, row=row) for row in range(len(placed) + 1)]
@@ -228,7 +228,7 @@ def _length_px(text: str) -> float:
 
 
 def scale_bar(panel: Panel) -> list[str]:
-    """Return a bar of a round length at the panel's lower left."""
+    """Return a scale bar of a round length at the lower left of the panel."""
     length_mm = round_length_mm(100 / panel.px_per_mm)
     y_px, start_px = panel.bottom_px + 14, panel.left_px
     end_px = start_px + length_mm * panel.px_per_mm

@@ -1,1 +1,16 @@
-"""Imaging lenses: prescriptions, files, ray-transfer matrices and the exact trace."""
+"""Imaging lenses: prescriptions, files, ray-transfer matrices and the exact trace.
+
+surfaces       the model of an imaging lens: surfaces, media, a stop
+asphere        the sag of conics and even polynomials, and their intersection with rays
+published      published lenses
+csv_files      prescriptions in CSV files
+zemax_files    prescriptions in Zemax files
+rows           the surface rows of both formats
+prescription   the imaging lens of a rig: selected, scaled and checked, with its stop set
+matrices       ray-transfer matrices, cardinal points, conjugates (paraxial)
+stop           the position of the aperture stop, and its diameter for an f-number
+check          checks that a lens can be built and transmits light
+dispersion     the dispersion of POV-Ray for an Abbe number
+trace          the exact trace of skew rays through imaging lenses
+field_spots    the spots of distant points, by the exact trace
+"""

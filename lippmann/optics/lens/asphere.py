@@ -1,4 +1,4 @@
-"""Rotationally symmetric aspheres: how deep they are, how steep, and where rays meet them.
+"""Rotationally symmetric aspheres: their sag, their slope and their intersection with rays.
 
 The sag of an even asphere of curvature c, conic constant k and terms a_4, a_6, ... at a distance r from the axis is
 
@@ -17,10 +17,11 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 STEPS = 30
-"""Newton's method doubles its digits a step: rays that need more have no crossing."""
+"""The most steps of Newton's method, which doubles the correct digits in each step; a ray that needs more has no
+intersection."""
 
 SETTLED_MM = 1e-7
-"""A miss before the last step of the search: that step squares it."""
+"""The greatest error before the last step, which squares it."""
 
 CLOSE_MM = 1e-9
 """The distance from the surface within which a point counts as a crossing."""
@@ -33,10 +34,10 @@ class Profile:
     curvature_per_mm: float
     conic: float = 0.0
     aspheric: tuple[float, ...] = ()
-    """Terms of r^4, r^6, ..."""
+    """The coefficients of r^4, r^6, ..."""
 
     def sag_mm(self, square_mm2: Array) -> Array:
-        """Return the sag at squared distances from the axis, same shape; NaN where the surface has ended.
+        """Return the sag at squared distances from the axis, same shape; NaN beyond the rim of the surface.
 
         >>> paraboloid = Profile(0.02, conic=-1.0, aspheric=(1e-4,))
         >>> paraboloid.sag_mm(np.array([100.0])).tolist()  # c r^2 / 2 + a_4 r^4
@@ -67,9 +68,9 @@ class Profile:
 
 
 def meet_profile(position: Array, direction: Array, profile: Profile, *, vertex_z_mm: float) -> tuple[Array, Array]:
-    """Return where rays meet a surface of rotation around the axis, and the unit normals toward +z, each (..., 3).
+    """Return the intersections of rays with a surface of rotation, and the unit normals toward +z, each (..., 3).
 
-    Newton's method along the ray, from its crossing with the plane of the vertex (Spencer, Murty, J. Opt. Soc. Am. 52,
+    Newton's method along the ray starts at its intersection with the vertex plane (Spencer, Murty, J. Opt. Soc. Am. 52,
     672 (1962)). Rays that leave the surface's domain or do not settle become NaN.
 
     Parameters

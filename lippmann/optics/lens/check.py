@@ -1,4 +1,4 @@
-"""Checks of an imaging lens: its surfaces, its media, its stop, and two rays that must get through."""
+"""Checks of an imaging lens: its surfaces, its media, its stop, and two rays that it must transmit."""
 
 from __future__ import annotations
 
@@ -14,29 +14,29 @@ from lippmann.optics.lens.surfaces import ImagingLens, Stop, Surface
 from lippmann.optics.lens.trace import Rays, steps
 
 WEAK_PER_MM = 1e-7
-"""A system with a focal length of 10 km or more counts as one without power."""
+"""The least power of a lens; a system with a focal length of 10 km or more counts as one without power."""
 
 TOUCHING_MM = 1e-9
 HEIGHTS = 65
-"""Heights at which the distance of two surfaces is measured."""
+"""The number of heights at which the distance of two surfaces is measured."""
 
 _LENS = "rig.imaging_lens"
 
 
 def check_lens(lens: ImagingLens, *, field_height_mm: float = 0.0) -> None:
-    """See that a lens can be built and that light gets through.
+    """Check that a lens can be built and transmits light.
 
     Parameters
     ----------
     lens
         The imaging lens.
     field_height_mm
-        Of the farthest point of the image from the axis.
+        The distance of the farthest point of the image from the axis, mm.
 
     Raises
     ------
     OpticsError
-        Naming every field of a surface or the stop that cannot be; or the surface that a ray does not pass.
+        The error names every invalid field of a surface or the stop, or the surface that a ray does not pass.
     """
     shape = [*_rims(lens), *_thin_glass(lens), *_crossings(lens), *_stop(lens)]
     problems = shape or [*_power(lens)] or [*_rays(lens, field_height_mm)]
@@ -130,7 +130,7 @@ def _lost(lens: ImagingLens, ray: str, *, height_mm: float, backward: bool) -> I
     rays = Rays(start, np.array([0.0, 0.0, -1.0 if backward else 1.0]))
     for place, after in steps(rays, lens, backward=backward):
         if isinstance(place, int) and np.isnan(after.direction).any():
-            # Past the rim it is vignetted, as rays are; else the surface itself does not let it through.
+            # A ray beyond the rim is vignetted; any other is stopped by the surface itself.
             if not np.hypot(*after.position[:2]) > lens.surfaces[place].semi_aperture_mm:
                 how = "misses it" if np.isnan(after.position).any() else "is totally reflected there"
                 yield FieldProblem(

@@ -1,4 +1,4 @@
-"""Lens designs as CSV: one surface a line, `radius;thickness;material;index;v-no;sa`, in mm, object side first."""
+"""Lens designs as CSV: one surface per line, `radius;thickness;material;index;v-no;sa`, in mm, object side first."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ def read_lens_csv(text: str, *, title: str = "") -> Prescription:
 
     A line of column names may come first and set their order. `#` begins a comment. A radius that is blank, 0 or
     `inf` is a plane; a blank index without material is air. The row named STOP in its material, or else the one plane
-    with air on both sides between the surfaces, is where a variable stop stands. Planes in air before the first surface
-    and behind the last are object and image, and dropped.
+    with air on both sides between the surfaces, is the position of a variable stop. Planes in air before the first
+    surface and behind the last are object and image, and are ignored.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ def read_lens_csv(text: str, *, title: str = "") -> Prescription:
     Raises
     ------
     SpecError
-        Naming line, field, what was expected and what came.
+        The error names the line, the field, the expected value and the value received.
 
     Examples
     --------
@@ -56,7 +56,7 @@ def read_lens_csv(text: str, *, title: str = "") -> Prescription:
 
 
 def _without_ends(rows: list[Row]) -> list[Row]:
-    """Return the rows without object and image: planes in air at both ends, but for one that is named the stop."""
+    """Return the rows without object and image: planes in air at both ends, except one that is named the stop."""
     in_air = _are_planes_in_air(rows)
     kept = [place for place, row in enumerate(rows) if row.is_stop or not in_air[place]]
     return rows[kept[0] : kept[-1] + 1] if kept else []
@@ -136,7 +136,7 @@ def _is_plane_in_air(surface: Mapping[str, Any]) -> bool:
 
 
 def _indices_before(rows: list[Row]) -> list[float]:
-    # A material without index is glass, whichever.
+    # A material without an index is some glass.
     return [1.0, *(row.surface.get("index", 0.0) for row in rows)][: len(rows)]
 
 

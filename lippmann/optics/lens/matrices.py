@@ -1,4 +1,4 @@
-"""Ray-transfer matrices: what a lens system does to rays near its axis.
+"""Ray-transfer matrices, which describe a lens system near its axis.
 
 A ray is (height, angle) and a matrix [[A, B], [C, D]] acts on it from the left (Kogelnik, Li, Appl. Opt. 5, 1550
 (1966)); between media in air the determinant is 1 and the focal length -1 / C.
@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from lippmann.optics.lens.surfaces import ImagingLens, Surface
 
 _IN_FOCUS = 1e-12
-"""|D| of an object plane that is the front focal plane but for rounding."""
+"""The greatest |D| of an object plane that counts as the front focal plane."""
 
 
 @dataclass(frozen=True)
 class CardinalPoints:
-    """Focal length and focal distances of a lens system in air, mm."""
+    """The focal length and the focal distances of a lens system in air, mm."""
 
     effective_focal_length_mm: float
     back_focal_distance_mm: float
@@ -37,16 +37,16 @@ class Conjugate:
     image_mm: float
     """The distance from the last vertex to the image; infinite for an object in the front focal plane."""
     magnification: float
-    """Lateral; negative when the image is inverted."""
+    """The lateral magnification; negative if the image is inverted."""
 
 
 def translation(distance_mm: float) -> NDArray[np.float64]:
-    """Return the matrix of a flight through a distance."""
+    """Return the matrix of the propagation through a distance."""
     return np.array([[1.0, distance_mm], [0.0, 1.0]])
 
 
 def refraction(surface: Surface, index_before: float) -> NDArray[np.float64]:
-    """Return the matrix of a refraction, angles (not reduced) on both sides.
+    """Return the matrix of a refraction; angles on both sides are not reduced.
 
     Parameters
     ----------
@@ -107,8 +107,8 @@ def cardinal_points(lens: ImagingLens) -> CardinalPoints:
 def conjugate(lens: ImagingLens, object_mm: float) -> Conjugate:
     """Return the image of an object plane at a distance in front of the first vertex.
 
-    The image lies where the element B of (flight to image) x system x (flight from object) vanishes; the element A is
-    then the magnification.
+    The image lies where the element B of (propagation to image) x system x (propagation from object) vanishes; the
+    element A is then the magnification.
 
     Parameters
     ----------

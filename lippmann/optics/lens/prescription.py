@@ -1,4 +1,4 @@
-"""The imaging lens of a rig: found by name, scaled, or taken surface by surface; checked, and with its stop set."""
+"""The imaging lens of a rig: selected by name, scaled or given as a prescription; checked, with its stop set."""
 
 from __future__ import annotations
 
@@ -31,12 +31,12 @@ __all__ = [
 
 
 def rig_lens(rig: Rig) -> ImagingLens | None:
-    """Return the imaging lens of a rig as it is built, its stop set; None for direct pickup.
+    """Return the imaging lens of a rig with its stop set; None for direct pickup.
 
     Raises
     ------
     OpticsError, SpecError
-        If the lens is not known, cannot be built, or lets no light through.
+        If the lens is unknown, cannot be built, or transmits no light.
     """
     if rig.imaging_lens is None:
         return None
@@ -102,7 +102,7 @@ def _surface(row: LensSurface) -> Surface:
 
 
 def prescription_of(lens: ImagingLens) -> Prescription:
-    """Return the prescription of a lens, as a job may carry it: the inverse of `lens_of`."""
+    """Return the prescription of a lens for a job; the inverse of `lens_of`."""
     return Prescription(
         title=lens.title, source=lens.source, surfaces=tuple(map(_row, lens.surfaces)), stop_z_mm=lens.stop_z_mm
     )

@@ -1,4 +1,4 @@
-"""Published imaging lenses as data, each with its source; entered from the printed tables, at the printed size."""
+"""Published imaging lenses with their sources, as in the printed tables, at the printed size."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ ATHINEOS_2006 = ImagingLens(
         Surface(_INF, 0.0, 1.0, 100.0),
     ),
 )
-"""The paper's. It says that a variable aperture is included, but not where: see `stop.stop_place_mm`."""
+"""The lens of the paper, which includes a variable aperture at an unknown position; see `stop.stop_place_mm`."""
 
 TRONNIER_1954 = ImagingLens(
     name="double-gauss-tronnier",

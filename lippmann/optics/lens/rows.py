@@ -1,4 +1,4 @@
-"""What files of lens designs have in common: rows of surfaces, some of which are only the stop or nothing at all."""
+"""The rows of lens design files: surfaces, some of which are only the stop or a plane in air."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lippmann.optics.lens.surfaces import Surface
 
 @dataclass(frozen=True)
 class Row:
-    """One surface of a file, and where it was written."""
+    """One surface of a file, and its location in the file."""
 
     place: str
     """The words that name the row in a message, for example `line 7`."""
@@ -28,8 +28,9 @@ class Row:
 def prescription_of_rows(rows: Sequence[Row], *, title: str = "", source: str = "") -> Prescription:
     """Return the prescription that the rows of a file describe.
 
-    Planes with air on both sides are no surfaces: their thickness goes to the one before. The row that is the stop says
-    where a variable stop stands: there, or, on a surface of glass, in the air beside the rim of that surface.
+    Planes with air on both sides are no surfaces; their thickness is added to that of the surface before. The row of
+    the stop is the position of a variable stop; on a surface of glass, the stop is in the air beside the rim of that
+    surface.
 
     Parameters
     ----------
@@ -43,7 +44,7 @@ def prescription_of_rows(rows: Sequence[Row], *, title: str = "", source: str = 
     Raises
     ------
     SpecError
-        Naming the rows that cannot be.
+        The error names the invalid rows.
     """
     kept: list[tuple[Row, float]] = []
     stops: list[tuple[Row, float]] = []
@@ -81,7 +82,7 @@ def _surface(row: Row) -> LensSurface:
 
 
 def _beside_rim_mm(row: Row, index_before: float) -> float:
-    """Return how far behind its vertex a plane touches a surface of glass from the side of the air."""
+    """Return the distance behind its vertex at which a plane touches a surface of glass from the side of the air."""
     shape = row.surface
     radius_mm = float("inf") if shape["radius_mm"] is None else shape["radius_mm"]
     aperture_mm = shape["semi_aperture_mm"]

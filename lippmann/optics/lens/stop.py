@@ -1,4 +1,4 @@
-"""The aperture stop of an imaging lens: where it stands, how wide it is, and the f-number that comes of it."""
+"""The aperture stop of an imaging lens: its position, its diameter and the resulting f-number."""
 
 from __future__ import annotations
 
@@ -14,19 +14,20 @@ from lippmann.optics.lens.matrices import cardinal_points, matrix_to
 from lippmann.optics.lens.surfaces import CONTACT_GAP_MM, ImagingLens, Stop, Surface
 
 NOMINAL = 0.95
-"""Printed f-numbers are rounded: one faster by 5 % than the glass allows is taken, and the glass limits it."""
+"""The tolerance of f-numbers, because printed ones are rounded: one that is faster by 5 % than the glass allows is
+accepted, and the glass limits it."""
 
 _AT_MM = 1e-9
 _HEIGHTS = 65
-"""At which the distance of a stop to a surface is measured."""
+"""The number of heights at which the distance of a stop to a surface is measured."""
 
 
 def stop_place_mm(lens: ImagingLens) -> float:
-    """Return the z where a variable stop stands.
+    """Return the z of a variable stop.
 
-    Where its maker put it; else, our choice, in the middle of the widest air space between elements, and before the
-    front rim of a lens that has none. (Athineos 2006 says that a variable aperture is included, but not where: the
-    middle of the long air space.)
+    The prescription may give the position. Otherwise the stop is in the middle of the widest air space between
+    elements, or before the front rim of a lens without air spaces. (Athineos 2006 mentions a variable aperture without
+    its position.)
 
     >>> from lippmann.optics.lens.published import ATHINEOS_2006
     >>> round(stop_place_mm(ATHINEOS_2006), 2)
@@ -67,16 +68,17 @@ def marginal_height_mm(lens: ImagingLens) -> float:
 
 
 def with_stop(lens: ImagingLens, rig: Rig) -> ImagingLens:
-    """Return the lens with the stop that a rig sets; as it is when the rig sets none.
+    """Return the lens with the stop that a rig sets; the lens itself if the rig sets none.
 
-    For an f-number N the entrance pupil is f / N wide, and the hole as wide as the beam that fills it (paraxial).
+    For an f-number N the diameter of the entrance pupil is f / N, and the stop has that of the beam that fills the
+    pupil (paraxial).
 
     Parameters
     ----------
     lens
         The imaging lens.
     rig
-        The rig as it was asked for.
+        The rig of the job.
 
     Raises
     ------
@@ -98,9 +100,9 @@ def with_stop(lens: ImagingLens, rig: Rig) -> ImagingLens:
 
 
 def clear_of_glass(lens: ImagingLens) -> ImagingLens:
-    """Return a lens as built, its stop `CONTACT_GAP_MM` or more from the surfaces beside it; midway if it is narrower.
+    """Return a lens with its stop at least `CONTACT_GAP_MM` from both surfaces, or midway between closer surfaces.
 
-    A plate on a plane surface would coincide with it, and a ray tracer see the one or the other.
+    A plate on a plane surface would coincide with it, and the result of a ray tracer would be undefined.
     """
     if lens.stop is None:
         return lens
@@ -116,7 +118,7 @@ def clear_of_glass(lens: ImagingLens) -> ImagingLens:
 
 
 def stop_space(lens: ImagingLens, stop: Stop) -> int:
-    """Return how many surfaces stand before a stop; one at the very vertex of a front face stands before that.
+    """Return the number of surfaces before a stop; a stop at the vertex of a front face is before that face.
 
     Parameters
     ----------
@@ -131,7 +133,7 @@ def stop_space(lens: ImagingLens, stop: Stop) -> int:
 
 
 def _profile_mm(lens: ImagingLens, place: int, stop: Stop) -> NDArray[np.float64]:
-    """Return the z of a surface where a stop must be clear of it: within its hole, or everywhere if it is flat."""
+    """Return the z of a surface that a stop must not touch: inside the hole, or on the whole surface if it is flat."""
     surface = lens.surfaces[place]
     reach_mm = surface.semi_aperture_mm
     if not surface.is_flat:
@@ -148,7 +150,7 @@ def _opened(lens: ImagingLens, semi_mm: float, *, field: str, got: str) -> Imagi
 
 
 def _beside(lens: ImagingLens, z_mm: float) -> tuple[Surface, ...]:
-    """Return the surfaces before and behind a place; one where the place is outside the lens."""
+    """Return the surfaces before and behind a position; only one if the position is outside the lens."""
     before = sum(vertex_mm <= z_mm for vertex_mm in lens.vertices_mm)
     return lens.surfaces[max(0, before - 1) : before + 1]
 

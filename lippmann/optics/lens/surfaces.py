@@ -1,4 +1,4 @@
-"""What an imaging lens is: surfaces, media and a stop, object side first."""
+"""The model of an imaging lens: surfaces, media and a stop, object side first."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ import numpy as np
 from lippmann.optics.lens.asphere import Profile
 
 CONTACT_GAP_MM = 1e-3
-"""Air kept between surfaces that touch: coincident surfaces are undefined in a ray tracer."""
+"""The air gap between surfaces that touch, because coincident surfaces are undefined in a ray tracer."""
 
 
 FLAT_MM = 0.01
-"""The sag of a surface that is as good as plane."""
+"""The greatest sag of a surface that counts as plane."""
 
 
 @dataclass(frozen=True)
@@ -23,27 +23,28 @@ class Surface:
     """A surface of rotation and the medium behind it."""
 
     radius_mm: float
-    """Radius of curvature at the vertex, positive when the centre lies behind (greater z); infinite for a plane."""
+    """The radius of curvature at the vertex, positive if the centre lies behind it (greater z); infinite for a
+    plane."""
     thickness_mm: float
-    """To the vertex of the next surface; 0 for the last."""
+    """The distance to the vertex of the next surface; 0 for the last."""
     index_after: float
-    """Refractive index of the medium behind the surface."""
+    """The refractive index of the medium behind the surface."""
     semi_aperture_mm: float
     conic: float = 0.0
-    """0 sphere, -1 paraboloid, below -1 hyperboloid."""
+    """The conic constant: 0 for a sphere, -1 for a paraboloid, less for a hyperboloid."""
     aspheric: tuple[float, ...] = ()
-    """Terms of r^4, r^6, ... of the sag."""
+    """The coefficients of r^4, r^6, ... in the sag."""
     abbe_after: float | None = None
-    """Vd of the medium behind; None: it does not disperse."""
+    """The Abbe number Vd of the medium behind the surface; None for a medium without dispersion."""
 
     @property
     def curvature_per_mm(self) -> float:
-        """1 / radius; 0 for a plane."""
+        """The curvature, 1 / radius; 0 for a plane."""
         return 0.0 if math.isinf(self.radius_mm) else 1.0 / self.radius_mm
 
     @property
     def profile(self) -> Profile:
-        """Its form, wherever its vertex stands."""
+        """The profile of the surface, relative to its vertex."""
         return Profile(self.curvature_per_mm, self.conic, self.aspheric)
 
     @property
@@ -57,7 +58,7 @@ class Surface:
         return abs(self.sag_mm(self.semi_aperture_mm)) < FLAT_MM
 
     def sag_mm(self, height_mm: float) -> float:
-        """Return how far the surface lies behind its vertex at a height above the axis; NaN where it has ended.
+        """Return the sag of the surface at a height above the axis; NaN beyond its rim.
 
         >>> round(Surface(-300.0, 0.0, 1.0, 100.0).sag_mm(100.0), 4)
         -17.1573
@@ -95,7 +96,7 @@ class ImagingLens:
     stop_z_mm: float | None = None
     """The place of a variable stop behind the first vertex; None if the prescription does not give it."""
     stop: Stop | None = None
-    """The stop as set; None: the lens works at full aperture."""
+    """The stop; None if the lens works at full aperture."""
 
     @property
     def vertices_mm(self) -> tuple[float, ...]:
@@ -114,7 +115,7 @@ class ImagingLens:
 
     @property
     def semi_aperture_mm(self) -> float:
-        """The narrowest surface's."""
+        """The semi-aperture of the narrowest surface."""
         return min(surface.semi_aperture_mm for surface in self.surfaces)
 
     @property
@@ -124,7 +125,7 @@ class ImagingLens:
 
     @property
     def surfaces_before_stop(self) -> int:
-        """The number of surfaces that light meets before the stop as set."""
+        """The number of surfaces before the stop."""
         if self.stop is None:
             return 0
         return sum(z_mm <= self.stop.z_mm for z_mm in self.vertices_mm)
@@ -137,9 +138,9 @@ class ImagingLens:
         return replace(self, surfaces=surfaces, stop_z_mm=place_mm, stop=stop)
 
     def built(self) -> ImagingLens:
-        """Return the lens as it is modelled: surfaces with air between them kept `CONTACT_GAP_MM` apart.
+        """Return the lens with surfaces that touch in air moved `CONTACT_GAP_MM` apart.
 
-        Cemented surfaces stay one surface. What stands behind a new gap, the stop too, moves back by it.
+        Cemented surfaces stay one surface. Everything behind a new gap, including the stop, moves back by it.
         """
         *inner, last = self.surfaces
         spaced = (

@@ -21,15 +21,15 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Rays:
-    """A bundle of rays: points they pass through and where they go."""
+    """A bundle of rays: one point and the direction of each ray."""
 
     position: Array
-    """(..., 3), mm."""
+    """The points, float64 (..., 3), mm."""
     direction: Array
-    """(..., 3), unit vectors."""
+    """The directions, float64 (..., 3), unit vectors."""
 
     def at_z(self, z_mm: float | Array) -> Array:
-        """Return where the rays cross the plane of a z, shape (..., 3)."""
+        """Return the intersections of the rays with the plane of a z, shape (..., 3)."""
         step = (z_mm - self.position[..., 2]) / self.direction[..., 2]
         points: Array = self.position + step[..., np.newaxis] * self.direction
         return points
@@ -42,7 +42,7 @@ def unit(vectors: Array) -> Array:
 
 
 def meet_plane(rays: Rays, z_mm: float) -> tuple[Array, Array]:
-    """Return the points where rays meet the plane of a z and the normals (0, 0, 1) there, each (..., 3).
+    """Return the intersections of rays with the plane of a z and the normals (0, 0, 1) there, each (..., 3).
 
     Parameters
     ----------
@@ -56,7 +56,7 @@ def meet_plane(rays: Rays, z_mm: float) -> tuple[Array, Array]:
 
 
 def meet_sphere(rays: Rays, *, vertex_z_mm: float, radius_mm: float, centre_xy_mm: Array) -> tuple[Array, Array]:
-    """Return where rays meet a sphere near its vertex, and the normals there, each (..., 3).
+    """Return the intersections of rays with a sphere near its vertex, and the normals there, each (..., 3).
 
     Parameters
     ----------
@@ -65,9 +65,9 @@ def meet_sphere(rays: Rays, *, vertex_z_mm: float, radius_mm: float, centre_xy_m
     vertex_z_mm
         The z of the vertex; the centre lies at vertex + radius.
     radius_mm
-        Signed: positive when the centre lies at greater z.
+        The signed radius, positive if the centre lies at greater z, mm.
     centre_xy_mm
-        Centres across the axis, shape (..., 2).
+        The centres across the axis, float64 (..., 2), mm.
     """
     centre = np.empty((*np.broadcast_shapes(rays.position.shape[:-1], centre_xy_mm.shape[:-1]), 3))
     centre[..., :2] = centre_xy_mm
@@ -76,7 +76,7 @@ def meet_sphere(rays: Rays, *, vertex_z_mm: float, radius_mm: float, centre_xy_m
     along = np.sum(to_centre * rays.direction, axis=-1)
     square = along**2 - np.sum(to_centre**2, axis=-1) + radius_mm**2
     root = np.sqrt(np.where(square >= 0, square, np.nan))
-    # Of the two crossings the one on the vertex's side: before the centre when the ray runs toward it there.
+    # Select the intersection on the side of the vertex: the first if the ray meets the vertex before the centre.
     toward = np.sign(radius_mm) * np.sign(rays.direction[..., 2])
     points = rays.position + (along - toward * root)[..., np.newaxis] * rays.direction
     return points, (centre - points) / radius_mm
@@ -118,9 +118,9 @@ def through_lens(rays: Rays, lens: ImagingLens, *, backward: bool = False, stopp
     lens
         The imaging lens.
     backward
-        From the camera's side to the scene's: the surfaces in reverse order, their media exchanged.
+        True to trace from the side of the camera to that of the scene, through the surfaces in reverse order.
     stopped
-        Whether rays outside a surface's aperture, or the stop's hole, end there.
+        True if rays outside the aperture of a surface or the stop end there.
     """
     for _, after in steps(rays, lens, backward=backward, stopped=stopped):
         rays = after
@@ -130,7 +130,7 @@ def through_lens(rays: Rays, lens: ImagingLens, *, backward: bool = False, stopp
 def steps(
     rays: Rays, lens: ImagingLens, *, backward: bool = False, stopped: bool = True
 ) -> Iterator[tuple[int | Stop, Rays]]:
-    """Trace rays as `through_lens` does, and give them behind every surface, by its number, and the stop.
+    """Trace rays as `through_lens` does, and yield them behind every surface, by its number, and the stop.
 
     Parameters
     ----------
@@ -183,7 +183,7 @@ def _ended_outside(direction: Array, points: Array, semi_aperture_mm: float) -> 
 
 
 def axis_crossing_mm(lens: ImagingLens, *, object_mm: float, height_mm: float) -> float:
-    """Return where a ray from the axis crosses it again, behind the last vertex.
+    """Return the distance behind the last vertex at which a ray from the axis crosses the axis again.
 
     The ray leaves the axis `object_mm` before the first vertex and meets the plane of that vertex `height_mm` high;
     apertures do not stop it.

@@ -1,8 +1,8 @@
 """Lens designs of Zemax: the surfaces of a sequential .zmx file.
 
-Read are UNIT, NAME and, of every SURF, TYPE, CURV, DISZ, GLAS, DIAM, CLAP, CONI, PARM and STOP; what changes nothing
-about rays (fields, wavelengths, solves, coatings, merit functions) is passed over. The first surface is the object and
-the last one the image. What cannot be modelled is refused, with its line.
+The reader uses UNIT, NAME and, in every SURF, TYPE, CURV, DISZ, GLAS, DIAM, CLAP, CONI, PARM and STOP. It ignores what
+does not affect rays: fields, wavelengths, solves, coatings, merit functions. The first surface is the object and the
+last one the image. What cannot be modelled is refused with its line number.
 """
 
 from __future__ import annotations
@@ -67,14 +67,14 @@ def read_lens_zmx(text: str) -> Prescription:
     Raises
     ------
     SpecError
-        Naming line, field, what was expected and what came.
+        The error names the line, the field, the expected value and the value received.
     """
     head, blocks = _blocks(_lines(text))
     if len(blocks) < 3:
         raise SpecError(f"expected a .zmx file with an object, surfaces and an image, got {len(blocks)} SURF blocks")
     mm = _mm_per_unit(head)
     rows = [_row(block, mm) for block in blocks[1:-1]]
-    # The stop of a few files is the object or the image: then nobody said where it stands in the lens.
+    # In a few files the stop is the object or the image; its position in the lens is then unknown.
     name = head.first("NAME")
     return prescription_of_rows(rows, title=" ".join(name.values)[:200] if name else "")
 
@@ -141,14 +141,14 @@ def _refuse(block: _Block, word: str, expected: str) -> NoReturn:
 
 
 def _semi_aperture(block: _Block) -> float:
-    """Return the semi-diameter, or the radius of a circular aperture where that is all there is; 0 if unknown."""
+    """Return the semi-diameter, or else the radius of a circular aperture; 0 if both are unknown."""
     size = block.number("DIAM")
     clear = block.first("CLAP")
     return clear.value(1) if size <= 0 and clear is not None else size
 
 
 def _aspheric(block: _Block, mm: float) -> tuple[float, ...]:
-    """Return the terms of r^4, r^6, ... in mm: PARM n is that of r^(2n)."""
+    """Return the coefficients of r^4, r^6, ... in mm; PARM n is that of r^(2n)."""
     terms = [0.0] * 7
     for line in block.lines:
         if line.word != "PARM" or line.value(1) == 0.0:

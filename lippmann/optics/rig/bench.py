@@ -1,4 +1,4 @@
-"""The bench put together: where imaging lens, MLA and camera stand, and the ray that every pixel sees."""
+"""The bench: the positions of imaging lens, MLA and camera, and the ray of every pixel."""
 
 from __future__ import annotations
 
@@ -17,26 +17,26 @@ from lippmann.optics.rig import array as lattice
 from lippmann.optics.rig.microlens import Microlens, microlens
 
 ORTHOGRAPHIC_DISTANCE_MM = 20.0
-"""The distance from the MLA to an orthographic camera. Any place behind the lenses will do; behind thick lenses the
-camera stands twice as far."""
+"""The distance from the MLA to an orthographic camera. Any position behind the lenses gives the same picture; behind
+thick lenses the camera stands twice as far."""
 
 CLEAR_OF_LENSES = 1.01
 """The least distance of a perspective camera from the MLA, in thicknesses of the lenses."""
 
 WHOLE = (slice(None), slice(None))
-"""The region that is all of a picture."""
+"""The region of a whole picture."""
 
 
 @dataclass(frozen=True)
 class Bench:
-    """Everything that stands in the rig frame, mm."""
+    """The elements of a rig in the rig frame, mm."""
 
     imaging_lens: ImagingLens | None
-    """The imaging lens as it is modelled, surfaces in contact kept apart. None: direct pickup, and the origin stands
-    for surface 1."""
+    """The imaging lens, with surfaces in contact moved apart. It is None for direct pickup, where the origin takes the
+    position of surface 1."""
     microlens: Microlens
     mla_z_mm: float
-    """The flat side of the lenses."""
+    """The z of the flat side of the lenses, the MLA plane."""
     camera_z_mm: float
     width_mm: float
     """The camera's window on the MLA plane."""
@@ -54,7 +54,7 @@ class Bench:
         return self.mla_z_mm - self.lens_end_mm
 
     def image_z_mm(self, object_mm: float) -> float:
-        """Return where the plane `object_mm` before the origin is imaged (paraxial): itself, without imaging lens."""
+        """Return the z of the paraxial image of the plane `object_mm` before the origin; its own z without lens."""
         if self.imaging_lens is None:
             return -object_mm
         return self.lens_end_mm + conjugate(self.imaging_lens, object_mm).image_mm
@@ -65,22 +65,22 @@ class Bench:
 
 
 def bench(rig: Rig, *, reference_mm: float) -> Bench:
-    """Put a rig together for a scene whose reference plane lies `reference_mm` before surface 1.
+    """Compute the bench of a rig for a scene whose reference plane lies `reference_mm` before surface 1.
 
-    The MLA stands `offset_mm` from the paraxial image of the reference plane, toward the imaging lens. Without imaging
+    The MLA is `offset_mm` from the paraxial image of the reference plane, toward the imaging lens. Without imaging
     lens that plane is its own image.
 
     Parameters
     ----------
     rig
-        The rig as it was asked for.
+        The rig of the job.
     reference_mm
         The distance of the scene's reference plane before surface 1, mm.
 
     Raises
     ------
     OpticsError, SpecError
-        If a lens cannot be, or the imaging lens is unknown.
+        If a lens cannot be built, or the imaging lens is unknown.
     """
     lens = rig_lens(rig)
     image_z_mm = lens.length_mm + conjugate(lens, reference_mm).image_mm if lens else -reference_mm
@@ -111,7 +111,7 @@ def _check_camera(rig: Rig, shape: Microlens) -> None:
 def camera_distance_mm(rig: Rig) -> float:
     """Return the distance of the camera from the MLA plane.
 
-    A perspective camera stands where its angle just spans the window: L = width / (2 tan(angle / 2)), so that pixels
+    The angle of a perspective camera just spans the window: L = width / (2 tan(angle / 2)), so that pixels
     fall evenly under the lenses (Athineos 2006, section 4.1).
 
     >>> from lippmann.job.rig import Camera, Device
@@ -125,23 +125,23 @@ def camera_distance_mm(rig: Rig) -> float:
 
 
 def perspective_distance_mm(rig: Rig) -> float:
-    """Return where a perspective camera of the rig's angle would stand, from the MLA plane."""
+    """Return the distance from the MLA plane of a perspective camera with the angle of the rig."""
     return lattice.view_width_mm(rig) / (2 * math.tan(math.radians(rig.camera.angle_deg) / 2))
 
 
 def pixel_centres_mm(
     bench: Bench, *, rows: int | None = None, cols: int | None = None, region: tuple[slice, slice] = WHOLE
 ) -> NDArray[np.float64]:
-    """Return where the pixels lie on the MLA plane, shape (row, col, 2), mm as (x, y); row 0 is the top.
+    """Return the centres of the pixels on the MLA plane, shape (row, col, 2), mm as (x, y); row 0 is the top.
 
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     rows, cols
-        Of a picture of the whole window; those of the integral image when not given.
+        The size of a picture of the whole window; by default that of the integral image.
     region
-        Rows and cols of it that are wanted.
+        The rows and columns that are wanted, as two slices.
     """
     rows, cols = rows or bench.rig.layout.rows, cols or bench.rig.layout.cols
     x = (np.arange(cols)[region[1]] + 0.5) * (bench.width_mm / cols) - bench.width_mm / 2
@@ -155,7 +155,7 @@ def camera_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     points_mm
         The points of the MLA plane, float64 (..., 2), mm as (x, y).
     """
@@ -173,8 +173,8 @@ def camera_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:
 def through_array(rays: Rays, bench: Bench) -> Rays:
     """Trace camera rays through the lens they meet: convex side first, then the flat side.
 
-    Each ray is given to the lens in whose cell it meets the array, found at the height of the rim's plane and then
-    where it really meets the sphere. Rays beside the glass (dead corners of an inscribed aperture, gaps between
+    Each ray belongs to the lens in whose cell it meets the array. The lens is first found in the plane of the rims,
+    then at the intersection with the sphere. Rays beside the glass (dead corners of an inscribed aperture, gaps between
     hexagons at the edge of the array) pass straight.
 
     Parameters
@@ -182,7 +182,7 @@ def through_array(rays: Rays, bench: Bench) -> Rays:
     rays
         The rays of the camera: positions and directions, each float64 (..., 3), mm and unit vectors.
     bench
-        The rig as it stands.
+        The bench of the rig.
     """
     array = bench.rig.lens_array
     met = rays.at_z(bench.mla_z_mm + bench.microlens.thickness_mm)[..., :2]
@@ -196,14 +196,14 @@ def through_array(rays: Rays, bench: Bench) -> Rays:
 
 
 def through_microlens(rays: Rays, bench: Bench, centres_mm: NDArray[np.float64]) -> tuple[Rays, NDArray[np.float64]]:
-    """Trace camera rays through lenses of the array that stand at `centres_mm`, (..., 2), whatever is their rim.
+    """Trace camera rays through lenses of the array at `centres_mm`, (..., 2), without regard to their rims.
 
     Parameters
     ----------
     rays
         The rays of the camera: positions and directions, each float64 (..., 3), mm and unit vectors.
     bench
-        The rig as it stands.
+        The bench of the rig.
     centres_mm
         The centres of the lenses, float64 (..., 2), mm as (x, y).
 
@@ -229,7 +229,7 @@ def object_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     points_mm
         The points of the MLA plane, float64 (..., 2), mm as (x, y).
     """

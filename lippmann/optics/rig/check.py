@@ -15,11 +15,11 @@ from lippmann.optics.rig.bench import Bench, bench
 from lippmann.optics.rig.method import capture_method
 
 _MEASURED = ", s from "
-"""The words after which a note gives numbers."""
+"""The words after which the numbers of a note follow."""
 
 
 def check_job(sheet: ResolvedJob) -> tuple[str, ...]:
-    """Return notes on the optics of a job, at every frame where they are keyed.
+    """Return notes on the optics of a job, at every frame at which it is validated.
 
     Raises
     ------
@@ -38,13 +38,13 @@ def check_job(sheet: ResolvedJob) -> tuple[str, ...]:
             raise add_frame(error, frame) if sheet.spec.animation else error from error
         for note in found:
             said = f"From frame {frame}: {note}" if sheet.spec.animation else note
-            # What a note measures changes with every frame; what it says does not.
+            # The numbers of a note change from frame to frame; its text does not.
             notes.setdefault(note.partition(_MEASURED)[0], said)
     return tuple(notes.values())
 
 
 def check_rig(spec: JobSpec, stage: Stage) -> tuple[str, ...]:
-    """Return notes on the optics of a job without keyframes; what is allowed but worth saying.
+    """Return notes on the optics of a job without keyframes: settings that are allowed but unusual.
 
     Parameters
     ----------
@@ -53,10 +53,8 @@ def check_rig(spec: JobSpec, stage: Stage) -> tuple[str, ...]:
     stage
         The stage of the scene.
 
-    Raises
-    ------
-    OpticsError
-        If they cannot be built: a lens wider than its sphere, the array inside the imaging lens, no real image.
+        Raises ------ OpticsError If the rig cannot be built: a lens is wider than its sphere, the array is inside the
+        imaging lens, or there is no real image.
     """
     stood = bench(spec.rig, reference_mm=stage.reference_mm)
     _check_window(stood)
@@ -71,11 +69,11 @@ def check_rig(spec: JobSpec, stage: Stage) -> tuple[str, ...]:
 
 
 def _check_window(stood: Bench) -> None:
-    """Refuse a device's window that is smaller than the array, or a picture that no machine holds."""
+    """Refuse a device's window that is smaller than the array, or a picture that is too large."""
     device, array = stood.rig.device, stood.rig.lens_array
     if device is None:
         return
-    # In pitches first, as the picture itself is made: the same rounding.
+    # The size is computed in pitches first, with the same rounding as that of the picture.
     width_mm, height_mm = extent_mm(array)
     px_per_lens = array.pitch_mm / device.pixel_mm
     needed = [max(1, math.floor(side / array.pitch_mm * px_per_lens + 0.5)) for side in (height_mm, width_mm)]
@@ -103,8 +101,8 @@ def _check_real_image(stood: Bench, stage: Stage) -> None:
 
 
 def _check_behind_lens(stood: Bench) -> None:
-    """Refuse an array that stands in the imaging lens: its last surface may reach beyond its vertex."""
-    assert stood.imaging_lens is not None  # noqa: S101 - its caller's promise
+    """Refuse an array inside the imaging lens, whose last surface may reach beyond its vertex."""
+    assert stood.imaging_lens is not None  # noqa: S101 - guaranteed by the caller
     last = stood.imaging_lens.surfaces[-1]
     reach_mm = max(0.0, last.sag_mm(min(last.semi_aperture_mm, math.hypot(stood.width_mm, stood.height_mm) / 2)))
     if stood.mla_behind_lens_mm <= reach_mm:

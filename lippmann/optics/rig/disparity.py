@@ -1,4 +1,4 @@
-"""Disparity: the move of a point over the lenses from one view to the next, paraxial and by exact rays."""
+"""Disparity: the shift of a point over the lenses from one view to the next, paraxial and by exact rays."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from lippmann.optics.lens.trace import Rays, through_lens
 from lippmann.optics.rig.bench import Bench, camera_rays, through_microlens
 
 MAX_VIEWS = 32
-"""Views in a row that are traced; of more, as many evenly among them."""
+"""The greatest number of views in a row that are traced, evenly spaced among all."""
 STEPS = 40
-"""The most steps of the secant method, which ends when nothing changes any more."""
+"""The most steps of the secant method, which ends when the result is constant."""
 CLOSE_MM = 1e-10
 
 
 def small_angle_disparity(bench: Bench, object_mm: float) -> float:
-    """Return the shift in lenses a view step, (s + f) / (n f): see docs/optics.md, Depth.
+    """Return the shift in lenses per view, (s + f) / (n f); see docs/optics.md, Depth.
 
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     object_mm
         The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
     """
@@ -30,15 +30,15 @@ def small_angle_disparity(bench: Bench, object_mm: float) -> float:
 
 
 def exact_disparity(bench: Bench, object_mm: float) -> float | None:
-    """Return the shift in lenses a view step that exact rays give; None if they do not come from the axis point.
+    """Return the shift in lenses per view by exact rays; None if no ray comes from the axis point.
 
-    For the pixels of a row of a cell: where must a lens stand so that its pixel sees the axis point of the object
-    plane? The slope of that position over the view, by least squares; views count from the right of a cell.
+    For each pixel in a row of a cell, the position of a lens is found whose pixel sees the axis point of the object
+    plane. The result is the least-squares slope of that position over the view; views count from the right of a cell.
 
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     object_mm
         The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
     """
@@ -70,23 +70,18 @@ def _lens_places(bench: Bench, object_mm: float, offset_mm: NDArray[np.float64])
 def _height_mm(
     bench: Bench, object_mm: float, lens_x_mm: NDArray[np.float64], offset_mm: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Return how far from the axis pixels see the object plane under lenses that stand anywhere, apertures open."""
+    """Return the heights at which pixels see the object plane under lenses at any position, with apertures open."""
     flat = np.zeros_like(offset_mm)
     centre, offset = np.stack((lens_x_mm, flat), axis=-1), np.stack((offset_mm, flat), axis=-1)
     return np.asarray(seen_under(bench, centre, offset).at_z(-object_mm)[..., 0])
 
 
 def seen_under(bench: Bench, centre_mm: NDArray[np.float64], offset_mm: NDArray[np.float64]) -> Rays:
-    """Return the rays in the scene's space that the camera sees under lenses that stand anywhere, apertures open.
+    """Return the rays in the scene's space that the camera sees under lenses at any position, with apertures open.
 
-    Parameters
-    ----------
-    bench
-        The rig as it stands.
-    centre_mm
-        Of the lenses, (..., 2).
-    offset_mm
-        From the centre of the lens to where the camera's ray crosses the plane of the array, (..., 2).
+    Parameters ---------- bench The bench of the rig. centre_mm The centres of the lenses, float64 (..., 2), mm as
+    (x, y). offset_mm The offset from the centre of the lens to the intersection of the camera ray with the plane of
+    the array, float64 (..., 2), mm as (x, y).
     """
     rays, _ = through_microlens(camera_rays(bench, centre_mm + offset_mm), bench, centre_mm)
     if bench.imaging_lens is None:

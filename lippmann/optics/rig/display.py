@@ -1,7 +1,8 @@
-"""The display side: lenses over a print or a panel, and what an eye before them sees.
+"""The display: lenses over a print or a panel, and the view of an eye in front of them.
 
-A gap is the distance from the pixels to the lenses: *physical* as built, substrate included, or *reduced*, as light
-feels it, g = t / index + air. All formulas take the reduced one. Depths are as `s_mm`: positive before the display.
+A gap is the distance from the pixels to the lenses. The *physical* gap includes the substrate; the *reduced* gap is
+g = t / index + air, the equivalent distance in air. All formulas use the reduced gap. Depths are measured as `s_mm`,
+positive in front of the display.
 """
 
 from __future__ import annotations
@@ -10,11 +11,11 @@ import math
 from dataclasses import dataclass
 
 LEAST_MAGNIFICATION = 1.0
-"""Nearer real images than 2 f have no gap worth building: at 2 f pixels are shown as large as they are."""
+"""The least depth of a real image in focal lengths: at 2 f, pixels are shown at their own size."""
 
 
 def reduced_gap_mm(physical_mm: float, *, substrate_mm: float, index: float) -> float:
-    """Return the reduced gap: glass up to the substrate's thickness counts by its index, air above it as it is.
+    """Return the reduced gap: the thickness of the substrate divided by its index, plus the air above it.
 
     Parameters
     ----------
@@ -71,14 +72,14 @@ def central_depth_plane_mm(*, focal_length_mm: float, gap_mm: float) -> float:
     29.556
     """
     beyond_mm = gap_mm - focal_length_mm
-    # Closer than rounding of a gap that was reckoned to be the focal length: light leaves the lenses parallel.
+    # The gap is equal to the focal length within rounding: light leaves the lenses parallel.
     if abs(beyond_mm) <= 1e-12 * focal_length_mm:
         return math.inf
     return focal_length_mm * gap_mm / beyond_mm
 
 
 def gap_of_plane_mm(*, focal_length_mm: float, plane_mm: float) -> float:
-    """Return the reduced gap that puts the central depth plane there; the inverse of `central_depth_plane_mm`.
+    """Return the reduced gap for a central depth plane; the inverse of `central_depth_plane_mm`.
 
     Parameters
     ----------
@@ -90,7 +91,7 @@ def gap_of_plane_mm(*, focal_length_mm: float, plane_mm: float) -> float:
     Raises
     ------
     ValueError
-        If the plane lies less than a focal length before the lenses: no gap puts it there.
+        If the plane is less than a focal length before the lenses, which no gap can achieve.
     """
     if math.isinf(plane_mm):
         return focal_length_mm
@@ -100,10 +101,10 @@ def gap_of_plane_mm(*, focal_length_mm: float, plane_mm: float) -> float:
 
 
 def chosen_gap_mm(shallow_mm: float, deep_mm: float, *, focal_length_mm: float, contact_mm: float) -> float:
-    """Return the reduced gap that serves depths between two, both of one sign.
+    """Return the reduced gap for a range of depths of one sign.
 
-    The central depth plane comes to the middle of them, but no nearer before the lenses than 2 f; the gap is never
-    smaller than `contact_mm`, the reduced thickness of the substrate. An empty range is served by parallel light.
+    The central depth plane is in the middle of the range, but at least 2 f before the lenses; the gap is never smaller
+    than `contact_mm`, the reduced thickness of the substrate. For an empty range the lenses send parallel light.
 
     Parameters
     ----------
@@ -143,7 +144,7 @@ def viewing_angle_deg(*, pitch_mm: float, gap_mm: float) -> float:
 
 
 def viewing_zone_mm(*, pitch_mm: float, gap_mm: float, distance_mm: float, apart_mm: float = 0.0) -> float:
-    """Return how far an eye can move to the side at a distance before it sees a neighbour's cell, p L / g.
+    """Return the width of the zone at a distance in which every lens shows its own cell: p L / g for one lens.
 
     Parameters
     ----------
@@ -154,20 +155,20 @@ def viewing_zone_mm(*, pitch_mm: float, gap_mm: float, distance_mm: float, apart
     distance_mm
         The distance of the eye from the lenses, mm.
     apart_mm
-        Between the axes of the outermost lenses that must all show their own cells: as cells and lenses have one
-        pitch, the zones of lenses lie as far apart as the lenses.
+        The distance between the axes of the outermost lenses that must all show their own cells, mm. Cells and lenses
+        have the same pitch, so the zones of lenses are as far apart as the lenses.
     """
     return max(0.0, pitch_mm * distance_mm / gap_mm - apart_mm)
 
 
 @dataclass(frozen=True)
 class Resolvable:
-    """Depths between which a display can show as much detail as it has lenses."""
+    """The depths between which a display can show as much detail as it has lenses."""
 
     front_mm: float
-    """Before the display."""
+    """The greatest depth in front of the display."""
     back_mm: float
-    """Behind it, as a positive length; infinite where there is no limit."""
+    """The greatest depth behind the display, as a positive length; infinite if there is no limit."""
 
 
 def resolvable_depth_mm(*, pitch_mm: float, gap_mm: float, pixel_mm: float, distance_mm: float) -> Resolvable:

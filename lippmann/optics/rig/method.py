@@ -1,4 +1,4 @@
-"""Which of the two roads a capture takes: glass that POV-Ray refracts in, or rays of the exact trace."""
+"""The capture method of a job: refractive geometry in POV-Ray (glass), or the ray camera of the exact trace."""
 
 from __future__ import annotations
 
@@ -19,15 +19,15 @@ from lippmann.optics.rig.microlens import microlens
 Method = Literal["glass", "ray_camera"]
 
 LEAST_GLASS_MM_PER_UNIT = 0.001
-"""Below it glass was not exact any more (measured; a rig of kilometres in its scene's units)."""
+"""The least scale at which refractive geometry is exact (measured)."""
 
 LEAST_GAP_UNITS = 1e-4
-"""The least gap between two surfaces: POV-Ray takes nearer ones for one (measured: 0.001 mm of air is right to 10 mm a
-unit)."""
+"""The least gap between two surfaces: POV-Ray treats closer ones as one (measured: 0.001 mm of air is correct up to 10
+mm per unit)."""
 
 LEAST_LENS_UNITS = 6e-4
-"""The least thickness of the microlenses: POV-Ray misses the glass of flatter ones (measured at 8 px a lens, pitch 1
-and 0.2 mm: 6.4e-4 is right, below 5.1e-4 pixels in the corners are wrong, and at 1.3e-4 most are)."""
+"""The least thickness of the microlenses: POV-Ray misses the glass of flatter ones (measured at 8 px per lens, pitch
+1 and 0.2 mm: 6.4e-4 is correct, below 5.1e-4 pixels in the corners are wrong, and at 1.3e-4 most are)."""
 
 OVERLAP_MM = 0.02
 OVERLAP_FRACTION = 0.37
@@ -39,15 +39,16 @@ BAFFLE_GAP_FRACTION = 0.4
 lippmann/imaging_lens.inc."""
 
 LEAST_PITCH_UNITS = 0.005
-"""The least pitch of the microlenses: POV-Ray misses smaller ones (measured: a pitch of 1 mm is right to 300 mm a unit
-and fails at 500)."""
+"""The least pitch of the microlenses: POV-Ray misses smaller ones (measured: a pitch of 1 mm is correct up to
+300 mm per unit and fails at 500)."""
 
 
 def capture_method(spec: JobSpec, stage: Stage) -> Method:
-    """Return the road that a job takes.
+    """Return the capture method of a job.
 
-    `auto` takes the ray camera, which costs less with any number of surfaces and agrees with glass to 50 dB and more
-    (measured: docs/decisions/0008), but glass for what rays of one colour and one sample a pixel cannot do.
+    `auto` selects the ray camera, which costs less with any number of surfaces and agrees with refractive geometry to
+    50 dB and more (measured: docs/decisions/0008). It selects refractive geometry for what rays of one colour and one
+    sample per pixel cannot render.
 
     Parameters
     ----------
@@ -59,7 +60,7 @@ def capture_method(spec: JobSpec, stage: Stage) -> Method:
     Raises
     ------
     OpticsError
-        If glass was asked for, or something that needs it, and it cannot be modelled.
+        If the job requires refractive geometry and POV-Ray cannot model it.
     """
     asked, needs_glass = spec.capture.method, _field_that_needs_glass(spec)
     if asked == "ray_camera" or (asked == "auto" and needs_glass is None):
@@ -86,13 +87,13 @@ def _obstacle_to_glass(spec: JobSpec, stage: Stage) -> str | None:
 
 
 def _most_mm_per_unit(lens: ImagingLens | None, array: LensArray) -> float:
-    """Return how small a rig may be built: up to where its narrowest gap and its lenses are still seen."""
+    """Return the least scale of a rig at which POV-Ray still finds its narrowest gap and its lenses."""
     lenses = array.pitch_mm / LEAST_PITCH_UNITS, microlens(array).thickness_mm / LEAST_LENS_UNITS
     return min(*lenses, *(gap_mm / LEAST_GAP_UNITS for gap_mm in (_gaps_mm(lens) if lens else ())))
 
 
 def _gaps_mm(lens: ImagingLens) -> Iterator[float]:
-    """Yield how near to each other things of a lens are modelled: surfaces, cemented elements, plates on planes."""
+    """Yield the gaps in the model of a lens: between surfaces, cemented elements, and plates and planes."""
     media = [surface.index_after for surface in lens.surfaces]
     thicknesses = [surface.thickness_mm for surface in lens.surfaces[:-1]]
     yield from thicknesses

@@ -30,9 +30,9 @@ class Microlens:
 def rim_radius_mm(array: LensArray) -> float:
     """Return the radius of the circle where the sphere meets the flat side.
 
-    `full`: through the corners of the cell, so that glass covers all of it; for hexagons the equation (3) of Athineos
-    2006. `inscribed`: inside the cell, which is the paper's equation (2), printed for squares; it leaves the corners
-    (21.5 % of a square cell, 9.3 % of a hexagonal one) without glass.
+    The circle of `full` passes through the corners of the cell, so that glass covers the whole cell; for hexagons this
+    is equation (3) of Athineos 2006. The circle of `inscribed` is inside the cell, which is equation (2) of the paper,
+    printed for squares; it leaves the corners (21.5 % of a square cell, 9.3 % of a hexagonal one) without glass.
     """
     if array.aperture == "inscribed":
         return array.pitch_mm / 2

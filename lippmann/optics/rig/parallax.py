@@ -1,8 +1,8 @@
-"""Parallax by exact rays: the move over the lenses from one view to the next, pixel by pixel.
+"""Parallax by exact rays: the shift over the lenses from one view to the next, pixel by pixel.
 
-A pixel h off the axis of the lens at L sees the point F(L, h) of the plane z. Under which lens is the same point seen a
-little further in the cell? dF = 0 along L(h), so that dL/dh = -(dF/dL)^-1 dF/dh, two 2 x 2 matrices: their columns are
-differences of exact rays, of lenses half a pixel to either side and of places half a pixel to either side.
+A pixel at the offset h from the axis of the lens at L sees the point F(L, h) of the plane z. Other pixels see the same
+point along a curve L(h) with dF = 0, so that dL/dh = -(dF/dL)^-1 dF/dh. The columns of the two 2 x 2 matrices are
+differences of exact rays, for L and h half a pixel to either side.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ Array = NDArray[np.float64]
 
 
 def parallax(bench: Bench, points_mm: Array, z_mm: Array) -> Array:
-    """Return by how many lens pitches what pixels show moves for each view step, as (across, down).
+    """Return the shift per view of the point that each pixel shows, in lens pitches, as (across, down).
 
-    Positive is against the eye: to the left as it moves to the right, up as it moves down, in the orthoscopic integral
-    image. By the law of small angles it is (s + f) / (n f): see docs/optics.md, Depth.
+    A positive shift is opposite to the motion of the eye: to the left as the eye moves to the right, and up as it moves
+    down, in the orthoscopic integral image. The paraxial value is (s + f) / (n f): see docs/optics.md, Depth.
 
     Parameters
     ----------
     bench
-        The rig.
+        The bench of the rig.
     points_mm
-        Centres of the pixels on the plane of the array, (..., 2), see `pixel_centres_mm`.
+        The centres of the pixels on the plane of the array, float64 (..., 2), mm; see `pixel_centres_mm`.
     z_mm
-        Where each one's ray meets the scene, (...); NaN where it does not.
+        The z at which the ray of each pixel meets the scene, float64 (...), mm; NaN where it does not.
 
     Returns
     -------
     NDArray
-        (..., 2); NaN where z is, and where a ray goes beside the glass of the array.
+        float64 (..., 2); NaN where z is NaN, and where a ray passes beside the glass of the array.
     """
     centre, offset = _under_glass(bench, points_mm)
     step = np.array(lattice.pixel_mm(bench.rig))
@@ -52,14 +52,15 @@ def parallax(bench: Bench, points_mm: Array, z_mm: Array) -> Array:
 
 
 def depth_on_display_mm(parallaxes: Array, rig: Rig) -> Array:
-    """Return the depth on the display at which neighbouring views show what moves so far, mm.
+    """Return the depth on the display of points with a parallax, mm.
 
     Parameters
     ----------
     parallaxes
-        (..., 2), see `parallax`; the mean of both directions counts.
+        The parallaxes, float64 (..., 2), see `parallax`; the mean of both directions counts.
     rig
-        Its display: an array one focal length f before the pixels, which shows at s what moves by s / (n f).
+        The rig. On its display the array is one focal length f before the pixels, and a point that shifts by s / (n f)
+        appears at the depth s.
     """
     array = rig.lens_array
     pixel_pitches = np.array(lattice.pixel_mm(rig)) / array.pitch_mm
@@ -68,7 +69,7 @@ def depth_on_display_mm(parallaxes: Array, rig: Rig) -> Array:
 
 
 def _own_terms(of_lens: Array, of_place: Array) -> Array:
-    """Return the diagonal of dL/dh = -(dF/dL)^-1 dF/dh, (..., 2); NaN where rays do not tell."""
+    """Return the diagonal of dL/dh = -(dF/dL)^-1 dF/dh, (..., 2); NaN where the rays do not determine it."""
     determinant = of_lens[..., 0, 0] * of_lens[..., 1, 1] - of_lens[..., 0, 1] * of_lens[..., 1, 0]
     across = of_lens[..., 1, 1] * of_place[..., 0, 0] - of_lens[..., 0, 1] * of_place[..., 1, 0]
     down = of_lens[..., 0, 0] * of_place[..., 1, 1] - of_lens[..., 1, 0] * of_place[..., 0, 1]
@@ -79,7 +80,7 @@ def _own_terms(of_lens: Array, of_place: Array) -> Array:
 
 
 def _under_glass(bench: Bench, points_mm: Array) -> tuple[Array, Array]:
-    """Return the lens over every pixel and the place below it, each (..., 2); NaN beside the glass."""
+    """Return the lens over every pixel and the offset from its axis, each (..., 2); NaN beside the glass."""
     array = bench.rig.lens_array
     rays = camera_rays(bench, points_mm)
     met = rays.at_z(bench.mla_z_mm + bench.microlens.thickness_mm)[..., :2]

@@ -11,21 +11,21 @@ from lippmann.optics.rig import array as lattice
 from lippmann.optics.rig.bench import WHOLE, Bench, object_rays, pixel_centres_mm
 
 BAND_PX = 50_000
-"""Pixels that are traced at once: few enough that they stay in the processor's cache (twice as fast as a whole frame)
-and that a frame of any size needs little memory."""
+"""The number of pixels that are traced at once: few enough that they stay in the processor's cache (twice as fast as a
+whole frame) and that a frame of any size needs little memory."""
 
 OUTER_LENSES = 16
 OUTER_POINTS = 9
-"""Lenses, and points of each of their cells, in either direction, whose rays stand for all."""
+"""The numbers of lenses, and of points in each of their cells, in either direction, whose rays represent all."""
 
 
 def ray_bands(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice] = WHOLE) -> Iterator[Rays]:
-    """Yield the rays that pixels see in the scene's space, some rows at a time, as `pixel_rays` returns them all.
+    """Yield the rays of pixels in the space of the scene, some rows at a time; see `pixel_rays`.
 
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     rows
         The pixel rows of the whole picture.
     cols
@@ -41,26 +41,26 @@ def ray_bands(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice]
 
 
 def pixel_rays(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice] = WHOLE) -> Rays:
-    """Return the rays that pixels see in the scene's space, each array (row, col, 3), mm; NaN where a pixel is dead.
+    """Return the rays of pixels in the space of the scene, each array (row, col, 3), mm; NaN for a dead pixel.
 
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     rows, cols
-        Of the whole picture; its window is that of the bench, whatever its size.
+        The size of the whole picture, which shows the window of the bench.
     region
-        Rows and cols of it that are wanted.
+        The rows and columns that are wanted, as two slices.
     """
     bands = list(ray_bands(bench, rows=rows, cols=cols, region=region))
     return Rays(np.concatenate([band.position for band in bands]), np.concatenate([band.direction for band in bands]))
 
 
 def outer_rays(bench: Bench) -> Rays:
-    """Return rays that reach about as far and as steeply as any pixel's, (lens, ray, 3); NaN where one is dead.
+    """Return rays with about the same extent and slopes as those of all pixels, (lens, ray, 3); NaN if one is dead.
 
-    Those of a grid over the cells of some lenses, the outermost ones among them. What they span does not depend on how
-    a picture is cut.
+    The rays are those of a grid over the cells of some lenses, including the outermost ones. Their extent does not
+    depend on the tiles of a picture.
     """
     array = bench.rig.lens_array
     rows, cols = (np.unique(np.linspace(0, count - 1, OUTER_LENSES).round().astype(int)) for count in array.count)

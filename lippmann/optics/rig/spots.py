@@ -1,8 +1,8 @@
 """Best focus, spot and height of the image of a point, by the exact trace.
 
-Of all rays of a point only those count that reach a pixel: they pass the apertures of the imaging lens, meet the array
-inside its edge, and arrive steep enough for no neighbour's cell. A camera ray at the in-lens offset h has the slope
--h / f behind the lens, so the array takes a cone of the form of its cell, as wide as its own f-number.
+Only the rays of a point that reach a pixel count: they pass the apertures of the imaging lens, meet the array inside
+its edge, and are not so steep that they reach the cell of another lens. A camera ray at the in-lens offset h has the
+slope -h / f behind the lens, so the array takes a cone of the form of its cell, as wide as its own f-number.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from lippmann.optics.rig import array as lattice
 from lippmann.optics.rig.bench import Bench
 
 AIMED = 31
-"""Rays aimed across the aperture in each direction: spots change by less than 1 % with more."""
+"""The number of rays across the aperture in each direction; spots change by less than 1 % with more."""
 LOOKS = 3
-"""The number of times that rays are aimed again at the part of the aperture that counts."""
+"""The number of times that the rays are aimed again, at the part of the aperture that counts."""
 ENOUGH = 9
-"""Fewer rays make no spot."""
+"""The least number of rays of a spot."""
 FAN = 101
-"""Rays of a fan in one plane."""
+"""The number of rays of a fan in one plane."""
 
 
 @dataclass(frozen=True)
@@ -31,23 +31,23 @@ class Focus:
     """The image of a point."""
 
     image_mm: float
-    """The plane, from the last vertex of the imaging lens."""
+    """The distance of the image plane behind the last vertex of the imaging lens."""
     rms_mm: float
-    """Root mean square distance of the rays from their middle."""
+    """The root mean square distance of the rays from their centroid."""
     height_mm: float
-    """The height of their middle above the axis."""
+    """The height of the centroid above the axis."""
 
 
 def best_focus(bench: Bench, object_mm: float) -> Focus | None:
-    """Return the image of the axis point of an object plane where its spot is smallest; None where no light arrives.
+    """Return the image of the axis point of an object plane where its spot is smallest; None if no light arrives.
 
-    The least squares of the positions over a shift of the plane: as the views of a capture sample slopes evenly, this
-    is also the depth that fits all views best.
+    The plane minimises the sum of the squared distances. Because the views of a capture sample slopes evenly, it is
+    also the depth that fits all views best.
 
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     object_mm
         The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
     """
@@ -61,12 +61,12 @@ def best_focus(bench: Bench, object_mm: float) -> Focus | None:
 
 
 def focus_at(bench: Bench, object_mm: float, *, height_mm: float, image_mm: float) -> Focus | None:
-    """Return the image of a point beside the axis on a given plane; None where no light arrives.
+    """Return the image of a point beside the axis on a given plane; None if no light arrives.
 
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     object_mm
         The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
     height_mm
@@ -84,7 +84,7 @@ def working_f_number(bench: Bench, object_mm: float) -> float | None:
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     object_mm
         The distance of the object plane before the origin, surface 1 of the imaging lens, mm.
     """
@@ -107,14 +107,14 @@ def working_f_number(bench: Bench, object_mm: float) -> float | None:
 
 
 def spot(rays: Rays, bench: Bench, *, image_mm: float) -> Focus:
-    """Return what a bundle makes of a point on a plane behind the last vertex.
+    """Return the spot of a bundle of rays on a plane behind the last vertex.
 
     Parameters
     ----------
     rays
         The rays behind the imaging lens: positions and directions, each float64 (ray, 3), mm and unit vectors.
     bench
-        The rig as it stands.
+        The bench of the rig.
     image_mm
         The place of the image plane behind the last vertex, mm.
     """
@@ -125,21 +125,21 @@ def spot(rays: Rays, bench: Bench, *, image_mm: float) -> Focus:
 
 
 def used_rays(bench: Bench, *, object_mm: float, height_mm: float) -> Rays | None:
-    """Return the rays behind the imaging lens that a point is captured by, evenly over the aperture, shape (ray, 3).
+    """Return the rays of a point behind the imaging lens that the array captures, evenly spaced, shape (ray, 3).
 
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     object_mm
-        From the point's plane to surface 1.
+        The distance of the point's plane before surface 1, mm.
     height_mm
-        Of the point over the axis, along y.
+        The height of the point above the axis, along y, mm.
 
     Raises
     ------
     ValueError
-        Without imaging lens.
+        If the rig has no imaging lens.
     """
     lens = bench.imaging_lens
     if lens is None:
@@ -171,7 +171,7 @@ def taken_by_array(bench: Bench, rays: Rays) -> NDArray[np.bool_]:
     Parameters
     ----------
     bench
-        The rig as it stands.
+        The bench of the rig.
     rays
         The rays behind the imaging lens: positions and directions, each float64 (ray, 3), mm and unit vectors.
     """
@@ -179,7 +179,7 @@ def taken_by_array(bench: Bench, rays: Rays) -> NDArray[np.bool_]:
     with np.errstate(invalid="ignore"):
         met = rays.at_z(bench.mla_z_mm)[:, :2]
         slope = rays.direction[:, :2] / rays.direction[:, 2:]
-        if bench.rig.camera.projection == "perspective":  # its rays come together at the camera
+        if bench.rig.camera.projection == "perspective":  # its rays converge at the camera
             slope = slope + met / (bench.camera_z_mm - bench.mla_z_mm)
         inside = np.all(np.abs(met) <= np.array(lattice.extent_mm(array)) / 2, axis=1)
         return np.asarray(inside & lattice.inside_cell(array, slope * array.focal_length_mm))
