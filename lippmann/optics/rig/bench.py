@@ -32,7 +32,7 @@ class Bench:
     """The elements of a rig in the rig frame, mm."""
 
     imaging_lens: ImagingLens | None
-    """The imaging lens, with surfaces in contact moved apart. It is None for direct pickup, where the origin takes the
+    """The imaging lens, with surfaces in contact moved apart; None for direct pickup, where the origin takes the
     position of surface 1."""
     microlens: Microlens
     mla_z_mm: float

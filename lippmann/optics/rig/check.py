@@ -53,8 +53,11 @@ def check_rig(spec: JobSpec, stage: Stage) -> tuple[str, ...]:
     stage
         The stage of the scene.
 
-        Raises ------ OpticsError If the rig cannot be built: a lens is wider than its sphere, the array is inside the
-        imaging lens, or there is no real image.
+    Raises
+    ------
+    OpticsError
+        If the rig cannot be built: a lens is wider than its sphere, the array is inside the imaging lens, or there is
+        no real image.
     """
     stood = bench(spec.rig, reference_mm=stage.reference_mm)
     _check_window(stood)

@@ -79,9 +79,15 @@ def _height_mm(
 def seen_under(bench: Bench, centre_mm: NDArray[np.float64], offset_mm: NDArray[np.float64]) -> Rays:
     """Return the rays in the scene's space that the camera sees under lenses at any position, with apertures open.
 
-    Parameters ---------- bench The bench of the rig. centre_mm The centres of the lenses, float64 (..., 2), mm as
-    (x, y). offset_mm The offset from the centre of the lens to the intersection of the camera ray with the plane of
-    the array, float64 (..., 2), mm as (x, y).
+    Parameters
+    ----------
+    bench
+        The bench of the rig.
+    centre_mm
+        The centres of the lenses, float64 (..., 2), mm as (x, y).
+    offset_mm
+        The offsets from the centre of the lens to the intersection of the camera ray with the plane of the array,
+        float64 (..., 2), mm as (x, y).
     """
     rays, _ = through_microlens(camera_rays(bench, centre_mm + offset_mm), bench, centre_mm)
     if bench.imaging_lens is None:
