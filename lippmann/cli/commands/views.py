@@ -100,6 +100,7 @@ def refocus(
     all_in_focus: Annotated[
         bool, typer.Option("--all-in-focus", help="Write one all-in-focus picture of the depths of --stack.")
     ] = False,
+    extended: Annotated[bool, typer.Option("--extended", hidden=True, help="The old name of --all-in-focus.")] = False,
     method: Annotated[
         Literal["shift_and_sum", "ciir"],
         typer.Option(
@@ -123,6 +124,9 @@ def refocus(
     from lippmann.local.image import open_orthoscopic
     from lippmann.local.refocus import RefocusOptions, write_all_in_focus, write_focal_stack, write_refocused
 
+    if extended:
+        output.note("--extended is called --all-in-focus; the old name works until the next release.")
+        all_in_focus = True
     if (depth_mm is None) == (stack is None) or (all_in_focus and stack is None):
         raise BadInput("expected either --depth-mm, or --stack with or without --all-in-focus")
     if all_in_focus and method == "ciir":

@@ -68,18 +68,19 @@ def test_refocus_is_brightest_at_the_points_depth(
     assert np.argmax(brightest) == 3
 
 
-def test_refocus_at_one_depth_and_extended_focus_write_one_picture(
+def test_refocus_at_one_depth_and_all_in_focus_write_one_picture(
     master: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     for options in (
         ["--depth-mm", "-7.5"],
         ["--stack", "10:30:5", "--all-in-focus"],
         ["--stack", "20:20:1", "--all-in-focus"],
+        ["--stack", "20:20:1", "--extended"],
     ):
         out = tmp_path / "one.png"
         said = said_by("refocus", str(master), *options, "--out", str(out), monkeypatch=monkeypatch, capsys=capsys)
         assert said["files"] == [str(out)]
-        assert said["all_in_focus"] == ("--all-in-focus" in options)
+        assert said["all_in_focus"] == ("--stack" in options), "--extended is the old name"
         assert read_rgb(out, np.float32).any()
 
 
