@@ -1,4 +1,4 @@
-"""Frame ranges: the text `1-48:2, 60` and the numbers it stands for, both ways."""
+"""Frame ranges: parse text as `1-48:2, 60` into frame numbers, and format frame numbers as text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from pydantic import AfterValidator, Field
 from lippmann.errors import SpecError
 
 MAX_FRAMES = 300_000
-"""The longest sequence one job may ask for (2.8 hours at 30 frames a second)."""
+"""The greatest number of frames of a job (2.8 hours at 30 frames a second)."""
 
 MAX_FRAME_NUMBER = 999_999
 
@@ -86,4 +86,4 @@ def _checked(text: str) -> str:
 
 
 FrameList = Annotated[str, Field(max_length=1000), AfterValidator(_checked)]
-"""Frames as a field of a job: text that `parse_frames` takes."""
+"""The frames of a job, as text for `parse_frames`."""

@@ -101,6 +101,6 @@ def glass(name: str) -> Glass | None:
     >>> print(glass("unobtainium"))
     None
     """
-    asked = name.strip().upper().replace(" ", "-")
-    asked = _OTHER_NAMES.get(asked, asked)
-    return GLASSES.get(asked) or GLASSES.get(f"N-{asked}")
+    key = name.strip().upper().replace(" ", "-")
+    key = _OTHER_NAMES.get(key, key)
+    return GLASSES.get(key) or GLASSES.get(f"N-{key}")

@@ -117,9 +117,9 @@ class ImportedSheets(SheetGeometry):
         """
         pattern = self.files
         if not isinstance(pattern, str):
-            strange = [name for name in pattern if name not in names or not name.lower().endswith(SUFFIXES)]
-            if strange or not pattern:
-                got = repr(strange[0]) if strange else "none"
+            invalid = [name for name in pattern if name not in names or not name.lower().endswith(SUFFIXES)]
+            if invalid or not pattern:
+                got = repr(invalid[0]) if invalid else "none"
                 raise BundleError(
                     f"scene.toml: sheets.files: expected pictures ({', '.join(SUFFIXES)}) of the bundle, got {got}"
                 )
@@ -150,11 +150,11 @@ class ImportedSheets(SheetGeometry):
 
     def _rig(self, rig: Rig) -> dict[str, Any]:
         data = rig.model_dump(mode="json")
-        said, array = rig.lens_array.model_fields_set, data["lens_array"]
+        given, array = rig.lens_array.model_fields_set, data["lens_array"]
         array |= {"count": self.count, "lattice": self.lattice, "offset_mm": 0.0}
-        if "pitch_mm" not in said:
+        if "pitch_mm" not in given:
             array["pitch_mm"] = self.lens_pitch_mm
-        if "focal_length_mm" not in said:
+        if "focal_length_mm" not in given:
             array["focal_length_mm"] = self.lens_focal_length_mm(array["pitch_mm"])
         return data | {"lens_array": array, "px_per_lens": self.px_per_lens, "imaging_lens": None}
 
@@ -176,7 +176,7 @@ class ImportedSheets(SheetGeometry):
                 yield FieldProblem(
                     f"rig.lens_array.{name}", expected=f"{getattr(self, name)!r}, as the sheets", got=got
                 )
-        said = "px_per_lens" in spec.rig.model_fields_set and spec.rig.device is None
-        if said and spec.rig.px_per_lens != self.px_per_lens:
+        given = "px_per_lens" in spec.rig.model_fields_set and spec.rig.device is None
+        if given and spec.rig.px_per_lens != self.px_per_lens:
             expected = f"{self.px_per_lens}, as the sheets"
             yield FieldProblem(field="rig.px_per_lens", expected=expected, got=str(spec.rig.px_per_lens))

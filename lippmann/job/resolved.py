@@ -66,10 +66,10 @@ class ResolvedJob(_Part):
         _check_moving_parameters(spec, manifest)
         for frame in spec.checked_frames():
             try:
-                there = spec.at(frame)
-                _check_outputs(there)
-                manifest.resolve(there.parameters)
-                changed_stage(manifest.stage, there.stage)
+                at_frame = spec.at(frame)
+                _check_outputs(at_frame)
+                manifest.resolve(at_frame.parameters)
+                changed_stage(manifest.stage, at_frame.stage)
             except SpecError as error:
                 raise add_frame(error, frame) if spec.animation else error from error
         return cls(
@@ -85,11 +85,11 @@ class ResolvedJob(_Part):
 
     def at(self, frame: int) -> ResolvedJob:
         """Return the job at a frame: its rig, stage and parameters have the values of that frame."""
-        there = self.spec.at(frame)
+        at_frame = self.spec.at(frame)
         update = {
-            "spec": there,
-            "stage": changed_stage(self.stage, there.stage),
-            "parameters": self.parameters | there.parameters,
+            "spec": at_frame,
+            "stage": changed_stage(self.stage, at_frame.stage),
+            "parameters": self.parameters | at_frame.parameters,
         }
         return self.model_copy(update=update)
 

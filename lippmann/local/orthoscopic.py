@@ -205,8 +205,8 @@ def _made(captured: Sheet, turn: bool, rig: Rig | None, display: Spoc | None) ->
         return OrthoscopicSheet(captured, inverted=turn)
     try:
         return spoc_sheet(TurnedSheet(captured) if turn else captured, rig, display)
-    except FieldError as misfit:
-        raise BadInput(f"{option_of(misfit.field)}: expected {misfit.expected}, got {misfit.got}") from misfit
+    except FieldError as error:
+        raise BadInput(f"{option_of(error.field)}: expected {error.expected}, got {error.got}") from error
 
 
 def _header(file: Path, made: Sheet, shown: Rig | None) -> dict[str, str]:
