@@ -68,24 +68,24 @@ class Traced:
         return -float(np.polyfit(np.arange(len(self.lens_col)), self.lens_col, 1)[0])
 
 
-def seen_places_mm(stood: Bench, z_mm: float) -> Array:
+def seen_places_mm(optical_bench: Bench, z_mm: float) -> Array:
     """Return the point of a plane that each pixel of the middle views sees, `(view, lens_row, lens_col, 2)`, mm.
 
     The lattice is square. The views are those of the orthoscopic integral image, in the order of
     `lippmann.lightfield.views.views`.
     """
-    layout = display_size(stood.rig)
+    layout = display_size(optical_bench.rig)
     n, (_, v) = layout.px_per_lens, centre(layout)
     # The orthoscopic image has the lenses in reverse order and every cell as captured, so that the row of a view is one
     # row of the cells.
-    rows = pixel_centres_mm(stood)[n - 1 - v :: n]
-    met = object_rays(stood, rows).at_z(z_mm)[..., :2]
+    rows = pixel_centres_mm(optical_bench)[n - 1 - v :: n]
+    met = object_rays(optical_bench, rows).at_z(z_mm)[..., :2]
     cells = met.reshape(layout.lens_rows, layout.lens_cols, n, 2)[::-1, ::-1]
     places: Array = np.moveaxis(cells[:, :, ::-1], 2, 0)
     return places
 
 
-def traced(stood: Bench, place_mm: Array) -> Traced:
+def traced(optical_bench: Bench, place_mm: Array) -> Traced:
     """Return the positions of a point of the rig frame in the views of the middle row.
 
     Raises
@@ -93,7 +93,7 @@ def traced(stood: Bench, place_mm: Array) -> Traced:
     OpticsError
         If no ray of a view comes near the point.
     """
-    places = seen_places_mm(stood, float(place_mm[2]))
+    places = seen_places_mm(optical_bench, float(place_mm[2]))
     found = np.array([_nearest(view, place_mm[:2]) for view in places])
     return Traced(lens_row=found[:, 0], lens_col=found[:, 1])
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from lippmann.job.viewing import Filter
 from povtemplates.catalogue import scene_folders
 from service.ports import CheckedBundle, Parts
-from worker.images.convert import png, shown
+from worker.images.convert import encoded_picture, png
 from worker.images.read import read_rgb
 from worker.sandbox.bundle import check_bundle, pack_folder
 from worker.store.local import LocalStore
@@ -44,7 +44,7 @@ class _Pictures:
         scale: int = 1,
         filter_name: Filter = "lanczos3",
     ) -> bytes:
-        return shown(light, as_format=as_format, scale=scale, filter_name=filter_name)
+        return encoded_picture(light, as_format=as_format, scale=scale, filter_name=filter_name)
 
 
 class _Scenes:

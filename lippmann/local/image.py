@@ -29,7 +29,7 @@ from lippmann.lightfield.depth.plane_sweep import REACH
 from lippmann.lightfield.depth.view_depth import Method, ViewDepth, estimated_depth, true_depth
 from lippmann.lightfield.observer.display import LensDisplay
 from lippmann.lightfield.observer.observe import whole_window
-from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, look
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, observed_picture
 from lippmann.lightfield.observer.window import Window
 from lippmann.lightfield.refocus.all_in_focus import all_in_focus
 from lippmann.lightfield.refocus.ciir import ciir_stack
@@ -517,7 +517,7 @@ class IntegralImage(lightfield.IntegralImage):
             pupil_mm=pupil_mm, focus_mm=focus_mm, rays=rays, stereo=stereo, eye_distance_mm=eye_distance_mm
         )
         window = window or whole_window(display, size_px=size_px)
-        return look(self.pixels, display, _eye(eye), conditions, window=window)
+        return observed_picture(self.pixels, display, _eye(eye), conditions, window=window)
 
     def shown_on(self) -> LensDisplay:
         """Return the display that shows the image: its own, that of its rig, or one whose gap is one focal length."""

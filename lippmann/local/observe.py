@@ -15,7 +15,7 @@ from lippmann.errors import BadInput
 from lippmann.job.viewing import EyePath
 from lippmann.lightfield.observer.moving_eye import moving_eye
 from lippmann.lightfield.observer.observe import whole_window
-from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, least_own_share, look
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, least_own_share, observed_picture
 from lippmann.lightfield.observer.window import Window, window_of
 from lippmann.lightfield.views.perspective import Eye
 from lippmann.local.files.displayed_image import DisplayedImage
@@ -146,7 +146,7 @@ def write_clip(image: DisplayedImage, out: Path, observer: Observer, clip: Clip)
 
 
 def _picture(image: DisplayedImage, observer: Observer, place: Eye) -> NDArray[np.floating[Any]]:
-    return look(image.pixels, image.display, place, observer.conditions, window=observer.window(image))
+    return observed_picture(image.pixels, image.display, place, observer.conditions, window=observer.window(image))
 
 
 def _check_suffix(out: Path, suffix: str) -> None:

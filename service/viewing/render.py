@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from lippmann.errors import FieldProblem
 from lippmann.lightfield.observer.observe import whole_window
-from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, look
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, observed_picture
 from lippmann.lightfield.refocus.shift_and_sum import refocus
 from lippmann.lightfield.views.atlas import atlas_picture, plan_atlas
 from lippmann.lightfield.views.perspective import Eye, perspective
@@ -87,7 +87,7 @@ def render_observer(sheet: Sheet, frame: ViewableFrame, query: schema.ObserverQu
         eye_distance_mm=query.eye_distance_mm,
     )
     window = whole_window(display, size_px=query.size)
-    return look(sheet, display, _eye(frame, query), conditions, window=window)
+    return observed_picture(sheet, display, _eye(frame, query), conditions, window=window)
 
 
 def render_atlas(sheet: Sheet, frame: ViewableFrame, query: schema.AtlasQuery) -> Light:

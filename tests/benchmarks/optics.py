@@ -131,9 +131,11 @@ def ray_camera_s(folder: Path, sheet: ResolvedJob) -> float:
     region = ray_camera_region(rows=side, cols=side)
 
     def write() -> None:
-        stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
-        rays = pixel_rays(stood, rows=side, cols=side)
-        shared = scaffold(outer_rays(stood), front_mm=front_mm(stood), mm_per_unit=sheet.stage.mm_per_unit)
+        optical_bench = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
+        rays = pixel_rays(optical_bench, rows=side, cols=side)
+        shared = scaffold(
+            outer_rays(optical_bench), front_mm=front_mm(optical_bench), mm_per_unit=sheet.stage.mm_per_unit
+        )
         text = b"".join(ray_camera_text([rays], rays.position[..., 0].size, shared))
         (folder / RAYS_FILE).write_bytes(text)
         (folder / "frame.pov").write_text(pov_text(sheet, "ray_camera"))

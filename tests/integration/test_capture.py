@@ -158,8 +158,8 @@ def test_disparity_of_a_point_is_that_of_the_exact_trace(
         lens_array={"offset_mm": offset_mm, "lattice": lattice},
         parameters={"distance_mm": distance_mm, "radius_mm": BALL_MM},
     )
-    stood, layout = bench(spec.rig, reference_mm=1000.0), display_size(spec.rig)
-    rays = object_rays(stood, pixel_centres_mm(stood))
+    optical_bench, layout = bench(spec.rig, reference_mm=1000.0), display_size(spec.rig)
+    rays = object_rays(optical_bench, pixel_centres_mm(optical_bench))
     from_middle = rays.position - np.array([0.0, 0.0, -distance_mm])
     miss_mm = np.linalg.norm(np.cross(from_middle, rays.direction), axis=-1, keepdims=True)
     traced = orthoscopic((miss_mm <= BALL_MM).astype(np.float64), frame_size(spec.rig))

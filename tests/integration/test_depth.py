@@ -87,9 +87,9 @@ def test_a_plane_is_where_it_stands_and_moves_as_exact_rays_say(tmp_path: Path, 
     place = local_place(tmp_path)
     stored_job(place, spec)
     found = depth_of(place, spec)
-    stood = bench(spec.rig, reference_mm=1000.0)
-    points = pixel_centres_mm(stood)
-    rays = object_rays(stood, points)
+    optical_bench = bench(spec.rig, reference_mm=1000.0)
+    points = pixel_centres_mm(optical_bench)
+    rays = object_rays(optical_bench, points)
     hits = rays.at_z(-1000.0)
     seen = np.asarray((np.abs(hits[..., :2]) < 400).all(axis=-1))
     assert 0.3 < seen.mean() <= 1
@@ -99,7 +99,7 @@ def test_a_plane_is_where_it_stands_and_moves_as_exact_rays_say(tmp_path: Path, 
     np.testing.assert_array_equal(met, upright(seen[..., np.newaxis], spec)[..., 0])
     most_mm = precision_mm(upright(away_mm[..., np.newaxis], spec)[..., 0])
     np.testing.assert_array_less(error_mm[met], most_mm[met])
-    moves = upright(parallax(stood, points, np.where(seen, -1000.0, np.nan)), spec)
+    moves = upright(parallax(optical_bench, points, np.where(seen, -1000.0, np.nan)), spec)
     # What half a step of z comes to: depth on the display goes with the square of the magnification, 0.28.
     moves = np.where(met[..., np.newaxis], moves, np.nan)
     np.testing.assert_allclose(found.values[..., 2:], moves, atol=4e-4, rtol=1e-4)
@@ -136,8 +136,8 @@ def test_a_ball_is_where_it_stands_whatever_else_the_scene_says(tmp_path: Path, 
     place = local_place(tmp_path / "data")
     sheet = local_job(place, spec, pack_folder(tmp_path / "own"))
     z_mm = upright(depth_alone(place, sheet).z_mm[..., np.newaxis], spec)[..., 0]
-    stood = bench(spec.rig, reference_mm=1000.0)
-    rays = object_rays(stood, pixel_centres_mm(stood))
+    optical_bench = bench(spec.rig, reference_mm=1000.0)
+    rays = object_rays(optical_bench, pixel_centres_mm(optical_bench))
     # In the rig's frame z grows toward the camera, and the observer's right is the scene's.
     away_mm = np.fmin(to_ball(rays, (8, -4, -1000), 16.0), to_ball(rays, (28, 6, -988), 8.0))
     expected = -(rays.position + away_mm[..., np.newaxis] * rays.direction)[..., 2:]

@@ -10,7 +10,7 @@ import pytest
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.viewing import EYES_APART_MM
 from lippmann.lightfield.observer.observe import whole_window
-from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, look
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, observed_picture
 from lippmann.lightfield.views.perspective import Eye
 from lippmann.optics.rig.array import lens_centres_mm
 from lippmann.optics.rig.bench import Bench, bench, object_rays
@@ -51,35 +51,35 @@ def test_two_eyes_see_a_captured_point_where_the_exact_trace_puts_it(
     assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
     sheet = stored_picture(place, names.orthoscopic_name(1))
 
-    display, stood = observed_display(spec.rig), bench(spec.rig, reference_mm=1000.0)
+    display, optical_bench = observed_display(spec.rig), bench(spec.rig, reference_mm=1000.0)
     window = whole_window(display, size_px=224)
     a_pixel_mm = display.pixel_mm[1] / display.gap_mm * DISTANCE_MM  # how far an eye goes from pixel to pixel
     apart, expected = [], []
     for x_mm in (np.arange(PLACES) + 0.5) / PLACES * a_pixel_mm:
         conditions = ViewingConditions(stereo="side_by_side")
-        seen = look(sheet, display, Eye(x_mm, 0.0, DISTANCE_MM), conditions, window=window)
+        seen = observed_picture(sheet, display, Eye(x_mm, 0.0, DISTANCE_MM), conditions, window=window)
         left, right = np.split(seen.sum(axis=(0, 2), dtype=float), 2)
         apart.append(window.across_mm @ left / left.sum() - window.across_mm @ right / right.sum())
         eyes_mm = [eye.x_mm for eye in conditions.eyes(Eye(x_mm, 0.0, DISTANCE_MM))]
-        expected.append(-np.diff([traced_x_mm(stood, distance_mm, x_mm) for x_mm in eyes_mm])[0])
+        expected.append(-np.diff([traced_x_mm(optical_bench, distance_mm, x_mm) for x_mm in eyes_mm])[0])
     assert np.mean(apart) == pytest.approx(np.mean(expected), rel=0.05)
     # What the capture saw at s is shown a focal length nearer; spherical aberration takes up to 6.4 mm from that.
     shown_mm = DISTANCE_MM * np.mean(expected) / (EYES_APART_MM + np.mean(expected))
-    assert stood.s_mm(distance_mm) == pytest.approx(s_mm, abs=0.1)
+    assert optical_bench.s_mm(distance_mm) == pytest.approx(s_mm, abs=0.1)
     assert s_mm + 3.3 - 6.4 < shown_mm < s_mm + 3.3 + 0.1
 
 
-def traced_x_mm(stood: Bench, object_mm: float, eye_mm: float) -> float:
+def traced_x_mm(optical_bench: Bench, object_mm: float, eye_mm: float) -> float:
     """Return where on the display an eye sees the axis point of an object plane, mm to the right, by exact rays.
 
     Under each lens of the capture's middle row, where does a pixel lie that sees the point? Turned by 180 degrees, the
     lens at c stands at -c on the display, with its cell as captured; and there the eye at x looks at -g (x + c) / L.
     """
-    array = stood.rig.lens_array
+    array = optical_bench.rig.lens_array
     centre_mm = lens_centres_mm(array)[array.count[0] // 2, :, 0]
     offset_mm = np.linspace(-0.49, 0.49, 99)
     at_mm = np.stack(np.broadcast_arrays(centre_mm[:, np.newaxis] + offset_mm, 0.0), axis=-1)
-    x_mm = object_rays(stood, at_mm).at_z(-object_mm)[..., 0]
+    x_mm = object_rays(optical_bench, at_mm).at_z(-object_mm)[..., 0]
     rising = np.sign(x_mm[:, -1] - x_mm[:, 0])
     sees = np.array(
         [np.interp(0, sign * line, offset_mm, np.nan, np.nan) for sign, line in zip(rising, x_mm, strict=True)]

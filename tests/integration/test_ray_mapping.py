@@ -34,8 +34,8 @@ DOUBLE_GAUSS = {"name": "double-gauss-tronnier", "focal_length_mm": 300}
 
 def traced_mm(spec: JobSpec, *, distance_mm: float) -> NDArray[np.float64]:
     """Return where each pixel's ray meets the target, `(row, col, 2)`; NaN where an aperture stops it."""
-    stood = bench(spec.rig, reference_mm=1000.0)
-    return object_rays(stood, pixel_centres_mm(stood)).at_z(-distance_mm)[..., :2]
+    optical_bench = bench(spec.rig, reference_mm=1000.0)
+    return object_rays(optical_bench, pixel_centres_mm(optical_bench)).at_z(-distance_mm)[..., :2]
 
 
 def rendered_mm(folder: Path, spec: JobSpec) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:

@@ -49,8 +49,8 @@ def test_a_captured_point_comes_together_at_its_depth(tmp_path: Path, lattice: s
     assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
     sheet, layout = stored_picture(place, names.orthoscopic_name(1)), display_size(spec.rig)
 
-    stood = bench(spec.rig, reference_mm=DISTANCE_MM)
-    step = exact_disparity(stood, DISTANCE_MM)
+    optical_bench = bench(spec.rig, reference_mm=DISTANCE_MM)
+    step = exact_disparity(optical_bench, DISTANCE_MM)
     assert step is not None
     shown_mm = step * spec.rig.px_per_lens * FOCAL_MM
     assert shown_mm == pytest.approx(s_mm + FOCAL_MM, abs=1.0)

@@ -49,7 +49,7 @@ def test_the_images_of_the_pupil_are_found_about_the_middle(tmp_path: Path, latt
 def test_a_near_camera_sees_them_further_apart_by_focal_length_over_its_distance(tmp_path: Path) -> None:
     _, far = _white(tmp_path / "far")
     spec, near = _white(tmp_path / "near", camera={"projection": "perspective"})
-    stood = bench(spec.rig, reference_mm=1000.0)
+    optical_bench = bench(spec.rig, reference_mm=1000.0)
     more = calibrate_white_image(near).grid.pitch_px / calibrate_white_image(far).grid.pitch_px - 1
-    expected = spec.rig.lens_array.focal_length_mm / (stood.camera_z_mm - stood.mla_z_mm)
+    expected = spec.rig.lens_array.focal_length_mm / (optical_bench.camera_z_mm - optical_bench.mla_z_mm)
     assert more == pytest.approx(expected, rel=0.1)

@@ -71,7 +71,7 @@ def png(path: Path, *, bits: int = 8) -> bytes:
         return file.read()
 
 
-def shown(
+def encoded_picture(
     linear: NDArray[np.floating[Any]], *, as_format: Literal["png", "webp"], scale: int, filter_name: Filter
 ) -> bytes:
     """Return linear light as an sRGB file of 8 bits.
@@ -95,6 +95,6 @@ def shown(
     if scale > 1:
         rows, cols = linear.shape[:2]
         linear = resize(linear, rows=rows * scale, cols=cols * scale, filter_name=filter_name)
-    lent = encoded_png(linear, bits=8) if as_format == "png" else encoded_webp(linear)
-    with lent as file:
+    encoded = encoded_png(linear, bits=8) if as_format == "png" else encoded_webp(linear)
+    with encoded as file:
         return file.read()

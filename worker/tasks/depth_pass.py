@@ -63,7 +63,7 @@ def depth_of_tile(
         Whatever the scene fails with.
     """
     there = sheet.at(frame)
-    stood = bench(there.spec.rig, reference_mm=there.stage.reference_mm)
+    optical_bench = bench(there.spec.rig, reference_mm=there.stage.reference_mm)
     layout = there.spec.rig.layout
     rows, cols = layout.rows, layout.cols
     region = Region(tile.row_start, tile.row_stop, tile.col_start, tile.col_stop)
@@ -78,10 +78,10 @@ def depth_of_tile(
         spent_s += outcome.cpu_s
         return read_codes(outcome.picture)[LEADING_ROWS:]
 
-    near_mm = _scale_mm(there.stage, stood)
+    near_mm = _scale_mm(there.stage, optical_bench)
     first = DepthPass(outside=(0, 0, 0), cols=tile.cols, near_mm=near_mm)
     light = found_light(codes, first, there.stage, foggy=_has_fog(place.bundle_folder(sheet.bundle)))
-    return _depth_map(light.distance_mm(near_mm=near_mm), stood, tile, shared, monitor), spent_s
+    return _depth_map(light.distance_mm(near_mm=near_mm), optical_bench, tile, shared, monitor), spent_s
 
 
 def _command(tile: Tile, *, clock: float) -> RenderCommand:
@@ -97,10 +97,10 @@ def _command(tile: Tile, *, clock: float) -> RenderCommand:
     )
 
 
-def _scale_mm(stage: Stage, stood: Bench) -> float:
+def _scale_mm(stage: Stage, optical_bench: Bench) -> float:
     """Return the approximate distance of the rays to the reference plane, mm."""
-    deepest_mm = stage.far_mm + front_mm(stood)
-    return max(stage.near_mm + front_mm(stood), deepest_mm / 10, 1.0)
+    deepest_mm = stage.far_mm + front_mm(optical_bench)
+    return max(stage.near_mm + front_mm(optical_bench), deepest_mm / 10, 1.0)
 
 
 def found_light(
@@ -138,23 +138,23 @@ def _has_fog(bundle: Path) -> bool:
 
 
 def _depth_map(
-    distance_mm: NDArray[np.float64], stood: Bench, tile: Tile, shared: Scaffold, monitor: ProgressMonitor
+    distance_mm: NDArray[np.float64], optical_bench: Bench, tile: Tile, shared: Scaffold, monitor: ProgressMonitor
 ) -> DepthMap:
-    rows, cols = stood.rig.layout.rows, stood.rig.layout.cols
+    rows, cols = optical_bench.rig.layout.rows, optical_bench.rig.layout.cols
     across = slice(tile.col_start, tile.col_stop)
     values = np.empty((tile.rows, tile.cols, 4), dtype=np.float32)
     start = 0
-    for rays in ray_bands(stood, rows=rows, cols=cols, region=(slice(tile.row_start, tile.row_stop), across)):
+    for rays in ray_bands(optical_bench, rows=rows, cols=cols, region=(slice(tile.row_start, tile.row_stop), across)):
         if monitor.should_stop():
             raise Stopped
         stop = start + len(rays.position)
         along = distance_mm[start:stop, :, np.newaxis] * rays.direction
         z_mm = (starts_mm(rays, shared) + along)[..., 2]
         band = slice(tile.row_start + start, tile.row_start + stop)
-        moves = parallax(stood, pixel_centres_mm(stood, region=(band, across)), z_mm)
+        moves = parallax(optical_bench, pixel_centres_mm(optical_bench, region=(band, across)), z_mm)
         here = values[start:stop]
         here[..., 0] = -z_mm
-        here[..., 1] = depth_on_display_mm(moves, stood.rig)
+        here[..., 1] = depth_on_display_mm(moves, optical_bench.rig)
         here[..., 2:] = moves
         start = stop
     return DepthMap(values)

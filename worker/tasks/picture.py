@@ -135,11 +135,11 @@ def write_rays(
     Scaffold
         The scaffold with which the rays were written.
     """
-    stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
+    optical_bench = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
     wanted = slice(region.row_start, region.row_stop), slice(region.col_start, region.col_stop)
     count = (region.row_stop - region.row_start) * (region.col_stop - region.col_start)
-    bands = ray_bands(stood, rows=rows, cols=cols, region=wanted)
-    shared = scaffold(outer_rays(stood), front_mm=front_mm(stood), mm_per_unit=sheet.stage.mm_per_unit)
+    bands = ray_bands(optical_bench, rows=rows, cols=cols, region=wanted)
+    shared = scaffold(outer_rays(optical_bench), front_mm=front_mm(optical_bench), mm_per_unit=sheet.stage.mm_per_unit)
     with path.open("wb") as file:
         for piece in ray_camera_text(bands, count, shared):
             if monitor.should_stop():

@@ -77,28 +77,30 @@ def measured_depths(job: LocalJob, frame: int) -> tuple[Depth, ...]:
 def _depth(job: LocalJob, frame: int, views: NDArray[np.float64], landmark: Landmark) -> Depth:
     there = job.sheet.at(frame)
     array, n = there.spec.rig.lens_array, there.spec.rig.px_per_lens
-    stood = bench(there.spec.rig, reference_mm=there.stage.reference_mm)
+    optical_bench = bench(there.spec.rig, reference_mm=there.stage.reference_mm)
     place_mm = rig_place_mm(landmark.place, there.stage)
-    exact = traced(stood, place_mm)
+    exact = traced(optical_bench, place_mm)
     to_depth_mm = partial(depth_mm, px_per_lens=n, focal_length_mm=array.focal_length_mm)
     to_lenses = partial(lenses_a_view, px_per_lens=n, focal_length_mm=array.focal_length_mm)
     tried = np.array([to_lenses(float(s_mm)) for s_mm in np.arange(*TRIED_MM, TRIED_STEP_MM)])
-    moved = movement(views, _patch(stood, landmark, exact, float(place_mm[2])), tried)
+    moved = movement(views, _patch(optical_bench, landmark, exact, float(place_mm[2])), tried)
     if moved is None:
         raise RenderFailed(f"expected {landmark.name} in the picture of frame {frame}, got nothing to measure")
     return Depth(
         name=landmark.name,
-        by_small_angles_mm=stood.s_mm(-float(place_mm[2])),
+        by_small_angles_mm=optical_bench.s_mm(-float(place_mm[2])),
         by_exact_trace_mm=to_depth_mm(exact.lenses_a_view),
         measured_mm=to_depth_mm(moved.lenses_a_view),
         likeness=moved.likeness,
     )
 
 
-def _patch(stood: Bench, landmark: Landmark, exact: Traced, z_mm: float) -> Patch:
+def _patch(optical_bench: Bench, landmark: Landmark, exact: Traced, z_mm: float) -> Patch:
     """Return the part of the central view that shows the landmark."""
-    assert stood.imaging_lens is not None  # noqa: S101 - the paper's job has one
-    lenses_a_mm = abs(conjugate(stood.imaging_lens, -z_mm).magnification) / stood.rig.lens_array.pitch_mm
+    assert optical_bench.imaging_lens is not None  # noqa: S101 - the paper's job has one
+    lenses_a_mm = (
+        abs(conjugate(optical_bench.imaging_lens, -z_mm).magnification) / optical_bench.rig.lens_array.pitch_mm
+    )
     return Patch(
         lens_row=float(exact.lens_row.mean()),
         lens_col=float(exact.lens_col.mean()),

@@ -33,7 +33,7 @@ class ViewingConditions:
         return (place,) if self.stereo is None else eye_pair(place, apart_mm=self.eye_distance_mm)
 
 
-def look(
+def observed_picture(
     sheet: NDArray[Light],
     display: LensDisplay,
     place: Eye,
@@ -46,16 +46,16 @@ def look(
     Parameters
     ----------
     sheet, display, window
-        As in `observe`.
+        See `observe`.
     place
-        Of the eye, or of the middle between two.
+        The position of the eye, or of the middle between two eyes.
     conditions
-        How.
+        The pupil, the focus and the arrangement of the eyes.
 
     Raises
     ------
     LayoutError
-        As in `observe`, `eye_pair` and `together`.
+        See `observe`, `eye_pair` and `together`.
     """
     pictures = [
         observe(

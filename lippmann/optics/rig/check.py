@@ -59,21 +59,21 @@ def check_rig(spec: JobSpec, stage: Stage) -> tuple[str, ...]:
         If the rig cannot be built: a lens is wider than its sphere, the array is inside the imaging lens, or there is
         no real image.
     """
-    stood = bench(spec.rig, reference_mm=stage.reference_mm)
-    _check_window(stood)
+    optical_bench = bench(spec.rig, reference_mm=stage.reference_mm)
+    _check_window(optical_bench)
     capture_method(spec, stage)
-    if stood.imaging_lens is None:
-        _check_direct_pickup(stood)
+    if optical_bench.imaging_lens is None:
+        _check_direct_pickup(optical_bench)
     else:
-        _check_real_image(stood, stage)
-        _check_behind_lens(stood)
-        _check_stop(stood, stage)
-    return (*_image_space_notes(stood, stage), *_f_number_notes(stood))
+        _check_real_image(optical_bench, stage)
+        _check_behind_lens(optical_bench)
+        _check_stop(optical_bench, stage)
+    return (*_image_space_notes(optical_bench, stage), *_f_number_notes(optical_bench))
 
 
-def _check_window(stood: Bench) -> None:
+def _check_window(optical_bench: Bench) -> None:
     """Refuse a device's window that is smaller than the array, or a picture that is too large."""
-    device, array = stood.rig.device, stood.rig.lens_array
+    device, array = optical_bench.rig.device, optical_bench.rig.lens_array
     if device is None:
         return
     # The size is computed in pitches first, with the same rounding as that of the picture.
@@ -89,36 +89,38 @@ def _check_window(stood: Bench) -> None:
         raise _refused("rig.device.window_px", expected, f"{window[0]} x {window[1]} px")
 
 
-def _check_direct_pickup(stood: Bench) -> None:
-    offset_mm = stood.rig.lens_array.offset_mm
+def _check_direct_pickup(optical_bench: Bench) -> None:
+    offset_mm = optical_bench.rig.lens_array.offset_mm
     if offset_mm >= 0:
         expected = "a negative one without imaging lens: the array sees only what lies before it"
         raise _refused("rig.lens_array.offset_mm", expected, f"{offset_mm:g} mm")
 
 
-def _check_real_image(stood: Bench, stage: Stage) -> None:
-    image_mm = stood.image_z_mm(stage.reference_mm) - stood.lens_end_mm
+def _check_real_image(optical_bench: Bench, stage: Stage) -> None:
+    image_mm = optical_bench.image_z_mm(stage.reference_mm) - optical_bench.lens_end_mm
     if not (math.isfinite(image_mm) and image_mm > 0):
         expected = "a reference plane that the imaging lens images behind itself"
         raise _refused("stage.reference_mm", expected, f"{stage.reference_mm:g} mm, imaged at {image_mm:.4g} mm")
 
 
-def _check_behind_lens(stood: Bench) -> None:
+def _check_behind_lens(optical_bench: Bench) -> None:
     """Refuse an array inside the imaging lens, whose last surface may reach beyond its vertex."""
-    assert stood.imaging_lens is not None  # noqa: S101 - guaranteed by the caller
-    last = stood.imaging_lens.surfaces[-1]
-    reach_mm = max(0.0, last.sag_mm(min(last.semi_aperture_mm, math.hypot(stood.width_mm, stood.height_mm) / 2)))
-    if stood.mla_behind_lens_mm <= reach_mm:
-        offset_mm = stood.rig.lens_array.offset_mm
-        most_mm = stood.mla_behind_lens_mm - reach_mm + offset_mm
+    assert optical_bench.imaging_lens is not None  # noqa: S101 - guaranteed by the caller
+    last = optical_bench.imaging_lens.surfaces[-1]
+    reach_mm = max(
+        0.0, last.sag_mm(min(last.semi_aperture_mm, math.hypot(optical_bench.width_mm, optical_bench.height_mm) / 2))
+    )
+    if optical_bench.mla_behind_lens_mm <= reach_mm:
+        offset_mm = optical_bench.rig.lens_array.offset_mm
+        most_mm = optical_bench.mla_behind_lens_mm - reach_mm + offset_mm
         expected = f"below {most_mm:.4g} mm, so that the array stands behind the imaging lens"
         raise _refused("rig.lens_array.offset_mm", expected, f"{offset_mm:g} mm")
 
 
-def _check_stop(stood: Bench, stage: Stage) -> None:
-    stop = stood.imaging_lens.stop if stood.imaging_lens else None
-    if stop is not None and not -stage.near_mm < stop.z_mm < stood.mla_z_mm:
-        expected = f"a stop between the scene and the array, from {-stage.near_mm:g} to {stood.mla_z_mm:.4g} mm"
+def _check_stop(optical_bench: Bench, stage: Stage) -> None:
+    stop = optical_bench.imaging_lens.stop if optical_bench.imaging_lens else None
+    if stop is not None and not -stage.near_mm < stop.z_mm < optical_bench.mla_z_mm:
+        expected = f"a stop between the scene and the array, from {-stage.near_mm:g} to {optical_bench.mla_z_mm:.4g} mm"
         raise _refused("rig.imaging_lens.stop_z_mm", expected, f"{stop.z_mm:g} mm")
 
 
@@ -148,18 +150,18 @@ _PLACES = {
 }
 
 
-def _image_space_notes(stood: Bench, stage: Stage) -> tuple[str, ...]:
-    near_mm, far_mm = stood.s_mm(stage.near_mm), stood.s_mm(stage.far_mm)
+def _image_space_notes(optical_bench: Bench, stage: Stage) -> tuple[str, ...]:
+    near_mm, far_mm = optical_bench.s_mm(stage.near_mm), optical_bench.s_mm(stage.far_mm)
     depth = f"{_MEASURED}{far_mm:+.1f} mm (far) to {near_mm:+.1f} mm (near)"
-    if stood.imaging_lens is None and near_mm > 0:
+    if optical_bench.imaging_lens is None and near_mm > 0:
         return (f"The array stands among the things it should show: what is nearer than it is not seen{depth}.",)
-    if stood.imaging_lens is None:
+    if optical_bench.imaging_lens is None:
         return (f"Direct pickup: all is shown virtual{depth}.",)
     return (f"{_PLACES[place_in_image_space(near_mm, far_mm)]}{depth}.",)
 
 
-def _f_number_notes(stood: Bench) -> tuple[str, ...]:
-    lens, array = stood.imaging_lens, stood.rig.lens_array
+def _f_number_notes(optical_bench: Bench) -> tuple[str, ...]:
+    lens, array = optical_bench.imaging_lens, optical_bench.rig.lens_array
     if lens is None:
         return ()
     lens_f_number = f_number(lens)

@@ -68,9 +68,11 @@ def shown_depths(rig: Rig, stage: Stage | None) -> ShownDepths:
 
 
 def _planes_mm(rig: Rig, stage: Stage) -> tuple[float, ...]:
-    stood = bench_as_written(rig, stage)
+    optical_bench = bench_as_written(rig, stage)
     focal_mm = rig.lens_array.focal_length_mm
-    return tuple(stood.s_mm(plane_mm) + focal_mm for plane_mm in (stage.near_mm, stage.reference_mm, stage.far_mm))
+    return tuple(
+        optical_bench.s_mm(plane_mm) + focal_mm for plane_mm in (stage.near_mm, stage.reference_mm, stage.far_mm)
+    )
 
 
 def _reach_mm(layout: CellLayout, lenses_per_mm: tuple[float, float]) -> float:

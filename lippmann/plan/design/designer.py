@@ -42,13 +42,13 @@ def design(sheet: ResolvedJob, *, frame: int | None = None) -> Design:
     there = sheet.at(frame)
     spec, stage = there.spec, there.stage
     place_words, *notes = check_rig(spec, stage)
-    stood = bench_as_written(spec.rig, stage)
+    optical_bench = bench_as_written(spec.rig, stage)
     numbers: dict[str, Any] = {
-        **lens_numbers(stood, stage),
-        **_array_numbers(stood, stage, place_words),
+        **lens_numbers(optical_bench, stage),
+        **_array_numbers(optical_bench, stage, place_words),
         **_pixel_numbers(spec, stage),
         **device_numbers(spec.rig),
-        **display_numbers(spec, stood, stage),
+        **display_numbers(spec, optical_bench, stage),
         **_cost_numbers(sheet.spec, spec, stage),
     }
     warnings = (*notes, *design_words.warnings(spec, stage, numbers))
@@ -67,8 +67,8 @@ def drawing(sheet: ResolvedJob, *, frame: int | None = None) -> str:
     _check_rendered(sheet)
     check_job(sheet)
     there = sheet.at(sheet.spec.frame_numbers[0] if frame is None else frame)
-    stood = bench_as_written(there.spec.rig, there.stage)
-    return draw_bench(stood, there.stage, title=there.spec.title or there.spec.scene)
+    optical_bench = bench_as_written(there.spec.rig, there.stage)
+    return draw_bench(optical_bench, there.stage, title=there.spec.title or there.spec.scene)
 
 
 def bench_as_written(rig: Rig, stage: Stage) -> Bench:
@@ -89,25 +89,27 @@ def _check_rendered(sheet: ResolvedJob) -> None:
         raise SpecError.of([FieldProblem("scene", expected=expected, got=got)])
 
 
-def _array_numbers(stood: Bench, stage: Stage, place_words: str) -> dict[str, Any]:
-    array, shape, rig = stood.rig.lens_array, stood.microlens, stood.rig
-    near_mm, reference_mm, far_mm = map(stood.s_mm, (stage.near_mm, stage.reference_mm, stage.far_mm))
+def _array_numbers(optical_bench: Bench, stage: Stage, place_words: str) -> dict[str, Any]:
+    array, shape, rig = optical_bench.rig.lens_array, optical_bench.microlens, optical_bench.rig
+    near_mm, reference_mm, far_mm = map(optical_bench.s_mm, (stage.near_mm, stage.reference_mm, stage.far_mm))
     return {
         "lens_radius_mm": shape.radius_mm,
         "displacement_mm": shape.displacement_mm,
         "lens_thickness_mm": shape.thickness_mm,
         "mla_f_number": array.focal_length_mm / array.pitch_mm,
-        "f_number_match": design_words.f_number_match(stood, working_f_number(stood, stage.reference_mm)),
-        "mla_behind_lens_mm": stood.mla_behind_lens_mm if stood.imaging_lens else None,
+        "f_number_match": design_words.f_number_match(
+            optical_bench, working_f_number(optical_bench, stage.reference_mm)
+        ),
+        "mla_behind_lens_mm": optical_bench.mla_behind_lens_mm if optical_bench.imaging_lens else None,
         "mla_place": place_in_image_space(near_mm, far_mm),
         "mla_place_words": place_words,
         "s_near_mm": near_mm,
         "s_reference_mm": reference_mm,
         "s_far_mm": far_mm,
-        "disparity_near": small_angle_disparity(stood, stage.near_mm),
-        "disparity_far": small_angle_disparity(stood, stage.far_mm),
-        "exact_disparity_near": exact_disparity(stood, stage.near_mm),
-        "exact_disparity_far": exact_disparity(stood, stage.far_mm),
+        "disparity_near": small_angle_disparity(optical_bench, stage.near_mm),
+        "disparity_far": small_angle_disparity(optical_bench, stage.far_mm),
+        "exact_disparity_near": exact_disparity(optical_bench, stage.near_mm),
+        "exact_disparity_far": exact_disparity(optical_bench, stage.far_mm),
         "projection": rig.camera.projection,
         "camera_distance_mm": perspective_distance_mm(rig),
         "camera_angle_deg": rig.camera.angle_deg,

@@ -52,13 +52,13 @@ def device_cells_px(lens_cols: int, *, cols_px: int, px_per_lens_device: float) 
     return tuple(int(width) for width in np.unique(np.diff(first)))
 
 
-def display_numbers(spec: JobSpec, stood: Bench, stage: Stage) -> dict[str, Any]:
+def display_numbers(spec: JobSpec, optical_bench: Bench, stage: Stage) -> dict[str, Any]:
     """Return gaps, viewing angle and zone, and whether the display resolves the depth of the image."""
     array, distance_mm = spec.rig.lens_array, spec.display.viewing_distance_mm
     f_mm, p_mm = array.focal_length_mm, array.pitch_mm
-    near_mm, far_mm = stood.s_mm(stage.near_mm), stood.s_mm(stage.far_mm)
+    near_mm, far_mm = optical_bench.s_mm(stage.near_mm), optical_bench.s_mm(stage.far_mm)
     numbers = _gaps(spec, near_mm=near_mm, far_mm=far_mm)
-    in_use = "real" if stood.s_mm(stage.reference_mm) >= 0 else "virtual"
+    in_use = "real" if optical_bench.s_mm(stage.reference_mm) >= 0 else "virtual"
     zone = {"pitch_mm": p_mm, "gap_mm": numbers[f"gap_{in_use}_mm"], "distance_mm": distance_mm}
     pixel_mm = spec.rig.device.pixel_mm if spec.rig.device else p_mm / spec.rig.px_per_lens
     found = display.resolvable_depth_mm(pitch_mm=p_mm, gap_mm=f_mm, pixel_mm=pixel_mm, distance_mm=distance_mm)

@@ -33,16 +33,20 @@ class _Traced:
     edge: Focus | None
 
 
-def _traced(stood: Bench, object_mm: float) -> _Traced:
-    lens = _present(stood.imaging_lens)
+def _traced(optical_bench: Bench, object_mm: float) -> _Traced:
+    lens = _present(optical_bench.imaging_lens)
     paraxial = conjugate(lens, object_mm)
-    axis = _sharp(best_focus(stood, object_mm))
+    axis = _sharp(best_focus(optical_bench, object_mm))
     # As the scene's image is inverted, the point below the axis is imaged to the array's upper edge.
-    array = stood.rig.lens_array
+    array = optical_bench.rig.lens_array
     image_mm = array.lenses_mm.span[0] / 2
     # An image without any size, of what is too far away, has no point that is imaged to the edge.
     edge_mm = image_mm / paraxial.magnification if paraxial.magnification else 0.0
-    edge = _sharp(focus_at(stood, object_mm, height_mm=edge_mm, image_mm=axis.image_mm)) if axis and edge_mm else None
+    edge = (
+        _sharp(focus_at(optical_bench, object_mm, height_mm=edge_mm, image_mm=axis.image_mm))
+        if axis and edge_mm
+        else None
+    )
     plane = PlaneImage(
         object_mm=object_mm,
         image_mm=ended(paraxial.image_mm),
@@ -79,21 +83,21 @@ _NO_LENS: dict[str, Any] = dict.fromkeys(
 ) | {"axis_crossings": ()}
 
 
-def lens_numbers(stood: Bench, stage: Stage) -> dict[str, Any]:
+def lens_numbers(optical_bench: Bench, stage: Stage) -> dict[str, Any]:
     """Return the design of the imaging lens, and the depths of the exact images."""
-    lens = stood.imaging_lens
+    lens = optical_bench.imaging_lens
     if lens is None:
         return _NO_LENS
     points = cardinal_points(lens)
     planes = {"near": stage.near_mm, "reference": stage.reference_mm, "far": stage.far_mm}
-    traced = {name: _traced(stood, object_mm) for name, object_mm in planes.items()}
+    traced = {name: _traced(optical_bench, object_mm) for name, object_mm in planes.items()}
     numbers = {
         "imaging_lens": lens.title or lens.name or "own prescription",
         "efl_mm": points.effective_focal_length_mm,
         "back_focal_distance_mm": points.back_focal_distance_mm,
         "front_focal_distance_mm": points.front_focal_distance_mm,
         "f_number": f_number(lens),
-        "working_f_number": working_f_number(stood, stage.reference_mm),
+        "working_f_number": working_f_number(optical_bench, stage.reference_mm),
         "lens_length_mm": lens.length_mm,
         "conjugates": Conjugates(**{name: one.plane for name, one in traced.items()}),
         "axis_crossings": _crossings(lens, sorted(set(planes.values()))),
@@ -102,7 +106,7 @@ def lens_numbers(stood: Bench, stage: Stage) -> dict[str, Any]:
         exact_mm = one.plane.exact_image_mm
         numbers[f"image_{name}_mm"] = one.plane.image_mm
         numbers[f"exact_image_{name}_mm"] = exact_mm
-        numbers[f"exact_s_{name}_mm"] = None if exact_mm is None else exact_mm - stood.mla_behind_lens_mm
+        numbers[f"exact_s_{name}_mm"] = None if exact_mm is None else exact_mm - optical_bench.mla_behind_lens_mm
         numbers[f"spot_{name}_mm"] = one.axis and one.axis.rms_mm
         numbers[f"spot_{name}_edge_mm"] = one.edge and one.edge.rms_mm
     return numbers | _depths(traced["near"].plane, traced["far"].plane)

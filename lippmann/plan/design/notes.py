@@ -11,11 +11,11 @@ from lippmann.optics.rig.bench import Bench
 from lippmann.optics.rig.display import Resolvable
 
 
-def f_number_match(stood: Bench, working: float | None) -> str | None:
+def f_number_match(optical_bench: Bench, working: float | None) -> str | None:
     """Return a note on whether the imaging lens fills the cells of the array with light; None without imaging lens."""
-    if stood.imaging_lens is None:
+    if optical_bench.imaging_lens is None:
         return None
-    array = stood.rig.lens_array
+    array = optical_bench.rig.lens_array
     mla = array.focal_length_mm / array.pitch_mm
     if working is None:
         return "No ray of the reference plane's middle comes through the imaging lens."

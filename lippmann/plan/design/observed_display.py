@@ -88,8 +88,10 @@ def used_gap_mm(rig: Rig, shown: Display, use: GapUse, *, stage: Stage | None) -
         If the rig cannot be built.
     """
     if stage is not None:
-        stood = bench_as_written(rig, stage)
-        found = gaps(rig.lens_array, shown, near_mm=stood.s_mm(stage.near_mm), far_mm=stood.s_mm(stage.far_mm))
+        optical_bench = bench_as_written(rig, stage)
+        found = gaps(
+            rig.lens_array, shown, near_mm=optical_bench.s_mm(stage.near_mm), far_mm=optical_bench.s_mm(stage.far_mm)
+        )
         return found[use].reduced_mm
     given_mm = {"real": shown.gap_real_mm, "virtual": shown.gap_virtual_mm, "collimated": None}[use]
     if use != "collimated" and given_mm is None:

@@ -259,8 +259,8 @@ def test_no_light_leaks_where_parts_of_a_rig_would_coincide_or_end(tmp_path: Pat
     spec = small_job("target-position", parameters=parameters, **rig)
     place = local_place(tmp_path)
     codes = rendered_codes(place, stored_job(place, spec))
-    stood = bench(spec.rig, reference_mm=1000.0)
-    expected_mm = object_rays(stood, pixel_centres_mm(stood)).at_z(-1000.0)[..., :2]
+    optical_bench = bench(spec.rig, reference_mm=1000.0)
+    expected_mm = object_rays(optical_bench, pixel_centres_mm(optical_bench)).at_z(-1000.0)[..., :2]
     seen = (np.abs(expected_mm) < HALF_WIDTH_MM).all(axis=-1)
     found_mm = codes[..., :2] / 65535 * 2 * HALF_WIDTH_MM - HALF_WIDTH_MM
     assert seen.any()
@@ -282,8 +282,8 @@ def test_a_whole_rig_with_a_well_corrected_lens_maps_every_pixel(tmp_path: Path,
     )
     place = local_place(tmp_path)
     codes = rendered_codes(place, stored_job(place, spec))
-    stood = bench(spec.rig, reference_mm=1000.0)
-    expected_mm = object_rays(stood, pixel_centres_mm(stood)).at_z(-1000.0)[..., :2]
+    optical_bench = bench(spec.rig, reference_mm=1000.0)
+    expected_mm = object_rays(optical_bench, pixel_centres_mm(optical_bench)).at_z(-1000.0)[..., :2]
     found_mm = codes[..., :2] / 65535 * 2 * HALF_WIDTH_MM - HALF_WIDTH_MM
     assert ((codes[..., 2] > 32768) == ~np.isnan(expected_mm[..., 0])).all()
     error_mm = np.hypot(*np.moveaxis(found_mm - expected_mm, -1, 0))

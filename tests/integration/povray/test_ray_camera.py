@@ -114,9 +114,9 @@ def test_a_picture_may_be_all_dead(best: Room) -> None:
 
 
 def test_a_region_has_the_rays_of_its_place_in_the_whole() -> None:
-    stood = bench(small_job("fish", count=(6, 6)).rig, reference_mm=1000.0)
-    whole = pixel_rays(stood, rows=96, cols=48)
-    part = pixel_rays(stood, rows=96, cols=48, region=(slice(16, 40), slice(8, 48)))
+    optical_bench = bench(small_job("fish", count=(6, 6)).rig, reference_mm=1000.0)
+    whole = pixel_rays(optical_bench, rows=96, cols=48)
+    part = pixel_rays(optical_bench, rows=96, cols=48, region=(slice(16, 40), slice(8, 48)))
     assert np.array_equal(part.position, whole.position[16:40, 8:48])
     assert np.array_equal(part.direction, whole.direction[16:40, 8:48])
 

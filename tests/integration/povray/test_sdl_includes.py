@@ -133,12 +133,12 @@ def test_a_plano_convex_lens_has_the_focal_length_that_was_asked_for(tmp_path: P
 
 
 def test_the_image_of_the_papers_lens_is_where_python_computes_it(tmp_path: Path) -> None:
-    stood = bench(small_job("fish").rig, reference_mm=1000.0)
+    optical_bench = bench(small_job("fish").rig, reference_mm=1000.0)
     example = (LIBRARY / "examples" / "capture.pov").read_text()
     (surfaces,) = re.findall(r"^#declare Surfaces = .*?^};", example, re.MULTILINE | re.DOTALL)
     text = f'#version 3.7; #include "lippmann/imaging_lens.inc"\n{surfaces}'
     (image_mm,) = evaluate(tmp_path, text, "Lippmann_Image_Z(Surfaces, 1000)")
-    assert image_mm == pytest.approx(stood.mla_z_mm + 40.0, abs=0.005)
+    assert image_mm == pytest.approx(optical_bench.mla_z_mm + 40.0, abs=0.005)
 
 
 @pytest.mark.parametrize(

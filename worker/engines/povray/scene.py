@@ -52,8 +52,8 @@ def pov_text(sheet: ResolvedJob, method: Method, *, depth: DepthPass | None = No
     Clock, tile and size are not in the text: POV-Ray receives them on its command line. With the ray camera, the rays
     are those of one tile, in `RAYS_FILE` beside the .pov.
     """
-    stood = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
-    modelled = stood.imaging_lens if method == "glass" else None
+    optical_bench = bench(sheet.spec.rig, reference_mm=sheet.stage.reference_mm)
+    modelled = optical_bench.imaging_lens if method == "glass" else None
     surfaces = modelled.surfaces if modelled else ()
     return write.write_capture(
         title=f"Scene {sheet.spec.scene}",
@@ -64,11 +64,11 @@ def pov_text(sheet: ResolvedJob, method: Method, *, depth: DepthPass | None = No
         trace_level=TRACE_LEVEL + max(0, len(surfaces) - 6),
         surfaces=len(surfaces),
         numbers_a_surface=6,
-        lens_rows=[_lens_row(surface, stood) for surface in surfaces],
-        stop=_stop(modelled, stood),
-        lens_array=_lens_array(stood),
-        mla_z_mm=literals.number(stood.mla_z_mm),
-        camera=_camera(stood),
+        lens_rows=[_lens_row(surface, optical_bench) for surface in surfaces],
+        stop=_stop(modelled, optical_bench),
+        lens_array=_lens_array(optical_bench),
+        mla_z_mm=literals.number(optical_bench.mla_z_mm),
+        camera=_camera(optical_bench),
         rays_file=RAYS_FILE if method == "ray_camera" else None,
         stage=_stage(sheet.stage),
         depth=_depth(depth, sheet.stage) if depth else None,
@@ -95,8 +95,8 @@ def _depth(depth: DepthPass, stage: Stage) -> dict[str, str]:
     }
 
 
-def _lens_row(surface: Surface, stood: Bench) -> str:
-    spread = povray_dispersion(surface.index_after, surface.abbe_after) if stood.rig.dispersion else 1.0
+def _lens_row(surface: Surface, optical_bench: Bench) -> str:
+    spread = povray_dispersion(surface.index_after, surface.abbe_after) if optical_bench.rig.dispersion else 1.0
     radius_mm = 0 if math.isinf(surface.radius_mm) else surface.radius_mm
     return literals.numbers(
         (
@@ -105,45 +105,45 @@ def _lens_row(surface: Surface, stood: Bench) -> str:
             surface.index_after,
             surface.semi_aperture_mm,
             spread,
-            _baffle_mm(surface.semi_aperture_mm, stood),
+            _baffle_mm(surface.semi_aperture_mm, optical_bench),
         )
     )
 
 
-def _baffle_mm(semi_aperture_mm: float, stood: Bench) -> float:
+def _baffle_mm(semi_aperture_mm: float, optical_bench: Bench) -> float:
     """Return the reach of a baffle from the axis: it extends beyond all rays of the camera."""
-    return max(BAFFLE_REACH * semi_aperture_mm, _rays_reach_mm(stood))
+    return max(BAFFLE_REACH * semi_aperture_mm, _rays_reach_mm(optical_bench))
 
 
-def _rays_reach_mm(stood: Bench) -> float:
+def _rays_reach_mm(optical_bench: Bench) -> float:
     """Return the largest distance from the axis of the camera's rays between the array and the imaging lens.
 
     It is twice the window's diagonal plus twice the deflection by a lens of the array (pitch over focal length) on the
     way to the imaging lens.
     """
-    array = stood.rig.lens_array
+    array = optical_bench.rig.lens_array
     slope = array.pitch_mm / array.focal_length_mm
-    return 2 * (math.hypot(stood.width_mm, stood.height_mm) + abs(stood.mla_z_mm) * slope)
+    return 2 * (math.hypot(optical_bench.width_mm, optical_bench.height_mm) + abs(optical_bench.mla_z_mm) * slope)
 
 
-def _stop(lens: ImagingLens | None, stood: Bench) -> str | None:
+def _stop(lens: ImagingLens | None, optical_bench: Bench) -> str | None:
     """Return the place and radius of the stop's hole, and the reach of its plate, which is that of a baffle."""
     if lens is None or lens.stop is None:
         return None
-    reach_mm = _baffle_mm(max(surface.semi_aperture_mm for surface in lens.surfaces), stood)
+    reach_mm = _baffle_mm(max(surface.semi_aperture_mm for surface in lens.surfaces), optical_bench)
     return literals.numbers((lens.stop.z_mm, lens.stop.semi_aperture_mm, reach_mm))
 
 
-def _lens_array(stood: Bench) -> str:
-    array, shape = stood.rig.lens_array, stood.microlens
+def _lens_array(optical_bench: Bench) -> str:
+    array, shape = optical_bench.rig.lens_array, optical_bench.microlens
     arguments = literals.numbers((*array.count, array.pitch_mm, shape.radius_mm, shape.displacement_mm, array.index))
     return f"{_ARRAY_MACROS[array.lattice]}({arguments})"
 
 
-def _camera(stood: Bench) -> str:
-    distance_mm = stood.camera_z_mm - stood.mla_z_mm
-    arguments = literals.numbers((stood.width_mm, stood.height_mm, stood.mla_z_mm, distance_mm))
-    return f"{_CAMERA_MACROS[stood.rig.camera.projection]}({arguments})"
+def _camera(optical_bench: Bench) -> str:
+    distance_mm = optical_bench.camera_z_mm - optical_bench.mla_z_mm
+    arguments = literals.numbers((optical_bench.width_mm, optical_bench.height_mm, optical_bench.mla_z_mm, distance_mm))
+    return f"{_CAMERA_MACROS[optical_bench.rig.camera.projection]}({arguments})"
 
 
 def _stage(stage: Stage) -> str:

@@ -76,8 +76,8 @@ def focus_depths(source: FrameSource, output: FocusVideo) -> tuple[float, float]
     near_mm = source.layout.px_per_lens * focal_mm
     far_mm = -near_mm
     if stage is not None:
-        stood = bench(rig, reference_mm=stage.reference_mm)
-        far_mm, near_mm = stood.s_mm(stage.far_mm) + focal_mm, stood.s_mm(stage.near_mm) + focal_mm
+        optical_bench = bench(rig, reference_mm=stage.reference_mm)
+        far_mm, near_mm = optical_bench.s_mm(stage.far_mm) + focal_mm, optical_bench.s_mm(stage.near_mm) + focal_mm
     focal_lengths_mm = {source.rig(frame).lens_array.focal_length_mm for frame in source.frames}
     most_mm = source.layout.overlap_depth(min(focal_lengths_mm))
     far_mm, near_mm = (min(max(depth_mm, -most_mm), most_mm) for depth_mm in (far_mm, near_mm))

@@ -16,7 +16,7 @@ from lippmann.job.outputs.observer import ObserverOptions, ObserverPictures, Obs
 from lippmann.lightfield.observer.display import LensDisplay
 from lippmann.lightfield.observer.moving_eye import moving_eye
 from lippmann.lightfield.observer.observe import whole_window
-from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, look
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, observed_picture
 from lippmann.lightfield.views.perspective import Eye
 from lippmann.optics.rig.display import central_depth_plane_mm, viewing_zone_mm
 from lippmann.plan import artifact_names as names
@@ -130,10 +130,10 @@ class _Scene:
         )
         if output.device and device is not None:
             sheet = on_device(sheet, display.layout, device, pitch_mm=display.pitch_mm)
-        # Looked at many times: half floats are slow to calculate with.
+        # The sheet is read many times, and half floats are slow to calculate with.
         return cls(sheet.astype(np.float32), display)
 
-    def seen(self, output: ObserverOptions, place: Eye) -> NDArray[np.floating[Any]]:
+    def picture_at(self, output: ObserverOptions, place: Eye) -> NDArray[np.floating[Any]]:
         conditions = ViewingConditions(
             pupil_mm=output.pupil_mm,
             focus_mm=output.focus_mm,
@@ -142,7 +142,7 @@ class _Scene:
             eye_distance_mm=output.eye_distance_mm,
         )
         window = whole_window(self.display, size_px=output.size_px)
-        return look(self.sheet, self.display, place, conditions, window=window)
+        return observed_picture(self.sheet, self.display, place, conditions, window=window)
 
 
 def _clip(source: FrameSource, output: ObserverVideo, moments: tuple[Moment, ...]) -> Iterator[Picture]:
@@ -150,9 +150,9 @@ def _clip(source: FrameSource, output: ObserverVideo, moments: tuple[Moment, ...
     for moment in moments:
         if scene is None or moment.frame != frame:
             frame, scene = moment.frame, _Scene.of(source, output, moment.frame)
-        yield scene.seen(output, moment.place)
+        yield scene.picture_at(output, moment.place)
 
 
 def _write_picture(path: Path, *, source: FrameSource, output: ObserverPictures, frame: int) -> None:
     scene = _Scene.of(source, output, frame)
-    write_png(path, scene.seen(output, place_of(source, output)), bits=output.bits)
+    write_png(path, scene.picture_at(output, place_of(source, output)), bits=output.bits)

@@ -82,18 +82,18 @@ def test_a_stage_that_looks_elsewhere_has_its_own_left_and_right() -> None:
 @pytest.mark.parametrize("distance_mm", [1000.0, 1750.0, 2500.0])
 def test_a_point_on_the_axis_moves_as_the_one_of_another_trace(frame: int, distance_mm: float) -> None:
     """`exact_disparity` looks for the lens that sees the axis; here it is found among the pixels of a whole array."""
-    stood = bench(settings.sweep(px_per_lens=8).at(frame).rig, reference_mm=1000.0)
-    expected = exact_disparity(stood, distance_mm)
-    found = traced(stood, np.array([0.0, 0.0, -distance_mm])).lenses_a_view
+    optical_bench = bench(settings.sweep(px_per_lens=8).at(frame).rig, reference_mm=1000.0)
+    expected = exact_disparity(optical_bench, distance_mm)
+    found = traced(optical_bench, np.array([0.0, 0.0, -distance_mm])).lenses_a_view
     assert found == pytest.approx(expected, abs=0.03)
 
 
 def test_the_landmarks_stand_where_the_middle_view_of_the_exact_trace_sees_them() -> None:
     """Further right in the scene is further right over the lenses, and higher up is in a smaller row."""
     stage = fish_stage()
-    stood = bench(settings.sweep(px_per_lens=8).at(2).rig, reference_mm=1000.0)
+    optical_bench = bench(settings.sweep(px_per_lens=8).at(2).rig, reference_mm=1000.0)
     for landmark in LANDMARKS:
         place = rig_place_mm(landmark.place, stage)
-        found = traced(stood, place)
+        found = traced(optical_bench, place)
         assert np.sign(found.lens_col.mean() - 49.5) == np.sign(place[0]) or abs(place[0]) < 1
         assert found.lens_row.mean() <= 49.6

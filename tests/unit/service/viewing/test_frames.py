@@ -21,7 +21,7 @@ from lippmann.farm.adapters import make_parts
 from lippmann.job.spec import JobSpec
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.observer.observe import whole_window
-from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, look
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, observed_picture
 from lippmann.lightfield.refocus.shift_and_sum import refocus
 from lippmann.lightfield.views.perspective import Eye, perspective
 from lippmann.lightfield.views.square_pixels import as_square
@@ -61,7 +61,9 @@ def stored(farm: Farm, tmp_path: Path, **rig: Any) -> tuple[str, NDArray[np.floa
 def observed(sheet: NDArray[np.float16], *, gap_mm: float | None = None, **how: Any) -> NDArray[np.floating[Any]]:
     display = observed_display(JobSpec.model_validate({"scene": "ball", "rig": RIG}).rig, gap_mm=gap_mm)
     eye = Eye(x_mm=-20.0, y_mm=5.0, distance_mm=400.0)
-    return look(sheet, display, eye, ViewingConditions(rays=4, **how), window=whole_window(display, size_px=40))
+    return observed_picture(
+        sheet, display, eye, ViewingConditions(rays=4, **how), window=whole_window(display, size_px=40)
+    )
 
 
 def codes(data: bytes) -> NDArray[np.uint8]:

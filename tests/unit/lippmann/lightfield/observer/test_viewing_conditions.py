@@ -16,7 +16,7 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.observer.moving_eye import moving_eye
 from lippmann.lightfield.observer.observe import observe, own_share, whole_window
 from lippmann.lightfield.observer.stereo import eye_pair, together
-from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, least_own_share, look
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, least_own_share, observed_picture
 from lippmann.lightfield.views.perspective import Eye
 from tests.unit.lippmann.lightfield.displays import display_of
 from tests.unit.lippmann.lightfield.sheets import numbered_sheet
@@ -37,9 +37,9 @@ def test_looking_with_two_eyes_is_looking_twice() -> None:
         observe(sheet, display, eye, pupil_mm=3.0, focus_mm=5.0, rays=4, window=window) for eye in eye_pair(PLACE)
     )
     how: dict[str, Any] = {"pupil_mm": 3.0, "focus_mm": 5.0, "rays": 4}
-    pair = look(sheet, display, PLACE, ViewingConditions(**how, stereo="side_by_side"), window=window)
+    pair = observed_picture(sheet, display, PLACE, ViewingConditions(**how, stereo="side_by_side"), window=window)
     np.testing.assert_array_equal(pair, np.concatenate((left, right), axis=1))
-    crossed = look(sheet, display, PLACE, ViewingConditions(**how, stereo="cross_eyed"), window=window)
+    crossed = observed_picture(sheet, display, PLACE, ViewingConditions(**how, stereo="cross_eyed"), window=window)
     np.testing.assert_array_equal(crossed, np.concatenate((right, left), axis=1))
     conditions = ViewingConditions(stereo="anaglyph")
     assert least_own_share(display, PLACE, conditions) == min(own_share(display, eye) for eye in eye_pair(PLACE))

@@ -40,12 +40,12 @@ DRAWING_S = 3.0
 """CPU, thirty times what the longest takes: a search without end took ten times more than this."""
 
 
-def stood(**rig: Any) -> Bench:
+def bench_of(**rig: Any) -> Bench:
     return bench(Rig.model_validate(rig), reference_mm=1000.0)
 
 
 def drawn(**rig: Any) -> ET.Element:
-    return ET.fromstring(draw_bench(stood(**rig), STAGE))
+    return ET.fromstring(draw_bench(bench_of(**rig), STAGE))
 
 
 def of_class(root: ET.Element, class_: str) -> list[ET.Element]:
@@ -81,13 +81,13 @@ def test_everything_lies_inside_the_picture(rig: dict[str, Any]) -> None:
 
 @pytest.mark.parametrize("title", ["<script>alert(1)</script>", 'a & b "c"', "\x00\x1b[31m\ud800", "Fisch, schön"])
 def test_any_title_is_text_and_nothing_else(title: str) -> None:
-    root = ET.fromstring(draw_bench(stood(), STAGE, title=title))
+    root = ET.fromstring(draw_bench(bench_of(), STAGE, title=title))
     assert root[0].text == "".join(letter for letter in title if letter.isprintable())
     assert not list(root.iter(f"{SVG}script"))
 
 
 def test_the_same_bench_is_the_same_text() -> None:
-    assert draw_bench(stood(), STAGE) == draw_bench(stood(), STAGE)
+    assert draw_bench(bench_of(), STAGE) == draw_bench(bench_of(), STAGE)
 
 
 def places_at(lens: ImagingLens, height_mm: float) -> list[float]:
@@ -100,7 +100,7 @@ def places_at(lens: ImagingLens, height_mm: float) -> list[float]:
 @pytest.mark.parametrize("height_mm", [0.0, -120.0])
 @pytest.mark.parametrize("rig", [RIGS["paper"], RIGS["stop"], RIGS["double Gauss"]], ids=["paper", "stop", "Gauss"])
 def test_drawn_rays_are_those_of_the_exact_trace(rig: dict[str, Any], height_mm: float) -> None:
-    here = stood(**rig)
+    here = bench_of(**rig)
     lens = here.imaging_lens
     assert lens is not None
     rays = fan(here, object_mm=1000.0, height_mm=height_mm, image_mm=None)
@@ -117,7 +117,7 @@ def test_drawn_rays_are_those_of_the_exact_trace(rig: dict[str, Any], height_mm:
 
 
 def test_what_one_lens_sees_is_what_the_capture_sees_there() -> None:
-    here = stood()
+    here = bench_of()
     for path in view_of_lens(here, object_mm=2500.0):
         assert path[0][0] == here.camera_z_mm
         height_mm = path[0][1]
@@ -128,7 +128,7 @@ def test_what_one_lens_sees_is_what_the_capture_sees_there() -> None:
 
 
 def test_both_directions_have_one_scale_and_the_bar_says_it() -> None:
-    here = stood()
+    here = bench_of()
     root = drawn()
     lens = here.imaging_lens
     assert lens is not None
@@ -191,7 +191,7 @@ def test_a_drawing_of_planes_at_one_place_is_made_at_once_and_hides_no_heading()
     stage = STAGE.model_copy(update={"far_mm": 1000.0})
     rig = {"imaging_lens": {"name": "double-gauss-tronnier", "focal_length_mm": 50}, "f_number": 4}
     begun_s = time.process_time()
-    root = ET.fromstring(draw_bench(stood(**rig, lens_array={"offset_mm": 1}), stage))
+    root = ET.fromstring(draw_bench(bench_of(**rig, lens_array={"offset_mm": 1}), stage))
     assert time.process_time() - begun_s < DRAWING_S
     heads = [(float(head.get("y", 0)), 24 + len(head.text or "") * LETTER_PX) for head in of_class(root, "head")]
     for label in of_class(root, "label"):
@@ -215,6 +215,6 @@ def test_a_round_length_is_at_least_half_of_what_is_wanted(about_mm: float) -> N
 
 
 def test_ways_go_on_without_a_break() -> None:
-    for ray in fan(stood(), object_mm=1000.0, height_mm=0.0, image_mm=600.0):
+    for ray in fan(bench_of(), object_mm=1000.0, height_mm=0.0, image_mm=600.0):
         assert ray.beyond[0] == ray.way[-1]
         assert all(later[0] >= earlier[0] - 20 for earlier, later in pairwise(ray.way))

@@ -12,7 +12,7 @@ from lippmann.optics.rig.bench import Bench, bench, object_rays
 from lippmann.optics.rig.disparity import exact_disparity, small_angle_disparity
 
 
-def stood(**rig: Any) -> Bench:
+def bench_of(**rig: Any) -> Bench:
     return bench(Rig.model_validate(rig), reference_mm=1000.0)
 
 
@@ -36,25 +36,25 @@ def measured(here: Bench, object_mm: float) -> float:
 @pytest.mark.parametrize("object_mm", [1000.0, 1250.0, 1750.0, 2500.0])
 def test_the_exact_disparity_is_that_of_the_rays_of_real_cells(object_mm: float, projection: str) -> None:
     # An odd count: a lens on the axis, and rows of lenses through it.
-    here = stood(lens_array={"count": [41, 41]}, camera={"projection": projection})
+    here = bench_of(lens_array={"count": [41, 41]}, camera={"projection": projection})
     assert exact_disparity(here, object_mm) == pytest.approx(measured(here, object_mm), abs=2e-3)
 
 
 @pytest.mark.parametrize("offset_mm", [-60.0, -20.0, -5.0])
 def test_in_direct_pickup_with_slow_lenses_small_angles_are_exact(offset_mm: float) -> None:
     slow = {"focal_length_mm": 33.0, "offset_mm": offset_mm}
-    here = stood(imaging_lens=None, lens_array=slow)
+    here = bench_of(imaging_lens=None, lens_array=slow)
     assert exact_disparity(here, 1000.0) == pytest.approx(small_angle_disparity(here, 1000.0), rel=2e-3, abs=2e-4)
 
 
 def test_small_angles_give_the_shift_of_the_paper_s_array() -> None:
-    here = stood(lens_array={"offset_mm": 40.0}, px_per_lens=8)
+    here = bench_of(lens_array={"offset_mm": 40.0}, px_per_lens=8)
     # 40 / (8 x 3.3) = 1.515 of the image, and 1 / 8 because the pinholes stand a focal length before the array.
     assert small_angle_disparity(here, 1000.0) == pytest.approx(1.515 + 1 / 8, abs=5e-4)
 
 
 def test_more_pixels_a_lens_than_are_traced_change_nothing_but_the_step() -> None:
-    few, many = (exact_disparity(stood(px_per_lens=n, lens_array={"count": [30, 30]}), 1000.0) for n in (30, 300))
+    few, many = (exact_disparity(bench_of(px_per_lens=n, lens_array={"count": [30, 30]}), 1000.0) for n in (30, 300))
     assert few is not None
     assert many is not None
     assert many * 300 == pytest.approx(few * 30, rel=1e-2)

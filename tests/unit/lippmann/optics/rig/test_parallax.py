@@ -117,10 +117,10 @@ def test_the_page_on_depth_says_how_disparity_differs_over_the_views() -> None:
     page = " ".join((DOCS / "depth.md").read_text("utf-8").split())
     (said,) = re.findall(r"at s = \+([0-9.]+) mm .* moves by ([0-9.]+) pitches .* and by ([0-9.]+) at their edge", page)
     s_mm, middle, edge = map(float, said)
-    stood = bench(Rig(), reference_mm=1000.0)
-    object_mm = float(brentq(lambda mm: stood.s_mm(mm) - s_mm, 1000.0, 2000.0))
-    n, first = stood.rig.px_per_lens, stood.rig.lens_array.count[0] // 2 * stood.rig.px_per_lens
-    points = pixel_centres_mm(stood)[first + n // 2 - 1, first : first + n]
-    across = parallax(stood, points, np.full(n, -object_mm))[:, 0] - 1 / n
+    optical_bench = bench(Rig(), reference_mm=1000.0)
+    object_mm = float(brentq(lambda mm: optical_bench.s_mm(mm) - s_mm, 1000.0, 2000.0))
+    n, first = optical_bench.rig.px_per_lens, optical_bench.rig.lens_array.count[0] // 2 * optical_bench.rig.px_per_lens
+    points = pixel_centres_mm(optical_bench)[first + n // 2 - 1, first : first + n]
+    across = parallax(optical_bench, points, np.full(n, -object_mm))[:, 0] - 1 / n
     assert across[n // 2 - 1 : n // 2 + 1].mean() == pytest.approx(middle, abs=0.006)
     assert across[[0, -1]].mean() == pytest.approx(edge, abs=0.006)

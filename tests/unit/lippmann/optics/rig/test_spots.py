@@ -15,7 +15,7 @@ from lippmann.optics.rig.bench import Bench, bench
 from lippmann.optics.rig.spots import best_focus, focus_at, spot, used_rays, working_f_number
 
 
-def stood(**rig: Any) -> Bench:
+def bench_of(**rig: Any) -> Bench:
     return bench(Rig.model_validate(rig), reference_mm=1000.0)
 
 
@@ -26,7 +26,7 @@ def lens_of(bench: Bench) -> ImagingLens:
 
 @pytest.mark.parametrize("object_mm", [1000.0, 1750.0, 2500.0])
 def test_stopped_down_the_exact_image_is_the_paraxial_one(object_mm: float) -> None:
-    here = stood(stop_mm=2.0)
+    here = bench_of(stop_mm=2.0)
     found = best_focus(here, object_mm)
     assert found is not None
     assert found.image_mm == pytest.approx(conjugate(lens_of(here), object_mm).image_mm, abs=0.01)
@@ -34,7 +34,7 @@ def test_stopped_down_the_exact_image_is_the_paraxial_one(object_mm: float) -> N
 
 
 def test_the_exact_image_lies_between_the_paraxial_one_and_the_crossing_of_the_outermost_ray() -> None:
-    here = stood(lens_array={"count": [100, 100]})
+    here = bench_of(lens_array={"count": [100, 100]})
     used = used_rays(here, object_mm=1000.0, height_mm=0.0)
     found = best_focus(here, 1000.0)
     assert used is not None
@@ -45,7 +45,7 @@ def test_the_exact_image_lies_between_the_paraxial_one_and_the_crossing_of_the_o
 
 
 def test_the_spot_is_smallest_at_best_focus() -> None:
-    here = stood()
+    here = bench_of()
     used, found = used_rays(here, object_mm=1000.0, height_mm=0.0), best_focus(here, 1000.0)
     assert used is not None
     assert found is not None
@@ -54,7 +54,7 @@ def test_the_spot_is_smallest_at_best_focus() -> None:
 
 
 def test_a_wider_cone_of_the_array_makes_a_larger_spot() -> None:
-    slow, fast = (best_focus(stood(lens_array={"focal_length_mm": f_mm}), 1000.0) for f_mm in (6.6, 3.3))
+    slow, fast = (best_focus(bench_of(lens_array={"focal_length_mm": f_mm}), 1000.0) for f_mm in (6.6, 3.3))
     assert slow is not None
     assert fast is not None
     # Third-order spherical aberration: the spot grows with the cube of the cone.
@@ -64,7 +64,7 @@ def test_a_wider_cone_of_the_array_makes_a_larger_spot() -> None:
 @pytest.mark.parametrize("lattice", ["square", "hexagonal"])
 @pytest.mark.parametrize("height_mm", [0.0, -120.0])
 def test_used_rays_arrive_inside_the_array_and_inside_a_cell(lattice: str, height_mm: float) -> None:
-    here = stood(lens_array={"lattice": lattice})
+    here = bench_of(lens_array={"lattice": lattice})
     used = used_rays(here, object_mm=1000.0, height_mm=height_mm)
     assert used is not None
     slope = np.abs(used.direction[:, :2] / used.direction[:, 2:])
@@ -76,7 +76,7 @@ def test_used_rays_arrive_inside_the_array_and_inside_a_cell(lattice: str, heigh
 
 
 def test_a_point_at_the_edge_is_imaged_to_the_other_side_at_the_paraxial_height() -> None:
-    here = stood(stop_mm=4.0)
+    here = bench_of(stop_mm=4.0)
     magnification = conjugate(lens_of(here), 1000.0).magnification
     image_mm = conjugate(lens_of(here), 1000.0).image_mm
     found = focus_at(here, 1000.0, height_mm=-2.0, image_mm=image_mm)
@@ -85,23 +85,23 @@ def test_a_point_at_the_edge_is_imaged_to_the_other_side_at_the_paraxial_height(
 
 
 def test_where_no_light_arrives_there_is_no_image() -> None:
-    assert focus_at(stood(), 1000.0, height_mm=-5000.0, image_mm=180.0) is None
+    assert focus_at(bench_of(), 1000.0, height_mm=-5000.0, image_mm=180.0) is None
 
 
 @pytest.mark.parametrize("wanted", [4.0, 8.0, 22.0])
 def test_for_a_distant_object_the_working_f_number_is_the_f_number(wanted: float) -> None:
-    here = stood(f_number=wanted)
+    here = bench_of(f_number=wanted)
     assert working_f_number(here, 1e8) == pytest.approx(wanted, rel=2e-2)
 
 
 def test_near_objects_are_imaged_by_a_more_pointed_cone() -> None:
-    here = stood(f_number=8.0)
+    here = bench_of(f_number=8.0)
     found = [working_f_number(here, object_mm) or 0.0 for object_mm in (1e8, 2500.0, 1000.0)]
     assert found == sorted(found)
 
 
 def test_direct_pickup_has_no_image_to_trace() -> None:
-    here = stood(imaging_lens=None, lens_array={"offset_mm": -10.0})
+    here = bench_of(imaging_lens=None, lens_array={"offset_mm": -10.0})
     assert working_f_number(here, 1000.0) is None
     with pytest.raises(ValueError, match="direct pickup"):
         best_focus(here, 1000.0)

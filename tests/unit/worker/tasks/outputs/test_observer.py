@@ -13,7 +13,7 @@ from lippmann.job.outputs.observer import ObserverVideo
 from lippmann.job.spec import parse_spec
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.observer.observe import observe, whole_window
-from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, look
+from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, observed_picture
 from lippmann.lightfield.sheet.device import to_device
 from lippmann.lightfield.views.perspective import Eye
 from lippmann.plan.design.observed_display import observed_display
@@ -111,7 +111,7 @@ def test_pictures_are_what_two_eyes_see_of_a_devices_pixels_at_the_gap_that_the_
     display = observed_display(job.sheet.spec.rig, gap_mm=gap_mm, on_device=True)
     sheet = to_device(point(-15).astype(np.float16), LAYOUT, px_per_lens_device=600 / 25.4, margin_px=3)
     conditions = ViewingConditions(stereo="anaglyph", focus_mm=20.0, rays=5)
-    seen = look(sheet, display, Eye(0, 0, 400), conditions, window=whole_window(display, size_px=60))
+    seen = observed_picture(sheet, display, Eye(0, 0, 400), conditions, window=whole_window(display, size_px=60))
     with job.file("exports/observer_pictures/0002.png") as path:
         np.testing.assert_array_equal(read_codes_8(path), srgb_codes(seen))
     said = job.sidecar("observer_pictures.png")
