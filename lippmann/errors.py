@@ -44,7 +44,7 @@ class Permanent(LippmannError):
 
 @dataclass(frozen=True)
 class FieldProblem:
-    """One field of what was asked for that cannot be: where, what was expected, what came."""
+    """A field of the input that is invalid: its name, the expected value and the given one."""
 
     field: str
     expected: str

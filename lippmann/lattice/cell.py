@@ -24,8 +24,8 @@ ON_THE_BORDER = 1e-9
 
 
 Ties = Literal["right", "even"]
-"""Which of two equally near lenses of a row is the nearest: always the right one, to within `ON_THE_BORDER`; or exactly
-the one with an even number, so that places on borders are shared between both sides."""
+"""The rule for a place between two equally near lenses of a row. `right` takes the right lens, to within
+`ON_THE_BORDER`; `even` takes the lens with the even number, so that both sides share the places on borders."""
 
 
 @dataclass(frozen=True)

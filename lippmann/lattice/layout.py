@@ -111,7 +111,7 @@ class CellLayout:
 
     @property
     def mask(self) -> NDArray[np.bool_]:
-        """Which pixels of a cell's box belong to the lens, `(cell_rows, cell_cols)` bool: for a square lens all."""
+        """True for the pixels of a cell's bounding box that belong to the lens, `(cell_rows, cell_cols)` bool."""
         return self.finer_mask(1)
 
     def finer_mask(self, k: int) -> NDArray[np.bool_]:

@@ -40,7 +40,7 @@ FITS = 0.002
 
 @dataclass(frozen=True)
 class ImportOptions:
-    """What is known of the lenses, and how the rest is calibrated."""
+    """The known geometry of the lenses, and the pictures from which the rest is calibrated."""
 
     fields: Mapping[str, Any]
     """The given fields of `SheetGeometry`; the others are calibrated, or have their defaults."""
@@ -72,7 +72,7 @@ class ImportResult:
     lenses: Lenses
     files: tuple[Path, ...]
     notes: tuple[str, ...] = ()
-    """What the user should know about the lenses and the colour spaces."""
+    """Notes for the user about the lenses and the colour spaces."""
 
 
 def import_sheets(files: Sequence[Path], options: ImportOptions, *, out: Path) -> ImportResult:

@@ -40,7 +40,7 @@ NOT_CAPTURED = ("orthoscopic", "views", "device", "depth")
 
 @dataclass(frozen=True)
 class CaptureOptions:
-    """What the options tell of a capture whose header does not."""
+    """The properties of a capture that the options give if no header does."""
 
     layout: CellLayout | None = None
     pitch_mm: float | None = None
@@ -60,7 +60,7 @@ class Conversion:
     layout: CellLayout
     sheet_turned: bool
     notes: tuple[str, ...] = ()
-    """What the user should know about the colour space of the file."""
+    """Notes for the user about the colour space of the file."""
 
 
 def write_orthoscopic(

@@ -36,7 +36,7 @@ def axes(*, title: str, x: str, y: str, note: str, files: tuple[Path, ...]) -> I
     title, x, y
         The title, and the labels of the axes.
     note
-        A small note below the axes, which tells what was measured.
+        A small note below the axes, which names what was measured.
     files
         The files to write.
     """

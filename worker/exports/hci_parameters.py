@@ -1,20 +1,20 @@
 """`parameters.cfg` of the HCI 4D light field benchmark: the cameras of a light field.
 
 Honauer, Johannsen, Kondermann, Goldluecke, *A dataset and evaluation methodology for depth estimation on 4D light
-fields*, ACCV 2016. Sections and keys are those of the benchmark's own scenes; its tools reckon, with `depth` Z and
-`focus_distance_m` F in metres, disparity in pixels a camera,
+fields*, ACCV 2016. Sections and keys are those of the benchmark's own scenes; its tools compute, with `depth` Z and
+`focus_distance_m` F in metres, the disparity in pixels per camera,
 
     disparity = (baseline_mm / 1000) focal_length_mm max(image_resolution) (1 / Z - 1 / F) / sensor_size_mm.
 
-Our views are parallel projections: cameras infinitely far off. They are told as cameras that stand `DISTANCE_MM` = D
-before the display and look at a window of it, with pixels one lens pitch p wide on it: focal length D, sensor W p (W
-the longer side in pixels), focus distance D. From one view to the next (P the pixel, g the gap) the eye moves by
-D P / g, the baseline. Then a point s before the display has Z = D - s and
+Our views are parallel projections: cameras infinitely far off. They are described as cameras at the distance
+`DISTANCE_MM` = D in front of the display that look at a window of it, in which a pixel is one lens pitch p wide: the
+focal length is D, the sensor W p (W is the longer side in pixels), and the focus distance D. From one view to the next
+the eye moves by the baseline D P / g, where P is the pixel and g the gap. A point at s then has Z = D - s and
 
     disparity = (P s) / (g p) D / (D - s),
 
-which is the small-angle law s / (n f) but for the factor D / (D - s): 1.0004 at 40 mm. Clouds of points that the tools
-make of it are the display's volume in metres, parallel but for the same factor.
+which is the paraxial disparity s / (n f), except for the factor D / (D - s): 1.0004 at 40 mm. The point clouds of the
+tools show the volume of the display in metres, with the same factor.
 """
 
 from __future__ import annotations

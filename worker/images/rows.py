@@ -104,7 +104,7 @@ def open_rows(
     dtype
         The type of the numbers, as in `read_rgb`; by default that of the file: half floats, floats or codes.
     scratch
-        A folder for the file into which a PNG is unrolled when rows are asked for backward; else the system's.
+        A folder for the file into which a PNG is unrolled when rows are read backward; by default that of the system.
 
     Raises
     ------

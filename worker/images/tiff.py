@@ -1,7 +1,8 @@
 """TIFF by bands of rows: a print of any size goes to disk as it is made.
 
-tifffile writes the file: an ICC profile, the density as a fraction, so that a printer's pitch is said exactly, and
-BigTIFF where 4 GiB are not enough. It takes strips one by one only when they are packed, so they are packed here.
+tifffile writes the file: an ICC profile, the density as a fraction, so that a printer's pitch is exact, and
+BigTIFF where 4 GiB are not enough. It accepts single strips only if they are compressed already, so this module
+compresses them.
 """
 
 from __future__ import annotations

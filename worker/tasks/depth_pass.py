@@ -1,7 +1,8 @@
-"""The second pass: how deep what every pixel of a tile shows lies.
+"""The second pass: the depth of every pixel of a tile.
 
-POV-Ray tells how far along its ray every pixel of a ray camera meets the scene (lippmann/depth.inc); where the rays go
-is known exactly. From the point that is met follow its place in the scene, and by exact rays its place on the display.
+POV-Ray renders the distance along the ray of every pixel of a ray camera to the scene (lippmann/depth.inc), and the
+rays are known exactly. The point that a ray meets gives the depth in the scene, and exact rays give its depth on the
+display.
 """
 
 from __future__ import annotations

@@ -20,7 +20,7 @@ _CHUNK = 65_536
 
 
 class Command(IntEnum):
-    """What the supervisor was told to do; a higher one overrides a lower one."""
+    """A command to the supervisor; a higher command overrides a lower one."""
 
     RUN = 0
     STOP = 1
@@ -30,11 +30,11 @@ class Command(IntEnum):
 
 
 def send_event(kind: str, **fields: Any) -> None:
-    """Send an event to the process that started the supervisor: one JSON object a line."""
+    """Send an event to the process that started the supervisor: one JSON object per line."""
     try:
         print(json.dumps({"event": kind, **fields}), flush=True)
     except BrokenPipeError:
-        return  # The reader is gone, and the end of stdin tells the supervisor the same.
+        return  # The reader is gone; the end of stdin then stops the supervisor.
 
 
 class Supervisor:

@@ -79,12 +79,12 @@ def calibrate_picture(picture: NDArray[Any], *, near_px: float | None = None) ->
     picture
         `(rows, cols, channel)`, linear light.
     near_px
-        The pitch, if it is known to 3 %: what repeats otherwise is not looked at.
+        The pitch, if it is known to 3 %: only periods near it are searched.
 
     Raises
     ------
     LayoutError
-        If the picture does not tell, or could be taken for another as well.
+        If the picture does not determine the lattice, or fits another lattice as well.
     """
     evidence = _evidence(picture, of_edges)
     comb = measure_comb(evidence, near_px=near_px)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 BROAD_PX = 32.0
-"""Standard deviation of what changes too slowly to tell of lenses, as from the picture's middle to its corners."""
+"""The standard deviation of a Gaussian that keeps only changes that are too slow to come from lenses, as vignetting."""
 
 SOFT_PX = 0.8
 """Standard deviation of what takes the finest grain away, so that a wave between two pixels is as high as on one."""

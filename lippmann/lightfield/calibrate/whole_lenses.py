@@ -114,7 +114,7 @@ def in_middle(grid: LensGrid, size: tuple[int, ...]) -> LensGrid:
 
 
 def are_whole(grid: LensGrid, size: tuple[float, ...]) -> bool:
-    """Tell whether all lenses of a grid lie on a picture, to half a pixel.
+    """Return whether all lenses of a grid lie on a picture, to half a pixel.
 
     Parameters
     ----------

@@ -25,14 +25,14 @@ from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import view, view_numbers
 
 REACH = 2
-"""The views to each side that are compared. Farther ones tell small depths apart better, but with an imaging lens of
-much spherical aberration things do not move evenly over them (docs/depth.md)."""
+"""The views to each side that are compared. Farther views separate small depths better, but with an imaging lens of
+strong spherical aberration points do not move evenly over them (docs/depth.md)."""
 
 WINDOW_PX = 1
 """Half the side of the square over which a pixel is compared, px; one pixel alone fits many depths."""
 
 UNLIKE = 0.2
-"""Difference of two pixels beyond which it counts no more: then they show two things."""
+"""The largest difference of two pixels that counts; pixels that differ by more show two objects."""
 
 STEP = 0.25
 """Shift of the farthest view, in pitches, from one depth of a sweep to the next where none are given."""

@@ -75,7 +75,7 @@ def estimated_depth(
     range_mm: tuple[float, float] | None = None,
     reach: int = REACH,
 ) -> ViewDepth:
-    """Estimate the depth of a view; NaN where the views tell nothing, as in a flat colour.
+    """Estimate the depth of a view; NaN where the views contain no depth, as in a uniform colour.
 
     Parameters
     ----------

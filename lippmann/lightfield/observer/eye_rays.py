@@ -30,8 +30,8 @@ def eye_rays(count: int) -> EyeRays:
     One is the ray through the middle of both. More lie on a spiral in the pupil, by the golden angle (H. Vogel, *A
     better way to construct the sunflower head*, Mathematical Biosciences 44, 1979), and on a Hammersley set in the
     pixel (radical inverses in the bases 2 and 3; J. M. Hammersley, *Monte Carlo methods for solving multivariable
-    problems*, Ann. N. Y. Acad. Sci. 86, 1960). `make bench` tells how
-    pictures by few rays differ from one by 4096.
+    problems*, Ann. N. Y. Acad. Sci. 86, 1960). `make bench` measures how
+    much pictures with few rays differ from one with 4096.
 
     Parameters
     ----------

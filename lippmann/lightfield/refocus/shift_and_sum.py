@@ -1,16 +1,17 @@
-"""Refocus: the views shifted by what a depth asks for, and added; at one depth, or at many.
+"""Refocus by shift-and-sum: the views are shifted by the disparity of a depth, and averaged.
 
 Depths s are the **display's**: millimetres from its array, positive in front of it, on a display whose array stands one
-focal length f before its pixels (pinholes at gap f). What the capture's array saw at s lies at s + f there
+focal length f in front of its pixels (pinholes at gap f). A point at s from the capture's array lies at s + f there
 (docs/optics.md, Depth).
 
-By the law of small angles a point at s moves over the lenses by delta = s / (n f) pitches from one view to the next, n
-pixels a lens: for s > 0 to the left as the eye moves right, and up as it moves down. A refocused picture takes every
-view from where the point would have moved to and averages; the middle of the views stays where it is. Shifts between
-lenses are interpolated linearly, in linear light. Pixels of a view that would come from beyond the array do not count.
+In the paraxial approximation a point at s moves over the lenses by delta = s / (n f) pitches from one view to the next,
+where n is the number of pixels per lens: for s > 0 to the left as the eye moves to the right, and up as it moves down. A
+refocused picture shifts every view back by this motion and averages all views; the centre of the views does not move.
+Shifts between lenses are interpolated linearly, in linear light. Pixels that would come from beyond the array do not
+count.
 
-On the hexagonal lattice the views are put on square pixels first (`as_square`), which lie a pitch apart both ways.
-`ciir` comes to the same picture by another road, and with more pixels.
+On the hexagonal lattice the views are first resampled to square pixels (`as_square`), one pitch apart both ways.
+`ciir` computes the same picture by another method, with more pixels.
 """
 
 from __future__ import annotations

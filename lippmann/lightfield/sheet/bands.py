@@ -1,7 +1,7 @@
 """Sheets larger than memory, processed in bands of lens rows; the result equals that of the whole sheet.
 
-`Rows` is a picture in memory or on disk. A `Sheet` has a layout as well, and lends the pixel rows of some lens rows;
-which ones, `part_layout` and `part_rows` say. Square cells of two bands share no pixel rows. Hexagons reach into the
+`Rows` is a picture in memory or on disk. A `Sheet` has a layout as well, and yields the pixel rows of some lens rows,
+which `part_layout` and `part_rows` give. Square cells of two bands share no pixel rows. Hexagons reach into the
 lens rows above and below, so neighbouring bands share rows, of which each band needs to hold only what is under its own
 lenses; `stitched` puts them together.
 """

@@ -161,7 +161,7 @@ class _Axis:
     weight: NDArray[np.float64]
     """The weight of the second pixel."""
     lit: NDArray[np.bool_]
-    """Under a lens."""
+    """True where the device pixel lies under a lens."""
 
 
 def _axis(offset_pitches: NDArray[np.float64], lenses: int, px_per_lens: int) -> _Axis:

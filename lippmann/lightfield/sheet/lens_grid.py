@@ -71,7 +71,7 @@ class LensGrid:
         return here - first
 
     def layout(self, px_per_lens: int | None = None) -> CellLayout:
-        """Return the layout of as many whole cells, of the nearest number of px that a lens can have.
+        """Return the layout of as many whole cells, with the nearest number of pixels that a lens can have.
 
         >>> LensGrid(90, 100, 23.622, (11.8, 11.8)).layout()
         CellLayout(lens_rows=90, lens_cols=100, px_per_lens=24, lattice='square', first_row_shifted=False)

@@ -1,8 +1,8 @@
 """Rectify a picture whose pitch is not a whole number of pixels: the inverse of `device`.
 
-From a sheet on a device's pixels, where cells of 23 and 24 px alternate, or from a scan, whose lattice may be turned in
-the picture, everything that is made of cells can be made after this: views, perspective, refocus. Every cell is
-interpolated between its own pixels alone (`under_lenses`), so no light passes from one cell into another.
+The picture is a sheet on a device's pixels, where cells of 23 and 24 px alternate, or a scan, whose lattice may be
+rotated. The result has whole cells, from which views, perspectives and refocused pictures are computed. Every cell is
+interpolated between its own pixels alone (`light_under`), so no light passes from one cell into another.
 
 Nothing is averaged, so ask for about as many pixels per lens as there are.
 """

@@ -115,7 +115,7 @@ def places_px(
 
 
 def inside_cells(layout: CellLayout, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which places lie in their own cell, or on its border.
+    """Return which places lie in their own cell, or on its border.
 
     Parameters
     ----------

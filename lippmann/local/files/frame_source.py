@@ -19,7 +19,7 @@ from worker.images.read import read_attributes
 from worker.tasks.outputs.frame_source import FrameSource
 
 FACTS = ("job", "scene", "bundle")
-"""The attributes of a header that tell the origin of a master."""
+"""The attributes of a header that state the origin of a master."""
 
 
 @dataclass(frozen=True)

@@ -30,7 +30,7 @@ def read_lens(path: Path) -> dict[str, Any]:
 
 
 def read_prescription(path: Path) -> Prescription:
-    """Return the prescription in a file, whose suffix tells the format."""
+    """Return the prescription in a file, whose suffix gives the format."""
     from lippmann.optics.lens.csv_files import read_lens_csv
     from lippmann.optics.lens.zemax_files import read_lens_zmx
 

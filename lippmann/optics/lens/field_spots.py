@@ -14,7 +14,8 @@ from lippmann.optics.lens.surfaces import ImagingLens
 from lippmann.optics.lens.trace import Rays, through_lens
 
 FIELD_ANGLES_DEG = (0.0, 4.0, 8.0)
-"""On the axis, halfway out, and near the corner of a 90 mm sheet behind a lens of 300 mm, which is 12 degrees off."""
+"""The field angles of the spots: on the axis, and on the way to the corner of a 90 mm sheet behind a lens of 300 mm,
+which is 12 degrees off the axis."""
 RAYS_ACROSS = 101
 """The number of rays across the aperture in each direction; twice as many change no RMS radius by more than 1 %."""
 _PASSES = 3

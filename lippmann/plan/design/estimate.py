@@ -66,7 +66,7 @@ def estimate(spec: JobSpec, method: Method) -> Estimate:
     # Frames that the farm may cut are cut at least this small.
     tile_px = min(rendered_px, COMFORTABLE_PX) if spec.render.tiles == "auto" else rendered_px
     render_mb = START_MB[method] + tile_px * B_PER_PX[method] / 1e6
-    if spec.capture.depth:  # by the ray camera, whichever road the colours take
+    if spec.capture.depth:  # The ray camera renders depth, whichever method captures the colours.
         render_mb = max(render_mb, START_MB["ray_camera"] + min(tile_px, px) * B_PER_PX["ray_camera"] / 1e6)
     memory_mb = max(render_mb, ASSEMBLE_MB + px * ASSEMBLE_B_PER_PX / 1e6)
     return Estimate(

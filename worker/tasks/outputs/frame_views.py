@@ -1,4 +1,4 @@
-"""The views of one frame that a data set has: made when first asked for, and then once."""
+"""The views of one frame that a data set has: computed once, when they are first read."""
 
 from __future__ import annotations
 
