@@ -5,10 +5,10 @@ focal length f in front of its pixels (pinholes at gap f). A point at s from the
 (docs/optics.md, Depth).
 
 In the paraxial approximation a point at s moves over the lenses by delta = s / (n f) pitches from one view to the next,
-where n is the number of pixels per lens: for s > 0 to the left as the eye moves to the right, and up as it moves down. A
-refocused picture shifts every view back by this motion and averages all views; the centre of the views does not move.
-Shifts between lenses are interpolated linearly, in linear light. Pixels that would come from beyond the array do not
-count.
+where n is the number of pixels per lens: for s > 0 to the left as the eye moves to the right, and up as it moves down.
+To refocus, every view is shifted back by this motion, and all views are averaged; the centre of the views does not
+move. Shifts between lenses are interpolated linearly, in linear light. Pixels that would come from beyond the array do
+not count.
 
 On the hexagonal lattice the views are first resampled to square pixels (`as_square`), one pitch apart both ways.
 `ciir` computes the same picture by another method, with more pixels.

@@ -161,8 +161,8 @@ def face_codes(rays: Rays, scaffold: Scaffold) -> tuple[NDArray[np.int32], bool]
     """Return the faces of rays, and whether some are dead.
 
     The plane of a face is perpendicular to its ray and goes through the apex: this determines where the ray starts and
-    where the plane meets the rail. Seen along the axis the apex A and the rail's foot O lie at two corners before the bundle, so that
-    the third vertex 3 C - A - O is far from both for every start C.
+    where the plane meets the rail. Seen along the axis, the apex A and the rail's foot O lie at two corners in front of
+    the bundle, so that the third vertex 3 C - A - O is far from both for every start C.
 
     Returns
     -------
