@@ -33,7 +33,7 @@ LANDMARKS = (
     Landmark("stem 1", (152.3, 128.9, 375.0), 34.0, 16.0),
     Landmark("stem 2", (-188.0, 195.9, 750.0), 42.0, 22.0),
     Landmark("stem 3", (139.7, 261.9, 1125.0), 50.0, 28.0),
-    Landmark("stem 4", (-105.5, 327.9, 1500.0), 40.0, 34.0),
+    Landmark("stem 4", (-105.5, 327.9, 1500.0), 48.0, 34.0),
 )
 """The flank of the fish, and the centre of the head of each bulrush, from the nearest to the farthest.
 
