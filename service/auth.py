@@ -22,13 +22,12 @@ SECRET_BYTES = 32
 
 @dataclass(frozen=True)
 class Caller:
-    """The caller of a request, and how the caller authenticated."""
+    """The caller of a request."""
 
     id: str
     key_id: str
     name: str
     role: Role
-    by_cookie: bool
 
 
 def create_key(session: Session, name: str, role: Role) -> tuple[str, str]:
@@ -173,7 +172,7 @@ def _caller(found: Credential | None) -> Caller | None:
         return None
     is_session = found.kind is CredentialKind.SESSION
     key_id = (found.parent or found.id) if is_session else found.id
-    return Caller(id=found.id, key_id=key_id, name=found.name, role=Role(found.role), by_cookie=is_session)
+    return Caller(id=found.id, key_id=key_id, name=found.name, role=Role(found.role))
 
 
 def _digest(secret: str) -> str:

@@ -57,12 +57,6 @@ class ServiceError(Exception):
         return str(self.args[0])
 
 
-class BadRequest(ServiceError):
-    """The request is malformed."""
-
-    code = "bad-request"
-
-
 class Unauthorized(ServiceError):
     """A key is required: send `Authorization: Bearer <key>` or log in."""
 

@@ -46,7 +46,7 @@ with warnings.catch_warnings():
 Client = TestClient
 T0 = 1_900_000_000.0
 PROBE = ProbeResult(start_s=0.5, s_per_px=1e-5, tileable=True)
-CALLER = Caller(id="k", key_id="k", name="tester", role=Role.SUBMITTER, by_cookie=False)
+CALLER = Caller(id="k", key_id="k", name="tester", role=Role.SUBMITTER)
 CARD = SceneManifest(
     title="A ball",
     stage=Stage(location=(0, 0, -500), look_at=(0, 0, 0), reference_mm=500, near_mm=400, far_mm=600),

@@ -149,7 +149,7 @@ def _submitted(farm: Farm, parts: Parts) -> str:
 def test_two_callers_may_use_the_same_key(farm: Farm) -> None:
     ids = []
     for key_id in ("a", "b"):
-        caller = Caller(id=key_id, key_id=key_id, name="n", role=CALLER.role, by_cookie=False)
+        caller = Caller(id=key_id, key_id=key_id, name="n", role=CALLER.role)
         job, _ = submit.submit_job(farm.database, farm.parts, caller, SPEC, idempotency_key="one", now_s=farm.now_s)
         ids.append(job.id)
     assert ids[0] != ids[1]
