@@ -7,7 +7,7 @@ import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -91,7 +91,8 @@ def parse_outputs(written: Sequence[str], source: FrameSource) -> tuple[OutputOp
             viewing_distance_mm=source.display.viewing_distance_mm,
         )
     except ValidationError as error:
-        raise SpecError.of(problems_of(error)) from error
+        problems = (replace(problem, field=f"outputs.{problem.field}") for problem in problems_of(error))
+        raise SpecError.of(problems) from error
     except FieldError as error:
         raise BadInput(f"{error.field}: expected {error.expected}, got {error.got}") from error
     return outputs

@@ -145,7 +145,7 @@ def _cost(one: Design) -> list[Line]:
     return [
         ("a sheet", f"{one.sheet_mb:.3g} MB in half-floats"),
         ("memory of a slot", f"{one.memory_mb:.0f} MB"),
-        ("CPU a frame", duration_text(one.frame_cpu_s)),
+        ("CPU per frame", duration_text(one.frame_cpu_s)),
         ("CPU in all", f"{duration_text(one.cpu_s)} for {one.frames} frames" if one.frames > 1 else None),
         ("measured on", one.measured_on),
     ]

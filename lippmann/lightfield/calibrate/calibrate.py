@@ -115,11 +115,11 @@ def _refuse_rival(comb: Comb) -> None:
 
 def _checked(measured: Measured | None, sure: float, wanted: str, size: tuple[int, ...]) -> Calibration:
     if measured is None:
-        raise LayoutError(f"expected {wanted}, got none: there is no lattice to be seen; say the pitch")
+        raise LayoutError(f"expected {wanted}, got none: there is no lattice to be seen; give the pitch")
     if not measured.agreement >= sure:
         raise LayoutError(
             f"expected {wanted}, got none that is certain: a pitch of {measured.lay.pitch_px:.2f} px is seen with"
-            f" {measured.agreement:.2f} of 1, and {sure:g} is needed; say the pitch"
+            f" {measured.agreement:.2f} of 1, and {sure:g} is needed; give the pitch"
         )
     return Calibration(_grid(measured, size), measured.agreement)
 

@@ -99,7 +99,7 @@ def test_what_a_full_disk_cuts_short_is_not_there(
 @pytest.mark.parametrize(
     ("written", "words"),
     [
-        (["quilt.gif"], r"0: expected an object with a kind, or one of .*'quilt\.png'.*, got 'quilt.gif'"),
+        (["quilt.gif"], r"^outputs\.0: expected an object with a kind, or one of .*'quilt\.png'.*, got 'quilt.gif'"),
         (["quilt.png", "quilt.png"], r"outputs\.1\.name: expected a name of its own"),
         (['{"kind": "views", "codec": "divx"}'], r"codec: expected .*, got 'divx'"),
         (['{"kind": '], "expected an output as a file name or as JSON"),

@@ -118,7 +118,7 @@ def test_lenses_are_found_from_white_and_a_wrong_pitch_is_put_right(tmp_path: Pa
         (("--pitch-px", 8, "--lens-count", 6, 8), "has room for 6 x 7, or as many with a pitch of 7.00 px"),
         (("--pitch-px", 1), "pitch_px: expected greater than or equal to 2, got 1.0"),
         (("--pitch-px", 8, "--offset-px", "1"), "expected --offset-px as DOWN,RIGHT"),
-        (("--find",), "say the pitch"),
+        (("--find",), "give the pitch"),
     ],
 )
 def test_what_cannot_be_is_said(tmp_path: Path, options: tuple[object, ...], said: str) -> None:

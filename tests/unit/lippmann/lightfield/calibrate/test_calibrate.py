@@ -89,7 +89,7 @@ def test_what_is_no_white_image_is_refused(name: str) -> None:
     picture = {"flat": np.ones((200, 200, 3)), "noise": rng.random((200, 200, 3)), "slope": slope}[name]
     with pytest.raises(LayoutError, match="expected a white image of a regular array of lenses"):
         calibrate_white_image(picture)
-    with pytest.raises(LayoutError, match="say the pitch"):
+    with pytest.raises(LayoutError, match="give the pitch"):
         calibrate_picture(picture)
 
 
