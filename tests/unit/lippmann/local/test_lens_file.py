@@ -101,5 +101,5 @@ def test_a_lens_from_a_file_is_checked(tmp_path: Path) -> None:
 
 
 def test_an_unknown_lens_names_the_known_ones() -> None:
-    with pytest.raises(SpecError, match="expected one of athineos-2006"):
+    with pytest.raises(BadInput, match="expected one of athineos-2006"):
         lens("nikon", output=Output(as_json=False))
