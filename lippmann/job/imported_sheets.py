@@ -6,9 +6,10 @@ from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from lippmann.errors import BundleError, FieldProblem, SpecError
+from lippmann.job.model import JobModel
 from lippmann.job.problems import FieldError, problems_of
 from lippmann.job.rig import MAX_FRAME_PX, MIN_PX_PER_LENS, Rig, check_px_per_lens
 from lippmann.job.spec import JobSpec
@@ -24,10 +25,8 @@ Count = Annotated[int, Field(ge=1, le=4096)]
 PitchPx = Annotated[float, Field(ge=MIN_PX_PER_LENS, le=MAX_FRAME_PX)]
 
 
-class SheetGeometry(BaseModel):
+class SheetGeometry(JobModel):
     """The lens geometry of an imported integral image, and the corrections that it needs."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
     pitch_px: PitchPx
     """The lens pitch in pixels, which may be fractional."""

@@ -12,7 +12,9 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator
+from pydantic import Field, field_validator
+
+from lippmann.job.model import JobModel
 
 ANIMATED_PARTS = ("rig", "stage", "parameters")
 """The parts of a job whose numbers may change with the frame."""
@@ -28,10 +30,8 @@ Key = tuple[Annotated[int, Field(ge=1, le=MAX_FRAME_NUMBER)], Annotated[float, F
 """A frame number, and the value at that frame."""
 
 
-class Keyframes(BaseModel):
+class Keyframes(JobModel):
     """A number that changes from frame to frame; it is constant before the first keyframe and after the last."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
     keyframes: Annotated[tuple[Key, ...], Field(min_length=1, max_length=MAX_KEYS)]
     """The keyframes as (frame, value), in ascending order of the frames."""

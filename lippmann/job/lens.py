@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationInfo, field_validator, model_validator
+from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from lippmann.job.glasses import GLASSES, glass
+from lippmann.job.model import JobModel
 
 MIN_SURFACES = 2
 MAX_SURFACES = 60
@@ -17,17 +18,13 @@ MIN_MM = 1e-6
 """The least radius and focal length, one nanometre; a smaller one is an error of units."""
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
-
-
 class _UnknownMaterial(str):
     """The name of an unknown material, on a surface without an index."""
 
     __slots__ = ()
 
 
-class LensSurface(_Part):
+class LensSurface(JobModel):
     """A lens surface and the medium behind it."""
 
     radius_mm: float | None = Field(ge=-MAX_MM, le=MAX_MM)
@@ -95,7 +92,7 @@ class LensSurface(_Part):
         return known.abbe
 
 
-class Prescription(_Part):
+class Prescription(JobModel):
     """The prescription of an imaging lens, surface by surface, object side first."""
 
     title: str = Field(default="", max_length=200)
@@ -125,7 +122,7 @@ class Prescription(_Part):
         return self
 
 
-class NamedLens(_Part):
+class NamedLens(JobModel):
     """A published lens that is scaled to a focal length."""
 
     name: str = Field(min_length=1, max_length=100)

@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, Tag, model_validator
+from pydantic import Field, Tag, model_validator
 
+from lippmann.job.model import JobModel
 from lippmann.job.problems import FieldError, form_discriminator
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
-
-
-class Capture(_Part):
+class Capture(JobModel):
     """The method by which the rays of the camera are traced through the optics, and the samples of a pixel."""
 
     method: Literal["auto", "glass", "ray_camera"] = "auto"
@@ -26,7 +23,7 @@ class Capture(_Part):
     """True if a second pass renders the depth of every pixel into `depth/0001.exr`."""
 
 
-class Antialias(_Part):
+class Antialias(JobModel):
     """POV-Ray's antialiasing, over the whole image; it blurs the borders of the cells."""
 
     threshold: float = Field(default=0.3, gt=0, lt=1)
@@ -43,7 +40,7 @@ AntialiasChoice = Annotated[
 ]
 
 
-class RenderSettings(_Part):
+class RenderSettings(JobModel):
     """The settings of POV-Ray, and the limits of an attempt."""
 
     antialias: AntialiasChoice = "off"

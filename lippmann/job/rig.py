@@ -6,9 +6,10 @@ import math
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, Tag, model_validator
+from pydantic import Field, Tag, model_validator
 
 from lippmann.job.lens import NamedLens, Prescription
+from lippmann.job.model import JobModel
 from lippmann.job.presets import LENS_ARRAYS
 from lippmann.job.problems import FieldError, form_discriminator
 from lippmann.lattice.cell import Lattice
@@ -32,10 +33,6 @@ section 3.2)."""
 MM_PER_INCH = 25.4
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
-
-
 def _form_of_lens(value: Any) -> str:
     if not isinstance(value, Mapping):
         return "name"
@@ -51,7 +48,7 @@ LensChoice = Annotated[
 """An imaging lens: its name, its name and focal length, or its prescription."""
 
 
-class LensArray(_Part):
+class LensArray(JobModel):
     """The microlens array (MLA)."""
 
     preset: str | None = None
@@ -91,7 +88,7 @@ class LensArray(_Part):
         return LensLattice(*self.count, kind=self.lattice, pitch=self.pitch_mm)
 
 
-class Camera(_Part):
+class Camera(JobModel):
     """The camera behind the MLA."""
 
     projection: Literal["orthographic", "perspective"] = "orthographic"
@@ -103,7 +100,7 @@ class Camera(_Part):
 WindowPx = Annotated[int, Field(ge=1, le=MAX_FRAME_PX)]
 
 
-class Device(_Part):
+class Device(JobModel):
     """The printer or panel that shows the integral image: the pitch of its pixels, and its window."""
 
     dpi: float | None = Field(default=None, gt=0, le=100_000)
@@ -132,7 +129,7 @@ class Device(_Part):
         return self.pitch_um / 1000
 
 
-class Rig(_Part):
+class Rig(JobModel):
     """The rig: imaging lens, microlens array (MLA), camera and device."""
 
     imaging_lens: LensChoice | None = "athineos-2006"

@@ -9,10 +9,11 @@ import re
 from collections.abc import Mapping
 from typing import Any, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, field_validator, model_validator
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from lippmann.errors import BundleError, FieldProblem, SpecError
 from lippmann.job.imported_sheets import ImportedSheets
+from lippmann.job.model import JobModel
 from lippmann.job.problems import problems_of
 from lippmann.job.spec import Clock, ParameterValue
 from lippmann.job.stage import Stage
@@ -37,11 +38,7 @@ RESERVED = frozenset(
 """The names that POV-Ray or a job reserves, which no parameter may have."""
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
-
-
-class Parameter(_Part):
+class Parameter(JobModel):
     """A parameter of a scene, which a job may set."""
 
     type: Literal["number", "integer", "boolean", "color"]
@@ -88,7 +85,7 @@ _NO_STAGE = {"location": (0, 0, -1), "look_at": (0, 0, 0), "near_mm": 1, "far_mm
 """The stage of a bundle of imported sheets, which has no meaning because nothing is rendered."""
 
 
-class SceneManifest(_Part):
+class SceneManifest(JobModel):
     """The manifest of a scene, `scene.toml`."""
 
     file: str = Field(default=SCENE_FILE, max_length=200)

@@ -12,8 +12,6 @@ from dataclasses import replace
 from typing import Annotated, Any, Self
 
 from pydantic import (
-    BaseModel,
-    ConfigDict,
     Field,
     ValidationError,
     model_validator,
@@ -22,6 +20,7 @@ from pydantic import (
 from lippmann.errors import FieldProblem, SpecError
 from lippmann.job.frames import FrameList, parse_frames
 from lippmann.job.keyframes import ANIMATED_PARTS, MAX_KEYS, Keyframes, lift, put
+from lippmann.job.model import JobModel
 from lippmann.job.old_names import current_job
 from lippmann.job.outputs.choice import DEFAULT_OUTPUTS, Output, check_names, check_options
 from lippmann.job.problems import FieldError, problems_of
@@ -42,11 +41,7 @@ MAX_CHECKED_FRAMES = 100
 third of a second."""
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
-
-
-class Display(_Part):
+class Display(JobModel):
     """The display of the integral image, for which the designer computes."""
 
     gap_real_mm: float | None = Field(default=None, gt=0, le=10_000)
@@ -57,7 +52,7 @@ class Display(_Part):
     """The distance of the observer from the display."""
 
 
-class Clock(_Part):
+class Clock(JobModel):
     """The clock of POV-Ray at each frame: first + (frame - 1) * per_frame."""
 
     first: float = 0.0
@@ -70,7 +65,7 @@ class Clock(_Part):
         return self.first + (frame - 1) * self.per_frame
 
 
-class JobSpec(_Part):
+class JobSpec(JobModel):
     """The specification of a job."""
 
     scene: str = Field(min_length=1, max_length=100, pattern=r"^[a-z0-9][a-z0-9-]*$")
@@ -228,7 +223,7 @@ class JobSpec(_Part):
         return tuple(sorted({*_selection(numbers), *_selection(between)}))
 
 
-class _AnimatedParts(_Part):
+class _AnimatedParts(JobModel):
     """The parts of a job that may change from frame to frame."""
 
     rig: Rig

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Annotated, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic import Field, ValidationError, model_validator
 
 from lippmann.errors import SpecError
+from lippmann.job.model import JobModel
 from lippmann.job.problems import problems_of
 
 MAX_MM = 1e9
@@ -21,11 +22,7 @@ MmPerUnit = Annotated[float, Field(ge=1e-4, le=1e5)]
 lose precision (measured)."""
 
 
-class _Part(BaseModel):
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
-
-
-class Stage(_Part):
+class Stage(JobModel):
     """The position of the rig in the scene, in scene units, and the scale."""
 
     location: Vector
@@ -59,7 +56,7 @@ class Stage(_Part):
         return self
 
 
-class StageChange(_Part):
+class StageChange(JobModel):
     """The changes of a job to the stage of its scene; an absent field keeps the value of the scene."""
 
     location: Vector | None = None

@@ -9,22 +9,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Annotated, Any, ClassVar, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
+from lippmann.job.model import JobModel
 from lippmann.job.rig import Rig
 
 Name = Annotated[str, Field(min_length=1, max_length=50, pattern=r"^[a-z0-9][a-z0-9_-]*$")]
 """The name of a file without its suffix, or of a folder."""
 
 
-class OutputOptions(BaseModel):
+class OutputOptions(JobModel):
     """One output of a job.
 
     The class of a kind defines `kind`, a default `name`, and its options. An option that selects the file format also
     selects `suffix`.
     """
-
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False, use_attribute_docstrings=True)
 
     SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
     """The options that the short spelling `<kind><suffix>` stands for, by file suffix; the suffix "" is a folder."""
