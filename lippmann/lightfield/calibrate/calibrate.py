@@ -108,8 +108,8 @@ def _refuse_rival(comb: Comb) -> None:
     if rival is not None and rival.agreement > RIVAL * comb.measured.agreement:
         raise LayoutError(
             f"expected {EDGES}, got one that may have a pitch of {comb.measured.lay.pitch_px:.2f} px"
-            f" ({comb.measured.agreement:.2f} of 1) or of {rival.lay.pitch_px:.2f} px ({rival.agreement:.2f}); say the"
-            " pitch, about"
+            f" ({comb.measured.agreement:.2f} of 1) or of {rival.lay.pitch_px:.2f} px ({rival.agreement:.2f}); give"
+            " the pitch approximately"
         )
 
 
