@@ -139,6 +139,6 @@ def _text(measured: Mapping[str, Any]) -> str:
     alike = ", ".join(f"{name} {value:.2f}" for name, value in measured["likeness"].items())
     return (
         f"the image is {measured['orientation']} (correlation with the scene of each flip: {alike})\n"
-        f"magnification near the axis {measured['magnification']:.4f}, by small angles"
+        f"magnification near the axis {measured['magnification']:.4f}, paraxial"
         f" {measured['magnification_paraxial']:.4f}; distortion at the edge {measured['distortion_at_the_edge']:+.1%}"
     )

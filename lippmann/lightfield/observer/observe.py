@@ -6,7 +6,7 @@ at a distance L, a point e of the pupil from it, the eye focused at a depth z, a
 
     place on the array     A = Q - e z / (L - z)           all rays of a pixel meet in the plane of focus
     slope toward the sheet m = (A - E - e) / L
-    behind the lens at c   m' = m - (A - c) / f            a thin lens, by the law of small angles
+    behind the lens at c   m' = m - (A - c) / f            a thin lens, paraxial
     place on the sheet     S = A + g m'
 
 The eye gets the light of whatever pixel S lies in: pixels are boxes, nothing is interpolated. It may lie under a

@@ -2,7 +2,7 @@
 
 Depths `s` count from the array, positive toward the observer. A null means: there is no such thing (direct pickup has
 no imaging lens), or no end to it (a plane at infinity, a depth without limit). Names that begin with `exact` come from
-the exact trace, those beside them from the law of small angles. docs/designer.md has every formula.
+the exact trace, those beside them are paraxial. docs/designer.md has every formula.
 """
 
 from __future__ import annotations

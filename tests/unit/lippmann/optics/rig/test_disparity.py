@@ -1,4 +1,4 @@
-"""How far a point moves from view to view: against the rays of whole cells, and the law of small angles."""
+"""How far a point moves from view to view: against the rays of whole cells, and the paraxial formula."""
 
 from __future__ import annotations
 

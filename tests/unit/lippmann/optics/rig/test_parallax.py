@@ -113,7 +113,7 @@ def test_nothing_moves_beside_the_glass_or_where_nothing_is_met() -> None:
 
 
 def test_the_page_on_depth_says_how_disparity_differs_over_the_views() -> None:
-    """Disparity is s / (n f) by small angles; the parallax of the next view is 1 / n larger."""
+    """Disparity is s / (n f) in the paraxial approximation; the parallax of the next view is 1 / n larger."""
     page = " ".join((DOCS / "depth.md").read_text("utf-8").split())
     (said,) = re.findall(r"at s = \+([0-9.]+) mm .* moves by ([0-9.]+) pitches .* and by ([0-9.]+) at their edge", page)
     s_mm, middle, edge = map(float, said)
