@@ -169,7 +169,7 @@ def test_disparity_of_a_point_is_that_of_the_exact_trace(
     expected = [lit_lens_x(view(traced, layout, u, row), layout) for u in range(8)]
     step, traced_step = np.polyfit(range(8), found, 1)[0], np.polyfit(range(8), expected, 1)[0]
     assert step == pytest.approx(traced_step, rel=0.02)
-    # In the paraxial approximation a step is -(s + f) / (n f). Spherical aberration brings marginal rays up to 6.4 mm nearer.
+    # A paraxial step is -(s + f) / (n f). Spherical aberration brings marginal rays up to 6.4 mm nearer.
     assert s_mm + 3.3 - 7.0 < -traced_step * 8 * 3.3 < s_mm + 3.3 + 0.1
 
 
