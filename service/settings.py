@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,22 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from lippmann.job.messages import wire
 from lippmann.job.old_names import rename_settings
+
+
+@dataclass(frozen=True)
+class FailureLimit:
+    """The number of failed tasks that ends a job before its other tasks have ended."""
+
+    share: float
+    least: int
+
+    def is_exceeded(self, failed: int, total: int) -> bool:
+        """Return whether `failed` of `total` tasks are too many.
+
+        >>> FailureLimit(share=0.1, least=3).is_exceeded(2, 19)
+        False
+        """
+        return failed >= self.least and failed > self.share * total
 
 
 class Settings(BaseSettings):
@@ -54,7 +71,9 @@ class Settings(BaseSettings):
     failures_allowed: int = Field(default=3, ge=1)
     """The number of failures after which a task has failed."""
     failed_share: float = Field(default=0.1, gt=0, le=1)
-    """The share of failed tasks above which a job fails."""
+    """The share of failed tasks above which a job fails, if at least `failed_least` have failed."""
+    failed_least: int = Field(default=3, ge=1)
+    """The number of failed tasks below which a job goes on whatever their share, since two of 19 are more than 10 %."""
     retry_pause_s: float = Field(default=2.0, ge=0)
     """The pause before the next attempt of a failed task; it doubles after every failure."""
     decline_pause_s: float = Field(default=1.0, ge=0)
@@ -87,6 +106,11 @@ class Settings(BaseSettings):
         for note in rename_settings(os.environ):
             logging.getLogger(__name__).warning(note)
         super().__init__(**values)
+
+    @property
+    def failure_limit(self) -> FailureLimit:
+        """The number of failed tasks that ends a job."""
+        return FailureLimit(share=self.failed_share, least=self.failed_least)
 
     @property
     def database(self) -> str:

@@ -112,4 +112,4 @@ class BackgroundJobs:
                 return True
             if kind is BackgroundJob.CANCEL:
                 return cancel_chunk(session, row, now_s=now_s)
-            return retry_chunk(session, row, now_s=now_s, failed_share=self._settings.failed_share)
+            return retry_chunk(session, row, now_s=now_s, limit=self._settings.failure_limit)

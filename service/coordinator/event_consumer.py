@@ -134,7 +134,7 @@ def close_batch(batch: Batch) -> None:
         row = job_rows.job(batch.session, job_id)
         if row is None:
             continue
-        if not settle(batch.session, row, now_s=batch.now_s, failed_share=batch.settings.failed_share):
+        if not settle(batch.session, row, now_s=batch.now_s, limit=batch.settings.failure_limit):
             publish_progress(batch.session, row)
 
 

@@ -171,11 +171,11 @@ class Reconciler:
 
     def _repair_job(self, job_id: str, now_s: float) -> None:
         """Examine the next chunk of a job's waiting tasks, and whether the job has ended; write only corrections."""
-        share = self.settings.failed_share
+        limit = self.settings.failure_limit
         with self.database.reading() as session:
             free, reached = task_rows.overdue(session, job_id, after=self._reached.get(job_id, -1))
             row = job_rows.job(session, job_id)
-            is_right = not free and (row is None or not has_ended(session, row, failed_share=share))
+            is_right = not free and (row is None or not has_ended(session, row, limit=limit))
         self._reached.pop(job_id, None)
         if reached is not None:
             self._reached[job_id] = reached
@@ -188,7 +188,7 @@ class Reconciler:
             transition_tasks(session, job_id, free, TaskStatus.WAITING, TaskStatus.READY)
             close_batch(Batch(session, now_s, self.settings, {job_id} if free else set()))
             session.refresh(row)
-            settle(session, row, now_s=now_s, failed_share=share)
+            settle(session, row, now_s=now_s, limit=limit)
 
     def _delete_expired(self, now_s: float) -> None:
         with self.database.writing() as session:

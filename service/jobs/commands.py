@@ -20,6 +20,7 @@ from service.db.tables import BackgroundJob, Job, Task, WorkerFault
 from service.events.publish import publish_job, publish_removal
 from service.jobs.completion import settle
 from service.jobs.state_machine import find_job_for, release_tasks, set_job, transition_job, transition_tasks
+from service.settings import FailureLimit
 
 _RESET = {
     "failures": 0,
@@ -62,10 +63,10 @@ def pause_job(session: Session, job_id: str, *, now_s: float) -> Job:
     return row
 
 
-def resume_job(session: Session, job_id: str, *, now_s: float, failed_share: float) -> Job:
+def resume_job(session: Session, job_id: str, *, now_s: float, limit: FailureLimit) -> Job:
     """Resume a paused job; it ends at once if its last tasks ended during the pause."""
     row = transition_job(session, find_job_for(session, job_id, JobAction.RESUME), JobStatus.RUNNING)
-    settle(session, row, now_s=now_s, failed_share=failed_share)
+    settle(session, row, now_s=now_s, limit=limit)
     return row
 
 
@@ -76,17 +77,17 @@ def prioritise_job(session: Session, job_id: str, priority: int) -> Job:
     return row
 
 
-def retry_job(session: Session, job_id: str, *, now_s: float, failed_share: float) -> Job:
+def retry_job(session: Session, job_id: str, *, now_s: float, limit: FailureLimit) -> Job:
     """Continue a failed or cancelled job with the tasks that are not done; all failures are reset."""
     row = find_job_for(session, job_id, JobAction.RETRY)
     changed(session, delete(WorkerFault).where(WorkerFault.job_id == job_id))
     reset = {"ended_s": None, "error_code": None, "error_message": None, "background_job": BackgroundJob.RETRY}
     row = transition_job(session, row, JobStatus.RUNNING, **reset)
-    retry_chunk(session, row, now_s=now_s, failed_share=failed_share)
+    retry_chunk(session, row, now_s=now_s, limit=limit)
     return row
 
 
-def retry_chunk(session: Session, row: Job, *, now_s: float, failed_share: float) -> bool:
+def retry_chunk(session: Session, row: Job, *, now_s: float, limit: FailureLimit) -> bool:
     """Reset one chunk of failed and cancelled tasks; return whether there are more."""
     chunk = task_rows.retriable(session, row.id)
     groups: dict[tuple[TaskStatus, TaskStatus], list[int]] = defaultdict(list)
@@ -97,7 +98,7 @@ def retry_chunk(session: Session, row: Job, *, now_s: float, failed_share: float
     more = len(chunk) == task_rows.CHUNK
     set_job(session, row, background_job=BackgroundJob.RETRY if more else _after_retry(row))
     if row.background_job is None:
-        settle(session, row, now_s=now_s, failed_share=failed_share)
+        settle(session, row, now_s=now_s, limit=limit)
     return row.background_job is not None
 
 

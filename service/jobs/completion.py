@@ -11,6 +11,7 @@ from lippmann.job.states import JobStatus, TaskStatus
 from service.db import tasks as task_rows
 from service.db.tables import Job, Task
 from service.jobs.state_machine import release_tasks, transition_job, transition_tasks
+from service.settings import FailureLimit
 
 
 def unblock(session: Session, done: Task) -> int:
@@ -24,11 +25,11 @@ def unblock(session: Session, done: Task) -> int:
     return transition_tasks(session, done.job_id, waiting, TaskStatus.WAITING, TaskStatus.READY)
 
 
-def settle(session: Session, row: Job, *, now_s: float, failed_share: float) -> bool:
+def settle(session: Session, row: Job, *, now_s: float, limit: FailureLimit) -> bool:
     """End a job if its tasks have ended; return whether it ended."""
-    if not has_ended(session, row, failed_share=failed_share):
+    if not has_ended(session, row, limit=limit):
         return False
-    cause = _cause(session, row, failed_share) if row.failed else None
+    cause = _cause(session, row, limit) if row.failed else None
     if cause is not None:
         fail_job(session, row, *cause, now_s=now_s)
     else:
@@ -36,12 +37,12 @@ def settle(session: Session, row: Job, *, now_s: float, failed_share: float) -> 
     return True
 
 
-def has_ended(session: Session, row: Job, *, failed_share: float) -> bool:
+def has_ended(session: Session, row: Job, *, limit: FailureLimit) -> bool:
     """Return whether the tasks of a job have ended while its status is still probing or running."""
     if row.status not in (JobStatus.PROBING, JobStatus.RUNNING) or row.background_job is not None:
         return False
     if row.failed:
-        return _cause(session, row, failed_share) is not None
+        return _cause(session, row, limit) is not None
     return row.planned_s is not None and not _unfinished(row)
 
 
@@ -51,7 +52,7 @@ def fail_job(session: Session, row: Job, code: str, message: str, *, now_s: floa
     transition_job(session, row, JobStatus.FAILED, ended_s=now_s, error_code=code, error_message=message)
 
 
-def _cause(session: Session, row: Job, failed_share: float) -> tuple[str, str] | None:
+def _cause(session: Session, row: Job, limit: FailureLimit) -> tuple[str, str] | None:
     """Return code and message of the failure that ends a job; None while it can go on."""
     permanent = task_rows.permanent_failure(session, row.id)
     if permanent is not None:
@@ -61,8 +62,8 @@ def _cause(session: Session, row: Job, failed_share: float) -> tuple[str, str] |
     total = sum(getattr(row, status.value) for status in TaskStatus)
     # An output that fails prevents no other output, so it does not count here.
     needed = row.failed - task_rows.failed_outputs(session, row.id)
-    if needed > failed_share * total:
-        what = f"{needed} of {total} tasks failed, more than {failed_share:.0%}"
+    if limit.is_exceeded(needed, total):
+        what = f"{needed} of {total} tasks failed, more than {limit.share:.0%}"
         return _with_first(task_rows.first_failure(session, row.id), what)
     if not (row.ready or row.dispatched or row.running):
         return _with_first(task_rows.first_failure(session, row.id), f"{row.failed} of {total} tasks failed")

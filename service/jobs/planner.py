@@ -25,7 +25,7 @@ from service.db.engine import Database, changed
 from service.db.tables import BackgroundJob, Job, Task
 from service.jobs.completion import settle
 from service.jobs.state_machine import set_job, transition_job
-from service.settings import Settings
+from service.settings import FailureLimit, Settings
 
 
 class Planner:
@@ -85,7 +85,7 @@ class Planner:
             session.refresh(row)
             if len(chunk) == task_rows.CHUNK:
                 return True
-            _complete(session, row, now_s, self._settings.failed_share)
+            _complete(session, row, now_s, self._settings.failure_limit)
             return False
 
 
@@ -99,11 +99,11 @@ def insert_tasks(session: Session, job_id: str, tasks: list[PlannedTask]) -> Non
     add_to_counters(session, job_id, counts, total_px=sum(task.weight_px for task in tasks))
 
 
-def _complete(session: Session, row: Job, now_s: float, failed_share: float) -> None:
+def _complete(session: Session, row: Job, now_s: float, limit: FailureLimit) -> None:
     set_job(session, row, background_job=None, planned_s=now_s)
     if row.status is JobStatus.PROBING:
         transition_job(session, row, JobStatus.RUNNING)
-    settle(session, row, now_s=now_s, failed_share=failed_share)
+    settle(session, row, now_s=now_s, limit=limit)
 
 
 def _row(job_id: str, task: PlannedTask) -> dict[str, object]:

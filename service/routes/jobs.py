@@ -98,16 +98,16 @@ def pause(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
 @router.post("/{job_id}/resume", responses=_CONFLICT)
 def resume(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
     """Resume a paused job."""
-    share = state.settings.failed_share
-    return _command(state, lambda session: resume_job(session, job_id, now_s=state.now_s(), failed_share=share))
+    limit = state.settings.failure_limit
+    return _command(state, lambda session: resume_job(session, job_id, now_s=state.now_s(), limit=limit))
 
 
 @router.post("/{job_id}/retry", responses=_CONFLICT)
 def retry(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
     """Retry a failed or cancelled job. Tasks that are not done run again, and so do those with unreadable artifacts."""
-    share = state.settings.failed_share
+    limit = state.settings.failure_limit
     repair_artifacts(state.database, state.parts.store, job_id)
-    return _command(state, lambda session: retry_job(session, job_id, now_s=state.now_s(), failed_share=share))
+    return _command(state, lambda session: retry_job(session, job_id, now_s=state.now_s(), limit=limit))
 
 
 @router.delete("/{job_id}", status_code=204, responses=_CONFLICT)

@@ -19,6 +19,7 @@ from service.db.migrations import migrate
 from service.db.tables import Base, CoordinatorRow, Job
 from service.jobs.commands import cancel_job, retry_job
 from service.schemas.events import EventTopic
+from service.settings import FailureLimit
 from tests.builders_service import SPEC, Farm, claimed, done, failed
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.waiting import until
@@ -82,7 +83,7 @@ def test_a_job_lives_the_same_life(farm: Farm) -> None:
     with farm.writing() as session:
         cancel_job(session, job_id, now_s=farm.now_s)
     with farm.writing() as session:
-        retry_job(session, job_id, now_s=farm.now_s, failed_share=0.1)
+        retry_job(session, job_id, now_s=farm.now_s, limit=FailureLimit(0.1, 3))
     farm.say(done(rest[0]))
     farm.work()
     job = farm.job(job_id)

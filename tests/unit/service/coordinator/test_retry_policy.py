@@ -56,7 +56,7 @@ def test_outputs_that_fail_are_no_part_of_the_tenth_that_ends_a_job_and_a_retry_
     job = farm.job(job_id)
     assert (job.status, job.failed, job.done) == (JobStatus.FAILED, 11, 5)
     with farm.writing() as session:
-        retry_job(session, job_id, now_s=farm.now_s, failed_share=farm.settings.failed_share)
+        retry_job(session, job_id, now_s=farm.now_s, limit=farm.settings.failure_limit)
     assert (farm.job(job_id).ready, farm.job(job_id).done) == (11, 5)
     farm.work()
     assert farm.job(job_id).status is JobStatus.DONE
@@ -230,7 +230,7 @@ def test_a_farm_that_is_broken_for_a_while_fails_no_task(farm: Farm, code: str) 
 
 
 def test_a_farm_that_stays_broken_fails_the_task_at_last_with_the_reason(farm: Farm) -> None:
-    farm.settings = farm.settings.model_copy(update={"deferrals_allowed": 2})
+    farm.settings = farm.settings.model_copy(update={"deferrals_allowed": 2, "failed_least": 1})
     job_id = farm.planned(frames="1", outputs=[])
     order, *_ = farm.dispatch()
     for _ in range(2):
@@ -242,7 +242,7 @@ def test_a_farm_that_stays_broken_fails_the_task_at_last_with_the_reason(farm: F
     assert (task.status, task.error_message) == (TaskStatus.FAILED, "store-full happened")
     assert farm.job(job_id).status is JobStatus.FAILED
     with farm.writing() as session:
-        retry_job(session, job_id, now_s=farm.now_s, failed_share=farm.settings.failed_share)
+        retry_job(session, job_id, now_s=farm.now_s, limit=farm.settings.failure_limit)
     assert (farm.task(order).status, farm.task(order).deferrals) == (TaskStatus.READY, 0)
 
 

@@ -11,9 +11,10 @@ from service.db import coordinator as coordinator_rows
 from service.db import tasks as task_rows
 from service.db.tables import BackgroundJob
 from service.jobs.commands import cancel_job, pause_job, remove_job, resume_job, retry_job
+from service.settings import FailureLimit
 from tests.builders_service import Farm, claimed, done, failed
 
-SHARE = 0.1
+LIMIT = FailureLimit(share=0.1, least=3)
 
 
 @pytest.fixture
@@ -34,7 +35,7 @@ def _pause(farm: Farm, job_id: str) -> None:
 
 def _resume(farm: Farm, job_id: str) -> None:
     with farm.writing() as session:
-        resume_job(session, job_id, now_s=farm.now_s, failed_share=SHARE)
+        resume_job(session, job_id, now_s=farm.now_s, limit=LIMIT)
 
 
 def _cancel(farm: Farm, job_id: str) -> None:
@@ -44,7 +45,7 @@ def _cancel(farm: Farm, job_id: str) -> None:
 
 def _retry(farm: Farm, job_id: str) -> None:
     with farm.writing() as session:
-        retry_job(session, job_id, now_s=farm.now_s, failed_share=SHARE)
+        retry_job(session, job_id, now_s=farm.now_s, limit=LIMIT)
 
 
 def test_pause_takes_back_what_nobody_has_claimed_and_lets_what_runs_end(farm: Farm) -> None:

@@ -19,6 +19,7 @@ from service.db import tasks as task_rows
 from service.db.tables import Job
 from service.jobs import planner as plan
 from service.jobs.commands import remove_job, retry_job
+from service.settings import FailureLimit
 from tests.builders_service import PROBE, Farm, done
 
 LONG = {"frames": "1-8", "outputs": ["views.mp4"]}
@@ -175,7 +176,7 @@ def test_a_job_whose_numbers_cannot_be_planned_fails_and_says_so(farm: Farm) -> 
     assert (job.status, job.error_code, job.background_job) == (JobStatus.FAILED, "unplannable", None)
     assert "s_per_px" in (job.error_message or "")
     with farm.writing() as session:
-        retry_job(session, job_id, now_s=farm.now_s, failed_share=0.1)
+        retry_job(session, job_id, now_s=farm.now_s, limit=FailureLimit(0.1, 3))
     farm.now_s += LONGEST_PAUSE_S
     farm.plan()
     assert farm.job(job_id).status is JobStatus.FAILED
