@@ -123,4 +123,5 @@ def _detail(answer: object) -> str:
 
 
 def _worker(presence: Presence, running: dict[str, int]) -> Worker:
-    return Worker(**presence.model_dump(), running=running.get(presence.name, 0))
+    known = presence.model_dump(include=set(Worker.model_fields))
+    return Worker(**known, running=running.get(presence.name, 0))

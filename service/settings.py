@@ -57,7 +57,7 @@ class Settings(BaseSettings):
     """The interval at which the reconciler runs."""
     leader_ttl_s: float = Field(default=10.0, gt=0)
     """The time after which a silent leader is replaced."""
-    lease_ttl_s: float = Field(default=wire.LEASE_TTL_S, gt=0)
+    lease_ttl_s: float = Field(default=wire.SILENCE_S, gt=0)
     """The time after which a silent attempt is lost."""
     unclaimed_s: float = Field(default=wire.UNCLAIMED_S, gt=0)
     """The time after which an order that no worker claims is taken back; only time with a free slot counts."""

@@ -82,7 +82,9 @@ def _prepare(**_: Any) -> None:
     settings.stopping_file.unlink(missing_ok=True)
     try:
         _presence_publisher = PresencePublisher(
-            BrokerClient(settings.redis_url, settings.worker_name), presence(), settings.heartbeat_file
+            BrokerClient(settings.redis_url, settings.worker_name, settings.instance),
+            presence(),
+            settings.heartbeat_file,
         )
     except LippmannError as error:
         # Celery logs and ignores errors of signal handlers; this one means that no order could be done here.
@@ -109,6 +111,7 @@ def presence() -> Presence:
         raise SandboxMissing("expected bubblewrap or Landlock to hold POV-Ray, got neither; install bubblewrap")
     return Presence(
         name=settings.worker_name,
+        instance=settings.instance,
         host=platform.node(),
         pid=os.getpid(),
         slots=settings.slots,

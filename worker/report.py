@@ -22,7 +22,7 @@ from redis.exceptions import RedisError
 from redis.retry import Retry
 
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import Event, EventKind, Failure, Presence, ProbeResult
+from lippmann.job.messages.events import Event, EventKind, Failure, Lease, Presence, ProbeResult
 from lippmann.job.messages.orders import Order
 
 FINAL_EVENT_S = 60.0
@@ -32,8 +32,9 @@ FINAL_EVENT_S = 60.0
 class BrokerClient:
     """A worker's client of the broker, which is Redis."""
 
-    def __init__(self, redis_url: str, worker: str) -> None:
+    def __init__(self, redis_url: str, worker: str, instance: str | None = None) -> None:
         self.worker = worker
+        self.instance = instance
         self._redis = Redis.from_url(
             redis_url,
             socket_timeout=5,
@@ -43,12 +44,15 @@ class BrokerClient:
 
     def acquire_lease(self, attempt: str) -> bool:
         """Acquire the lease of an attempt; return whether this worker holds it now."""
-        taken = self._redis.set(wire.lease_key(attempt), self.worker, nx=True, px=_ms(wire.LEASE_TTL_S))
+        taken = self._redis.set(wire.lease_key(attempt), self._lease(), nx=True, px=_ms(wire.LEASE_TTL_S))
         return bool(taken)
 
-    def renew_lease(self, attempt: str) -> None:
-        """Renew the lease of an attempt for another `LEASE_TTL_S`."""
-        self._redis.set(wire.lease_key(attempt), self.worker, px=_ms(wire.LEASE_TTL_S))
+    def renew_lease(self, attempt: str) -> bool:
+        """Renew the lease of an attempt for another `LEASE_TTL_S`; return whether the attempt is requested to stop."""
+        pipe = self._redis.pipeline(transaction=False)
+        pipe.set(wire.lease_key(attempt), self._lease(), px=_ms(wire.LEASE_TTL_S))
+        pipe.exists(wire.stop_key(attempt))
+        return bool(pipe.execute()[1])
 
     def release_lease(self, attempt: str) -> None:
         """Release the lease of an attempt; it expires by itself if Redis is unreachable."""
@@ -60,6 +64,9 @@ class BrokerClient:
     def stop_requested(self, attempt: str) -> bool:
         """Return whether the service has requested that the attempt stop."""
         return bool(self._redis.exists(wire.stop_key(attempt)))
+
+    def _lease(self) -> str:
+        return Lease(worker=self.worker, instance=self.instance, at_s=time.time()).model_dump_json(exclude_none=True)
 
     def publish(self, event: Event) -> None:
         """Publish an event on the stream."""
@@ -141,13 +148,12 @@ class AttemptHeartbeat:
             if self._is_hung():
                 os.kill(os.getpid(), signal.SIGKILL)
             try:
-                if self._broker.stop_requested(self._order.attempt):
+                if self._broker.renew_lease(self._order.attempt):
                     self._stop_seen.set()
                 if time.monotonic() >= next_heartbeat:
                     next_heartbeat = time.monotonic() + wire.HEARTBEAT_S
-                    self._broker.renew_lease(self._order.attempt)
                     self._broker.publish(
-                        event_of(self._order, EventKind.HEARTBEAT, self._broker.worker, progress=self.progress)
+                        event_of(self._order, EventKind.HEARTBEAT, self._broker, progress=self.progress)
                     )
             except RedisError:
                 continue
@@ -187,7 +193,7 @@ class PresencePublisher:
 def event_of(
     order: Order,
     kind: EventKind,
-    worker: str,
+    broker: BrokerClient,
     *,
     progress: float | None = None,
     cpu_s: float | None = None,
@@ -195,13 +201,14 @@ def event_of(
     failure: Failure | None = None,
     probe: ProbeResult | None = None,
 ) -> Event:
-    """Return an event about the attempt of an order, with the time of now."""
+    """Return an event about the attempt of an order, from the worker of a broker client, with the time of now."""
     return Event(
         kind=kind,
         job_id=order.job_id,
         task_id=order.task_id,
         attempt=order.attempt,
-        worker=worker,
+        worker=broker.worker,
+        instance=broker.instance,
         at_s=time.time(),
         progress=progress,
         cpu_s=cpu_s,

@@ -5,10 +5,11 @@ from __future__ import annotations
 import logging
 import os
 import platform
+import secrets
 from pathlib import Path
 from typing import Any, Literal
 
-from pydantic import Field
+from pydantic import Field, PrivateAttr
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from lippmann.job.old_names import rename_settings
@@ -37,10 +38,17 @@ class WorkerSettings(BaseSettings):
     heartbeat_file: Path | None = None
     """A file that is touched every few seconds while the worker is alive, for the health check of a container."""
 
+    _instance: str = PrivateAttr(default_factory=lambda: secrets.token_hex(8))
+
     def __init__(self, **values: Any) -> None:
         for note in rename_settings(os.environ):
             logging.getLogger(__name__).warning(note)
         super().__init__(**values)
+
+    @property
+    def instance(self) -> str:
+        """A random name of this start of the worker process; its pool processes inherit it."""
+        return self._instance
 
     @property
     def artifacts_dir(self) -> Path:

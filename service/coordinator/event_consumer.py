@@ -138,20 +138,19 @@ def close_batch(batch: Batch) -> None:
             publish_progress(batch.session, row)
 
 
-def hold(batch: Batch, task: Task, worker: str | None) -> None:
-    """Record that an attempt owns its task."""
+def hold(batch: Batch, task: Task, worker: str | None, instance: str | None) -> None:
+    """Record that an attempt of a worker process owns its task."""
     if task.status is TaskStatus.DISPATCHED:
-        transition_task(
-            batch.session, task, TaskStatus.RUNNING, worker=worker, claimed_s=batch.now_s, heartbeat_s=batch.now_s
-        )
+        values = {"worker": worker, "instance": instance, "claimed_s": batch.now_s, "heartbeat_s": batch.now_s}
+        transition_task(batch.session, task, TaskStatus.RUNNING, **values)
 
 
 def _claimed(batch: Batch, task: Task, event: Event) -> None:
-    hold(batch, task, event.worker)
+    hold(batch, task, event.worker, event.instance)
 
 
 def _heartbeat(batch: Batch, task: Task, event: Event) -> None:
-    hold(batch, task, event.worker)
+    hold(batch, task, event.worker, event.instance)
     progress = task.progress if event.progress is None else event.progress
     mine = (Task.job_id == task.job_id, Task.sequence == task.sequence, Task.attempt == task.attempt)
     statement = update(Task).where(*mine, Task.status == TaskStatus.RUNNING)
@@ -161,9 +160,9 @@ def _heartbeat(batch: Batch, task: Task, event: Event) -> None:
 
 def _done(batch: Batch, task: Task, event: Event) -> None:
     if task.kind is TaskKind.PROBE and event.probe is None:
-        _fail(batch, task, NO_PROBE, event.worker)
+        _fail(batch, task, NO_PROBE, event)
         return
-    hold(batch, task, event.worker)
+    hold(batch, task, event.worker, event.instance)
     if event.probe is not None and task.kind is TaskKind.PROBE:
         row = batch.session.get_one(Job, task.job_id, populate_existing=True)
         set_job(batch.session, row, probe=event.probe.model_dump(), background_job=BackgroundJob.PLAN)
@@ -171,7 +170,7 @@ def _done(batch: Batch, task: Task, event: Event) -> None:
 
 
 def _failed(batch: Batch, task: Task, event: Event) -> None:
-    _fail(batch, task, event.failure or NO_REASON, event.worker)
+    _fail(batch, task, event.failure or NO_REASON, event)
 
 
 def _declined(batch: Batch, task: Task, event: Event) -> None:
@@ -179,9 +178,9 @@ def _declined(batch: Batch, task: Task, event: Event) -> None:
     transition_task(batch.session, task, TaskStatus.READY, progress=None, not_before_s=due_s)
 
 
-def _fail(batch: Batch, task: Task, failure: Failure, worker: str) -> None:
-    hold(batch, task, worker)
-    fail_attempt(batch.session, task, failure, worker=worker, now_s=batch.now_s, settings=batch.settings)
+def _fail(batch: Batch, task: Task, failure: Failure, event: Event) -> None:
+    hold(batch, task, event.worker, event.instance)
+    fail_attempt(batch.session, task, failure, worker=event.worker, now_s=batch.now_s, settings=batch.settings)
 
 
 _WRITE = {

@@ -124,7 +124,7 @@ class Reconciler:
             batch = Batch(session, now_s, self.settings, {task.job_id})
             coordinator_rows.request_stop(session, [task.attempt], now_s=now_s)
             if exists:
-                hold(batch, task, task.worker)
+                hold(batch, task, task.worker, task.instance)
                 finish_task(batch, task, cpu_s=None, wall_s=None)
             elif failure is None:
                 transition_task(session, task, TaskStatus.READY)

@@ -68,7 +68,7 @@ def assign(session: Session, workers: Sequence[Presence], *, now_s: float, setti
             transition_job(session, row, JobStatus.PROBING, started_s=now_s)
         changed = transition_task(
             session, task, TaskStatus.DISPATCHED, attempt=new_attempt(), attempt_number=task.attempt_number + 1,
-            worker=None, progress=None, not_before_s=None, dispatched_s=now_s, dispatched_idle_s=idle_s,
+            worker=None, instance=None, progress=None, not_before_s=None, dispatched_s=now_s, dispatched_idle_s=idle_s,
             claimed_s=None, heartbeat_s=None, ended_s=None,
         )  # fmt: skip
         if changed:

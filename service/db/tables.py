@@ -135,6 +135,7 @@ class Task(Base):
     failed_on: Mapped[list[str]] = mapped_column(default=list)
     deferrals: Mapped[int] = mapped_column(default=0, server_default="0")
     worker: Mapped[str | None] = mapped_column(String(200))
+    instance: Mapped[str | None] = mapped_column(String(32))
     progress: Mapped[float | None]
     not_before_s: Mapped[float | None]
     dispatched_s: Mapped[float | None]

@@ -47,14 +47,14 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
 
     Nothing happens if the service has requested a stop, or if another delivery of the order holds the lease.
     """
-    broker, worker = place.broker, place.broker.worker
-    if worker in order.avoid:
-        broker.publish(event_of(order, EventKind.DECLINED, worker))
+    broker = place.broker
+    if broker.worker in order.avoid:
+        broker.publish(event_of(order, EventKind.DECLINED, broker))
         time.sleep(DECLINE_PAUSE_S)
         return
     if broker.stop_requested(order.attempt) or not broker.acquire_lease(order.attempt):
         return
-    broker.publish(event_of(order, EventKind.CLAIMED, worker))
+    broker.publish(event_of(order, EventKind.CLAIMED, broker))
     started_s, started_cpu_s = time.monotonic(), time.process_time()
     with AttemptHeartbeat(broker, order, worker_stopping=place.stopping, hung_s=HUNG_S[order.kind]) as heartbeat:
         work, failure = _done_or_failed(place, order, do, heartbeat)
@@ -62,7 +62,7 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
         event_of(
             order,
             EventKind.FAILED if failure else EventKind.DONE,
-            worker,
+            broker,
             cpu_s=work.cpu_s + time.process_time() - started_cpu_s,
             wall_s=time.monotonic() - started_s,
             failure=failure,

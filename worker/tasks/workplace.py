@@ -45,7 +45,7 @@ class Workplace:
     @cached_property
     def broker(self) -> BrokerClient:
         """The connection to the service."""
-        return BrokerClient(self.settings.redis_url, self.settings.worker_name)
+        return BrokerClient(self.settings.redis_url, self.settings.worker_name, self.settings.instance)
 
     def stopping(self) -> bool:
         """Return whether this worker is being shut down."""

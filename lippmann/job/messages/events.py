@@ -1,4 +1,8 @@
-"""Events, which workers publish on one Redis stream, and the presence of a worker."""
+"""What workers report over Redis: events on one stream, the presence of a worker, and the lease of an attempt.
+
+A farm is upgraded one host after the other. The fields that a newer worker adds are ignored, and a field that an older
+worker does not send has a meaning.
+"""
 
 from __future__ import annotations
 
@@ -20,7 +24,7 @@ class EventKind(StrEnum):
 class Failure(BaseModel):
     """The reason why an attempt failed."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="ignore")
 
     code: str
     """The code of the error, as in `lippmann.errors`."""
@@ -40,7 +44,7 @@ finite."""
 class ProbeResult(BaseModel):
     """The measurements of the probe, which renders the first frame at low resolution."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
 
     start_s: float = Field(ge=0, le=LONGEST_PROBE_S)
     """Seconds of a POV-Ray run that do not depend on the number of pixels: start and parse."""
@@ -55,13 +59,15 @@ class ProbeResult(BaseModel):
 class Event(BaseModel):
     """One event in the life of one attempt."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="ignore")
 
     kind: EventKind
     job_id: str
     task_id: str
     attempt: str
     worker: str
+    instance: str | None = None
+    """The start of the worker process; None if the worker is older than the field."""
     at_s: float
     """Seconds since 1970, UTC, on the worker's clock. It is informative; the stream defines the order."""
     progress: float | None = Field(default=None, ge=0, le=1)
@@ -71,12 +77,26 @@ class Event(BaseModel):
     probe: ProbeResult | None = None
 
 
+class Lease(BaseModel):
+    """The lease of an attempt. Its process renews it every second, and it expires when the process ends."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    worker: str
+    instance: str | None = None
+    """The start of the worker process, as in the events of the attempt."""
+    at_s: float
+    """The time of the renewal, in seconds since 1970, UTC, on the worker's clock."""
+
+
 class Presence(BaseModel):
     """A worker that is online. The worker publishes it every few seconds and it expires when the worker stops."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="ignore")
 
     name: str
+    instance: str | None = None
+    """A random name of this start of the worker process; None if the worker is older than the field."""
     host: str
     pid: int
     slots: int
@@ -85,3 +105,5 @@ class Presence(BaseModel):
     version: str
     started_s: float
     seen_s: float
+    holds: tuple[str, ...] | None = None
+    """The attempts whose orders the worker has taken and not ended; None if the worker is older than the field."""

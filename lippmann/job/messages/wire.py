@@ -21,14 +21,18 @@ CARRIER_PREFIX = PREFIX + "celery:"
 
 HEARTBEAT_S = 5.0
 """The interval of the heartbeats of a running attempt, and of the presence of a worker."""
-PRESENCE_TTL_S = 20.0
-LEASE_TTL_S = 45.0
-"""The time without a heartbeat after which an attempt is lost."""
+PRESENCE_TTL_S = 15.0
+"""The time after which the presence of a worker expires, three times the interval at which it is published."""
+LEASE_TTL_S = 15.0
+"""The time after which a lease expires. An attempt renews its lease every `STOP_POLL_S`, so a process that stands still
+for 10 s keeps it."""
+SILENCE_S = 45.0
+"""The time without a heartbeat after which an attempt is lost, whatever else is known of it."""
 UNCLAIMED_S = 60.0
 """The time after which a dispatched order that no worker claims is taken back."""
 STOP_TTL_S = 86_400.0
 STOP_POLL_S = 1.0
-"""The interval at which a running attempt checks whether it must stop."""
+"""The interval at which a running attempt renews its lease and checks whether it must stop."""
 
 
 def broker_url(redis_url: str) -> str:
@@ -48,7 +52,7 @@ def task_name(kind: TaskKind) -> str:
 
 
 def lease_key(attempt: str) -> str:
-    """Return the key of an attempt's lease, which holds the name of its worker."""
+    """Return the key of an attempt's `Lease`."""
     return f"{PREFIX}lease:{attempt}"
 
 

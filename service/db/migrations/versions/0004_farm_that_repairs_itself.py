@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import sqlalchemy as sa
+from alembic import op
+
 revision = "0004"
 down_revision = "0003"
 branch_labels = None
@@ -10,3 +13,4 @@ depends_on = None
 
 def upgrade() -> None:
     """Apply the migration."""
+    op.add_column("tasks", sa.Column("instance", sa.String(32), nullable=True))
