@@ -117,6 +117,24 @@ class RenderTimedOut(Transient):
     code = "render-timeout"
 
 
+class ParseTimedOut(RenderTimedOut):
+    """POV-Ray parsed the scene for longer than the job allows and was ended."""
+
+    code = "parse-timeout"
+
+
+class PhotonsTimedOut(RenderTimedOut):
+    """POV-Ray shot photons for longer than the job allows and was ended."""
+
+    code = "photons-timeout"
+
+
+class OutOfMemory(RenderFailed):
+    """POV-Ray needs more memory than the job allows."""
+
+    code = "out-of-memory"
+
+
 class SandboxMissing(Transient):
     """This worker has no sandbox, and scenes run in nothing less."""
 

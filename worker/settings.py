@@ -35,6 +35,12 @@ class WorkerSettings(BaseSettings):
     """The sandbox of POV-Ray; `none` is only for trusted scenes."""
     povray: str = "povray"
     """The command of POV-Ray."""
+    parse_timeout_s: float | None = Field(default=None, gt=0)
+    """The longest time for which a scene is parsed, s; a job may only ask for less."""
+    photons_timeout_s: float | None = Field(default=None, gt=0)
+    """The longest time for which photons are shot, s; a job may only ask for less."""
+    probe_timeout_s: float | None = Field(default=None, gt=0)
+    """The longest time of a probe, s; a job may only ask for less."""
     heartbeat_file: Path | None = None
     """A file that is touched every few seconds while the worker is alive, for the health check of a container."""
 

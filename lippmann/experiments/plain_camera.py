@@ -20,6 +20,7 @@ from worker.engines.povray.command import SYSTEM_INCLUDE, PictureFormat, RenderC
 from worker.engines.povray.render import render
 from worker.sandbox.limits import Limits
 from worker.sandbox.log import AttemptLog
+from worker.tasks.picture import time_limits
 
 TRACE_LEVEL = 24
 """The recursion limit of a capture: 6 surfaces of the imaging lens, and the reflections of the scene."""
@@ -67,8 +68,7 @@ def render_picture(job: LocalJob, camera: PlainCamera, picture: Picture, *, fold
             readable=(bundle, INCLUDE_FOLDER.resolve()),
             sandbox=job.place.sandbox,
             limits=Limits(cpu_s=limits.timeout_s, memory_mb=limits.memory_mb),
-            timeout_s=limits.timeout_s,
-            stall_s=limits.stall_s,
+            times=time_limits(limits, job.place.settings, is_probe=False),
             on_progress=lambda _: None,
             should_stop=lambda: False,
             log=log,

@@ -50,7 +50,13 @@ class RenderSettings(JobModel):
     timeout_s: float = Field(default=6 * 3600.0, ge=1, le=7 * 86_400)
     """The time after which an attempt is ended, s."""
     stall_s: float = Field(default=600.0, ge=1, le=86_400)
-    """The time without progress after which an attempt is ended, s."""
+    """The time without a traced pixel after which an attempt is ended that neither parses nor shoots photons, s."""
+    parse_timeout_s: float = Field(default=900.0, ge=1, le=7 * 86_400)
+    """The time after which an attempt is ended that still parses its scene, s."""
+    photons_timeout_s: float = Field(default=1800.0, ge=1, le=7 * 86_400)
+    """The time after which an attempt is ended that still shoots photons, s."""
+    probe_timeout_s: float = Field(default=1800.0, ge=1, le=7 * 86_400)
+    """The time after which the probe is ended, s."""
     memory_mb: int = Field(default=8192, ge=128, le=1_048_576)
     """The address space that one POV-Ray process may use, MB."""
 

@@ -4,7 +4,17 @@ from __future__ import annotations
 
 from sqlalchemy.orm import Session
 
-from lippmann.errors import PovrayMissing, SandboxMissing, Stopped, StoreFull, StoreUnavailable
+from lippmann.errors import (
+    OutOfMemory,
+    ParseTimedOut,
+    PhotonsTimedOut,
+    PovrayMissing,
+    RenderTimedOut,
+    SandboxMissing,
+    Stopped,
+    StoreFull,
+    StoreUnavailable,
+)
 from lippmann.job.messages.events import Failure
 from lippmann.job.states import TaskStatus
 from service.db.tables import Task, WorkerFault
@@ -15,6 +25,9 @@ LOST = "lost"
 _WORKER_LACKS = frozenset({SandboxMissing.code, PovrayMissing.code})
 INFRASTRUCTURE = frozenset({StoreUnavailable.code, StoreFull.code}) | _WORKER_LACKS
 """Failures that any other task would have met too. They do not count against the task, which is deferred."""
+
+DETERMINISTIC = frozenset({RenderTimedOut.code, ParseTimedOut.code, PhotonsTimedOut.code, OutOfMemory.code})
+"""Failures by a limit of the job. A task that fails twice in a row in the same one of these ways always does."""
 
 
 def fail_attempt(
@@ -29,6 +42,8 @@ def fail_attempt(
         return transition_task(session, task, TaskStatus.READY, progress=None)
     if failure.code in INFRASTRUCTURE and not failure.permanent:
         return _defer(session, task, failure, worker=worker, now_s=now_s, settings=settings)
+    if failure.code in DETERMINISTIC and failure.code == task.error_code:
+        failure = failure.model_copy(update={"permanent": True})
     failures = task.failures + 1
     failed_on = list(dict.fromkeys([*task.failed_on, *([worker] if worker else [])]))
     values = {"failures": failures, "failed_on": failed_on, **_columns(failure)}

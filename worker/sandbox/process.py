@@ -19,6 +19,7 @@ from typing import Generic, Protocol, TypeVar
 
 from lippmann.errors import SandboxMissing
 from worker.sandbox.child import Child
+from worker.sandbox.limits import TimeLimits
 from worker.sandbox.log import AttemptLog
 
 POLL_S = 0.2
@@ -39,7 +40,17 @@ class ProgressReader(Protocol[ReadProgress]):
 
     @property
     def progress(self) -> ReadProgress:
-        """The progress so far. Values are compared: a program whose progress stays equal has stalled."""
+        """The progress so far. It is reported when it changes."""
+        ...
+
+    @property
+    def phase(self) -> str:
+        """The phase of the work. A phase that has been left never returns."""
+        ...
+
+    @property
+    def growth(self) -> float:
+        """The share of the work that is done: it only grows, up to 1. A program has stalled when it stays equal."""
         ...
 
     def read(self, line: str) -> bool:
@@ -54,6 +65,7 @@ class Ending(StrEnum):
     STOPPED = "stopped"
     TIMED_OUT = "timed out"
     STALLED = "stalled"
+    PHASE_TIMED_OUT = "phase timed out"
 
 
 @dataclass(frozen=True)
@@ -78,8 +90,7 @@ def run(
     *,
     cwd: Path,
     env: Mapping[str, str],
-    timeout_s: float,
-    stall_s: float,
+    times: TimeLimits,
     reader: ProgressReader[P],
     on_progress: Callable[[P], None],
     should_stop: Callable[[], bool],
@@ -93,8 +104,9 @@ def run(
     ----------
     argv, cwd, env
         The command line, working directory and whole environment of the child.
-    timeout_s, stall_s
-        The child is ended after this time, and after this time without progress.
+    times
+        The child is ended after the total time, after too long a time without growth, and after too long a time in a
+        phase that has a limit.
     reader
         Reads the progress from the child's output.
     on_progress
@@ -111,12 +123,12 @@ def run(
     """
     started_s = time.monotonic()
     output = _OutputReader(log, reader)
-    limits = _EndingRule(reader.progress, timeout_s=timeout_s, stall_s=stall_s, should_stop=should_stop)
+    limits = _EndingRule(reader, times, should_stop)
     reported, report_timer = reader.progress, _Interval(POLL_S)
     with _started(argv, cwd, env) as child:
         while not child.is_over():
             output.feed(child.read(POLL_S))
-            if limits.update(reader.progress) is not Ending.EXITED:
+            if limits.update() is not Ending.EXITED:
                 child.end()
             if reader.progress != reported and report_timer.is_due():
                 reported = reader.progress
@@ -179,19 +191,23 @@ class _Interval:
 class _EndingRule:
     """Decides whether and why a child must end; the first decision is final."""
 
-    def __init__(self, progress: object, *, timeout_s: float, stall_s: float, should_stop: Callable[[], bool]) -> None:
+    def __init__(self, reader: ProgressReader[object], times: TimeLimits, should_stop: Callable[[], bool]) -> None:
         self.ending = Ending.EXITED
+        self._reader = reader
+        self._times = times
         self._should_stop = should_stop
         self._stop_timer = _Interval(POLL_S)
+        self._phase, self._growth = reader.phase, reader.growth
         self._moved_s = time.monotonic()
-        self._deadline_s = self._moved_s + timeout_s
-        self._stall_s = stall_s
-        self._progress = progress
+        self._deadline_s = self._moved_s + times.total.seconds
 
-    def update(self, progress: object) -> Ending:
+    def update(self) -> Ending:
         now_s = time.monotonic()
-        if progress != self._progress:
-            self._progress, self._moved_s = progress, now_s
+        phase, growth = self._reader.phase, self._reader.growth
+        # Growth in a phase with a limit does not prolong it.
+        if phase != self._phase or (growth != self._growth and phase not in self._times.phases):
+            self._moved_s = now_s
+        self._phase, self._growth = phase, growth
         if self.ending is Ending.EXITED:
             self.ending = self._ending(now_s)
         return self.ending
@@ -201,8 +217,9 @@ class _EndingRule:
             return Ending.STOPPED
         if now_s >= self._deadline_s:
             return Ending.TIMED_OUT
-        if now_s - self._moved_s >= self._stall_s:
-            return Ending.STALLED
+        limit = self._times.phases.get(self._phase)
+        if now_s - self._moved_s >= (limit or self._times.stall).seconds:
+            return Ending.PHASE_TIMED_OUT if limit else Ending.STALLED
         return Ending.EXITED
 
 

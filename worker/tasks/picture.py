@@ -6,18 +6,20 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lippmann.errors import Stopped
+from lippmann.job.render_settings import RenderSettings
 from lippmann.job.resolved import ResolvedJob
 from lippmann.optics.rig.bench import bench
 from lippmann.optics.rig.method import capture_method
 from lippmann.optics.rig.pixel_rays import front_mm, outer_rays, ray_bands
 from povtemplates.catalogue import INCLUDE_FOLDER
 from worker.engines.povray.command import SYSTEM_INCLUDE, PictureFormat, Region, RenderCommand
-from worker.engines.povray.progress import Progress
+from worker.engines.povray.progress import Phase, Progress
 from worker.engines.povray.ray_camera import Scaffold, ray_camera_region, ray_camera_text, scaffold
 from worker.engines.povray.render import RenderOutcome, render
 from worker.engines.povray.scene import RAYS_FILE, pov_text
-from worker.sandbox.limits import Limits
+from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
+from worker.settings import WorkerSettings
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
 
@@ -48,6 +50,7 @@ def render_picture(
     log: AttemptLog,
     monitor: ProgressMonitor,
     picture_format: PictureFormat = "exr",
+    is_probe: bool = False,
 ) -> RenderedPicture:
     """Render one picture into a folder, by way of `POV_FILE` there.
 
@@ -61,6 +64,8 @@ def render_picture(
         Where POV-Ray's words go.
     picture_format
         EXR half floats, or PNG of 16 bits in linear light, for targets that code positions.
+    is_probe
+        True if the limit of the probe counts too.
     """
     there = sheet.at(frame)
     wanted = region or Region(0, rows, 0, cols)
@@ -89,6 +94,7 @@ def render_picture(
         folder=folder,
         log=log,
         monitor=monitor,
+        is_probe=is_probe,
     )
     return RenderedPicture(outcome, wanted)
 
@@ -101,6 +107,7 @@ def run_povray(
     folder: Path,
     log: AttemptLog,
     monitor: ProgressMonitor,
+    is_probe: bool = False,
 ) -> RenderOutcome:
     """Run a command on a .pov in a folder; it may read our includes and the scene's bundle."""
     bundle = place.bundle_folder(sheet.bundle)
@@ -117,11 +124,25 @@ def run_povray(
         readable=readable,
         sandbox=place.sandbox,
         limits=Limits(cpu_s=CPU_PER_SECOND * settings.timeout_s, memory_mb=settings.memory_mb),
-        timeout_s=settings.timeout_s,
-        stall_s=settings.stall_s,
+        times=time_limits(settings, place.settings, is_probe=is_probe),
         on_progress=progressed,
         should_stop=monitor.should_stop,
         log=log,
+    )
+
+
+def time_limits(job: RenderSettings, worker: WorkerSettings, *, is_probe: bool) -> TimeLimits:
+    """Return the time limits of a picture: those of the job, or lower ones of the worker."""
+
+    def limit(name: str) -> TimeLimit:
+        of_job = TimeLimit(getattr(job, name), f"render.{name} of the job")
+        return of_job.or_lower(getattr(worker, name, None), f"LIPPMANN_{name.upper()} of the worker")
+
+    total, of_probe = limit("timeout_s"), limit("probe_timeout_s")
+    return TimeLimits(
+        total=total.or_lower(of_probe.seconds, of_probe.source) if is_probe else total,
+        stall=limit("stall_s"),
+        phases={Phase.PARSING: limit("parse_timeout_s"), Phase.PHOTONS: limit("photons_timeout_s")},
     )
 
 

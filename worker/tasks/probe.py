@@ -36,6 +36,7 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
             folder=folder,
             log=log,
             monitor=monitor,
+            is_probe=True,
         )
     outcome = picture.outcome
     result = ProbeResult(

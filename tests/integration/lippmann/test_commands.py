@@ -195,6 +195,41 @@ def test_capture_of_a_broken_scene_fails_with_povrays_message_and_leaves_nothing
     assert not list((tmp_path / "out").iterdir())
 
 
+ENDLESS = "#declare A = 0; #while (A < 1) #declare B = A; #end"
+"""A scene that parses without end, while POV-Ray reports more and more tokens."""
+
+
+@pytest.mark.parametrize("field", ["parse_timeout_s", "probe_timeout_s"])
+def test_capture_of_an_endless_scene_ends_at_its_limit_and_names_it(tmp_path: Path, field: str) -> None:
+    own = _scene(tmp_path / "endless", ENDLESS)
+    ended = run("capture", str(own), "--out", str(tmp_path / "out"), "--set", f"render.{field}=2")
+    assert ended.returncode == 1
+    assert f"2 s, the limit that render.{field} of the job gives" in ended.stderr
+
+
+def test_a_worker_lowers_the_limits_of_a_job(tmp_path: Path) -> None:
+    own = _scene(tmp_path / "endless", ENDLESS)
+    ended = run("capture", str(own), "--out", str(tmp_path / "out"), LIPPMANN_PARSE_TIMEOUT_S="2")
+    assert ended.returncode == 1
+    assert "2 s, the limit that LIPPMANN_PARSE_TIMEOUT_S of the worker gives" in ended.stderr
+
+
+def test_endless_jobs_on_every_slot_fail_at_their_limit_and_leave_the_farm_to_others(farm: Up, tmp_path: Path) -> None:
+    own = _scene(tmp_path / "endless", ENDLESS)
+    assert _run(farm, "scenes", "upload", str(own)).returncode == 0
+    endless = json.dumps(SMALL | {"scene": "endless", "render": {"parse_timeout_s": 2}})
+    jobs = [json.loads(_run(farm, "submit", "-", "--json", given=endless).stdout)["id"] for _ in range(2)]
+    other = _run(farm, "submit", "-", "--watch", "--json", given=json.dumps(SMALL | {"outputs": []}))
+    assert json.loads(other.stdout)["status"] == "done"
+    with farm.client() as client:
+        until(lambda: all(client.job(job).status == "failed" for job in jobs))
+        for job in map(client.job, jobs):
+            assert job.error is not None
+            assert job.error.code == "parse-timeout"
+            assert "2 s, the limit that render.parse_timeout_s of the job gives" in job.error.message
+            assert [task.attempt_number for task in client.tasks(job.id)] == [2]
+
+
 def test_the_demo_makes_a_frame_of_the_paper_and_says_where_to_look(tmp_path: Path) -> None:
     ended = run("demo", "--frames", "1", "--data-dir", str(tmp_path / "data"), "--out", str(tmp_path / "out"))
     assert ended.returncode == 0, ended.stderr

@@ -14,9 +14,9 @@ import pytest
 from tests.needs import missing
 from tests.waiting import until
 from worker.engines.povray.command import RenderCommand
-from worker.engines.povray.progress import Progress
+from worker.engines.povray.progress import Phase, Progress
 from worker.engines.povray.render import RenderOutcome, render
-from worker.sandbox.limits import Limits
+from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.sandbox import Sandbox, SandboxMode, trial
 
@@ -32,6 +32,16 @@ pigment { rgb 1 } finish { reflection 0.5 } }
 light_source { <-5, 5, -5> 1 area_light x, y, 40, 40 } plane { y, -3 pigment { rgb 0.5 } }
 """
 """Minutes of work, but a block of 32 x 32 px is done several times a second."""
+
+
+def times_of(timeout_s: float, stall_s: float, phase_s: float) -> TimeLimits:
+    """Return time limits, those of parsing and of photons equal."""
+    of_phase = TimeLimit(phase_s, "render.parse_timeout_s")
+    return TimeLimits(
+        total=TimeLimit(timeout_s, "render.timeout_s"),
+        stall=TimeLimit(stall_s, "render.stall_s"),
+        phases={Phase.PARSING: of_phase, Phase.PHOTONS: of_phase},
+    )
 
 
 @dataclass
@@ -63,8 +73,9 @@ class Room:
             "readable": [self.bundle],
             "sandbox": self.sandbox,
             "limits": Limits(cpu_s=120, memory_mb=1024, file_mb=64),
-            "timeout_s": 120.0,
-            "stall_s": 60.0,
+            "times": times_of(
+                changed.pop("timeout_s", 120.0), changed.pop("stall_s", 60.0), changed.pop("phase_s", 90.0)
+            ),
             "on_progress": self.heard.append,
             "should_stop": lambda: False,
         }

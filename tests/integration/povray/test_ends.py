@@ -10,8 +10,19 @@ from pathlib import Path
 
 import pytest
 
-from lippmann.errors import RenderFailed, RenderStalled, RenderTimedOut, SandboxMissing, SceneError, Stopped
-from tests.integration.povray.conftest import BALL, ENDLESS_PARSE, ENDLESS_TRACE, HEAD, Room
+from lippmann.errors import (
+    LippmannError,
+    OutOfMemory,
+    ParseTimedOut,
+    PhotonsTimedOut,
+    RenderFailed,
+    RenderStalled,
+    RenderTimedOut,
+    SandboxMissing,
+    SceneError,
+    Stopped,
+)
+from tests.integration.povray.conftest import BALL, ENDLESS_PARSE, ENDLESS_TRACE, HEAD, Room, times_of
 from tests.waiting import until
 from worker.engines.povray.progress import Phase, PovrayProgressReader, Progress
 from worker.sandbox.limits import Limits
@@ -37,9 +48,8 @@ def _ran(room: Room, argv: list[str], timeout_s: float = 300) -> Outcome[Progres
             argv,
             cwd=room.task_dir,
             env={"PATH": "/usr/bin:/bin", "HOME": str(room.task_dir)},
-            timeout_s=timeout_s,
-            stall_s=60,
-            reader=PovrayProgressReader(first_block_px=1024),
+            times=times_of(timeout_s, 60, 60),
+            reader=PovrayProgressReader(first_block_px=1024, total_px=3072),
             on_progress=room.heard.append,
             should_stop=lambda: False,
             log=log,
@@ -89,6 +99,39 @@ def test_a_run_without_progress_is_ended_even_if_it_does_not_listen(room: Room) 
     assert not room.processes()
 
 
+PHOTON_STORM = """global_settings { photons { spacing 0.00002 } }
+sphere { 0, 1 pigment { rgbt <1, 0.5, 0.2, 0.9> } interior { ior 1.5 }
+  photons { target refraction on reflection on } }
+"""
+SAYS = '#while (1) #debug "{}" #end\n'
+"""A scene that parses without end, and prints lines as POV-Ray does."""
+
+ENDLESS: dict[str, tuple[str, type[LippmannError], dict[str, float]]] = {
+    "a loop": (ENDLESS_PARSE, ParseTimedOut, {"phase_s": 3}),
+    "a recursion": ("#macro Again(N) Again(N + 1) #end\nAgain(1)\n", SceneError, {}),
+    "photons": (PHOTON_STORM, PhotonsTimedOut, {"phase_s": 3}),
+    "a loop that prints tokens": (SAYS.format("Parsing 7K tokens\\n"), ParseTimedOut, {"phase_s": 3}),
+    "a loop that prints photons": (SAYS.format("Photon count 7\\n"), PhotonsTimedOut, {"phase_s": 3}),
+    "a loop that prints blocks": (SAYS.format("Rendered 1024 of 3072 pixels (33%)\\n"), RenderStalled, {"stall_s": 3}),
+    "a loop that prints other blocks": (SAYS.format("Rendered 5 of 9 pixels (5%)\\n"), ParseTimedOut, {"phase_s": 3}),
+    "a loop that prints more and more blocks": (
+        "#declare N = 0; #while (1) #declare N = N + 1;"
+        ' #debug concat("Rendered ", str(N, 0, 0), " of 3072 pixels (1%)\\n") #end\n',
+        RenderStalled,
+        {"stall_s": 3},
+    ),
+}
+
+
+@pytest.mark.parametrize("name", ENDLESS)
+def test_endless_work_ends_at_its_limit(best: Room, name: str) -> None:
+    scene, error, limit = ENDLESS[name]
+    with pytest.raises(error) as ended:
+        best.render(scene, **limit)
+    assert type(ended.value) is error
+    assert "3 s, the limit that" in ended.value.message or not limit
+
+
 def test_an_error_of_the_caller_leaves_nothing(room: Room) -> None:
     def fail(progress: Progress) -> None:
         raise KeyboardInterrupt
@@ -114,10 +157,10 @@ def test_a_stopped_run_still_counts_its_seconds(room: Room) -> None:
 
 def test_memory_has_a_limit(held: Room) -> None:
     hog = "#declare I = 0; union { #while (I < 1e9) sphere { I, 1 } #declare I = I + 1; #end }\n"
-    with pytest.raises(RenderFailed, match=r"out of memory: .* limit 200 MB"):
+    with pytest.raises(OutOfMemory, match=r"out of memory: .* limit 200 MB"):
         held.render(hog, limits=Limits(cpu_s=60, memory_mb=200))
     hog = "#declare A = array[100000000]; #declare A[3] = 3;\n"
-    with pytest.raises(RenderFailed, match="out of memory"):
+    with pytest.raises(OutOfMemory, match="out of memory"):
         held.render(hog, limits=Limits(cpu_s=60, memory_mb=200))
 
 

@@ -11,10 +11,13 @@ import typer.main
 from pydantic import BaseModel
 
 from lippmann.cli.main import app
+from lippmann.errors import RenderStalled
 from lippmann.job.outputs.output import KINDS
+from lippmann.job.render_settings import RenderSettings
 from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.job.states import JOB_ACTIONS, JOB_TRANSITIONS, TASK_TRANSITIONS
 from povtemplates.catalogue import scene_folders
+from service.coordinator.retry_policy import DETERMINISTIC
 from service.settings import Settings
 from tests.repository import DOCS, ROOT
 from worker.settings import WorkerSettings
@@ -65,7 +68,7 @@ def test_the_documented_statuses_and_actions_are_those_of_the_code() -> None:
     for first, *others in rows_of("statuses.md"):
         if first in ("job", "action", "task"):
             table = tables.setdefault(first, {})
-        elif not first.startswith("-"):
+        elif not first.startswith(("-", "`", "code")):
             table[first] = others
     transitions = {"job": JOB_TRANSITIONS, "task": TASK_TRANSITIONS}
     for kind, code in transitions.items():
@@ -75,6 +78,16 @@ def test_the_documented_statuses_and_actions_are_those_of_the_code() -> None:
         action.value: (set(rule.allowed_in), {rule.leads_to} if rule.leads_to else set())
         for action, rule in JOB_ACTIONS.items()
     }
+
+
+def test_the_limits_of_an_attempt_are_documented_with_their_defaults_and_the_codes_of_their_errors() -> None:
+    limits = {first.strip("`"): limit for first, *_, limit in rows_of("statuses.md") if first.startswith("`")}
+    codes = {RenderStalled.code, *DETERMINISTIC}
+    assert set(limits) == codes
+    in_words = {"6 hours": 21600, "30 minutes": 1800, "15 minutes": 900, "10 minutes": 600, "8192 MB": 8192}
+    for limit in limits.values():
+        for name, words in re.findall(r"`render\.(\w+)`, (\w+ \w+)", limit):
+            assert RenderSettings.model_fields[name].default == in_words[words], name
 
 
 def words_in(cell: str) -> set[str]:

@@ -71,6 +71,12 @@ class RenderCommand:
         return self.region or Region(0, self.rows, 0, self.cols)
 
     @property
+    def traced_px(self) -> int:
+        """The number of pixels that are traced."""
+        row_start, row_stop, col_start, col_stop = self.traced
+        return (row_stop - row_start) * (col_stop - col_start)
+
+    @property
     def first_block_px(self) -> int:
         """Pixels of the first block that POV-Ray reports."""
         row_start, row_stop, col_start, col_stop = self.traced

@@ -4,15 +4,16 @@
 answer                                       means                           what we do
 ============================================ =============================== =====================================
 ended by us                                  stop, timeout, stall            Stopped, RenderTimedOut, RenderStalled
+ended by us while it parsed or shot photons  limit of the phase              ParseTimedOut, PhotonsTimedOut
 0, and a picture                             done                            go on
 0, no picture                                it went elsewhere               RenderFailed
 no room in the task's folder                 disk full                       StoreFull
 1, "Timed out waiting for worker thread..."  fault of POV-Ray's start        start again at once, no attempt spent
-1, "bad_alloc", "Out of memory"              memory limit                    RenderFailed
+1, "bad_alloc", "Out of memory"              memory limit                    OutOfMemory
 1, "File ... line ...: Parse Error: ..."     the scene is wrong              SceneError with file and line
 1, "Cannot find file ..." before it          a file is not in the bundle     SceneError that names it
 1, "Cannot open input file"                  our own .pov is gone            RenderFailed
-1, parser gave up and said nothing           most often the memory limit     RenderFailed
+1, parser gave up and said nothing           most often the memory limit     OutOfMemory
 1, "Cannot access data in file"              the picture cannot be written   StoreFull
 1, "Problem with option setting"             our command line is wrong       RenderFailed
 2                                            somebody else's SIGTERM         RenderFailed
@@ -39,6 +40,9 @@ from pathlib import Path
 
 from lippmann.errors import (
     LippmannError,
+    OutOfMemory,
+    ParseTimedOut,
+    PhotonsTimedOut,
     PovrayMissing,
     RenderFailed,
     RenderStalled,
@@ -50,7 +54,7 @@ from lippmann.errors import (
 )
 from worker.engines.povray.messages import Message, MessageKind, read_messages, relative
 from worker.engines.povray.progress import Phase, Progress
-from worker.sandbox.limits import Limits
+from worker.sandbox.limits import Limits, TimeLimits
 from worker.sandbox.process import Ending, Outcome
 
 NO_ROOM_BYTES = 1024 * 1024
@@ -70,6 +74,7 @@ class Case:
 
     outcome: Outcome[Progress]
     limits: Limits
+    times: TimeLimits
     roots: tuple[Path, ...]
     free_bytes: int
 
@@ -113,11 +118,23 @@ def last_words(case: Case) -> str:
 def _ended_by_us(case: Case) -> LippmannError | None:
     outcome = case.outcome
     at = f"{outcome.progress.phase.value} at {100 * outcome.progress.fraction:.0f} %"
+    times = case.times
     return {
         Ending.STOPPED: Stopped(),
-        Ending.TIMED_OUT: RenderTimedOut(f"POV-Ray ran for {outcome.wall_s:.0f} s and was ended, {at}."),
-        Ending.STALLED: RenderStalled(f"POV-Ray made no progress for too long and was ended, {at}."),
+        Ending.TIMED_OUT: RenderTimedOut(f"POV-Ray was ended after {times.total}; {at}."),
+        Ending.STALLED: RenderStalled(f"POV-Ray was ended after no progress for {times.stall}; {at}."),
+        Ending.PHASE_TIMED_OUT: _phase_timed_out(case),
     }.get(outcome.ending)
+
+
+def _phase_timed_out(case: Case) -> LippmannError | None:
+    phase = case.outcome.progress.phase
+    limit = case.times.phases.get(phase)
+    if phase is Phase.PARSING:
+        return ParseTimedOut(f"POV-Ray was ended after it had parsed the scene for {limit}.")
+    if phase is Phase.PHOTONS:
+        return PhotonsTimedOut(f"POV-Ray was ended after it had shot photons for {limit}.")
+    return None
 
 
 def _disk_full(case: Case) -> LippmannError | None:
@@ -161,7 +178,7 @@ def _signalled(case: Case) -> LippmannError | None:
 def _memory_limit(case: Case) -> LippmannError | None:
     silent = case.has_line_with("Fatal error in parser: Cannot parse input.") and not _errors(case)
     if silent or any(_NO_MEMORY.search(line) for line in case.outcome.lines):
-        return RenderFailed(f"POV-Ray ran out of memory: {_memory(case)}.")
+        return OutOfMemory(f"POV-Ray ran out of memory: {_memory(case)}.")
     return None
 
 

@@ -6,6 +6,9 @@ Photon count 1949402                  while photons are shot; no total
 Rendered 1024 of 30000 pixels (3%)    after each block of 32 x 32 px. A radiosity pretrace prints the same,
                                       in smaller steps and up to any share; then the count starts again
 ===================================== ================================================================
+
+A scene can print any of these lines. So the phases only go forward, a line about another number of pixels than those of
+the picture is no progress, and neither tokens nor photons count as growth, because they may grow without end.
 """
 
 from __future__ import annotations
@@ -29,9 +32,14 @@ class Phase(StrEnum):
 
     STARTING = "starting"
     PARSING = "parsing"
+    PREPARING = "preparing"
+    """The scene is parsed, and nothing is traced yet."""
     PHOTONS = "photons"
     PRETRACE = "pretrace"
     RENDERING = "rendering"
+
+
+_ORDER = tuple(Phase)
 
 
 @dataclass(frozen=True)
@@ -54,15 +62,30 @@ class PovrayProgressReader:
     ----------
     first_block_px
         Pixels of the first block that POV-Ray reports: fewer in the first report mean a radiosity pretrace.
+    total_px
+        Pixels of the picture that are traced.
     """
 
-    def __init__(self, *, first_block_px: int) -> None:
+    def __init__(self, *, first_block_px: int, total_px: int) -> None:
         self.progress = Progress()
         self._first_block_px = first_block_px
+        self._total_px = total_px
+
+    @property
+    def phase(self) -> str:
+        """The phase in which POV-Ray is."""
+        return self.progress.phase
+
+    @property
+    def growth(self) -> float:
+        """The share of the pixels that are traced."""
+        return self.progress.fraction
 
     def read(self, line: str) -> bool:
         """Update the progress from the next line of output; return whether the line reports nothing else."""
-        self.progress = advance(self.progress, line, first_block_px=self._first_block_px)
+        after = advance(self.progress, line, first_block_px=self._first_block_px, total_px=self._total_px)
+        if _ORDER.index(after.phase) >= _ORDER.index(self.progress.phase):
+            self.progress = after
         return is_progress(line)
 
 
@@ -71,14 +94,16 @@ def is_progress(line: str) -> bool:
     return any(pattern.match(line) for pattern in (_RENDERED, _PARSING, _PHOTONS))
 
 
-def advance(progress: Progress, line: str, *, first_block_px: int) -> Progress:
+def advance(progress: Progress, line: str, *, first_block_px: int, total_px: int) -> Progress:
     """Return the progress after one more line.
 
-    >>> advance(Progress(), "Rendered 1024 of 4096 pixels (25%)", first_block_px=1024).fraction
+    >>> advance(Progress(), "Rendered 1024 of 4096 pixels (25%)", first_block_px=1024, total_px=4096).fraction
     0.25
     """
     if match := _RENDERED.match(line):
-        return _rendered(progress, int(match[1]), int(match[2]), first_block_px)
+        if int(match[2]) != total_px or int(match[1]) > total_px:
+            return progress
+        return _rendered(progress, int(match[1]), total_px, first_block_px)
     if match := _PARSING.match(line):
         return replace(progress, phase=Phase.PARSING, count=int(match[1]))
     if match := _PHOTONS.match(line):
@@ -86,7 +111,7 @@ def advance(progress: Progress, line: str, *, first_block_px: int) -> Progress:
     if line.startswith("==== [Parsing..."):
         return replace(progress, phase=Phase.PARSING)
     if line.startswith("==== [Rendering..."):
-        return replace(progress, phase=Phase.RENDERING, count=0)
+        return replace(progress, phase=Phase.PREPARING, count=0)
     if _RADIOSITY_TIME.match(line):
         return replace(progress, radiosity=True)
     if _PHOTON_TIME.match(line):
@@ -96,8 +121,7 @@ def advance(progress: Progress, line: str, *, first_block_px: int) -> Progress:
 
 def _rendered(progress: Progress, done_px: int, total_px: int, first_block_px: int) -> Progress:
     phase = progress.phase
-    first = phase is not Phase.PRETRACE and (phase is not Phase.RENDERING or progress.count == 0)
-    if first:
+    if phase not in (Phase.PRETRACE, Phase.RENDERING):
         # A pretrace traces only a few pixels of each block.
         phase = Phase.PRETRACE if done_px < first_block_px else Phase.RENDERING
     begun_anew = phase is Phase.PRETRACE and done_px < progress.count

@@ -13,7 +13,7 @@ from worker.engines.povray.diagnosis import Case, diagnose, is_startup_fault
 from worker.engines.povray.environment import ascii_path, prepare
 from worker.engines.povray.messages import MessageKind, Statistics, read_messages, read_statistics
 from worker.engines.povray.progress import PovrayProgressReader, Progress
-from worker.sandbox.limits import Limits
+from worker.sandbox.limits import Limits, TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.process import Outcome, run
 from worker.sandbox.sandbox import PATH, Sandbox
@@ -49,8 +49,7 @@ def render(
     readable: Sequence[Path],
     sandbox: Sandbox,
     limits: Limits,
-    timeout_s: float,
-    stall_s: float,
+    times: TimeLimits,
     on_progress: Callable[[Progress], None],
     should_stop: Callable[[], bool],
     log: AttemptLog,
@@ -61,7 +60,8 @@ def render(
     ------
     SceneError
         If POV-Ray refuses the scene, with file and line.
-    Stopped, RenderTimedOut, RenderStalled, RenderFailed, StoreFull, SandboxMissing, PovrayMissing
+    Stopped, RenderTimedOut, ParseTimedOut, PhotonsTimedOut, RenderStalled, OutOfMemory, RenderFailed, StoreFull,
+    SandboxMissing, PovrayMissing
         See the table of answers in `diagnosis`.
     """
     task_dir = task_dir.resolve()
@@ -86,9 +86,8 @@ def render(
             inside,
             cwd=task_dir,
             env=env,
-            timeout_s=timeout_s,
-            stall_s=stall_s,
-            reader=PovrayProgressReader(first_block_px=command.first_block_px),
+            times=times,
+            reader=PovrayProgressReader(first_block_px=command.first_block_px, total_px=command.traced_px),
             on_progress=on_progress,
             should_stop=should_stop,
             log=log,
@@ -96,7 +95,7 @@ def render(
 
     outcome, spent_cpu_s = _start_until_it_starts(start, log)
     roots = (*readable, *libraries, task_dir)
-    case = Case(outcome, limits, roots, free_bytes=shutil.disk_usage(task_dir).free)
+    case = Case(outcome, limits, times, roots, free_bytes=shutil.disk_usage(task_dir).free)
     if error := diagnose(case):
         raise error
     _check_picture(picture, command)

@@ -6,7 +6,7 @@ import pytest
 
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
-from service.coordinator.retry_policy import INFRASTRUCTURE
+from service.coordinator.retry_policy import DETERMINISTIC, INFRASTRUCTURE
 from service.jobs.commands import retry_job
 from tests.builders_service import Farm, claimed, done, failed, presence
 
@@ -107,6 +107,41 @@ def test_three_failures_end_a_task_and_not_two(farm: Farm) -> None:
         if failures < 3:
             order = _again(farm, order.task_id)
     assert farm.job(job_id).status is JobStatus.RUNNING
+
+
+def test_the_same_limit_twice_in_a_row_is_permanent(farm: Farm) -> None:
+    job_id = farm.planned(**MANY)
+    order, *_ = farm.dispatch()
+    for code in ("parse-timeout", "out-of-memory"):
+        farm.say(claimed(order), failed(order, code=code))
+        assert farm.task(order).status is TaskStatus.READY
+        order = _again(farm, order.task_id)
+    farm.say(claimed(order), failed(order, code="out-of-memory"))
+    task, job = farm.task(order), farm.job(job_id)
+    assert (task.status, task.permanent, task.failures) == (TaskStatus.FAILED, True, 3)
+    assert (job.status, job.error_code) == (JobStatus.FAILED, "out-of-memory")
+
+
+@pytest.mark.parametrize("code", sorted(DETERMINISTIC))
+def test_each_limit_of_a_job_ends_a_task_at_the_second_time(farm: Farm, code: str) -> None:
+    farm.planned(**MANY)
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order), failed(order, code=code))
+    order = _again(farm, order.task_id)
+    farm.say(claimed(order), failed(order, code=code))
+    assert (farm.task(order).status, farm.task(order).permanent) == (TaskStatus.FAILED, True)
+
+
+def test_a_probe_that_reaches_its_limit_twice_fails_the_job_with_the_limit(farm: Farm) -> None:
+    job_id = farm.submit(**MANY)
+    for _ in range(2):
+        farm.now_s += 60
+        (order,) = farm.dispatch()
+        farm.say(claimed(order), failed(order, code="parse-timeout"))
+    job = farm.job(job_id)
+    assert (job.status, job.error_code, job.error_message) == (
+        JobStatus.FAILED, "parse-timeout", "parse-timeout happened",
+    )  # fmt: skip
 
 
 def test_a_job_with_one_failed_task_of_many_goes_on_and_fails_when_nothing_can_go_on(farm: Farm) -> None:

@@ -8,20 +8,27 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
+from worker.sandbox.limits import TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.process import MAX_LINE_BYTES, Ending, Lines, Outcome, run
 
 
 class PercentReader:
-    """Reads lines such as `40 %`."""
+    """Reads lines such as `40 %`, and `begins` as the begin of the only phase that can be foreseen."""
 
     def __init__(self) -> None:
         self.progress = 0
+        self.phase = "looking"
+
+    @property
+    def growth(self) -> float:
+        return self.progress / 100
 
     def read(self, line: str) -> bool:
         if line.endswith(" %"):
             self.progress = int(line.removesuffix(" %"))
             return True
+        self.phase = "working" if line == "begins" else self.phase
         return False
 
 
@@ -29,7 +36,9 @@ def _run(
     folder: Path,
     script: str,
     *,
+    total_s: float = 120,
     stall_s: float = 60,
+    look_s: float = 60,
     on_progress: Callable[[int], None] = lambda progress: None,
     should_stop: Callable[[], bool] = lambda: False,
 ) -> Outcome[int]:
@@ -38,8 +47,11 @@ def _run(
             ["/bin/sh", "-c", script],
             cwd=folder,
             env={"PATH": "/usr/bin:/bin"},
-            timeout_s=120,
-            stall_s=stall_s,
+            times=TimeLimits(
+                total=TimeLimit(total_s, "total"),
+                stall=TimeLimit(stall_s, "stall"),
+                phases={"looking": TimeLimit(look_s, "look")},
+            ),
             reader=PercentReader(),
             on_progress=on_progress,
             should_stop=should_stop,
@@ -57,8 +69,25 @@ def test_the_engines_own_progress_is_reported_and_kept_out_of_the_last_lines(tmp
 
 
 def test_a_child_whose_progress_stays_equal_is_ended_as_stalled(tmp_path: Path) -> None:
-    outcome = _run(tmp_path, "while true; do echo '7 %'; sleep 0.1; done", stall_s=0.5)
+    outcome = _run(tmp_path, "echo begins; while true; do echo '7 %'; sleep 0.1; done", stall_s=0.5)
     assert (outcome.ending, outcome.progress) == (Ending.STALLED, 7)
+
+
+ENDLESS = 'i=0; while true; do i=$((i + 1)); echo "$i %"; sleep 0.1; done'
+
+
+def test_a_phase_with_a_limit_ends_there_however_its_progress_grows(tmp_path: Path) -> None:
+    assert _run(tmp_path, ENDLESS, look_s=1.0, stall_s=0.5).ending is Ending.PHASE_TIMED_OUT
+
+
+def test_a_phase_with_a_limit_does_not_stall_and_the_next_one_begins_with_its_whole_time(tmp_path: Path) -> None:
+    outcome = _run(tmp_path, "sleep 1.5; echo begins; sleep 0.2; echo '100 %'", look_s=60, stall_s=1.0)
+    assert (outcome.ending, outcome.progress) == (Ending.EXITED, 100)
+
+
+def test_growth_outside_of_such_a_phase_goes_on_until_the_total_time(tmp_path: Path) -> None:
+    outcome = _run(tmp_path, f"echo begins; {ENDLESS}", total_s=1.5, stall_s=1.0, look_s=0.3)
+    assert outcome.ending is Ending.TIMED_OUT
 
 
 def test_a_child_is_ended_when_it_should_stop(tmp_path: Path) -> None:

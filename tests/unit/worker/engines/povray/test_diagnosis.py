@@ -8,7 +8,10 @@ import pytest
 
 from lippmann.errors import (
     LippmannError,
+    OutOfMemory,
+    ParseTimedOut,
     Permanent,
+    PhotonsTimedOut,
     PovrayMissing,
     RenderFailed,
     RenderStalled,
@@ -21,7 +24,7 @@ from lippmann.errors import (
 )
 from worker.engines.povray.diagnosis import Case, diagnose, is_startup_fault
 from worker.engines.povray.progress import Phase, Progress
-from worker.sandbox.limits import Limits
+from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.process import Ending, Outcome
 
 PARSER_GAVE_UP = "Fatal error in parser: Cannot parse input.\nRender failed\n"
@@ -41,15 +44,43 @@ def _outcome(
     )
 
 
+TIMES = TimeLimits(
+    total=TimeLimit(12.0, "render.timeout_s of the job"),
+    stall=TimeLimit(7.0, "render.stall_s of the job"),
+    phases={
+        Phase.PARSING: TimeLimit(5.0, "render.parse_timeout_s of the job"),
+        Phase.PHOTONS: TimeLimit(6.0, "LIPPMANN_PHOTONS_TIMEOUT_S of the worker"),
+    },
+)
+
+
 def _diagnosed(outcome: Outcome[Progress], *, free_bytes: int = 10**9) -> LippmannError | None:
     limits = Limits(cpu_s=60, memory_mb=512, file_mb=20)
-    return diagnose(Case(outcome, limits, (Path("/scratch/bundle"),), free_bytes))
+    return diagnose(Case(outcome, limits, TIMES, (Path("/scratch/bundle"),), free_bytes))
 
 
 ANSWERS = {
     "stopped": (_outcome(2, ending=Ending.STOPPED), Stopped, "stop"),
-    "timeout": (_outcome(2, ending=Ending.TIMED_OUT), RenderTimedOut, "12 s and was ended, parsing at 50 %"),
-    "stall": (_outcome(-9, ending=Ending.STALLED), RenderStalled, "no progress for too long"),
+    "timeout": (
+        _outcome(2, ending=Ending.TIMED_OUT),
+        RenderTimedOut,
+        "after 12 s, the limit that render.timeout_s of the job gives; parsing at 50 %",
+    ),
+    "stall": (
+        _outcome(-9, ending=Ending.STALLED),
+        RenderStalled,
+        "no progress for 7 s, the limit that render.stall_s of the job gives",
+    ),
+    "endless parsing": (
+        _outcome(2, ending=Ending.PHASE_TIMED_OUT),
+        ParseTimedOut,
+        "parsed the scene for 5 s, the limit that render.parse_timeout_s of the job gives",
+    ),
+    "endless photons": (
+        _outcome(2, ending=Ending.PHASE_TIMED_OUT, phase=Phase.PHOTONS),
+        PhotonsTimedOut,
+        "shot photons for 6 s, the limit that LIPPMANN_PHOTONS_TIMEOUT_S of the worker gives",
+    ),
     "parse error": (
         _outcome(
             1,
@@ -109,13 +140,13 @@ ANSWERS = {
     ),
     "memory in an array": (
         _outcome(1, "File 'hog.pov' line 2: Parse Error: std::bad_alloc\n" + PARSER_GAVE_UP),
-        RenderFailed,
+        OutOfMemory,
         "out of memory: 100 MB resident at most, limit 512 MB",
     ),
-    "memory in objects": (_outcome(1, "\n" + PARSER_GAVE_UP), RenderFailed, "out of memory"),
+    "memory in objects": (_outcome(1, "\n" + PARSER_GAVE_UP), OutOfMemory, "out of memory"),
     "memory in photons": (
         _outcome(1, "Fatal error in renderer: Out of memory.\nRender failed\n", phase=Phase.PHOTONS),
-        RenderFailed,
+        OutOfMemory,
         "out of memory",
     ),
     "disk full": (

@@ -43,10 +43,9 @@ Rendered 76800 of 76800 pixels (100%)
 
 
 def _after(lines: list[str], first_block_px: int = 1024) -> list[Progress]:
-    steps = accumulate(
-        lines, lambda progress, line: advance(progress, line, first_block_px=first_block_px), initial=Progress()
-    )
-    return list(steps)
+    total_px = max(int(line.split()[3]) for line in lines if line.startswith("Rendered"))
+    size = {"first_block_px": first_block_px, "total_px": total_px}
+    return list(accumulate(lines, lambda progress, line: advance(progress, line, **size), initial=Progress()))
 
 
 def test_progress_never_falls_and_reaches_one() -> None:
@@ -60,6 +59,7 @@ def test_phases_come_in_the_order_of_the_work() -> None:
     assert list(dict.fromkeys(step.phase for step in _after(PLAIN))) == [
         Phase.STARTING,
         Phase.PARSING,
+        Phase.PREPARING,
         Phase.RENDERING,
     ]
     assert Phase.PHOTONS in {step.phase for step in _after(PHOTONS)}
@@ -93,6 +93,34 @@ def test_only_progress_is_progress() -> None:
 
 
 def test_the_reader_follows_the_lines_and_names_those_of_progress() -> None:
-    reader = PovrayProgressReader(first_block_px=1024)
+    reader = PovrayProgressReader(first_block_px=1024, total_px=3072)
     assert [reader.read(line) for line in PLAIN[:5]] == [False, True, True, False, True]
     assert reader.progress == _after(PLAIN[:5])[-1]
+
+
+def _growths(*lines: str) -> list[tuple[str, float]]:
+    reader = PovrayProgressReader(first_block_px=1024, total_px=3072)
+    steps = []
+    for line in lines:
+        reader.read(line)
+        steps.append((reader.phase, reader.growth))
+    return steps
+
+
+def test_neither_tokens_nor_photons_are_growth() -> None:
+    parsing = _growths("==== [Parsing...] ====", "Parsing 100K tokens", "Parsing 200K tokens")
+    photons = _growths("==== [Rendering...] ====", "Photon count 100", "Photon count 200")
+    assert {growth for _, growth in parsing + photons} == {0.0}
+
+
+def test_a_scene_that_prints_lines_of_progress_neither_grows_without_end_nor_returns_to_a_phase() -> None:
+    printed = ["Rendered 1024 of 99 pixels (5%)", "Rendered 9000 of 3072 pixels (5%)", "Rendered 5 of 9000 pixels (5%)"]
+    assert {growth for _, growth in _growths("==== [Parsing...] ====", *printed)} == {0.0}
+    printed = [
+        "Photon count 7",
+        "==== [Rendering...] ====",
+        "Parsing 100K tokens",
+        "Rendered 1024 of 3072 pixels (33%)",
+    ]
+    steps = _growths("Rendered 2048 of 3072 pixels (66%)", *printed)
+    assert set(steps) == {(Phase.RENDERING, 2048 / 3072)}
