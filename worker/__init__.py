@@ -2,6 +2,8 @@
 
 tasks      decode an order, call, report; outputs/ has the makers of all kinds of output
 app        the Celery application of a worker
+consumer   takes orders from the broker, proves that it polls, connects again
+liveness   the signs of life of a worker, which its consumer gives
 settings   the settings of a worker, from the environment
 engines    the renderers: povray/ is POV-Ray
 sandbox    child processes, their limits and what holds them: everything foreign runs here

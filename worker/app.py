@@ -12,12 +12,15 @@ from typing import Any
 
 from celery import Celery
 from celery.signals import worker_init, worker_process_init, worker_ready, worker_shutdown, worker_shutting_down
+from kombu.entity import Queue
 
 from lippmann.errors import LippmannError, SandboxMissing
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Presence
+from worker.consumer import OrderConsumer
 from worker.engines.povray.version import povray_version
-from worker.report import BrokerClient, PresencePublisher
+from worker.liveness import ConsumerLiveness, StuckWatch
+from worker.report import QUICK_S, BrokerClient
 from worker.sandbox.sandbox import detect
 from worker.settings import STOPPING, WorkerSettings
 
@@ -29,13 +32,18 @@ STALE_STOPPING_S = 3600.0
 _PR_SET_PDEATHSIG = 1
 
 
+def _consumer(*args: Any, **options: Any) -> OrderConsumer:
+    assert _liveness is not None  # noqa: S101 - Celery sends worker_init before it makes the consumer
+    return OrderConsumer(_liveness, *args, **options)
+
+
 def make_app(settings: WorkerSettings) -> Celery:
     """Return the Celery application of one worker."""
     app = Celery("lippmann", broker=wire.broker_url(settings.redis_url), include=["worker.tasks.entry"])
     transport = {
         "global_keyprefix": wire.CARRIER_PREFIX,
         "visibility_timeout": REDELIVERY_S,
-        "socket_timeout": 30,
+        "socket_timeout": 5,
         "socket_connect_timeout": 5,
         "socket_keepalive": True,
     }
@@ -45,15 +53,16 @@ def make_app(settings: WorkerSettings) -> Celery:
         visibility_timeout=REDELIVERY_S,
         broker_connection_max_retries=None,
         broker_connection_retry_on_startup=True,
+        task_queues=[Queue(wire.QUEUE, no_ack=True)],  # type: ignore[no-untyped-call]  # kombu has few types
         task_default_queue=wire.QUEUE,
-        task_acks_late=True,
-        task_reject_on_worker_lost=True,
         task_ignore_result=True,
         task_serializer="json",
         accept_content=["json"],
         worker_prefetch_multiplier=1,
         worker_disable_prefetch=True,
+        worker_enable_prefetch_count_reduction=False,
         worker_cancel_long_running_tasks_on_connection_loss=False,
+        worker_consumer=_consumer,
         worker_concurrency=settings.slots,
         worker_hijack_root_logger=False,
         worker_send_task_events=False,
@@ -67,13 +76,14 @@ settings = WorkerSettings()
 
 app = make_app(settings)
 
-_presence_publisher: PresencePublisher | None = None
+_liveness: ConsumerLiveness | None = None
+_stuck_watch: StuckWatch | None = None
 
 
 @worker_init.connect
 def _prepare(**_: Any) -> None:
     """Remove the files of earlier workers, and check that this worker can work."""
-    global _presence_publisher
+    global _liveness, _stuck_watch
     settings.scratch_dir.mkdir(parents=True, exist_ok=True)
     for left in settings.scratch_dir.glob(f"{STOPPING}*"):
         # A worker was killed while it shut down; a name is not used twice.
@@ -81,20 +91,18 @@ def _prepare(**_: Any) -> None:
             left.unlink(missing_ok=True)
     settings.stopping_file.unlink(missing_ok=True)
     try:
-        _presence_publisher = PresencePublisher(
-            BrokerClient(settings.redis_url, settings.worker_name, settings.instance),
-            presence(),
-            settings.heartbeat_file,
-        )
+        broker = BrokerClient(settings.redis_url, settings.worker_name, settings.instance, timeout_s=QUICK_S)
+        _liveness = ConsumerLiveness(broker, presence(), settings.heartbeat_file)
+        _stuck_watch = StuckWatch(_liveness, settings.stopping_file)
     except LippmannError as error:
         # Celery logs and ignores errors of signal handlers; this one means that no order could be done here.
         raise SystemExit(f"lippmann worker: {error.message}") from error
 
 
 @worker_ready.connect
-def _start_presence(**_: Any) -> None:
-    if _presence_publisher:
-        _presence_publisher.start()
+def _start_stuck_watch(**_: Any) -> None:
+    if _stuck_watch:
+        _stuck_watch.start()
 
 
 def presence() -> Presence:
@@ -127,12 +135,14 @@ def presence() -> Presence:
 def _stop_attempts(**_: Any) -> None:
     """End running attempts within about a second; SIGTERM, the warm shutdown, waits for their final events."""
     settings.stopping_file.touch()
+    if _stuck_watch:
+        _stuck_watch.stop()
 
 
 @worker_shutdown.connect
 def _remove_presence(**_: Any) -> None:
-    if _presence_publisher:
-        _presence_publisher.stop()
+    if _liveness:
+        _liveness.remove()
     settings.stopping_file.unlink(missing_ok=True)
 
 

@@ -6,15 +6,13 @@ comes late: the service notices the silence and the artifact, and the work goes 
 
 from __future__ import annotations
 
-import contextlib
 import os
 import signal
 import threading
 import time
 from collections.abc import Callable
-from pathlib import Path
 from types import TracebackType
-from typing import Any, Self
+from typing import Any, Self, TypeVar
 
 from redis import Redis
 from redis.backoff import ExponentialBackoff
@@ -25,21 +23,34 @@ from lippmann.job.messages import wire
 from lippmann.job.messages.events import Event, EventKind, Failure, Lease, Presence, ProbeResult
 from lippmann.job.messages.orders import Order
 
-FINAL_EVENT_S = 60.0
-"""The time for which the publishing of `done` and `failed` is retried while Redis is unreachable."""
+START_S = 60.0
+"""The time for which an attempt waits for Redis before it begins; the service takes the order back about then."""
+STOPPING_S = 3.0
+"""The time that these retries have left once the worker is stopping."""
+TIMEOUT_S = 3.0
+"""The longest time of one exchange with Redis."""
+QUICK_S = 1.0
+"""The longest time of one exchange that holds up the event loop of the consumer."""
+JOIN_S = 2.0
+"""The time that the last heartbeat has to end. One that ends later comes after the final event and changes nothing."""
+
+T = TypeVar("T")
 
 
 class BrokerClient:
     """A worker's client of the broker, which is Redis."""
 
-    def __init__(self, redis_url: str, worker: str, instance: str | None = None) -> None:
+    def __init__(
+        self, redis_url: str, worker: str, instance: str | None = None, *, timeout_s: float = TIMEOUT_S
+    ) -> None:
         self.worker = worker
         self.instance = instance
         self._redis = Redis.from_url(
             redis_url,
-            socket_timeout=5,
-            socket_connect_timeout=5,
-            retry=Retry(ExponentialBackoff(cap=0.5, base=0.05), 2),
+            socket_timeout=timeout_s,
+            socket_connect_timeout=timeout_s,
+            # The first try finds a connection that the broker has closed, the second one makes a new one.
+            retry=Retry(ExponentialBackoff(cap=0.5, base=0.05), 1),
         )
 
     def acquire_lease(self, attempt: str) -> bool:
@@ -73,20 +84,26 @@ class BrokerClient:
         fields: dict[Any, Any] = {"event": event.model_dump_json(exclude_none=True)}
         self._redis.xadd(wire.EVENTS_STREAM, fields, maxlen=wire.EVENTS_KEPT, approximate=True)
 
-    def publish_with_retries(self, event: Event, *, within_s: float = FINAL_EVENT_S) -> bool:
-        """Publish an event, with retries while Redis is unreachable; return whether it was published."""
-        until = time.monotonic() + within_s
+    def patiently(self, exchange: Callable[[], T], *, within_s: float, stopping: Callable[[], bool]) -> T:
+        """Return the answer to an exchange, which is repeated while Redis is unreachable.
+
+        Raises
+        ------
+        RedisError
+            If Redis is unreachable for `within_s`, or for `STOPPING_S` after the worker began to stop.
+        """
+        until_s = time.monotonic() + within_s
         pause_s = 0.1
         while True:
             try:
-                self.publish(event)
+                return exchange()
             except RedisError:
-                if time.monotonic() + pause_s > until:
-                    return False
+                if stopping():
+                    until_s = min(until_s, time.monotonic() + STOPPING_S)
+                if time.monotonic() + pause_s > until_s:
+                    raise
                 time.sleep(pause_s)
-                pause_s = min(2 * pause_s, 5.0)
-            else:
-                return True
+                pause_s = min(2 * pause_s, 1.0)
 
     def publish_presence(self, presence: Presence) -> None:
         """Publish that the worker is alive, for the next `PRESENCE_TTL_S`."""
@@ -133,7 +150,7 @@ class AttemptHeartbeat:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._ended.set()
-        self._thread.join()
+        self._thread.join(JOIN_S)
 
     def _is_hung(self) -> bool:
         progress, since_s = self._moved
@@ -157,37 +174,6 @@ class AttemptHeartbeat:
                     )
             except RedisError:
                 continue
-
-
-class PresencePublisher:
-    """Publishes the presence of a worker every few seconds, and touches its heartbeat file."""
-
-    def __init__(self, broker: BrokerClient, presence: Presence, heartbeat_file: Path | None) -> None:
-        self._broker = broker
-        self._presence = presence
-        self._heartbeat_file = heartbeat_file
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._publish_presences, name="presence", daemon=True)
-
-    def start(self) -> None:
-        """Start publishing in a thread."""
-        self._thread.start()
-
-    def stop(self) -> None:
-        """Stop the thread and remove the presence."""
-        self._ended.set()
-        if self._thread.is_alive():
-            self._thread.join()
-        self._broker.remove_presence()
-
-    def _publish_presences(self) -> None:
-        while not self._ended.is_set():
-            if self._heartbeat_file:
-                self._heartbeat_file.touch()
-            # While Redis is unreachable, the next presence is tried in a few seconds.
-            with contextlib.suppress(RedisError):
-                self._broker.publish_presence(self._presence.model_copy(update={"seen_s": time.time()}))
-            self._ended.wait(wire.HEARTBEAT_S)
 
 
 def event_of(

@@ -42,7 +42,10 @@ class WorkerSettings(BaseSettings):
     probe_timeout_s: float | None = Field(default=None, gt=0)
     """The longest time of a probe, s; a job may only ask for less."""
     heartbeat_file: Path | None = None
-    """A file that is touched every few seconds while the worker is alive, for the health check of a container."""
+    """A file that is touched every few seconds while the worker takes orders, or while the broker is unreachable, for
+    the health check of a container."""
+    final_event_s: float = Field(default=600.0, ge=0)
+    """The time for which an attempt that has ended keeps its final event while the broker is unreachable."""
 
     _instance: str = PrivateAttr(default_factory=lambda: secrets.token_hex(8))
 

@@ -5,13 +5,15 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import structlog
+from redis.exceptions import RedisError
 
 from lippmann.errors import NO_ROOM, ArtifactBroken, ArtifactMissing, LippmannError, Permanent, StoreFull
 from lippmann.job.messages.events import EventKind, Failure, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
-from worker.report import AttemptHeartbeat, event_of
+from worker.report import START_S, AttemptHeartbeat, event_of
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
 
@@ -45,30 +47,35 @@ TaskFunction = Callable[[Workplace, Order, ProgressMonitor], TaskResult]
 def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
     """Execute an order once and report how it ended.
 
-    Nothing happens if the service has requested a stop, or if another delivery of the order holds the lease.
+    Nothing happens if the service has requested a stop, or if another delivery of the order holds the lease. While the
+    broker is unreachable, the attempt waits before it begins, and it keeps its final event until the stream has it.
     """
     broker = place.broker
+    begin = partial(broker.patiently, within_s=START_S, stopping=place.stopping)
     if broker.worker in order.avoid:
-        broker.publish(event_of(order, EventKind.DECLINED, broker))
+        begin(lambda: broker.publish(event_of(order, EventKind.DECLINED, broker)))
         time.sleep(DECLINE_PAUSE_S)
         return
-    if broker.stop_requested(order.attempt) or not broker.acquire_lease(order.attempt):
+    if begin(lambda: broker.stop_requested(order.attempt) or not broker.acquire_lease(order.attempt)):
         return
-    broker.publish(event_of(order, EventKind.CLAIMED, broker))
+    begin(lambda: broker.publish(event_of(order, EventKind.CLAIMED, broker)))
     started_s, started_cpu_s = time.monotonic(), time.process_time()
     with AttemptHeartbeat(broker, order, worker_stopping=place.stopping, hung_s=HUNG_S[order.kind]) as heartbeat:
         work, failure = _done_or_failed(place, order, do, heartbeat)
-    broker.publish_with_retries(
-        event_of(
-            order,
-            EventKind.FAILED if failure else EventKind.DONE,
-            broker,
-            cpu_s=work.cpu_s + time.process_time() - started_cpu_s,
-            wall_s=time.monotonic() - started_s,
-            failure=failure,
-            probe=work.probe,
-        )
+    final = event_of(
+        order,
+        EventKind.FAILED if failure else EventKind.DONE,
+        broker,
+        cpu_s=work.cpu_s + time.process_time() - started_cpu_s,
+        wall_s=time.monotonic() - started_s,
+        failure=failure,
+        probe=work.probe,
     )
+    try:
+        broker.patiently(lambda: broker.publish(final), within_s=place.settings.final_event_s, stopping=place.stopping)
+    except RedisError as error:
+        # The service notices the artifact, or that the heartbeats are missing.
+        log.warning("final event lost", job=order.job_id, task=order.task_id, attempt=order.attempt, error=repr(error))
     broker.release_lease(order.attempt)
 
 

@@ -90,7 +90,10 @@ class Lease(BaseModel):
 
 
 class Presence(BaseModel):
-    """A worker that is online. The worker publishes it every few seconds and it expires when the worker stops."""
+    """A worker that is online. Its consumer publishes it every few seconds, and it expires when the worker stops.
+
+    The times are seconds since 1970 on the worker's clock; only their differences mean something to others.
+    """
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
@@ -107,3 +110,8 @@ class Presence(BaseModel):
     seen_s: float
     holds: tuple[str, ...] | None = None
     """The attempts whose orders the worker has taken and not ended; None if the worker is older than the field."""
+    consuming_s: float | None = None
+    """The time at which the broker last answered a poll of the consumer, or no slot was free; None from workers that
+    do not publish it, and before the first poll."""
+    order_s: float | None = None
+    """The time at which the consumer last took an order; None before the first one."""

@@ -1,0 +1,112 @@
+"""The consumer takes orders from the broker. It proves that it polls, and it connects again when it does not.
+
+The queue forgets an order when a worker takes it: no order is acknowledged. An acknowledgement that fails leaves
+Celery's consumer without credit for another order, and without credit it polls no connection and notices no outage.
+The service takes back an order that no worker claims, so an acknowledgement would protect nothing.
+"""
+
+from __future__ import annotations
+
+from queue import Empty
+from typing import Any
+
+from celery.utils.log import get_logger
+from celery.worker import state
+from celery.worker.consumer import Consumer
+
+from worker.liveness import ConsumerLiveness
+
+RETRY_S = 1.0
+"""The pause between two attempts to connect to the broker."""
+TICK_S = 1.0
+"""The interval at which the consumer examines itself. The broker answers a poll within a second, with or without an
+order."""
+SILENT_TICKS = 10
+"""The number of ticks without an answer after which the connection is made again."""
+
+log = get_logger(__name__)
+
+
+class NotPolling(ConnectionError):
+    """The consumer has a free slot, and the broker answers no poll."""
+
+
+class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
+    """The consumer of Celery with proof of its polls.
+
+    Parameters
+    ----------
+    liveness
+        The record of what this consumer does; it publishes the presence of the worker.
+    """
+
+    def __init__(self, liveness: ConsumerLiveness, *args: Any, **options: Any) -> None:
+        self._liveness = liveness
+        self._silent_ticks = 0
+        self._is_outage_logged = False
+        super().__init__(*args, **options)
+
+    def ensure_connected(self, conn: Any) -> Any:
+        """Connect to the broker, with a short pause between attempts however long the broker is unreachable."""
+        connected = conn.ensure_connection(
+            self._record_refusal,
+            None,
+            interval_start=RETRY_S,
+            interval_step=0,
+            interval_max=RETRY_S,
+            callback=state.maybe_shutdown,
+        )
+        self.first_connection_attempt = self._is_outage_logged = False
+        return connected
+
+    def call_soon_ack(self, p: Any, *args: Any, **options: Any) -> None:
+        """Do nothing: orders are not acknowledged."""
+
+    def register_with_event_loop(self, hub: Any) -> None:
+        """Begin to watch the polls of a new connection."""
+        super().register_with_event_loop(hub)
+        self._silent_ticks = 0
+        handlers = self.task_consumer.channel.handlers
+        handlers["BRPOP"] = self._recorded(handlers["BRPOP"])
+        hub.call_repeatedly(TICK_S, self._tick)
+
+    def _recorded(self, read: Any) -> Any:
+        """Return a function that reads the answer to a poll and records it."""
+
+        def read_and_record() -> Any:
+            try:
+                delivered = read()
+            except Empty:  # the answer after a second without an order
+                self._record_poll()
+                raise
+            self._record_poll()
+            self._liveness.record_order()
+            return delivered
+
+        return read_and_record
+
+    def _record_poll(self) -> None:
+        self._silent_ticks = 0
+        self._liveness.record_poll()
+
+    def _record_refusal(self, error: Exception, pause_s: float) -> None:
+        self._liveness.record_refusal()
+        if not self._is_outage_logged:
+            log.warning("the broker does not answer, and is tried every %g s: %s", pause_s, error)
+        self._is_outage_logged = True
+
+    def _tick(self) -> None:
+        """Publish the presence; make the connection again if the broker answers no poll.
+
+        Raises
+        ------
+        NotPolling
+            If there is a free slot and no answer. Celery then connects anew, because it is a ConnectionError.
+        """
+        holds = tuple(sorted(request.id for request in state.reserved_requests))
+        if len(holds) >= self.pool.num_processes:
+            self._record_poll()  # no slot is free, so there is nothing to poll for
+        self._silent_ticks += 1
+        self._liveness.publish(holds=holds)
+        if self._silent_ticks > SILENT_TICKS:
+            raise NotPolling(f"expected an answer of the broker within {SILENT_TICKS * TICK_S:g} s, got none")

@@ -1,0 +1,124 @@
+"""The signs of life of a worker. Only the consumer gives them, so that a worker that takes no orders seems to be dead.
+
+The heartbeat file is touched while the broker answers the polls of the consumer, and while the broker refuses its
+connections: then a restart would change nothing. The presence is published by the event loop of the consumer. A
+consumer that shows neither sign for `STUCK_S` cannot help itself, and the process ends to be started again.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import threading
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import structlog
+from redis.exceptions import RedisError
+
+from lippmann.job.messages import wire
+from lippmann.job.messages.events import Presence
+from worker.report import BrokerClient
+
+STUCK_S = 60.0
+"""The time without a sign of the consumer after which the worker ends."""
+STOP_S = 8.0
+"""The time that running attempts have for their final events when the worker ends."""
+EXIT_STUCK = 75
+"""The exit code of a worker whose consumer is stuck: EX_TEMPFAIL of sysexits.h."""
+
+log = structlog.get_logger()
+
+
+class ConsumerLiveness:
+    """What the consumer of a worker did last. All methods are called in its event loop."""
+
+    def __init__(
+        self,
+        broker: BrokerClient,
+        presence: Presence,
+        heartbeat_file: Path | None,
+        *,
+        clock: Callable[[], float] = time.time,
+    ) -> None:
+        self.signs = 0
+        """The number of answered polls and refused connections; the consumer is stuck while it does not grow."""
+        self._broker = broker
+        self._presence = presence
+        self._heartbeat_file = heartbeat_file
+        self._clock = clock
+        self._next_s = 0.0
+
+    def record_poll(self) -> None:
+        """Record that the broker answered a poll, or that no slot is free and nothing is to be polled for."""
+        self._presence = self._presence.model_copy(update={"consuming_s": self._clock()})
+        self._record_sign()
+
+    def record_order(self) -> None:
+        """Record that an order was taken."""
+        self._presence = self._presence.model_copy(update={"order_s": self._clock()})
+
+    def record_refusal(self) -> None:
+        """Record that the broker refused a connection or did not answer in time."""
+        self._record_sign()
+
+    def publish(self, *, holds: tuple[str, ...]) -> None:
+        """Publish the presence with the attempts that the worker holds, every few seconds and when they change."""
+        now_s = self._clock()
+        is_due = not 0 <= self._next_s - now_s <= wire.HEARTBEAT_S
+        if not is_due and holds == self._presence.holds:
+            return
+        self._next_s = now_s + wire.HEARTBEAT_S
+        self._presence = self._presence.model_copy(update={"seen_s": now_s, "holds": holds})
+        # While Redis is unreachable, the next presence is tried in a few seconds.
+        with contextlib.suppress(RedisError):
+            self._broker.publish_presence(self._presence)
+
+    def remove(self) -> None:
+        """Remove the presence, because the worker has ended."""
+        self._broker.remove_presence()
+
+    def _record_sign(self) -> None:
+        self.signs += 1
+        if self._heartbeat_file:
+            self._heartbeat_file.touch()
+
+
+class StuckWatch:
+    """A thread that ends the process when the consumer gives no sign of life."""
+
+    def __init__(self, liveness: ConsumerLiveness, stopping_file: Path, *, stuck_s: float = STUCK_S) -> None:
+        self._liveness = liveness
+        self._stopping_file = stopping_file
+        self._stuck_s = stuck_s
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name="stuck-watch", daemon=True)
+
+    def start(self) -> None:
+        """Start to watch."""
+        self._thread.start()
+
+    def stop(self) -> None:
+        """Stop to watch, because the worker is shutting down."""
+        self._ended.set()
+
+    def _watch(self) -> None:
+        # Seconds are counted here rather than read from a clock: time in which the whole process was stopped is not
+        # the fault of the consumer.
+        silent_s, signs = 0.0, self._liveness.signs
+        while not self._ended.wait(1.0):
+            silent_s = silent_s + 1.0 if signs == self._liveness.signs else 0.0
+            signs = self._liveness.signs
+            if silent_s > self._stuck_s:
+                self._exit()
+
+    def _exit(self) -> None:
+        log.critical(
+            f"expected the consumer to poll the broker, got no sign of it for {self._stuck_s:g} s; "
+            "the worker ends to be started again"
+        )
+        self._stopping_file.touch()
+        self._ended.wait(STOP_S)
+        self._stopping_file.unlink(missing_ok=True)
+        os._exit(EXIT_STUCK)
