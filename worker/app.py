@@ -99,6 +99,11 @@ def _prepare(**_: Any) -> None:
         raise SystemExit(f"lippmann worker: {error.message}") from error
 
 
+def broker_client() -> BrokerClient:
+    """Return a client of the broker that speaks for this worker."""
+    return BrokerClient(settings.redis_url, settings.worker_name, settings.instance)
+
+
 @worker_ready.connect
 def _start_stuck_watch(**_: Any) -> None:
     if _stuck_watch:

@@ -9,12 +9,12 @@ from typing import TypeVar
 import structlog
 from sqlalchemy.exc import OperationalError
 
-from lippmann.job.messages.events import Failure
+from lippmann.job.messages.events import LOST, Failure
 from lippmann.job.states import TaskStatus
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
 from service.coordinator.event_consumer import Batch, close_batch, finish_task, hold
-from service.coordinator.retry_policy import LOST, fail_attempt
+from service.coordinator.retry_policy import fail_attempt
 from service.db import access as access_rows
 from service.db import coordinator as coordinator_rows
 from service.db import events as event_rows

@@ -15,13 +15,12 @@ from lippmann.errors import (
     StoreFull,
     StoreUnavailable,
 )
-from lippmann.job.messages.events import Failure
+from lippmann.job.messages.events import LOST, Failure
 from lippmann.job.states import TaskStatus
 from service.db.tables import Task, WorkerFault
 from service.jobs.state_machine import transition_task
 from service.settings import Settings
 
-LOST = "lost"
 _WORKER_LACKS = frozenset({SandboxMissing.code, PovrayMissing.code})
 INFRASTRUCTURE = frozenset({StoreUnavailable.code, StoreFull.code}) | _WORKER_LACKS
 """Failures that any other task would have met too. They do not count against the task, which is deferred."""

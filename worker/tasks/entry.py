@@ -5,16 +5,17 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from celery.signals import worker_ready
+from celery.signals import task_failure, worker_ready
 
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.messages.wire import task_name
-from worker.app import app, settings
+from worker.app import app, broker_client, settings
 from worker.images.read import limit_threads
 from worker.store.local import LocalStore
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.attempt import attempt
 from worker.tasks.encode import encode_output
+from worker.tasks.lost import report_if_lost
 from worker.tasks.probe import probe_job
 from worker.tasks.render import render_tile
 from worker.tasks.workplace import Workplace, sweep_scratch, workplace
@@ -52,6 +53,12 @@ def _sweep(**_: Any) -> None:
     """Remove the scratch folders and partial artifacts of killed workers."""
     sweep_scratch(settings)
     LocalStore(settings.artifacts_dir).sweep(older_than_s=STALE_S)
+
+
+@task_failure.connect
+def _report_lost(exception: BaseException | None = None, kwargs: dict[str, Any] | None = None, **_: Any) -> None:
+    """Report, in the worker itself, an attempt whose pool process died."""
+    report_if_lost(broker_client(), settings, exception, kwargs)
 
 
 @cache

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import platform
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -24,6 +26,8 @@ _LIPPMANN = (sys.executable, "-P", "-m", "lippmann.cli.main")
 def child_plans(plan: FarmPlan, *, server: Path, socket: Path, listen_fd: int, url: str) -> tuple[ChildPlan, ...]:
     """Return the children, in the order in which they start."""
     environment = farm_environment(plan, socket=socket, url=url)
+    # The worker keeps its name when it is started again, which tells the service that its attempts ended.
+    name = os.environ.get("LIPPMANN_WORKER_NAME") or platform.node() or WORKER
     return (
         ChildPlan(
             name=BROKER,
@@ -44,7 +48,7 @@ def child_plans(plan: FarmPlan, *, server: Path, socket: Path, listen_fd: int, u
             command=(*_LIPPMANN, "worker"),
             ready_text=WORKER_READY,
             grace_s=12.0,
-            environment=environment,
+            environment={**environment, "LIPPMANN_WORKER_NAME": name},
         ),
     )
 

@@ -21,13 +21,17 @@ class EventKind(StrEnum):
     DECLINED = "declined"
 
 
+LOST = "lost"
+"""The code of an attempt whose process died, or of which nothing is heard any more."""
+
+
 class Failure(BaseModel):
     """The reason why an attempt failed."""
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
     code: str
-    """The code of the error, as in `lippmann.errors`."""
+    """The code of the error, as in `lippmann.errors`, or `LOST`."""
     message: str
     """The sentence that a user reads."""
     permanent: bool

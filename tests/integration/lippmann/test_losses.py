@@ -1,0 +1,70 @@
+"""What dies in mid-job is noticed by what is known of it: the times after which silence and idle orders count are set so
+high that no test would end by them."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lippmann.client import Client
+from lippmann.farm.supervisor.descendants import descendants
+from service.schemas.job import Job
+from service.schemas.task import Task
+from tests.builders import small_job
+from tests.farm import Farm, ended, farm_up
+from tests.needs import needs_povray
+from tests.waiting import until
+
+pytestmark = needs_povray
+
+NEVER = {"LIPPMANN_LEASE_TTL_S": "100000", "LIPPMANN_UNCLAIMED_S": "100000"}
+SLOW = small_job("fish", count=(60, 60), frames="1-4").model_copy(update={"outputs": ()})
+"""A job whose frames take long enough to be hit."""
+
+
+@pytest.fixture(scope="module")
+def farm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Farm]:
+    with farm_up(tmp_path_factory.mktemp("farm"), env=NEVER) as farm:
+        yield farm
+
+
+def running(client: Client, job: Job) -> list[Task]:
+    return [task for task in client.tasks(job.id) if task.status == "running" and task.kind == "render"]
+
+
+def busy_children(worker_pid: int) -> list[int]:
+    """Return the pool processes that have a POV-Ray below them."""
+    return [pid for pid in descendants(worker_pid) if _parent(pid) == worker_pid and descendants(pid)]
+
+
+def _parent(pid: int) -> int:
+    try:
+        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    except OSError:
+        return 0
+
+
+def kill_when_busy(farm: Farm, job: Job, *, whole_worker: bool) -> None:
+    until(lambda: len(running(farm.client, job)) == 2)
+    (worker,) = farm.client.workers().items
+    os.kill(worker.pid if whole_worker else until(lambda: busy_children(worker.pid))[0], signal.SIGKILL)
+
+
+def taken_again(client: Client, job: Job) -> list[Any]:
+    return [task for task in client.tasks(job.id) if task.attempt_number == 2]
+
+
+@pytest.mark.parametrize("whole_worker", [False, True], ids=["pool process", "worker"])
+def test_the_task_of_what_was_killed_runs_again(farm: Farm, whole_worker: bool) -> None:
+    job = farm.client.submit(SLOW)
+    kill_when_busy(farm, job, whole_worker=whole_worker)
+    until(lambda: taken_again(farm.client, job))
+    job = ended(farm.client, job.id)
+    assert (job.status, job.frames_done) == ("done", 4)
+    again = taken_again(farm.client, job)
+    assert len(again) == (2 if whole_worker else 1)

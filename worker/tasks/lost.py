@@ -1,0 +1,61 @@
+"""The report of an attempt whose pool process died: its worker knows it at once, and says so in the attempt's name."""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Mapping
+from typing import Any
+
+import structlog
+from billiard.exceptions import WorkerLostError
+from pydantic import ValidationError
+from redis.exceptions import RedisError
+
+from lippmann.job.messages.events import LOST, EventKind, Failure
+from lippmann.job.messages.orders import Order
+from worker.report import BrokerClient, event_of
+from worker.settings import WorkerSettings
+
+log = structlog.get_logger()
+
+
+def report_if_lost(
+    broker: BrokerClient,
+    settings: WorkerSettings,
+    exception: BaseException | None,
+    arguments: Mapping[str, Any] | None,
+) -> None:
+    """Report an attempt as failed if its pool process died, and release its lease; other errors are no news here.
+
+    Parameters
+    ----------
+    exception
+        The error with which Celery ended the task.
+    arguments
+        The arguments of the task, which hold its order.
+    """
+    if not isinstance(exception, WorkerLostError):
+        return
+    try:
+        order = Order.model_validate((arguments or {}).get("order"))
+    except ValidationError as error:
+        log.warning("a pool process died with an order that cannot be read", error=str(error))
+        return
+    log.warning(
+        "a pool process died", job=order.job_id, task=order.task_id, attempt=order.attempt, error=str(exception)
+    )
+    failure = Failure(code=LOST, message=f"a process of worker {broker.worker} died: {exception}", permanent=False)
+    event = event_of(order, EventKind.FAILED, broker, failure=failure)
+
+    def report() -> None:
+        with contextlib.suppress(RedisError):  # the service then notices the silence
+            broker.patiently(
+                lambda: broker.publish(event),
+                within_s=settings.final_event_s,
+                stopping=settings.stopping_file.exists,
+            )
+        broker.release_lease(order.attempt)
+
+    # The event loop of Celery must go on while the broker does not answer.
+    threading.Thread(target=report, name=f"lost-{order.attempt}", daemon=True).start()
