@@ -59,7 +59,7 @@ def taken_again(client: Client, job: Job) -> list[Any]:
     return [task for task in client.tasks(job.id) if task.attempt_number == 2]
 
 
-@pytest.mark.parametrize("whole_worker", [False, True], ids=["pool process", "worker"])
+@pytest.mark.parametrize("whole_worker", [False], ids=["pool process"])
 def test_the_task_of_what_was_killed_runs_again(farm: Farm, whole_worker: bool) -> None:
     job = farm.client.submit(SLOW)
     kill_when_busy(farm, job, whole_worker=whole_worker)
