@@ -1,5 +1,7 @@
-"""What dies in mid-job is noticed by what is known of it: the times after which silence and idle orders count are set so
-high that no test would end by them."""
+"""What dies in mid-job is noticed by what is known of it.
+
+The times after which silence and idle orders count are set so high that no test would end by them.
+"""
 
 from __future__ import annotations
 
