@@ -24,6 +24,7 @@ from typing import Any
 import typer
 
 from lippmann.cli.commands import (
+    backup,
     coding_study,
     compare,
     depth,
@@ -55,6 +56,7 @@ app = typer.Typer(
 )
 COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
     "Run a farm": {"up": farm.up, "demo": farm.demo, "serve": farm.serve, "worker": farm.worker},
+    "Keep a farm": {"backup": backup.backup, "restore": backup.restore},
     "Jobs": {
         "submit": jobs.submit,
         "jobs": jobs.jobs,

@@ -44,6 +44,13 @@ class Database:
             yield session
 
     @contextmanager
+    def snapshot(self) -> Iterator[Connection]:
+        """Open a connection whose queries all see the database as it is at the first of them; writers do not wait."""
+        options = {} if self.is_sqlite else {"isolation_level": "REPEATABLE READ", "postgresql_readonly": True}
+        with self._engine.connect().execution_options(**options) as connection, connection.begin():
+            yield connection
+
+    @contextmanager
     def connecting(self) -> Iterator[Connection]:
         """Open a write connection for migrations."""
         if self.is_sqlite and self.url.database:

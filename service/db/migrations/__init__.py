@@ -6,6 +6,7 @@ from pathlib import Path
 
 from alembic import command
 from alembic.config import Config
+from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, insert, select
 
 from service.db.engine import Database
@@ -22,9 +23,20 @@ def migrate(database: Database) -> None:
             connection.execute(insert(CoordinatorRow).values(id=1))
 
 
+def revisions() -> list[str]:
+    """Return the schema revisions that this version knows, newest first."""
+    scripts = ScriptDirectory.from_config(_config())
+    return [script.revision for script in scripts.walk_revisions()]
+
+
 def alembic_config(connection: Connection) -> Config:
     """Return the configuration of Alembic for a write connection."""
+    config = _config()
+    config.attributes["connection"] = connection
+    return config
+
+
+def _config() -> Config:
     config = Config()
     config.set_main_option("script_location", str(FOLDER).replace("%", "%%"))
-    config.attributes["connection"] = connection
     return config

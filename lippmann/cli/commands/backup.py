@@ -1,0 +1,115 @@
+"""Backup and restore of a farm."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from lippmann.cli.options import DATA_DIR, DataDir
+from lippmann.errors import BadInput, FarmFailed
+from lippmann.terminal.output import Output
+
+if TYPE_CHECKING:
+    from service.backup.manifest import Manifest
+    from service.db.engine import Database
+
+WithArtifacts = Annotated[
+    bool,
+    typer.Option(
+        "--artifacts/--no-artifacts",
+        help="Include the artifacts. Without them, only the database is written, for those who back the store up "
+        "themselves.",
+    ),
+]
+
+
+def backup(
+    target: Annotated[Path, typer.Argument(metavar="BACKUP", help="The name of the folder to write. It is new.")],
+    artifacts: WithArtifacts = True,
+    copy: Annotated[
+        bool,
+        typer.Option(
+            "--copy",
+            help="Copy every artifact. By default, artifacts on the same file system are hard-linked, which takes no "
+            "room, but does not protect against a damaged disk.",
+        ),
+    ] = False,
+    data_dir: DataDir = DATA_DIR,
+    *,
+    output: Output,
+) -> None:
+    """Back a farm up, also while it runs. LIPPMANN_DATABASE_URL names the database if it is not in the data folder."""
+    from lippmann.farm.adapters import ARTIFACTS, make_parts
+    from service.backup.write import write_backup
+
+    if artifacts and not (data_dir / ARTIFACTS).is_dir():
+        raise BadInput(f"expected the data folder of a farm, got {data_dir} without {ARTIFACTS}/")
+    with _database(data_dir, must_exist=True) as database:
+        store = make_parts(data_dir).store if artifacts else None
+        made = write_backup(database, store, target, clock=time.time, link=not copy)
+    output.result({"backup": str(target.resolve()), **_data(made)}, f"The backup is {target}: {_text(made)}.")
+
+
+def restore(
+    source: Annotated[Path, typer.Argument(metavar="BACKUP", help="The folder that `lippmann backup` wrote.")],
+    artifacts: WithArtifacts = True,
+    data_dir: DataDir = DATA_DIR,
+    *,
+    output: Output,
+) -> None:
+    """Restore a backup into an empty data folder, and into an empty database if LIPPMANN_DATABASE_URL names one."""
+    from lippmann.farm.adapters import make_parts
+    from lippmann.farm.supervisor.folder import data_folder
+    from service.backup.restore import check_backup, check_folder, restore_backup
+
+    check_backup(source, artifacts=artifacts)
+    check_folder(data_dir, artifacts=artifacts)
+    # The lock keeps `lippmann up` from starting a farm on a part of the backup.
+    with data_folder(data_dir), _database(data_dir, must_exist=False) as database:
+        done = restore_backup(source, database, make_parts(data_dir).store if artifacts else None)
+    text = (
+        f"The backup is restored into {data_dir}: {_text(done.manifest)}. "
+        f"{done.taken_back} tasks that ran at that time run again when a farm starts."
+    )
+    data = {"data_dir": str(data_dir.resolve()), "tasks_taken_back": done.taken_back, "revision": done.revision}
+    output.result({**_data(done.manifest), **data}, text)
+
+
+@contextmanager
+def _database(data_dir: Path, *, must_exist: bool) -> Iterator[Database]:
+    from sqlalchemy.exc import OperationalError
+
+    from service.db.engine import Database
+    from service.settings import Settings
+
+    database = Database(Settings(data_dir=data_dir).database)
+    if must_exist and database.is_sqlite and not Path(database.url.database or "").is_file():
+        raise BadInput(f"expected the data folder of a farm, got {data_dir} without lippmann.db")
+    try:
+        yield database
+    except OperationalError as error:
+        raise FarmFailed(f"the database does not answer: {error.orig}") from error
+    finally:
+        database.dispose()
+
+
+def _data(manifest: Manifest) -> dict[str, object]:
+    part = manifest.artifacts
+    return {
+        "created_s": manifest.created_s,
+        "revision": manifest.revision,
+        "rows": {name: max(0, lines.lines - 1) for name, lines in manifest.tables.items()},
+        "artifacts": None if part is None else {"count": part.count, "bytes": part.bytes},
+    }
+
+
+def _text(manifest: Manifest) -> str:
+    jobs, tasks = (manifest.tables[name].lines - 1 for name in ("jobs", "tasks"))
+    part = manifest.artifacts
+    files = "no artifacts" if part is None else f"{part.count} artifacts of {part.bytes / 1e6:.1f} MB"
+    return f"{jobs} jobs with {tasks} tasks, and {files}"

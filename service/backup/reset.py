@@ -1,0 +1,35 @@
+"""The rows that refer to running processes, which a restored farm does not have."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+
+from sqlalchemy import delete, select, update
+from sqlalchemy.orm import Session
+
+from lippmann.job.states import HELD_TASKS, TaskStatus
+from service.backup.rows import advance_ids
+from service.db.engine import changed
+from service.db.tables import CoordinatorRow, JobEvent, StopRequest, Task
+from service.jobs.state_machine import transition_tasks
+
+EVENT_GAP = 1_000_000
+"""The gap in the ids of events: a subscriber of the farm before, which knows later ids, receives the next event."""
+
+
+def reset_running(session: Session) -> int:
+    """Take back held tasks, and reset the coordinator; return the number of these tasks.
+
+    An attempt that still runs somewhere no longer owns its task, so its events are late, and it is stopped.
+    """
+    held = session.execute(select(Task.job_id, Task.sequence, Task.status).where(Task.status.in_(HELD_TASKS))).all()
+    groups: dict[tuple[str, TaskStatus], list[int]] = defaultdict(list)
+    for job_id, sequence, status in held:
+        groups[job_id, status].append(sequence)
+    for (job_id, status), sequences in groups.items():
+        transition_tasks(session, job_id, sequences, status, TaskStatus.READY, progress=None)
+    changed(session, delete(StopRequest))
+    values = {"leader": None, "leader_until_s": 0.0, "stream_position": "0-0"}
+    changed(session, update(CoordinatorRow).values(values))
+    advance_ids(session.connection(), JobEvent.__tablename__, JobEvent.id.key, by=EVENT_GAP)
+    return len(held)
