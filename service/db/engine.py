@@ -12,8 +12,11 @@ from typing import Any, cast
 
 from sqlalchemy import Connection, CursorResult, create_engine, event, text
 from sqlalchemy.engine import URL, Engine, make_url
+from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
 from sqlalchemy.sql.dml import UpdateBase
+
+from lippmann.errors import BadInput, FarmFailed
 
 BUSY_TIMEOUT_S = 10.0
 POOL: dict[str, Any] = {"pool_size": 10, "max_overflow": 50, "pool_timeout": BUSY_TIMEOUT_S}
@@ -68,6 +71,28 @@ class Database:
     def dispose(self) -> None:
         """Close every connection."""
         self._engine.dispose()
+
+
+@contextmanager
+def opened(url: str, *, must_exist: bool = True) -> Iterator[Database]:
+    """Open a database for one command.
+
+    Raises
+    ------
+    BadInput
+        If the database is a file that does not exist, although it must.
+    FarmFailed
+        If the database does not answer.
+    """
+    database = Database(url)
+    if must_exist and database.is_sqlite and not Path(database.url.database or "").is_file():
+        raise BadInput(f"expected the database of a farm, got no {database.url.database}")
+    try:
+        yield database
+    except OperationalError as error:
+        raise FarmFailed(f"the database does not answer: {error.orig}") from error
+    finally:
+        database.dispose()
 
 
 def changed(session: Session, statement: UpdateBase) -> int:

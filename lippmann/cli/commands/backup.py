@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from lippmann.cli.options import DATA_DIR, DataDir
-from lippmann.errors import BadInput, FarmFailed
+from lippmann.errors import BadInput
 from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
     from service.backup.manifest import Manifest
-    from service.db.engine import Database
 
 WithArtifacts = Annotated[
     bool,
@@ -46,10 +43,12 @@ def backup(
     """Back a farm up, also while it runs. LIPPMANN_DATABASE_URL names the database if it is not in the data folder."""
     from lippmann.farm.adapters import ARTIFACTS, make_parts
     from service.backup.write import write_backup
+    from service.db.engine import opened
+    from service.settings import Settings
 
     if artifacts and not (data_dir / ARTIFACTS).is_dir():
         raise BadInput(f"expected the data folder of a farm, got {data_dir} without {ARTIFACTS}/")
-    with _database(data_dir, must_exist=True) as database:
+    with opened(Settings(data_dir=data_dir).database) as database:
         store = make_parts(data_dir).store if artifacts else None
         made = write_backup(database, store, target, clock=time.time, link=not copy)
     output.result({"backup": str(target.resolve()), **_data(made)}, f"The backup is {target}: {_text(made)}.")
@@ -66,11 +65,13 @@ def restore(
     from lippmann.farm.adapters import make_parts
     from lippmann.farm.supervisor.folder import data_folder
     from service.backup.restore import check_backup, check_folder, restore_backup
+    from service.db.engine import opened
+    from service.settings import Settings
 
     check_backup(source, artifacts=artifacts)
     check_folder(data_dir, artifacts=artifacts)
     # The lock keeps `lippmann up` from starting a farm on a part of the backup.
-    with data_folder(data_dir), _database(data_dir, must_exist=False) as database:
+    with data_folder(data_dir), opened(Settings(data_dir=data_dir).database, must_exist=False) as database:
         done = restore_backup(source, database, make_parts(data_dir).store if artifacts else None)
     text = (
         f"The backup is restored into {data_dir}: {_text(done.manifest)}. "
@@ -78,24 +79,6 @@ def restore(
     )
     data = {"data_dir": str(data_dir.resolve()), "tasks_taken_back": done.taken_back, "revision": done.revision}
     output.result({**_data(done.manifest), **data}, text)
-
-
-@contextmanager
-def _database(data_dir: Path, *, must_exist: bool) -> Iterator[Database]:
-    from sqlalchemy.exc import OperationalError
-
-    from service.db.engine import Database
-    from service.settings import Settings
-
-    database = Database(Settings(data_dir=data_dir).database)
-    if must_exist and database.is_sqlite and not Path(database.url.database or "").is_file():
-        raise BadInput(f"expected the data folder of a farm, got {data_dir} without lippmann.db")
-    try:
-        yield database
-    except OperationalError as error:
-        raise FarmFailed(f"the database does not answer: {error.orig}") from error
-    finally:
-        database.dispose()
 
 
 def _data(manifest: Manifest) -> dict[str, object]:
