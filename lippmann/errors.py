@@ -153,6 +153,8 @@ class ArtifactMissing(Transient):
     code = "artifact-missing"
     frame: int | None = None
     """The frame of the artifact, if whoever reads it knows the frame."""
+    artifact: str | None = None
+    """The name of the artifact below its job, if whoever reads it knows the name."""
 
 
 class ArtifactBroken(Transient):
@@ -161,6 +163,8 @@ class ArtifactBroken(Transient):
     code = "artifact-broken"
     frame: int | None = None
     """The frame of the artifact, if whoever reads it knows the frame."""
+    artifact: str | None = None
+    """The name of the artifact below its job, if whoever reads it knows the name."""
 
 
 class StoreFull(Transient):

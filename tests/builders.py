@@ -20,6 +20,7 @@ from worker.images.read import read_codes, read_rgb
 from worker.sandbox.bundle import pack_folder
 from worker.sandbox.log import AttemptLog
 from worker.settings import WorkerSettings
+from worker.tasks.artifacts import TaskArtifacts
 from worker.tasks.local import JOB_ID, local_job, store_plan
 from worker.tasks.monitor import NullMonitor
 from worker.tasks.picture import RenderedPicture
@@ -64,6 +65,11 @@ def order_of(kind: TaskKind, *, frame: int | None = 1, tile: Tile | None = None,
     return Order(
         kind=kind, job_id=JOB_ID, task_id="t", attempt="a", attempt_number=1, frame=frame, tile=index, output=output
     )
+
+
+def artifacts_of(place: Workplace) -> TaskArtifacts:
+    """Return the artifacts of the stored job, without expected digests."""
+    return TaskArtifacts(place.store, order_of(TaskKind.ENCODE, frame=None))
 
 
 def tiles_of(spec: JobSpec) -> tuple[Tile, ...]:

@@ -19,8 +19,9 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.views.views import views_grid
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
-from tests.builders import local_place, order_of, small_job, stored_job, stored_picture
+from tests.builders import artifacts_of, local_place, order_of, small_job, stored_job, stored_picture
 from worker.images.write import write_exr
+from worker.tasks.artifacts import TaskArtifacts
 from worker.tasks.encode import encode_output
 from worker.tasks.local import JOB_ID
 from worker.tasks.monitor import NullMonitor, ProgressMonitor
@@ -34,6 +35,11 @@ class GivenJob:
 
     place: Workplace
     sheet: ResolvedJob
+
+    @property
+    def artifacts(self) -> TaskArtifacts:
+        """The artifacts of the job, without expected digests."""
+        return artifacts_of(self.place)
 
     @property
     def layout(self) -> CellLayout:

@@ -14,8 +14,9 @@ from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
-from sqlalchemy.orm import Session
+from sqlalchemy.orm import Session, undefer
 
+from lippmann.digest import Digest, digest_of
 from lippmann.errors import ArtifactMissing, BundleError, StoreFull
 from lippmann.job.messages.events import Event, EventKind, Failure, Presence, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
@@ -71,13 +72,14 @@ class DictStore:
     written_s: dict[str, float] = field(default_factory=dict)
     """When files were written that were not at T0."""
 
-    def put_bytes(self, name: str, data: bytes) -> None:
+    def put_bytes(self, name: str, data: bytes) -> Digest:
         if self.full:
             raise StoreFull
         self.files[name] = data
+        return digest_of([data])
 
-    def put_file(self, name: str, path: Path) -> None:
-        self.put_bytes(name, path.read_bytes())
+    def put_file(self, name: str, path: Path) -> Digest:
+        return self.put_bytes(name, path.read_bytes())
 
     def get_bytes(self, name: str) -> bytes:
         if name not in self.files:
@@ -248,11 +250,18 @@ class Farm:
 
     def task(self, order: Order | str) -> Task:
         with self.database.reading() as session:
-            return session.get_one(Task, parse_task_id(order if isinstance(order, str) else order.task_id))
+            key = parse_task_id(order if isinstance(order, str) else order.task_id)
+            return session.get_one(Task, key, options=[undefer(Task.digests)])
 
     def tasks(self, job_id: str) -> list[Task]:
         with self.database.reading() as session:
-            return session.query(Task).filter(Task.job_id == job_id).order_by(Task.sequence).all()
+            return (
+                session.query(Task)
+                .options(undefer(Task.digests))
+                .filter(Task.job_id == job_id)
+                .order_by(Task.sequence)
+                .all()
+            )
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
@@ -274,9 +283,15 @@ def heartbeat(order: Order, progress: float = 0.5, worker: str = "w1") -> Event:
     return event(order, EventKind.HEARTBEAT, worker, progress=progress)
 
 
-def done(order: Order, worker: str = "w1", cpu_s: float = 2.0, wall_s: float = 4.0) -> Event:
+def done(
+    order: Order,
+    worker: str = "w1",
+    cpu_s: float = 2.0,
+    wall_s: float = 4.0,
+    digests: dict[str, Digest] | None = None,
+) -> Event:
     probe = PROBE if order.kind is TaskKind.PROBE else None
-    return event(order, EventKind.DONE, worker, cpu_s=cpu_s, wall_s=wall_s, probe=probe)
+    return event(order, EventKind.DONE, worker, cpu_s=cpu_s, wall_s=wall_s, probe=probe, digests=digests or {})
 
 
 def failed(
@@ -286,8 +301,9 @@ def failed(
     code: str = "render-failed",
     permanent: bool = False,
     frame: int | None = None,
+    artifact: str | None = None,
 ) -> Event:
-    failure = Failure(code=code, message=f"{code} happened", permanent=permanent, frame=frame)
+    failure = Failure(code=code, message=f"{code} happened", permanent=permanent, frame=frame, artifact=artifact)
     return event(order, EventKind.FAILED, worker, failure=failure)
 
 

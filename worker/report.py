@@ -10,7 +10,7 @@ import os
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import Any, Self, TypeVar
 
@@ -19,6 +19,7 @@ from redis.backoff import ExponentialBackoff
 from redis.exceptions import RedisError
 from redis.retry import Retry
 
+from lippmann.digest import Digest
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Event, EventKind, Failure, Lease, Presence, ProbeResult
 from lippmann.job.messages.orders import Order
@@ -186,6 +187,7 @@ def event_of(
     wall_s: float | None = None,
     failure: Failure | None = None,
     probe: ProbeResult | None = None,
+    digests: Mapping[str, Digest] | None = None,
 ) -> Event:
     """Return an event about the attempt of an order, from the worker of a broker client, with the time of now."""
     return Event(
@@ -201,6 +203,7 @@ def event_of(
         wall_s=wall_s,
         failure=failure,
         probe=probe,
+        digests=dict(digests or {}),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.outputs.output import OutputOptions
+from lippmann.job.spec import JobSpec
 
 JOB_FILE = "job.json"
 PLAN_FILE = "plan.json"
@@ -86,6 +87,22 @@ def depth_name(frame: int) -> str:
 def thumb_name(frame: int) -> str:
     """Return the name of the thumbnail of a frame."""
     return f"thumbs/{frame_stem(frame)}.webp"
+
+
+def tile_artifacts(spec: JobSpec, frame: int, tile: TileIndex) -> tuple[str, ...]:
+    """Return the names of the artifacts of a render task; the tile itself is stored last."""
+    depth = (depth_tile_name(frame, tile),) if spec.capture.depth else ()
+    return (*depth, tile_name(frame, tile))
+
+
+def masters(spec: JobSpec, frame: int) -> tuple[str, ...]:
+    """Return the names of the masters of a frame, which the assembly stores before the thumbnail."""
+    names = [integral_name(frame), orthoscopic_name(frame), views_name(frame)]
+    if spec.capture.depth:
+        names.append(depth_name(frame))
+    if spec.rig.device is not None:
+        names.append(device_name(frame))
+    return tuple(names)
 
 
 def output_folder(output: OutputOptions) -> str:

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
+from lippmann.digest import Digest, digest_of
+
 
 @dataclass(frozen=True, order=True)
 class ArtifactInfo:
@@ -33,10 +35,13 @@ class ArtifactStore(Protocol):
     Every method raises ValueError for an invalid name, and StoreUnavailable if the store does not answer.
     """
 
-    def put_bytes(self, name: str, data: bytes) -> None:
-        """Store data completely or not at all, replacing an artifact of that name; StoreFull if there is no room."""
+    def put_bytes(self, name: str, data: bytes) -> Digest:
+        """Store data completely or not at all, and return its digest; StoreFull if there is no room.
 
-    def put_file(self, name: str, path: Path) -> None:
+        An artifact of that name is replaced.
+        """
+
+    def put_file(self, name: str, path: Path) -> Digest:
         """Store a copy of a file completely or not at all; see `put_bytes`."""
 
     def get_bytes(self, name: str) -> bytes:
@@ -72,3 +77,14 @@ class ArtifactStore(Protocol):
 
     def free_bytes(self) -> int | None:
         """Return the free space in bytes; None for a store without a limit."""
+
+
+def read_digest(store: ArtifactStore, name: str) -> Digest:
+    """Return the digest of an artifact as it is in the store now, which reads all of it.
+
+    Raises
+    ------
+    lippmann.errors.ArtifactMissing
+        If it does not exist.
+    """
+    return digest_of(store.read_range(name, 0, store.size(name)))

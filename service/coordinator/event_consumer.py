@@ -6,7 +6,7 @@ event that cannot be written is logged, counted as late and skipped, so that it 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -15,6 +15,7 @@ from sqlalchemy import update
 from sqlalchemy.exc import OperationalError
 from sqlalchemy.orm import Session
 
+from lippmann.digest import Digest
 from lippmann.job.messages.events import Event, EventKind, Failure
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import HELD_TASKS, TaskStatus
@@ -35,6 +36,9 @@ from service.settings import Settings
 
 NO_PROBE = Failure(code="probe-empty", message="the probe ended without a measurement", permanent=False)
 NO_REASON = Failure(code="unknown", message="the worker gave no reason", permanent=False)
+
+NO_ERROR = dict.fromkeys(("error_code", "error_message", "error_frame", "error_artifact"))
+"""The columns of the last error of a task that is done."""
 
 _AFTER = {
     EventKind.FAILED: (TaskStatus.READY, TaskStatus.FAILED),
@@ -119,12 +123,12 @@ def apply_event(batch: Batch, event: Event) -> None:
         publish_task(batch.session, task)
 
 
-def finish_task(batch: Batch, task: Task, *, cpu_s: float | None, wall_s: float | None) -> None:
+def finish_task(
+    batch: Batch, task: Task, *, cpu_s: float | None, wall_s: float | None, digests: Mapping[str, Digest] | None
+) -> None:
     """Record that a task is done, and make ready the tasks that need it."""
-    values = {"cpu_s": cpu_s, "wall_s": wall_s, "progress": 1.0, "ended_s": batch.now_s}
-    if transition_task(
-        batch.session, task, TaskStatus.DONE, **values, error_code=None, error_message=None, error_frame=None
-    ):
+    values = {"cpu_s": cpu_s, "wall_s": wall_s, "progress": 1.0, "ended_s": batch.now_s, "digests": digests or None}
+    if transition_task(batch.session, task, TaskStatus.DONE, **values, **NO_ERROR):
         unblock(batch.session, task)
 
 
@@ -166,7 +170,7 @@ def _done(batch: Batch, task: Task, event: Event) -> None:
     if event.probe is not None and task.kind is TaskKind.PROBE:
         row = batch.session.get_one(Job, task.job_id, populate_existing=True)
         set_job(batch.session, row, probe=event.probe.model_dump(), background_job=BackgroundJob.PLAN)
-    finish_task(batch, task, cpu_s=event.cpu_s, wall_s=event.wall_s)
+    finish_task(batch, task, cpu_s=event.cpu_s, wall_s=event.wall_s, digests=event.digests)
 
 
 def _failed(batch: Batch, task: Task, event: Event) -> None:

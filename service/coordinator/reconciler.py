@@ -125,7 +125,7 @@ class Reconciler:
             coordinator_rows.request_stop(session, [task.attempt], now_s=now_s)
             if exists:
                 hold(batch, task, task.worker, task.instance)
-                finish_task(batch, task, cpu_s=None, wall_s=None)
+                finish_task(batch, task, cpu_s=None, wall_s=None, digests=None)
             elif failure is None:
                 transition_task(session, task, TaskStatus.READY)
             else:

@@ -77,6 +77,7 @@ def _columns(failure: Failure) -> dict[str, object]:
         "error_code": failure.code,
         "error_message": failure.message,
         "error_frame": failure.frame,
+        "error_artifact": failure.artifact and failure.artifact[:200],
         "progress": None,
     }
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from sqlalchemy.orm import Session
 
+from lippmann.digest import Digest
 from lippmann.job.messages.events import Presence
 from lippmann.job.messages.orders import Order
 from lippmann.job.states import JobStatus, TaskStatus
@@ -23,6 +24,7 @@ from service.errors import BrokerUnavailable
 from service.events.publish import publish_task
 from service.ids import new_attempt, parse_task_id, task_id
 from service.jobs.state_machine import transition_job, transition_task
+from service.jobs.verification import input_digests
 from service.order_queue import OrderQueue
 from service.settings import Settings
 
@@ -62,7 +64,9 @@ def assign(session: Session, workers: Sequence[Presence], *, now_s: float, setti
     present = {worker.name for worker in workers}
     avoided: dict[str, set[str]] = {}
     orders = []
-    for task in _best(session, room, now_s):
+    best = _best(session, room, now_s)
+    digests = input_digests(session, best)
+    for task in best:
         row = session.get_one(Job, task.job_id, populate_existing=task.job_id not in avoided)
         if row.status is JobStatus.QUEUED:
             transition_job(session, row, JobStatus.PROBING, started_s=now_s)
@@ -76,7 +80,8 @@ def assign(session: Session, workers: Sequence[Presence], *, now_s: float, setti
             if row.id not in avoided:
                 avoided[row.id] = task_rows.avoided_workers(session, row.id, now_s=now_s)
             avoid = avoided[row.id] | set(task.failed_on)
-            orders.append(_order(task, () if present <= avoid else tuple(sorted(avoid))))
+            inputs = digests.get((task.job_id, task.sequence), {})
+            orders.append(_order(task, () if present <= avoid else tuple(sorted(avoid)), inputs))
     return orders
 
 
@@ -110,7 +115,7 @@ def _best(session: Session, room: int, now_s: float) -> list[Task]:
     return best
 
 
-def _order(task: Task, avoid: tuple[str, ...]) -> Order:
+def _order(task: Task, avoid: tuple[str, ...], digests: dict[str, Digest]) -> Order:
     return Order(
         kind=task.kind,
         job_id=task.job_id,
@@ -121,4 +126,5 @@ def _order(task: Task, avoid: tuple[str, ...]) -> Order:
         tile=task.tile,
         output=task.output,
         avoid=avoid,
+        digests=digests,
     )

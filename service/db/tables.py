@@ -148,7 +148,10 @@ class Task(Base):
     error_code: Mapped[str | None] = mapped_column(String(64))
     error_message: Mapped[str | None] = mapped_column(Text)
     error_frame: Mapped[int | None]
+    error_artifact: Mapped[str | None] = mapped_column(String(200))
     permanent: Mapped[bool] = mapped_column(default=False)
+    digests: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True), deferred=True)
+    repairs: Mapped[int] = mapped_column(default=0, server_default="0")
 
     @property
     def tile(self) -> TileIndex | None:

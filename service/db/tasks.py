@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from typing import Any
 
 from sqlalchemy import ColumnElement, Select, func, or_, select
-from sqlalchemy.orm import Session, aliased
+from sqlalchemy.orm import Session, aliased, undefer
 
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import HELD_TASKS, TaskStatus
@@ -177,10 +178,23 @@ def done_assemblies(session: Session, job_id: str, *, after: int) -> Sequence[Ta
     return session.scalars(query.order_by(Task.sequence).limit(FRAMES_A_PAGE)).all()
 
 
+def done_page(session: Session, job_id: str, *, after: int) -> Sequence[Task]:
+    """Return one page of the tasks that are done, with their digests."""
+    query = select(Task).where(Task.job_id == job_id, Task.status == TaskStatus.DONE, Task.sequence > after)
+    return session.scalars(_with_digests(query.order_by(Task.sequence).limit(FRAMES_A_PAGE))).all()
+
+
+def digests_of_assemblies(session: Session, job_id: str) -> Iterator[dict[str, Any]]:
+    """Yield the digests of the done assembly tasks of a job that reported some."""
+    query = select(Task.digests).where(Task.job_id == job_id, Task.status == TaskStatus.DONE)
+    query = query.where(Task.kind == TaskKind.ASSEMBLE)
+    yield from filter(None, session.scalars(query.order_by(Task.sequence).execution_options(yield_per=CHUNK)))
+
+
 def done_renders(session: Session, job_id: str, frames: Iterable[int | None]) -> Sequence[Task]:
-    """Return the render tasks of some frames that are done."""
+    """Return the render tasks of some frames that are done, with their digests."""
     query = select(Task).where(Task.job_id == job_id, Task.frame.in_([*frames]), Task.status == TaskStatus.DONE)
-    return session.scalars(query.where(Task.kind == TaskKind.RENDER).order_by(Task.sequence)).all()
+    return session.scalars(_with_digests(query.where(Task.kind == TaskKind.RENDER).order_by(Task.sequence))).all()
 
 
 def numbered(session: Session, job_id: str, sequences: Iterable[int], *, status: TaskStatus) -> Sequence[Task]:
@@ -201,6 +215,10 @@ def _is_blocked() -> ColumnElement[bool]:
         other.job_id == Task.job_id, other.stage == Task.needs, other.status.in_(NOT_DONE)
     )
     return needed.correlate(Task).exists()
+
+
+def _with_digests(query: Select[Task]) -> Select[Task]:
+    return _fresh(query.options(undefer(Task.digests)))
 
 
 def _fresh(query: Select[Task]) -> Select[Task]:

@@ -29,6 +29,8 @@ _RESET = {
     "error_code": None,
     "error_message": None,
     "error_frame": None,
+    "error_artifact": None,
+    "repairs": 0,
     "permanent": False,
     "not_before_s": None,
     "ended_s": None,

@@ -23,7 +23,7 @@ from lippmann.optics.rig.bench import bench, object_rays, pixel_centres_mm
 from lippmann.optics.rig.parallax import parallax
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size, frame_size
-from tests.builders import local_place, order_of, small_job, stored_job, tiles_of
+from tests.builders import artifacts_of, local_place, order_of, small_job, stored_job, tiles_of
 from worker.images.read import read_channels
 from worker.sandbox.bundle import pack_folder
 from worker.sandbox.log import AttemptLog
@@ -174,7 +174,7 @@ def test_a_ball_wanders_over_the_views_as_its_depth_says(tmp_path: Path, lattice
     place = local_place(tmp_path)
     sheet = stored_job(place, spec)
     found = depth_of(place, spec)
-    source = job_frames(place, sheet)
+    source = job_frames(artifacts_of(place), sheet)
     layout = source.layout
     np.testing.assert_array_equal(source.depth(1).values, found.values)
     u, v = layout.cell_cols // 2, layout.cell_rows // 2

@@ -14,12 +14,13 @@ import shutil
 import stat
 import time
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
+from lippmann.digest import Digest, DigestWriter
 from lippmann.errors import NO_ROOM, ArtifactMissing, StoreFull, StoreUnavailable
 from lippmann.plan.artifact_store import ArtifactInfo
 from worker.store.names import check_name, check_prefix
@@ -38,15 +39,15 @@ class LocalStore:
         with _translated("its folder"):
             self._hidden.mkdir(parents=True, exist_ok=True)
 
-    def put_bytes(self, name: str, data: bytes) -> None:
+    def put_bytes(self, name: str, data: bytes) -> Digest:
         """Store data under a name, completely or not at all; it replaces an artifact of that name."""
-        self._put(name, lambda file: _write_all(file, data))
+        return self._put(name, (data,))
 
-    def put_file(self, name: str, path: Path) -> None:
+    def put_file(self, name: str, path: Path) -> Digest:
         """Store a copy of a file under a name, completely or not at all; it replaces an artifact of that name."""
         # The source is opened outside `_translated`: a missing source is the caller's fault, not the store's.
         with path.open("rb") as source:
-            self._put(name, lambda file: shutil.copyfileobj(source, file, CHUNK_BYTES))
+            return self._put(name, iter(lambda: source.read(CHUNK_BYTES), b""))
 
     def get_bytes(self, name: str) -> bytes:
         """Return an artifact."""
@@ -138,26 +139,32 @@ class LocalStore:
     def _new_hidden(self) -> Path:
         return self._hidden / uuid.uuid4().hex
 
-    def _put(self, name: str, write: Callable[[BinaryIO], None]) -> None:
+    def _put(self, name: str, chunks: Iterable[bytes]) -> Digest:
         path, partial = self._path(name), self._new_hidden()
         try:
             with _translated(name):
                 with partial.open("xb") as file:
-                    write(file)
+                    digest = _write_all(file, chunks)
                     file.flush()
                     _stamp(file)
                     os.fsync(file.fileno())
                 _make_folders(path.parent)
                 partial.replace(path)
                 _flush_folder(path.parent)
+            return digest
         finally:
             # The first error is reported; a file that cannot be removed here is swept later.
             with suppress(OSError):
                 partial.unlink(missing_ok=True)
 
 
-def _write_all(file: BinaryIO, data: bytes) -> None:
-    file.write(data)
+def _write_all(file: BinaryIO, chunks: Iterable[bytes]) -> Digest:
+    """Write chunks and return their digest, for which the file is not read again."""
+    written = DigestWriter()
+    for chunk in chunks:
+        file.write(chunk)
+        written.update(chunk)
+    return written.digest()
 
 
 def _stamp(file: BinaryIO) -> None:

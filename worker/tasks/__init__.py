@@ -1,6 +1,7 @@
 """The tasks of a worker: decode an order, call, report.
 
 entry       the four Celery tasks, by name
+artifacts   what an attempt reads, verified, and what it stores, with digests
 attempt     one attempt: acquire the lease, work, report
 monitor     progress monitors
 workplace   store, scratch folders, sandbox, the log of an attempt

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.errors import LayoutError
+from lippmann.errors import ArtifactBroken
 from lippmann.job.messages.orders import Order, TileIndex
-from lippmann.job.resolved import ResolvedJob
 from lippmann.job.rig import Device
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth.depth_map import CHANNELS, depth_bands
@@ -28,6 +27,7 @@ from lippmann.plan.sampling import Tile, cut_tiles, device_pixels, frame_size
 from worker.images.rearrange import views_rows
 from worker.images.rows import BAND_PX, open_rows
 from worker.images.write import write_thumbnail
+from worker.tasks.artifacts import TaskArtifacts, naming_artifact
 from worker.tasks.attempt import TaskResult
 from worker.tasks.imported import imported_sheet
 from worker.tasks.masters import Masters
@@ -41,15 +41,15 @@ THUMB_PX = 256
 def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
     """Assemble the tiles of a frame into its masters; the thumbnail is stored last, so it means that all exist."""
     assert order.frame is not None  # noqa: S101 - the dispatcher's promise
-    thumb = names.job_artifact(order.job_id, names.thumb_name(order.frame))
-    if place.store.exists(thumb):
-        return TaskResult()
     sheet, frame = place.job_sheet(order.job_id), order.frame
+    thumb, artifacts = names.thumb_name(frame), TaskArtifacts(place.store, order)
+    if artifacts.exists(thumb) and all(artifacts.exists(name) for name in names.masters(sheet.spec, frame)):
+        return TaskResult(digests=artifacts.stored)
     rig = sheet.at(frame).spec.rig
     with_depth = sheet.spec.capture.depth
     count = 3 + with_depth + (rig.device is not None)
     with place.task_folder() as folder, ExitStack() as opened:
-        masters = Masters(place, sheet, frame, folder, monitor, count=count, opened=opened)
+        masters = Masters(place, sheet, frame, folder, artifacts, monitor, count=count, opened=opened)
         layout, inverted = frame_size(rig), rig.imaging_lens is not None
         size = layout.rows, layout.cols
         as_captured = masters.keep(
@@ -66,8 +66,8 @@ def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> 
         grid = masters.keep(names.views_name(frame), views_rows(upright, folder), grid_size(upright.layout))
         middle = as_square(_middle_view(grid, upright.layout), upright.layout)
         write_thumbnail(folder / "thumb.webp", middle, longest_px=THUMB_PX)
-        place.store.put_file(thumb, folder / "thumb.webp")
-    return TaskResult()
+        artifacts.put(thumb, folder / "thumb.webp")
+    return TaskResult(digests=artifacts.stored)
 
 
 def _captured(masters: Masters, layout: CellLayout) -> Iterator[NDArray[Any]]:
@@ -76,14 +76,12 @@ def _captured(masters: Masters, layout: CellLayout) -> Iterator[NDArray[Any]]:
     if sheet.sheets is not None:
         yield imported_sheet(place, sheet, frame)
     else:
-        yield from assembled(layout, _tiles(place, sheet, layout, partial(names.tile_name, frame)))
+        yield from assembled(layout, _tiles(masters, layout, partial(names.tile_name, frame)))
 
 
 def _keep_depth(masters: Masters, layout: CellLayout, *, inverted: bool) -> None:
     """Store the depth map of a frame, which has the layout of the orthoscopic integral image."""
-    tiles = _tiles(
-        masters.place, masters.sheet, layout, partial(names.depth_tile_name, masters.frame), channels=CHANNELS
-    )
+    tiles = _tiles(masters, layout, partial(names.depth_tile_name, masters.frame), channels=CHANNELS)
     size = layout.rows, layout.cols
     captured = SheetOfRows(masters.aside(assembled(layout, tiles), size, len(CHANNELS)), layout)
     shown = depth_bands(captured, inverted=inverted, band_px=BAND_PX // len(CHANNELS))
@@ -115,8 +113,7 @@ def _middle_view(grid: Rows, layout: CellLayout) -> NDArray[np.float16]:
 
 
 def _tiles(
-    place: Workplace,
-    sheet: ResolvedJob,
+    masters: Masters,
     layout: CellLayout,
     name: Callable[[TileIndex], str],
     channels: Sequence[str] | None = None,
@@ -130,7 +127,7 @@ def _tiles(
     channels
         Of numbers in single precision; without them the tiles are light in half floats.
     """
-    plan = place.plan_sheet(sheet.job_id)
+    plan = masters.place.plan_sheet(masters.sheet.job_id)
     tiles = cut_tiles(layout, tile_rows=plan.tile_rows, tile_cols=plan.tile_cols)
     dtype = np.float16 if channels is None else np.float32
     band_px = BAND_PX if channels is None else BAND_PX // len(channels)
@@ -138,19 +135,21 @@ def _tiles(
         with ExitStack() as opened:
             beside = []
             for tile in in_a_row:
-                path = opened.enter_context(place.store.local_path(names.job_artifact(sheet.job_id, name(tile.index))))
-                picture = opened.enter_context(open_rows(path, dtype=dtype, channels=channels))
-                _check_tile(name(tile.index), picture, tile)
+                with naming_artifact(name(tile.index)):
+                    path = opened.enter_context(masters.artifacts.opened(name(tile.index)))
+                    picture = opened.enter_context(open_rows(path, dtype=dtype, channels=channels))
+                    _check_tile(name(tile.index), picture, tile)
                 beside.append((tile, picture))
             for start, stop in _row_bands(beside[0][0], layout, band_px):
                 for tile, picture in beside:
-                    pixels = picture.read(start - tile.row_start, stop - tile.row_start)
+                    with naming_artifact(name(tile.index)):
+                        pixels = picture.read(start - tile.row_start, stop - tile.row_start)
                     yield replace(tile, row_start=start, row_stop=stop), pixels
 
 
 def _check_tile(name: str, picture: Rows, tile: Tile) -> None:
     if (picture.rows, picture.cols) != (tile.rows, tile.cols):
-        raise LayoutError(f"{name}: expected {tile.rows} x {tile.cols} px, got {picture.rows} x {picture.cols}")
+        raise ArtifactBroken(f"{name}: expected {tile.rows} x {tile.cols} px, got {picture.rows} x {picture.cols}")
 
 
 def _row_bands(tile: Tile, layout: CellLayout, band_px: int) -> Iterator[tuple[int, int]]:

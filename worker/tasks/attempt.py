@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from functools import partial
 
 import structlog
 from redis.exceptions import RedisError
 
+from lippmann.digest import Digest
 from lippmann.errors import NO_ROOM, ArtifactBroken, ArtifactMissing, LippmannError, Permanent, StoreFull
 from lippmann.job.messages.events import EventKind, Failure, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
@@ -39,6 +40,8 @@ class TaskResult:
     cpu_s: float = 0.0
     """CPU seconds of the child processes; the attempt adds its own."""
     probe: ProbeResult | None = None
+    digests: Mapping[str, Digest] = field(default_factory=dict)
+    """The digests of the artifacts that the task stored, by their names below the job."""
 
 
 TaskFunction = Callable[[Workplace, Order, ProgressMonitor], TaskResult]
@@ -70,6 +73,7 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
         wall_s=time.monotonic() - started_s,
         failure=failure,
         probe=work.probe,
+        digests=work.digests,
     )
     try:
         broker.patiently(lambda: broker.publish(final), within_s=place.settings.final_event_s, stopping=place.stopping)
@@ -96,6 +100,12 @@ def failure_of(error: Exception) -> Failure:
     if isinstance(error, OSError) and error.errno in NO_ROOM:
         error = StoreFull(f"expected room in the worker's scratch folder, got: {error}")
     if isinstance(error, LippmannError):
-        frame = error.frame if isinstance(error, ArtifactBroken | ArtifactMissing) else None
-        return Failure(code=error.code, message=error.message, permanent=isinstance(error, Permanent), frame=frame)
+        about = error if isinstance(error, ArtifactBroken | ArtifactMissing) else None
+        return Failure(
+            code=error.code,
+            message=error.message,
+            permanent=isinstance(error, Permanent),
+            frame=about and about.frame,
+            artifact=about and about.artifact,
+        )
     return Failure(code="unexpected", message=f"{type(error).__name__}: {error}", permanent=False)

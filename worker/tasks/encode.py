@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lippmann.job.messages.orders import Order
 from lippmann.job.outputs.choice import output_called
-from lippmann.plan import artifact_names as names
+from worker.tasks.artifacts import TaskArtifacts
 from worker.tasks.attempt import TaskResult
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.outputs.context import OutputContext
@@ -17,15 +17,16 @@ def encode_output(place: Workplace, order: Order, monitor: ProgressMonitor) -> T
     """Make the output that an order names; files that an earlier attempt has stored are not made again."""
     assert order.output is not None  # noqa: S101 - the dispatcher's promise
     sheet = place.job_sheet(order.job_id)
+    artifacts = TaskArtifacts(place.store, order)
     with place.task_folder() as folder:
         make_output(
             OutputContext(
-                source=job_frames(place, sheet),
+                source=job_frames(artifacts, sheet),
                 output=output_called(sheet.spec.outputs, order.output),
                 scratch=folder,
-                put=lambda name, path: place.store.put_file(names.job_artifact(sheet.job_id, name), path),
-                exists=lambda name: place.store.exists(names.job_artifact(sheet.job_id, name)),
+                put=artifacts.put,
+                exists=artifacts.exists,
                 monitor=monitor,
             )
         )
-    return TaskResult()
+    return TaskResult(digests=artifacts.stored)

@@ -18,6 +18,7 @@ from lippmann.plan import artifact_names as names
 from worker.images.rows import BAND_PX, open_rows
 from worker.images.scratch import scratch_rows
 from worker.images.write import write_channels, write_exr_rows
+from worker.tasks.artifacts import TaskArtifacts
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.render import header
 from worker.tasks.workplace import Workplace
@@ -32,6 +33,7 @@ class Masters:
     frame: int
     folder: Path
     """The folder of unfinished files, which is removed with the task."""
+    artifacts: TaskArtifacts
     monitor: ProgressMonitor
     count: int
     """The number of masters that will be stored, for the progress."""
@@ -96,7 +98,7 @@ class Masters:
         return kept
 
     def _store(self, name: str, path: Path) -> None:
-        self.place.store.put_file(names.job_artifact(self.sheet.job_id, name), path)
+        self.artifacts.put(name, path)
         self._kept += 1
 
     def _told(self, bands: Iterable[NDArray[Any]], rows: int) -> Iterator[NDArray[Any]]:

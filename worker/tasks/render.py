@@ -17,6 +17,7 @@ from worker.engines.povray.command import PictureFormat, Region
 from worker.images.read import read_region
 from worker.images.write import write_channels, write_exr
 from worker.sandbox.log import AttemptLog
+from worker.tasks.artifacts import TaskArtifacts
 from worker.tasks.attempt import TaskResult
 from worker.tasks.depth_pass import depth_of_tile
 from worker.tasks.monitor import PartMonitor, ProgressMonitor
@@ -28,25 +29,24 @@ def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Tas
     """Render the tile that an order names, crop it and store it; if it is there already, that is all."""
     assert order.frame is not None  # noqa: S101 - the dispatcher's promise
     assert order.tile is not None  # noqa: S101 - see above
-    artifact = names.job_artifact(order.job_id, names.tile_name(order.frame, order.tile))
-    if place.store.exists(artifact):
-        return TaskResult()
-    sheet = place.job_sheet(order.job_id)
+    sheet, artifacts = place.job_sheet(order.job_id), TaskArtifacts(place.store, order)
+    if all(artifacts.exists(name) for name in names.tile_artifacts(sheet.spec, order.frame, order.tile)):
+        return TaskResult(digests=artifacts.stored)
     tile = tile_of(sheet, place.plan_sheet(order.job_id), order.tile)
     depth = sheet.spec.capture.depth
     cpu_s = 0.0
     with place.task_folder() as folder:
         with kept_log(place, order, folder) as log:
             if depth:
-                cpu_s = _store_depth(place, sheet, order, tile, folder, log, PartMonitor(monitor, 0.0, 0.5))
+                cpu_s = _store_depth(place, sheet, order, tile, artifacts, folder, log, PartMonitor(monitor, 0.0, 0.5))
             rest = PartMonitor(monitor, 0.5, 1.0) if depth else monitor
             picture = render_region(place, sheet, order.frame, tile, folder=folder, log=log, monitor=rest)
         cropped = folder / "tile.exr"
         write_exr(cropped, _pixels(picture, sheet, tile), attributes=header(sheet, order.frame))
         text = names.job_artifact(order.job_id, names.pov_name(order.frame, order.tile))
         place.store.put_file(text, folder / POV_FILE)
-        place.store.put_file(artifact, cropped)
-    return TaskResult(cpu_s=cpu_s + picture.outcome.cpu_s)
+        artifacts.put(names.tile_name(order.frame, order.tile), cropped)
+    return TaskResult(cpu_s=cpu_s + picture.outcome.cpu_s, digests=artifacts.stored)
 
 
 def _store_depth(
@@ -54,6 +54,7 @@ def _store_depth(
     sheet: ResolvedJob,
     order: Order,
     tile: Tile,
+    artifacts: TaskArtifacts,
     folder: Path,
     log: AttemptLog,
     monitor: ProgressMonitor,
@@ -64,7 +65,7 @@ def _store_depth(
     path = folder / "depth.exr"
     size = found.values.shape[:2]
     write_channels(path, (found.values,), CHANNELS, size=size, attributes=header(sheet, order.frame))
-    place.store.put_file(names.job_artifact(order.job_id, names.depth_tile_name(order.frame, tile.index)), path)
+    artifacts.put(names.depth_tile_name(order.frame, tile.index), path)
     return cpu_s
 
 

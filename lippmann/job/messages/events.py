@@ -10,6 +10,8 @@ from enum import StrEnum
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from lippmann.digest import Digest
+
 
 class EventKind(StrEnum):
     """The kind of thing that happened to an attempt."""
@@ -38,6 +40,8 @@ class Failure(BaseModel):
     """True if every other attempt would fail in the same way."""
     frame: int | None = None
     """The frame whose artifact is missing or cannot be read; None if the failure is about no single frame."""
+    artifact: str | None = None
+    """The name of the artifact below the job that is missing or cannot be read; None if the failure names none."""
 
 
 LONGEST_PROBE_S = 1e6
@@ -61,7 +65,10 @@ class ProbeResult(BaseModel):
 
 
 class Event(BaseModel):
-    """One event in the life of one attempt."""
+    """One event in the life of one attempt.
+
+    A service ignores the fields that a newer worker adds, because a farm is upgraded one host after the other.
+    """
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
@@ -79,6 +86,8 @@ class Event(BaseModel):
     wall_s: float | None = None
     failure: Failure | None = None
     probe: ProbeResult | None = None
+    digests: dict[str, Digest] = Field(default_factory=dict)
+    """The digests of the artifacts that the attempt stored, by their names below the job, in a `done` event."""
 
 
 class Lease(BaseModel):

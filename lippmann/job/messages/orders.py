@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from enum import StrEnum
 
-from pydantic import BaseModel, ConfigDict
+from pydantic import BaseModel, ConfigDict, Field
+
+from lippmann.digest import Digest
 
 
 class TaskKind(StrEnum):
@@ -44,3 +46,6 @@ class Order(BaseModel):
     tile: TileIndex | None = None
     output: str | None = None
     avoid: tuple[str, ...] = ()
+    digests: dict[str, Digest] = Field(default_factory=dict)
+    """The expected digests of the artifacts that the task reads, by their names below the job; an artifact without one
+    is read without a check."""

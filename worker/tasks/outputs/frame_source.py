@@ -28,7 +28,7 @@ from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from worker.images.read import read_channels, read_rgb
 from worker.images.rows import open_rows
-from worker.tasks.workplace import Workplace
+from worker.tasks.artifacts import TaskArtifacts
 
 
 def _unknown(frame: int) -> None:
@@ -107,7 +107,7 @@ def naming_frame(frame: int) -> Iterator[None]:
         raise
 
 
-def job_frames(place: Workplace, sheet: ResolvedJob) -> FrameSource:
+def job_frames(artifacts: TaskArtifacts, sheet: ResolvedJob) -> FrameSource:
     """Return the frames of a job in the store."""
     spec = sheet.spec
     return FrameSource(
@@ -117,7 +117,7 @@ def job_frames(place: Workplace, sheet: ResolvedJob) -> FrameSource:
         rig=lambda frame: sheet.at(frame).spec.rig,
         display=spec.display,
         facts={"job": sheet.job_id, "scene": spec.scene, "title": spec.title, "bundle": sheet.bundle},
-        master=lambda name: place.store.local_path(names.job_artifact(sheet.job_id, name)),
+        master=artifacts.opened,
         stage=lambda frame: sheet.at(frame).stage,
         has_depth=spec.capture.depth,
     )

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from lippmann.digest import Digest
 from lippmann.errors import FieldProblem, OpticsError
 from lippmann.job.resolved import ResolvedJob
 from service.auth import Caller
@@ -129,11 +130,12 @@ def test_the_same_key_used_twice_at_once_makes_one_job(farm: Farm) -> None:
     others: list[str] = []
 
     class Racing(DictStore):
-        def put_bytes(self, name: str, data: bytes) -> None:
-            super().put_bytes(name, data)
+        def put_bytes(self, name: str, data: bytes) -> Digest:
+            digest = super().put_bytes(name, data)
             if not others:
                 others.append("submitting")
                 others.append(_submitted(farm, farm.parts))
+            return digest
 
     first = _submitted(farm, replace(farm.parts, store=Racing(files=farm.store.files)))
     assert others[1:] == [first]

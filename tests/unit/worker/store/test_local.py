@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import subprocess
 import sys
@@ -14,8 +15,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lippmann.digest import Digest
 from lippmann.errors import ArtifactMissing, StoreUnavailable
-from lippmann.plan.artifact_store import ArtifactStore
+from lippmann.plan.artifact_store import ArtifactStore, read_digest
 from worker.store.local import CHUNK_BYTES, HIDDEN, LocalStore
 
 NAMES = st.lists(st.text("abc01-_", min_size=1, max_size=4), min_size=1, max_size=4).map("/".join)
@@ -144,6 +146,15 @@ def test_a_range_that_is_none_is_refused(store: LocalStore, start: int, stop: in
         store.read_range("a", start, stop)
 
 
+def test_the_digest_of_a_put_is_that_of_what_is_stored(store: LocalStore, tmp_path: Path) -> None:
+    data = os.urandom(700_001)
+    expected = Digest(len(data), hashlib.sha256(data).hexdigest())
+    (tmp_path / "source").write_bytes(data)
+    assert store.put_bytes("a", data) == expected
+    assert store.put_file("b", tmp_path / "source") == expected
+    assert read_digest(store, "b") == expected
+
+
 def test_a_file_is_copied_and_stays(store: LocalStore, tmp_path: Path) -> None:
     source = tmp_path / "source"
     source.write_bytes(os.urandom(3 * CHUNK_BYTES))
@@ -250,14 +261,14 @@ def test_a_put_that_is_interrupted_leaves_the_old_artifact_and_nothing_else(stor
     class Interrupted(Exception):
         pass
 
-    def half(file: object) -> None:
-        file.write(b"half of it")  # type: ignore[attr-defined]  # a binary file
+    def half() -> Iterator[bytes]:
+        yield b"half of it"
         raise Interrupted
 
     store.put_bytes("job/a", b"old")
     for name in ("job/a", "job/new"):
         with pytest.raises(Interrupted):
-            store._put(name, half)
+            store._put(name, half())
     assert names_in(store) == ["job/a"]
     assert store.get_bytes("job/a") == b"old"
     assert hidden_in(store) == []
@@ -268,11 +279,10 @@ import os, signal, sys
 from pathlib import Path
 from worker.store.local import LocalStore
 store = LocalStore(Path(sys.argv[1]))
-def half(file):
-    file.write(b"half of it" * 100_000)
-    file.flush()
+def half():
+    yield b"half of it" * 100_000
     os.kill(os.getpid(), signal.SIGKILL)
-store._put("job/a", half)
+store._put("job/a", half())
 """
 
 
@@ -304,11 +314,12 @@ def test_what_a_killed_writer_left_is_swept_when_it_is_old_enough(store: LocalSt
 
 
 def test_a_put_whose_file_is_swept_may_be_tried_again(store: LocalStore) -> None:
-    def slow(file: object) -> None:
+    def slow() -> Iterator[bytes]:
+        yield b"x"
         assert store.sweep(older_than_s=-1) == 1
 
     with pytest.raises(StoreUnavailable, match="cannot reach a in the store"):
-        store._put("a", slow)
+        store._put("a", slow())
     assert names_in(store) == []
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lippmann.errors import LayoutError, Stopped
+from lippmann.errors import ArtifactBroken, Stopped
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.spec import JobSpec
 from lippmann.lightfield.depth.depth_map import CHANNELS
@@ -109,5 +109,5 @@ def test_progress_rises_to_the_end_and_a_stop_is_heard(tmp_path: Path) -> None:
 
 def test_a_tile_of_another_size_is_named(tmp_path: Path) -> None:
     place = job_with_tiles(tmp_path, "square", more_rows=1)
-    with pytest.raises(LayoutError, match=r"tiles/0001/00-00\.exr: expected 24 x 24 px, got 25 x 24"):
+    with pytest.raises(ArtifactBroken, match=r"tiles/0001/00-00\.exr: expected 24 x 24 px, got 25 x 24"):
         assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())

@@ -77,7 +77,7 @@ def test_a_picture_of_a_clip_is_what_the_observer_sees(tmp_path: Path) -> None:
 
 def test_time_runs_while_the_eye_moves(tmp_path: Path) -> None:
     job = job_of_points(tmp_path, fps=2.0)
-    source = job_frames(job.place, job.sheet)
+    source = job_frames(job.artifacts, job.sheet)
 
     def frames(**options: Any) -> list[int]:
         return [moment.frame for moment in clip_moments(source, ObserverVideo(**options))]
@@ -95,7 +95,7 @@ def test_time_runs_while_the_eye_moves(tmp_path: Path) -> None:
 
 def test_a_sequence_longer_than_the_eyes_way_is_shown_whole(tmp_path: Path) -> None:
     job = given_job(tmp_path, frames="1-10", fps=2.0, count=(2, 2))
-    moments = clip_moments(job_frames(job.place, job.sheet), ObserverVideo(fps=4))
+    moments = clip_moments(job_frames(job.artifacts, job.sheet), ObserverVideo(fps=4))
     assert [moment.frame for moment in moments] == [frame for frame in range(1, 11) for _ in (0, 1)]
 
 

@@ -204,7 +204,7 @@ def test_the_focus_runs_from_depth_to_depth_and_back(tmp_path: Path) -> None:
 
 def test_the_focus_runs_through_the_depth_of_the_scene_when_nothing_is_said(tmp_path: Path) -> None:
     job = given_job(tmp_path, outputs=["focus.mp4"], **SMALL)
-    source = job_frames(job.place, job.sheet)
+    source = job_frames(job.artifacts, job.sheet)
     stage = job.sheet.stage
     # The paper's bench: what is at stage.near_mm comes out at its image's place, and 3.3 mm before that on the display.
     (output,) = job.sheet.spec.outputs

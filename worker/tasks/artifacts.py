@@ -1,0 +1,77 @@
+"""The artifacts of one attempt: what it reads is verified, and what it stores is recorded for the report."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+
+from lippmann.digest import Digest
+from lippmann.errors import ArtifactBroken, ArtifactMissing
+from lippmann.job.messages.orders import Order
+from lippmann.plan import artifact_names as names
+from lippmann.plan.artifact_store import ArtifactStore, read_digest
+
+
+class TaskArtifacts:
+    """The artifacts of a job as one attempt reads and stores them, by their names below the job."""
+
+    def __init__(self, store: ArtifactStore, order: Order) -> None:
+        self.stored: dict[str, Digest] = {}
+        """The digests of the artifacts that the task stores, by name."""
+        self._store = store
+        self._job_id = order.job_id
+        self._expected: Mapping[str, Digest] = order.digests
+        self._verified: set[str] = set()
+
+    def put(self, name: str, path: Path) -> None:
+        """Store a file, completely or not at all, and record its digest."""
+        self.stored[name] = self._store.put_file(self._full(name), path)
+
+    def exists(self, name: str) -> bool:
+        """Return whether an artifact exists, because an earlier attempt stored it; its digest is recorded then."""
+        if not self._store.exists(self._full(name)):
+            return False
+        if name not in self.stored:
+            self.stored[name] = read_digest(self._store, self._full(name))
+        return True
+
+    @contextmanager
+    def opened(self, name: str) -> Iterator[Path]:
+        """Yield the path of an artifact for reading, after a check of its digest if the order has one.
+
+        Raises
+        ------
+        ArtifactMissing, ArtifactBroken
+            If it does not exist or is damaged. The error names the artifact, also if it is raised while the caller
+            reads the file.
+        """
+        with naming_artifact(name), self._store.local_path(self._full(name)) as path:
+            self._verify(name)
+            yield path
+
+    def _verify(self, name: str) -> None:
+        expected = self._expected.get(name)
+        if expected is None or name in self._verified:
+            return
+        size = self._store.size(self._full(name))
+        if size != expected.size:
+            raise ArtifactBroken(f"{name}: expected {expected.size} bytes, got {size}")
+        found = read_digest(self._store, self._full(name))
+        if found != expected:
+            raise ArtifactBroken(f"{name}: expected the SHA-256 {expected.sha256}, got {found.sha256}")
+        self._verified.add(name)
+
+    def _full(self, name: str) -> str:
+        return names.job_artifact(self._job_id, name)
+
+
+@contextmanager
+def naming_artifact(name: str) -> Iterator[None]:
+    """Add the name of an artifact to the errors of reading it, from which the service finds the task to repeat."""
+    try:
+        yield
+    except (ArtifactBroken, ArtifactMissing) as error:
+        if error.artifact is None:
+            error.artifact = name
+        raise
