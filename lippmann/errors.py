@@ -12,6 +12,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Self
 
+NO_DISK = frozenset({errno.EROFS, errno.EIO, errno.ENODEV, errno.ENXIO, errno.ESTALE, errno.ENOTCONN, errno.EACCES})
+"""What the system answers when a disk cannot be written: mounted read-only, broken, or away."""
+
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 """What the system answers when there is no room: on the disk, in the quota, below the limit of a file's size."""
 
@@ -177,6 +180,18 @@ class StoreUnavailable(Transient):
     """The artifact store does not answer."""
 
     code = "store-unavailable"
+
+
+class DiskFull(StoreFull):
+    """There is no room left on a disk of this machine."""
+
+    code = "disk-full"
+
+
+class DiskUnavailable(StoreUnavailable):
+    """A folder of this machine cannot be written to."""
+
+    code = "disk-unavailable"
 
 
 class Stopped(Transient):

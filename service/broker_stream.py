@@ -13,7 +13,7 @@ from typing import Any
 import redis
 from pydantic import ValidationError
 from redis.backoff import NoBackoff
-from redis.exceptions import RedisError
+from redis.exceptions import RedisError, ResponseError
 from redis.retry import Retry
 
 from lippmann.job.messages import wire
@@ -59,6 +59,17 @@ class Stream:
         """Return whether the broker lost its data since the last call, and mark it."""
         with _translated():
             return bool(self._slow.set(wire.MARKER, "1", nx=True))
+
+    def write_error(self) -> str | None:
+        """Return why the broker answers but takes no orders and events, such as a full disk; None if it takes them."""
+        try:
+            self._quick.ping()
+        except ResponseError as error:
+            reason = str(error)
+            return reason.removeprefix("MISCONF ") if reason.startswith("MISCONF") else None
+        except (RedisError, OSError):
+            return None  # it does not answer at all, which is another matter
+        return None
 
     def ping(self) -> None:
         """Raise BrokerUnavailable if the broker does not answer."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError, version
-from typing import TypeVar
+from typing import Any, Protocol, TypeVar
 
 import anyio
 from sqlalchemy import text
@@ -16,7 +16,7 @@ from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.engine import Database
-from service.schemas.farm import ComponentHealth, CoordinatorHealth, Health, StoreHealth, Worker, WorkerList
+from service.schemas.farm import ComponentHealth, CoordinatorHealth, Fault, Health, StoreHealth, Worker, WorkerList
 
 ANSWER_S = 0.8
 """The longest time of one check."""
@@ -26,8 +26,19 @@ _THREADS = 8
 T = TypeVar("T")
 
 
+class Monitor(Protocol):
+    """Knows what prevents work; the fault monitor of this process, if it has a coordinator."""
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """What prevents all work of the farm, first cause first."""
+
+
 class Checks:
     """Checks the components that the service needs."""
+
+    monitor: Monitor | None = None
+    """A database that cannot be written cannot tell what the monitor of this process has found."""
 
     def __init__(self, database: Database, store: ArtifactStore, stream: Stream) -> None:
         self._database = database
@@ -46,8 +57,9 @@ class Checks:
             group.start_soon(ask, "coordinator", lambda: self._coordinator(now_s))
             group.start_soon(ask, "workers", self._stream.presences)
             group.start_soon(ask, "free", self._free_bytes)
+            group.start_soon(ask, "faults", self._faults)
             group.start_soon(ask, "known", is_known)
-        health = _health(answers["coordinator"], answers["workers"], answers["free"])
+        health = _health(answers["coordinator"], answers["workers"], answers["free"], answers["faults"])
         # The name of the leader reveals host and process, so callers without a valid key do not get it.
         hidden = health.coordinator.model_copy(update={"leader": None})
         return health if answers["known"] is True else health.model_copy(update={"coordinator": hidden})
@@ -78,6 +90,12 @@ class Checks:
             leads = row.leader is not None and row.leader_until_s >= now_s
             return CoordinatorHealth(ok=leads, leader=row.leader if leads else None)
 
+    def _faults(self) -> tuple[Fault, ...]:
+        if self.monitor is not None and self.monitor.faults:
+            return self.monitor.faults
+        with self._database.reading() as session:
+            return coordinator_rows.faults(session)
+
     def _free_bytes(self) -> int | None:
         self._store.exists("scenes/none.zip")
         return self._store.free_bytes()
@@ -95,16 +113,15 @@ def package_version() -> str:
         return "0+unknown"
 
 
-def _health(coordinator: object, workers: object, free: object) -> Health:
-    database = ComponentHealth(ok=not isinstance(coordinator, Exception), detail=_detail(coordinator))
-    broker = ComponentHealth(ok=not isinstance(workers, Exception), detail=_detail(workers))
-    store = StoreHealth(
-        ok=not isinstance(free, Exception), detail=_detail(free), free_bytes=free if isinstance(free, int) else None
-    )
+def _health(coordinator: object, workers: object, free: object, found: object) -> Health:
+    faults = _all_faults(found, workers)
+    database = ComponentHealth(**_answer("database", coordinator, faults))
+    broker = ComponentHealth(**_answer("broker", workers, faults))
+    store = StoreHealth(**_answer("store", free, faults), free_bytes=free if isinstance(free, int) else None)
     leading = coordinator if isinstance(coordinator, CoordinatorHealth) else CoordinatorHealth(ok=False, leader=None)
     present: Sequence[Presence] | None = workers if isinstance(workers, tuple) else None
     return Health(
-        status="ok" if all((database.ok, broker.ok, store.ok, leading.ok)) else "degraded",
+        status="ok" if all((database.ok, broker.ok, store.ok, leading.ok)) and not faults else "degraded",
         version=package_version(),
         database=database,
         broker=broker,
@@ -112,7 +129,29 @@ def _health(coordinator: object, workers: object, free: object) -> Health:
         coordinator=leading,
         workers=None if present is None else len(present),
         slots=None if present is None else sum(presence.slots for presence in present),
+        faults=faults,
     )
+
+
+def _all_faults(found: object, workers: object) -> tuple[Fault, ...]:
+    """Return the faults of the farm and those of single workers."""
+    of_farm = found if isinstance(found, tuple) else ()
+    if any(fault.component == "workers" for fault in of_farm) or not isinstance(workers, tuple):
+        return of_farm
+    one_by_one = (
+        Fault(component="workers", code=one.fault.code, message=f"{one.name}: {one.fault.message}.", since_s=one.seen_s)
+        for one in workers
+        if one.fault is not None
+    )
+    return (*of_farm, *one_by_one)
+
+
+def _answer(component: str, answer: object, faults: Sequence[Fault]) -> dict[str, Any]:
+    """Return whether a component is healthy, and what is wrong."""
+    if isinstance(answer, Exception):
+        return {"ok": False, "detail": _detail(answer)}
+    fault = next((fault for fault in faults if fault.component == component), None)
+    return {"ok": fault is None, "detail": _detail(answer) if fault is None else fault.message}
 
 
 def _detail(answer: object) -> str:
@@ -123,5 +162,6 @@ def _detail(answer: object) -> str:
 
 
 def _worker(presence: Presence, running: dict[str, int]) -> Worker:
-    known = presence.model_dump(include=set(Worker.model_fields))
-    return Worker(**known, running=running.get(presence.name, 0))
+    known = presence.model_dump(include=set(Worker.model_fields), exclude={"fault"})
+    fault = None if presence.fault is None else presence.fault.message
+    return Worker(**known, running=running.get(presence.name, 0), fault=fault)

@@ -83,7 +83,7 @@ class Server(uvicorn.Server):
 
 
 def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -> AppState:
-    database = Database(settings.database)
+    database = Database(settings.database, reserve_bytes=round(settings.database_reserve_mb * 1e6))
     stream = Stream(settings.redis_url, timeout_s=settings.broker_timeout_s)
     checks = Checks(database, parts.store, stream)
     sheets = SheetCache(parts, room_bytes=int(settings.sheets_mb * 1e6))
@@ -94,10 +94,12 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     state: AppState = app.state.lippmann
     await run_in_threadpool(migrate, state.database)
+    await run_in_threadpool(state.database.reserve.keep)
     await run_in_threadpool(sync_builtin, state.database, state.parts, now_s=state.now_s())
     coordinator = None
     if state.settings.coordinator:
         coordinator = Coordinator(state.database, state.parts.store, state.settings, state.wakeup, clock=state.clock)
+        state.checks.monitor = coordinator.fault_monitor
         coordinator.start()
     try:
         yield

@@ -13,6 +13,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from lippmann.job.messages import wire
 from lippmann.job.old_names import rename_settings
+from lippmann.plan.artifact_store import RESERVE_MB
 
 
 @dataclass(frozen=True)
@@ -79,9 +80,14 @@ class Settings(BaseSettings):
     decline_pause_s: float = Field(default=1.0, ge=0)
     """The pause before the next attempt of a declined task."""
     deferral_s: float = Field(default=15.0, gt=0)
-    """The pause before the next attempt of a task that the store, the sandbox or a missing POV-Ray prevented."""
-    deferrals_allowed: int = Field(default=40, ge=0)
-    """The number of such deferrals after which a task fails."""
+    """The pause before the next attempt of a task that a disk, the store, the sandbox or a missing POV-Ray prevented;
+    it doubles every time, up to 10 minutes."""
+    store_check_s: float = Field(default=15.0, gt=0)
+    """The interval at which the coordinator writes a small file to the store to check it."""
+    disk_reserve_mb: float = Field(default=RESERVE_MB, ge=0)
+    """The free space that artifacts leave on the disk of the store, in megabytes; with less, jobs are paused."""
+    database_reserve_mb: float = Field(default=8.0, ge=0)
+    """The size of the file that SQLite's disk holds in reserve, in megabytes; it is given up when the disk is full."""
     avoid_after: int = Field(default=3, ge=1)
     """The number of failures after which a job avoids a worker."""
     avoid_s: float = Field(default=300.0, gt=0)
@@ -111,6 +117,11 @@ class Settings(BaseSettings):
     def failure_limit(self) -> FailureLimit:
         """The number of failed tasks that ends a job."""
         return FailureLimit(share=self.failed_share, least=self.failed_least)
+
+    @property
+    def disk_reserve_bytes(self) -> int:
+        """The free space that artifacts leave on the disk of the store, in bytes."""
+        return round(self.disk_reserve_mb * 1e6)
 
     @property
     def database(self) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import builtins
+import errno
 import hashlib
 import json
 import warnings
@@ -17,7 +18,7 @@ from numpy.typing import NDArray
 from sqlalchemy.orm import Session, undefer
 
 from lippmann.digest import Digest, digest_of
-from lippmann.errors import ArtifactMissing, BundleError, StoreFull
+from lippmann.errors import ArtifactMissing, BundleError, StoreFull, StoreUnavailable
 from lippmann.job.messages.events import Event, EventKind, Failure, Presence, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.scene import SceneManifest
@@ -64,17 +65,21 @@ SPEC: dict[str, Any] = {
 
 @dataclass
 class DictStore:
-    """A store in memory; `full` makes it refuse."""
+    """A store in memory; `full` and `away` make it refuse."""
 
     files: dict[str, bytes] = field(default_factory=dict)
     full: bool = False
+    away: bool = False
+    free: int = 10**12
     asked: list[str] = field(default_factory=list)
     written_s: dict[str, float] = field(default_factory=dict)
     """When files were written that were not at T0."""
 
     def put_bytes(self, name: str, data: bytes) -> Digest:
         if self.full:
-            raise StoreFull
+            raise StoreFull("no room") from OSError(errno.ENOSPC, "No space left on device")
+        if self.away:
+            raise StoreUnavailable("away") from OSError(errno.EROFS, "Read-only file system")
         self.files[name] = data
         return digest_of([data])
 
@@ -110,7 +115,7 @@ class DictStore:
         return sorted({name.partition("/")[0] for name in self.files if "/" in name})
 
     def free_bytes(self) -> int | None:
-        return 10**12
+        return self.free
 
     def delete(self, prefix: str) -> None:
         for name in [name for name in self.files if name.startswith(prefix)]:

@@ -16,13 +16,14 @@ from kombu.entity import Queue
 
 from lippmann.errors import LippmannError, SandboxMissing
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import Presence
+from lippmann.job.messages.events import Presence, PresenceFault
 from worker.consumer import OrderConsumer
 from worker.engines.povray.version import povray_version
 from worker.liveness import ConsumerLiveness, StuckWatch
 from worker.report import QUICK_S, BrokerClient
 from worker.sandbox.sandbox import detect
 from worker.settings import STOPPING, WorkerSettings
+from worker.whole_file import check_folder
 
 REDELIVERY_S = 8 * 86_400
 """Longer than any time limit of a job: the service, not the broker, decides that an order is lost."""
@@ -92,7 +93,7 @@ def _prepare(**_: Any) -> None:
     settings.stopping_file.unlink(missing_ok=True)
     try:
         broker = BrokerClient(settings.redis_url, settings.worker_name, settings.instance, timeout_s=QUICK_S)
-        _liveness = ConsumerLiveness(broker, presence(), settings.heartbeat_file)
+        _liveness = ConsumerLiveness(broker, presence(), settings.heartbeat_file, find_fault=find_fault)
         _stuck_watch = StuckWatch(_liveness, settings.stopping_file)
     except LippmannError as error:
         # Celery logs and ignores errors of signal handlers; this one means that no order could be done here.
@@ -108,6 +109,15 @@ def broker_client() -> BrokerClient:
 def _start_stuck_watch(**_: Any) -> None:
     if _stuck_watch:
         _stuck_watch.start()
+
+
+def find_fault() -> PresenceFault | None:
+    """Return why this worker can do no work now: its scratch folder is full or cannot be written."""
+    try:
+        check_folder(settings.scratch_dir, reserve_bytes=settings.disk_reserve_bytes)
+    except LippmannError as error:
+        return PresenceFault(code=error.code, message=error.message)
+    return None
 
 
 def presence() -> Presence:

@@ -18,7 +18,7 @@ import structlog
 from redis.exceptions import RedisError
 
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import Presence
+from lippmann.job.messages.events import Presence, PresenceFault
 from worker.report import BrokerClient
 
 STUCK_S = 60.0
@@ -40,8 +40,10 @@ class ConsumerLiveness:
         presence: Presence,
         heartbeat_file: Path | None,
         *,
+        find_fault: Callable[[], PresenceFault | None] = lambda: None,
         clock: Callable[[], float] = time.time,
     ) -> None:
+        self._find_fault = find_fault
         self.signs = 0
         """The number of answered polls and refused connections; the consumer is stuck while it does not grow."""
         self._broker = broker
@@ -70,7 +72,9 @@ class ConsumerLiveness:
         if not is_due and holds == self._presence.holds:
             return
         self._next_s = now_s + wire.HEARTBEAT_S
-        self._presence = self._presence.model_copy(update={"seen_s": now_s, "holds": holds})
+        self._presence = self._presence.model_copy(
+            update={"seen_s": now_s, "holds": holds, "fault": self._find_fault()}
+        )
         # While Redis is unreachable, the next presence is tried in a few seconds.
         with contextlib.suppress(RedisError):
             self._broker.publish_presence(self._presence)
@@ -82,7 +86,8 @@ class ConsumerLiveness:
     def _record_sign(self) -> None:
         self.signs += 1
         if self._heartbeat_file:
-            self._heartbeat_file.touch()
+            with contextlib.suppress(OSError):  # a disk that cannot be written is told by the fault
+                self._heartbeat_file.touch()
 
 
 class StuckWatch:

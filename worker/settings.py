@@ -13,6 +13,7 @@ from pydantic import Field, PrivateAttr
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from lippmann.job.old_names import rename_settings
+from lippmann.plan.artifact_store import RESERVE_MB
 
 STOPPING = "stopping-"
 """The prefix of the names of stopping files."""
@@ -41,6 +42,8 @@ class WorkerSettings(BaseSettings):
     """The longest time for which photons are shot, s; a job may only ask for less."""
     probe_timeout_s: float | None = Field(default=None, gt=0)
     """The longest time of a probe, s; a job may only ask for less."""
+    disk_reserve_mb: float = Field(default=RESERVE_MB, ge=0)
+    """The free space that artifacts and attempts leave on a disk, in megabytes."""
     heartbeat_file: Path | None = None
     """A file that is touched every few seconds while the worker takes orders, or while the broker is unreachable, for
     the health check of a container."""
@@ -58,6 +61,11 @@ class WorkerSettings(BaseSettings):
     def instance(self) -> str:
         """A random name of this start of the worker process; its pool processes inherit it."""
         return self._instance
+
+    @property
+    def disk_reserve_bytes(self) -> int:
+        """The free space that artifacts and attempts leave on a disk, in bytes."""
+        return round(self.disk_reserve_mb * 1e6)
 
     @property
     def artifacts_dir(self) -> Path:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
-from lippmann.errors import NO_ROOM, StoreFull, StoreUnavailable
+from lippmann.errors import NO_ROOM, DiskFull, DiskUnavailable
 
 
 @contextmanager
@@ -16,9 +18,9 @@ def new_file(path: Path) -> Iterator[BinaryIO]:
 
     Raises
     ------
-    StoreFull
+    DiskFull
         If there is no room.
-    StoreUnavailable
+    DiskUnavailable
         If the folder cannot be written to.
     """
     try:
@@ -26,7 +28,7 @@ def new_file(path: Path) -> Iterator[BinaryIO]:
             yield target
     except OSError as error:
         path.unlink(missing_ok=True)
-        family = StoreFull if error.errno in NO_ROOM else StoreUnavailable
+        family = DiskFull if error.errno in NO_ROOM else DiskUnavailable
         raise family(f"cannot write {path.name}: {error.strerror}") from error
     except BaseException:
         path.unlink(missing_ok=True)
@@ -37,3 +39,27 @@ def write_bytes(path: Path, data: bytes) -> None:
     """Write a small file; see `new_file`."""
     with new_file(path) as file:
         file.write(data)
+
+
+def check_folder(folder: Path, *, reserve_bytes: int = 0) -> None:
+    """Check that files can be written in a folder, which is created if it does not exist.
+
+    Raises
+    ------
+    DiskFull
+        If there is no room, or less than `reserve_bytes`.
+    DiskUnavailable
+        If the folder cannot be written to.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        family = DiskFull if error.errno in NO_ROOM else DiskUnavailable
+        raise family(f"cannot make {folder}: {error.strerror}") from error
+    free = shutil.disk_usage(folder).free
+    if free < reserve_bytes:
+        mb = f"{free // 1_000_000} MB are free, and {reserve_bytes // 1_000_000} MB are kept in reserve"
+        raise DiskFull(f"no room in {folder}: {mb}")
+    trial = folder / f".trial-{os.getpid()}"
+    write_bytes(trial, b"trial")
+    trial.unlink(missing_ok=True)

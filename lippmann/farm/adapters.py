@@ -24,9 +24,11 @@ ARTIFACTS = "artifacts"
 """The folder of the artifacts below the data folder; workers use the same one."""
 
 
-def make_parts(data_dir: Path) -> Parts:
+def make_parts(data_dir: Path, *, reserve_bytes: int = 0) -> Parts:
     """Return the adapters of a service whose artifacts are in a data folder."""
-    return Parts(store=LocalStore(data_dir / ARTIFACTS), pictures=_Pictures(), scenes=_Scenes())
+    return Parts(
+        store=LocalStore(data_dir / ARTIFACTS, reserve_bytes=reserve_bytes), pictures=_Pictures(), scenes=_Scenes()
+    )
 
 
 class _Pictures:

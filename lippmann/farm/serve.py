@@ -47,7 +47,7 @@ def run_service(settings: Settings, listening: socket.socket, *, key_file: Path 
     _log_to_stderr()
     if key_file is not None:
         keep_admin_key(settings, key_file)
-    app = create_app(settings, make_parts(settings.data_dir))
+    app = create_app(settings, make_parts(settings.data_dir, reserve_bytes=settings.disk_reserve_bytes))
     server = _Announcing(app, host=settings.host, port=settings.port)
     for number in (signal.SIGINT, signal.SIGTERM):
         # uvicorn raises these signals again after it has stopped in order; by then nothing is left to stop.

@@ -12,7 +12,6 @@ from typing import Any
 SETTINGS: Mapping[str, str] = {
     "LIPPMANN_CLERK": "LIPPMANN_COORDINATOR",
     "LIPPMANN_REST_S": "LIPPMANN_DEFERRAL_S",
-    "LIPPMANN_RESTS_ALLOWED": "LIPPMANN_DEFERRALS_ALLOWED",
 }
 """The new name of every renamed environment variable, by its old name."""
 

@@ -50,6 +50,13 @@ class FrameStatus(StrEnum):
     FAILED = "failed"
 
 
+class PausedBy(StrEnum):
+    """Who paused a job: a user, or the farm because a disk is full or something else prevents all work."""
+
+    USER = "user"
+    FARM = "farm"
+
+
 class JobAction(StrEnum):
     """Something that a user may do with a job."""
 
@@ -117,13 +124,20 @@ JOB_ACTIONS = MappingProxyType(
 """The rule of each action. A done job runs no more, so it has no priority to change."""
 
 
-def actions_for(status: JobStatus) -> tuple[JobAction, ...]:
+def actions_for(status: JobStatus, paused_by: PausedBy | None = None) -> tuple[JobAction, ...]:
     """Return the actions that are allowed on a job of this status.
+
+    A job that the farm has paused goes on by itself, so a user may also pause it.
 
     >>> [str(action) for action in actions_for(JobStatus.PAUSED)]
     ['resume', 'cancel', 'prioritise']
+    >>> JobAction.PAUSE in actions_for(JobStatus.PAUSED, PausedBy.FARM)
+    True
     """
-    return tuple(action for action, rule in JOB_ACTIONS.items() if status in rule.allowed_in)
+    allowed = {action for action, rule in JOB_ACTIONS.items() if status in rule.allowed_in}
+    if paused_by is PausedBy.FARM and status is JobStatus.PAUSED:
+        allowed.add(JobAction.PAUSE)
+    return tuple(action for action in JobAction if action in allowed)
 
 
 def frame_status(tasks: Collection[tuple[TaskKind, TaskStatus]], job: JobStatus) -> FrameStatus:

@@ -543,7 +543,7 @@ class IntegralImage(lightfield.IntegralImage):
         LayoutError
             If the image does not have one or three channels, or is an EXR whose lenses no rig describes: a hexagonal
             lattice of an even number of rows whose first row is shifted.
-        OutputError, StoreFull, StoreUnavailable
+        OutputError, DiskFull, DiskUnavailable
             If the file cannot be written.
         """
         save_image(self, Path(path), rig=self.rig, bits=bits)

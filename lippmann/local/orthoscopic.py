@@ -95,7 +95,7 @@ def write_orthoscopic(
         If there is no such picture, it is no capture or damaged, its lenses are unknown, or the display cannot be.
     LayoutError
         If the pixels do not divide among the lenses.
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         If it cannot be written.
     """
     _check_files(file, out)

@@ -11,6 +11,10 @@ from typing import Protocol
 
 from lippmann.digest import Digest, digest_of
 
+RESERVE_MB = 50.0
+"""The free space that artifacts leave on a disk, in megabytes: a database on the same disk needs room to record that it
+is full, and to remove jobs."""
+
 
 @dataclass(frozen=True, order=True)
 class ArtifactInfo:

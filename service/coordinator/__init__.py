@@ -7,6 +7,7 @@ fair_share       divides the free orders between jobs: pure
 event_consumer   writes the events of workers to the database
 liveness         since when no event was missed
 retry_policy     the consequences of a failed attempt
+fault_monitor    pauses jobs while a full disk or another fault prevents their work
 reconciler       repairs rows that events left wrong or incomplete
 background_jobs  work on many rows, in chunks
 orphan_sweeper   deletes the artifacts of removed jobs

@@ -13,17 +13,19 @@ from contextlib import suppress
 from traceback import format_exception
 
 import structlog
-from sqlalchemy.exc import SQLAlchemyError
+from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from lippmann.job.messages.events import Presence
 from lippmann.plan.artifact_store import ArtifactStore
 from service.broker_stream import Stream
 from service.coordinator.background_jobs import BackgroundJobs
 from service.coordinator.event_consumer import consume_events
+from service.coordinator.fault_monitor import FaultMonitor
 from service.coordinator.leader_election import LeaderElection
 from service.coordinator.liveness import Liveness
 from service.coordinator.orphan_sweeper import sweep_orphans
 from service.coordinator.reconciler import FarmView, Reconciler
+from service.coordinator.retry_policy import INFRASTRUCTURE
 from service.coordinator.scheduler import ROUND, dispatch
 from service.db import coordinator as coordinator_rows
 from service.db.engine import Database
@@ -31,6 +33,7 @@ from service.errors import BrokerUnavailable
 from service.events.wakeup import Wakeup
 from service.order_queue import OrderQueue
 from service.settings import Settings
+from service.store_check import StoreCheck
 
 BATCH = 200
 """The largest number of events in one transaction."""
@@ -38,6 +41,8 @@ PRESENCE_S = 1.0
 """The time for which the list of workers is cached."""
 JOIN_S = 5.0
 CHECKPOINT_S = 300.0
+FAULT_S = 1.0
+"""The interval at which the fault monitor looks whether a check is due."""
 SWEEP_S = 3600.0
 SCHEDULER = "scheduler"
 
@@ -60,6 +65,8 @@ class Coordinator:
         self._stream = Stream(settings.redis_url, timeout_s=settings.broker_timeout_s)
         self._queue = OrderQueue(settings.redis_url, timeout_s=settings.broker_timeout_s)
         self._reconciler = Reconciler(database, store, settings)
+        store_check = StoreCheck(store, reserve_bytes=settings.disk_reserve_bytes)
+        self.fault_monitor = FaultMonitor(database, self._stream, store_check, settings)
         self._background_jobs = BackgroundJobs(database, store, settings)
         self._workers: tuple[Presence, ...] = ()
         self._workers_s = float("-inf")
@@ -74,6 +81,7 @@ class Coordinator:
             "leader-election": (self.election_round, self._settings.leader_ttl_s / 4),
             "event-consumer": (self.consume_round, 0.0),
             SCHEDULER: (self.schedule_round, self._settings.tick_s),
+            "fault-monitor": (self.fault_round, FAULT_S),
             "reconciler": (self.reconcile_round, self._settings.reconcile_s),
             "orphan-sweeper": (self.sweep_round, SWEEP_S),
         }
@@ -124,6 +132,8 @@ class Coordinator:
             was = coordinator_rows.current(session).stream_position
         entries = self._stream.read(was, count=BATCH, block_s=self._settings.tick_s)
         if entries:
+            if any(event and event.failure and event.failure.code in INFRASTRUCTURE for _, event in entries):
+                self.fault_monitor.poke()
             consume_events(self._database, entries, was=was, now_s=self._clock(), settings=self._settings)
             self._wakeup.notify()
         return len(entries)
@@ -139,10 +149,24 @@ class Coordinator:
                 self._present()
             more = self._background_jobs.run_round(slots=self._slots(), now_s=self._clock())
             self._signal_stops()
-            sent = dispatch(self._database, self._queue, self._present(), now_s=self._clock(), settings=self._settings)
+            sent = 0 if self.fault_monitor.faults else self._dispatch()
             if sent or more:
                 self._wakeup.notify()
             more |= sent == ROUND
+
+    def _dispatch(self) -> int:
+        return dispatch(self._database, self._queue, self._present(), now_s=self._clock(), settings=self._settings)
+
+    def fault_round(self) -> None:
+        """Pause and resume jobs; faults are checked until they are gone, since without a database nobody leads."""
+        if not (self.election.is_leader or self.fault_monitor.faults):
+            return
+        with suppress(BrokerUnavailable):
+            self._present()
+        had_faults = bool(self.fault_monitor.faults)
+        self.fault_monitor.run(self._workers, now_s=self._clock())
+        if had_faults and not self.fault_monitor.faults:
+            self._wakeup.notify()
 
     def reconcile_round(self) -> None:
         """Repair rows."""
@@ -194,11 +218,14 @@ class Coordinator:
                     run()
                     is_logged = False
                 except Exception as error:  # the outermost frame of the thread: the next round follows in any case
-                    # A broker that is unavailable for an hour is logged once, not 18,000 times.
-                    if not (is_logged and isinstance(error, BrokerUnavailable)):
-                        trace = "" if isinstance(error, BrokerUnavailable) else "".join(format_exception(error))
+                    # What is unavailable for an hour, or full, is logged once and not 18,000 times.
+                    is_outage = isinstance(error, BrokerUnavailable | OperationalError)
+                    if not (is_logged and is_outage):
+                        trace = "" if is_outage else "".join(format_exception(error))
                         log.warning("a round failed", loop=name, error=repr(error), trace=trace)
-                    is_logged = isinstance(error, BrokerUnavailable)
+                    is_logged = is_outage
+                    if isinstance(error, OperationalError):
+                        self.fault_monitor.poke()
                     self._stopping.wait(self._settings.tick_s)
                 left_s = pause_s - (time.monotonic() - begun_s)
                 if left_s > 0:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from sqlalchemy.orm import Session
 
 from lippmann.errors import (
+    DiskFull,
+    DiskUnavailable,
     OutOfMemory,
     ParseTimedOut,
     PhotonsTimedOut,
@@ -21,8 +23,11 @@ from service.db.tables import Task, WorkerFault
 from service.jobs.state_machine import transition_task
 from service.settings import Settings
 
-_WORKER_LACKS = frozenset({SandboxMissing.code, PovrayMissing.code})
-INFRASTRUCTURE = frozenset({StoreUnavailable.code, StoreFull.code}) | _WORKER_LACKS
+LONGEST_DEFERRAL_S = 600.0
+"""The longest pause before the next attempt of a deferred task."""
+INFRASTRUCTURE = frozenset(
+    kind.code for kind in (StoreFull, StoreUnavailable, DiskFull, DiskUnavailable, SandboxMissing, PovrayMissing)
+)
 """Failures that any other task would have met too. They do not count against the task, which is deferred."""
 
 DETERMINISTIC = frozenset({RenderTimedOut.code, ParseTimedOut.code, PhotonsTimedOut.code, OutOfMemory.code})
@@ -60,14 +65,16 @@ def fail_attempt(
 def _defer(
     session: Session, task: Task, failure: Failure, *, worker: str | None, now_s: float, settings: Settings
 ) -> bool:
-    """Defer a task until the farm works again, with the reason in its row; fail it after many deferrals."""
-    values = {"deferrals": task.deferrals + 1, **_columns(failure)}
-    if task.deferrals >= settings.deferrals_allowed:
-        changed = transition_task(session, task, TaskStatus.FAILED, **values, ended_s=now_s)
-    else:
-        changed = transition_task(session, task, TaskStatus.READY, **values, not_before_s=now_s + settings.deferral_s)
-    if changed and worker and failure.code in _WORKER_LACKS:
-        _fault(session, task.job_id, worker).avoided_until_s = now_s + settings.avoid_s
+    """Defer a task that something outside it prevented, with the reason in its row, and avoid the worker meanwhile.
+
+    If it prevents every worker, `service.coordinator.fault_monitor` pauses the job.
+    """
+    pause_s = min(LONGEST_DEFERRAL_S, settings.deferral_s * 2.0 ** min(task.deferrals, 20))
+    values = {"deferrals": task.deferrals + 1, **_columns(failure), "not_before_s": now_s + pause_s}
+    changed = transition_task(session, task, TaskStatus.READY, **values)
+    if changed and worker:
+        fault = _fault(session, task.job_id, worker)
+        fault.avoided_until_s, fault.code, fault.message = now_s + pause_s, failure.code, failure.message
         session.flush()
     return changed
 

@@ -62,6 +62,7 @@ def assign(session: Session, workers: Sequence[Presence], *, now_s: float, setti
     room = _room(session, workers, settings)
     idle_s = coordinator_rows.current(session).idle_s
     present = {worker.name for worker in workers}
+    at_fault = {worker.name for worker in workers if worker.fault is not None}
     avoided: dict[str, set[str]] = {}
     orders = []
     best = _best(session, room, now_s)
@@ -79,9 +80,9 @@ def assign(session: Session, workers: Sequence[Presence], *, now_s: float, setti
             publish_task(session, task)
             if row.id not in avoided:
                 avoided[row.id] = task_rows.avoided_workers(session, row.id, now_s=now_s)
-            avoid = avoided[row.id] | set(task.failed_on)
+            avoid = avoided[row.id] | set(task.failed_on) | at_fault
             inputs = digests.get((task.job_id, task.sequence), {})
-            orders.append(_order(task, () if present <= avoid else tuple(sorted(avoid)), inputs))
+            orders.append(_order(task, tuple(sorted(at_fault if present <= avoid else avoid)), inputs))
     return orders
 
 
@@ -95,7 +96,7 @@ def take_back(session: Session, orders: Sequence[Order], *, now_s: float) -> Non
 
 
 def _room(session: Session, workers: Sequence[Presence], settings: Settings) -> int:
-    slots = sum(worker.slots for worker in workers)
+    slots = sum(worker.slots for worker in workers if worker.fault is None)
     return min(settings.orders_per_slot * slots - job_rows.outstanding(session), ROUND)
 
 

@@ -1,6 +1,7 @@
 """The database, which is the source of truth: engine, tables, migrations and one repository of queries per table.
 
 engine       transactions with a single writer, on SQLite (WAL) and PostgreSQL
+reserve      the room that is given up when the disk is full
 tables       the tables
 migrations   upgrades a database of any earlier release
 jobs         queries on jobs

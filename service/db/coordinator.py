@@ -9,6 +9,7 @@ from sqlalchemy.orm import Session
 
 from service.db.engine import changed
 from service.db.tables import CoordinatorRow, StopRequest
+from service.schemas.farm import Fault
 
 
 def current(session: Session) -> CoordinatorRow:
@@ -43,6 +44,17 @@ def add_idle(session: Session, seconds: float) -> float:
     """Advance the idle clock and return it."""
     changed(session, update(CoordinatorRow).values(idle_s=CoordinatorRow.idle_s + seconds))
     return current(session).idle_s
+
+
+def faults(session: Session) -> tuple[Fault, ...]:
+    """Return what prevents all work of the farm now, first cause first."""
+    return tuple(Fault.model_validate(fault) for fault in current(session).faults or ())
+
+
+def set_faults(session: Session, found: Sequence[Fault]) -> None:
+    """Store what prevents all work of the farm now."""
+    values = [fault.model_dump(mode="json") for fault in found] or None
+    changed(session, update(CoordinatorRow).values(faults=values))
 
 
 def request_stop(session: Session, attempts: Iterable[str | None], *, now_s: float) -> None:

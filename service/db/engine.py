@@ -5,18 +5,21 @@ What a write transaction reads remains true until it commits.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 from sqlalchemy import Connection, CursorResult, create_engine, event, text
 from sqlalchemy.engine import URL, Engine, make_url
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import DBAPIError, OperationalError
 from sqlalchemy.orm import Session
 from sqlalchemy.sql.dml import UpdateBase
 
 from lippmann.errors import BadInput, FarmFailed
+from service.db.reserve import Reserve, is_full
+
+Answer = TypeVar("Answer")
 
 BUSY_TIMEOUT_S = 10.0
 POOL: dict[str, Any] = {"pool_size": 10, "max_overflow": 50, "pool_timeout": BUSY_TIMEOUT_S}
@@ -26,13 +29,21 @@ WRITER_LOCK = 1908
 
 
 class Database:
-    """A database with read transactions and write transactions."""
+    """A database with read transactions and write transactions.
 
-    def __init__(self, url: str) -> None:
+    Parameters
+    ----------
+    reserve_bytes
+        The size of the file that is given up when the disk of SQLite is full, bytes; see `service.db.reserve`.
+    """
+
+    def __init__(self, url: str, *, reserve_bytes: int = 0) -> None:
         self.url = make_url(url)
         self.is_sqlite = self.url.get_backend_name() == "sqlite"
         self._engine = _sqlite_engine(self.url) if self.is_sqlite else _postgresql_engine(self.url)
         self._write_engine = self._engine.execution_options(writes=True)
+        file = self.url.database if self.is_sqlite else None
+        self.reserve = Reserve(Path(f"{file}.reserve") if file else None, reserve_bytes)
 
     @contextmanager
     def reading(self) -> Iterator[Session]:
@@ -42,9 +53,29 @@ class Database:
 
     @contextmanager
     def writing(self) -> Iterator[Session]:
-        """Open a session that writes, commits at the end and rolls back on an error."""
-        with Session(self._write_engine, expire_on_commit=False, autoflush=False) as session, session.begin():
-            yield session
+        """Open a session that writes, commits at the end and rolls back on an error.
+
+        When the disk is full, the reserve is given up, so that the next transaction finds room.
+        """
+        try:
+            with Session(self._write_engine, expire_on_commit=False, autoflush=False) as session, session.begin():
+                yield session
+        except DBAPIError as error:
+            if is_full(error):
+                self.reserve.give_up()
+            raise
+
+    def write_in_reserve(self, work: Callable[[Session], Answer]) -> Answer:
+        """Do `work` in a write transaction, and once more if the reserve was given up for it: for actions on jobs."""
+        was_given_up = self.reserve.is_given_up
+        try:
+            with self.writing() as session:
+                return work(session)
+        except DBAPIError as error:
+            if not is_full(error) or was_given_up:
+                raise
+        with self.writing() as session:
+            return work(session)
 
     @contextmanager
     def snapshot(self) -> Iterator[Connection]:

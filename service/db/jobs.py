@@ -7,13 +7,15 @@ from collections.abc import Sequence
 from sqlalchemy import ColumnElement, func, or_, select
 from sqlalchemy.orm import Session
 
-from lippmann.job.states import JobStatus, TaskStatus
+from lippmann.job.states import JobStatus, PausedBy, TaskStatus
 from service.db.tables import BackgroundJob, Job, Task
 
 SCHEDULABLE = (JobStatus.QUEUED, JobStatus.PROBING, JobStatus.RUNNING)
 """The statuses in which the tasks of a job may be dispatched."""
 OPEN = (*SCHEDULABLE, JobStatus.PAUSED)
 """The statuses of jobs that have not ended."""
+BEGUN = (JobStatus.PROBING, JobStatus.RUNNING, JobStatus.PAUSED)
+"""The statuses of jobs that have begun and not ended."""
 
 
 def job(session: Session, job_id: str) -> Job | None:
@@ -68,6 +70,18 @@ def to_reconcile(session: Session, *, after: str, limit: int) -> Sequence[str]:
     query = select(Job.id).where(Job.status.in_(OPEN), Job.background_job.is_(None), Job.id > after)
     query = query.where(or_(Job.waiting > 0, Job.failed > 0, is_over))
     return session.scalars(query.order_by(Job.id).limit(limit)).all()
+
+
+def workable_ids(session: Session) -> Sequence[str]:
+    """Return the jobs whose work has begun and goes on."""
+    query = select(Job.id).where(Job.status.in_((JobStatus.PROBING, JobStatus.RUNNING)))
+    return session.scalars(query.order_by(Job.id)).all()
+
+
+def paused_by_farm(session: Session) -> Sequence[str]:
+    """Return the jobs that the farm has paused."""
+    query = select(Job.id).where(Job.status == JobStatus.PAUSED, Job.paused_by == PausedBy.FARM)
+    return session.scalars(query.order_by(Job.id)).all()
 
 
 def open_ids(session: Session) -> Sequence[str]:

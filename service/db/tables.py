@@ -12,7 +12,7 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.spec import JobSpec
-from lippmann.job.states import JobStatus, TaskStatus
+from lippmann.job.states import JobStatus, PausedBy, TaskStatus
 from service.schemas.events import EventTopic
 
 
@@ -82,6 +82,10 @@ class Job(Base):
     plan: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
     error_code: Mapped[str | None] = mapped_column(String(64))
     error_message: Mapped[str | None] = mapped_column(Text)
+    paused_by: Mapped[PausedBy | None] = mapped_column(_enum(PausedBy))
+    pause_code: Mapped[str | None] = mapped_column(String(64))
+    pause_reason: Mapped[str | None] = mapped_column(Text)
+    paused_s: Mapped[float | None]
     waiting: Mapped[int] = mapped_column(default=0)
     ready: Mapped[int] = mapped_column(default=0)
     dispatched: Mapped[int] = mapped_column(default=0)
@@ -170,6 +174,9 @@ class WorkerFault(Base):
     worker: Mapped[str] = mapped_column(String(200), primary_key=True)
     failures: Mapped[int] = mapped_column(default=0)
     avoided_until_s: Mapped[float | None]
+    code: Mapped[str | None] = mapped_column(String(64))
+    """The code of a failure that is no fault of the task; None if the worker only failed tasks."""
+    message: Mapped[str | None] = mapped_column(Text)
 
 
 class JobEvent(Base):
@@ -203,6 +210,8 @@ class CoordinatorRow(Base):
     leader_until_s: Mapped[float] = mapped_column(default=0.0)
     stream_position: Mapped[str] = mapped_column(String(64), default="0-0")
     idle_s: Mapped[float] = mapped_column(default=0.0)
+    faults: Mapped[list[dict[str, Any]] | None] = mapped_column(JSON(none_as_null=True))
+    """What prevents all work of the farm now, first cause first; see `service.schemas.farm.Fault`."""
 
 
 class Credential(Base):

@@ -10,7 +10,8 @@ from sqlalchemy.orm import Session, aliased, undefer
 
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import HELD_TASKS, TaskStatus
-from service.db.tables import Task, WorkerFault
+from service.db.jobs import BEGUN
+from service.db.tables import Job, Task, WorkerFault
 
 CHUNK = 1000
 """The largest number of rows that one transaction changes."""
@@ -159,6 +160,13 @@ def avoided_workers(session: Session, job_id: str, *, now_s: float) -> set[str]:
     """Return the workers that a job avoids now."""
     query = select(WorkerFault.worker).where(WorkerFault.job_id == job_id, WorkerFault.avoided_until_s > now_s)
     return set(session.scalars(query))
+
+
+def prevented_workers(session: Session, *, now_s: float) -> Sequence[WorkerFault]:
+    """Return the workers that open jobs avoid now because something other than the task prevented the work there."""
+    is_open = select(Job.id).where(Job.id == WorkerFault.job_id, Job.status.in_(BEGUN)).exists()
+    query = select(WorkerFault).where(WorkerFault.code.is_not(None), WorkerFault.avoided_until_s > now_s, is_open)
+    return session.scalars(query.order_by(WorkerFault.job_id, WorkerFault.worker)).all()
 
 
 def unreadable(session: Session, job_id: str, kind: TaskKind, codes: Collection[str], *, after: int) -> Sequence[Task]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from lippmann.job.states import JobStatus, TaskStatus, actions_for
+from lippmann.job.states import JobStatus, PausedBy, TaskStatus, actions_for
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import frame_size
 from service.db.tables import Job, Task
@@ -35,7 +35,7 @@ def job_data(row: Job, *, running_px: float, done_outputs: Collection[str]) -> s
         title=row.title,
         scene=row.scene,
         status=row.status,
-        actions=actions_for(row.status),
+        actions=actions_for(row.status, row.paused_by),
         priority=row.priority,
         owner=row.owner,
         created_at=utc(row.created_s),
@@ -46,6 +46,7 @@ def job_data(row: Job, *, running_px: float, done_outputs: Collection[str]) -> s
         spec=spec,
         notes=tuple(row.notes),
         error=error,
+        pause=_pause(row),
         progress=progress(row, running_px),
         eta_s=eta_s(row, running_px),
         tasks=task_counts(row),
@@ -66,6 +67,14 @@ def job_data(row: Job, *, running_px: float, done_outputs: Collection[str]) -> s
             px_per_lens=size.px_per_lens,
         ),
     )  # fmt: skip
+
+
+def _pause(row: Job) -> schema.JobPause | None:
+    if row.status is not JobStatus.PAUSED:
+        return None
+    by = row.paused_by or PausedBy.USER  # paused by an earlier release, in which only users did
+    since_at = utc_or_none(row.paused_s)
+    return schema.JobPause(by=by, code=row.pause_code, reason=row.pause_reason, since_at=since_at)
 
 
 def progress_data(row: Job, *, running_px: float) -> JobProgress:

@@ -4,6 +4,7 @@ submission       stores a job file as a job
 state_machine    transitions of jobs and tasks, guarded by the tables of `lippmann.job.states`
 planner          creates the tasks of a job from the result of its probe
 commands         what users ask for: cancel, pause, resume, retry, prioritise, remove
+farm_pause       pauses jobs whose work a full disk or another fault prevents, and lets them go on
 completion       makes tasks ready when their needs are done, and ends jobs
 verification     whether what done tasks stored is still there and whole
 artifact_repair  takes back done tasks whose artifacts cannot be read any more, before a retry

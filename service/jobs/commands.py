@@ -11,7 +11,7 @@ from collections import defaultdict
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
-from lippmann.job.states import JobAction, JobStatus, TaskStatus
+from lippmann.job.states import JobAction, JobStatus, PausedBy, TaskStatus
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
 from service.db import tasks as task_rows
@@ -19,6 +19,7 @@ from service.db.engine import Database, changed
 from service.db.tables import BackgroundJob, Job, Task, WorkerFault
 from service.events.publish import publish_job, publish_removal
 from service.jobs.completion import settle
+from service.jobs.farm_pause import NOT_PAUSED, forget_faults
 from service.jobs.state_machine import find_job_for, release_tasks, set_job, transition_job, transition_tasks
 from service.settings import FailureLimit
 
@@ -41,7 +42,8 @@ _RESET = {
 def cancel_job(session: Session, job_id: str, *, now_s: float) -> Job:
     """Cancel a job: running attempts are stopped, and tasks that are done stay done."""
     row = find_job_for(session, job_id, JobAction.CANCEL)
-    row = transition_job(session, row, JobStatus.CANCELLED, ended_s=now_s, background_job=BackgroundJob.CANCEL)
+    ended = {"ended_s": now_s, "background_job": BackgroundJob.CANCEL, **NOT_PAUSED}
+    row = transition_job(session, row, JobStatus.CANCELLED, **ended)
     release_tasks(session, row, to=TaskStatus.CANCELLED, now_s=now_s)
     cancel_chunk(session, row, now_s=now_s)
     return row
@@ -60,14 +62,25 @@ def cancel_chunk(session: Session, row: Job, *, now_s: float) -> bool:
 
 def pause_job(session: Session, job_id: str, *, now_s: float) -> Job:
     """Pause a job: orders that no worker has claimed are taken back, and running tasks finish."""
-    row = transition_job(session, find_job_for(session, job_id, JobAction.PAUSE), JobStatus.PAUSED)
+    row = find_job_for(session, job_id, JobAction.PAUSE)
+    by_user = {**NOT_PAUSED, "paused_by": PausedBy.USER, "paused_s": now_s}
+    if row.status is JobStatus.PAUSED:  # by the farm, so that nothing is dispatched
+        row = set_job(session, row, **by_user)
+        publish_job(session, row)
+        return row
+    row = transition_job(session, row, JobStatus.PAUSED, **by_user)
     release_tasks(session, row, to=TaskStatus.READY, now_s=now_s, only=TaskStatus.DISPATCHED)
     return row
 
 
 def resume_job(session: Session, job_id: str, *, now_s: float, limit: FailureLimit) -> Job:
-    """Resume a paused job; it ends at once if its last tasks ended during the pause."""
-    row = transition_job(session, find_job_for(session, job_id, JobAction.RESUME), JobStatus.RUNNING)
+    """Resume a paused job; it ends at once if its last tasks ended during the pause.
+
+    A job that the farm has paused is tried again at once; it is paused again if the cause is still there.
+    """
+    row = find_job_for(session, job_id, JobAction.RESUME)
+    forget_faults(session, job_id)
+    row = transition_job(session, row, JobStatus.RUNNING, **NOT_PAUSED)
     settle(session, row, now_s=now_s, limit=limit)
     return row
 
@@ -112,12 +125,15 @@ def remove_job(session: Session, job_id: str) -> None:
 
 
 def remove_chunk(database: Database, store: ArtifactStore, job_id: str) -> bool:
-    """Delete one chunk of a removed job's tasks, then its artifacts, then the job; return whether there is more."""
+    """Delete a removed job's artifacts, then one chunk of its tasks, at last the job; return whether there is more.
+
+    The artifacts go first, because a job may be removed to make room on a disk that has none left for the database.
+    """
+    store.delete(names.job_artifact(job_id, ""))
     with database.writing() as session:
         chunk = select(Task.sequence).where(Task.job_id == job_id).limit(task_rows.CHUNK).scalar_subquery()
         if changed(session, delete(Task).where(Task.job_id == job_id, Task.sequence.in_(chunk))):
             return True
-    store.delete(names.job_artifact(job_id, ""))
     with database.writing() as session:
         changed(session, delete(WorkerFault).where(WorkerFault.job_id == job_id))
         changed(session, delete(Job).where(Job.id == job_id, Job.background_job == BackgroundJob.REMOVE))

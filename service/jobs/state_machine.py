@@ -13,7 +13,15 @@ from sqlalchemy import update
 from sqlalchemy.orm import Session
 
 from lippmann.job.messages.orders import TaskKind
-from lippmann.job.states import JOB_ACTIONS, JOB_TRANSITIONS, TASK_TRANSITIONS, JobAction, JobStatus, TaskStatus
+from lippmann.job.states import (
+    JOB_ACTIONS,
+    JOB_TRANSITIONS,
+    TASK_TRANSITIONS,
+    JobAction,
+    JobStatus,
+    TaskStatus,
+    actions_for,
+)
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
@@ -50,7 +58,7 @@ def find_job_for(session: Session, job_id: str, action: JobAction) -> Job:
     """
     row = find_job(session, job_id)
     allowed = JOB_ACTIONS[action].allowed_in
-    if row.status not in allowed:
+    if action not in actions_for(row.status, row.paused_by):
         error = JobNotEnded if action is JobAction.REMOVE else TransitionNotAllowed
         *most, last = (status.value for status in JobStatus if status in allowed)
         words = f"{', '.join(most)} or {last}" if most else last

@@ -8,7 +8,7 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from lippmann.errors import FieldProblem, SpecError
+from lippmann.errors import FieldProblem, SpecError, StoreFull
 from lippmann.job.old_names import current_job
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scene import SceneManifest
@@ -58,6 +58,8 @@ def submit_job(
         sheet = resolve(session, spec, new_job_id(now_s))
     notes = (*current_job(body)[1], *check_job(sheet))
     # The artifact is written before the row, so that a crash in between leaves an unused file and no job without one.
+    if database.reserve.is_given_up:
+        raise StoreFull("The disk of the database has no room left, so no job can be stored.")
     data = sheet.model_dump_json(indent=2).encode()
     parts.store.put_bytes(names.job_artifact(sheet.job_id, names.JOB_FILE), data)
     with database.writing() as session:

@@ -113,13 +113,11 @@ def retry(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
 @router.delete("/{job_id}", status_code=204, responses=_CONFLICT)
 def remove(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> None:
     """Remove an ended job and its artifacts."""
-    with state.database.writing() as session:
-        remove_job(session, job_id)
+    state.database.write_in_reserve(lambda session: remove_job(session, job_id))
     state.wakeup.notify()
 
 
 def _command(state: AppState, run: Callable[[Session], JobRow]) -> Job:
-    with state.database.writing() as session:
-        job = present_job(session, run(session))
+    job = state.database.write_in_reserve(lambda session: present_job(session, run(session)))
     state.wakeup.notify()
     return job

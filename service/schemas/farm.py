@@ -7,12 +7,24 @@ from typing import Literal
 from service.schemas.answer import Answer
 
 
+class Fault(Answer):
+    """A cause that prevents work: a disk that is full, cannot be written or is away, or a worker without its tools."""
+
+    component: Literal["store", "database", "broker", "workers"]
+    code: str
+    """The code of the cause, such as `store-full`."""
+    message: str
+    """The sentence that a user reads."""
+    since_s: float
+    """The time at which the cause was noticed, in seconds since 1970."""
+
+
 class ComponentHealth(Answer):
     """The health of a component that the service needs."""
 
     ok: bool
     detail: str
-    """`answers`, or the kind of the error."""
+    """`answers`, the kind of the error, or the sentence of a fault."""
 
 
 class StoreHealth(Answer):
@@ -48,6 +60,8 @@ class Health(Answer):
     """The number of workers that are online; null if the broker does not answer."""
     slots: int | None
     """The number of their slots; null if the broker does not answer."""
+    faults: tuple[Fault, ...] = ()
+    """What prevents work now, first cause first. The farm has paused its running jobs until all of them are gone."""
 
 
 class Worker(Answer):
@@ -69,6 +83,8 @@ class Worker(Answer):
     """The time of its last sign of life, in seconds since 1970."""
     running: int
     """The number of tasks of open jobs that it runs."""
+    fault: str | None = None
+    """The reason why it can do no work now, such as a scratch disk without room."""
 
 
 class WorkerList(Answer):

@@ -7,7 +7,7 @@ from datetime import datetime
 from pydantic import Field
 
 from lippmann.job.spec import JobSpec
-from lippmann.job.states import JobAction, JobStatus
+from lippmann.job.states import JobAction, JobStatus, PausedBy
 from service.schemas.answer import Answer
 
 
@@ -24,6 +24,18 @@ class JobError(Answer):
 
     code: str
     message: str
+
+
+class JobPause(Answer):
+    """Who paused a job, and why."""
+
+    by: PausedBy
+    """`farm` if a full disk or another fault prevents the work; then the job goes on by itself."""
+    code: str | None
+    """The code of the cause, such as `store-full`; null for a user's pause."""
+    reason: str | None
+    """The sentence that a user reads; null for a user's pause."""
+    since_at: datetime | None
 
 
 class TaskCounts(Answer):
@@ -83,6 +95,8 @@ class Job(Answer):
     notes: tuple[str, ...]
     """Remarks of the check of the optics."""
     error: JobError | None
+    pause: JobPause | None = None
+    """Who paused the job, and why; null for a job that is not paused."""
     progress: float
     """The finished part of the job, weighted by pixels, 0 to 1."""
     eta_s: float | None

@@ -20,7 +20,7 @@ def write_ppm(path: Path, codes: NDArray[np.uint16], *, bits: int) -> None:
 
     Raises
     ------
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         If it cannot be written, and then no part of it is left.
     """
     highest = 2**bits - 1
@@ -39,7 +39,7 @@ def write_pfm(path: Path, values: NDArray[np.floating[Any]]) -> None:
 
     Raises
     ------
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         If it cannot be written, and then no part of it is left.
     """
     if values.ndim != 2 or values.size == 0:

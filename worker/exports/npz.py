@@ -22,7 +22,7 @@ def write_npz(path: Path, arrays: Mapping[str, NDArray[Any]], *, compress: bool)
 
     Raises
     ------
-    StoreFull, StoreUnavailable
+    DiskFull, DiskUnavailable
         If it cannot be written, and then no part of it is left.
     """
     kind = ZIP_DEFLATED if compress else ZIP_STORED

@@ -64,9 +64,9 @@ def save(file: BinaryIO, path: Path) -> None:
 
     Raises
     ------
-    StoreFull
+    DiskFull
         If there is no room.
-    StoreUnavailable
+    DiskUnavailable
         If the folder cannot be written to.
     """
     with new_file(path) as target:

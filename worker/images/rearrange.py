@@ -44,7 +44,7 @@ def turned_bands(
 
     Raises
     ------
-    StoreFull, StoreUnavailable
+    DiskFull, DiskUnavailable
         If there is no room for the file.
     """
     if quarters == 0:
@@ -86,7 +86,7 @@ def views_rows(sheet: Sheet, scratch: Path | None = None) -> Iterator[NDArray[An
 
     Raises
     ------
-    StoreFull, StoreUnavailable
+    DiskFull, DiskUnavailable
         If they cannot be kept aside.
     """
     layout = sheet.layout

@@ -172,9 +172,9 @@ def write_rows(
     ------
     OutputError
         If the picture cannot be written, or the bands are not the rows of its size.
-    StoreFull
+    DiskFull
         If there is no room.
-    StoreUnavailable
+    DiskUnavailable
         If the folder cannot be written to.
     """
     spec = ImageSpec(size[1], size[0], len(channels), store_as)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
 
-from lippmann.errors import NO_ROOM, StoreFull, StoreUnavailable
+from lippmann.errors import NO_ROOM, DiskFull, DiskUnavailable
 
 
 class ScratchRows:
@@ -52,9 +52,9 @@ def scratch_rows(
 
     Raises
     ------
-    StoreFull
+    DiskFull
         If there is no room, here or in `ScratchRows.write`.
-    StoreUnavailable
+    DiskUnavailable
         If the folder cannot be written to.
     """
     with _room_asked_for():
@@ -69,5 +69,5 @@ def _room_asked_for() -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        family = StoreFull if error.errno in NO_ROOM else StoreUnavailable
+        family = DiskFull if error.errno in NO_ROOM else DiskUnavailable
         raise family(f"cannot keep pixels aside: {error.strerror}") from error

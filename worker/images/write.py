@@ -41,7 +41,7 @@ def write_exr(path: Path, linear: NDArray[np.floating[Any]], *, attributes: Mapp
 
     Raises
     ------
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         If it cannot be written, and then no part of it is left.
     """
     _check_rgb(linear)
@@ -64,7 +64,7 @@ def write_exr_rows(
 
     Raises
     ------
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         See `write_exr`; also if the bands are not the rows of this size.
     """
     settings = {**_settings(attributes), "oiio:ColorSpace": LINEAR}
@@ -96,7 +96,7 @@ def write_channels(
 
     Raises
     ------
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         If it cannot be written, and then no part of it is left.
     """
     settings = _settings(attributes)
@@ -108,7 +108,7 @@ def write_png(path: Path, linear: NDArray[np.floating[Any]], *, bits: int = 8, d
 
     Raises
     ------
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         If it cannot be written, and then no part of it is left.
     """
     with encoded_png(linear, bits=bits, density=density) as file:
@@ -142,7 +142,7 @@ def write_code_rows(
 
     Raises
     ------
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         If it cannot be written, and then no part of it is left.
     """
     write = write_png_bands if path.suffix.lower() == ".png" else write_tiff_bands
@@ -155,7 +155,7 @@ def write_tiff(path: Path, linear: NDArray[np.floating[Any]], *, bits: int = 8, 
 
     Raises
     ------
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         If it cannot be written, and then no part of it is left.
     """
     _check_rgb(linear)
@@ -169,7 +169,7 @@ def write_thumbnail(path: Path, linear: NDArray[np.floating[Any]], *, longest_px
 
     Raises
     ------
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         If it cannot be written, and then no part of it is left.
     """
     _check_rgb(linear)

@@ -31,10 +31,18 @@ _NOT_THERE = frozenset({errno.ENOENT, errno.ENOTDIR, errno.EISDIR})
 
 
 class LocalStore:
-    """Artifacts as files below one folder; an `ArtifactStore`. Safe for any number of threads and processes."""
+    """Artifacts as files below one folder; an `ArtifactStore`. Safe for any number of threads and processes.
 
-    def __init__(self, root: Path) -> None:
+    Parameters
+    ----------
+    reserve_bytes
+        The free space of the disk that artifacts leave, bytes. A database on the same disk needs it to record that the
+        disk is full, and to remove jobs.
+    """
+
+    def __init__(self, root: Path, *, reserve_bytes: int = 0) -> None:
         self._root = root
+        self._reserve_bytes = reserve_bytes
         self._hidden = root / HIDDEN
         with _translated("its folder"):
             self._hidden.mkdir(parents=True, exist_ok=True)
@@ -143,9 +151,11 @@ class LocalStore:
         path, partial = self._path(name), self._new_hidden()
         try:
             with _translated(name):
+                self._check_room(name)
                 with partial.open("xb") as file:
                     digest = _write_all(file, chunks)
                     file.flush()
+                    self._check_room(name)
                     _stamp(file)
                     os.fsync(file.fileno())
                 _make_folders(path.parent)
@@ -156,6 +166,14 @@ class LocalStore:
             # The first error is reported; a file that cannot be removed here is swept later.
             with suppress(OSError):
                 partial.unlink(missing_ok=True)
+
+    def _check_room(self, name: str) -> None:
+        if not self._reserve_bytes:
+            return
+        free = shutil.disk_usage(self._root).free
+        if free < self._reserve_bytes:
+            mb = f"{free // 1_000_000} MB are free, and {self._reserve_bytes // 1_000_000} MB are kept in reserve"
+            raise StoreFull(f"no room for {name}: {mb}")
 
 
 def _write_all(file: BinaryIO, chunks: Iterable[bytes]) -> Digest:

@@ -11,7 +11,16 @@ import structlog
 from redis.exceptions import RedisError
 
 from lippmann.digest import Digest
-from lippmann.errors import NO_ROOM, ArtifactBroken, ArtifactMissing, LippmannError, Permanent, StoreFull
+from lippmann.errors import (
+    NO_DISK,
+    NO_ROOM,
+    ArtifactBroken,
+    ArtifactMissing,
+    DiskFull,
+    DiskUnavailable,
+    LippmannError,
+    Permanent,
+)
 from lippmann.job.messages.events import EventKind, Failure, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
 from worker.report import START_S, AttemptHeartbeat, event_of
@@ -98,7 +107,9 @@ def _done_or_failed(
 def failure_of(error: Exception) -> Failure:
     """Return an error as an event carries it; errors that are not LippmannErrors count as transient."""
     if isinstance(error, OSError) and error.errno in NO_ROOM:
-        error = StoreFull(f"expected room in the worker's scratch folder, got: {error}")
+        error = DiskFull(f"expected room in the worker's scratch folder, got: {error}")
+    elif isinstance(error, OSError) and error.errno in NO_DISK:
+        error = DiskUnavailable(f"expected a scratch folder of the worker that can be written, got: {error}")
     if isinstance(error, LippmannError):
         about = error if isinstance(error, ArtifactBroken | ArtifactMissing) else None
         return Failure(

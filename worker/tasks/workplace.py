@@ -155,7 +155,7 @@ def workplace(settings: WorkerSettings) -> Workplace:
     """
     return Workplace(
         settings=settings,
-        store=LocalStore(settings.artifacts_dir),
+        store=LocalStore(settings.artifacts_dir, reserve_bytes=settings.disk_reserve_bytes),
         sandbox=detect(settings.sandbox, allow_none=settings.sandbox == "none"),
     )
 

@@ -27,7 +27,7 @@ from av.video.reformatter import ColorPrimaries, ColorRange, Colorspace, ColorTr
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
 
-from lippmann.errors import NO_ROOM, OutputError, StoreFull, StoreUnavailable
+from lippmann.errors import NO_ROOM, DiskFull, DiskUnavailable, OutputError
 from worker.video.kinds import Kind
 from worker.video.size import at_least, even_sided
 
@@ -80,7 +80,7 @@ def encode(path: Path, frames: Iterable[Frame], *, kind: Kind, fps: float, scale
     ------
     OutputError
         If there are no frames, they differ in shape, or they cannot be encoded.
-    StoreFull, StoreUnavailable
+    DiskFull, DiskUnavailable
         If the disk is full, or the folder cannot be written to. Nothing is left behind then.
     """
     rate = frame_rate(fps)
@@ -186,10 +186,10 @@ def _frame(converted: VideoReformatter, picture: Frame, kind: Kind, scale: Scale
     )
 
 
-def _translated(error: av.FFmpegError, path: Path) -> OutputError | StoreFull | StoreUnavailable:
+def _translated(error: av.FFmpegError, path: Path) -> OutputError | DiskFull | DiskUnavailable:
     message = f"cannot write {path.name}: {error.strerror}"
     if error.errno in NO_ROOM:
-        return StoreFull(message)
+        return DiskFull(message)
     if isinstance(error, OSError):
-        return StoreUnavailable(message)
+        return DiskUnavailable(message)
     return OutputError(message)

@@ -102,6 +102,17 @@ class Lease(BaseModel):
     """The time of the renewal, in seconds since 1970, UTC, on the worker's clock."""
 
 
+class PresenceFault(BaseModel):
+    """The reason why a worker that is online can do no work now."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    code: str
+    """The code of the error, as in `lippmann.errors`."""
+    message: str
+    """The sentence that a user reads."""
+
+
 class Presence(BaseModel):
     """A worker that is online. Its consumer publishes it every few seconds, and it expires when the worker stops.
 
@@ -128,3 +139,5 @@ class Presence(BaseModel):
     do not publish it, and before the first poll."""
     order_s: float | None = None
     """The time at which the consumer last took an order; None before the first one."""
+    fault: PresenceFault | None = None
+    """The reason why it can do no work now; None if it can, or if the worker is older than the field."""

@@ -42,7 +42,7 @@ def save_picture(picture: Light, path: str | Path, *, scale: int = 1, bits: int 
         If it is another kind of file.
     LayoutError
         If the picture does not have one or three channels.
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         If the file cannot be written.
     """
     file, light = Path(path), three_channels(picture)

@@ -7,14 +7,14 @@ ended by us                                  stop, timeout, stall            Sto
 ended by us while it parsed or shot photons  limit of the phase              ParseTimedOut, PhotonsTimedOut
 0, and a picture                             done                            go on
 0, no picture                                it went elsewhere               RenderFailed
-no room in the task's folder                 disk full                       StoreFull
+no room in the task's folder                 disk full                       DiskFull
 1, "Timed out waiting for worker thread..."  fault of POV-Ray's start        start again at once, no attempt spent
 1, "bad_alloc", "Out of memory"              memory limit                    OutOfMemory
 1, "File ... line ...: Parse Error: ..."     the scene is wrong              SceneError with file and line
 1, "Cannot find file ..." before it          a file is not in the bundle     SceneError that names it
 1, "Cannot open input file"                  our own .pov is gone            RenderFailed
 1, parser gave up and said nothing           most often the memory limit     OutOfMemory
-1, "Cannot access data in file"              the picture cannot be written   StoreFull
+1, "Cannot access data in file"              the picture cannot be written   DiskFull
 1, "Problem with option setting"             our command line is wrong       RenderFailed
 2                                            somebody else's SIGTERM         RenderFailed
 SIGXCPU                                      CPU limit                       RenderTimedOut
@@ -39,6 +39,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from lippmann.errors import (
+    DiskFull,
     LippmannError,
     OutOfMemory,
     ParseTimedOut,
@@ -50,7 +51,6 @@ from lippmann.errors import (
     SandboxMissing,
     SceneError,
     Stopped,
-    StoreFull,
 )
 from worker.engines.povray.messages import Message, MessageKind, read_messages, relative
 from worker.engines.povray.progress import Phase, Progress
@@ -139,7 +139,7 @@ def _phase_timed_out(case: Case) -> LippmannError | None:
 
 def _disk_full(case: Case) -> LippmannError | None:
     if case.free_bytes < NO_ROOM_BYTES:
-        return StoreFull(f"There is no room left where the worker renders: {case.free_bytes} bytes free.")
+        return DiskFull(f"There is no room left where the worker renders: {case.free_bytes} bytes free.")
     return None
 
 
@@ -198,7 +198,7 @@ def _scene(case: Case) -> LippmannError | None:
 
 def _unwritable(case: Case) -> LippmannError | None:
     if case.outcome.progress.phase is not Phase.PARSING and case.has_line_with("Cannot access data in file."):
-        return StoreFull("POV-Ray could not write its picture: no room in the task's folder.")
+        return DiskFull("POV-Ray could not write its picture: no room in the task's folder.")
     if case.has_line_with("Cannot create render state output file."):
         return RenderFailed("POV-Ray could not create its files in the task's folder.")
     return None

@@ -60,7 +60,7 @@ def render(
     ------
     SceneError
         If POV-Ray refuses the scene, with file and line.
-    Stopped, RenderTimedOut, ParseTimedOut, PhotonsTimedOut, RenderStalled, OutOfMemory, RenderFailed, StoreFull,
+    Stopped, RenderTimedOut, ParseTimedOut, PhotonsTimedOut, RenderStalled, OutOfMemory, RenderFailed, DiskFull,
     SandboxMissing, PovrayMissing
         See the table of answers in `diagnosis`.
     """

@@ -57,7 +57,7 @@ def write_view_depth(path: Path, found: ViewDepth, *, range_mm: tuple[float, flo
 
     Raises
     ------
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         If it cannot be written.
     """
     suffix = path.suffix.lower()

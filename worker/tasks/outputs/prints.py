@@ -186,7 +186,7 @@ def write_sheet(path: Path, output: CalibrationSheet, pages: tuple[CalibrationPa
 
     Raises
     ------
-    OutputError, StoreFull, StoreUnavailable
+    OutputError, DiskFull, DiskUnavailable
         If it cannot be written, and then no part of it is left.
     """
     if output.file_format == "pdf":

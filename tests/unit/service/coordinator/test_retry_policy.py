@@ -6,7 +6,7 @@ import pytest
 
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
-from service.coordinator.retry_policy import DETERMINISTIC, INFRASTRUCTURE
+from service.coordinator.retry_policy import DETERMINISTIC, INFRASTRUCTURE, LONGEST_DEFERRAL_S
 from service.jobs.commands import retry_job
 from tests.builders_service import Farm, claimed, done, failed, presence
 
@@ -251,44 +251,31 @@ def test_a_farm_that_is_broken_for_a_while_fails_no_task(farm: Farm, code: str) 
     farm.workers = [presence(slots=50)]
     job_id = farm.planned()
     order, *_ = farm.dispatch()
-    for rests in range(1, 9):
+    for rests in range(1, 60):
         farm.say(claimed(order), failed(order, code=code))
         task = farm.task(order)
         assert (task.status, task.failures, task.failed_on, task.deferrals) == (TaskStatus.READY, 0, [], rests)
         assert (task.error_code, task.error_message) == (code, f"{code} happened")
-        assert task.not_before_s == farm.now_s + farm.settings.deferral_s
+        pause_s = min(LONGEST_DEFERRAL_S, farm.settings.deferral_s * 2 ** (rests - 1))
+        assert task.not_before_s == farm.now_s + pause_s
         assert order.task_id not in [other.task_id for other in farm.dispatch()]
+        farm.now_s += pause_s
         order = _again(farm, order.task_id)
     farm.say(done(order))
     assert (farm.task(order).status, farm.task(order).error_message) == (TaskStatus.DONE, None)
     assert farm.job(job_id).status is JobStatus.RUNNING
 
 
-def test_a_farm_that_stays_broken_fails_the_task_at_last_with_the_reason(farm: Farm) -> None:
-    farm.settings = farm.settings.model_copy(update={"deferrals_allowed": 2, "failed_least": 1})
-    job_id = farm.planned(frames="1", outputs=[])
-    order, *_ = farm.dispatch()
-    for _ in range(2):
-        farm.say(claimed(order), failed(order, code="store-full"))
-        assert farm.task(order).status is TaskStatus.READY
-        order = _again(farm, order.task_id)
-    farm.say(claimed(order), failed(order, code="store-full"))
-    task = farm.task(order)
-    assert (task.status, task.error_message) == (TaskStatus.FAILED, "store-full happened")
-    assert farm.job(job_id).status is JobStatus.FAILED
-    with farm.writing() as session:
-        retry_job(session, job_id, now_s=farm.now_s, limit=farm.settings.failure_limit)
-    assert (farm.task(order).status, farm.task(order).deferrals) == (TaskStatus.READY, 0)
-
-
-@pytest.mark.parametrize(
-    ("code", "avoid"), [("sandbox-missing", ("w1",)), ("povray-missing", ("w1",)), ("store-full", ())]
-)
-def test_a_worker_that_lacks_something_is_avoided_at_once_and_one_without_a_store_is_not(
-    farm: Farm, code: str, avoid: tuple[str, ...]
+@pytest.mark.parametrize("code", sorted(INFRASTRUCTURE))
+def test_a_worker_on_which_something_prevents_the_work_is_avoided_at_once_until_the_next_attempt(
+    farm: Farm, code: str
 ) -> None:
     farm.workers = [presence("w1"), presence("w2")]
     farm.planned(**MANY)
-    order, *_ = farm.dispatch()
-    farm.say(claimed(order, "w1"), failed(order, "w1", code=code))
-    assert _again(farm, order.task_id).avoid == avoid
+    order, *others = farm.dispatch()
+    farm.say(claimed(order, "w1"), failed(order, "w1", code=code), *(done(other, "w2") for other in others))
+    assert {other.avoid for other in farm.dispatch()} == {("w1",)}
+    farm.now_s += farm.settings.deferral_s + 1
+    for other in farm.queue.orders:
+        farm.say(done(other, "w2"))
+    assert {other.avoid for other in farm.dispatch()} == {()}

@@ -94,7 +94,8 @@ def test_an_attempt_that_ends_well_says_claimed_and_done(place: Workplace, redis
         (SceneError("line 3: what"), "scene", True),
         (RenderFailed(), "render-failed", False),
         (Stopped(), "stopped", False),
-        (OSError(28, "No space left on device"), "store-full", False),
+        (OSError(28, "No space left on device"), "disk-full", False),
+        (OSError(28, "Read-only file system"), "disk-unavailable", False),
         (ZeroDivisionError("oh"), "unexpected", False),
     ],
 )

@@ -1,0 +1,79 @@
+"""Check the artifact store by storing and deleting a small file, with a time limit."""
+
+from __future__ import annotations
+
+import threading
+import time
+import uuid
+from collections.abc import Callable
+
+from lippmann.errors import LippmannError, StoreFull, StoreUnavailable
+from lippmann.plan.artifact_store import ArtifactStore
+
+CHECKS = "checks"
+"""The folder of the small files in the store."""
+ANSWER_S = 10.0
+"""The longest time of one check; a file system that does not answer blocks its thread until it does."""
+AGAIN = 1.5
+"""A store that was full has room again when this many times the reserve are free, so that jobs do not stop and go."""
+
+
+class StoreCheck:
+    """Checks whether the store takes artifacts.
+
+    Parameters
+    ----------
+    reserve_bytes
+        The free space below which the store is full, bytes.
+    steady
+        A clock that is never set, s.
+    """
+
+    def __init__(
+        self, store: ArtifactStore, *, reserve_bytes: int, answer_s: float = ANSWER_S,
+        steady: Callable[[], float] = time.monotonic,
+    ) -> None:  # fmt: skip
+        self._store = store
+        self._reserve_bytes = reserve_bytes
+        self._answer_s = answer_s
+        self._steady = steady
+        self._lock = threading.Lock()
+        self._thread: threading.Thread | None = None
+        self._answer: LippmannError | None = None
+        self._was_full = False
+
+    def error(self) -> LippmannError | None:
+        """Store and delete a small file, and return the error; None if the store takes artifacts."""
+        with self._lock:
+            if self._thread is None or not self._thread.is_alive():
+                self._thread = threading.Thread(target=self._check, name="store-check", daemon=True)
+                self._thread.start()
+            self._thread.join(self._answer_s)
+            if self._thread.is_alive():
+                return StoreUnavailable(f"The artifact store does not answer within {self._answer_s:g} s.")
+            return self._answer
+
+    def _check(self) -> None:
+        self._answer = self._try()
+        self._was_full = isinstance(self._answer, StoreFull)
+
+    def _try(self) -> LippmannError | None:
+        name = f"{CHECKS}/{uuid.uuid4().hex}"
+        try:
+            self._store.put_bytes(name, b"This file checks whether the store takes artifacts.\n")
+            self._store.delete(name)
+            free = self._store.free_bytes()
+        except StoreFull as error:
+            return StoreFull(f"The artifact store has no room left{_because(error)}.")
+        except LippmannError as error:
+            return StoreUnavailable(f"The artifact store cannot be written{_because(error)}.")
+        least = self._reserve_bytes * (AGAIN if self._was_full else 1.0)
+        if free is not None and free < least:
+            return StoreFull(f"The artifact store has no room left: {free // 1_000_000} MB are free.")
+        return None
+
+
+def _because(error: LippmannError) -> str:
+    """Return the reason that the system gives, without names of files, since health is read without a key."""
+    strerror = getattr(error.__cause__, "strerror", None)
+    return f": {strerror}" if strerror else ""
