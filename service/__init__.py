@@ -14,6 +14,7 @@ auth           keys, login links and browser sessions
 events         events for subscribers, and the stream of server-sent events
 order_queue    the queue of orders to workers, by Celery
 broker_stream  worker events, presence and stop signals, in Redis
+claiming       which workers take orders
 db             the database: engine, tables, migrations, queries
 ids            the ids of jobs, tasks and attempts
 schemas        the schemas of the API

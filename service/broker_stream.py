@@ -5,13 +5,14 @@ Every exchange has a timeout and no exchange is repeated here; the callers try a
 
 from __future__ import annotations
 
+import json
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
 import redis
-from pydantic import ValidationError
+from pydantic import TypeAdapter, ValidationError
 from redis.backoff import NoBackoff
 from redis.exceptions import RedisError, ResponseError
 from redis.retry import Retry
@@ -24,6 +25,8 @@ QUICK_S = 0.5
 """The longest time that a request waits for the broker."""
 
 Entry = tuple[str, Event | None]
+
+_NOT_CLAIMING = TypeAdapter(dict[str, float])
 
 
 class Stream:
@@ -46,6 +49,27 @@ class Stream:
             texts: Any = self._quick.mget(keys) if keys else []
         found = (_presence(text) for text in texts if text is not None)
         return tuple(sorted((presence for presence in found if presence), key=lambda presence: presence.name))
+
+    def first_order(self) -> bytes | None:
+        """Return the message that the next poll of a worker gets; None if no order waits."""
+        with _translated():
+            first: Any = self._quick.lindex(wire.CARRIER_PREFIX + wire.QUEUE, -1)
+            return first  # type: ignore[no-any-return]
+
+    def publish_not_claiming(self, since_s: Mapping[str, float]) -> None:
+        """Publish which workers take no orders, with the time since when, to every process of the service."""
+        with _translated():
+            if since_s:
+                ttl_ms = math.ceil(1000 * wire.NOT_CLAIMING_TTL_S)
+                self._quick.set(wire.NOT_CLAIMING, json.dumps(dict(since_s)), px=ttl_ms)
+            else:
+                self._quick.delete(wire.NOT_CLAIMING)
+
+    def not_claiming(self) -> Mapping[str, float]:
+        """Return which workers take no orders, with the time since when."""
+        with _translated():
+            text: Any = self._quick.get(wire.NOT_CLAIMING)
+        return _not_claiming(text)
 
     def stop(self, attempts: Sequence[str], *, ttl_s: float) -> None:
         """Signal attempts to stop."""
@@ -108,3 +132,10 @@ def _presence(text: bytes) -> Presence | None:
         return Presence.model_validate_json(text)
     except ValidationError:
         return None
+
+
+def _not_claiming(text: bytes | None) -> Mapping[str, float]:
+    try:
+        return {} if text is None else _NOT_CLAIMING.validate_json(text)
+    except ValidationError:
+        return {}

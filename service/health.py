@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Protocol, TypeVar
 
@@ -23,6 +24,9 @@ ANSWER_S = 0.8
 _THREADS = 8
 """The largest number of threads for checks; a check that hangs keeps its thread."""
 
+NOT_CLAIMING = "not-claiming"
+"""The code of the fault of a worker that takes no orders although it has a free slot."""
+
 T = TypeVar("T")
 
 
@@ -32,6 +36,24 @@ class Monitor(Protocol):
     @property
     def faults(self) -> tuple[Fault, ...]:
         """What prevents all work of the farm, first cause first."""
+
+
+@dataclass(frozen=True)
+class _Roster:
+    """The workers that are online, and since when some of them have taken no orders, by name."""
+
+    present: tuple[Presence, ...]
+    not_claiming: Mapping[str, float]
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """What is wrong with single workers."""
+        return tuple(fault for worker in self.present for fault in _faults_of(worker, self.not_claiming))
+
+    @property
+    def slots(self) -> int:
+        """The slots of the workers that take orders."""
+        return sum(worker.slots for worker in self.present if worker.name not in self.not_claiming)
 
 
 class Checks:
@@ -55,7 +77,7 @@ class Checks:
 
         async with anyio.create_task_group() as group:
             group.start_soon(ask, "coordinator", lambda: self._coordinator(now_s))
-            group.start_soon(ask, "workers", self._stream.presences)
+            group.start_soon(ask, "workers", self._roster)
             group.start_soon(ask, "free", self._free_bytes)
             group.start_soon(ask, "faults", self._faults)
             group.start_soon(ask, "known", is_known)
@@ -66,12 +88,12 @@ class Checks:
 
     async def workers(self) -> WorkerList:
         """Return the workers that are online, with their running tasks."""
-        present = await self._ask(self._stream.presences)
-        if isinstance(present, Exception):
+        roster = await self._ask(self._roster)
+        if isinstance(roster, Exception):
             return WorkerList(items=(), known=False)
         running = await self._ask(self._running)
         counts = {} if isinstance(running, Exception) else running
-        return WorkerList(items=tuple(_worker(presence, counts) for presence in present), known=True)
+        return WorkerList(items=tuple(_worker(one, counts, roster.not_claiming) for one in roster.present), known=True)
 
     async def _ask(self, question: Callable[[], T]) -> T | Exception:
         self._limiter = self._limiter or anyio.CapacityLimiter(_THREADS)
@@ -96,6 +118,9 @@ class Checks:
         with self._database.reading() as session:
             return coordinator_rows.faults(session)
 
+    def _roster(self) -> _Roster:
+        return _Roster(self._stream.presences(), self._stream.not_claiming())
+
     def _free_bytes(self) -> int | None:
         self._store.exists("scenes/none.zip")
         return self._store.free_bytes()
@@ -119,7 +144,7 @@ def _health(coordinator: object, workers: object, free: object, found: object) -
     broker = ComponentHealth(**_answer("broker", workers, faults))
     store = StoreHealth(**_answer("store", free, faults), free_bytes=free if isinstance(free, int) else None)
     leading = coordinator if isinstance(coordinator, CoordinatorHealth) else CoordinatorHealth(ok=False, leader=None)
-    present: Sequence[Presence] | None = workers if isinstance(workers, tuple) else None
+    roster = workers if isinstance(workers, _Roster) else None
     return Health(
         status="ok" if all((database.ok, broker.ok, store.ok, leading.ok)) and not faults else "degraded",
         version=package_version(),
@@ -127,8 +152,8 @@ def _health(coordinator: object, workers: object, free: object, found: object) -
         broker=broker,
         store=store,
         coordinator=leading,
-        workers=None if present is None else len(present),
-        slots=None if present is None else sum(presence.slots for presence in present),
+        workers=None if roster is None else len(roster.present),
+        slots=None if roster is None else roster.slots,
         faults=faults,
     )
 
@@ -136,14 +161,9 @@ def _health(coordinator: object, workers: object, free: object, found: object) -
 def _all_faults(found: object, workers: object) -> tuple[Fault, ...]:
     """Return the faults of the farm and those of single workers."""
     of_farm = found if isinstance(found, tuple) else ()
-    if any(fault.component == "workers" for fault in of_farm) or not isinstance(workers, tuple):
+    if any(fault.component == "workers" for fault in of_farm) or not isinstance(workers, _Roster):
         return of_farm
-    one_by_one = (
-        Fault(component="workers", code=one.fault.code, message=f"{one.name}: {one.fault.message}.", since_s=one.seen_s)
-        for one in workers
-        if one.fault is not None
-    )
-    return (*of_farm, *one_by_one)
+    return (*of_farm, *workers.faults)
 
 
 def _answer(component: str, answer: object, faults: Sequence[Fault]) -> dict[str, Any]:
@@ -161,7 +181,18 @@ def _detail(answer: object) -> str:
     return str(answer) if isinstance(answer, TimeoutError) else type(answer).__name__
 
 
-def _worker(presence: Presence, running: dict[str, int]) -> Worker:
+def _faults_of(worker: Presence, not_claiming: Mapping[str, float]) -> Iterator[Fault]:
+    """Yield what a worker says of itself, and that it takes no orders."""
+    if worker.fault is not None:
+        message = f"{worker.name}: {worker.fault.message}."
+        yield Fault(component="workers", code=worker.fault.code, message=message, since_s=worker.seen_s)
+    if worker.name in not_claiming:
+        message = f"{worker.name}: takes no orders although it has a free slot."
+        yield Fault(component="workers", code=NOT_CLAIMING, message=message, since_s=not_claiming[worker.name])
+
+
+def _worker(presence: Presence, running: dict[str, int], not_claiming: Mapping[str, float]) -> Worker:
     known = presence.model_dump(include=set(Worker.model_fields), exclude={"fault"})
     fault = None if presence.fault is None else presence.fault.message
-    return Worker(**known, running=running.get(presence.name, 0), fault=fault)
+    since_s = not_claiming.get(presence.name)
+    return Worker(**known, running=running.get(presence.name, 0), fault=fault, not_claiming_since_s=since_s)

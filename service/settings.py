@@ -62,6 +62,9 @@ class Settings(BaseSettings):
     """The time after which a silent attempt is lost."""
     unclaimed_s: float = Field(default=wire.UNCLAIMED_S, gt=0)
     """The time after which an order that no worker claims is taken back; only time with a free slot counts."""
+    not_claiming_s: float = Field(default=15.0, gt=0)
+    """The time for which an order waits first in the queue before the workers with a free slot are said to take no
+    orders; their slots then do not count."""
     stop_ttl_s: float = Field(default=wire.STOP_TTL_S, gt=0)
     """The time for which the broker keeps the stop signal of an attempt."""
     broker_timeout_s: float = Field(default=2.0, gt=0)

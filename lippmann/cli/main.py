@@ -55,7 +55,13 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
-    "Run a farm": {"up": farm.up, "demo": farm.demo, "serve": farm.serve, "worker": farm.worker},
+    "Run a farm": {
+        "up": farm.up,
+        "demo": farm.demo,
+        "serve": farm.serve,
+        "worker": farm.worker,
+        "workers": farm.workers,
+    },
     "Keep a farm": {"backup": backup.backup, "restore": backup.restore},
     "Jobs": {
         "submit": jobs.submit,

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from traceback import format_exception
 
@@ -18,6 +18,7 @@ from sqlalchemy.exc import OperationalError, SQLAlchemyError
 from lippmann.job.messages.events import Presence
 from lippmann.plan.artifact_store import ArtifactStore
 from service.broker_stream import Stream
+from service.claiming import ClaimWatch
 from service.coordinator.background_jobs import BackgroundJobs
 from service.coordinator.event_consumer import consume_events
 from service.coordinator.fault_monitor import FaultMonitor
@@ -70,6 +71,8 @@ class Coordinator:
         self._background_jobs = BackgroundJobs(database, store, settings)
         self._workers: tuple[Presence, ...] = ()
         self._workers_s = float("-inf")
+        self._claim_watch = ClaimWatch(unmoved_s=settings.not_claiming_s)
+        self._not_claiming: Mapping[str, float] = {}
         self._liveness = Liveness(gap_s=settings.lease_ttl_s / 3, clock=clock, steady=steady)
         self._checkpoint_s = clock()
         self._stopping = threading.Event()
@@ -155,7 +158,8 @@ class Coordinator:
             more |= sent == ROUND
 
     def _dispatch(self) -> int:
-        return dispatch(self._database, self._queue, self._present(), now_s=self._clock(), settings=self._settings)
+        self._present()
+        return dispatch(self._database, self._queue, self._claiming(), now_s=self._clock(), settings=self._settings)
 
     def fault_round(self) -> None:
         """Pause and resume jobs; faults are checked until they are gone, since without a database nobody leads."""
@@ -191,13 +195,31 @@ class Coordinator:
             sweep_orphans(self._database, self._store, now_s=self._clock())
 
     def _slots(self) -> int:
-        return sum(worker.slots for worker in self._workers)
+        return sum(worker.slots for worker in self._claiming())
+
+    def _claiming(self) -> tuple[Presence, ...]:
+        """Return the workers that take orders, whose slots count."""
+        return tuple(worker for worker in self._workers if worker.name not in self._not_claiming)
 
     def _present(self) -> tuple[Presence, ...]:
         if self._clock() - self._workers_s > PRESENCE_S:
-            self._workers = self._stream.presences()
+            try:
+                self._workers = self._stream.presences()
+                self._watch_claims()
+            except BrokerUnavailable:
+                self._claim_watch.reset()
+                raise
             self._workers_s = self._clock()
         return self._workers
+
+    def _watch_claims(self) -> None:
+        first = self._stream.first_order()
+        was = self._not_claiming
+        self._not_claiming = self._claim_watch.observe(self._workers, first, now_s=self._clock())
+        if was or self._not_claiming:
+            self._stream.publish_not_claiming(self._not_claiming)
+        if was.keys() != self._not_claiming.keys():
+            log.warning("workers that take no orders have changed", not_claiming=sorted(self._not_claiming))
 
     def _signal_stops(self) -> None:
         with self._database.reading() as session:

@@ -50,7 +50,7 @@ class Health(Answer):
     """The health of the farm."""
 
     status: Literal["ok", "degraded"]
-    """`ok` if every component is."""
+    """`ok` if every component is and every worker takes orders."""
     version: str
     database: ComponentHealth
     broker: ComponentHealth
@@ -59,7 +59,7 @@ class Health(Answer):
     workers: int | None
     """The number of workers that are online; null if the broker does not answer."""
     slots: int | None
-    """The number of their slots; null if the broker does not answer."""
+    """The number of the slots of those that take orders; null if the broker does not answer."""
     faults: tuple[Fault, ...] = ()
     """What prevents work now, first cause first. The farm has paused its running jobs until all of them are gone."""
 
@@ -85,6 +85,8 @@ class Worker(Answer):
     """The number of tasks of open jobs that it runs."""
     fault: str | None = None
     """The reason why it can do no work now, such as a scratch disk without room."""
+    not_claiming_since_s: float | None
+    """The time since when it takes no orders although it has a free slot, in seconds since 1970; null if it does."""
 
 
 class WorkerList(Answer):

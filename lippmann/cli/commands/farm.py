@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from lippmann.cli.options import DATA_DIR, DataDir, OutputFolder
+from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
@@ -128,6 +129,20 @@ def worker(data_dir: DataDir = DATA_DIR, slots: Slots = None, *, output: Output)
     if output.as_json:
         output.result({"worker": worker_name(), "slots": slots, "pid": os.getpid()}, "")
     run_worker(slots=slots)
+
+
+def workers(output: Output, connection: Connection) -> None:
+    """List the workers that are online, and name those that take no orders."""
+    import time
+
+    from lippmann.cli.text.jobs import worker_table
+    from lippmann.errors import FarmFailed
+
+    with connection.client() as client:
+        found = client.workers()
+    if not found.known:
+        raise FarmFailed("expected the broker to name the workers, got no answer from it")
+    output.result([one.model_dump(mode="json") for one in found.items], worker_table(found.items, now_s=time.time()))
 
 
 @contextmanager

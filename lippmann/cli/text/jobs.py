@@ -1,4 +1,4 @@
-"""Jobs, scenes and keys as text."""
+"""Jobs, workers, scenes and keys as text."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from service.schemas.access import Key
+    from service.schemas.farm import Worker
     from service.schemas.job import Job
     from service.schemas.scene import Scene
 
@@ -50,6 +51,21 @@ def job_text(job: Job) -> str:
         ]
     )
     return "\n".join([lines, *(f"note: {note}" for note in job.notes)])
+
+
+def worker_table(workers: Iterable[Worker], *, now_s: float) -> str:
+    """Return workers, one a line, with those that take no orders marked."""
+    rows = [
+        (worker.name, f"{worker.running}/{worker.slots}", _claiming_text(worker, now_s), worker.host, worker.version)
+        for worker in workers
+    ]
+    return table(("name", "running", "orders", "host", "version"), rows) if rows else "No workers."
+
+
+def _claiming_text(worker: Worker, now_s: float) -> str:
+    if worker.not_claiming_since_s is None:
+        return "takes orders"
+    return f"has taken none for {duration_text(now_s - worker.not_claiming_since_s)}"
 
 
 def scene_table(scenes: Iterable[Scene]) -> str:

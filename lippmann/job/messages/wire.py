@@ -35,6 +35,11 @@ STOP_POLL_S = 1.0
 """The interval at which a running attempt renews its lease and checks whether it must stop."""
 
 
+NOT_CLAIMING = PREFIX + "not-claiming"
+"""The key of the workers that take no orders, by the judgement of the coordinator: JSON, name to seconds since 1970."""
+NOT_CLAIMING_TTL_S = 10.0
+
+
 def broker_url(redis_url: str) -> str:
     """Return the address of a Redis server in the form that Celery expects.
 

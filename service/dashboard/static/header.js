@@ -40,11 +40,14 @@ function Health({ health, stale }) {
   if (!health) return html`<div class="health" aria-label="Health of the farm"></div>`;
   const { workers, slots, broker, store, database, coordinator } = health;
   const known = workers !== null;
+  const troubles = (health.faults ?? []).filter((fault) => fault.component === "workers").map((fault) => fault.message);
   const room = store.free_bytes === null ? "store ok" : `${bytes(store.free_bytes)} free`;
   return html`
     <ul class="health ${stale ? "stale" : ""}" aria-label="Health of the farm">
       <${Light} ok=${known && workers > 0} title=${known ? "" : "The broker does not answer."}
         text=${known ? `${many(workers, "worker")}, ${many(slots, "slot")}` : "workers unknown"} />
+      ${troubles.length > 0 && html`
+        <${Light} ok=${false} title=${troubles.join(" ")} text=${`${many(troubles.length, "worker")} in trouble`} />`}
       <${Light} ok=${broker.ok} title=${broker.detail} text=${broker.ok ? "broker ok" : "broker degraded"} />
       ${!database.ok && html`<${Light} ok=${false} title=${database.detail} text="database degraded" />`}
       ${!coordinator.ok && html`

@@ -40,6 +40,7 @@ def test_a_worker_whose_attempts_all_ended_while_the_broker_was_away_takes_order
         until(farm.client, job.id, rendering)
         farm.proxy.refuse()
         wait_until(lambda: farm.worker_log.read_text().count("final event lost") == 2)
+        wait_until(lambda: _has_noticed(farm.worker_log.read_text()))
         farm.proxy.pass_on()
         assert_each_frame_is_there_once(farm, ended(farm.client, job.id), undisturbed)
 
@@ -51,3 +52,8 @@ def test_a_worker_notices_that_the_network_has_forgotten_its_connections(
         farm.proxy.abandon()
         job = farm.client.submit(fish("1"))
         assert_each_frame_is_there_once(farm, ended(farm.client, job.id), undisturbed)
+
+
+def _has_noticed(log: str) -> bool:
+    """Return whether the worker has met the outage: as a poll, or as acknowledgements, which it once sent and lost."""
+    return "the broker does not answer" in log or log.count("Couldn't ack") == 2

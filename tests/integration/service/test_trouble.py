@@ -151,6 +151,25 @@ def test_workers_that_are_there_are_shown_with_what_they_run(
     assert service.client.get("/health").json()["slots"] == 2
 
 
+def test_a_worker_that_takes_no_orders_is_named_and_its_slots_do_not_count(
+    make_service: Callable[..., Service], broker: Broker, make_worker: Callable[..., FakeWorker]
+) -> None:
+    service = make_service(not_claiming_s=1.0)
+    deaf = presence("deaf").model_copy(update={"holds": ()})
+    broker.client.set(wire.presence_key("deaf"), deaf.model_dump_json())
+    until(lambda: service.client.get("/health").json()["slots"] == 2)
+    job_id = _submit(service)
+    health = until(lambda: (seen := service.client.get("/health").json())["faults"] and seen)
+    (fault,) = health["faults"]
+    assert (fault["code"], fault["message"].split(":")[0]) == ("not-claiming", "deaf")
+    assert (health["status"], health["workers"], health["slots"]) == ("degraded", 1, 0)
+    (worker,) = service.client.get("/workers").json()["items"]
+    assert worker["not_claiming_since_s"] > 0
+    make_worker()
+    until(lambda: service.status(job_id) == "done")
+    until(lambda: service.client.get("/health").json()["faults"] == [])
+
+
 def test_a_cancelled_attempt_finds_its_stop_key(
     service: Service, broker: Broker, make_worker: Callable[..., FakeWorker]
 ) -> None:

@@ -110,7 +110,14 @@ def test_a_path_that_is_not_utf_8_gives_a_result_or_one_line(
 def test_a_data_folder_that_is_not_utf_8_is_looked_into(
     path: tuple[str, ...], odd: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    inputs = {"jobs": "", "list": "", "link": "", "create": "alice", "export": "1m8j90emqdeyfg978 quilt.png"}
+    inputs = {
+        "jobs": "",
+        "workers": "",
+        "list": "",
+        "link": "",
+        "create": "alice",
+        "export": "1m8j90emqdeyfg978 quilt.png",
+    }
     inputs |= {"upload": "{odd}/scene", "submit": "{job}", "view": "1m8j90emqdeyfg978 --centre --out x.png"}
     inputs |= {"refocus": "1m8j90emqdeyfg978 --depth-mm 1 --out x.png", "depth": "1m8j90emqdeyfg978 --out x.png"}
     inputs |= {"observe": "1m8j90emqdeyfg978 --eye 0,0,500 --out x.png"}
