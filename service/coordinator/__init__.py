@@ -4,9 +4,11 @@ coordinator      the threads and their rounds
 leader_election  which process leads
 scheduler        dispatches ready tasks, best first
 fair_share       divides the free orders between jobs: pure
-event_consumer   writes the events of workers to the database
+event_consumer   writes the events of workers to the database, a chunk of the stream at a time
+event_rules      the consequences of events, on plain values: pure
+batch_writer     writes the changes of a batch by a handful of statements
 liveness         since when no event was missed
-retry_policy     the consequences of a failed attempt
+retry_policy     the consequences of a failed attempt: pure
 fault_monitor    pauses jobs while a full disk or another fault prevents their work
 reconciler       repairs rows that events left wrong or incomplete
 background_jobs  work on many rows, in chunks

@@ -13,19 +13,20 @@ from lippmann.job.messages.events import LOST, Failure
 from lippmann.job.states import TaskStatus
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
-from service.coordinator.event_consumer import Batch, close_batch, finish_task, hold
-from service.coordinator.retry_policy import fail_attempt
+from service.coordinator.batch_writer import close_jobs, write_batch
+from service.coordinator.event_rules import Batch, fail, finish, hold
 from service.db import access as access_rows
 from service.db import coordinator as coordinator_rows
 from service.db import events as event_rows
 from service.db import jobs as job_rows
+from service.db import task_sets
 from service.db import tasks as task_rows
 from service.db.counters import is_miscounted, recount
 from service.db.engine import Database
 from service.db.tables import Task
-from service.events.publish import publish_task
 from service.jobs.completion import has_ended, settle
-from service.jobs.state_machine import transition_task, transition_tasks
+from service.jobs.state_machine import transition_tasks
+from service.jobs.task_draft import TaskDraft
 from service.settings import Settings
 
 T = TypeVar("T")
@@ -118,20 +119,13 @@ class Reconciler:
         # The store may be slow, so it is queried before the transaction; the fence detects a change in between.
         exists = bool(seen.artifact) and self.store.exists(names.job_artifact(seen.job_id, seen.artifact))
         with self.database.writing() as session:
-            task = task_rows.task(session, seen.job_id, seen.sequence)
+            task = task_sets.states(session, [(seen.job_id, seen.sequence)]).get((seen.job_id, seen.sequence))
             if task is None or (task.attempt, task.status) != (seen.attempt, seen.status):
                 return
-            batch = Batch(session, now_s, self.settings, {task.job_id})
-            coordinator_rows.request_stop(session, [task.attempt], now_s=now_s)
-            if exists:
-                hold(batch, task, task.worker, task.instance)
-                finish_task(batch, task, cpu_s=None, wall_s=None, digests=None)
-            elif failure is None:
-                transition_task(session, task, TaskStatus.READY)
-            else:
-                fail_attempt(session, task, failure, worker=task.worker, now_s=now_s, settings=self.settings)
-            publish_task(session, task)
-            close_batch(batch)
+            batch = Batch(now_s, self.settings, {task.key: TaskDraft(task)}, stops=[task.attempt])
+            _end(batch, batch.drafts[task.key], failure, exists=exists)
+            write_batch(session, batch)
+            close_jobs(session, batch.touched, now_s=now_s, settings=self.settings)
 
     def _tick_idle(self, view: FarmView, held: Sequence[Task]) -> float:
         """Advance the idle clock by the time since the last run, if some slot was free."""
@@ -186,7 +180,7 @@ class Reconciler:
             if row is None or row.background_job is not None:
                 return
             transition_tasks(session, job_id, free, TaskStatus.WAITING, TaskStatus.READY)
-            close_batch(Batch(session, now_s, self.settings, {job_id} if free else set()))
+            close_jobs(session, {job_id} if free else set(), now_s=now_s, settings=self.settings)
             session.refresh(row)
             settle(session, row, now_s=now_s, limit=limit)
 
@@ -197,3 +191,15 @@ class Reconciler:
             with self.database.writing() as session:
                 if not event_rows.prune(session, kept=self.settings.events_kept, limit=task_rows.CHUNK):
                     return
+
+
+def _end(batch: Batch, draft: TaskDraft, failure: Failure | None, *, exists: bool) -> None:
+    """End an attempt without its final event: the task is done if its artifact exists."""
+    task = draft.now
+    if exists:
+        hold(draft, task.worker, task.instance, now_s=batch.now_s)
+        finish(draft, cpu_s=None, wall_s=None, now_s=batch.now_s)
+    elif failure is None:
+        draft.transition(TaskStatus.READY)
+    else:
+        fail(batch, draft, failure, worker=task.worker)

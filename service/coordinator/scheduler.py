@@ -5,7 +5,7 @@ The row becomes `dispatched` before the order is sent. A crash in between delays
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import replace
 
 from sqlalchemy.orm import Session
@@ -13,17 +13,18 @@ from sqlalchemy.orm import Session
 from lippmann.digest import Digest
 from lippmann.job.messages.events import Presence
 from lippmann.job.messages.orders import Order
-from lippmann.job.states import JobStatus, TaskStatus
+from lippmann.job.states import TaskStatus
 from service.coordinator.fair_share import Claim, share_out
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
-from service.db import tasks as task_rows
+from service.db import task_sets
 from service.db.engine import Database
-from service.db.tables import Job, Task
+from service.db.faults import avoided_workers
+from service.db.task_state import TaskState
 from service.errors import BrokerUnavailable
-from service.events.publish import publish_task
 from service.ids import new_attempt, parse_task_id, task_id
-from service.jobs.state_machine import transition_job, transition_task
+from service.jobs.state_machine import begin_jobs, write_drafts
+from service.jobs.task_draft import TaskDraft
 from service.jobs.verification import input_digests
 from service.order_queue import OrderQueue
 from service.settings import Settings
@@ -58,41 +59,38 @@ def dispatch(
 
 
 def assign(session: Session, workers: Sequence[Presence], *, now_s: float, settings: Settings) -> list[Order]:
-    """Assign ready tasks to new attempts, and return their orders."""
-    room = _room(session, workers, settings)
+    """Assign ready tasks to new attempts, by a handful of statements, and return their orders."""
     idle_s = coordinator_rows.current(session).idle_s
-    present = {worker.name for worker in workers}
-    at_fault = {worker.name for worker in workers if worker.fault is not None}
-    avoided: dict[str, set[str]] = {}
-    orders = []
-    best = _best(session, room, now_s)
-    digests = input_digests(session, best)
-    for task in best:
-        row = session.get_one(Job, task.job_id, populate_existing=task.job_id not in avoided)
-        if row.status is JobStatus.QUEUED:
-            transition_job(session, row, JobStatus.PROBING, started_s=now_s)
-        changed = transition_task(
-            session, task, TaskStatus.DISPATCHED, attempt=new_attempt(), attempt_number=task.attempt_number + 1,
+    drafts = [TaskDraft(task) for task in _best(session, _room(session, workers, settings), now_s)]
+    if not drafts:
+        return []
+    job_ids = {draft.now.job_id for draft in drafts}
+    begin_jobs(session, job_ids, now_s=now_s)
+    for draft in drafts:
+        draft.transition(
+            TaskStatus.DISPATCHED, attempt=new_attempt(), attempt_number=draft.now.attempt_number + 1,
             worker=None, instance=None, progress=None, not_before_s=None, dispatched_s=now_s, dispatched_idle_s=idle_s,
             claimed_s=None, heartbeat_s=None, ended_s=None,
         )  # fmt: skip
-        if changed:
-            publish_task(session, task)
-            if row.id not in avoided:
-                avoided[row.id] = task_rows.avoided_workers(session, row.id, now_s=now_s)
-            avoid = avoided[row.id] | set(task.failed_on) | at_fault
-            inputs = digests.get((task.job_id, task.sequence), {})
-            orders.append(_order(task, tuple(sorted(at_fault if present <= avoid else avoid)), inputs))
-    return orders
+    write_drafts(session, drafts)
+    tasks = [draft.now for draft in drafts]
+    avoided, digests = avoided_workers(session, job_ids, now_s=now_s), input_digests(session, tasks)
+    return [
+        _order(task, _avoid(workers, avoided[task.job_id] | set(task.failed_on)), digests.get(task.key, {}))
+        for task in tasks
+    ]
 
 
 def take_back(session: Session, orders: Sequence[Order], *, now_s: float) -> None:
     """Make tasks ready again whose orders failed; some may have been sent, so their attempts are requested to stop."""
     coordinator_rows.request_stop(session, [order.attempt for order in orders], now_s=now_s)
-    for order in orders:
-        task = task_rows.task(session, *parse_task_id(order.task_id))
-        if task is not None and task.attempt == order.attempt and task.status is TaskStatus.DISPATCHED:
-            transition_task(session, task, TaskStatus.READY)
+    attempts = {parse_task_id(order.task_id): order.attempt for order in orders}
+    drafts = [TaskDraft(task) for task in task_sets.states(session, attempts).values()]
+    mine = [draft for draft in drafts if draft.now.attempt == attempts[draft.now.key]]
+    taken = [draft for draft in mine if draft.now.status is TaskStatus.DISPATCHED]
+    for draft in taken:
+        draft.transition(TaskStatus.READY)
+    write_drafts(session, taken)
 
 
 def _room(session: Session, workers: Sequence[Presence], settings: Settings) -> int:
@@ -100,13 +98,13 @@ def _room(session: Session, workers: Sequence[Presence], settings: Settings) -> 
     return min(settings.orders_per_slot * slots - job_rows.outstanding(session), ROUND)
 
 
-def _best(session: Session, room: int, now_s: float) -> list[Task]:
+def _best(session: Session, room: int, now_s: float) -> list[TaskState]:
     claims = {claim[0]: Claim(*claim) for claim in job_rows.claims(session, now_s=now_s)}
     reached = dict.fromkeys(claims, -1)
-    best: list[Task] = []
+    best: list[TaskState] = []
     while claims and len(best) < room:
         for job_id, wanted in share_out(claims.values(), room - len(best)).items():
-            tasks = task_rows.ready(session, job_id, now_s=now_s, after=reached[job_id], limit=wanted)
+            tasks = task_sets.ready(session, job_id, now_s=now_s, after=reached[job_id], limit=wanted)
             best += tasks
             claim = claims.pop(job_id)
             if len(tasks) == wanted < claim.ready:
@@ -116,7 +114,14 @@ def _best(session: Session, room: int, now_s: float) -> list[Task]:
     return best
 
 
-def _order(task: Task, avoid: tuple[str, ...], digests: dict[str, Digest]) -> Order:
+def _avoid(workers: Sequence[Presence], avoided: Set[str]) -> tuple[str, ...]:
+    """Return the workers that decline an order: those at fault, and those avoided unless no other would be left."""
+    at_fault = {worker.name for worker in workers if worker.fault is not None}
+    is_left = any(worker.name not in avoided | at_fault for worker in workers)
+    return tuple(sorted(avoided | at_fault if is_left else at_fault))
+
+
+def _order(task: TaskState, avoid: tuple[str, ...], digests: dict[str, Digest]) -> Order:
     return Order(
         kind=task.kind,
         job_id=task.job_id,

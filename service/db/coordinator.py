@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from sqlalchemy import delete, or_, select, update
+from sqlalchemy import delete, or_, select, text, update
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
 from service.db.tables import CoordinatorRow, StopRequest
 from service.schemas.farm import Fault
+
+_REQUEST_STOP = text(
+    "INSERT INTO stop_requests (attempt, requested_s) VALUES (:attempt, :now_s) ON CONFLICT (attempt) DO NOTHING"
+)
 
 
 def current(session: Session) -> CoordinatorRow:
@@ -58,11 +62,10 @@ def set_faults(session: Session, found: Sequence[Fault]) -> None:
 
 
 def request_stop(session: Session, attempts: Iterable[str | None], *, now_s: float) -> None:
-    """Store that attempts must stop."""
-    for attempt in attempts:
-        if attempt is not None:
-            session.merge(StopRequest(attempt=attempt, requested_s=now_s))
-    session.flush()
+    """Store that attempts must stop, by one statement."""
+    rows = [{"attempt": attempt, "now_s": now_s} for attempt in dict.fromkeys(attempts) if attempt is not None]
+    if rows:
+        session.connection().execute(_REQUEST_STOP, rows)
 
 
 def pending_stops(session: Session, limit: int = 500) -> Sequence[str]:

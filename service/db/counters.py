@@ -1,6 +1,6 @@
 """The counters in the row of a job: tasks by status, frames, pixels and seconds.
 
-A transition of a task changes them in its own transaction, see `service.jobs.state_machine`.
+The transaction that changes tasks also changes the counters, by one statement for all jobs.
 """
 
 from __future__ import annotations
@@ -8,21 +8,35 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 
-from sqlalchemy import ColumnElement, func, or_, select, update
+from sqlalchemy import ColumnElement, bindparam, func, or_, select, update
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import TaskStatus
 from service.db.engine import changed
 from service.db.tables import Job, Task
 
+GAINS = ("frames_done", "total_px", "done_px", "cpu_s", "wall_s", "late_events")
+"""The counters of a job that count no tasks."""
+_COLUMNS = (*(status.value for status in TaskStatus), *GAINS)
+_ADD = (
+    update(Job)
+    .where(Job.id == bindparam("of_job"))
+    .values({name: getattr(Job, name) + bindparam(f"add_{name}") for name in _COLUMNS})
+)
 
-def add_to_counters(session: Session, job_id: str, tasks: Mapping[TaskStatus, int], **gains: float) -> None:
-    """Add to the counters of a job: `tasks` by status, and other columns by name."""
-    columns = {getattr(Job, status.value): n for status, n in tasks.items() if n}
-    columns |= {getattr(Job, name): n for name, n in gains.items() if n}
-    if columns:
-        values = {column.key: column + n for column, n in columns.items()}
-        changed(session, update(Job).where(Job.id == job_id).values(values))
+Gains = Mapping[str, float]
+"""The amounts to add to the counters of a job, by the name of the column."""
+
+
+def add_to_counters(session: Session, gains: Mapping[str, Gains]) -> None:
+    """Add to the counters of jobs, by one statement; a job that does not exist is passed over."""
+    rows = [
+        {"of_job": job_id, **{f"add_{name}": added.get(name, 0) for name in _COLUMNS}}
+        for job_id, added in sorted(gains.items())
+        if any(added.values())
+    ]
+    if rows:
+        session.connection().execute(_ADD, rows)
 
 
 def is_miscounted(session: Session, job_id: str) -> bool:

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
-from sqlalchemy import delete, func, select
+from sqlalchemy import delete, func, insert, select
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
 from service.db.tables import JobEvent
 from service.schemas.events import EventTopic
 
+NewEvent = tuple[str, EventTopic, dict[str, Any]]
+"""The job, the topic and the data of an event."""
 
-def append(session: Session, job_id: str, topic: EventTopic, data: dict[str, Any]) -> None:
-    """Append an event; subscribers receive it after the transaction commits."""
-    session.add(JobEvent(job_id=job_id, topic=topic, data=data))
-    session.flush()
+
+def append(session: Session, events: Iterable[NewEvent]) -> None:
+    """Append events, by one statement; subscribers receive them after the transaction commits."""
+    rows = [{"job_id": job_id, "topic": topic, "data": data} for job_id, topic, data in events]
+    if rows:
+        session.connection().execute(insert(JobEvent), rows)
 
 
 def after(session: Session, position: int, *, job_id: str | None, limit: int) -> Sequence[JobEvent]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
-from sqlalchemy import ColumnElement, func, or_, select
+from sqlalchemy import ColumnElement, bindparam, func, or_, select, update
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import JobStatus, PausedBy, TaskStatus
@@ -22,6 +23,26 @@ def job(session: Session, job_id: str) -> Job | None:
     """Return a job as it is in the database now, unless it is being removed."""
     found = session.get(Job, job_id, populate_existing=True)
     return None if found is None or found.background_job is BackgroundJob.REMOVE else found
+
+
+def jobs(session: Session, job_ids: Iterable[str]) -> Sequence[Job]:
+    """Return those jobs that exist and are not being removed, as they are in the database now, sorted by id."""
+    query = select(Job).where(Job.id.in_([*job_ids]), Job.background_job.is_distinct_from(BackgroundJob.REMOVE))
+    return session.scalars(query.order_by(Job.id).execution_options(populate_existing=True)).all()
+
+
+def statuses(session: Session, job_ids: Iterable[str]) -> Sequence[tuple[str, JobStatus]]:
+    """Return the statuses of jobs, sorted by id."""
+    return session.execute(select(Job.id, Job.status).where(Job.id.in_([*job_ids])).order_by(Job.id)).all()
+
+
+def set_probes(session: Session, probes: Mapping[str, dict[str, Any]]) -> None:
+    """Store the measurements of probes, by job, and leave the planning to a background job."""
+    statement = update(Job).where(Job.id == bindparam("of_job"))
+    statement = statement.values(probe=bindparam("measured"), background_job=BackgroundJob.PLAN)
+    if probes:
+        rows = [{"of_job": job_id, "measured": measured} for job_id, measured in probes.items()]
+        session.connection().execute(statement, rows)
 
 
 def has_row(session: Session, job_id: str) -> bool:

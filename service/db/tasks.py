@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, func, or_, select
+from sqlalchemy import ColumnElement, Select, func, select
 from sqlalchemy.orm import Session, aliased, undefer
 
 from lippmann.job.messages.orders import TaskKind
@@ -37,16 +37,6 @@ def page(
     return session.scalars(query.order_by(Task.sequence).limit(limit)).all()
 
 
-def ready(session: Session, job_id: str, *, now_s: float, after: int, limit: int) -> Sequence[Task]:
-    """Return ready tasks that are due, in order."""
-    query = (
-        select(Task)
-        .where(Task.job_id == job_id, Task.status == TaskStatus.READY, Task.sequence > after)
-        .where(or_(Task.not_before_s.is_(None), Task.not_before_s <= now_s))
-    )
-    return session.scalars(_fresh(query.order_by(Task.sequence).limit(limit))).all()
-
-
 def held(session: Session, job_ids: Iterable[str], *, status: TaskStatus | None = None) -> Sequence[Task]:
     """Return the tasks that an attempt owns; there are few, because the queue is shallow."""
     statuses = HELD_TASKS if status is None else (status,)
@@ -60,21 +50,9 @@ def in_statuses(session: Session, job_id: str, statuses: Iterable[TaskStatus]) -
     return session.execute(query.limit(CHUNK)).all()
 
 
-def stage_is_done(session: Session, job_id: str, stage: str) -> bool:
-    """Return whether every task of a stage is done."""
-    query = select(Task.sequence).where(Task.job_id == job_id, Task.stage == stage, Task.status.in_(NOT_DONE))
-    return session.execute(query.limit(1)).first() is None
-
-
-def waiting_for(session: Session, job_id: str, stage: str) -> Sequence[int]:
-    """Return the waiting tasks that need a stage."""
-    query = select(Task.sequence).where(Task.job_id == job_id, Task.needs == stage, Task.status == TaskStatus.WAITING)
-    return session.scalars(query.order_by(Task.sequence)).all()
-
-
 def retriable(session: Session, job_id: str) -> Sequence[tuple[int, TaskStatus, bool]]:
     """Return one chunk of failed and cancelled tasks: (sequence, status, whether the needed stage is not done)."""
-    query = select(Task.sequence, Task.status, _is_blocked().label("blocked")).where(
+    query = select(Task.sequence, Task.status, is_blocked().label("blocked")).where(
         Task.job_id == job_id, Task.status.in_([TaskStatus.FAILED, TaskStatus.CANCELLED])
     )
     return session.execute(query.limit(CHUNK)).all()
@@ -82,7 +60,7 @@ def retriable(session: Session, job_id: str) -> Sequence[tuple[int, TaskStatus, 
 
 def overdue(session: Session, job_id: str, *, after: int) -> tuple[list[int], int | None]:
     """Find the waiting tasks of one chunk whose needs are done; return them and the next position, None at the end."""
-    query = select(Task.sequence, _is_blocked()).where(
+    query = select(Task.sequence, is_blocked()).where(
         Task.job_id == job_id, Task.status == TaskStatus.WAITING, Task.sequence > after
     )
     rows = session.execute(query.order_by(Task.sequence).limit(CHUNK)).all()
@@ -156,12 +134,6 @@ def frames(
     return session.execute(query).all()
 
 
-def avoided_workers(session: Session, job_id: str, *, now_s: float) -> set[str]:
-    """Return the workers that a job avoids now."""
-    query = select(WorkerFault.worker).where(WorkerFault.job_id == job_id, WorkerFault.avoided_until_s > now_s)
-    return set(session.scalars(query))
-
-
 def prevented_workers(session: Session, *, now_s: float) -> Sequence[WorkerFault]:
     """Return the workers that open jobs avoid now because something other than the task prevented the work there."""
     is_open = select(Job.id).where(Job.id == WorkerFault.job_id, Job.status.in_(BEGUN)).exists()
@@ -217,7 +189,8 @@ def needing(session: Session, job_id: str, stages: Iterable[str], *, status: Tas
     return session.scalars(_fresh(query.order_by(Task.sequence))).all()
 
 
-def _is_blocked() -> ColumnElement[bool]:
+def is_blocked() -> ColumnElement[bool]:
+    """Return the condition that a task of the stage that a task needs is not done."""
     other = aliased(Task)
     needed = select(other.sequence).where(
         other.job_id == Task.job_id, other.stage == Task.needs, other.status.in_(NOT_DONE)

@@ -7,7 +7,8 @@ from collections.abc import Collection
 from lippmann.job.states import JobStatus, PausedBy, TaskStatus, actions_for
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import frame_size
-from service.db.tables import Job, Task
+from service.db.tables import Job
+from service.db.task_state import TaskState
 from service.ids import task_id
 from service.schemas import job as schema
 from service.schemas.answer import utc, utc_or_none
@@ -89,17 +90,17 @@ def progress_data(row: Job, *, running_px: float) -> JobProgress:
     )
 
 
-def task_data(row: Task) -> TaskChange:
+def task_data(task: TaskState) -> TaskChange:
     """Return the fields of a task that change with its status."""
     return TaskChange(
-        job=row.job_id,
-        id=task_id(row.job_id, row.sequence),
-        kind=row.kind,
-        status=row.status,
-        frame=row.frame,
-        tile=row.tile,
-        worker=row.worker,
-        attempt_number=row.attempt_number,
+        job=task.job_id,
+        id=task_id(task.job_id, task.sequence),
+        kind=task.kind,
+        status=task.status,
+        frame=task.frame,
+        tile=task.tile,
+        worker=task.worker,
+        attempt_number=task.attempt_number,
     )
 
 

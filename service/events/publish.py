@@ -1,71 +1,119 @@
-"""Publish changes to subscribers: each event is stored in the transaction that makes the change."""
+"""Publish changes to subscribers: each event is stored in the transaction that makes the change.
+
+Several changes of a task in one transaction are one event, with the status at its end.
+"""
 
 from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
 
 from sqlalchemy.orm import Session
 
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import FrameStatus, TaskStatus, frame_status
 from service.db import events as event_rows
+from service.db import jobs as job_rows
 from service.db import tasks as task_rows
-from service.db.tables import Job, Task
+from service.db.tables import Job
+from service.db.task_state import TaskState
 from service.events.payloads import job_data, progress_data, task_data
 from service.schemas.events import FrameChange, FrameEvent, JobEvent, JobRemoved, ProgressEvent, StreamEvent, TaskEvent
 from service.schemas.job import Job as JobSchema
 
+_BEGUN = frozenset({TaskStatus.RUNNING, TaskStatus.DONE})
+_TaskChange = tuple[TaskState, TaskState]
+"""A task before and after a transaction."""
+
 
 def job_snapshot(session: Session, row: Job) -> JobSchema:
     """Return a job as it is now."""
-    running_px = task_rows.running_px(session, [row.id]).get(row.id, 0.0)
-    done_outputs = {output for _, output in task_rows.done_outputs(session, [row.id])}
-    return job_data(row, running_px=running_px, done_outputs=done_outputs)
+    (snapshot,) = _snapshots(session, [row])
+    return snapshot
 
 
-def publish_job(session: Session, row: Job) -> None:
-    """Publish a job whose status or priority changed."""
-    _publish(session, row.id, JobEvent(data=job_snapshot(session, row)))
+def publish_jobs(session: Session, rows: Sequence[Job]) -> None:
+    """Publish jobs whose status or priority changed."""
+    _publish(session, [(job.id, JobEvent(data=job)) for job in _snapshots(session, rows)])
 
 
 def publish_removal(session: Session, job_id: str) -> None:
     """Publish that a job was removed."""
-    _publish(session, job_id, JobEvent(data=JobRemoved(id=job_id, removed=True)))
+    _publish(session, [(job_id, JobEvent(data=JobRemoved(id=job_id, removed=True)))])
 
 
-def publish_progress(session: Session, row: Job) -> None:
-    """Publish the progress of a job."""
-    running_px = task_rows.running_px(session, [row.id]).get(row.id, 0.0)
-    _publish(session, row.id, ProgressEvent(data=progress_data(row, running_px=running_px)))
+def publish_progress(session: Session, rows: Sequence[Job]) -> None:
+    """Publish the progress of jobs, one event each."""
+    running_px = task_rows.running_px(session, [row.id for row in rows])
+    events = [ProgressEvent(data=progress_data(row, running_px=running_px.get(row.id, 0.0))) for row in rows]
+    _publish(session, [(event.data.id, event) for event in events])
 
 
-def publish_task(session: Session, row: Task) -> None:
-    """Publish the new status of a task, and that of its frame if it changed too."""
-    _publish(session, row.job_id, TaskEvent(data=task_data(row)))
-    status = _frame_status(session, row)
-    if status is not None and row.frame is not None:
-        publish_frame(session, row.job_id, row.frame, status)
+def publish_tasks(session: Session, changes: Iterable[_TaskChange]) -> None:
+    """Publish the new statuses of tasks, and those of their frames that changed too."""
+    moved = [(before, after) for before, after in changes if before.status is not after.status]
+    tasks: list[tuple[str, StreamEvent]] = [(after.job_id, TaskEvent(data=task_data(after))) for _, after in moved]
+    _publish(session, tasks + _frame_events(_frames(session, moved)))
 
 
-def publish_frame(session: Session, job_id: str, frame: int, status: FrameStatus) -> None:
-    """Publish the new status of a frame."""
-    _publish(session, job_id, FrameEvent(data=FrameChange(job=job_id, frame=frame, status=status)))
+def publish_frames(session: Session, job_id: str, frames: Iterable[int], status: FrameStatus) -> None:
+    """Publish the new status of frames."""
+    _publish(session, _frame_events({(job_id, frame): status for frame in frames}))
 
 
-def _publish(session: Session, job_id: str, event: StreamEvent) -> None:
-    event_rows.append(session, job_id, event.event, event.data.model_dump(mode="json"))
+def _snapshots(session: Session, rows: Sequence[Job]) -> list[JobSchema]:
+    job_ids = [row.id for row in rows]
+    running_px, done = task_rows.running_px(session, job_ids), task_rows.done_outputs(session, job_ids)
+    outputs: dict[str, set[str]] = defaultdict(set)
+    for job_id, output in done:
+        outputs[job_id].add(output)
+    return [job_data(row, running_px=running_px.get(row.id, 0.0), done_outputs=outputs[row.id]) for row in rows]
 
 
-def _frame_status(session: Session, row: Task) -> FrameStatus | None:
-    """Return the status of a task's frame if the task may have changed it."""
-    if row.frame is None:
-        return None
-    if row.status is TaskStatus.FAILED:
+def _publish(session: Session, events: Iterable[tuple[str, StreamEvent]]) -> None:
+    event_rows.append(session, [(job_id, event.event, event.data.model_dump(mode="json")) for job_id, event in events])
+
+
+def _frame_events(frames: dict[tuple[str, int], FrameStatus]) -> list[tuple[str, StreamEvent]]:
+    return [
+        (job_id, FrameEvent(data=FrameChange(job=job_id, frame=frame, status=status)))
+        for (job_id, frame), status in frames.items()
+    ]
+
+
+def _frames(session: Session, moved: Sequence[_TaskChange]) -> dict[tuple[str, int], FrameStatus]:
+    """Return the statuses of the frames that changed with their tasks."""
+    found: dict[tuple[str, int], FrameStatus] = {}
+    doubtful: dict[str, set[int]] = defaultdict(set)
+    for before, after in moved:
+        if after.frame is None:
+            continue
+        status = _frame_status(before, after)
+        if status is not None and found.get((after.job_id, after.frame)) is not FrameStatus.FAILED:
+            found[after.job_id, after.frame] = status
+        if after.kind is TaskKind.RENDER and before.status in _BEGUN and after.status not in _BEGUN:
+            doubtful[after.job_id].add(after.frame)
+    for job_id, frames in doubtful.items():
+        found |= _queried(session, job_id, sorted(frames))
+    return found
+
+
+def _frame_status(before: TaskState, after: TaskState) -> FrameStatus | None:
+    """Return the status of a task's frame as far as the task alone decides it."""
+    if after.status is TaskStatus.FAILED:
         return FrameStatus.FAILED
-    if row.status is TaskStatus.DONE and row.kind is TaskKind.ASSEMBLE:
+    if after.status is TaskStatus.DONE and after.kind is TaskKind.ASSEMBLE:
         return FrameStatus.DONE
-    if row.status is TaskStatus.RUNNING and row.kind is TaskKind.RENDER:
+    if after.kind is TaskKind.RENDER and after.status in _BEGUN and before.status not in _BEGUN:
         return FrameStatus.RENDERING
-    if row.kind is TaskKind.RENDER and row.status in (TaskStatus.READY, TaskStatus.CANCELLED):
-        # The attempt lost the task. Whether the frame still counts as begun depends on its other tiles.
-        tasks = {(kind, status) for _, kind, status, _ in task_rows.frames(session, row.job_id, [row.frame])}
-        return frame_status(tasks, session.get_one(Job, row.job_id).status)
     return None
+
+
+def _queried(session: Session, job_id: str, frames: Sequence[int]) -> dict[tuple[str, int], FrameStatus]:
+    """Return the statuses of frames that lost an attempt: they depend on the other tiles, and on the job."""
+    ((_, job),) = job_rows.statuses(session, [job_id])
+    tasks: dict[int, set[tuple[TaskKind, TaskStatus]]] = defaultdict(set)
+    for frame, kind, status, _ in task_rows.frames(session, job_id, frames):
+        if frame is not None:
+            tasks[frame].add((kind, status))
+    return {(job_id, frame): frame_status(tasks[frame], job) for frame in frames}

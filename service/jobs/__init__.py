@@ -5,7 +5,8 @@ state_machine    transitions of jobs and tasks, guarded by the tables of `lippma
 planner          creates the tasks of a job from the result of its probe
 commands         what users ask for: cancel, pause, resume, retry, prioritise, remove
 farm_pause       pauses jobs whose work a full disk or another fault prevents, and lets them go on
-completion       makes tasks ready when their needs are done, and ends jobs
+task_draft       a task in memory, which rules change: pure
+completion       ends jobs whose tasks have ended
 verification     whether what done tasks stored is still there and whole
 artifact_repair  takes back done tasks whose artifacts cannot be read any more, before a retry
 """

@@ -22,7 +22,7 @@ from service.db import tasks as task_rows
 from service.db.counters import add_to_counters
 from service.db.engine import Database
 from service.db.tables import Job, Task
-from service.events.publish import publish_frame
+from service.events.publish import publish_frames
 from service.jobs.state_machine import find_job, transition_tasks
 
 RETRIABLE = JOB_ACTIONS[JobAction.RETRY].allowed_in
@@ -89,17 +89,15 @@ def _take_back(session: Session, store: ArtifactStore, job_id: str, sequences: S
         store.delete(names.job_artifact(job_id, task.artifact))
     # The CPU time was spent all the same. Pixels and wall time are subtracted together, since the estimate of the time
     # left divides one by the other.
-    add_to_counters(
-        session,
-        job_id,
-        {},
-        frames_done=-sum(task.kind is TaskKind.ASSEMBLE for task in done),
-        done_px=-sum(task.weight_px for task in done),
-        wall_s=-sum(task.wall_s or 0.0 for task in done),
-    )
+    gains = {
+        "frames_done": -sum(task.kind is TaskKind.ASSEMBLE for task in done),
+        "done_px": -sum(task.weight_px for task in done),
+        "wall_s": -sum(task.wall_s or 0.0 for task in done),
+    }
+    add_to_counters(session, {job_id: gains})
     _cancel(session, job_id, done)
-    for frame in sorted({task.frame for task in done if task.frame is not None}):
-        publish_frame(session, job_id, frame, FrameStatus.WAITING)
+    frames = sorted({task.frame for task in done if task.frame is not None})
+    publish_frames(session, job_id, frames, FrameStatus.WAITING)
     return len(done)
 
 

@@ -17,7 +17,7 @@ from lippmann.plan.artifact_store import ArtifactStore
 from service.db import tasks as task_rows
 from service.db.engine import Database, changed
 from service.db.tables import BackgroundJob, Job, Task, WorkerFault
-from service.events.publish import publish_job, publish_removal
+from service.events.publish import publish_jobs, publish_removal
 from service.jobs.completion import settle
 from service.jobs.farm_pause import NOT_PAUSED, forget_faults
 from service.jobs.state_machine import find_job_for, release_tasks, set_job, transition_job, transition_tasks
@@ -88,7 +88,7 @@ def resume_job(session: Session, job_id: str, *, now_s: float, limit: FailureLim
 def prioritise_job(session: Session, job_id: str, priority: int) -> Job:
     """Set the priority of a job; orders that were already sent keep their place in the queue."""
     row = set_job(session, find_job_for(session, job_id, JobAction.PRIORITISE), priority=priority)
-    publish_job(session, row)
+    publish_jobs(session, [row])
     return row
 
 

@@ -1,4 +1,4 @@
-"""Completion: tasks become ready when their needs are done, and a job ends when no task can go on.
+"""Completion: a job ends when no task can go on.
 
 An output that fails prevents no other output: the job fails only after the others have ended.
 """
@@ -10,19 +10,8 @@ from sqlalchemy.orm import Session
 from lippmann.job.states import JobStatus, TaskStatus
 from service.db import tasks as task_rows
 from service.db.tables import Job, Task
-from service.jobs.state_machine import release_tasks, transition_job, transition_tasks
+from service.jobs.state_machine import release_tasks, transition_job
 from service.settings import FailureLimit
-
-
-def unblock(session: Session, done: Task) -> int:
-    """Make the tasks ready that need the stage of a task, if the stage is done; return their number.
-
-    The unfinished tasks of the stage are queried each time, since a counter of them could be wrong.
-    """
-    if not task_rows.stage_is_done(session, done.job_id, done.stage):
-        return 0
-    waiting = task_rows.waiting_for(session, done.job_id, done.stage)
-    return transition_tasks(session, done.job_id, waiting, TaskStatus.WAITING, TaskStatus.READY)
 
 
 def settle(session: Session, row: Job, *, now_s: float, limit: FailureLimit) -> bool:

@@ -93,10 +93,10 @@ def insert_tasks(session: Session, job_id: str, tasks: list[PlannedTask]) -> Non
     """Insert planned tasks and add them to the counters of the job."""
     if not tasks:
         return
-    session.execute(insert(Task), [_row(job_id, task) for task in tasks])
+    session.connection().execute(insert(Task), [_row(job_id, task) for task in tasks])
     ready = sum(task.needs is None for task in tasks)
-    counts = {TaskStatus.READY: ready, TaskStatus.WAITING: len(tasks) - ready}
-    add_to_counters(session, job_id, counts, total_px=sum(task.weight_px for task in tasks))
+    counts = {TaskStatus.READY.value: ready, TaskStatus.WAITING.value: len(tasks) - ready}
+    add_to_counters(session, {job_id: counts | {"total_px": sum(task.weight_px for task in tasks)}})
 
 
 def _complete(session: Session, row: Job, now_s: float, limit: FailureLimit) -> None:

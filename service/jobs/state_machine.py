@@ -1,35 +1,30 @@
 """The state machine of jobs and tasks.
 
 Every transition is guarded twice: by the tables of `lippmann.job.states`, and by the status that the row had when it
-was read. The transition of a task changes the counters of its job in the same transaction.
+was read. Tasks are changed in memory, see `service.jobs.task_draft`, and written in sets, by a handful of statements
+for any number of tasks and jobs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections import defaultdict
+from collections.abc import Collection, Iterable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 from sqlalchemy import update
 from sqlalchemy.orm import Session
 
-from lippmann.job.messages.orders import TaskKind
-from lippmann.job.states import (
-    JOB_ACTIONS,
-    JOB_TRANSITIONS,
-    TASK_TRANSITIONS,
-    JobAction,
-    JobStatus,
-    TaskStatus,
-    actions_for,
-)
+from lippmann.job.states import JOB_ACTIONS, JOB_TRANSITIONS, JobAction, JobStatus, TaskStatus, actions_for
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
-from service.db import tasks as task_rows
+from service.db import task_sets
 from service.db.counters import add_to_counters
 from service.db.engine import changed
 from service.db.tables import Job, Task
 from service.errors import JobNotEnded, NotFound, TransitionNotAllowed
-from service.events.publish import publish_job, publish_task
+from service.events.publish import publish_jobs, publish_tasks
+from service.jobs.task_draft import TaskDraft, check_transition
 
 
 def find_job(session: Session, job_id: str) -> Job:
@@ -80,8 +75,17 @@ def transition_job(session: Session, row: Job, to: JobStatus, **values: Any) -> 
     if changed(session, statement) == 0:
         raise TransitionNotAllowed(f"the job is no longer {row.status}, so it cannot become {to}")
     session.refresh(row)
-    publish_job(session, row)
+    publish_jobs(session, [row])
     return row
+
+
+def begin_jobs(session: Session, job_ids: Collection[str], *, now_s: float) -> None:
+    """Change the status of those jobs that are queued to probing, and publish them."""
+    queued = [job_id for job_id, status in job_rows.statuses(session, job_ids) if status is JobStatus.QUEUED]
+    if queued:
+        begun = update(Job).where(Job.id.in_(queued), Job.status == JobStatus.QUEUED)
+        changed(session, begun.values(status=JobStatus.PROBING, started_s=now_s))
+        publish_jobs(session, job_rows.jobs(session, queued))
 
 
 def set_job(session: Session, row: Job, **values: Any) -> Job:
@@ -91,38 +95,37 @@ def set_job(session: Session, row: Job, **values: Any) -> Job:
     return row
 
 
-def transition_task(session: Session, task: Task, to: TaskStatus, **values: Any) -> bool:
-    """Change the status of a task from the one that was read, and refresh `task`.
+def write_drafts(
+    session: Session, drafts: Iterable[TaskDraft], *, late: Mapping[str, int] = MappingProxyType({})
+) -> None:
+    """Write what rules changed in memory, make ready the tasks whose needs are done by it, and publish it.
 
-    Returns
-    -------
-    bool
-        False if status or attempt of the row changed in the meantime; then nothing is written.
+    The counters of each job are changed by the same transaction, together with the number of its `late` events.
 
     Raises
     ------
-    ValueError
-        If the table has no such transition.
+    StaleRead
+        If a task is no longer as it was read.
     """
-    _check(task.status, to)
-    statement = (
-        update(Task)
-        .where(Task.job_id == task.job_id, Task.sequence == task.sequence)
-        .where(Task.status == task.status, Task.attempt.is_not_distinct_from(task.attempt))
-        .values(status=to, **values)
-    )
-    if changed(session, statement) == 0:
-        return False
-    add_to_counters(session, task.job_id, {task.status: -1, to: 1}, **_gains(task, to, values))
-    session.refresh(task)
-    return True
+    written = [draft for draft in drafts if draft.values]
+    task_sets.write(session, [(draft.read, draft.values) for draft in written])
+    gains: dict[str, dict[str, float]] = defaultdict(dict)
+    for draft in written:
+        _add(gains[draft.now.job_id], draft.gains())
+    done = {(draft.now.job_id, draft.now.stage) for draft in written if draft.is_newly(TaskStatus.DONE)}
+    for job_id, count in task_sets.unblock(session, done).items():
+        _add(gains[job_id], {TaskStatus.WAITING.value: -count, TaskStatus.READY.value: count})
+    for job_id, count in late.items():
+        _add(gains[job_id], {"late_events": count})
+    add_to_counters(session, gains)
+    publish_tasks(session, [(draft.read, draft.now) for draft in written])
 
 
 def transition_tasks(
     session: Session, job_id: str, sequences: Iterable[int], was: TaskStatus, to: TaskStatus, **values: Any
 ) -> int:
     """Change the status of those tasks that are still `was`, and return their number."""
-    _check(was, to)
+    check_transition(was, to)
     wanted = list(sequences)
     if not wanted:
         return 0
@@ -132,30 +135,20 @@ def transition_tasks(
         .values(status=to, **values)
     )
     count = changed(session, statement)
-    add_to_counters(session, job_id, {was: -count, to: count})
+    add_to_counters(session, {job_id: {was.value: -count, to.value: count}})
     return count
 
 
 def release_tasks(session: Session, row: Job, *, to: TaskStatus, now_s: float, only: TaskStatus | None = None) -> None:
     """Take the held tasks of a job (`only` those of one status) from their attempts, and request that these stop."""
-    held = task_rows.held(session, [row.id], status=only)
-    coordinator_rows.request_stop(session, [task.attempt for task in held], now_s=now_s)
-    for task in held:
-        ended_s = now_s if to is TaskStatus.CANCELLED else None
-        if transition_task(session, task, to, progress=None, ended_s=ended_s):
-            publish_task(session, task)
+    drafts = [TaskDraft(task) for task in task_sets.held(session, row.id, status=only)]
+    for draft in drafts:
+        draft.transition(to, progress=None, ended_s=now_s if to is TaskStatus.CANCELLED else None)
+    coordinator_rows.request_stop(session, [draft.read.attempt for draft in drafts], now_s=now_s)
+    write_drafts(session, drafts)
     session.refresh(row)
 
 
-def _check(was: TaskStatus, to: TaskStatus) -> None:
-    if to not in TASK_TRANSITIONS[was]:
-        raise ValueError(f"expected a transition of the table, got task {was} -> {to}")
-
-
-def _gains(task: Task, to: TaskStatus, values: Mapping[str, Any]) -> dict[str, float]:
-    if to is not TaskStatus.DONE:
-        return {}
-    gains: dict[str, float] = {name: values[name] for name in ("cpu_s", "wall_s") if values.get(name)}
-    gains["done_px"] = task.weight_px
-    gains["frames_done"] = 1 if task.kind is TaskKind.ASSEMBLE else 0
-    return gains
+def _add(total: dict[str, float], gains: Mapping[str, float]) -> None:
+    for name, gain in gains.items():
+        total[name] = total.get(name, 0) + gain

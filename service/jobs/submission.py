@@ -23,7 +23,7 @@ from service.db import jobs as job_rows
 from service.db.engine import Database
 from service.db.tables import IdempotencyKey, Job
 from service.errors import IdempotencyMismatch, NotFound
-from service.events.publish import publish_job
+from service.events.publish import publish_jobs
 from service.ids import new_job_id
 from service.jobs.planner import insert_tasks
 from service.ports import Parts
@@ -122,5 +122,5 @@ def _insert(session: Session, sheet: ResolvedJob, caller: Caller, notes: list[st
     session.flush()
     insert_tasks(session, row.id, [probe_task()])
     session.refresh(row)
-    publish_job(session, row)
+    publish_jobs(session, [row])
     return row

@@ -22,6 +22,7 @@ from lippmann.plan.makers import artifacts_of
 from service.db import tasks as task_rows
 from service.db.engine import Database
 from service.db.tables import Task
+from service.db.task_state import TaskState
 from service.jobs.state_machine import find_job
 
 
@@ -113,7 +114,7 @@ def reported(task: Task) -> dict[str, Digest]:
     return {name: Digest(*pair) for name, pair in (task.digests or {}).items()}
 
 
-def input_digests(session: Session, tasks: Sequence[Task]) -> Mapping[tuple[str, int], dict[str, Digest]]:
+def input_digests(session: Session, tasks: Sequence[TaskState]) -> Mapping[tuple[str, int], dict[str, Digest]]:
     """Return the digests of what tasks read, by (job, sequence): the tiles of an assembly, the masters of an output."""
     found: dict[tuple[str, int], dict[str, Digest]] = {}
     for job_id in {task.job_id for task in tasks}:

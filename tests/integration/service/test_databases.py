@@ -144,7 +144,7 @@ def test_a_listener_never_misses_an_event_that_becomes_visible_late(database: Da
 def _announce(database: Database, name: str) -> None:
     for number in range(25):
         with database.writing() as session:
-            event_rows.append(session, name, EventTopic.PROGRESS, {"number": number})
+            event_rows.append(session, [(name, EventTopic.PROGRESS, {"number": number})])
 
 
 def test_reading_does_not_wait_for_a_writer(database: Database) -> None:

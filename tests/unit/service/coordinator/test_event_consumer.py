@@ -15,6 +15,7 @@ from service.coordinator.event_consumer import consume_events
 from service.db.coordinator import current, delete_stops, pending_stops
 from service.db.tables import JobEvent
 from service.jobs.commands import cancel_job, pause_job
+from service.schemas.events import EventTopic
 from tests.builders_service import T0, Farm, canonical, claimed, declined, done, event, failed, heartbeat
 
 
@@ -137,20 +138,43 @@ def test_a_probe_without_a_measurement_has_failed(farm: Farm) -> None:
     assert (farm.task(order).status, farm.task(order).error_code) == (TaskStatus.READY, "probe-empty")
 
 
-def test_listeners_are_told_of_every_move_in_order(farm: Farm) -> None:
-    job_id = farm.planned(frames="1")
-    order, *_ = farm.dispatch()
-    farm.say(claimed(order), heartbeat(order), done(order))
+def _heard(farm: Farm, order: Order) -> list[tuple[str, str]]:
     with farm.database.reading() as session:
-        heard = [
+        return [
             (row.topic.value, row.data.get("status"))
-            for row in session.query(JobEvent).filter(JobEvent.job_id == job_id).order_by(JobEvent.id)
+            for row in session.query(JobEvent).filter(JobEvent.job_id == order.job_id).order_by(JobEvent.id)
             if row.data.get("id") == order.task_id or row.topic.value in ("job", "frame")
         ]
-    assert heard == [
+
+
+def test_subscribers_receive_every_status_in_order(farm: Farm) -> None:
+    farm.planned(frames="1")
+    order, *_ = farm.dispatch()
+    for say in (claimed, heartbeat, done):
+        farm.say(say(order))
+    assert _heard(farm, order) == [
         ("job", "queued"), ("job", "probing"), ("job", "running"),
         ("task", "dispatched"), ("task", "running"), ("frame", "rendering"), ("task", "done"),
     ]  # fmt: skip
+
+
+def test_several_events_of_a_task_in_one_batch_are_one_event_for_subscribers(farm: Farm) -> None:
+    farm.planned(frames="1")
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order), heartbeat(order), done(order))
+    assert _heard(farm, order)[3:] == [("task", "dispatched"), ("task", "done"), ("frame", "rendering")]
+
+
+def test_a_batch_publishes_the_progress_of_each_job_once(farm: Farm) -> None:
+    jobs = farm.planned_jobs(2)
+    orders = farm.dispatch()
+    with farm.database.reading() as session:
+        last = session.query(JobEvent).order_by(JobEvent.id.desc()).first()
+        assert last is not None
+    farm.say(*(said for order in orders for said in (claimed(order), done(order))))
+    with farm.database.reading() as session:
+        rows = session.query(JobEvent).filter(JobEvent.id > last.id, JobEvent.topic == EventTopic.PROGRESS).all()
+    assert sorted(row.job_id for row in rows) == sorted(jobs)
 
 
 def test_of_many_beats_of_an_attempt_only_the_last_is_written(farm: Farm) -> None:
@@ -199,7 +223,7 @@ def test_who_says_twice_that_it_is_done_is_not_told_to_stop(farm: Farm) -> None:
 def test_one_event_that_cannot_be_written_down_is_passed_over_and_counted(farm: Farm) -> None:
     job_id = farm.planned()
     first, second, third, *_ = farm.dispatch()
-    assert farm.say(claimed(first), done(first, cpu_s=float("nan")), done(second), heartbeat(third, 0.25))
+    assert farm.say(claimed(first), failed(first, frame=2**70), done(second), heartbeat(third, 0.25))
     assert [farm.task(order).status for order in (first, second, third)] == [
         TaskStatus.RUNNING, TaskStatus.DONE, TaskStatus.RUNNING,
     ]  # fmt: skip
@@ -216,7 +240,7 @@ def test_a_database_that_is_away_passes_over_nothing(farm: Farm, monkeypatch: py
         raise OperationalError("UPDATE", {}, Exception("database is locked"))
 
     with monkeypatch.context() as patched:
-        patched.setattr(following, "apply_event", away)
+        patched.setattr(following, "write_events", away)
         with pytest.raises(OperationalError):
             farm.say(done(order))
     assert farm.task(order).status is TaskStatus.DISPATCHED

@@ -8,9 +8,12 @@ import pytest
 from sqlalchemy import update
 
 from lippmann.job.states import JOB_ACTIONS, JOB_TRANSITIONS, TASK_TRANSITIONS, JobAction, JobStatus, TaskStatus
+from service.db import task_sets
 from service.db.tables import Job, Task
+from service.db.task_sets import StaleRead
 from service.errors import TransitionNotAllowed
-from service.jobs.state_machine import find_job, transition_job, transition_task
+from service.jobs.state_machine import find_job, transition_job, write_drafts
+from service.jobs.task_draft import TaskDraft
 from tests.builders_service import Client, Farm
 
 
@@ -40,22 +43,24 @@ def test_a_task_moves_as_the_table_says_and_no_other_way(farm: Farm, was: TaskSt
     with farm.writing() as session:
         session.execute(update(Task).where(Task.job_id == job_id).values(status=was))
     with farm.writing() as session:
-        task = session.get_one(Task, (job_id, 0))
+        (draft,) = map(TaskDraft, task_sets.states(session, [(job_id, 0)]).values())
         if to in TASK_TRANSITIONS[was]:
-            assert transition_task(session, task, to)
-            assert task.status is to
+            draft.transition(to)
+            write_drafts(session, [draft])
         else:
             with pytest.raises(ValueError, match=f"{was} -> {to}"):
-                transition_task(session, task, to)
+                draft.transition(to)
+    assert farm.task(f"{job_id}-0").status is (to if to in TASK_TRANSITIONS[was] else was)
 
 
 def test_a_move_of_what_has_moved_meanwhile_does_nothing(farm: Farm) -> None:
     job_id = farm.submit()
     with farm.database.reading() as session:
-        seen = session.get_one(Task, (job_id, 0))
+        draft = TaskDraft(task_sets.states(session, [(job_id, 0)])[job_id, 0])
     farm.dispatch()
-    with farm.writing() as session:
-        assert transition_task(session, seen, TaskStatus.CANCELLED) is False
+    draft.transition(TaskStatus.CANCELLED)
+    with pytest.raises(StaleRead), farm.writing() as session:
+        write_drafts(session, [draft])
     assert farm.task(f"{job_id}-0").status is TaskStatus.DISPATCHED
 
 

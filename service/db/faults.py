@@ -1,0 +1,36 @@
+"""Queries on the failures of workers, by job."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Collection
+
+from sqlalchemy import select
+from sqlalchemy.orm import Session
+
+from service.db.tables import WorkerFault
+
+
+def faults(session: Session, pairs: Collection[tuple[str, str]]) -> dict[tuple[str, str], WorkerFault]:
+    """Return the row of each pair (job, worker); a row that does not exist yet is added to the session."""
+    if not pairs:
+        return {}
+    job_ids, workers = {job_id for job_id, _ in pairs}, {worker for _, worker in pairs}
+    query = select(WorkerFault).where(WorkerFault.job_id.in_(job_ids), WorkerFault.worker.in_(workers))
+    query = query.execution_options(populate_existing=True)
+    found = {(row.job_id, row.worker): row for row in session.scalars(query)}
+    for job_id, worker in pairs:
+        if (job_id, worker) not in found:
+            found[job_id, worker] = WorkerFault(job_id=job_id, worker=worker, failures=0)
+            session.add(found[job_id, worker])
+    return found
+
+
+def avoided_workers(session: Session, job_ids: Collection[str], *, now_s: float) -> dict[str, set[str]]:
+    """Return the workers that jobs avoid now, by job."""
+    query = select(WorkerFault.job_id, WorkerFault.worker)
+    query = query.where(WorkerFault.job_id.in_(job_ids), WorkerFault.avoided_until_s > now_s)
+    avoided: dict[str, set[str]] = defaultdict(set)
+    for job_id, worker in session.execute(query):
+        avoided[job_id].add(worker)
+    return avoided

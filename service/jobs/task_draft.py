@@ -1,0 +1,61 @@
+"""A task in memory: rules change it, and the changes of many tasks are written together. Pure."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+from lippmann.job.messages.orders import TaskKind
+from lippmann.job.states import TASK_TRANSITIONS, TaskStatus
+from service.db.task_state import TaskState
+
+_FIELDS = frozenset(each.name for each in fields(TaskState))
+
+
+@dataclass
+class TaskDraft:
+    """A task as it was read, as it is now, and the columns to write."""
+
+    read: TaskState
+    now: TaskState = field(init=False)
+    values: dict[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self.now = self.read
+
+    def set(self, **values: Any) -> None:
+        """Change columns of the task other than its status."""
+        self.values |= values
+        self.now = replace(self.now, **{name: value for name, value in values.items() if name in _FIELDS})
+
+    def transition(self, to: TaskStatus, **values: Any) -> None:
+        """Change the status of the task, and other columns with it.
+
+        Raises
+        ------
+        ValueError
+            If the table of transitions does not allow the change.
+        """
+        check_transition(self.now.status, to)
+        self.set(status=to, **values)
+
+    def is_newly(self, status: TaskStatus) -> bool:
+        """Return whether the task has a status that it did not have when it was read."""
+        return self.now.status is status is not self.read.status
+
+    def gains(self) -> dict[str, float]:
+        """Return what the change adds to the counters of the job, by the name of the column."""
+        was, to = self.read.status, self.now.status
+        if was is to:
+            return {}
+        gains: dict[str, float] = {was.value: -1, to.value: 1}
+        if self.is_newly(TaskStatus.DONE):
+            gains |= {name: self.values.get(name) or 0.0 for name in ("cpu_s", "wall_s")}
+            gains |= {"done_px": self.now.weight_px, "frames_done": int(self.now.kind is TaskKind.ASSEMBLE)}
+        return gains
+
+
+def check_transition(was: TaskStatus, to: TaskStatus) -> None:
+    """Raise ValueError if the table of transitions does not allow a change of status."""
+    if to not in TASK_TRANSITIONS[was]:
+        raise ValueError(f"expected a transition of the table, got task {was} -> {to}")
