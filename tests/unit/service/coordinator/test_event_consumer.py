@@ -138,7 +138,7 @@ def test_a_probe_without_a_measurement_has_failed(farm: Farm) -> None:
     assert (farm.task(order).status, farm.task(order).error_code) == (TaskStatus.READY, "probe-empty")
 
 
-def _heard(farm: Farm, order: Order) -> list[tuple[str, str]]:
+def _heard(farm: Farm, order: Order) -> list[tuple[str, str | None]]:
     with farm.database.reading() as session:
         return [
             (row.topic.value, row.data.get("status"))
@@ -236,7 +236,7 @@ def test_a_database_that_is_away_passes_over_nothing(farm: Farm, monkeypatch: py
     farm.planned()
     order, *_ = farm.dispatch()
 
-    def away(*_: object) -> None:
+    def away(*_: object, **__: object) -> None:
         raise OperationalError("UPDATE", {}, Exception("database is locked"))
 
     with monkeypatch.context() as patched:
