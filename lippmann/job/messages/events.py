@@ -70,7 +70,7 @@ class Event(BaseModel):
     A service ignores the fields that a newer worker adds, because a farm is upgraded one host after the other.
     """
 
-    model_config = ConfigDict(frozen=True, extra="ignore")
+    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
 
     kind: EventKind
     job_id: str

@@ -180,7 +180,7 @@ def test_a_subscriber_of_the_farm_before_receives_the_next_event(farm: Farm, emp
         newest = event_rows.newest(session)
     restore_backup(tmp_path / "b", empty, None)
     with empty.writing() as session:
-        event_rows.append(session, "j", EventTopic.PROGRESS, {})
+        event_rows.append(session, [("j", EventTopic.PROGRESS, {})])
     with empty.reading() as session:
         assert event_rows.newest(session) == newest + EVENT_GAP + 1
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 
-from lippmann.job.messages.events import LONGEST_PROBE_S, ProbeResult
+from lippmann.job.messages.events import LONGEST_PROBE_S, Event, ProbeResult
 from lippmann.job.spec import JobSpec
 from lippmann.plan.tasks import plan_sheet
 
@@ -17,6 +17,14 @@ BAD = (-1.0, float("nan"), float("inf"), 2 * LONGEST_PROBE_S, 8.5e303)
 def test_a_probe_that_measured_what_cannot_be_is_refused(field: str, seconds: float) -> None:
     with pytest.raises(ValidationError):
         ProbeResult.model_validate({"start_s": 0.5, "s_per_px": 1e-5, "tileable": True, field: seconds})
+
+
+@pytest.mark.parametrize("field", ["cpu_s", "wall_s", "at_s"])
+def test_an_event_with_a_time_that_is_no_number_is_refused(field: str) -> None:
+    said = {"kind": "done", "job_id": "j", "task_id": "j-1", "attempt": "a", "worker": "w", "at_s": 1.0}
+    Event.model_validate(said)
+    with pytest.raises(ValidationError):
+        Event.model_validate(said | {field: float("nan")})
 
 
 @pytest.mark.parametrize("seconds", [0.0, LONGEST_PROBE_S])
