@@ -66,7 +66,7 @@ def pause_job(session: Session, job_id: str, *, now_s: float) -> Job:
     by_user = {**NOT_PAUSED, "paused_by": PausedBy.USER, "paused_s": now_s}
     if row.status is JobStatus.PAUSED:  # by the farm, so that nothing is dispatched
         row = set_job(session, row, **by_user)
-        publish_job(session, row)
+        publish_jobs(session, [row])
         return row
     row = transition_job(session, row, JobStatus.PAUSED, **by_user)
     release_tasks(session, row, to=TaskStatus.READY, now_s=now_s, only=TaskStatus.DISPATCHED)

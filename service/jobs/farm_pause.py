@@ -11,7 +11,7 @@ from sqlalchemy.orm import Session
 from lippmann.job.states import JobStatus, PausedBy, TaskStatus
 from service.db.engine import changed
 from service.db.tables import Job, Task, WorkerFault
-from service.events.publish import publish_job
+from service.events.publish import publish_jobs
 from service.jobs.completion import settle
 from service.jobs.state_machine import release_tasks, set_job, transition_job
 from service.settings import FailureLimit
@@ -28,7 +28,7 @@ def pause_for_farm(session: Session, row: Job, *, code: str, reason: str, now_s:
     values = {"pause_code": code, "pause_reason": reason}
     if row.status is JobStatus.PAUSED:
         if row.paused_by is PausedBy.FARM and row.pause_reason != reason:
-            publish_job(session, set_job(session, row, **values))
+            publish_jobs(session, [set_job(session, row, **values)])
         return
     row = transition_job(session, row, JobStatus.PAUSED, **values, paused_by=PausedBy.FARM, paused_s=now_s)
     release_tasks(session, row, to=TaskStatus.READY, now_s=now_s, only=TaskStatus.DISPATCHED)
