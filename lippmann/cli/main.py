@@ -4,7 +4,7 @@
 exit   meaning
 =====  =============================================================================================
 0      The command did what was asked. `up`, `serve` and `worker` were stopped by the user.
-1      The job failed or was cancelled, or the service or this machine could not do it.
+1      The job failed or was cancelled, or the service or this machine could not do it. `doctor` found something.
 2      The input is invalid: an option, a job file, a field of a job, a folder or a port.
 3      The service does not answer.
 4      There is no key, the key is not known, or its role does not permit the operation.
@@ -29,6 +29,7 @@ from lippmann.cli.commands import (
     compare,
     depth,
     design,
+    doctor,
     export,
     farm,
     import_sheets,
@@ -62,7 +63,7 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "worker": farm.worker,
         "workers": farm.workers,
     },
-    "Keep a farm": {"backup": backup.backup, "restore": backup.restore},
+    "Keep a farm": {"backup": backup.backup, "restore": backup.restore, "doctor": doctor.doctor},
     "Jobs": {
         "submit": jobs.submit,
         "jobs": jobs.jobs,

@@ -61,11 +61,13 @@ def check_artifacts(backup: Path, part: ArtifactPart) -> None:
 
 def load_artifacts(store: ArtifactStore, backup: Path, part: ArtifactPart) -> None:
     """Store the artifacts of a backup."""
-    for name, _, _ in _entries(backup, part):
+    for name, _, sha256 in _entries(backup, part):
         try:
-            store.put_file(name, _path(backup, name))
+            stored = store.put_file(name, _path(backup, name))
         except ValueError as error:
             raise BackupBroken(f"{backup}: {error}") from error
+        if stored.sha256 != sha256:
+            raise BackupBroken(f"{backup / ARTIFACTS / name}: expected the content that was checked, got another")
 
 
 def _dump(store: ArtifactStore, backup: Path, name: str, link: bool) -> list[Any] | None:

@@ -134,6 +134,15 @@ class LocalStore:
                         swept += 1
         return swept
 
+    def count_partial(self, older_than_s: float) -> int:
+        """Return the number of partial files that dead processes left more than `older_than_s` ago."""
+        count = 0
+        with _translated("its hidden folder"):
+            for path in self._hidden.iterdir():
+                with _ignore_missing():
+                    count += time.time() - path.lstat().st_mtime > older_than_s
+        return count
+
     def _path(self, name: str) -> Path:
         return self._root / check_name(name)
 

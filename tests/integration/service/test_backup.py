@@ -13,6 +13,7 @@ import pytest
 from alembic import command
 from sqlalchemy import select, text, update
 
+from lippmann.digest import Digest
 from lippmann.errors import BadInput, StoreUnavailable
 from lippmann.job.states import HELD_TASKS, JobStatus, TaskStatus
 from service.auth import caller_of_key, create_key
@@ -331,10 +332,10 @@ def test_no_more_is_decompressed_than_was_written(tmp_path: Path, make_backup: P
 
 def test_a_restore_that_fails_leaves_an_empty_database_and_store(tmp_path: Path, make_backup: Path) -> None:
     class Failing(LocalStore):
-        def put_file(self, name: str, path: Path) -> None:
+        def put_file(self, name: str, path: Path) -> Digest:
             if name.endswith(".exr"):
                 raise StoreUnavailable("the disk is gone")
-            super().put_file(name, path)
+            return super().put_file(name, path)
 
     target, database = Failing(tmp_path / "target"), _nothing(tmp_path)
     with pytest.raises(StoreUnavailable):

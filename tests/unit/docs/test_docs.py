@@ -18,6 +18,7 @@ from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.job.states import JOB_ACTIONS, JOB_TRANSITIONS, TASK_TRANSITIONS
 from povtemplates.catalogue import scene_folders
 from service.coordinator.retry_policy import DETERMINISTIC
+from service.doctor.finding import Check
 from service.settings import Settings
 from tests.repository import DOCS, ROOT
 from worker.settings import WorkerSettings
@@ -115,6 +116,11 @@ def test_every_page_is_in_the_table_of_contents() -> None:
 def test_every_setting_is_documented_and_no_other(heading: str, settings: type[BaseModel]) -> None:
     section = (DOCS / "settings.md").read_text().split(f"## {heading}\n")[1].split("\n## ")[0]
     assert set(re.findall(r"LIPPMANN_(\w+)`", section)) == {name.upper() for name in settings.model_fields}
+
+
+def test_every_check_of_the_doctor_is_documented_and_no_other() -> None:
+    rows = [row for row in rows_of("operations.md") if len(row) == 4 and row[0].startswith("`")]
+    assert {row[0].strip("`") for row in rows} == set(Check)
 
 
 def test_every_command_in_a_block_of_code_is_one_that_lippmann_has() -> None:

@@ -1,0 +1,89 @@
+"""The examination of a farm."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable, Iterator
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from lippmann.cli.exit_codes import ExitCode
+from lippmann.cli.options import DATA_DIR, DataDir
+from lippmann.errors import BadInput
+from lippmann.terminal.output import Output
+
+if TYPE_CHECKING:
+    from service.doctor.examine import Diagnosis
+    from service.doctor.finding import Finding
+
+
+def doctor(
+    repair: Annotated[
+        bool, typer.Option("--repair", help="Repair what can be repaired. The farm may run meanwhile.")
+    ] = False,
+    deep: Annotated[
+        bool,
+        typer.Option("--deep", help="Read every artifact and compare its digest. By default, only sizes are compared."),
+    ] = False,
+    data_dir: DataDir = DATA_DIR,
+    *,
+    output: Output,
+) -> None:
+    """Examine the database, the store and the settings of a farm, also while it runs.
+
+    LIPPMANN_DATABASE_URL names the database if it is not in the data folder. The exit code is 0 when nothing is wrong,
+    and 1 when there are errors or warnings, after the repair if there was one.
+    """
+    from lippmann.farm.adapters import ARTIFACTS, make_parts
+    from service.db.engine import opened
+    from service.doctor.examine import Diagnosis, Patient, examine, examine_and_repair
+    from service.settings import Settings
+
+    if not (data_dir / ARTIFACTS).is_dir():
+        raise BadInput(f"expected the data folder of a farm, got {data_dir} without {ARTIFACTS}/")
+    settings = Settings(data_dir=data_dir)
+    with opened(settings.database) as database:
+        patient = Patient(database, make_parts(data_dir).store, settings)
+        if repair:
+            found = examine_and_repair(patient, now_s=time.time(), by_content=deep)
+        else:
+            found = Diagnosis(examine(patient, now_s=time.time(), by_content=deep))
+    output.result(_data(found), _text(found))
+    if not found.is_healthy:
+        raise typer.Exit(ExitCode.FAILED)
+
+
+def _data(found: Diagnosis) -> dict[str, Any]:
+    return {
+        "healthy": found.is_healthy,
+        "findings": [_finding(finding) for finding in found.findings],
+        "repaired": [_finding(finding) for finding in found.repaired],
+    }
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    return {
+        "check": finding.check.value,
+        "level": finding.level.value,
+        "job": finding.job_id,
+        "tasks": list(finding.sequences),
+        "message": finding.message,
+        "repairable": finding.repairable,
+    }
+
+
+def _text(found: Diagnosis) -> str:
+    lines = [*_lines("repaired", found.repaired), *_lines(None, found.findings)]
+    bad = [finding for finding in found.findings if finding.is_bad]
+    if not bad:
+        return "\n".join([*lines, "Nothing is wrong."])
+    can = sum(finding.repairable for finding in bad)
+    advice = f" `lippmann doctor --repair` can repair {can} of them." if can and not found.repaired else ""
+    return "\n".join([*lines, f"Findings: {len(bad)}.{advice}"])
+
+
+def _lines(word: str | None, findings: Iterable[Finding]) -> Iterator[str]:
+    for finding in findings:
+        job = f"job {finding.job_id}: " if finding.job_id else ""
+        yield f"{word or finding.level}: {finding.check}: {job}{finding.message}"

@@ -1,0 +1,60 @@
+"""The command `doctor` against a farm that runs, and against one that is broken by hand."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+
+import pytest
+
+from tests.integration.lippmann.conftest import Up, run
+from tests.needs import needs_povray
+from tests.waiting import until
+
+
+def test_nothing_is_wrong_with_a_farm_that_runs(farm: Up) -> None:
+    ran = run("doctor", "--deep", "--data-dir", str(farm.data_dir))
+    assert (ran.returncode, ran.stdout) == (0, "Nothing is wrong.\n")
+
+
+@needs_povray
+def test_what_is_wrong_is_printed_and_repaired(farm: Up, tmp_path: Path) -> None:
+    with farm.client() as client:
+        job = client.submit({"scene": "target-white", "frames": "1", "rig": {"lens_array": {"count": [4, 4]}}})
+        until(lambda: client.job(job.id).status == "done")
+    backup, data = tmp_path / "backup", tmp_path / "data"
+    assert run("backup", str(backup), "--data-dir", str(farm.data_dir)).returncode == 0
+    assert run("restore", str(backup), "--data-dir", str(data)).returncode == 0
+    with closing(sqlite3.connect(data / "lippmann.db")) as connection:
+        connection.execute("UPDATE jobs SET done = 77")
+        connection.commit()
+    ran = run("doctor", "--data-dir", str(data))
+    assert ran.returncode == 1
+    assert f"error: counters: job {job.id}: the counters differ from the tasks: done 77 instead of" in ran.stdout
+    assert ran.stdout.endswith("Findings: 1. `lippmann doctor --repair` can repair 1 of them.\n")
+    repaired = run("doctor", "--repair", "--json", "--data-dir", str(data))
+    answer = json.loads(repaired.stdout)
+    assert (repaired.returncode, answer["healthy"], answer["findings"]) == (0, True, [])
+    assert [(one["check"], one["job"]) for one in answer["repaired"]] == [("counters", job.id)]
+    shutil.rmtree(data / "artifacts" / job.id)
+    ran = run("doctor", "--json", "--data-dir", str(data))
+    (finding,) = json.loads(ran.stdout)["findings"]
+    assert (ran.returncode, finding["check"], finding["level"]) == (1, "artifacts", "error")
+
+
+@pytest.mark.parametrize("content", [None, b"not a database, and long enough to be read as one"])
+def test_what_is_no_farm_is_refused_and_what_is_no_database_is_found(tmp_path: Path, content: bytes | None) -> None:
+    ran = run("doctor", "--data-dir", str(tmp_path))
+    assert (ran.returncode, ran.stdout, "without artifacts/" in ran.stderr) == (2, "", True)
+    (tmp_path / "artifacts").mkdir()
+    if content is None:
+        ran = run("doctor", "--data-dir", str(tmp_path))
+        assert (ran.returncode, "got no" in ran.stderr) == (2, True)
+        assert not (tmp_path / "lippmann.db").exists()
+    else:
+        (tmp_path / "lippmann.db").write_bytes(content)
+        ran = run("doctor", "--data-dir", str(tmp_path))
+        assert (ran.returncode, "error: integrity: the database cannot be read" in ran.stdout) == (1, True)
