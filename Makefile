@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PYTHON3 ?= python3
 
 .DEFAULT_GOAL := help
-.PHONY: help demo up test bare lint types fmt bench lock setup setup-test clean
+.PHONY: help demo up test chaos bare lint types fmt bench lock setup setup-test clean
 
 help: ## Show what there is
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
@@ -23,10 +23,13 @@ ALONE := tests/acceptance tests/browser tests/chaos tests/golden tests/integrati
 test: setup-test lint types ## Run all checks and all tests
 ifeq ($(ARGS),)
 	$(BIN)/pytest --numprocesses 2 --dist loadfile tests/unit povtemplates worker service lippmann
-	$(BIN)/pytest $(ALONE)
+	$(BIN)/pytest -m "not long" $(ALONE)
 else
 	$(BIN)/pytest $(ARGS)
 endif
+
+chaos: setup-test ## Run the long tests of outages and kills, which take hours
+	$(BIN)/pytest -m long $(if $(ARGS),$(ARGS),tests/chaos)
 
 bare: ## Run the demo and the tests in an empty Debian 12 (needs root)
 	deploy/bare $(ARGS)
