@@ -106,7 +106,7 @@ def one_machine_farm(folder: Path, *, slots: int = 2, env: Mapping[str, str] | N
         proxy = stack.enter_context(tcp_proxy(moved, listen=socket))
         redis: Any = Redis.from_url(f"unix://{moved}", protocol=2, socket_timeout=ENOUGH_S)
         redis.client_kill_filter(_type="normal", skipme=True)
-        until(lambda: (seen := farm.client.health()).slots == slots and seen.coordinator.ok)
+        until(lambda: any(client["cmd"] == "brpop" for client in redis.client_list()))
 
         def worker_pid() -> int:
             return farm.client.workers().items[0].pid

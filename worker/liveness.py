@@ -93,10 +93,13 @@ class ConsumerLiveness:
 class StuckWatch:
     """A thread that ends the process when the consumer gives no sign of life."""
 
-    def __init__(self, liveness: ConsumerLiveness, stopping_file: Path, *, stuck_s: float = STUCK_S) -> None:
+    def __init__(
+        self, liveness: ConsumerLiveness, stopping_file: Path, *, stuck_s: float = STUCK_S, stop_s: float = STOP_S
+    ) -> None:
         self._liveness = liveness
         self._stopping_file = stopping_file
         self._stuck_s = stuck_s
+        self._stop_s = stop_s
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._watch, name="stuck-watch", daemon=True)
 
@@ -124,6 +127,6 @@ class StuckWatch:
             "the worker ends to be started again"
         )
         self._stopping_file.touch()
-        self._ended.wait(STOP_S)
+        self._ended.wait(self._stop_s)
         self._stopping_file.unlink(missing_ok=True)
         os._exit(EXIT_STUCK)

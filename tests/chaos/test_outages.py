@@ -82,7 +82,7 @@ def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> NDArray[np.float16]
 def go_through(
     farm: OutageFarm, outage: Outage, length_s: float, undisturbed: NDArray[np.float16], *, busy: bool
 ) -> float:
-    """Go through an outage; return the seconds until the worker takes an order afterwards."""
+    """Go through an outage; return the seconds until the worker takes an order afterwards, which a report may list."""
     frames = "1-3"
     if busy:
         job = farm.client.submit(fish(frames))
@@ -101,22 +101,24 @@ def go_through(
 @pytest.mark.parametrize("length_s", LENGTHS_S)
 @pytest.mark.parametrize("kind", FARMS)
 def test_a_broker_that_refuses_connections(
-    tmp_path: Path, undisturbed: NDArray[np.float16], record_property: Callable[[str, object], None],
+    tmp_path: Path, undisturbed: NDArray[np.float16], request: pytest.FixtureRequest,
     kind: str, length_s: float, busy: bool,
 ) -> None:  # fmt: skip
     with FARMS[kind](tmp_path) as farm:
-        record_property("taken_s", go_through(farm, OUTAGES["refused"], length_s, undisturbed, busy=busy))
+        taken_s = go_through(farm, OUTAGES["refused"], length_s, undisturbed, busy=busy)
+    request.node.user_properties.append(("taken_s", taken_s))
 
 
 @pytest.mark.parametrize("busy", [True, False], ids=["busy", "idle"])
 @pytest.mark.parametrize("length_s", [10, 75])
 @pytest.mark.parametrize("name", [name for name in OUTAGES if name != "refused"])
 def test_a_broker_or_network_that_fails_in_another_way(
-    tmp_path: Path, undisturbed: NDArray[np.float16], record_property: Callable[[str, object], None],
+    tmp_path: Path, undisturbed: NDArray[np.float16], request: pytest.FixtureRequest,
     name: str, length_s: float, busy: bool,
 ) -> None:  # fmt: skip
     with separate_farm(tmp_path) as farm:
-        record_property("taken_s", go_through(farm, OUTAGES[name], length_s, undisturbed, busy=busy))
+        taken_s = go_through(farm, OUTAGES[name], length_s, undisturbed, busy=busy)
+    request.node.user_properties.append(("taken_s", taken_s))
 
 
 def test_a_broker_that_is_restarted_empty_every_20_seconds(tmp_path: Path, undisturbed: NDArray[np.float16]) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from tests.farm import ended, until
+from tests.integration.lippmann.conftest import alive, born
 from tests.needs import needs_povray
 from tests.outages import (
     QUICK,
@@ -45,12 +48,24 @@ def test_a_worker_whose_attempts_all_ended_while_the_broker_was_away_takes_order
         assert_each_frame_is_there_once(farm, ended(farm.client, job.id), undisturbed)
 
 
+def test_a_worker_that_keeps_final_events_in_an_outage_stops_when_it_is_told_to(tmp_path: Path) -> None:
+    with separate_farm(tmp_path) as farm:
+        job = farm.client.submit(fish("1"))
+        until(farm.client, job.id, rendering)
+        worker = born(farm.worker_pid())
+        assert worker is not None
+        farm.proxy.blackhole()
+        os.kill(worker[0], signal.SIGTERM)
+        wait_until(lambda: not alive({worker}))
+
+
 def test_a_worker_notices_that_the_network_has_forgotten_its_connections(
     tmp_path: Path, undisturbed: NDArray[np.float16]
 ) -> None:
     with one_machine_farm(tmp_path, env=QUICK) as farm:
         farm.proxy.abandon()
         job = farm.client.submit(fish("1"))
+        wait_until(lambda: "expected an answer of the broker within" in farm.worker_log.read_text())
         assert_each_frame_is_there_once(farm, ended(farm.client, job.id), undisturbed)
 
 
