@@ -28,7 +28,7 @@ START_S = 60.0
 """The time for which an attempt waits for Redis before it begins; the service takes the order back about then."""
 STOPPING_S = 3.0
 """The time that these retries have left once the worker is stopping."""
-TIMEOUT_S = 3.0
+TIMEOUT_S = 2.0
 """The longest time of one exchange with Redis."""
 QUICK_S = 1.0
 """The longest time of one exchange that holds up the event loop of the consumer."""
@@ -96,11 +96,11 @@ class BrokerClient:
         until_s = time.monotonic() + within_s
         pause_s = 0.1
         while True:
+            if stopping():
+                until_s = min(until_s, time.monotonic() + STOPPING_S)
             try:
                 return exchange()
             except RedisError:
-                if stopping():
-                    until_s = min(until_s, time.monotonic() + STOPPING_S)
                 if time.monotonic() + pause_s > until_s:
                     raise
                 time.sleep(pause_s)

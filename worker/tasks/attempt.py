@@ -89,6 +89,7 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
     except RedisError as error:
         # The service notices the artifact, or that the heartbeats are missing.
         log.warning("final event lost", job=order.job_id, task=order.task_id, attempt=order.attempt, error=repr(error))
+        return  # The lease cannot be released either, and expires by itself.
     broker.release_lease(order.attempt)
 
 
