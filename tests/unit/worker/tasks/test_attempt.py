@@ -95,7 +95,7 @@ def test_an_attempt_that_ends_well_says_claimed_and_done(place: Workplace, redis
         (RenderFailed(), "render-failed", False),
         (Stopped(), "stopped", False),
         (OSError(28, "No space left on device"), "disk-full", False),
-        (OSError(28, "Read-only file system"), "disk-unavailable", False),
+        (OSError(30, "Read-only file system"), "disk-unavailable", False),
         (ZeroDivisionError("oh"), "unexpected", False),
     ],
 )
