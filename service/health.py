@@ -168,10 +168,9 @@ def _all_faults(found: object, workers: object) -> tuple[Fault, ...]:
 
 def _answer(component: str, answer: object, faults: Sequence[Fault]) -> dict[str, Any]:
     """Return whether a component is healthy, and what is wrong."""
-    if isinstance(answer, Exception):
-        return {"ok": False, "detail": _detail(answer)}
     fault = next((fault for fault in faults if fault.component == component), None)
-    return {"ok": fault is None, "detail": _detail(answer) if fault is None else fault.message}
+    is_ok = fault is None and not isinstance(answer, Exception)
+    return {"ok": is_ok, "detail": _detail(answer) if fault is None else fault.message}
 
 
 def _detail(answer: object) -> str:

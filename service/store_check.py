@@ -64,23 +64,16 @@ class StoreCheck:
             self._store.delete(name)
             free = self._store.free_bytes()
         except StoreFull as error:
-            return StoreFull(f"The artifact store has no room left{_because(error) or self._free()}.")
+            return StoreFull(f"The artifact store has no room left{_because(error)}.")
         except LippmannError as error:
             return StoreUnavailable(f"The artifact store cannot be written{_because(error)}.")
         least = self._reserve_bytes * (AGAIN if self._was_full else 1.0)
         if free is not None and free < least:
-            return StoreFull(f"The artifact store has no room left{self._free()}.")
+            return StoreFull(f"The artifact store has no room left: {free // 1_000_000} MB are free.")
         return None
-
-    def _free(self) -> str:
-        try:
-            free = self._store.free_bytes()
-        except LippmannError:
-            return ""
-        return "" if free is None else f": {free // 1_000_000} MB are free"
 
 
 def _because(error: LippmannError) -> str:
     """Return the reason that the system gives, without names of files, since health is read without a key."""
-    strerror = getattr(error.__cause__, "strerror", None)
-    return f": {strerror}" if strerror else ""
+    reason = getattr(error.__cause__, "strerror", None) or error.message.partition(": ")[2]
+    return f": {reason}" if reason else ""

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
-import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
 from lippmann.errors import NO_ROOM, DiskFull, DiskUnavailable
+
+RESERVE_INODES = 100
+"""The free inodes that artifacts and attempts leave on a disk; an attempt needs about 20 at a time."""
 
 
 @contextmanager
@@ -41,6 +43,18 @@ def write_bytes(path: Path, data: bytes) -> None:
         file.write(data)
 
 
+def lacking_room(folder: Path, *, reserve_bytes: int) -> str | None:
+    """Return what the disk of a folder has too little of, bytes or inodes; None if it has enough of both."""
+    disk = os.statvfs(folder)
+    free = disk.f_bavail * disk.f_frsize
+    if free < reserve_bytes:
+        return f"{free // 1_000_000} MB are free, and {reserve_bytes // 1_000_000} MB are kept in reserve"
+    # Some file systems count no inodes.
+    if disk.f_files and disk.f_favail < RESERVE_INODES:
+        return f"{disk.f_favail} inodes are free, and {RESERVE_INODES} are kept in reserve"
+    return None
+
+
 def check_folder(folder: Path, *, reserve_bytes: int = 0) -> None:
     """Check that files can be written in a folder, which is created if it does not exist.
 
@@ -56,10 +70,9 @@ def check_folder(folder: Path, *, reserve_bytes: int = 0) -> None:
     except OSError as error:
         family = DiskFull if error.errno in NO_ROOM else DiskUnavailable
         raise family(f"cannot make {folder}: {error.strerror}") from error
-    free = shutil.disk_usage(folder).free
-    if free < reserve_bytes:
-        mb = f"{free // 1_000_000} MB are free, and {reserve_bytes // 1_000_000} MB are kept in reserve"
-        raise DiskFull(f"no room in {folder}: {mb}")
+    lacking = lacking_room(folder, reserve_bytes=reserve_bytes)
+    if lacking:
+        raise DiskFull(f"no room in {folder}: {lacking}")
     trial = folder / f".trial-{os.getpid()}"
     write_bytes(trial, b"trial")
     trial.unlink(missing_ok=True)

@@ -30,8 +30,13 @@ def watch_job(client: Client, job_id: str) -> Job:
 
 
 def progress_text(job: Job) -> str:
-    """Return the progress of a job as text, for example `running, 3 of 6 frames, 40 s to go`."""
+    """Return the progress of a job as text, for example `running, 3 of 6 frames, 40 s to go`.
+
+    A job that the farm has paused says why.
+    """
     text = f"{job.status}, {job.frames_done} of {job.frames_total} frames"
+    if job.pause is not None and job.pause.reason:
+        return f"{text}, paused by the {job.pause.by}: {job.pause.reason}"
     return f"{text}, {duration_text(job.eta_s)} to go" if job.eta_s is not None else text
 
 

@@ -24,6 +24,7 @@ from lippmann.digest import Digest, DigestWriter
 from lippmann.errors import NO_ROOM, ArtifactMissing, StoreFull, StoreUnavailable
 from lippmann.plan.artifact_store import ArtifactInfo
 from worker.store.names import check_name, check_prefix
+from worker.whole_file import lacking_room
 
 HIDDEN = ".partial"
 CHUNK_BYTES = 1 << 18
@@ -59,13 +60,16 @@ class LocalStore:
 
     def get_bytes(self, name: str) -> bytes:
         """Return an artifact."""
-        with _translated(name, missing=True):
+        with _translated(name, missing=True, folder=self._hidden):
             return self._path(name).read_bytes()
 
     def exists(self, name: str) -> bool:
         """Return whether an artifact exists."""
         with _translated(name):
-            return self._path(name).is_file()
+            if self._path(name).is_file():
+                return True
+            self._hidden.stat()  # in a store that is away, nothing is known to be missing
+            return False
 
     def size(self, name: str) -> int:
         """Return the size of an artifact, in bytes."""
@@ -79,7 +83,7 @@ class LocalStore:
         """Return bytes [start, stop) of an artifact in chunks, fewer where it ends earlier."""
         if not 0 <= start <= stop:
             raise ValueError(f"expected bytes [start, stop) with 0 <= start <= stop, got [{start}, {stop})")
-        with _translated(name, missing=True):
+        with _translated(name, missing=True, folder=self._hidden):
             file = self._path(name).open("rb")
         chunks = _chunks(file, name, start, stop)
         # Once started, the generator closes the file even if no chunk is read.
@@ -147,7 +151,7 @@ class LocalStore:
         return self._root / check_name(name)
 
     def _status(self, name: str) -> os.stat_result:
-        with _translated(name, missing=True):
+        with _translated(name, missing=True, folder=self._hidden):
             status = self._path(name).stat()
         if not _is_file(status):
             raise ArtifactMissing(f"expected the artifact {name}, got a folder of artifacts")
@@ -179,10 +183,9 @@ class LocalStore:
     def _check_room(self, name: str) -> None:
         if not self._reserve_bytes:
             return
-        free = shutil.disk_usage(self._root).free
-        if free < self._reserve_bytes:
-            mb = f"{free // 1_000_000} MB are free, and {self._reserve_bytes // 1_000_000} MB are kept in reserve"
-            raise StoreFull(f"no room for {name}: {mb}")
+        lacking = lacking_room(self._root, reserve_bytes=self._reserve_bytes)
+        if lacking:
+            raise StoreFull(f"no room for {name}: {lacking}")
 
 
 def _write_all(file: BinaryIO, chunks: Iterable[bytes]) -> Digest:
@@ -286,13 +289,16 @@ def _ignore_missing() -> Iterator[None]:
 
 
 @contextmanager
-def _translated(what: str, *, missing: bool = False) -> Iterator[None]:
-    """Translate errors of the operating system; with `missing`, a missing file means a missing artifact."""
+def _translated(what: str, *, missing: bool = False, folder: Path | None = None) -> Iterator[None]:
+    """Translate errors of the operating system.
+
+    With `missing`, a missing file means a missing artifact, unless the `folder` of the store is not there either.
+    """
     try:
         yield
     except OSError as error:
         if error.errno in NO_ROOM:
             raise StoreFull(f"no room for {what}: {error.strerror}") from error
-        if missing and error.errno in _NOT_THERE:
+        if missing and error.errno in _NOT_THERE and (folder is None or folder.is_dir()):
             raise ArtifactMissing(f"expected the artifact {what}, got nothing there") from error
         raise StoreUnavailable(f"cannot reach {what} in the store: {error.strerror}") from error

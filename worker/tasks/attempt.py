@@ -20,12 +20,17 @@ from lippmann.errors import (
     DiskUnavailable,
     LippmannError,
     Permanent,
+    Stopped,
+    StoreFull,
+    StoreUnavailable,
 )
 from lippmann.job.messages.events import EventKind, Failure, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
+from worker.engines.povray.diagnosis import NO_ROOM_BYTES
 from worker.report import START_S, AttemptHeartbeat, event_of
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
+from worker.whole_file import check_folder
 
 log = structlog.get_logger()
 
@@ -99,10 +104,21 @@ def _done_or_failed(
     try:
         return do(place, order, monitor), None
     except Exception as error:  # the outermost frame of a task: every error is reported, and the worker goes on
-        failure = failure_of(error)
+        failure = _disk_failure(place, error) or failure_of(error)
         log.warning("attempt failed", job=order.job_id, task=order.task_id, attempt=order.attempt, code=failure.code,
                     exc_info=not isinstance(error, LippmannError))  # fmt: skip
         return TaskResult(), failure
+
+
+def _disk_failure(place: Workplace, error: Exception) -> Failure | None:
+    """Return the fault of the scratch disk that an attempt failed by, whatever the program said that met it."""
+    if isinstance(error, Stopped | StoreFull | StoreUnavailable):
+        return None
+    try:
+        check_folder(place.settings.scratch_dir, reserve_bytes=NO_ROOM_BYTES)
+    except LippmannError as fault:
+        return failure_of(fault)
+    return None
 
 
 def failure_of(error: Exception) -> Failure:

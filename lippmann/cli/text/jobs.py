@@ -36,6 +36,7 @@ def job_text(job: Job) -> str:
             ("title", job.title),
             ("scene", job.scene),
             ("status", job.status),
+            ("paused", _pause_text(job)),
             ("error", f"{job.error.message} ({job.error.code})" if job.error else None),
             ("frames", f"{job.frames_done} of {job.frames_total} ({job.frames.text}), {job.fps:g} a second"),
             ("size", f"{size.lens_cols} x {size.lens_rows} lenses, {size.cols} x {size.rows} px"),
@@ -63,9 +64,17 @@ def worker_table(workers: Iterable[Worker], *, now_s: float) -> str:
 
 
 def _claiming_text(worker: Worker, now_s: float) -> str:
+    if worker.fault is not None:
+        return worker.fault
     if worker.not_claiming_since_s is None:
         return "takes orders"
     return f"has taken none for {duration_text(now_s - worker.not_claiming_since_s)}"
+
+
+def _pause_text(job: Job) -> str | None:
+    if job.pause is None:
+        return None
+    return f"by the {job.pause.by}" + (f": {job.pause.reason}" if job.pause.reason else "")
 
 
 def scene_table(scenes: Iterable[Scene]) -> str:

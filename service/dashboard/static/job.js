@@ -36,6 +36,7 @@ export function Job({ id }) {
         ${canChange && html`<${Actions} job=${job} />`}
       </header>
       <${Progress} job=${job} />
+      ${job.pause?.reason && html`<${Pause} pause=${job.pause} />`}
       ${job.error && html`<${Fault} error=${job.error} />`}
       <div class="work">
         <div class="made">
@@ -91,6 +92,14 @@ function Optics({ job }) {
     </section>
   `;
 }
+
+// The reason why the farm has paused the job; a user's pause has none.
+const Pause = ({ pause }) => html`
+  <section class="error" aria-label="Pause" role="status">
+    <h2>Paused by the ${pause.by} <code>${pause.code}</code></h2>
+    <p>${pause.reason} The job goes on by itself when the cause has gone. Resume tries again at once.</p>
+  </section>
+`;
 
 const Fault = ({ error }) => html`
   <section class="error" aria-label="Error">

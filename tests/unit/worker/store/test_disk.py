@@ -47,6 +47,28 @@ def test_a_disk_that_is_read_only_is_unavailable(tiny_disk: Path) -> None:
         LocalStore(tiny_disk / "other")
 
 
+def test_in_a_store_that_is_away_nothing_is_missing(tmp_path: Path) -> None:
+    """Otherwise every artifact would seem to be lost and would be made again."""
+    store = LocalStore(tmp_path / "artifacts")
+    store.put_bytes("job/a", b"a")
+    (tmp_path / "artifacts").rename(tmp_path / "away")
+    asked: list[Callable[[str], object]] = [store.get_bytes, store.exists, store.size, store.etag]
+    for ask in asked:
+        with pytest.raises(StoreUnavailable, match="cannot reach job/a in the store"):
+            ask("job/a")
+    (tmp_path / "away").rename(tmp_path / "artifacts")
+    assert (store.exists("job/a"), store.exists("job/b")) == (True, False)
+
+
+def test_artifacts_leave_the_reserve_free(tiny_disk: Path) -> None:
+    store = LocalStore(tiny_disk / "artifacts", reserve_bytes=TINY_BYTES // 2)
+    store.put_bytes("a", bytes(TINY_BYTES // 4))
+    with pytest.raises(StoreFull, match="no room for b: 0 MB are free, and 0 MB are kept in reserve"):
+        store.put_bytes("b", bytes(TINY_BYTES // 2))
+    assert [info.name for info in store.list("")] == ["a"]
+    store.delete("a")
+
+
 def test_pictures_and_videos_on_any_nearly_full_disk_are_whole_or_refused(tiny_disk: Path, tmp_path: Path) -> None:
     frames = list(np.random.default_rng(1).integers(0, 256, (6, 64, 64, 3), dtype=np.uint8))
     codes = frames[0]
