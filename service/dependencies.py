@@ -17,6 +17,7 @@ from service.db.engine import Database
 from service.errors import Forbidden, Unauthorized
 from service.events.wakeup import Wakeup
 from service.health import Checks
+from service.jobs.artifact_guard import ArtifactGuard
 from service.ports import Parts
 from service.schemas.access import Role
 from service.schemas.answer import MAX_LIMIT
@@ -38,6 +39,7 @@ class AppState:
     stream: Stream
     checks: Checks
     sheets: SheetCache
+    guard: ArtifactGuard
     clock: Callable[[], float] = field(default=time.time)
 
     def now_s(self) -> float:

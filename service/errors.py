@@ -34,6 +34,7 @@ STATUS_OF_CODE = MappingProxyType(
         "idempotency-mismatch": 422,
         "internal": 500,
         "artifact-broken": 500,
+        "artifact-repairing": 503,
         "database-unavailable": 503,
         "store-unavailable": 503,
         "store-full": 507,
@@ -119,6 +120,12 @@ class IdempotencyMismatch(ServiceError):
     """The Idempotency-Key was used with another job file."""
 
     code = "idempotency-mismatch"
+
+
+class ArtifactRepairing(ServiceError):
+    """The artifact is damaged, and the farm makes it again."""
+
+    code = "artifact-repairing"
 
 
 class DatabaseUnavailable(ServiceError):

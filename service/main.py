@@ -20,6 +20,7 @@ from service.db.migrations import migrate
 from service.dependencies import AppState
 from service.events.wakeup import Wakeup
 from service.health import Checks, package_version
+from service.jobs.artifact_guard import ArtifactGuard
 from service.ports import Parts
 from service.routes import (
     artifacts,
@@ -87,7 +88,8 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
     stream = Stream(settings.redis_url, timeout_s=settings.broker_timeout_s)
     checks = Checks(database, parts.store, stream)
     sheets = SheetCache(parts, room_bytes=int(settings.sheets_mb * 1e6))
-    return AppState(settings, parts, database, Wakeup(), stream, checks, sheets, clock)
+    guard = ArtifactGuard(database, parts.store)
+    return AppState(settings, parts, database, Wakeup(), stream, checks, sheets, guard, clock)
 
 
 @asynccontextmanager
@@ -107,5 +109,6 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         state.wakeup.close()
         if coordinator is not None:
             await run_in_threadpool(coordinator.stop)
+        state.guard.close()
         state.stream.close()
         state.database.dispose()

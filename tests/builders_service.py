@@ -26,6 +26,7 @@ from lippmann.job.stage import Stage
 from lippmann.plan.artifact_store import ArtifactInfo
 from service.auth import Caller
 from service.coordinator import scheduler as dispatching
+from service.coordinator.artifact_repairer import ArtifactRepairer
 from service.coordinator.background_jobs import BackgroundJobs
 from service.coordinator.event_consumer import consume_events
 from service.db.engine import Database
@@ -197,6 +198,7 @@ class Farm:
         self._entries = 0
         migrate(self.database)
         sync_builtin(self.database, self.parts, now_s=T0)
+        self.repairer = ArtifactRepairer(self.database, self.store, self.settings)
         self.background_jobs = BackgroundJobs(self.database, self.store, self.settings)
 
     def submit(self, **changes: Any) -> str:
@@ -221,6 +223,11 @@ class Farm:
 
     def plan(self) -> None:
         while self.background_jobs.run_round(slots=2, now_s=self.now_s):
+            pass
+
+    def repair(self) -> None:
+        """Verify and take back what the artifact repairer has to."""
+        while self.repairer.run_round(now_s=self.now_s):
             pass
 
     def planned(self, **changes: Any) -> str:

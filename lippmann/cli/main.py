@@ -74,6 +74,7 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "pause": jobs.pause,
         "resume": jobs.resume,
         "retry": jobs.retry,
+        "repair": jobs.repair,
     },
     "Scenes": {"capture": scenes.capture},
     "Integral images": {

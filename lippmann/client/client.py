@@ -114,6 +114,10 @@ class Client:
         """Run the failed and cancelled tasks of an ended job again."""
         return self._act(job_id, "retry")
 
+    def repair(self, job_id: str) -> Job:
+        """Verify every artifact of an ended job, and make the missing and damaged ones again."""
+        return self._act(job_id, "repair")
+
     def prioritise(self, job_id: str, priority: int) -> Job:
         """Set the priority of a job, 0 to 100."""
         return _parsed(

@@ -64,6 +64,7 @@ class JobAction(StrEnum):
     RESUME = "resume"
     CANCEL = "cancel"
     RETRY = "retry"
+    REPAIR = "repair"
     PRIORITISE = "prioritise"
     REMOVE = "remove"
 
@@ -85,26 +86,27 @@ JOB_TRANSITIONS = MappingProxyType(
         _J.PROBING: frozenset({_J.RUNNING, _J.FAILED, _J.PAUSED, _J.CANCELLED}),
         _J.RUNNING: frozenset({_J.PAUSED, _J.DONE, _J.FAILED, _J.CANCELLED}),
         _J.PAUSED: frozenset({_J.RUNNING, _J.CANCELLED}),
-        _J.DONE: frozenset[JobStatus](),
+        _J.DONE: frozenset({_J.RUNNING}),
         _J.FAILED: frozenset({_J.RUNNING}),
         _J.CANCELLED: frozenset({_J.RUNNING}),
     }
 )
-"""The statuses that a job of each status may become. A failed or cancelled job becomes another only by retry."""
+"""The statuses that a job of each status may become. A job that has ended becomes another only by retry and
+repair, and a done job also when a reader finds one of its artifacts damaged."""
 
 TASK_TRANSITIONS = MappingProxyType(
     {
-        _T.WAITING: frozenset({_T.READY, _T.CANCELLED}),
-        _T.READY: frozenset({_T.DISPATCHED, _T.CANCELLED}),
+        _T.WAITING: frozenset({_T.READY, _T.FAILED, _T.CANCELLED}),
+        _T.READY: frozenset({_T.DISPATCHED, _T.WAITING, _T.CANCELLED}),
         _T.DISPATCHED: frozenset({_T.RUNNING, _T.READY, _T.CANCELLED}),
-        _T.RUNNING: frozenset({_T.DONE, _T.FAILED, _T.READY, _T.CANCELLED}),
+        _T.RUNNING: frozenset({_T.DONE, _T.FAILED, _T.READY, _T.WAITING, _T.CANCELLED}),
         _T.DONE: frozenset({_T.READY}),
         _T.FAILED: frozenset({_T.READY, _T.WAITING}),
         _T.CANCELLED: frozenset({_T.READY, _T.WAITING}),
     }
 )
 """The statuses that a task of each status may become. A task that has ended becomes another only by retry of its job;
-a done task becomes ready when its artifact can no longer be read."""
+a done task becomes ready when one of its artifacts is missing or damaged, and the tasks that need it wait again."""
 
 ENDED_JOBS = frozenset({_J.DONE, _J.FAILED, _J.CANCELLED})
 ENDED_TASKS = frozenset({_T.DONE, _T.FAILED, _T.CANCELLED})
@@ -117,6 +119,7 @@ JOB_ACTIONS = MappingProxyType(
         JobAction.RESUME: ActionRule(frozenset({_J.PAUSED}), _J.RUNNING),
         JobAction.CANCEL: ActionRule(frozenset({_J.QUEUED, _J.PROBING, _J.RUNNING, _J.PAUSED}), _J.CANCELLED),
         JobAction.RETRY: ActionRule(frozenset({_J.FAILED, _J.CANCELLED}), _J.RUNNING),
+        JobAction.REPAIR: ActionRule(ENDED_JOBS, _J.RUNNING),
         JobAction.PRIORITISE: ActionRule(frozenset(_J) - {_J.DONE}, None),
         JobAction.REMOVE: ActionRule(ENDED_JOBS, None),
     }

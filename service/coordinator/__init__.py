@@ -12,5 +12,6 @@ retry_policy     the consequences of a failed attempt: pure
 fault_monitor    pauses jobs while a full disk or another fault prevents their work
 reconciler       repairs rows that events left wrong or incomplete
 background_jobs  work on many rows, in chunks
+artifact_repairer  verifies artifacts and takes back the tasks that made damaged ones
 orphan_sweeper   deletes the artifacts of removed jobs
 """

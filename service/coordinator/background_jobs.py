@@ -24,6 +24,8 @@ from service.settings import Settings
 
 FIRST_PAUSE_S = 1.0
 LONGEST_PAUSE_S = 60.0
+KINDS = frozenset({BackgroundJob.PLAN, BackgroundJob.CANCEL, BackgroundJob.RETRY, BackgroundJob.REMOVE})
+"""The background jobs of the scheduler's thread; those that read whole artifacts have a thread of their own."""
 UNPLANNABLE = "unplannable"
 
 log = structlog.get_logger("service.background_jobs")
@@ -55,7 +57,7 @@ class BackgroundJobs:
     def run_round(self, *, slots: int, now_s: float) -> bool:
         """Run one chunk of every background job; return whether there is more that is not paused."""
         with self._database.reading() as session:
-            pending = job_rows.background_jobs(session)
+            pending = job_rows.background_jobs(session, KINDS)
         self._backoffs = {job_id: self._backoffs[job_id] for job_id, _ in pending if job_id in self._backoffs}
         more = False
         for job_id, kind in pending:

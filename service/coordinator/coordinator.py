@@ -1,4 +1,6 @@
-"""The threads of the coordinator: leader election, event consumer, scheduler, reconciler, orphan sweeper.
+"""The threads of the coordinator.
+
+They are leader election, event consumer, scheduler, reconciler, artifact repairer and orphan sweeper.
 
 Each thread is a loop of short rounds. A round that fails is logged, and the next one follows. An unavailable broker or
 a slow disk delays no request, since no request waits for the coordinator.
@@ -19,6 +21,7 @@ from lippmann.job.messages.events import Presence
 from lippmann.plan.artifact_store import ArtifactStore
 from service.broker_stream import Stream
 from service.claiming import ClaimWatch
+from service.coordinator.artifact_repairer import ArtifactRepairer
 from service.coordinator.background_jobs import BackgroundJobs
 from service.coordinator.event_consumer import consume_events
 from service.coordinator.fault_monitor import FaultMonitor
@@ -45,6 +48,7 @@ CHECKPOINT_S = 300.0
 FAULT_S = 1.0
 """The interval at which the fault monitor looks whether a check is due."""
 SWEEP_S = 3600.0
+REPAIR_S = 1.0
 SCHEDULER = "scheduler"
 
 log = structlog.get_logger("service.coordinator")
@@ -68,6 +72,7 @@ class Coordinator:
         self._reconciler = Reconciler(database, store, settings)
         store_check = StoreCheck(store, reserve_bytes=settings.disk_reserve_bytes)
         self.fault_monitor = FaultMonitor(database, self._stream, store_check, settings)
+        self._repairer = ArtifactRepairer(database, store, settings)
         self._background_jobs = BackgroundJobs(database, store, settings)
         self._workers: tuple[Presence, ...] = ()
         self._workers_s = float("-inf")
@@ -87,6 +92,7 @@ class Coordinator:
             "fault-monitor": (self.fault_round, FAULT_S),
             "reconciler": (self.reconcile_round, self._settings.reconcile_s),
             "orphan-sweeper": (self.sweep_round, SWEEP_S),
+            "artifact-repairer": (self.repair_round, REPAIR_S),
         }
         for name, (run, pause_s) in loops.items():
             thread = threading.Thread(
@@ -188,6 +194,13 @@ class Coordinator:
         if self._clock() - self._checkpoint_s > CHECKPOINT_S:
             self._checkpoint_s = self._clock()
             self._database.checkpoint()
+
+    def repair_round(self) -> None:
+        """Verify artifacts and take back the tasks that made damaged ones; this reads whole artifacts."""
+        while self.election.is_leader and not self._stopping.is_set():
+            if not self._repairer.run_round(now_s=self._clock()):
+                return
+            self._wakeup.notify()
 
     def sweep_round(self) -> None:
         """Delete the artifacts of removed jobs; it has its own thread, since a large store takes time."""

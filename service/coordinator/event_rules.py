@@ -24,7 +24,7 @@ NO_ERROR = dict.fromkeys(("error_code", "error_message", "error_frame", "error_a
 """The columns of the last error of a task that is done."""
 
 _AFTER = {
-    EventKind.FAILED: (TaskStatus.READY, TaskStatus.FAILED),
+    EventKind.FAILED: (TaskStatus.READY, TaskStatus.WAITING, TaskStatus.FAILED),
     EventKind.DECLINED: (TaskStatus.READY,),
 }
 """The statuses of a task after an event. An event that finds them, from the same attempt, is a repetition."""
@@ -46,6 +46,11 @@ class Batch:
     faults: list[Fault] = field(default_factory=list)
     probes: dict[str, ProbeResult] = field(default_factory=dict)
     """The measurements of probes, by job."""
+
+    @property
+    def suspicious(self) -> set[str]:
+        """The jobs with a task that waits because it could not read an artifact."""
+        return {draft.now.job_id for draft in self.drafts.values() if draft.is_newly(TaskStatus.WAITING)}
 
     @property
     def touched(self) -> set[str]:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lippmann.errors import (
+    ArtifactBroken,
+    ArtifactMissing,
     DiskFull,
     DiskUnavailable,
     OutOfMemory,
@@ -18,10 +20,15 @@ from lippmann.errors import (
     StoreUnavailable,
 )
 from lippmann.job.messages.events import LOST, Failure
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
 from service.jobs.task_draft import TaskDraft
 from service.settings import Settings
 
+DAMAGED = frozenset({ArtifactMissing.code, ArtifactBroken.code})
+"""Failures that are about an artifact that the attempt read."""
+_READERS = frozenset({TaskKind.ASSEMBLE, TaskKind.ENCODE})
+"""The kinds of tasks that read what other tasks made."""
 LONGEST_DEFERRAL_S = 600.0
 """The longest pause before the next attempt of a deferred task."""
 INFRASTRUCTURE = frozenset(
@@ -58,7 +65,7 @@ def fail_attempt(
     """Apply a failure to the task, which becomes ready or failed; return what counts against the worker.
 
     A stopped attempt counts against nobody. A lost one counts against the task, since a task may kill its workers, but
-    not against the worker, which may have been killed by something else.
+    not against the worker, which may have been killed by something else. A task that could not read an artifact waits.
     """
     if failure.code == Stopped.code:
         draft.transition(TaskStatus.READY, progress=None)
@@ -67,6 +74,10 @@ def fail_attempt(
         return _defer(draft, failure, worker=worker, now_s=now_s, settings=settings)
     if failure.code in DETERMINISTIC and failure.code == draft.now.error_code:
         failure = failure.model_copy(update={"permanent": True})
+    if failure.code in DAMAGED and draft.now.kind in _READERS:
+        # The artifact repairer verifies what the task could not read, and decides.
+        draft.transition(TaskStatus.WAITING, **_columns(failure))
+        return None
     failures = draft.now.failures + 1
     failed_on = list(dict.fromkeys([*draft.now.failed_on, *([worker] if worker else [])]))
     draft.set(failures=failures, failed_on=failed_on, **_columns(failure))

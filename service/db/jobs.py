@@ -9,6 +9,7 @@ from sqlalchemy import ColumnElement, bindparam, func, or_, select, update
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import JobStatus, PausedBy, TaskStatus
+from service.db.engine import changed
 from service.db.tables import BackgroundJob, Job, Task
 
 SCHEDULABLE = (JobStatus.QUEUED, JobStatus.PROBING, JobStatus.RUNNING)
@@ -110,10 +111,18 @@ def open_ids(session: Session) -> Sequence[str]:
     return session.scalars(select(Job.id).where(Job.status.in_(OPEN)).order_by(Job.id)).all()
 
 
-def background_jobs(session: Session) -> Sequence[tuple[str, BackgroundJob]]:
-    """Return the jobs that have a background job, and which one."""
-    query = select(Job.id, Job.background_job).where(Job.background_job.is_not(None)).order_by(Job.id)
+def background_jobs(session: Session, kinds: Iterable[BackgroundJob]) -> Sequence[tuple[str, BackgroundJob]]:
+    """Return the jobs that have a background job of some kinds, and which one."""
+    query = select(Job.id, Job.background_job).where(Job.background_job.in_([*kinds])).order_by(Job.id)
     return [(job_id, kind) for job_id, kind in session.execute(query) if kind is not None]
+
+
+def request_repairs(session: Session, job_ids: Iterable[str]) -> None:
+    """Give jobs without a background job the one that repairs their artifacts."""
+    wanted = sorted(job_ids)
+    if wanted:
+        statement = update(Job).where(Job.id.in_(wanted), Job.background_job.is_(None))
+        changed(session, statement.values(background_job=BackgroundJob.REPAIR))
 
 
 def _dispatchable(now_s: float) -> tuple[ColumnElement[bool], ...]:

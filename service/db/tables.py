@@ -23,6 +23,10 @@ class BackgroundJob(StrEnum):
     CANCEL = "cancel"
     RETRY = "retry"
     REMOVE = "remove"
+    REPAIR = "repair"
+    """Damaged artifacts that failures name are made again."""
+    VERIFY = "verify"
+    """Every artifact is verified, and the damaged ones are made again."""
 
 
 class CredentialKind(StrEnum):

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, func, select
+from sqlalchemy import ColumnElement, Select, func, or_, select
 from sqlalchemy.orm import Session, aliased, undefer
 
-from lippmann.job.messages.orders import TaskKind
+from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.states import HELD_TASKS, TaskStatus
 from service.db.jobs import BEGUN
 from service.db.tables import Job, Task, WorkerFault
@@ -141,21 +141,46 @@ def prevented_workers(session: Session, *, now_s: float) -> Sequence[WorkerFault
     return session.scalars(query.order_by(WorkerFault.job_id, WorkerFault.worker)).all()
 
 
-def unreadable(session: Session, job_id: str, kind: TaskKind, codes: Collection[str], *, after: int) -> Sequence[Task]:
-    """Return one page of the failed and cancelled tasks of a kind whose last error has one of `codes`."""
+def unreadable(session: Session, job_id: str, codes: Collection[str], *, after: int) -> Sequence[Task]:
+    """Return one page of the failed and cancelled tasks whose last error has one of `codes`."""
+    return _with_error(session, job_id, (TaskStatus.FAILED, TaskStatus.CANCELLED), codes, after=after)
+
+
+def waiting_for_repair(session: Session, job_id: str, codes: Collection[str]) -> Sequence[Task]:
+    """Return one page of the waiting tasks whose last error has one of `codes`."""
+    return _with_error(session, job_id, (TaskStatus.WAITING,), codes, after=-1)
+
+
+def _with_error(
+    session: Session, job_id: str, statuses: Sequence[TaskStatus], codes: Collection[str], *, after: int
+) -> Sequence[Task]:
     query = (
         select(Task)
-        .where(Task.job_id == job_id, Task.status.in_([TaskStatus.FAILED, TaskStatus.CANCELLED]))
-        .where(Task.kind == kind, Task.error_code.in_(codes), Task.sequence > after)
+        .where(Task.job_id == job_id, Task.status.in_(statuses))
+        .where(Task.error_code.in_(codes), Task.sequence > after)
     )
-    return session.scalars(query.order_by(Task.sequence).limit(FRAMES_A_PAGE)).all()
+    return session.scalars(_fresh(query.order_by(Task.sequence).limit(FRAMES_A_PAGE))).all()
 
 
 def done_assemblies(session: Session, job_id: str, *, after: int) -> Sequence[Task]:
-    """Return one page of the assembly tasks that are done."""
+    """Return one page of the assembly tasks that are done, with their digests."""
     query = select(Task).where(Task.job_id == job_id, Task.status == TaskStatus.DONE)
     query = query.where(Task.kind == TaskKind.ASSEMBLE, Task.sequence > after)
-    return session.scalars(query.order_by(Task.sequence).limit(FRAMES_A_PAGE)).all()
+    return session.scalars(_with_digests(query.order_by(Task.sequence).limit(FRAMES_A_PAGE))).all()
+
+
+def made_by(
+    session: Session, job_id: str, kind: TaskKind, *, frame: int | None, tile: TileIndex | None, output: str | None
+) -> Task | None:
+    """Return the task of a kind for a frame, a tile of it, or an output, with its digests."""
+    query = select(Task).where(Task.job_id == job_id, Task.kind == kind)
+    # Outputs have no frame, so the index on stages finds them; the other tasks are found by their frame.
+    query = query.where(Task.frame == frame) if frame is not None else query.where(Task.stage == kind.value)
+    if tile is not None:
+        query = query.where(Task.tile_row == tile.row, Task.tile_col == tile.col)
+    if output is not None:
+        query = query.where(Task.output == output)
+    return session.scalars(_with_digests(query.limit(1))).first()
 
 
 def done_page(session: Session, job_id: str, *, after: int) -> Sequence[Task]:
@@ -183,10 +208,17 @@ def numbered(session: Session, job_id: str, sequences: Iterable[int], *, status:
     return session.scalars(_fresh(query.order_by(Task.sequence))).all()
 
 
-def needing(session: Session, job_id: str, stages: Iterable[str], *, status: TaskStatus) -> Sequence[Task]:
-    """Return the tasks that need one of some stages and have a status."""
-    query = select(Task).where(Task.job_id == job_id, Task.status == status, Task.needs.in_([*stages]))
-    return session.scalars(_fresh(query.order_by(Task.sequence))).all()
+def is_waiting_rightly(session: Session, job_id: str, sequence: int) -> bool:
+    """Return whether the stage that a task needs is not done."""
+    query = select(Task.sequence).where(Task.job_id == job_id, Task.sequence == sequence, is_blocked())
+    return session.execute(query).first() is not None
+
+
+def blocked(session: Session, job_id: str, stages: Iterable[str], sequences: Iterable[int]) -> Sequence[int]:
+    """Return the ready tasks whose needed stage is not done: those that need one of `stages`, and of `sequences`."""
+    query = select(Task.sequence).where(Task.job_id == job_id, Task.status == TaskStatus.READY, is_blocked())
+    query = query.where(or_(Task.needs.in_([*stages]), Task.sequence.in_([*sequences])))
+    return session.scalars(query.order_by(Task.sequence)).all()
 
 
 def is_blocked() -> ColumnElement[bool]:

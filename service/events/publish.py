@@ -56,9 +56,10 @@ def publish_tasks(session: Session, changes: Iterable[_TaskChange]) -> None:
     _publish(session, tasks + _frame_events(_frames(session, moved)))
 
 
-def publish_frames(session: Session, job_id: str, frames: Iterable[int], status: FrameStatus) -> None:
-    """Publish the new status of frames."""
-    _publish(session, _frame_events({(job_id, frame): status for frame in frames}))
+def publish_frames(session: Session, job_id: str, frames: Iterable[int]) -> None:
+    """Publish the statuses that frames have by their tasks now."""
+    wanted = sorted(frames)
+    _publish(session, _frame_events(_queried(session, job_id, wanted)) if wanted else ())
 
 
 def _snapshots(session: Session, rows: Sequence[Job]) -> list[JobSchema]:

@@ -3,10 +3,11 @@
 submission       stores a job file as a job
 state_machine    transitions of jobs and tasks, guarded by the tables of `lippmann.job.states`
 planner          creates the tasks of a job from the result of its probe
-commands         what users ask for: cancel, pause, resume, retry, prioritise, remove
+commands         what users ask for: cancel, pause, resume, retry, repair, prioritise, remove
 farm_pause       pauses jobs whose work a full disk or another fault prevents, and lets them go on
 task_draft       a task in memory, which rules change: pure
 completion       ends jobs whose tasks have ended
 verification     whether what done tasks stored is still there and whole
-artifact_repair  takes back done tasks whose artifacts cannot be read any more, before a retry
+artifact_repair  takes back done tasks whose artifacts are missing or damaged
+artifact_guard   verifies what a request reads, and has it made again if it is damaged
 """

@@ -1,92 +1,148 @@
-"""Artifact repair, the first step of a retry: done tasks whose artifacts cannot be read are taken back.
+"""Artifact repair: done tasks whose artifacts are missing or damaged are taken back, so that the farm repeats them.
 
-The task that fails is not the one that must run again: if a tile is missing or damaged, the assembly of its frame
-fails, and if a master is, the outputs fail. So the tasks that made an unreadable artifact are taken back, their
-artifacts first, and the retry runs them with all other tasks that are not done.
+The task that fails is not the one that must run again: if a tile is damaged, the assembly of its frame fails, and if a
+master is, the outputs fail. So the tasks that made a damaged artifact are taken back, their artifacts first, and the
+tasks that need them wait again. The coordinator does this while a job runs (`service.coordinator.artifact_repairer`),
+a request that reads a damaged artifact does it for that artifact (`repair_artifact`), and a retry does it for the
+artifacts that the failures name (`repair_artifacts`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import islice
+from collections.abc import Iterator, Sequence
 
 from sqlalchemy.orm import Session
 
 from lippmann.errors import ArtifactBroken, ArtifactMissing
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.spec import JobSpec
-from lippmann.job.states import JOB_ACTIONS, FrameStatus, JobAction, TaskStatus
+from lippmann.job.states import JOB_ACTIONS, JobAction, JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
+from lippmann.plan.makers import maker_of
 from service.db import tasks as task_rows
 from service.db.counters import add_to_counters
 from service.db.engine import Database
 from service.db.tables import Job, Task
 from service.events.publish import publish_frames
-from service.jobs.state_machine import find_job, transition_tasks
+from service.jobs.state_machine import find_job, transition_job, transition_tasks
+from service.jobs.verification import Damage, Finding, expected_artifacts, verify_tasks
 
 RETRIABLE = JOB_ACTIONS[JobAction.RETRY].allowed_in
 CODES = frozenset({ArtifactMissing.code, ArtifactBroken.code})
+"""The codes of failures that are about an artifact that the attempt read."""
+REPAIRS_ALLOWED = 1
+"""The number of times that the farm makes the artifacts of one task again by itself."""
 CHUNK = 200
-"""The largest number of artifacts that one transaction deletes."""
-_RESET = {"failures": 0, "failed_on": [], "progress": None, "ended_s": None, "cpu_s": None, "wall_s": None}
+"""The largest number of damaged artifacts that one transaction deletes."""
+_REPAIRED_IN = frozenset({JobStatus.RUNNING, JobStatus.PAUSED, JobStatus.DONE})
+_RESET = {
+    "failures": 0,
+    "failed_on": [],
+    "progress": None,
+    "ended_s": None,
+    "cpu_s": None,
+    "wall_s": None,
+    "digests": None,
+}
 
 
 def repair_artifacts(database: Database, store: ArtifactStore, job_id: str) -> int:
-    """Take back the tasks of a retriable job whose artifacts cannot be read, and return their number."""
+    """Take back the tasks of a retriable job whose artifacts its failures found damaged, and return their number."""
     with database.reading() as session:
         job = find_job(session, job_id)
         if job.status not in RETRIABLE:
             return 0
         spec = job.parsed_spec
-    suspects = _suspects(database, store, job_id, spec)
-    count = 0
-    while chunk := list(islice(suspects, CHUNK)):
-        with database.writing() as session:
-            row = session.get(Job, job_id)
-            # The status holds until this commits, so no attempt reads what is deleted; a concurrent retry comes first
-            # or afterwards.
-            if row is None or row.status not in RETRIABLE:
-                return count
-            count += _take_back(session, store, job_id, [task.sequence for task in chunk])
-    return count
+    count, after = 0, -1
+    while True:
+        with database.reading() as session:
+            failed = task_rows.unreadable(session, job_id, CODES, after=after)
+        if not failed:
+            return count
+        after = failed[-1].sequence
+        found = list(dict.fromkeys(damage_found_by(database, store, spec, failed)))
+        for start in range(0, len(found), CHUNK):
+            with database.writing() as session:
+                row = session.get(Job, job_id)
+                # The status holds until this commits, so no attempt reads what is deleted; a concurrent retry comes
+                # first or afterwards.
+                if row is None or row.status not in RETRIABLE:
+                    return count
+                count += take_back(session, store, job_id, found[start : start + CHUNK], by_itself=False)
 
 
-def _suspects(database: Database, store: ArtifactStore, job_id: str, spec: JobSpec) -> Iterator[Task]:
-    """Yield the done tasks whose artifacts cannot be read, according to the failures and to the store."""
-    unreadable, assemblies = task_rows.unreadable, task_rows.done_assemblies
-    for page in _pages(database, lambda s, after: unreadable(s, job_id, TaskKind.ASSEMBLE, CODES, after=after)):
-        damaged = {task.frame for task in page if task.error_code == ArtifactBroken.code}
-        yield from _tiles(database, store, spec, job_id, [task.frame for task in page], damaged)
+def repair_artifact(
+    database: Database, store: ArtifactStore, job_id: str, name: str, *, cannot_be_read: bool = False
+) -> bool:
+    """Take back the task that makes a damaged artifact of a job; return whether the farm makes the artifact again.
+
+    A done job runs again. A job that failed or was cancelled stays as it is, and so does a task that the farm has
+    repeated by itself already.
+
+    Parameters
+    ----------
+    name
+        The name below the job.
+    cannot_be_read
+        True if a reader found the artifact damaged; this decides where its digest is unknown.
+    """
     with database.reading() as session:
-        encodes = unreadable(session, job_id, TaskKind.ENCODE, CODES, after=-1)
-    for page in _pages(database, lambda s, after: assemblies(s, job_id, after=after)) if encodes else ():
-        bad = [task for task in page if _is_blamed(encodes, task.frame) or not _has_masters(store, spec, task)]
-        yield from bad
-        if bad:
-            yield from _tiles(database, store, spec, job_id, [task.frame for task in bad], set())
+        job = find_job(session, job_id)
+        task = find_maker(session, job, name)
+        if task is None or job.status not in _REPAIRED_IN:
+            return False
+        if task.status is not TaskStatus.DONE:
+            return task.repairs > 0
+        spec = job.parsed_spec
+    found = [each for each in verify_tasks(store, spec, [task]) if each.artifact == name]
+    if not found and cannot_be_read and name in _unproven(spec, task, name):
+        found = [Finding(job_id, task.sequence, name, Damage.CONTENT, f"{name}: cannot be read")]
+    if not found or task.repairs >= REPAIRS_ALLOWED:
+        return False
+    with database.writing() as session:
+        row = find_job(session, job_id)
+        if row.status not in _REPAIRED_IN or row.background_job is not None:
+            return row.background_job is not None
+        if row.status is JobStatus.DONE:
+            transition_job(session, row, JobStatus.RUNNING, ended_s=None)
+        take_back(session, store, job_id, found, by_itself=True)
+    return True
 
 
-def _tiles(
-    database: Database,
-    store: ArtifactStore,
-    spec: JobSpec,
-    job_id: str,
-    frames: Sequence[int | None],
-    damaged: set[int | None],
-) -> Iterator[Task]:
-    """Yield the missing tiles of frames; all tiles of a damaged frame, since the failure names no tile."""
-    with database.reading() as session:
-        tiles = task_rows.done_renders(session, job_id, frames)
-    for task in tiles:
-        if task.frame in damaged or not _all_exist(store, job_id, _artifacts_of_render(spec, task)):
-            yield task
+def damage_found_by(
+    database: Database, store: ArtifactStore, spec: JobSpec, failed: Sequence[Task]
+) -> Iterator[Finding]:
+    """Yield the damaged artifacts that made tasks fail, and those that are read to make them again.
+
+    What a failure names is examined, and what it could mean where it names nothing. An artifact with a known digest is
+    judged by it; one without is taken to be damaged if the failure says so.
+    """
+    for task in failed:
+        damaged_frames: set[int | None] = set()
+        for suspects in _suspects(database, spec, task):
+            for finding in _damage(store, spec, suspects, task):
+                yield finding
+                frames = {suspect.frame for suspect in suspects if suspect.sequence == finding.sequence}
+                damaged_frames |= frames if task.kind is TaskKind.ENCODE else set()
+        if damaged_frames:
+            with database.reading() as session:
+                tiles = task_rows.done_renders(session, task.job_id, damaged_frames)
+            yield from verify_tasks(store, spec, tiles)
 
 
-def _take_back(session: Session, store: ArtifactStore, job_id: str, sequences: Sequence[int]) -> int:
-    done = task_rows.numbered(session, job_id, sequences, status=TaskStatus.DONE)
-    for task in done:
-        store.delete(names.job_artifact(job_id, task.artifact))
+def take_back(session: Session, store: ArtifactStore, job_id: str, found: Sequence[Finding], *, by_itself: bool) -> int:
+    """Take back the done tasks of findings, their artifacts first, and let the tasks that need them wait.
+
+    Parameters
+    ----------
+    by_itself
+        True if the farm repairs by itself, which it does `REPAIRS_ALLOWED` times a task; a user may do so at any time.
+    """
+    done = task_rows.numbered(session, job_id, {each.sequence for each in found}, status=TaskStatus.DONE)
+    markers = {task.sequence: task.artifact for task in done}
+    for name in {each.artifact for each in found if each.sequence in markers} | set(markers.values()):
+        store.delete(names.job_artifact(job_id, name))
     # The CPU time was spent all the same. Pixels and wall time are subtracted together, since the estimate of the time
     # left divides one by the other.
     gains = {
@@ -95,63 +151,56 @@ def _take_back(session: Session, store: ArtifactStore, job_id: str, sequences: S
         "wall_s": -sum(task.wall_s or 0.0 for task in done),
     }
     add_to_counters(session, {job_id: gains})
-    _cancel(session, job_id, done)
-    frames = sorted({task.frame for task in done if task.frame is not None})
-    publish_frames(session, job_id, frames, FrameStatus.WAITING)
+    repairs = Task.repairs + 1 if by_itself else 0
+    transition_tasks(session, job_id, markers, TaskStatus.DONE, TaskStatus.READY, **_RESET, repairs=repairs)
+    blocked = task_rows.blocked(session, job_id, {task.stage for task in done}, markers)
+    transition_tasks(session, job_id, blocked, TaskStatus.READY, TaskStatus.WAITING)
+    publish_frames(session, job_id, {task.frame for task in done if task.frame is not None})
     return len(done)
 
 
-def _cancel(session: Session, job_id: str, done: Sequence[Task]) -> None:
-    """Cancel tasks and the ready tasks that need them; the retry finds out which of them have to wait."""
-    sequences = [task.sequence for task in done]
-    transition_tasks(session, job_id, sequences, TaskStatus.DONE, TaskStatus.READY, **_RESET)
-    after = task_rows.needing(session, job_id, {task.stage for task in done}, status=TaskStatus.READY)
-    ready = [*sequences, *(task.sequence for task in after)]
-    transition_tasks(session, job_id, ready, TaskStatus.READY, TaskStatus.CANCELLED)
+def find_maker(session: Session, job: Job, name: str) -> Task | None:
+    """Return the task that makes an artifact, with its digests; None if no task of the job makes it."""
+    maker = maker_of(job.parsed_spec, name)
+    if maker is None:
+        return None
+    return task_rows.made_by(session, job.id, maker.kind, frame=maker.frame, tile=maker.tile, output=maker.output)
 
 
-def _pages(database: Database, query: Callable[[Session, int], Sequence[Task]]) -> Iterator[Sequence[Task]]:
+def _suspects(database: Database, spec: JobSpec, failed: Task) -> Iterator[Sequence[Task]]:
+    """Yield the done tasks whose artifacts a failure may be about, in pages."""
+    job_id = failed.job_id
+    with database.reading() as session:
+        if failed.error_artifact is not None:
+            maker = find_maker(session, find_job(session, job_id), failed.error_artifact)
+            yield [maker] if maker is not None and maker.status is TaskStatus.DONE else []
+            return
+        if failed.kind is TaskKind.ASSEMBLE:
+            yield task_rows.done_renders(session, job_id, [failed.frame])
+            return
     after = -1
-    while True:
+    while failed.kind is TaskKind.ENCODE:
         with database.reading() as session:
-            page = query(session, after)
+            page = task_rows.done_assemblies(session, job_id, after=after)
         if not page:
             return
-        yield page
+        yield [task for task in page if failed.error_frame in (None, task.frame)]
         after = page[-1].sequence
 
 
-def _is_blamed(encodes: Sequence[Task], frame: int | None) -> bool:
-    """Return whether a failed output names this frame; a damaged master whose frame is unknown may be any."""
-    return any(
-        task.error_code == ArtifactBroken.code if task.error_frame is None else task.error_frame == frame
-        for task in encodes
-    )
+def _damage(store: ArtifactStore, spec: JobSpec, suspects: Sequence[Task], failed: Task) -> Iterator[Finding]:
+    found = list(verify_tasks(store, spec, suspects))
+    yield from found
+    if failed.error_code != ArtifactBroken.code:
+        return
+    damaged = {each.artifact for each in found}
+    for task in suspects:
+        for name in _unproven(spec, task, failed.error_artifact) - damaged:
+            message = failed.error_message or f"{name}: cannot be read"
+            yield Finding(task.job_id, task.sequence, name, Damage.CONTENT, message)
 
 
-def _artifacts_of_render(spec: JobSpec, render: Task) -> Iterator[str]:
-    """Yield the names of the artifacts that a render task leaves for the assembly of its frame."""
-    yield render.artifact
-    if spec.capture.depth:
-        assert render.frame is not None  # noqa: S101 - every planned render has a frame and a tile
-        assert render.tile is not None  # noqa: S101 - see above
-        yield names.depth_tile_name(render.frame, render.tile)
-
-
-def _has_masters(store: ArtifactStore, spec: JobSpec, assembly: Task) -> bool:
-    assert assembly.frame is not None  # noqa: S101 - every planned assembly has a frame
-    return _all_exist(store, assembly.job_id, _masters(spec, assembly.frame))
-
-
-def _masters(spec: JobSpec, frame: int) -> Iterator[str]:
-    """Yield the names of the artifacts that an assembly task leaves."""
-    for name in (names.thumb_name, names.integral_name, names.orthoscopic_name, names.views_name):
-        yield name(frame)
-    if spec.capture.depth:
-        yield names.depth_name(frame)
-    if spec.rig.device is not None:
-        yield names.device_name(frame)
-
-
-def _all_exist(store: ArtifactStore, job_id: str, wanted: Iterable[str]) -> bool:
-    return all(store.exists(names.job_artifact(job_id, name)) for name in wanted)
+def _unproven(spec: JobSpec, task: Task, named: str | None) -> set[str]:
+    """Return the artifacts of a task whose digests are unknown, only the one that a failure names if it names one."""
+    expected = expected_artifacts(spec, task)
+    return {name for name, digest in expected.items() if digest is None and named in (None, name)}

@@ -1,4 +1,4 @@
-"""The actions of users on jobs: cancel, pause, resume, retry, prioritise, remove.
+"""The actions of users on jobs: cancel, pause, resume, retry, repair, prioritise, remove.
 
 `lippmann.job.states.JOB_ACTIONS` defines in which statuses each of them is allowed. A request changes what it can in
 one transaction; work on many rows is left to a background job, whose chunks are the functions `*_chunk`.
@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 
-from sqlalchemy import delete, select
+from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import JobAction, JobStatus, PausedBy, TaskStatus
@@ -37,6 +37,10 @@ _RESET = {
     "ended_s": None,
 }
 """The columns of a task that a retry resets."""
+
+
+_NOT_ENDED = {"ended_s": None, "error_code": None, "error_message": None}
+"""The columns of a job that a retry and a repair reset."""
 
 
 def cancel_job(session: Session, job_id: str, *, now_s: float) -> Job:
@@ -96,10 +100,17 @@ def retry_job(session: Session, job_id: str, *, now_s: float, limit: FailureLimi
     """Continue a failed or cancelled job with the tasks that are not done; all failures are reset."""
     row = find_job_for(session, job_id, JobAction.RETRY)
     changed(session, delete(WorkerFault).where(WorkerFault.job_id == job_id))
-    reset = {"ended_s": None, "error_code": None, "error_message": None, "background_job": BackgroundJob.RETRY}
-    row = transition_job(session, row, JobStatus.RUNNING, **reset)
+    row = transition_job(session, row, JobStatus.RUNNING, **_NOT_ENDED, background_job=BackgroundJob.RETRY)
     retry_chunk(session, row, now_s=now_s, limit=limit)
     return row
+
+
+def repair_job(session: Session, job_id: str) -> Job:
+    """Verify every artifact of an ended job and make the damaged ones again; then continue it as a retry does."""
+    row = find_job_for(session, job_id, JobAction.REPAIR)
+    changed(session, delete(WorkerFault).where(WorkerFault.job_id == job_id))
+    changed(session, update(Task).where(Task.job_id == job_id, Task.repairs > 0).values(repairs=0))
+    return transition_job(session, row, JobStatus.RUNNING, **_NOT_ENDED, background_job=BackgroundJob.VERIFY)
 
 
 def retry_chunk(session: Session, row: Job, *, now_s: float, limit: FailureLimit) -> bool:

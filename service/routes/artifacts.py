@@ -57,6 +57,9 @@ async def get_artifact(
 ) -> Response:
     """Get a file, with a strong ETag, If-None-Match, Range and If-Range.
 
+    A damaged file is not served: the answer is 503 with Retry-After while the farm makes the file again. A large file
+    is verified while it is sent, and a transfer of a damaged one ends before its last bytes.
+
     `format=png` converts an EXR. The size of the PNG is not known in advance, so HEAD sends no Content-Length for it.
     """
     file = await anyio.to_thread.run_sync(_find, state, job_id, name)
@@ -76,6 +79,7 @@ def _check(state: AppState, job_id: str) -> None:
 
 def _find(state: AppState, job_id: str, name: str) -> File:
     _check(state, job_id)
+    state.guard.check(job_id, artifacts.valid_name(name))
     return artifacts.find_file(state.parts.store, job_id, name)
 
 
@@ -88,6 +92,10 @@ def _stream(state: AppState, job_id: str, file: File, part: tuple[int, int] | No
     if method == "HEAD":
         return Response(status_code=status, headers=headers, media_type=kind)
     chunks = state.parts.store.read_range(file.full_name, start, stop)
+    if stop - start == file.size:
+        chunks = state.guard.checked_chunks(job_id, file.name, chunks)
+    else:
+        state.guard.check_later(job_id, file.name)
     return StreamingResponse(chunks, status_code=status, headers=headers, media_type=kind)
 
 
@@ -104,12 +112,12 @@ async def _converted(
     if method == "HEAD":
         # A plain Response would send a Content-Length of 0.
         return StreamingResponse(iter(()), headers=headers, media_type="image/png")
-    data = await anyio.to_thread.run_sync(_convert, state, file, bits, limiter=CONVERSIONS)
+    data = await anyio.to_thread.run_sync(_convert, state, job_id, file, bits, limiter=CONVERSIONS)
     return Response(data, headers=headers, media_type="image/png")
 
 
-def _convert(state: AppState, file: File, bits: int) -> bytes:
-    with state.parts.store.local_path(file.full_name) as path:
+def _convert(state: AppState, job_id: str, file: File, bits: int) -> bytes:
+    with state.guard.reading(job_id, file.name), state.parts.store.local_path(file.full_name) as path:
         return state.parts.pictures.png(path, bits=bits)
 
 

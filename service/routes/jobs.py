@@ -14,7 +14,7 @@ from service.api.presenters import present_job
 from service.db.tables import Job as JobRow
 from service.dependencies import AppState, AppStateDep, CursorQuery, LimitQuery, SessionDep, SubmitterDep, ViewerDep
 from service.jobs.artifact_repair import repair_artifacts
-from service.jobs.commands import cancel_job, pause_job, prioritise_job, remove_job, resume_job, retry_job
+from service.jobs.commands import cancel_job, pause_job, prioritise_job, remove_job, repair_job, resume_job, retry_job
 from service.jobs.state_machine import find_job
 from service.jobs.submission import submit_job
 from service.schemas.job import Job, JobChange, JobPage
@@ -108,6 +108,15 @@ def retry(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
     limit = state.settings.failure_limit
     repair_artifacts(state.database, state.parts.store, job_id)
     return _command(state, lambda session: retry_job(session, job_id, now_s=state.now_s(), limit=limit))
+
+
+@router.post("/{job_id}/repair", responses=_CONFLICT)
+def repair(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
+    """Verify every artifact of an ended job, and make the missing and damaged ones again.
+
+    A failed or cancelled job also continues with its tasks that are not done, as after a retry.
+    """
+    return _command(state, lambda session: repair_job(session, job_id))
 
 
 @router.delete("/{job_id}", status_code=204, responses=_CONFLICT)

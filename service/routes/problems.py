@@ -16,6 +16,7 @@ from starlette.exceptions import HTTPException
 
 from lippmann.errors import FieldProblem, LippmannError, StoreFull
 from service.errors import (
+    ArtifactRepairing,
     DatabaseUnavailable,
     Invalid,
     RangeNotSatisfiable,
@@ -26,6 +27,8 @@ from service.errors import (
 from service.schemas.problem import FieldError, Problem
 
 MEDIA_TYPE = "application/problem+json"
+REPAIR_S = "10"
+"""The seconds after which a client may ask again for an artifact that is made again."""
 _CODE_OF_STATUS = {404: "not-found", 405: "method-not-allowed", 400: "bad-request", 413: "too-large"}
 
 log = structlog.get_logger("service.problems")
@@ -48,10 +51,12 @@ async def answer(request: Request, error: Exception) -> JSONResponse:
         return problem_response(request, error.status_code, code, str(error.detail), headers=error.headers)
     known = translate(error)
     status = status_of(known.code)
-    if status >= 500:
+    if status >= 500 and not isinstance(known, ArtifactRepairing):
         trace = "".join(format_exception(error))
         log.error("a request failed", path=request.url.path, code=known.code, error=repr(error), trace=trace)
     headers = {"WWW-Authenticate": "Bearer"} if status == 401 else {}
+    if isinstance(known, ArtifactRepairing):
+        headers["Retry-After"] = REPAIR_S
     if isinstance(known, RangeNotSatisfiable):
         headers["Content-Range"] = f"bytes */{known.size}"
     return problem_response(request, status, known.code, known.message, problems_in(known), headers=headers)

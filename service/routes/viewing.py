@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 from typing import Annotated, Any
 
 import anyio
 from fastapi import APIRouter, Depends, Header, Path, Query
 from fastapi.responses import Response
 
+from lippmann.plan import artifact_names as names
 from service.api.artifact_files import is_fresh
 from service.dependencies import AppStateDep, ViewerDep
 from service.routes.artifacts import CONVERSIONS
@@ -27,6 +27,7 @@ FrameNumber = Annotated[int, Path(description="The number of the frame.")]
 
 def find_frame(job_id: JobId, frame: FrameNumber, state: AppStateDep, _caller: ViewerDep) -> ViewableFrame:
     """Return the frame of a request."""
+    state.guard.check(job_id, names.orthoscopic_name(frame))
     # The session is closed before the store is read for the picture: a slow store holds no connection.
     with state.database.reading() as session:
         return frames.find_frame(session, state.parts, job_id, frame)
@@ -39,6 +40,7 @@ FrameDep = Annotated[ViewableFrame, Depends(find_frame)]
 class PictureRequest:
     """A request for a picture of a frame."""
 
+    job_id: JobId
     state: AppStateDep
     frame: FrameDep
     if_none_match: Annotated[str | None, Header(include_in_schema=False)] = None
@@ -93,6 +95,10 @@ async def _picture(request: PictureRequest, what: str, query: Any, renderer: ren
     headers = {"ETag": etag, "Cache-Control": "private, no-cache", "X-Content-Type-Options": "nosniff"}
     if is_fresh(request.if_none_match, etag):
         return Response(status_code=304, headers=headers)
-    make = partial(render.picture, state.parts, state.sheets, frame, query, renderer)
+
+    def make() -> bytes:
+        with state.guard.reading(request.job_id, names.orthoscopic_name(frame.frame)):
+            return render.picture(state.parts, state.sheets, frame, query, renderer)
+
     data = await anyio.to_thread.run_sync(make, limiter=CONVERSIONS)
     return Response(data, headers=headers, media_type=f"image/{query.format}")

@@ -1,4 +1,4 @@
-"""Jobs: submit, list, show, watch, fetch, cancel, pause, resume and retry them."""
+"""Jobs: submit, list, show, watch, fetch, cancel, pause, resume, retry and repair them."""
 
 from __future__ import annotations
 
@@ -124,6 +124,12 @@ def retry(job_id: JobId, output: Output, connection: Connection) -> None:
     """Run the failed and cancelled tasks of an ended job again."""
     with connection.client() as client:
         _print_status(client.retry(job_id), output)
+
+
+def repair(job_id: JobId, output: Output, connection: Connection) -> None:
+    """Verify every file of an ended job, and make the missing and damaged ones again."""
+    with connection.client() as client:
+        _print_status(client.repair(job_id), output)
 
 
 def _print_status(job: Job, output: Output) -> None:

@@ -13,7 +13,7 @@ import { mayChange, putJobs, useKnown } from "./store.js";
 import { Videos } from "./videos.js";
 
 // The buttons for actions; the service lists with every job those that are allowed. Others have no button.
-const LABELS = { pause: "Pause", resume: "Resume", cancel: "Cancel", retry: "Retry" };
+const LABELS = { pause: "Pause", resume: "Resume", cancel: "Cancel", retry: "Retry", repair: "Repair" };
 
 export function Job({ id }) {
   const job = useKnown((known) => known.jobs[id], [id]);

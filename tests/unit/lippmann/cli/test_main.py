@@ -42,10 +42,11 @@ COMMANDS = dict(_commands(typer.main.get_command(main.app)))
 
 def test_there_are_the_commands_that_were_promised() -> None:
     farm = {"up", "serve", "worker", "workers", "demo", "keys"}
-    jobs = {"submit", "jobs", "show", "watch", "fetch", "cancel", "pause", "resume", "retry"}
+    jobs = {"submit", "jobs", "show", "watch", "fetch", "cancel", "pause", "resume", "retry", "repair"}
     integral = {"import", "view", "refocus", "observe", "export", "coding-study", "orthoscopic", "depth"}
     optics = {"design", "lens", "paper", "calibration-sheet"}
-    assert {path[0] for path in COMMANDS} == farm | jobs | integral | optics | {"scenes", "capture", "compare"}
+    care = {"backup", "restore", "doctor"}
+    assert {path[0] for path in COMMANDS} == farm | care | jobs | integral | optics | {"scenes", "capture", "compare"}
 
 
 @pytest.mark.parametrize("path", COMMANDS, ids=" ".join)

@@ -30,13 +30,13 @@ def test_an_action_leads_only_where_the_table_of_transitions_allows(action: JobA
 
 
 @pytest.mark.parametrize("job", sorted(ENDED_JOBS))
-def test_a_job_that_ended_changes_only_by_retry(job: JobStatus) -> None:
-    retriable = job in JOB_ACTIONS[JobAction.RETRY].allowed_in
-    assert JOB_TRANSITIONS[job] == ({JobStatus.RUNNING} if retriable else set())
+def test_a_job_that_ended_changes_only_by_retry_and_repair(job: JobStatus) -> None:
+    assert JOB_TRANSITIONS[job] == {JobStatus.RUNNING}
+    assert job in JOB_ACTIONS[JobAction.REPAIR].allowed_in
 
 
-def test_a_done_job_can_only_be_removed() -> None:
-    assert actions_for(JobStatus.DONE) == (JobAction.REMOVE,)
+def test_a_done_job_can_only_be_repaired_and_removed() -> None:
+    assert actions_for(JobStatus.DONE) == (JobAction.REPAIR, JobAction.REMOVE)
 
 
 @pytest.mark.parametrize("task", sorted(ENDED_TASKS))

@@ -45,6 +45,7 @@ def _work(farm: Farm, fails: Callable[[Order], str | None] = lambda _: None, *, 
             if code is None:
                 _make(farm, order)
             farm.say(claimed(order), failed(order, code=code, frame=frame) if code else done(order))
+        farm.repair()
 
 
 def _frame_two_fails(code: str) -> Callable[[Order], str | None]:
@@ -163,6 +164,8 @@ def test_an_output_whose_failure_names_a_frame_has_only_that_frame_assembled_aga
     api: Client, api_farm: Farm, job_id: str, code: str
 ) -> None:
     _work(api_farm, _encode_fails(code), frame=2)
+    if code == "artifact-missing":
+        del api_farm.store.files[f"{job_id}/orthoscopic/0002.exr"]
     api.post(f"/api/v1/jobs/{job_id}/retry")
     assert _statuses(api_farm, job_id, TaskKind.ASSEMBLE) == {
         1: {TaskStatus.DONE}, 2: {TaskStatus.READY}, 3: {TaskStatus.DONE},
