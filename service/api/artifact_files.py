@@ -46,7 +46,7 @@ def page_artifacts(
     store: ArtifactStore, job_id: str, *, prefix: str, cursor: str | None, limit: int
 ) -> schema.ArtifactPage:
     """Return a page of the files of a job, sorted by name."""
-    below = names.job_artifact(job_id, valid_name(prefix) if prefix else "")
+    below = names.job_artifact(job_id, _clean(prefix) if prefix else "")
     found = store.list(below, after=names.job_artifact(job_id, cursor) if cursor else "", limit=limit + 1)
     items = tuple(
         schema.Artifact(
@@ -64,8 +64,8 @@ def page_artifacts(
 
 def find_file(store: ArtifactStore, job_id: str, name: str) -> File:
     """Find a file of a job; ArtifactMissing if it does not exist."""
-    full_name = names.job_artifact(job_id, valid_name(name))
-    return File(full_name=full_name, name=name, size=store.size(full_name), etag=f'"{store.etag(full_name)}"')
+    stored = full_name(job_id, name)
+    return File(full_name=stored, name=name, size=store.size(stored), etag=f'"{store.etag(stored)}"')
 
 
 def find_log(session: Session, store: ArtifactStore, job_id: str, task_id: str, *, attempt: int | None) -> str:
@@ -146,8 +146,12 @@ def parse_range(header: str | None, size: int) -> tuple[int, int] | None:
     return start, stop
 
 
-def valid_name(name: str) -> str:
-    """Return a name that a file of a job may have; NotFound for any other."""
+def full_name(job_id: str, name: str) -> str:
+    """Return the name in the store of a file of a job; NotFound for a name that no file may have."""
+    return names.job_artifact(job_id, _clean(name))
+
+
+def _clean(name: str) -> str:
     # The store raises ValueError for invalid names, but here they come from the client: such a file does not exist.
     if len(name) > MAX_NAME or not all(_PART.fullmatch(part) for part in name.removesuffix("/").split("/")):
         raise NotFound(f"there is no artifact {name[:MAX_NAME]!r}")

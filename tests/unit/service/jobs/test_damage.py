@@ -214,6 +214,31 @@ def test_whole_artifacts_that_a_worker_cannot_read_count_as_failures(workers: Wo
     assert workers.made[names.thumb_name(3)] == 1
 
 
+def test_an_assembly_that_is_taken_back_waits_for_a_tile_that_is_taken_back_too(
+    workers: Workers, job_id: str, api: Client
+) -> None:
+    farm = workers.farm
+    workers.work()
+    damage(farm, job_id, TILE)
+    damage(farm, job_id, "views/0002.exr")
+    api.post(f"/api/v1/jobs/{job_id}/repair")
+    farm.repair()
+    statuses = {task.artifact: task.status for task in farm.tasks(job_id)}
+    assert (statuses[TILE], statuses[names.thumb_name(2)]) == (TaskStatus.READY, TaskStatus.WAITING)
+
+
+def test_an_output_that_is_ready_waits_again_for_a_master_that_is_taken_back(
+    workers: Workers, job_id: str, api: Client
+) -> None:
+    farm = workers.farm
+    while farm.job(job_id).frames_done < 3:
+        workers.work(rounds=1)
+    damage(farm, job_id, MASTER)
+    assert api.get(url(job_id, MASTER)).status_code == 503
+    statuses = {task.artifact: task.status for task in farm.tasks(job_id)}
+    assert (statuses[names.thumb_name(3)], statuses[VIDEO]) == (TaskStatus.READY, TaskStatus.WAITING)
+
+
 @pytest.mark.parametrize("change", CHANGES)
 def test_repair_makes_everything_again_that_is_damaged_in_a_done_job_and_nothing_else(
     workers: Workers, job_id: str, api: Client, change: Change
@@ -301,6 +326,8 @@ def test_an_artifact_that_is_damaged_twice_is_made_again_once_by_itself_and_then
     workers.work()
     is_right(farm, job_id)
     assert workers.made[VIDEO] == 3
+    damage(farm, job_id, VIDEO)
+    assert api.get(url(job_id, VIDEO)).status_code == 503
 
 
 def test_a_master_of_a_running_job_that_a_user_finds_damaged_is_made_again_before_the_outputs(
@@ -397,3 +424,17 @@ def test_a_thumbnail_that_is_missing_in_a_done_job_is_made_again_when_the_page_a
     workers.work()
     is_right(workers.farm, job_id)
     assert api.get(url(job_id, "thumbs/0001.webp")).status_code == 200
+
+
+def test_a_head_of_a_damaged_artifact_leaves_the_answer_to_the_get_that_follows(
+    workers: Workers, job_id: str, api: Client
+) -> None:
+    workers.work()
+    damage(workers.farm, job_id, VIDEO)
+    assert api.head(url(job_id, VIDEO)).status_code == 200
+    damage(workers.farm, job_id, VIDEO, deleted)
+    assert api.head(url(job_id, VIDEO)).status_code == 503
+
+
+def test_a_name_that_leads_out_of_the_job_is_not_found(workers: Workers, job_id: str, api: Client) -> None:
+    assert api.get(url(job_id, "video/%2e%2e/%2e%2e/x")).status_code == 404
