@@ -98,8 +98,11 @@ def group_pairs(pairs: Iterable[tuple[str, Any]]) -> Iterator[tuple[list[str], l
 
     A condition on two lists uses an index on both databases; a condition on a list of pairs does not.
 
-    >>> list(group_pairs([("a", 1), ("b", 1), ("c", 7), ("c", 8), ("c", 9), ("c", 10), ("c", 11), ("c", 12)]))
-    [(['a', 'b'], [1]), (['c'], [7, 8, 9, 10, 11, 12])]
+    >>> list(group_pairs([("a", 1), ("b", 2), ("c", 3)]))
+    [(['a', 'b', 'c'], [1, 2, 3])]
+    >>> pairs = [("a", 1), ("b", 2), ("c", 3), ("d", 4), ("e", 5)]
+    >>> list(group_pairs(pairs))
+    [(['a', 'b', 'c', 'd'], [1, 2, 3, 4]), (['e'], [5])]
     """
     by_job: dict[str, set[Any]] = defaultdict(set)
     for job_id, value in pairs:

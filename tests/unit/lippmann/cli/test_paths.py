@@ -28,6 +28,8 @@ NOWHERE = ("--url", "http://127.0.0.1:1", "--key", "k")
 
 FARM = {("up",), ("demo",), ("serve",), ("worker",)}
 """tests/integration/lippmann/test_up.py runs a farm in such a data folder."""
+OPERATION = {("backup",), ("restore",), ("doctor",)}
+"""These open the data folder themselves, and need no farm that answers."""
 SLOW = {("coding-study",), *(path for path in COMMANDS if path[0] == "paper")}
 """The options of these write what other commands write, and they take long."""
 
@@ -58,6 +60,9 @@ CASES: Sequence[tuple[str, ExitCode]] = (
     ("scenes show {name} {nowhere}", ExitCode.BAD_INPUT),
     ("fetch {name} --out {odd}/fetched {nowhere}", ExitCode.BAD_INPUT),
     ("keys create {name} {nowhere}", ExitCode.BAD_INPUT),
+    ("backup {odd}/backup --data-dir {odd}/none", ExitCode.BAD_INPUT),
+    ("restore {odd}/none --data-dir {odd}/restored", ExitCode.BAD_INPUT),
+    ("doctor --data-dir {odd}/none", ExitCode.BAD_INPUT),
 )
 
 
@@ -103,7 +108,7 @@ def test_a_path_that_is_not_utf_8_gives_a_result_or_one_line(
     [
         path
         for path, command in COMMANDS.items()
-        if path not in FARM | SLOW and "data_dir" in {parameter.name for parameter in command.params}
+        if path not in FARM | OPERATION | SLOW and "data_dir" in {parameter.name for parameter in command.params}
     ],
     ids=" ".join,
 )

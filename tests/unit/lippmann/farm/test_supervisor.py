@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import platform
 import shutil
 import socket
 import sys
@@ -106,6 +107,7 @@ def test_the_three_children_start_in_order_with_exact_command_lines(tmp_path: Pa
         "LIPPMANN_REDIS_URL": "unix:///s",
         "LIPPMANN_PUBLIC_URL": "http://127.0.0.1:1",
         "LIPPMANN_SLOTS": "2",
+        "LIPPMANN_WORKER_NAME": platform.node(),
         "PYTHONUNBUFFERED": "1",
     }
 

@@ -64,8 +64,9 @@ def test_the_search_meets_a_sphere_where_the_formula_does(
     rays = Rays(np.array([x, y, 0.0]) - 5 * direction, direction)
     expected, normals = meet_sphere(rays, vertex_z_mm=1.0, radius_mm=radius_mm, centre_xy_mm=np.zeros(2))
     found, found_normals = meet_profile(rays.position, direction, Profile(1 / radius_mm), vertex_z_mm=1.0)
-    assert found == pytest.approx(expected, abs=1e-8)
-    assert found_normals == pytest.approx(normals * np.sign(normals[2]), abs=1e-9)
+    # A steep ray may miss the sphere; both are then NaN.
+    assert found == pytest.approx(expected, abs=1e-8, nan_ok=True)
+    assert found_normals == pytest.approx(normals * np.sign(normals[2]), abs=1e-9, nan_ok=True)
 
 
 @given(*[st.floats(-20, 20)] * 2, *[st.floats(-0.2, 0.2)] * 2)

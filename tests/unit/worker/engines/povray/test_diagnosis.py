@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from lippmann.errors import (
+    DiskFull,
     LippmannError,
     OutOfMemory,
     ParseTimedOut,
@@ -155,7 +156,7 @@ ANSWERS = {
             "Cannot access data in file.\nFatal error in renderer: Frontend halted render.\n",
             phase=Phase.RENDERING,
         ),
-        StoreFull,
+        DiskFull,
         "no room",
     ),
     "folder not writable": (
