@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import os
+import random
 import signal
 import socket
 import subprocess
@@ -14,6 +16,10 @@ import redis
 from lippmann.farm.supervisor.broker import find_server
 from lippmann.farm.supervisor.descendants import dying_with
 from tests.waiting import ENOUGH_S, until
+
+_PORTS = range(20_000, 32_000)
+"""Below the ports that the kernel gives to outgoing connections (net.ipv4.ip_local_port_range)."""
+_claims: list[socket.socket] = []
 
 
 class Broker:
@@ -49,15 +55,37 @@ class Broker:
         self.process.wait()
 
     def _answers(self) -> bool:
+        assert self.process.poll() is None, f"the broker on port {self.port} ended with {self.process.returncode}"
         try:
-            return bool(self.client.ping())
+            return bool(self.client.info("server")["process_id"] == self.process.pid)
         except redis.RedisError:
             return False
 
 
 def free_port() -> int:
-    """Return a loopback port that nobody listens on now."""
-    with socket.socket() as sock:
-        sock.bind(("127.0.0.1", 0))
-        port: int = sock.getsockname()[1]
-        return port
+    """Return a loopback port on which nobody listens, and which no other test gets while this process lives.
+
+    A port that was only free a moment ago may be given to two tests at once: then one of them uses the other's broker.
+    """
+    start = random.randrange(len(_PORTS))
+    for port in itertools.chain(_PORTS[start:], _PORTS[:start]):
+        if _claimed(port):
+            with socket.socket() as sock:
+                try:
+                    sock.bind(("127.0.0.1", port))
+                except OSError:  # A program that is no test listens there.
+                    continue
+                return port
+    raise AssertionError("expected a free loopback port, got none")
+
+
+def _claimed(port: int) -> bool:
+    """Claim a port by an abstract Unix socket, which the kernel removes with this process."""
+    claim = socket.socket(socket.AF_UNIX)
+    try:
+        claim.bind(f"\0lippmann-test-port-{port}")
+    except OSError:
+        claim.close()
+        return False
+    _claims.append(claim)
+    return True
