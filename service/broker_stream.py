@@ -18,7 +18,7 @@ from redis.exceptions import RedisError, ResponseError
 from redis.retry import Retry
 
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import Event, Presence
+from lippmann.job.messages.events import Event, Lease, Presence
 from service.errors import BrokerUnavailable
 
 QUICK_S = 0.5
@@ -26,6 +26,8 @@ QUICK_S = 0.5
 
 Entry = tuple[str, Event | None]
 
+_UNREADABLE = Lease(worker="", at_s=math.inf)
+"""A lease in a form that is unknown here: somebody holds it."""
 _NOT_CLAIMING = TypeAdapter(dict[str, float])
 
 
@@ -55,6 +57,14 @@ class Stream:
         with _translated():
             first: Any = self._quick.lindex(wire.CARRIER_PREFIX + wire.QUEUE, -1)
             return first  # type: ignore[no-any-return]
+
+    def leases(self, attempts: Sequence[str]) -> Mapping[str, Lease | None]:
+        """Return the leases of attempts; None for one that has expired or was released."""
+        if not attempts:
+            return {}
+        with _translated():
+            texts: Any = self._quick.mget([wire.lease_key(attempt) for attempt in attempts])
+        return {attempt: _lease(text) for attempt, text in zip(attempts, texts, strict=True)}
 
     def publish_not_claiming(self, since_s: Mapping[str, float]) -> None:
         """Publish which workers take no orders, with the time since when, to every process of the service."""
@@ -106,6 +116,20 @@ class Stream:
         self._quick.close()
 
 
+def attempt_of(message: bytes | None) -> str | None:
+    """Return the attempt of a message in the queue; empty for a message that is no order, None for no message.
+
+    >>> attempt_of(b'{"headers": {"id": "a1"}}')
+    'a1'
+    """
+    if message is None:
+        return None
+    try:
+        return str(json.loads(message)["headers"]["id"])
+    except (ValueError, KeyError, TypeError):
+        return ""
+
+
 @contextmanager
 def _translated() -> Iterator[None]:
     try:
@@ -132,6 +156,13 @@ def _presence(text: bytes) -> Presence | None:
         return Presence.model_validate_json(text)
     except ValidationError:
         return None
+
+
+def _lease(text: bytes | None) -> Lease | None:
+    try:
+        return None if text is None else Lease.model_validate_json(text)
+    except ValidationError:
+        return _UNREADABLE
 
 
 def _not_claiming(text: bytes | None) -> Mapping[str, float]:

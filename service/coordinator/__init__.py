@@ -7,7 +7,9 @@ fair_share       divides the free orders between jobs: pure
 event_consumer   writes the events of workers to the database, a chunk of the stream at a time
 event_rules      the consequences of events, on plain values: pure
 batch_writer     writes the changes of a batch by a handful of statements
-liveness         since when no event was missed
+liveness         a clock that runs while no event is missed
+loss_detector    which attempts and orders are lost: pure
+loss_monitor     takes back the tasks of lost attempts and orders
 retry_policy     the consequences of a failed attempt: pure
 fault_monitor    pauses jobs while a full disk or another fault prevents their work
 reconciler       repairs rows that events left wrong or incomplete

@@ -1,6 +1,7 @@
 """The threads of the coordinator.
 
-They are leader election, event consumer, scheduler, reconciler, artifact repairer and orphan sweeper.
+They are leader election, event consumer, scheduler, fault monitor, loss monitor, reconciler, artifact repairer and
+orphan sweeper.
 
 Each thread is a loop of short rounds. A round that fails is logged, and the next one follows. An unavailable broker or
 a slow disk delays no request, since no request waits for the coordinator.
@@ -19,7 +20,7 @@ from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from lippmann.job.messages.events import Presence
 from lippmann.plan.artifact_store import ArtifactStore
-from service.broker_stream import Stream
+from service.broker_stream import Stream, attempt_of
 from service.claiming import ClaimWatch
 from service.coordinator.artifact_repairer import ArtifactRepairer
 from service.coordinator.background_jobs import BackgroundJobs
@@ -27,6 +28,7 @@ from service.coordinator.event_consumer import consume_events
 from service.coordinator.fault_monitor import FaultMonitor
 from service.coordinator.leader_election import LeaderElection
 from service.coordinator.liveness import Liveness
+from service.coordinator.loss_monitor import LossMonitor
 from service.coordinator.orphan_sweeper import sweep_orphans
 from service.coordinator.reconciler import FarmView, Reconciler
 from service.coordinator.retry_policy import INFRASTRUCTURE
@@ -43,6 +45,8 @@ BATCH = 200
 """The largest number of events in one transaction."""
 PRESENCE_S = 1.0
 """The time for which the list of workers is cached."""
+LOSS_S = 1.0
+"""The interval at which lost attempts and orders are searched for."""
 JOIN_S = 5.0
 CHECKPOINT_S = 300.0
 FAULT_S = 1.0
@@ -78,7 +82,9 @@ class Coordinator:
         self._workers_s = float("-inf")
         self._claim_watch = ClaimWatch(unmoved_s=settings.not_claiming_s)
         self._not_claiming: Mapping[str, float] = {}
-        self._liveness = Liveness(gap_s=settings.lease_ttl_s / 3, clock=clock, steady=steady)
+        self._first_order: str | None = None
+        self._liveness = Liveness(silence_s=settings.lease_ttl_s, clock=clock, steady=steady)
+        self._loss_monitor = LossMonitor(database, self._stream, self._reconciler, self._liveness, settings)
         self._checkpoint_s = clock()
         self._stopping = threading.Event()
         self._threads: list[threading.Thread] = []
@@ -90,6 +96,7 @@ class Coordinator:
             "event-consumer": (self.consume_round, 0.0),
             SCHEDULER: (self.schedule_round, self._settings.tick_s),
             "fault-monitor": (self.fault_round, FAULT_S),
+            "loss-monitor": (self.loss_round, LOSS_S),
             "reconciler": (self.reconcile_round, self._settings.reconcile_s),
             "orphan-sweeper": (self.sweep_round, SWEEP_S),
             "artifact-repairer": (self.repair_round, REPAIR_S),
@@ -119,6 +126,7 @@ class Coordinator:
         was_leader = self.election.is_leader
         if self.election.renew(now_s=self._clock()) and not was_leader:
             self._liveness.record_gap()
+            self._loss_monitor.begin(now_s=self._clock())
             recounted = self._reconciler.start()
             log.info("leads", process=self.election.name, jobs_recounted=recounted)
             self._wakeup.notify()
@@ -182,18 +190,26 @@ class Coordinator:
         """Repair rows."""
         if not self.election.is_leader:
             return
-        try:
-            if self._stream.is_new():
-                count = self._reconciler.take_back_all(now_s=self._clock())
-                log.info("the broker is new", orders_taken_back=count)
-        except BrokerUnavailable:
-            self._liveness.record_gap()
         # The time is read before the liveness, so that a clock that is set between the two is noticed.
         now_s = self._clock()
-        self._reconciler.run(FarmView(now_s=now_s, slots=self._slots(), live_since_s=self._liveness.since_s()))
+        is_live = self._liveness.live_s() is not None
+        self._reconciler.run(FarmView(now_s=now_s, slots=self._slots(), is_live=is_live))
         if self._clock() - self._checkpoint_s > CHECKPOINT_S:
             self._checkpoint_s = self._clock()
             self._database.checkpoint()
+
+    def loss_round(self) -> None:
+        """Take back the tasks of lost attempts and lost orders."""
+        if not self.election.is_leader:
+            return
+        try:
+            count = self._loss_monitor.take_back_if_wiped(now_s=self._clock())
+            count += self._loss_monitor.run(self._present(), self._first_order, now_s=self._clock())
+        except BrokerUnavailable:
+            self._liveness.record_gap()
+            raise
+        if count:
+            self._wakeup.notify()
 
     def repair_round(self) -> None:
         """Verify artifacts and take back the tasks that made damaged ones; this reads whole artifacts."""
@@ -227,6 +243,7 @@ class Coordinator:
 
     def _watch_claims(self) -> None:
         first = self._stream.first_order()
+        self._first_order = attempt_of(first)
         was = self._not_claiming
         self._not_claiming = self._claim_watch.observe(self._workers, first, now_s=self._clock())
         if was or self._not_claiming:

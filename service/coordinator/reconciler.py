@@ -23,7 +23,7 @@ from service.db import task_sets
 from service.db import tasks as task_rows
 from service.db.counters import is_miscounted, recount
 from service.db.engine import Database
-from service.db.tables import Task
+from service.db.task_state import HeldAttempt
 from service.jobs.completion import has_ended, settle
 from service.jobs.state_machine import transition_tasks
 from service.jobs.task_draft import TaskDraft
@@ -43,8 +43,8 @@ class FarmView:
 
     now_s: float
     slots: int
-    live_since_s: float | None
-    """The time since which every event was read; None while the broker is unavailable or events wait to be read."""
+    is_live: bool
+    """True while every event is read; False while the broker is unavailable or events wait to be read."""
 
 
 @dataclass
@@ -74,33 +74,32 @@ class Reconciler:
             held = task_rows.held(session, job_rows.busy_ids(session))
         idle_s = self._tick_idle(view, held)
         unclaimed = [task for task in held if self._is_unclaimed(task, idle_s)]
-        lost = [task for task in held if self._is_lost(task, view)]
         self.take_back(unclaimed, now_s=view.now_s)
-        self.give_up(lost, now_s=view.now_s)
         self._each(self._next_jobs(), lambda job_id: self._repair_job(job_id, view.now_s))
         self._delete_expired(view.now_s)
 
-    def take_back_all(self, *, now_s: float) -> int:
-        """Take back every order, since a broker that was wiped has none of them, and return their number."""
+    def take_back_all(self, *, sent_until_s: float, now_s: float) -> int:
+        """Take back the orders that were sent until a time to a broker that was wiped since; return their number."""
         with self.database.reading() as session:
-            orders = task_rows.held(session, job_rows.busy_ids(session), status=TaskStatus.DISPATCHED)
+            held = task_rows.held(session, job_rows.busy_ids(session))
+        dispatched = (task for task in held if task.status is TaskStatus.DISPATCHED)
+        orders = [task for task in dispatched if (task.dispatched_s or 0.0) <= sent_until_s]
         with self.database.writing() as session:
             coordinator_rows.reset_position(session)
         self.take_back(orders, now_s=now_s)
         return len(orders)
 
-    def take_back(self, tasks: Iterable[Task], *, now_s: float) -> None:
+    def take_back(self, tasks: Iterable[HeldAttempt], *, now_s: float) -> None:
         """Take back orders that no worker claims: a task is done if its artifact exists, and ready otherwise."""
         self._each(tasks, lambda task: self._end(task, None, now_s))
 
-    def give_up(self, tasks: Iterable[Task], *, now_s: float) -> None:
-        """Take tasks from lost attempts: a task is done if its artifact exists; otherwise the attempt failed."""
+    def give_up(self, lost: Iterable[tuple[HeldAttempt, str]], *, now_s: float) -> None:
+        """Take tasks from lost attempts, with reasons: a task is done if its artifact exists, and failed otherwise."""
 
-        def end(task: Task) -> None:
-            failure = Failure(code=LOST, message=f"worker {task.worker} went silent", permanent=False)
-            self._end(task, failure, now_s)
+        def end(loss: tuple[HeldAttempt, str]) -> None:
+            self._end(loss[0], Failure(code=LOST, message=loss[1], permanent=False), now_s)
 
-        self._each(tasks, end)
+        self._each(lost, end)
 
     def _each(self, items: Iterable[T], repair: Callable[[T], None]) -> None:
         """Repair each item; one that fails, for example because its folder cannot be read, does not stop the others."""
@@ -115,7 +114,7 @@ class Reconciler:
         if errors:
             log.warning("rows could not be repaired", rows=len(errors), first=repr(errors[0]))
 
-    def _end(self, seen: Task, failure: Failure | None, now_s: float) -> None:
+    def _end(self, seen: HeldAttempt, failure: Failure | None, now_s: float) -> None:
         # The store may be slow, so it is queried before the transaction; the fence detects a change in between.
         exists = bool(seen.artifact) and self.store.exists(names.job_artifact(seen.job_id, seen.artifact))
         with self.database.writing() as session:
@@ -127,12 +126,12 @@ class Reconciler:
             write_batch(session, batch)
             close_jobs(session, batch.touched, now_s=now_s, settings=self.settings)
 
-    def _tick_idle(self, view: FarmView, held: Sequence[Task]) -> float:
+    def _tick_idle(self, view: FarmView, held: Sequence[HeldAttempt]) -> float:
         """Advance the idle clock by the time since the last run, if some slot was free."""
         passed_s = 0.0 if self._last_s is None else view.now_s - self._last_s
         self._last_s = view.now_s
         running = sum(task.status is TaskStatus.RUNNING for task in held)
-        is_free = view.live_since_s is not None and running < view.slots
+        is_free = view.is_live and running < view.slots
         # Time in which this process slept proves nothing about the slots.
         counted_s = min(max(0.0, passed_s), 3 * self.settings.reconcile_s) if is_free else 0.0
         if counted_s == 0.0:
@@ -141,20 +140,10 @@ class Reconciler:
         with self.database.writing() as session:
             return coordinator_rows.add_idle(session, counted_s)
 
-    def _is_unclaimed(self, task: Task, idle_s: float) -> bool:
+    def _is_unclaimed(self, task: HeldAttempt, idle_s: float) -> bool:
         if task.status is not TaskStatus.DISPATCHED:
             return False
         return idle_s - (task.dispatched_idle_s or 0.0) > self.settings.unclaimed_s
-
-    def _is_lost(self, task: Task, view: FarmView) -> bool:
-        # Silence counts only while events were read, because an outage of the broker silences every attempt.
-        if task.status is not TaskStatus.RUNNING or view.live_since_s is None:
-            return False
-        heartbeat_s = task.heartbeat_s or 0.0
-        if heartbeat_s > view.now_s + self.settings.lease_ttl_s:  # written before the clock was set back
-            heartbeat_s = 0.0
-        latest_s = max(heartbeat_s, view.live_since_s)
-        return view.now_s - latest_s > self.settings.lease_ttl_s
 
     def _next_jobs(self) -> Sequence[str]:
         """Return the next jobs to examine, in turn."""

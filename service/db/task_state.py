@@ -47,3 +47,19 @@ class TaskState:
         if self.tile_row is None or self.tile_col is None:
             return None
         return TileIndex(row=self.tile_row, col=self.tile_col)
+
+
+@dataclass(frozen=True, slots=True)
+class HeldAttempt:
+    """An attempt that owns a task, with what is known of its progress. Each field has the name of its column."""
+
+    job_id: str
+    sequence: int
+    status: TaskStatus
+    attempt: str
+    worker: str | None
+    instance: str | None
+    artifact: str
+    dispatched_s: float | None
+    dispatched_idle_s: float | None
+    heartbeat_s: float | None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import fields
 from typing import Any
 
 from sqlalchemy import ColumnElement, Select, func, or_, select
@@ -12,11 +13,13 @@ from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.states import HELD_TASKS, TaskStatus
 from service.db.jobs import BEGUN
 from service.db.tables import Job, Task, WorkerFault
+from service.db.task_state import HeldAttempt
 
 CHUNK = 1000
 """The largest number of rows that one transaction changes."""
 FRAMES_A_PAGE = 100
 """Frames that artifact repair examines together."""
+_HELD = tuple(getattr(Task, field.name) for field in fields(HeldAttempt))
 NOT_DONE = tuple(status for status in TaskStatus if status is not TaskStatus.DONE)
 
 
@@ -37,11 +40,10 @@ def page(
     return session.scalars(query.order_by(Task.sequence).limit(limit)).all()
 
 
-def held(session: Session, job_ids: Iterable[str], *, status: TaskStatus | None = None) -> Sequence[Task]:
-    """Return the tasks that an attempt owns; there are few, because the queue is shallow."""
-    statuses = HELD_TASKS if status is None else (status,)
-    query = select(Task).where(Task.job_id.in_(list(job_ids)), Task.status.in_(statuses))
-    return session.scalars(_fresh(query.order_by(Task.job_id, Task.sequence))).all()
+def held(session: Session, job_ids: Iterable[str]) -> list[HeldAttempt]:
+    """Return the attempts that own a task of some jobs; there are few, because the queue is shallow."""
+    query = select(*_HELD).where(Task.job_id.in_(list(job_ids)), Task.status.in_(HELD_TASKS))
+    return [HeldAttempt(*row) for row in session.execute(query.order_by(Task.job_id, Task.sequence))]
 
 
 def in_statuses(session: Session, job_id: str, statuses: Iterable[TaskStatus]) -> Sequence[tuple[int, TaskStatus]]:

@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import os
 import signal
+import threading
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -61,7 +63,7 @@ def taken_again(client: Client, job: Job) -> list[Any]:
     return [task for task in client.tasks(job.id) if task.attempt_number == 2]
 
 
-@pytest.mark.parametrize("whole_worker", [False], ids=["pool process"])
+@pytest.mark.parametrize("whole_worker", [False, True], ids=["pool process", "worker"])
 def test_the_task_of_what_was_killed_runs_again(farm: Farm, whole_worker: bool) -> None:
     job = farm.client.submit(SLOW)
     kill_when_busy(farm, job, whole_worker=whole_worker)
@@ -70,3 +72,48 @@ def test_the_task_of_what_was_killed_runs_again(farm: Farm, whole_worker: bool) 
     assert (job.status, job.frames_done) == ("done", 4)
     again = taken_again(farm.client, job)
     assert len(again) == (2 if whole_worker else 1)
+
+
+def test_a_farm_that_was_killed_and_started_again_knows_that_its_workers_died(tmp_path: Path) -> None:
+    with farm_up(tmp_path, env=NEVER) as farm:
+        job = farm.client.submit(SLOW)
+        until(lambda: len(running(farm.client, job)) == 2)
+        farm.kill()
+    with farm_up(tmp_path, env=NEVER) as farm:
+        job = ended(farm.client, job.id)
+        assert (job.status, job.frames_done) == ("done", 4)
+        assert len(taken_again(farm.client, job)) >= 2
+
+
+def broker_pid(farm: Farm) -> int:
+    """Return the process of the farm's broker."""
+
+    def is_broker(pid: int) -> bool:
+        with suppress(OSError):
+            return b"-server unixsocket:" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        return False
+
+    found = until(lambda: [pid for pid in descendants(farm.process.pid) if is_broker(pid)])
+    return int(found[0])
+
+
+def test_a_job_goes_on_though_its_broker_is_started_again_and_again(farm: Farm) -> None:
+    job = farm.client.submit(SLOW)
+    kill_when_busy(farm, job, whole_worker=True)
+    stop = threading.Event()
+
+    def restart_often() -> None:
+        for _ in range(4):  # at the fifth quick death, the supervisor gives up
+            if stop.wait(20.0):
+                return
+            os.kill(broker_pid(farm), signal.SIGKILL)
+
+    thread = threading.Thread(target=restart_often)
+    thread.start()
+    try:
+        job = ended(farm.client, job.id)
+    finally:
+        stop.set()
+        thread.join()
+    assert (job.status, job.frames_done) == ("done", 4)
+    assert len(taken_again(farm.client, job)) >= 2

@@ -18,7 +18,7 @@ from service.db import coordinator as coordinator_rows
 from service.events.wakeup import Wakeup
 from service.jobs.commands import remove_job
 from tests.broker import Broker
-from tests.builders_service import T0, Farm, claimed, done, heartbeat, presence
+from tests.builders_service import Farm, claimed, done, heartbeat, presence
 
 
 class Rounds:
@@ -34,7 +34,8 @@ class Rounds:
             clock=lambda: self.farm.now_s, steady=lambda: self.steady_s,
         )  # fmt: skip
         self.coordinator.election_round()
-        self.coordinator.reconcile_round()
+        self.coordinator.loss_round()
+        self.wait(2)  # the list of workers that the round read is no longer new
 
     def send(self, *events: Event) -> None:
         for event in events:
@@ -58,7 +59,7 @@ class Rounds:
         for _ in range(seconds // 5):
             self.wait(5)
             self.coordinator.consume_round()
-            self.coordinator.reconcile_round()
+            self.coordinator.loss_round()
 
     def statuses(self, orders: list[Order]) -> set[TaskStatus]:
         return {self.farm.task(order).status for order in orders}
@@ -101,15 +102,15 @@ def test_nobody_is_lost_in_a_gap_and_the_silent_are_lost_after_their_usual_time(
     orders = rounds.running()
     rounds.listen(10)
     gap(rounds, monkeypatch)
-    rounds.coordinator.reconcile_round()
+    rounds.coordinator.loss_round()
     assert rounds.statuses(orders) == {TaskStatus.RUNNING}
     rounds.listen(45)
     assert rounds.statuses(orders) == {TaskStatus.RUNNING}
-    rounds.listen(10)
+    rounds.listen(20)
     assert rounds.statuses(orders) == {TaskStatus.READY}
 
 
-def test_one_round_that_could_not_be_written_down_gives_everyone_their_time_again(
+def test_a_round_that_could_not_be_written_gives_everyone_time_to_send_again(
     rounds: Rounds, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     orders = rounds.running()
@@ -119,9 +120,9 @@ def test_one_round_that_could_not_be_written_down_gives_everyone_their_time_agai
         patched.setattr(module, "consume_events", _away)
         with pytest.raises(OperationalError):
             rounds.coordinator.consume_round()
-    rounds.listen(40)
+    rounds.listen(10)
     assert rounds.statuses(orders) == {TaskStatus.RUNNING}
-    rounds.listen(15)
+    rounds.listen(30)
     assert TaskStatus.READY in rounds.statuses(orders)
 
 
@@ -170,4 +171,3 @@ def test_a_job_whose_folder_cannot_be_removed_keeps_no_order_from_going_out(
     rounds.coordinator.schedule_round()
     assert farm.job(job_id).dispatched == 1
     assert farm.tasks(job_id)[0].kind is TaskKind.PROBE
-    assert farm.now_s == T0

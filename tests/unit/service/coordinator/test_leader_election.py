@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+
 import pytest
 
 from service.coordinator.leader_election import LeaderElection
@@ -57,3 +60,20 @@ def test_a_leader_that_steps_down_is_replaced_at_once(candidates: Candidates) ->
     candidates.first.step_down()
     assert not candidates.first.is_leader
     assert candidates.renew(candidates.second)
+
+
+def test_a_leader_whose_process_has_died_here_is_replaced_at_once_and_no_other(
+    farm: Farm, candidates: Candidates
+) -> None:
+    ended = subprocess.Popen(["true"])
+    ended.wait()
+    here = candidates.first.name.removesuffix(f"{os.getpid()}-{candidates.first.name.rpartition('-')[2]}")
+    assert here != candidates.first.name
+    for name, is_replaced in (
+        (f"{here}{ended.pid}-abcdef", True),
+        (f"elsewhere-0123456789ab-{ended.pid}-abcdef", False),
+    ):
+        candidates.first.name = name
+        assert candidates.renew(candidates.first)
+        assert candidates.renew(candidates.second) is is_replaced
+        candidates.second.step_down()

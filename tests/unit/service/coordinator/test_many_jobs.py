@@ -43,7 +43,7 @@ def _copy(farm: Farm, job_id: str, count: int) -> None:
 
 
 def _look(farm: Farm, reconciler: Reconciler) -> None:
-    reconciler.run(FarmView(now_s=farm.now_s, slots=2, live_since_s=farm.now_s))
+    reconciler.run(FarmView(now_s=farm.now_s, slots=2, is_live=True))
 
 
 @pytest.fixture

@@ -9,7 +9,10 @@ from lippmann.errors import StoreUnavailable
 from lippmann.job.messages.orders import Order
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
+from service.coordinator.loss_detector import LossDetector, Sighting
 from service.coordinator.reconciler import FarmView, Reconciler
+from service.db import jobs as job_rows
+from service.db import tasks as task_rows
 from service.db.coordinator import current, pending_stops
 from service.db.tables import Job, Task
 from tests.builders_service import Farm, claimed, done, heartbeat, presence
@@ -20,17 +23,28 @@ class Watch:
 
     def __init__(self, farm: Farm) -> None:
         self.farm = farm
-        self.since_s: float | None = farm.now_s
+        self.is_live = True
+        self.live_s = 0.0
         self.slots = 2
+        self.detector = LossDetector(silence_s=farm.settings.lease_ttl_s)
         self.reconciler = Reconciler(farm.database, farm.store, farm.settings)
         self.look()
 
     def look(self) -> None:
-        self.reconciler.run(FarmView(now_s=self.farm.now_s, slots=self.slots, live_since_s=self.since_s))
+        self.reconciler.run(FarmView(now_s=self.farm.now_s, slots=self.slots, is_live=self.is_live))
+        if self.is_live:
+            with self.farm.database.reading() as session:
+                held = task_rows.held(session, job_rows.busy_ids(session))
+            seen = Sighting(live_s=self.live_s, rounds=0, workers={}, leases={}, first_order="")
+            reasons = self.detector.observe(held, seen)
+            lost = [(each, reasons[each.attempt]) for each in held if each.attempt in reasons]
+            self.reconciler.give_up(lost, now_s=self.farm.now_s)
 
     def wait(self, seconds: float) -> None:
+        self.look()
         for _ in range(round(seconds / self.farm.settings.reconcile_s)):
             self.farm.now_s += self.farm.settings.reconcile_s
+            self.live_s += self.farm.settings.reconcile_s if self.is_live else 0.0
             self.look()
 
 
@@ -118,7 +132,6 @@ def test_a_clock_that_was_set_back_hides_no_silent_attempt(farm: Farm, watch: Wa
     order, *_ = farm.dispatch()
     farm.say(claimed(order))
     farm.now_s -= 3600
-    watch.since_s = farm.now_s  # noticed, so it starts anew
     watch.wait(40)
     assert farm.task(order).status is TaskStatus.RUNNING
     watch.wait(10)
@@ -129,10 +142,10 @@ def test_nobody_is_lost_while_nobody_listened(farm: Farm, watch: Watch) -> None:
     farm.planned()
     order, *_ = farm.dispatch()
     farm.say(claimed(order))
-    watch.since_s = None  # the broker is down
+    watch.is_live = False  # the broker is down
     watch.wait(300)
     assert farm.task(order).status is TaskStatus.RUNNING
-    watch.since_s = farm.now_s  # it is back, and the attempt has the usual time to say something
+    watch.is_live = True
     watch.wait(40)
     assert farm.task(order).status is TaskStatus.RUNNING
     watch.wait(10)
@@ -176,7 +189,8 @@ def test_a_new_broker_has_no_orders_so_all_go_back_at_once_and_the_stream_begins
     job_id = farm.planned()
     running, *waiting = farm.dispatch()
     farm.say(claimed(running))
-    assert watch.reconciler.take_back_all(now_s=farm.now_s) == len(waiting)
+    assert watch.reconciler.take_back_all(sent_until_s=farm.now_s - 1, now_s=farm.now_s) == 0
+    assert watch.reconciler.take_back_all(sent_until_s=farm.now_s, now_s=farm.now_s) == len(waiting)
     assert {farm.task(order).status for order in waiting} == {TaskStatus.READY}
     assert farm.task(running).status is TaskStatus.RUNNING
     assert farm.job(job_id).dispatched == 0
