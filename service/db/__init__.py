@@ -4,6 +4,7 @@ engine       transactions with a single writer, on SQLite (WAL) and PostgreSQL
 reserve      the room that is given up when the disk is full
 tables       the tables
 migrations   upgrades a database of any earlier release
+statistics   the statistics by which SQLite plans its queries
 jobs         queries on jobs
 tasks        queries on tasks
 task_state   the state of a task as plain values

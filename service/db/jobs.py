@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from sqlalchemy import ColumnElement, bindparam, func, or_, select, update
+from sqlalchemy import ColumnElement, bindparam, func, literal_column, or_, select, update
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import JobStatus, PausedBy, TaskStatus
@@ -18,6 +18,9 @@ OPEN = (*SCHEDULABLE, JobStatus.PAUSED)
 """The statuses of jobs that have not ended."""
 BEGUN = (JobStatus.PROBING, JobStatus.RUNNING, JobStatus.PAUSED)
 """The statuses of jobs that have begun and not ended."""
+
+_IS_BUSY = Job.dispatched + Job.running > literal_column("0")
+"""The condition that a job has outstanding orders, as the index `ix_jobs_busy` has it."""
 
 
 def job(session: Session, job_id: str) -> Job | None:
@@ -75,13 +78,13 @@ def claims(session: Session, *, now_s: float) -> Sequence[tuple[str, int, int, i
 
 def outstanding(session: Session) -> int:
     """Return the number of outstanding orders of all jobs."""
-    query = select(func.coalesce(func.sum(Job.dispatched + Job.running), 0)).where(Job.status.in_(OPEN))
-    return int(session.scalar(query) or 0)
+    query = select(func.coalesce(func.sum(Job.dispatched + Job.running), 0))
+    return int(session.scalar(query.where(_IS_BUSY, Job.status.in_(OPEN))) or 0)
 
 
 def busy_ids(session: Session) -> Sequence[str]:
     """Return the jobs with outstanding orders; there are few, because the queue is shallow."""
-    query = select(Job.id).where(Job.status.in_(OPEN), Job.dispatched + Job.running > 0)
+    query = select(Job.id).where(_IS_BUSY, Job.status.in_(OPEN))
     return session.scalars(query.order_by(Job.id)).all()
 
 
@@ -127,5 +130,6 @@ def request_repairs(session: Session, job_ids: Iterable[str]) -> None:
 
 def _dispatchable(now_s: float) -> tuple[ColumnElement[bool], ...]:
     task = select(Task.sequence).where(Task.job_id == Job.id, Task.status == TaskStatus.READY)
-    is_due = task.where(or_(Task.not_before_s.is_(None), Task.not_before_s <= now_s)).correlate(Job).exists()
+    due = task.where(or_(Task.not_before_s.is_(None), Task.not_before_s <= now_s)).correlate(Job).limit(1)
+    is_due = due.scalar_subquery().is_not(None)  # not EXISTS, for the reason given in `service.db.tasks.is_blocked`
     return Job.status.in_(SCHEDULABLE), Job.ready > 0, Job.background_job.is_(None), is_due

@@ -7,7 +7,7 @@ from enum import StrEnum
 from functools import lru_cache
 from typing import Any
 
-from sqlalchemy import JSON, BigInteger, Double, Enum, ForeignKey, Index, Integer, LargeBinary, String, Text
+from sqlalchemy import JSON, BigInteger, Double, Enum, ForeignKey, Index, Integer, LargeBinary, String, Text, text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from lippmann.job.messages.orders import TaskKind, TileIndex
@@ -41,6 +41,11 @@ def _enum(of: type[StrEnum]) -> Enum:
     return Enum(of, native_enum=False, length=16, values_callable=lambda members: [member.value for member in members])
 
 
+def _partial_index(name: str, *columns: str, where: str) -> Index:
+    """Return an index of some rows. A query uses it only if it contains the condition, with its values as literals."""
+    return Index(name, *columns, sqlite_where=text(where), postgresql_where=text(where))
+
+
 _number = BigInteger().with_variant(Integer, "sqlite")
 
 
@@ -67,7 +72,11 @@ class Job(Base):
     """A job: its specification, its status, and the number of its tasks in each status."""
 
     __tablename__ = "jobs"
-    __table_args__ = (Index("ix_jobs_status", "status"), Index("ix_jobs_background_job", "background_job"))
+    __table_args__ = (
+        Index("ix_jobs_status", "status", "id"),
+        _partial_index("ix_jobs_background_job", "background_job", where="background_job IS NOT NULL"),
+        _partial_index("ix_jobs_busy", "status", "id", where="dispatched + running > 0"),
+    )
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
     title: Mapped[str] = mapped_column(String(200))
@@ -120,8 +129,8 @@ class Task(Base):
     __tablename__ = "tasks"
     __table_args__ = (
         Index("ix_tasks_job_status", "job_id", "status", "sequence"),
-        Index("ix_tasks_job_stage", "job_id", "stage", "status"),
-        Index("ix_tasks_job_needs", "job_id", "needs", "status"),
+        Index("ix_tasks_job_stage", "job_id", "status", "stage"),
+        _partial_index("ix_tasks_job_needs", "job_id", "needs", where="status = 'waiting'"),
         Index("ix_tasks_job_frame", "job_id", "frame"),
     )
 

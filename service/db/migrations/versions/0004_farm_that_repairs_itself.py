@@ -27,3 +27,22 @@ def upgrade() -> None:
     op.add_column("worker_faults", sa.Column("code", sa.String(64), nullable=True))
     op.add_column("worker_faults", sa.Column("message", sa.Text(), nullable=True))
     op.add_column("coordinator", sa.Column("faults", sa.JSON(), nullable=True))
+    _make_indexes()
+
+
+def _make_indexes() -> None:
+    for table, name in (
+        ("jobs", "ix_jobs_status"),
+        ("jobs", "ix_jobs_background_job"),
+        ("tasks", "ix_tasks_job_stage"),
+        ("tasks", "ix_tasks_job_needs"),
+    ):
+        op.drop_index(name, table_name=table)
+    op.create_index("ix_jobs_status", "jobs", ["status", "id"])
+    op.create_index("ix_tasks_job_stage", "tasks", ["job_id", "status", "stage"])
+    for table, name, columns, where in (
+        ("jobs", "ix_jobs_background_job", ["background_job"], "background_job IS NOT NULL"),
+        ("jobs", "ix_jobs_busy", ["status", "id"], "dispatched + running > 0"),
+        ("tasks", "ix_tasks_job_needs", ["job_id", "needs"], "status = 'waiting'"),
+    ):
+        op.create_index(name, table, columns, sqlite_where=sa.text(where), postgresql_where=sa.text(where))

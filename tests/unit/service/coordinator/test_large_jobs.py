@@ -81,7 +81,7 @@ def test_failed_outputs_are_counted_without_a_look_at_any_other_failed_task(farm
         assert failed_outputs(session, "j") == 0
     with farm.database.reading() as session:
         (plan,) = session.connection().exec_driver_sql(f"EXPLAIN QUERY PLAN {seen[-1]}", (None,) * 3).all()
-    assert "ix_tasks_job_stage (job_id=? AND stage=? AND status=?)" in plan[-1]
+    assert "ix_tasks_job_stage (job_id=? AND status=? AND stage=?)" in plan[-1]
 
 
 def test_pages_hold_what_was_asked_for_and_lead_through_every_task_once(jobs: list[tuple[Farm, str]]) -> None:
