@@ -87,6 +87,9 @@ class DictStore:
     def put_file(self, name: str, path: Path) -> Digest:
         return self.put_bytes(name, path.read_bytes())
 
+    def link(self, source: str, name: str) -> None:
+        self.put_bytes(name, self.get_bytes(source))
+
     def get_bytes(self, name: str) -> bytes:
         if name not in self.files:
             raise ArtifactMissing(f"there is no artifact {name!r}")

@@ -48,6 +48,12 @@ class ArtifactStore(Protocol):
     def put_file(self, name: str, path: Path) -> Digest:
         """Store a copy of a file completely or not at all; see `put_bytes`."""
 
+    def link(self, source: str, name: str) -> None:
+        """Store the content of an artifact under a second name, completely or not at all, without more room for it.
+
+        Each name keeps the content when the other is deleted or replaced. ArtifactMissing if there is no `source`.
+        """
+
     def get_bytes(self, name: str) -> bytes:
         """Return the content of an artifact; ArtifactMissing if it does not exist."""
 

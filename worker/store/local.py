@@ -29,6 +29,8 @@ from worker.whole_file import lacking_room
 HIDDEN = ".partial"
 CHUNK_BYTES = 1 << 18
 _NOT_THERE = frozenset({errno.ENOENT, errno.ENOTDIR, errno.EISDIR})
+_NO_LINK = frozenset({errno.EXDEV, errno.EPERM, errno.EMLINK, errno.EOPNOTSUPP})
+"""The errors of a file system that has no hard links, or no more of them for a file."""
 
 
 class LocalStore:
@@ -57,6 +59,23 @@ class LocalStore:
         # The source is opened outside `_translated`: a missing source is the caller's fault, not the store's.
         with path.open("rb") as source:
             return self._put(name, iter(lambda: source.read(CHUNK_BYTES), b""))
+
+    def link(self, source: str, name: str) -> None:
+        """Store an artifact under a second name, as a hard link, or as a copy where there can be none."""
+        path, partial = self._path(name), self._new_hidden()
+        try:
+            with _translated(source, missing=True, folder=self._hidden):
+                if not _hard_link(self._path(source), partial):
+                    self.put_file(name, self._path(source))
+                    return
+            with _translated(name):
+                _make_folders(path.parent)
+                partial.replace(path)
+                _flush_folder(path.parent)
+        finally:
+            # A link that replaces another one of the same file leaves both.
+            with suppress(OSError):
+                partial.unlink(missing_ok=True)
 
     def get_bytes(self, name: str) -> bytes:
         """Return an artifact."""
@@ -195,6 +214,17 @@ def _write_all(file: BinaryIO, chunks: Iterable[bytes]) -> Digest:
         file.write(chunk)
         written.update(chunk)
     return written.digest()
+
+
+def _hard_link(source: Path, target: Path) -> bool:
+    """Make a hard link; return False if the file system makes none."""
+    try:
+        os.link(source, target)
+    except OSError as error:
+        if error.errno not in _NO_LINK:
+            raise
+        return False
+    return True
 
 
 def _stamp(file: BinaryIO) -> None:

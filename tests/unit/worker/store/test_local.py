@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import subprocess
@@ -55,6 +56,43 @@ def test_what_is_put_comes_back(shared: LocalStore, data: bytes) -> None:
 def test_a_range_is_that_part_of_the_whole(shared: LocalStore, data: bytes, edges: list[int]) -> None:
     shared.put_bytes("job/r.bin", data)
     assert b"".join(shared.read_range("job/r.bin", *edges)) == data[slice(*edges)]
+
+
+def test_a_link_is_a_second_name_of_a_content_that_each_name_keeps(store: LocalStore) -> None:
+    store.put_bytes("job/a", b"one")
+    store.put_bytes("cache/b", b"old")
+    store.link("job/a", "cache/b")
+    store.link("job/a", "cache/b")
+    assert store.get_bytes("cache/b") == b"one"
+    with store.local_path("job/a") as first, store.local_path("cache/b") as second:
+        assert first.samefile(second)
+    store.put_bytes("job/a", b"two")
+    assert store.get_bytes("cache/b") == b"one"
+    store.link("cache/b", "job/c/d")
+    store.delete("cache")
+    assert (store.get_bytes("job/a"), store.get_bytes("job/c/d")) == (b"two", b"one")
+    assert hidden_in(store) == []
+
+
+@pytest.mark.parametrize("source", ["job/none", "job", "none/x"])
+def test_a_link_to_nothing_is_a_missing_artifact(store: LocalStore, source: str) -> None:
+    store.put_bytes("job/a", b"one")
+    with pytest.raises(ArtifactMissing):
+        store.link(source, "job/b")
+    assert names_in(store) == ["job/a"]
+    assert hidden_in(store) == []
+
+
+def test_a_file_system_without_links_gets_a_copy(store: LocalStore, monkeypatch: pytest.MonkeyPatch) -> None:
+    def refuse(*_: object) -> None:
+        raise OSError(errno.EMLINK, "Too many links")
+
+    store.put_bytes("job/a", b"one")
+    monkeypatch.setattr(os, "link", refuse)
+    store.link("job/a", "job/b")
+    assert store.get_bytes("job/b") == b"one"
+    with store.local_path("job/a") as first, store.local_path("job/b") as second:
+        assert not first.samefile(second)
 
 
 @given(names=st.sets(NAMES, max_size=8), prefix=NAMES)
