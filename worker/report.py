@@ -188,6 +188,7 @@ def event_of(
     failure: Failure | None = None,
     probe: ProbeResult | None = None,
     digests: Mapping[str, Digest] | None = None,
+    cached: bool = False,
 ) -> Event:
     """Return an event about the attempt of an order, from the worker of a broker client, with the time of now."""
     return Event(
@@ -204,6 +205,7 @@ def event_of(
         failure=failure,
         probe=probe,
         digests=dict(digests or {}),
+        cached=cached,
     )
 
 

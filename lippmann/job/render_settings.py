@@ -47,6 +47,8 @@ class RenderSettings(JobModel):
     """The antialiasing, or `off`."""
     tiles: Literal["auto"] | tuple[Annotated[int, Field(ge=1, le=64)], Annotated[int, Field(ge=1, le=64)]] = "auto"
     """The tiles of a frame as (tile_rows, tile_cols); `auto` derives them from the measured cost."""
+    cache: bool = True
+    """True if tiles are taken from the render cache, where a tile of the same definition is, and stored in it."""
     timeout_s: float = Field(default=6 * 3600.0, ge=1, le=7 * 86_400)
     """The time after which an attempt is ended, s."""
     stall_s: float = Field(default=600.0, ge=1, le=86_400)

@@ -7,6 +7,7 @@ monitor     progress monitors
 workplace   store, scratch folders, sandbox, the log of an attempt
 probe       the first frame at low resolution: whether the scene parses, and the seconds per pixel
 render      a tile into the store
+render_cache    a tile that was rendered before
 picture     one POV-Ray picture of a job, the whole or a tile
 depth_pass  the depth of the pixels of a tile, by a second picture
 imported    the image of a frame that is not rendered, from the bundle of the job

@@ -28,6 +28,11 @@ class TaskArtifacts:
         """Store a file, completely or not at all, and record its digest."""
         self.stored[name] = self._store.put_file(self._full(name), path)
 
+    def link(self, source: str, name: str, digest: Digest) -> None:
+        """Store an artifact of the store, whose digest is known, under a name of the job as well."""
+        self._store.link(source, self._full(name))
+        self.stored[name] = digest
+
     def exists(self, name: str) -> bool:
         """Return whether an artifact exists, because an earlier attempt stored it; its digest is recorded then."""
         if not self._store.exists(self._full(name)):

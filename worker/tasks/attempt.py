@@ -56,6 +56,8 @@ class TaskResult:
     probe: ProbeResult | None = None
     digests: Mapping[str, Digest] = field(default_factory=dict)
     """The digests of the artifacts that the task stored, by their names below the job."""
+    cached: bool = False
+    """True if the tile was taken from the render cache."""
 
 
 TaskFunction = Callable[[Workplace, Order, ProgressMonitor], TaskResult]
@@ -88,6 +90,7 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
         failure=failure,
         probe=work.probe,
         digests=work.digests,
+        cached=work.cached,
     )
     try:
         broker.patiently(lambda: broker.publish(final), within_s=place.settings.final_event_s, stopping=place.stopping)

@@ -55,7 +55,9 @@ def capture_frame(
     """
     with tempfile.TemporaryDirectory(prefix="lippmann-capture-") as folder:
         place = workplace(settings.model_copy(update={"data_dir": Path(folder)}))
-        sheet = local_job(place, spec.model_copy(update={"frames": str(frame)}), bundle)
+        # The store is removed with the folder, and its cache with it.
+        render = spec.render.model_copy(update={"cache": False})
+        sheet = local_job(place, spec.model_copy(update={"frames": str(frame), "render": render}), bundle)
         notes = check_job(sheet)
         on_progress("probe", 0.0)
         store_plan(place, _probed_plan(place, sheet))

@@ -22,17 +22,21 @@ from worker.tasks.attempt import TaskResult
 from worker.tasks.depth_pass import depth_of_tile
 from worker.tasks.monitor import PartMonitor, ProgressMonitor
 from worker.tasks.picture import POV_FILE, RenderedPicture, render_picture
+from worker.tasks.render_cache import tile_cache
 from worker.tasks.workplace import Workplace, kept_log
 
 
 def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
-    """Render the tile that an order names, crop it and store it; if it is there already, that is all."""
+    """Render the tile that an order names, crop it and store it; one that is stored or cached is not rendered."""
     assert order.frame is not None  # noqa: S101 - the dispatcher's promise
     assert order.tile is not None  # noqa: S101 - see above
     sheet, artifacts = place.job_sheet(order.job_id), TaskArtifacts(place.store, order)
     if all(artifacts.exists(name) for name in names.tile_artifacts(sheet.spec, order.frame, order.tile)):
         return TaskResult(digests=artifacts.stored)
     tile = tile_of(sheet, place.plan_sheet(order.job_id), order.tile)
+    cache = tile_cache(place, sheet, order, tile, artifacts)
+    if cache is not None and cache.take():
+        return TaskResult(digests=artifacts.stored, cached=True)
     depth = sheet.spec.capture.depth
     cpu_s = 0.0
     with place.task_folder() as folder:
@@ -42,10 +46,12 @@ def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Tas
             rest = PartMonitor(monitor, 0.5, 1.0) if depth else monitor
             picture = render_region(place, sheet, order.frame, tile, folder=folder, log=log, monitor=rest)
         cropped = folder / "tile.exr"
-        write_exr(cropped, _pixels(picture, sheet, tile), attributes=header(sheet, order.frame))
+        write_exr(cropped, _pixels(picture, sheet, tile), attributes=tile_header(sheet, order.frame))
         text = names.job_artifact(order.job_id, names.pov_name(order.frame, order.tile))
         place.store.put_file(text, folder / POV_FILE)
         artifacts.put(names.tile_name(order.frame, order.tile), cropped)
+    if cache is not None:
+        cache.keep()
     return TaskResult(cpu_s=cpu_s + picture.outcome.cpu_s, digests=artifacts.stored)
 
 
@@ -64,7 +70,7 @@ def _store_depth(
     found, cpu_s = depth_of_tile(place, sheet, order.frame, tile, folder=folder, log=log, monitor=monitor)
     path = folder / "depth.exr"
     size = found.values.shape[:2]
-    write_channels(path, (found.values,), CHANNELS, size=size, attributes=header(sheet, order.frame))
+    write_channels(path, (found.values,), CHANNELS, size=size, attributes=tile_header(sheet, order.frame))
     artifacts.put(names.depth_tile_name(order.frame, tile.index), path)
     return cpu_s
 
@@ -111,6 +117,11 @@ def tile_of(sheet: ResolvedJob, plan: StoredPlan, index: TileIndex) -> Tile:
     """Return the tile of a plan at an index."""
     tiles = cut_tiles(frame_size(sheet.spec.rig), tile_rows=plan.tile_rows, tile_cols=plan.tile_cols)
     return next(tile for tile in tiles if tile.index == index)
+
+
+def tile_header(sheet: ResolvedJob, frame: int) -> dict[str, str]:
+    """Return the header attributes of a tile: those of a master without the job and the frame, which may be others."""
+    return {name: text for name, text in header(sheet, frame).items() if name not in ("job", "frame")}
 
 
 def header(sheet: ResolvedJob, frame: int) -> dict[str, str]:

@@ -88,6 +88,8 @@ class Event(BaseModel):
     probe: ProbeResult | None = None
     digests: dict[str, Digest] = Field(default_factory=dict)
     """The digests of the artifacts that the attempt stored, by their names below the job, in a `done` event."""
+    cached: bool = False
+    """True in a `done` event if the tile was taken from the render cache and nothing was rendered."""
 
 
 class Lease(BaseModel):

@@ -26,6 +26,7 @@ SPEC: dict[str, Any] = {
     "capture": {"depth": True},
     "outputs": ["views.mp4", "view_grid.png"],
 }
+UNCACHED = {"tiles": [2, 1], "cache": False}
 
 
 @pytest.fixture(scope="module")
@@ -94,7 +95,7 @@ def test_a_download_of_a_damaged_file_waits_and_brings_the_whole_one(
 
 
 def test_a_master_that_is_damaged_in_mid_job_is_assembled_again_before_the_video(farm: Farm, job: Job) -> None:
-    job_id = farm.client.submit(SPEC | {"frames": "1-6", "outputs": ["orthoscopic.mp4"]}).id
+    job_id = farm.client.submit(SPEC | {"frames": "1-6", "outputs": ["orthoscopic.mp4"], "render": UNCACHED}).id
     until(farm.client, job_id, lambda job: job.frames_done >= 1)
     damaged = next(path for path in sorted(path_of(farm, job_id, "orthoscopic").glob("*.exr")))
     whole = damaged.read_bytes()

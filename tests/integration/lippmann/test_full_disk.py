@@ -21,8 +21,13 @@ from tests.waiting import until
 
 pytestmark = needs_povray
 
-JOB = {"scene": "target-white", "frames": "1-400", "rig": {"px_per_lens": 2, "lens_array": {"count": [4, 4]}}}
-"""Many frames of almost no work."""
+JOB = {
+    "scene": "target-white",
+    "frames": "1-400",
+    "rig": {"px_per_lens": 2, "lens_array": {"count": [4, 4]}},
+    "render": {"cache": False},
+}
+"""Many frames of almost no work, each rendered although they are equal."""
 CAUSES = {
     "full": r"The artifact store has no room left: \d+ MB are free, and 50 MB are kept in reserve\.",
     "no inodes": r"The artifact store has no room left: \d+ inodes are free, and 100 are kept in reserve\.",

@@ -27,7 +27,7 @@ from tests.waiting import until
 pytestmark = needs_povray
 
 NEVER = {"LIPPMANN_LEASE_TTL_S": "100000", "LIPPMANN_UNCLAIMED_S": "100000"}
-SLOW = small_job("fish", count=(60, 60), frames="1-4").model_copy(update={"outputs": ()})
+SLOW = small_job("fish", count=(60, 60), frames="1-4", render={"cache": False}).model_copy(update={"outputs": ()})
 """A job whose frames take long enough to be hit."""
 
 

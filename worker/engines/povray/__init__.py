@@ -4,10 +4,12 @@ scene         the .pov text of a job
 ray_camera    rays of the exact trace as a camera
 depth_codes   the codes of a depth pass as distances
 command       the exact command line
+scene_variables   which variables of POV-Ray a scene reads
 environment   the files and variables that POV-Ray finds
 progress      POV-Ray's progress, read from its messages
 messages      POV-Ray's messages and statistics, unwrapped
 diagnosis     what POV-Ray's answers mean and what we do
 render        one picture: command, sandbox, process and diagnosis together
 version       the installed version
+software      the version or the digest of all software that makes pixels
 """

@@ -1,0 +1,75 @@
+"""Which variables a scene may read: a word in a comment is not read, and whatever is in doubt counts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from povtemplates.catalogue import INCLUDE_FOLDER, scene_folders
+from worker.engines.povray.scene_variables import SceneVariables, scene_variables
+
+
+def variables(folder: Path, text: str | bytes, name: str = "scene.inc") -> SceneVariables:
+    path = folder / name
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    scene_variables.cache_clear()
+    return scene_variables(folder)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sphere { 0, clock }",
+        "#declare Turn=clock*8;",
+        "// a comment\rsphere { 0, clock }",
+        "/* one */ sphere { 0, clock } /* two */",
+        "/* a /* nested */ sphere { 0, clock } */",
+        '#debug "http://here" sphere { 0, clock }',
+        '#debug "/*" sphere { 0, clock } #debug "*/"',
+        '// it begins "here /*\nsphere { 0, clock }\n// */',
+        '#write (F, "#declare A = clock;")',
+        "/* not closed: clock",
+    ],
+)
+def test_a_scene_that_may_read_the_clock_counts(tmp_path: Path, text: str) -> None:
+    assert variables(tmp_path, text).clock
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "sphere { 0, 1 }",
+        "// the clock\nsphere { 0, 1 } // now",
+        "/* the clock\n strikes */ sphere { 0, 1 }",
+        "#declare Clockwork = clock_radius + o_clock;",
+        "#declare Snow = 1; #declare Nowhere = 2;",
+    ],
+)
+def test_comments_and_longer_names_do_not_count(tmp_path: Path, text: str) -> None:
+    assert variables(tmp_path, text) == SceneVariables(clock=False, now=False)
+
+
+def test_every_file_that_may_be_included_counts_whatever_its_name(tmp_path: Path) -> None:
+    assert not variables(tmp_path, '#include "parts/legs.dat"').clock
+    assert variables(tmp_path, "#declare Leg = clock;", "parts/legs.dat").clock
+
+
+def test_pictures_and_the_manifest_do_not_count(tmp_path: Path) -> None:
+    variables(tmp_path, "[clock]\nfirst = 0\n# now", "scene.toml")
+    variables(tmp_path, "The clock stands now.", "README.md")
+    assert variables(tmp_path, b"P\0\1 now clock ", "picture.tga") == SceneVariables(clock=False, now=False)
+
+
+def test_the_time_of_day_is_told_from_the_clock(tmp_path: Path) -> None:
+    assert variables(tmp_path, "#declare S = seed(now * 1e6);") == SceneVariables(clock=False, now=True)
+
+
+def test_the_fish_reads_the_clock_and_the_targets_and_our_includes_read_nothing() -> None:
+    scene_variables.cache_clear()
+    found = {name: scene_variables(folder) for name, folder in scene_folders().items()}
+    assert found.pop("fish") == SceneVariables(clock=True, now=False)
+    nothing = SceneVariables(clock=False, now=False)
+    assert set(found.values()) == {nothing}
+    assert scene_variables(INCLUDE_FOLDER) == nothing
