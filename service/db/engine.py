@@ -5,6 +5,8 @@ What a write transaction reads remains true until it commits.
 
 from __future__ import annotations
 
+import sqlite3
+import time
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -22,6 +24,8 @@ from service.db.reserve import Reserve, is_full
 Answer = TypeVar("Answer")
 
 BUSY_TIMEOUT_S = 10.0
+BUSY_PAUSE_S = 0.01
+"""The pause before a new SQLite file that another process writes to is tried again."""
 POOL: dict[str, Any] = {"pool_size": 10, "max_overflow": 50, "pool_timeout": BUSY_TIMEOUT_S}
 """One connection for each of the 40 threads that answer requests, and for the threads of the coordinator."""
 WRITER_LOCK = 1908
@@ -141,9 +145,27 @@ def _sqlite_engine(url: URL) -> Engine:
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:
     connection.isolation_level = None  # the driver begins no transaction; _begin_sqlite does
-    for pragma in ("journal_mode=WAL", "synchronous=NORMAL", "foreign_keys=ON"):
+    _use_write_ahead_log(connection)
+    for pragma in ("synchronous=NORMAL", "foreign_keys=ON"):
         connection.execute(f"PRAGMA {pragma}").fetchall()
     connection.execute(f"PRAGMA busy_timeout={int(BUSY_TIMEOUT_S * 1000)}").fetchall()
+
+
+def _use_write_ahead_log(connection: Any) -> None:
+    """Change a new file to the write-ahead log, which SQLite refuses at once while another process writes to the file.
+
+    The busy timeout does not hold for this statement, so processes that start together on a new file try again.
+    """
+    end_s = time.monotonic() + BUSY_TIMEOUT_S
+    while True:
+        try:
+            connection.execute("PRAGMA journal_mode=WAL").fetchall()
+            return
+        except sqlite3.OperationalError as error:
+            is_busy = error.sqlite_errorcode & 0xFF == sqlite3.SQLITE_BUSY  # also its extended codes
+            if not is_busy or time.monotonic() > end_s:
+                raise
+        time.sleep(BUSY_PAUSE_S)
 
 
 def _begin_sqlite(connection: Connection) -> None:
