@@ -15,7 +15,7 @@ from worker.store.local import LocalStore
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.attempt import attempt
 from worker.tasks.encode import encode_output
-from worker.tasks.lost import report_if_lost
+from worker.tasks.lost import report_if_lost, sweep_if_lost
 from worker.tasks.probe import probe_job
 from worker.tasks.render import render_tile
 from worker.tasks.workplace import Workplace, sweep_scratch, workplace
@@ -57,8 +57,9 @@ def _sweep(**_: Any) -> None:
 
 @task_failure.connect
 def _report_lost(exception: BaseException | None = None, kwargs: dict[str, Any] | None = None, **_: Any) -> None:
-    """Report, in the worker itself, an attempt whose pool process died."""
+    """Report, in the worker itself, an attempt whose pool process died, and remove its files."""
     report_if_lost(broker_client(), settings, exception, kwargs)
+    sweep_if_lost(settings, exception)
 
 
 @cache

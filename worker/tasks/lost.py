@@ -1,4 +1,4 @@
-"""The report of an attempt whose pool process died: its worker knows it at once, and says so in the attempt's name."""
+"""What a worker does when one of its pool processes died: report the attempt in its name, and remove its files."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from lippmann.job.messages.events import LOST, EventKind, Failure
 from lippmann.job.messages.orders import Order
 from worker.report import BrokerClient, event_of
 from worker.settings import WorkerSettings
+from worker.tasks.workplace import sweep_attempts
 
 log = structlog.get_logger()
 
@@ -59,3 +60,16 @@ def report_if_lost(
 
     # The event loop of Celery must go on while the broker does not answer.
     threading.Thread(target=report, name=f"lost-{order.attempt}", daemon=True).start()
+
+
+def sweep_if_lost(settings: WorkerSettings, exception: BaseException | None) -> None:
+    """Remove the scratch folder of an attempt whose pool process died.
+
+    Parameters
+    ----------
+    exception
+        The error with which Celery ended the task.
+    """
+    if isinstance(exception, WorkerLostError):
+        # A folder may hold gigabytes; the event loop of Celery must go on.
+        threading.Thread(target=sweep_attempts, args=(settings,), name="sweep-attempts", daemon=True).start()

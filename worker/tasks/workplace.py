@@ -34,6 +34,10 @@ BUNDLE_KEPT_S = 14 * 86_400.0
 """An unpacked bundle that no attempt has used for this long is removed at the next start: twice the longest attempt."""
 
 
+REMOVE_PAUSES_S = (0.1, 1.0, 5.0)
+"""The pauses before a folder that is still written to is removed again."""
+
+
 @dataclass(frozen=True)
 class Workplace:
     """Everything outside the process that an attempt uses."""
@@ -85,27 +89,48 @@ class Workplace:
 
     @contextlib.contextmanager
     def task_folder(self) -> Iterator[Path]:
-        """Yield an empty folder that is removed afterwards, by `sweep_scratch` if the worker is killed meanwhile."""
+        """Yield an empty folder that is removed afterwards, by `sweep_attempts` if the process is killed meanwhile."""
         root = self.settings.attempts_dir
         root.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=root, ignore_cleanup_errors=True) as name:
-            folder = Path(name).resolve()
-            with folder_lock(folder):
-                yield folder
+        with contextlib.ExitStack() as stack:
+            with folder_lock(root, wait=True):  # a folder that is not locked yet is not swept
+                name = stack.enter_context(tempfile.TemporaryDirectory(dir=root, ignore_cleanup_errors=True))
+                folder = Path(name).resolve()
+                stack.enter_context(folder_lock(folder))
+            yield folder
 
 
 def sweep_scratch(settings: WorkerSettings) -> None:
-    """Remove what killed workers left: folders of attempts (those in use are locked), logs and old bundles."""
-    for folder in filter(Path.is_dir, settings.attempts_dir.glob("*")):
-        with _failure_is_logged(folder), contextlib.suppress(BlockingIOError), folder_lock(folder):
-            shutil.rmtree(folder)
-    for log_file in settings.attempts_dir.glob("*.txt"):
-        if not log_file.with_suffix("").exists():
-            log_file.unlink(missing_ok=True)
+    """Remove what killed workers left, and the bundles that no attempt has used for long."""
+    sweep_attempts(settings)
     for bundle in filter(Path.is_dir, settings.bundles_dir.glob("*")):
         with _failure_is_logged(bundle):
             if time.time() - bundle.stat().st_mtime > BUNDLE_KEPT_S:
                 shutil.rmtree(bundle)
+
+
+def sweep_attempts(settings: WorkerSettings) -> None:
+    """Remove the folders and logs of attempts whose process died; the folders of living attempts are locked."""
+    for folder in filter(Path.is_dir, settings.attempts_dir.glob("*")):
+        with _failure_is_logged(folder), contextlib.suppress(BlockingIOError), contextlib.ExitStack() as stack:
+            with folder_lock(settings.attempts_dir, wait=True):
+                stack.enter_context(folder_lock(folder))
+            _remove(folder)
+    for log_file in settings.attempts_dir.glob("*.txt"):
+        if not log_file.with_suffix("").exists():
+            log_file.unlink(missing_ok=True)
+
+
+def _remove(folder: Path) -> None:
+    """Remove the folder of a dead attempt; its POV-Ray may write there until the kernel has ended it too."""
+    for pause_s in REMOVE_PAUSES_S:
+        try:
+            return shutil.rmtree(folder)
+        except OSError as error:
+            if error.errno != errno.ENOTEMPTY:
+                raise
+        time.sleep(pause_s)
+    shutil.rmtree(folder)
 
 
 def _publish(unpacked: Path, folder: Path) -> None:
@@ -129,17 +154,17 @@ def _failure_is_logged(folder: Path) -> Iterator[None]:
 
 
 @contextlib.contextmanager
-def folder_lock(folder: Path) -> Iterator[None]:
+def folder_lock(folder: Path, *, wait: bool = False) -> Iterator[None]:
     """Hold the lock of a folder; the kernel releases it when the process ends.
 
     Raises
     ------
     BlockingIOError
-        If another process holds it.
+        If another process holds it, and this one does not `wait`.
     """
     descriptor = os.open(folder, os.O_RDONLY)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
         yield
     finally:
         os.close(descriptor)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import signal
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -72,6 +72,46 @@ def test_the_task_of_what_was_killed_runs_again(farm: Farm, whole_worker: bool) 
     assert (job.status, job.frames_done) == ("done", 4)
     again = taken_again(farm.client, job)
     assert len(again) == (2 if whole_worker else 1)
+
+
+def test_the_scratch_folder_of_a_killed_pool_process_is_removed_while_its_neighbour_works_on(farm: Farm) -> None:
+    job = farm.client.submit(SLOW)
+    until(lambda: len(running(farm.client, job)) == 2)
+    (worker,) = farm.client.workers().items
+    killed, living = until(lambda: _two(busy_children(worker.pid)))
+    left, kept = attempt_folder(killed, farm.data_dir), attempt_folder(living, farm.data_dir)
+    renderers = descendants(living)
+    send(signal.SIGSTOP, renderers)  # the neighbour cannot end and remove its folder itself
+    os.kill(killed, signal.SIGKILL)
+    until(lambda: not left.exists())
+    until(lambda: taken_again(farm.client, job))
+    assert kept.is_dir()
+    assert [each.pid for each in farm.client.workers().items] == [worker.pid]
+    send(signal.SIGCONT, renderers)
+    assert ended(farm.client, job.id).status == "done"
+    assert until(lambda: not list((farm.data_dir / "scratch" / "attempts").iterdir()))
+
+
+def _two(found: list[int]) -> list[int]:
+    return found if len(found) == 2 else []
+
+
+def attempt_folder(pid: int, data_dir: Path) -> Path:
+    """Return the scratch folder in which a pool process works: it holds the lock of the folder."""
+    attempts = (data_dir / "scratch" / "attempts").resolve()
+
+    def locked() -> list[Path]:
+        links = [Path(os.readlink(link)) for link in Path(f"/proc/{pid}/fd").iterdir()]
+        return [link for link in links if link.parent == attempts and not link.suffix]  # the other is its log
+
+    folder: Path = until(locked)[0]
+    return folder
+
+
+def send(number: signal.Signals, pids: Iterable[int]) -> None:
+    for pid in pids:
+        with suppress(ProcessLookupError):
+            os.kill(pid, number)
 
 
 def test_a_farm_that_was_killed_and_started_again_knows_that_its_workers_died(tmp_path: Path) -> None:

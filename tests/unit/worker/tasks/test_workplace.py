@@ -7,15 +7,17 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from threading import Barrier
+from typing import Any
 
 import pytest
 
 from lippmann.plan.artifact_names import bundle_name
 from tests.builders import local_place
 from tests.needs import need_to_run
+from tests.waiting import ENOUGH_S
 from worker.sandbox.bundle import digest_of, pack_folder
 from worker.settings import WorkerSettings
 from worker.tasks.workplace import Workplace, folder_lock, sweep_scratch
@@ -53,6 +55,38 @@ def test_the_folder_of_a_killed_worker_is_swept_and_of_a_living_one_kept(tmp_pat
         assert not dead.exists()
         assert not log.exists()
         assert living.exists()
+
+
+def test_a_new_folder_that_is_not_locked_yet_is_not_swept(tmp_path: Path) -> None:
+    settings = WorkerSettings(data_dir=tmp_path)
+    new = settings.attempts_dir / "new"
+    new.mkdir(parents=True)
+    with ThreadPoolExecutor(1) as pool, ExitStack() as attempt:
+        with folder_lock(settings.attempts_dir, wait=True):
+            swept = pool.submit(sweep_scratch, settings)
+            with pytest.raises(TimeoutError):
+                swept.result(timeout=1)
+            attempt.enter_context(folder_lock(new))
+        swept.result(ENOUGH_S)
+        assert new.exists()
+
+
+def test_a_folder_to_which_a_dying_program_still_writes_is_removed_a_little_later(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    settings = WorkerSettings(data_dir=tmp_path)
+    (settings.attempts_dir / "dead" / "below").mkdir(parents=True)
+    remove_empty, writes = os.rmdir, iter(["a picture", "a log"])
+
+    def written_to_meanwhile(path: str, **options: Any) -> None:
+        if path == "below" and (name := next(writes, None)):
+            (settings.attempts_dir / "dead" / "below" / name).touch()
+        remove_empty(path, **options)
+
+    monkeypatch.setattr(os, "rmdir", written_to_meanwhile)
+    sweep_scratch(settings)
+    assert list(settings.attempts_dir.iterdir()) == []
+    assert "not removed" not in capsys.readouterr().out
 
 
 def test_a_locked_folder_cannot_be_locked_again(tmp_path: Path) -> None:
