@@ -20,6 +20,8 @@ class ExitCode(IntEnum):
     """The service does not answer."""
     NOT_ALLOWED = 4
     """There is no key, the key is not known, or its role is too low."""
+    INCOMPLETE = 5
+    """The command did what was possible: `fetch` brought the files that there are, and some are missing."""
     INTERRUPTED = 130
     """The user pressed Ctrl-C."""
 

@@ -8,6 +8,7 @@ exit   meaning
 2      The input is invalid: an option, a job file, a field of a job, a folder or a port.
 3      The service does not answer.
 4      There is no key, the key is not known, or its role does not permit the operation.
+5      `fetch` brought the files that there are, and some files of the job are missing.
 130    The user pressed Ctrl-C.
 =====  =============================================================================================
 """

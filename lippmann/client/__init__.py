@@ -8,6 +8,7 @@ stream      server-sent events
 errors      refusals of the service
 watch       watch a job until it ends
 fetch       download the files of a job
+missing     what a fetch could not bring, and why
 """
 
 from __future__ import annotations

@@ -128,9 +128,11 @@ class Client:
         """Delete an ended job and its files."""
         self._transport.request("DELETE", f"{_API}/jobs/{job_id}")
 
-    def tasks(self, job_id: str, *, status: str | None = None, limit: int | None = None) -> Iterator[Task]:
-        """Yield the tasks of a job in order, at most `limit` of them."""
-        params = {"status": status} if status else {}
+    def tasks(
+        self, job_id: str, *, status: str | None = None, kind: str | None = None, limit: int | None = None
+    ) -> Iterator[Task]:
+        """Yield the tasks of a job in order, at most `limit` of them, only those of a status or a kind if given."""
+        params = {name: value for name, value in (("status", status), ("kind", kind)) if value}
         return _first(limit, self._paged(TaskPage, f"/jobs/{job_id}/tasks", params, limit))
 
     def log(self, job_id: str, task_id: str, *, attempt: int | None = None) -> str:

@@ -2,7 +2,8 @@
 
     out/integral/0001.png  orthoscopic/0001.png  views/0001.png  video/views.mp4 ...
 
-The file `.fetched.json` in the same folder records the entity tag and the size of every downloaded file.
+The file `.fetched.json` in the same folder records the entity tag and the size of every downloaded file. If the job has
+not made everything, `missing.json` says what is missing and why; see `lippmann.client.missing`.
 """
 
 from __future__ import annotations
@@ -16,7 +17,9 @@ from pathlib import Path
 from typing import Literal
 
 from lippmann.client import Client
-from lippmann.errors import BadInput
+from lippmann.client.errors import Refused
+from lippmann.client.missing import Missing, find_missing, read_state, write_missing
+from lippmann.errors import ArtifactBroken, ArtifactMissing, BadInput
 from lippmann.job.frames import parse_frames
 from lippmann.terminal.progress import ProgressLine, size_text
 from service.schemas.artifact import Artifact
@@ -28,6 +31,8 @@ PICTURES = ("integral", "orthoscopic", "device", "views")
 MASTERS_ONLY = ("depth",)
 """These hold numbers, so no PNG picture is made of them."""
 OUTPUTS = ("video", "exports")
+_DAMAGED = frozenset({ArtifactBroken.code, ArtifactMissing.code})
+"""The codes of refusals that are about one file; the others are fetched nevertheless."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,8 @@ class FetchResult:
     fetched: int
     """The number of files that this call downloaded."""
     fetched_bytes: int
+    missing: Missing
+    """What could not be brought; false if there is nothing."""
 
 
 def fetch_job(
@@ -57,30 +64,49 @@ def fetch_job(
 ) -> FetchResult:
     """Download the finished files of a job into a folder: PNG pictures or EXR masters, and all outputs.
 
+    A file that is damaged on the service, or that is not made yet, prevents no other.
+
     Raises
     ------
     BadInput
         If the folder cannot be written.
     """
-    wanted = tuple(_wanted(client, job_id, frames, masters=masters))
+    numbers = set(parse_frames(frames)) if frames else None
+    kinds = (*PICTURES, *MASTERS_ONLY) if masters else PICTURES
+    state = read_state(client, job_id)  # before the list of files: what is made in between is not damaged
+    wanted = tuple(_wanted(client, job_id, numbers, kinds))
     downloaded: list[Fetched] = []
+    damaged: dict[str, str] = {}
     with _record_of(folder) as record, ProgressLine(f"fetch {job_id}") as line:
         for number, artifact in enumerate(wanted):
             path = _place(artifact.name, masters=masters)
             if not _is_complete(folder, record.known.get(path.as_posix()), artifact):
-                fetched = _download(client, job_id, artifact, folder, path)
-                downloaded.append(fetched)
-                record.add(path.as_posix(), fetched)
+                try:
+                    fetched = _download(client, job_id, artifact, folder, path)
+                except Refused as error:
+                    if error.code not in _DAMAGED:
+                        raise
+                    damaged[artifact.name] = error.message
+                else:
+                    downloaded.append(fetched)
+                    record.add(path.as_posix(), fetched)
             total = size_text(sum(one.size for one in downloaded))
             count = number + 1
             line.show(count / len(wanted), f"{count} of {len(wanted)} files, {total}", news=count == len(wanted))
-    files = tuple(folder / _place(artifact.name, masters=masters) for artifact in wanted)
-    return FetchResult(folder, files, fetched=len(downloaded), fetched_bytes=sum(one.size for one in downloaded))
+    whole = [artifact.name for artifact in wanted if artifact.name not in damaged]
+    missing = find_missing(state, set(whole), damaged, frames=numbers, kinds=kinds)
+    write_missing(folder, missing)
+    return FetchResult(
+        folder,
+        tuple(folder / _place(name, masters=masters) for name in whole),
+        fetched=len(downloaded),
+        fetched_bytes=sum(one.size for one in downloaded),
+        missing=missing,
+    )
 
 
-def _wanted(client: Client, job_id: str, frames: str | None, *, masters: bool) -> Iterator[Artifact]:
-    numbers = set(parse_frames(frames)) if frames else None
-    for kind in (*PICTURES, *MASTERS_ONLY) if masters else PICTURES:
+def _wanted(client: Client, job_id: str, numbers: set[int] | None, kinds: Sequence[str]) -> Iterator[Artifact]:
+    for kind in kinds:
         for artifact in client.artifacts(job_id, prefix=f"{kind}/"):
             stem = Path(artifact.name).stem
             if artifact.name.endswith(".exr") and (numbers is None or (stem.isdigit() and int(stem) in numbers)):

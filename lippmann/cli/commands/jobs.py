@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from lippmann.cli.exit_codes import ExitCode
 from lippmann.cli.options import RECONNECT_S, JobId, OutputFolder, Overrides
 from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
@@ -88,8 +90,12 @@ def fetch(
     output: Output,
     connection: Connection,
 ) -> None:
-    """Fetch the pictures and outputs of a job. Files that are complete in the folder are not fetched again."""
+    """Fetch the pictures and outputs of a job. Files that are complete in the folder are not fetched again.
+
+    If the job has not made everything, missing.json in the folder says what is missing and why, and the exit code is 5.
+    """
     from lippmann.client.fetch import fetch_job, fetch_text
+    from lippmann.client.missing import missing_text
 
     with connection.client(patience_s=RECONNECT_S) as client:
         result = fetch_job(client, job_id, out, frames=frames, masters=masters)
@@ -98,8 +104,12 @@ def fetch(
         "files": [str(path) for path in result.files],
         "brought": result.fetched,
         "bytes_brought": result.fetched_bytes,
+        "missing": asdict(result.missing) if result.missing else None,
     }
     output.result(data, fetch_text(result))
+    if result.missing:
+        output.note(missing_text(result.missing, out))
+        raise typer.Exit(ExitCode.INCOMPLETE)
 
 
 def cancel(job_id: JobId, output: Output, connection: Connection) -> None:

@@ -13,6 +13,8 @@ import pytest
 from lippmann.client import fetch as fetching
 from lippmann.client.fetch import RECORD, fetch_job
 from lippmann.errors import BadInput
+from lippmann.job.spec import parse_spec
+from lippmann.job.states import FrameStatus, JobStatus
 
 FILES = (
     "depth/0001.exr",
@@ -29,6 +31,16 @@ class Service:
     def __init__(self, files: Sequence[str] = FILES, *, interrupted_at: str | None = None) -> None:
         self.files, self.interrupted_at = files, interrupted_at
         self.asked: list[str] = []
+
+    def job(self, job_id: str) -> Any:
+        spec = parse_spec({"scene": "fish", "frames": "1-2", "outputs": []})
+        return SimpleNamespace(id=job_id, spec=spec, status=JobStatus.DONE, error=None)
+
+    def frames(self, job_id: str) -> Iterator[Any]:
+        yield from (SimpleNamespace(frame=frame, status=FrameStatus.DONE) for frame in (1, 2))
+
+    def tasks(self, job_id: str, **what: Any) -> Iterator[Any]:
+        yield from ()
 
     def artifacts(self, job_id: str, *, prefix: str) -> Iterator[Any]:
         yield from (SimpleNamespace(name=name, etag="e", size=1) for name in self.files if name.startswith(prefix))

@@ -1,0 +1,91 @@
+"""What `lippmann fetch` brings of jobs that have not made everything, and what it says of the rest."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lippmann.client.fetch import fetch_job
+from lippmann.client.missing import MISSING, Why
+from lippmann.job.states import JobStatus
+from tests.failing_scene import scene_without_frame
+from tests.farm import ended
+from tests.integration.lippmann.conftest import Up, run
+from tests.needs import needs_povray
+
+pytestmark = needs_povray
+
+SMALL = {"rig": {"px_per_lens": 2, "lens_array": {"count": [8, 8]}}, "outputs": ["views.mp4"]}
+
+
+def fetched(farm: Up, job_id: str, out: Path) -> subprocess.CompletedProcess[str]:
+    return run("fetch", job_id, "--out", str(out), "--json", "--data-dir", str(farm.data_dir))
+
+
+def listed(out: Path) -> dict[str, Any]:
+    missing: dict[str, Any] = json.loads((out / MISSING).read_text())
+    return missing
+
+
+def test_a_failed_job_gives_what_it_made_and_names_the_frame_that_failed(farm: Up, tmp_path: Path) -> None:
+    with farm.client() as client:
+        client.upload_scene("fails-at-6", scene_without_frame(6, tmp_path / "scene"))
+        job = ended(client, client.submit(SMALL | {"scene": "fails-at-6", "frames": "1-6"}).id)
+        made = {frame.frame for frame in client.frames(job.id) if frame.status == "done"}
+    assert (job.status, made >= {1}) == (JobStatus.FAILED, True)
+    done = fetched(farm, job.id, tmp_path / "out")
+    assert done.returncode == 5
+    assert {int(path.stem) for path in tmp_path.glob("out/integral/*.png")} == made
+    missing = listed(tmp_path / "out")
+    assert json.loads(done.stdout)["missing"] == missing
+    assert (missing["job"], missing["status"]) == (job.id, "failed")
+    assert {frame["frame"] for frame in missing["frames"]} == set(range(1, 7)) - made
+    failed = missing["frames"][-1]
+    assert (failed["frame"], failed["why"]) == (6, "failed")
+    assert "the ball cannot be at 6" in failed["error"]
+    assert failed["files"] == [f"{kind}/0006.exr" for kind in ("integral", "orthoscopic", "views")]
+    assert [(each["output"], each["why"]) for each in missing["outputs"]] == [("views.mp4", "not-begun")]
+    assert "(1 not begun) of job" in done.stderr
+    assert "the first error" in done.stderr
+    assert "the ball cannot be at 6" in done.stderr
+    only = run("fetch", job.id, "--out", str(tmp_path / "only"), "--frames", "6", "--data-dir", str(farm.data_dir))
+    assert [frame["frame"] for frame in listed(tmp_path / "only")["frames"]] == [6]
+    assert only.returncode == 5
+
+
+def test_a_job_that_runs_or_was_cancelled_gives_what_there_is(farm: Up, tmp_path: Path) -> None:
+    with farm.client() as client:
+        job = client.submit(SMALL | {"scene": "target-white", "frames": "1-40"})
+        early = fetch_job(client, job.id, tmp_path)
+        assert {frame.why for frame in early.missing.frames} <= {Why.RUNNING, Why.NOT_BEGUN}
+        assert {frame.frame for frame in early.missing.frames} >= set(range(20, 41))
+        assert [(each.output, each.why) for each in early.missing.outputs] == [("views.mp4", Why.NOT_BEGUN)]
+        client.cancel(job.id)
+        late = fetch_job(client, job.id, tmp_path)
+    assert {frame.why for frame in late.missing.frames} == {Why.CANCELLED}
+    assert late.missing.outputs[0].why is Why.CANCELLED
+    assert listed(tmp_path)["status"] == "cancelled"
+
+
+@pytest.mark.parametrize("name", ["integral/0001.exr", "video/views.mp4"])
+def test_a_file_that_is_gone_from_the_store_is_named_until_the_job_is_repaired(
+    farm: Up, tmp_path: Path, name: str
+) -> None:
+    with farm.client() as client:
+        job = ended(client, client.submit(SMALL | {"scene": "target-white", "frames": "1-2"}).id)
+        assert fetched(farm, job.id, tmp_path).returncode == 0
+        assert not (tmp_path / MISSING).exists()
+        (farm.data_dir / "artifacts" / job.id / name).unlink()
+        done = fetched(farm, job.id, tmp_path)
+        assert (done.returncode, json.loads(done.stdout)["brought"]) == (5, 0)
+        missing = listed(tmp_path)
+        (found,) = missing["frames"] + missing["outputs"]
+        assert (found["why"], found["files"]) == ("damaged", [name])
+        client.repair(job.id)
+        assert ended(client, job.id).status is JobStatus.DONE
+    assert fetched(farm, job.id, tmp_path).returncode == 0
+    assert not (tmp_path / MISSING).exists()
