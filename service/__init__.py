@@ -15,6 +15,7 @@ events         events for subscribers, and the stream of server-sent events
 order_queue    the queue of orders to workers, by Celery
 broker_stream  worker events, presence and stop signals, in Redis
 claiming       which workers take orders
+roster         the workers that are online, as requests know them
 db             the database: engine, tables, migrations, queries
 ids            the ids of jobs, tasks and attempts
 schemas        the schemas of the API

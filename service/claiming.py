@@ -6,12 +6,19 @@ same order has been first in the queue for a while and the worker has taken noth
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 
 from lippmann.job.messages.events import Presence
 
 SILENT_S = 20.0
 """The time without an answered poll after which a worker does not take orders, by its own account."""
+
+
+def declining_workers(workers: Sequence[Presence], avoided: Set[str]) -> tuple[str, ...]:
+    """Return the workers that decline an order: those at fault, and those avoided unless no other would be left."""
+    at_fault = {worker.name for worker in workers if worker.fault is not None}
+    is_left = any(worker.name not in avoided | at_fault for worker in workers)
+    return tuple(sorted(avoided | at_fault if is_left else at_fault))
 
 
 class ClaimWatch:

@@ -11,6 +11,7 @@ from fastapi import Cookie, Depends, Header, Query, Request
 from sqlalchemy.orm import Session
 
 from service import auth as keys
+from service.api.waits import Outlook
 from service.auth import Caller
 from service.broker_stream import Stream
 from service.db.engine import Database
@@ -19,6 +20,7 @@ from service.events.wakeup import Wakeup
 from service.health import Checks
 from service.jobs.artifact_guard import ArtifactGuard
 from service.ports import Parts
+from service.roster import RosterCache
 from service.schemas.access import Role
 from service.schemas.answer import MAX_LIMIT
 from service.settings import Settings
@@ -40,11 +42,16 @@ class AppState:
     checks: Checks
     sheets: SheetCache
     guard: ArtifactGuard
+    roster: RosterCache
     clock: Callable[[], float] = field(default=time.time)
 
     def now_s(self) -> float:
         """Return seconds since 1970, UTC."""
         return self.clock()
+
+    def outlook(self) -> Outlook:
+        """Return what decides how long jobs wait and is not in the database."""
+        return Outlook(self.now_s(), self.settings, self.roster.latest())
 
 
 def get_state(request: Request) -> AppState:
@@ -53,6 +60,14 @@ def get_state(request: Request) -> AppState:
 
 
 AppStateDep = Annotated[AppState, Depends(get_state)]
+
+
+def get_outlook(state: AppStateDep) -> Outlook:
+    """Return what decides how long jobs wait and is not in the database."""
+    return state.outlook()
+
+
+OutlookDep = Annotated[Outlook, Depends(get_outlook)]
 
 
 def get_session(state: AppStateDep) -> Iterator[Session]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Protocol, TypeVar
 
@@ -17,6 +16,7 @@ from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.engine import Database
+from service.roster import Roster, read_roster
 from service.schemas.farm import ComponentHealth, CoordinatorHealth, Fault, Health, StoreHealth, Worker, WorkerList
 
 ANSWER_S = 0.8
@@ -36,24 +36,6 @@ class Monitor(Protocol):
     @property
     def faults(self) -> tuple[Fault, ...]:
         """What prevents all work of the farm, first cause first."""
-
-
-@dataclass(frozen=True)
-class _Roster:
-    """The workers that are online, and since when some of them have taken no orders, by name."""
-
-    present: tuple[Presence, ...]
-    not_claiming: Mapping[str, float]
-
-    @property
-    def faults(self) -> tuple[Fault, ...]:
-        """What is wrong with single workers."""
-        return tuple(fault for worker in self.present for fault in _faults_of(worker, self.not_claiming))
-
-    @property
-    def slots(self) -> int:
-        """The slots of the workers that take orders."""
-        return sum(worker.slots for worker in self.present if worker.name not in self.not_claiming)
 
 
 class Checks:
@@ -118,8 +100,8 @@ class Checks:
         with self._database.reading() as session:
             return coordinator_rows.faults(session)
 
-    def _roster(self) -> _Roster:
-        return _Roster(self._stream.presences(), self._stream.not_claiming())
+    def _roster(self) -> Roster:
+        return read_roster(self._stream)
 
     def _free_bytes(self) -> int | None:
         self._store.exists("scenes/none.zip")
@@ -144,7 +126,7 @@ def _health(coordinator: object, workers: object, free: object, found: object) -
     broker = ComponentHealth(**_answer("broker", workers, faults))
     store = StoreHealth(**_answer("store", free, faults), free_bytes=free if isinstance(free, int) else None)
     leading = coordinator if isinstance(coordinator, CoordinatorHealth) else CoordinatorHealth(ok=False, leader=None)
-    roster = workers if isinstance(workers, _Roster) else None
+    roster = workers if isinstance(workers, Roster) else None
     return Health(
         status="ok" if all((database.ok, broker.ok, store.ok, leading.ok)) and not faults else "degraded",
         version=package_version(),
@@ -161,9 +143,9 @@ def _health(coordinator: object, workers: object, free: object, found: object) -
 def _all_faults(found: object, workers: object) -> tuple[Fault, ...]:
     """Return the faults of the farm and those of single workers."""
     of_farm = found if isinstance(found, tuple) else ()
-    if any(fault.component == "workers" for fault in of_farm) or not isinstance(workers, _Roster):
+    if any(fault.component == "workers" for fault in of_farm) or not isinstance(workers, Roster):
         return of_farm
-    return (*of_farm, *workers.faults)
+    return (*of_farm, *(fault for worker in workers.present for fault in _faults_of(worker, workers.not_claiming)))
 
 
 def _answer(component: str, answer: object, faults: Sequence[Fault]) -> dict[str, Any]:

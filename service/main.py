@@ -22,6 +22,7 @@ from service.events.wakeup import Wakeup
 from service.health import Checks, package_version
 from service.jobs.artifact_guard import ArtifactGuard
 from service.ports import Parts
+from service.roster import RosterCache
 from service.routes import (
     artifacts,
     design,
@@ -89,7 +90,7 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
     checks = Checks(database, parts.store, stream)
     sheets = SheetCache(parts, room_bytes=int(settings.sheets_mb * 1e6))
     guard = ArtifactGuard(database, parts.store)
-    return AppState(settings, parts, database, Wakeup(), stream, checks, sheets, guard, clock)
+    return AppState(settings, parts, database, Wakeup(), stream, checks, sheets, guard, RosterCache(stream), clock)
 
 
 @asynccontextmanager

@@ -7,7 +7,7 @@ import errno
 import hashlib
 import json
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +24,7 @@ from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.scene import SceneManifest
 from lippmann.job.stage import Stage
 from lippmann.plan.artifact_store import ArtifactInfo
+from service.api.waits import Outlook
 from service.auth import Caller
 from service.coordinator import scheduler as dispatching
 from service.coordinator.artifact_repairer import ArtifactRepairer
@@ -36,6 +37,7 @@ from service.ids import parse_task_id
 from service.jobs.submission import submit_job
 from service.order_queue import OrderQueue
 from service.ports import Parts
+from service.roster import Roster
 from service.scenes import sync_builtin
 from service.schemas.access import Role
 from service.settings import Settings
@@ -258,6 +260,11 @@ class Farm:
             total += len(orders)
             self.plan()
         return total
+
+    def outlook(self, *, broker: bool = True, not_claiming: Sequence[str] = ()) -> Outlook:
+        """Return what a request knows besides the database; without the broker, nothing of the workers."""
+        roster = Roster(tuple(self.workers), dict.fromkeys(not_claiming, self.now_s)) if broker else None
+        return Outlook(self.now_s, self.settings, roster)
 
     def job(self, job_id: str) -> Job:
         with self.database.reading() as session:

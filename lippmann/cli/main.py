@@ -69,6 +69,7 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "submit": jobs.submit,
         "jobs": jobs.jobs,
         "show": jobs.show,
+        "tasks": jobs.tasks,
         "watch": jobs.watch,
         "fetch": jobs.fetch,
         "cancel": jobs.cancel,

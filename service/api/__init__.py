@@ -1,6 +1,7 @@
 """The answers of the HTTP API.
 
 presenters      jobs and tasks from rows
+waits           why jobs and tasks wait
 listings        pages of jobs, tasks and frames
 artifact_files  the files of a job, ranges, and logs
 design          the design of a job file

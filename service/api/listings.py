@@ -12,6 +12,7 @@ from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import FrameStatus, JobStatus, TaskStatus, frame_status
 from lippmann.plan import artifact_names as names
 from service.api.presenters import present_jobs, present_task
+from service.api.waits import Outlook, task_waits
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.tables import Task
@@ -24,16 +25,20 @@ from service.schemas import task as task_schema
 from service.schemas.links import artifact_url
 
 
-def page_jobs(session: Session, *, status: JobStatus | None, cursor: str | None, limit: int) -> job_schema.JobPage:
+def page_jobs(
+    session: Session, outlook: Outlook, *, status: JobStatus | None, cursor: str | None, limit: int
+) -> job_schema.JobPage:
     """Return a page of jobs, newest first."""
     rows = job_rows.page(session, status=status, before=cursor, limit=limit + 1)
     kept = rows[:limit]
-    return job_schema.JobPage(items=present_jobs(session, kept), next_cursor=kept[-1].id if len(rows) > limit else None)
+    items = present_jobs(session, kept, outlook)
+    return job_schema.JobPage(items=items, next_cursor=kept[-1].id if len(rows) > limit else None)
 
 
 def page_tasks(
     session: Session,
     job_id: str,
+    outlook: Outlook,
     *,
     status: TaskStatus | None,
     kind: TaskKind | None,
@@ -41,11 +46,25 @@ def page_tasks(
     limit: int,
 ) -> task_schema.TaskPage:
     """Return a page of the tasks of a job, in order."""
-    find_job(session, job_id)
+    job = find_job(session, job_id)
     rows = task_rows.page(session, job_id, status=status, kind=kind, after=number_in(cursor), limit=limit + 1)
     kept = rows[:limit]
-    items = tuple(present_task(row) for row in kept)
+    waits = task_waits(session, job, kept, outlook)
+    items = tuple(present_task(row, waits.get(row.sequence)) for row in kept)
     return task_schema.TaskPage(items=items, next_cursor=str(kept[-1].sequence) if len(rows) > limit else None)
+
+
+def get_task(session: Session, job_id: str, task_id: str, outlook: Outlook) -> task_schema.Task:
+    """Return a task of a job as the API returns it.
+
+    Raises
+    ------
+    NotFound
+        If the job has no task of this id.
+    """
+    row = find_task(session, job_id, task_id)
+    waits = task_waits(session, find_job(session, job_id), [row], outlook)
+    return present_task(row, waits.get(row.sequence))
 
 
 def find_task(session: Session, job_id: str, task_id: str) -> Task:

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from sqlalchemy.orm import Session
 
+from service.api.waits import Outlook, job_waits
 from service.db import tasks as task_rows
 from service.db.tables import Job, Task
 from service.events.payloads import job_data
@@ -14,29 +15,32 @@ from service.schemas import job as job_schema
 from service.schemas import task as task_schema
 from service.schemas.answer import utc_or_none
 from service.schemas.links import log_url
+from service.schemas.wait import Wait
 
 
-def present_jobs(session: Session, rows: Sequence[Job]) -> tuple[job_schema.Job, ...]:
-    """Return jobs as the API returns them; this takes two queries for any number of jobs."""
+def present_jobs(session: Session, rows: Sequence[Job], outlook: Outlook) -> tuple[job_schema.Job, ...]:
+    """Return jobs as the API returns them; this takes a handful of queries for any number of jobs."""
     ids = [row.id for row in rows]
     running_px = task_rows.running_px(session, ids)
     done = task_rows.done_outputs(session, ids)
+    waits = job_waits(session, rows, outlook)
     return tuple(
         job_data(
             row,
             running_px=running_px.get(row.id, 0.0),
             done_outputs={output for job_id, output in done if job_id == row.id},
+            wait=waits.get(row.id),
         )
         for row in rows
     )
 
 
-def present_job(session: Session, row: Job) -> job_schema.Job:
+def present_job(session: Session, row: Job, outlook: Outlook) -> job_schema.Job:
     """Return one job as the API returns it."""
-    return present_jobs(session, [row])[0]
+    return present_jobs(session, [row], outlook)[0]
 
 
-def present_task(row: Task) -> task_schema.Task:
+def present_task(row: Task, wait: Wait | None) -> task_schema.Task:
     """Return a task as the API returns it."""
     identifier = task_id(row.job_id, row.sequence)
     error = None
@@ -54,6 +58,7 @@ def present_task(row: Task) -> task_schema.Task:
         output=row.output,
         artifact=row.artifact,
         weight_px=row.weight_px,
+        wait=wait,
         progress=row.progress,
         attempt_number=row.attempt_number,
         failures=row.failures,

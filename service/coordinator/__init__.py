@@ -3,7 +3,6 @@
 coordinator      the threads and their rounds
 leader_election  which process leads
 scheduler        dispatches ready tasks, best first
-fair_share       divides the free orders between jobs: pure
 event_consumer   writes the events of workers to the database, a chunk of the stream at a time
 event_rules      the consequences of events, on plain values: pure
 batch_writer     writes the changes of a batch by a handful of statements

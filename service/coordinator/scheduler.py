@@ -5,7 +5,7 @@ The row becomes `dispatched` before the order is sent. A crash in between delays
 
 from __future__ import annotations
 
-from collections.abc import Sequence, Set
+from collections.abc import Sequence
 from dataclasses import replace
 
 from sqlalchemy.orm import Session
@@ -14,7 +14,7 @@ from lippmann.digest import Digest
 from lippmann.job.messages.events import Presence
 from lippmann.job.messages.orders import Order
 from lippmann.job.states import TaskStatus
-from service.coordinator.fair_share import Claim, share_out
+from service.claiming import declining_workers
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import task_sets
@@ -23,6 +23,7 @@ from service.db.faults import avoided_workers
 from service.db.task_state import TaskState
 from service.errors import BrokerUnavailable
 from service.ids import new_attempt, parse_task_id, task_id
+from service.jobs.fair_share import Claim, share_out
 from service.jobs.state_machine import begin_jobs, write_drafts
 from service.jobs.task_draft import TaskDraft
 from service.jobs.verification import input_digests
@@ -76,7 +77,7 @@ def assign(session: Session, workers: Sequence[Presence], *, now_s: float, setti
     tasks = [draft.now for draft in drafts]
     avoided, digests = avoided_workers(session, job_ids, now_s=now_s), input_digests(session, tasks)
     return [
-        _order(task, _avoid(workers, avoided[task.job_id] | set(task.failed_on)), digests.get(task.key, {}))
+        _order(task, declining_workers(workers, avoided[task.job_id] | set(task.failed_on)), digests.get(task.key, {}))
         for task in tasks
     ]
 
@@ -112,13 +113,6 @@ def _best(session: Session, room: int, now_s: float) -> list[TaskState]:
                 rest = replace(claim, outstanding=claim.outstanding + wanted, ready=claim.ready - wanted)
                 claims[job_id] = rest
     return best
-
-
-def _avoid(workers: Sequence[Presence], avoided: Set[str]) -> tuple[str, ...]:
-    """Return the workers that decline an order: those at fault, and those avoided unless no other would be left."""
-    at_fault = {worker.name for worker in workers if worker.fault is not None}
-    is_left = any(worker.name not in avoided | at_fault for worker in workers)
-    return tuple(sorted(avoided | at_fault if is_left else at_fault))
 
 
 def _order(task: TaskState, avoid: tuple[str, ...], digests: dict[str, Digest]) -> Order:

@@ -10,6 +10,7 @@ tasks        queries on tasks
 task_state   the state of a task as plain values
 task_sets    sets of tasks: read and written as plain values, by a few statements
 faults       queries on the failures of workers
+waiting      queries that tell why jobs and tasks wait
 counters     the counters in the row of a job: tasks by status, pixels, seconds
 events       queries on the events of the stream
 coordinator  leader election, stream position, idle clock, stop requests

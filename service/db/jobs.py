@@ -66,14 +66,14 @@ def page(session: Session, *, status: JobStatus | None, before: str | None, limi
 
 def can_dispatch(session: Session, *, now_s: float) -> bool:
     """Return whether some task may be dispatched now."""
-    query = select(Job.id).where(*_dispatchable(now_s))
+    query = select(Job.id).where(*is_dispatchable(now_s))
     return session.execute(query.limit(1)).first() is not None
 
 
 def claims(session: Session, *, now_s: float) -> Sequence[tuple[str, int, int, int]]:
     """Return the jobs whose tasks may be dispatched now: (id, priority, outstanding orders, ready tasks)."""
     query = select(Job.id, Job.priority, (Job.dispatched + Job.running).label("outstanding"), Job.ready)
-    return session.execute(query.where(*_dispatchable(now_s)).order_by(Job.id)).all()
+    return session.execute(query.where(*is_dispatchable(now_s)).order_by(Job.id)).all()
 
 
 def outstanding(session: Session) -> int:
@@ -128,7 +128,8 @@ def request_repairs(session: Session, job_ids: Iterable[str]) -> None:
         changed(session, statement.values(background_job=BackgroundJob.REPAIR))
 
 
-def _dispatchable(now_s: float) -> tuple[ColumnElement[bool], ...]:
+def is_dispatchable(now_s: float) -> tuple[ColumnElement[bool], ...]:
+    """Return the conditions that some task of a job may be dispatched now."""
     task = select(Task.sequence).where(Task.job_id == Job.id, Task.status == TaskStatus.READY)
     due = task.where(or_(Task.not_before_s.is_(None), Task.not_before_s <= now_s)).correlate(Job).limit(1)
     is_due = due.scalar_subquery().is_not(None)  # not EXISTS, for the reason given in `service.db.tasks.is_blocked`

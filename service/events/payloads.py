@@ -14,9 +14,10 @@ from service.schemas import job as schema
 from service.schemas.answer import utc, utc_or_none
 from service.schemas.events import JobProgress, TaskChange
 from service.schemas.links import artifact_url
+from service.schemas.wait import Wait
 
 
-def job_data(row: Job, *, running_px: float, done_outputs: Collection[str]) -> schema.Job:
+def job_data(row: Job, *, running_px: float, done_outputs: Collection[str], wait: Wait | None = None) -> schema.Job:
     """Return a whole job.
 
     Parameters
@@ -25,6 +26,8 @@ def job_data(row: Job, *, running_px: float, done_outputs: Collection[str]) -> s
         The pixels that running attempts have finished.
     done_outputs
         The file names of the outputs that are done.
+    wait
+        Why no task of the job runs. Events have none, since it depends on the whole farm.
     """
     spec = row.parsed_spec
     size = frame_size(spec.rig)
@@ -48,6 +51,7 @@ def job_data(row: Job, *, running_px: float, done_outputs: Collection[str]) -> s
         notes=tuple(row.notes),
         error=error,
         pause=_pause(row),
+        wait=wait,
         progress=progress(row, running_px),
         eta_s=eta_s(row, running_px),
         tasks=task_counts(row),

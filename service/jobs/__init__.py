@@ -6,6 +6,8 @@ planner          creates the tasks of a job from the result of its probe
 commands         what users ask for: cancel, pause, resume, retry, repair, prioritise, remove
 farm_pause       pauses jobs whose work a full disk or another fault prevents, and lets them go on
 task_draft       a task in memory, which rules change: pure
+fair_share       divides the free orders between jobs: pure
+waiting          why a job or a task waits: pure
 completion       ends jobs whose tasks have ended
 verification     whether what done tasks stored is still there and whole
 artifact_repair  takes back done tasks whose artifacts are missing or damaged

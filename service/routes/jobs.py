@@ -12,7 +12,16 @@ from lippmann.job.states import JobStatus
 from service.api import listings
 from service.api.presenters import present_job
 from service.db.tables import Job as JobRow
-from service.dependencies import AppState, AppStateDep, CursorQuery, LimitQuery, SessionDep, SubmitterDep, ViewerDep
+from service.dependencies import (
+    AppState,
+    AppStateDep,
+    CursorQuery,
+    LimitQuery,
+    OutlookDep,
+    SessionDep,
+    SubmitterDep,
+    ViewerDep,
+)
 from service.jobs.artifact_repair import repair_artifacts
 from service.jobs.commands import cancel_job, pause_job, prioritise_job, remove_job, repair_job, resume_job, retry_job
 from service.jobs.state_machine import find_job
@@ -56,25 +65,26 @@ def submit_job_file(
     response.status_code = 201 if is_new else 200
     response.headers["Location"] = f"/api/v1/jobs/{row.id}"
     with state.database.reading() as session:
-        return present_job(session, row)
+        return present_job(session, row, state.outlook())
 
 
 @router.get("")
 def list_jobs(
     session: SessionDep,
+    outlook: OutlookDep,
     _caller: ViewerDep,
     limit: LimitQuery = 50,
     cursor: CursorQuery = None,
     status: Annotated[JobStatus | None, Query(description="List only jobs with this status.")] = None,
 ) -> JobPage:
     """List jobs, newest first."""
-    return listings.page_jobs(session, status=status, cursor=cursor, limit=limit)
+    return listings.page_jobs(session, outlook, status=status, cursor=cursor, limit=limit)
 
 
 @router.get("/{job_id}")
-def get_job(job_id: JobId, session: SessionDep, _caller: ViewerDep) -> Job:
+def get_job(job_id: JobId, session: SessionDep, outlook: OutlookDep, _caller: ViewerDep) -> Job:
     """Get a job."""
-    return present_job(session, find_job(session, job_id))
+    return present_job(session, find_job(session, job_id), outlook)
 
 
 @router.patch("/{job_id}", responses=_CONFLICT)
@@ -127,6 +137,7 @@ def remove(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> None:
 
 
 def _command(state: AppState, run: Callable[[Session], JobRow]) -> Job:
-    job = state.database.write_in_reserve(lambda session: present_job(session, run(session)))
+    outlook = state.outlook()
+    job = state.database.write_in_reserve(lambda session: present_job(session, run(session), outlook))
     state.wakeup.notify()
     return job

@@ -11,8 +11,7 @@ from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
 from service.api import listings
 from service.api.artifact_files import find_log
-from service.api.presenters import present_task
-from service.dependencies import AppStateDep, CursorQuery, LimitQuery, SessionDep, ViewerDep
+from service.dependencies import AppStateDep, CursorQuery, LimitQuery, OutlookDep, SessionDep, ViewerDep
 from service.routes.jobs import JobId
 from service.schemas.frame import FramePage
 from service.schemas.task import Task, TaskPage
@@ -26,6 +25,7 @@ TaskId = Annotated[str, Path(description="The id of the task.")]
 def list_tasks(
     job_id: JobId,
     session: SessionDep,
+    outlook: OutlookDep,
     _caller: ViewerDep,
     limit: LimitQuery = 100,
     cursor: CursorQuery = None,
@@ -33,13 +33,13 @@ def list_tasks(
     kind: Annotated[TaskKind | None, Query(description="List only tasks of this kind.")] = None,
 ) -> TaskPage:
     """List the tasks of a job in order."""
-    return listings.page_tasks(session, job_id, status=status, kind=kind, cursor=cursor, limit=limit)
+    return listings.page_tasks(session, job_id, outlook, status=status, kind=kind, cursor=cursor, limit=limit)
 
 
 @router.get("/tasks/{task_id}")
-def get_task(job_id: JobId, task_id: TaskId, session: SessionDep, _caller: ViewerDep) -> Task:
+def get_task(job_id: JobId, task_id: TaskId, session: SessionDep, outlook: OutlookDep, _caller: ViewerDep) -> Task:
     """Get a task."""
-    return present_task(listings.find_task(session, job_id, task_id))
+    return listings.get_task(session, job_id, task_id, outlook)
 
 
 @router.get("/tasks/{task_id}/log", response_class=StreamingResponse, responses={200: {"content": {"text/plain": {}}}})

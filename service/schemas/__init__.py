@@ -3,6 +3,7 @@
 answer     the base of all answers, and times
 job        a job, its outputs and its size
 task       a task of a job
+wait       why a job or a task waits
 frame      a frame of a job
 events     the events of the stream
 viewing    views of a frame on demand, and the queries for them

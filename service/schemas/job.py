@@ -9,6 +9,7 @@ from pydantic import Field
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobAction, JobStatus, PausedBy
 from service.schemas.answer import Answer
+from service.schemas.wait import Wait
 
 
 class FrameCount(Answer):
@@ -97,6 +98,8 @@ class Job(Answer):
     error: JobError | None
     pause: JobPause | None = None
     """Who paused the job, and why; null for a job that is not paused."""
+    wait: Wait | None = None
+    """Why no task of the job runs; null while one runs, for a job that has ended, and in events of the stream."""
     progress: float
     """The finished part of the job, weighted by pixels, 0 to 1."""
     eta_s: float | None

@@ -7,6 +7,7 @@ from datetime import datetime
 from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.states import TaskStatus
 from service.schemas.answer import Answer
+from service.schemas.wait import Wait
 
 
 class TaskError(Answer):
@@ -38,6 +39,8 @@ class Task(Answer):
     """The name of the artifact that the task makes."""
     weight_px: int
     """The weight of the task in the progress of the job, in pixels."""
+    wait: Wait | None = None
+    """Why the task waits; null for a task that runs or has ended, and for every task of a job that has ended."""
     progress: float | None
     """The finished part of the running attempt, 0 to 1."""
     attempt_number: int

@@ -1,4 +1,4 @@
-"""Jobs: submit, list, show, watch, fetch, cancel, pause, resume, retry and repair them."""
+"""Jobs: submit, list, show their tasks, watch, fetch, cancel, pause, resume, retry and repair them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def jobs(
     output: Output,
     connection: Connection,
 ) -> None:
-    """List the jobs, newest first."""
+    """List the jobs, newest first, with the reason why each of them waits."""
     from lippmann.cli.text.jobs import job_table
 
     with connection.client() as client:
@@ -62,12 +62,28 @@ def jobs(
 
 
 def show(job_id: JobId, output: Output, connection: Connection) -> None:
-    """Show a job."""
+    """Show a job, and why it waits if no task of it runs."""
     from lippmann.cli.text.jobs import job_text
 
     with connection.client() as client:
         job = client.job(job_id)
     output.result(job.model_dump(mode="json"), job_text(job))
+
+
+def tasks(
+    job_id: JobId,
+    status: Annotated[str | None, typer.Option(help="List only the tasks with this status.")] = None,
+    limit: Annotated[int, typer.Option(min=1, max=1_000_000, help="The largest number of tasks to list.")] = 100,
+    *,
+    output: Output,
+    connection: Connection,
+) -> None:
+    """List the tasks of a job in order, with the reason why each of them waits."""
+    from lippmann.cli.text.jobs import task_table
+
+    with connection.client() as client:
+        found = list(client.tasks(job_id, status=status, limit=limit))
+    output.result([task.model_dump(mode="json") for task in found], task_table(found))
 
 
 def watch(job_id: JobId, output: Output, connection: Connection) -> None:

@@ -15,15 +15,31 @@ if TYPE_CHECKING:
     from service.schemas.farm import Worker
     from service.schemas.job import Job
     from service.schemas.scene import Scene
+    from service.schemas.task import Task
+    from service.schemas.wait import Wait
 
 
 def job_table(jobs: Iterable[Job]) -> str:
     """Return jobs, one a line."""
     rows = [
-        (job.id, job.status, f"{job.progress:.0%}", f"{job.frames_done}/{job.frames_total}", job.scene, job.title)
+        (
+            job.id,
+            job.status,
+            f"{job.progress:.0%}",
+            f"{job.frames_done}/{job.frames_total}",
+            job.wait.code if job.wait is not None else "",
+            job.scene,
+            job.title,
+        )
         for job in jobs
     ]
-    return table(("id", "status", "done", "frames", "scene", "title"), rows) if rows else "No jobs."
+    return table(("id", "status", "done", "frames", "waits", "scene", "title"), rows) if rows else "No jobs."
+
+
+def task_table(tasks: Iterable[Task]) -> str:
+    """Return tasks, one a line, with the reason why each of them waits."""
+    rows = [(task.id, task.kind, _subject(task), task.status, task.attempt_number, _reason(task)) for task in tasks]
+    return table(("id", "kind", "of", "status", "attempts", "waits"), rows) if rows else "No tasks."
 
 
 def job_text(job: Job) -> str:
@@ -37,6 +53,7 @@ def job_text(job: Job) -> str:
             ("scene", job.scene),
             ("status", job.status),
             ("paused", _pause_text(job)),
+            ("waits", wait_text(job.wait) if job.wait is not None and job.pause is None else None),
             ("error", f"{job.error.message} ({job.error.code})" if job.error else None),
             ("frames", f"{job.frames_done} of {job.frames_total} ({job.frames.text}), {job.fps:g} a second"),
             ("size", f"{size.lens_cols} x {size.lens_rows} lenses, {size.cols} x {size.rows} px"),
@@ -54,6 +71,17 @@ def job_text(job: Job) -> str:
     return "\n".join([lines, *(f"note: {note}" for note in job.notes)])
 
 
+def wait_text(wait: Wait) -> str:
+    """Return why something waits, with the ids that its sentence only counts.
+
+    >>> from service.schemas.wait import Wait, WaitCode
+    >>> wait_text(Wait(code=WaitCode.SLOTS_BUSY, message="It is the next one.", jobs=("j1", "j2")))
+    'It is the next one. (j1, j2)'
+    """
+    ids = ", ".join((*wait.jobs, *wait.tasks))
+    return f"{wait.message} ({ids})" if ids else wait.message
+
+
 def worker_table(workers: Iterable[Worker], *, now_s: float) -> str:
     """Return workers, one a line, with those that take no orders marked."""
     rows = [
@@ -69,6 +97,21 @@ def _claiming_text(worker: Worker, now_s: float) -> str:
     if worker.not_claiming_since_s is None:
         return "takes orders"
     return f"has taken none for {duration_text(now_s - worker.not_claiming_since_s)}"
+
+
+def _subject(task: Task) -> str:
+    """Return what a task is about: a frame, a tile of it, or an output."""
+    if task.output is not None:
+        return task.output
+    frame = "" if task.frame is None else f"frame {task.frame}"
+    return frame if task.tile is None else f"{frame}, tile {task.tile.row},{task.tile.col}"
+
+
+def _reason(task: Task) -> str:
+    """Return why a task waits, or why its last attempt failed."""
+    if task.wait is not None:
+        return wait_text(task.wait)
+    return f"{task.error.message} ({task.error.code})" if task.error is not None else ""
 
 
 def _pause_text(job: Job) -> str | None:

@@ -23,7 +23,7 @@ export class Unreachable extends Error {
 export const getJobs = (cursor) => get("/jobs", { limit: 30, cursor });
 export const getJob = (id) => get(`/jobs/${encodeURIComponent(id)}`);
 export const getFrames = (id, cursor, limit) => get(`/jobs/${encodeURIComponent(id)}/frames`, { limit, cursor });
-export const getFailedTasks = (id) => get(`/jobs/${encodeURIComponent(id)}/tasks`, { status: "failed", limit: 20 });
+export const getTasks = (id, status, limit) => get(`/jobs/${encodeURIComponent(id)}/tasks`, { status, limit });
 export const getSidecar = (url) => answered(url, {});
 export const getScenes = () => get("/scenes", { limit: 200 });
 export const getHealth = () => get("/health");

@@ -1,8 +1,10 @@
 // The failed tasks of a job, each with its log.
 import { useEffect, useState } from "preact/hooks";
-import { getFailedTasks } from "./api.js";
+import { getTasks } from "./api.js";
 import { count, many } from "./format.js";
 import { html } from "./html.js";
+
+const SHOWN = 20;
 
 export function Failures({ job }) {
   const failed = job.tasks.failed;
@@ -11,7 +13,7 @@ export function Failures({ job }) {
   useEffect(() => {
     if (!failed) return;
     const show = (found) => (setPage(found), setFault(""));
-    getFailedTasks(job.id).then(show, (error) => setFault(error.message));
+    getTasks(job.id, "failed", SHOWN).then(show, (error) => setFault(error.message));
   }, [job.id, failed]);
   if (!failed) return null;
   return html`
@@ -34,7 +36,7 @@ const Row = ({ task, said }) => html`
   </li>
 `;
 
-function place({ kind, frame, tile, output }) {
+export function place({ kind, frame, tile, output }) {
   return [
     kind,
     frame !== null && `frame ${frame}`,

@@ -11,6 +11,7 @@ import { loadJob } from "./live.js";
 import { Rig } from "./rig.js";
 import { mayChange, putJobs, useKnown } from "./store.js";
 import { Videos } from "./videos.js";
+import { Wait, WaitingTasks } from "./waits.js";
 
 // The buttons for actions; the service lists with every job those that are allowed. Others have no button.
 const LABELS = { pause: "Pause", resume: "Resume", cancel: "Cancel", retry: "Retry", repair: "Repair" };
@@ -36,6 +37,7 @@ export function Job({ id }) {
         ${canChange && html`<${Actions} job=${job} />`}
       </header>
       <${Progress} job=${job} />
+      <${Wait} job=${job} />
       ${job.pause?.reason && html`<${Pause} pause=${job.pause} />`}
       ${job.error && html`<${Fault} error=${job.error} />`}
       <div class="work">
@@ -43,6 +45,7 @@ export function Job({ id }) {
           <${Videos} job=${job} />
           <${Frames} job=${job} />
           <${Failures} job=${job} />
+          <${WaitingTasks} job=${job} />
           <${Optics} job=${job} />
         </div>
         <${Rig} job=${job} />

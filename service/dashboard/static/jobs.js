@@ -4,6 +4,7 @@ import { ago, count, duration, exactTime, jobName, percent } from "./format.js";
 import { html } from "./html.js";
 import { loadMoreJobs } from "./live.js";
 import { newestFirst, useKnown } from "./store.js";
+import { waitOf, waitWords } from "./waits.js";
 
 export function JobList({ open }) {
   const jobs = useKnown((known) => known.jobs);
@@ -38,6 +39,8 @@ function Row({ job, isOpen }) {
 
 function lastWords(job) {
   if (job.status === "running" && job.eta_s !== null) return `${duration(job.eta_s)} left`;
+  const words = waitWords(job);
+  if (words) return html`<span title=${waitOf(job).message}>${words}</span>`;
   return html`<${Ago} time=${job.created_at} />`;
 }
 

@@ -6,11 +6,13 @@ const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 30_000;
 const HEALTH_MS = 10_000;
 const NOW_MS = 30_000;
+const WAITS_PAUSE_MS = 500; // Reasons to wait are renewed once for a burst of events.
 const FRAMES_PAUSE_MS = 250; // Frames that end at the same time are requested together.
 export const FRAMES_A_PAGE = 120;
 
 let stream = null;
 let wait_ms = FIRST_WAIT_MS;
+let waitsTimer = null;
 const stalePages = new Set();
 
 export function start() {
@@ -49,7 +51,9 @@ function reconnect() {
 function hearJob(job) {
   if (job.removed) return dropJob(job.id);
   const before = getState().jobs[job.id];
-  putJobs([job]);
+  // An event has no reason to wait, since that depends on the whole farm.
+  putJobs([{ ...job, wait: before?.wait ?? null }]);
+  if (mayWait(job)) waitsTimer ??= setTimeout(() => renewWaits().catch(() => {}), WAITS_PAUSE_MS);
   const frames = getState().frames;
   // Retry and cancel change many frames without an event for each.
   if (frames?.job === job.id && before?.status !== job.status) renewPages();
@@ -103,6 +107,19 @@ export async function loadJob(id) {
   putJobs([await getJob(id)]);
 }
 
+const mayWait = (job) => !job.ended_at && (!job.tasks.running || job.status === "paused");
+
+// Loads the reasons why jobs wait: those of the first page, and that of the open job.
+async function renewWaits() {
+  waitsTimer = null;
+  const { jobs, frames } = getState();
+  if (!Object.values(jobs).some(mayWait)) return;
+  const open = frames && jobs[frames.job];
+  const pages = [getJobs(), ...(open && mayWait(open) ? [getJob(open.id)] : [])];
+  const [page, ...opened] = await Promise.all(pages);
+  putJobs([...page.items, ...opened]);
+}
+
 async function loadHealth() {
   change({ health: await getHealth() });
 }
@@ -115,6 +132,7 @@ function watchHealth() {
   setInterval(async () => {
     try {
       await loadHealth();
+      await renewWaits();
     } catch {
       // A half-open stream reports no error, so a failed request is the sign that the service is unavailable.
       if (getState().link === "live") reconnect();

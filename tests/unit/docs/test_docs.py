@@ -19,6 +19,7 @@ from lippmann.job.states import JOB_ACTIONS, JOB_TRANSITIONS, TASK_TRANSITIONS
 from povtemplates.catalogue import scene_folders
 from service.coordinator.retry_policy import DETERMINISTIC
 from service.doctor.finding import Check
+from service.schemas.wait import WAITS, WaitCode
 from service.settings import Settings
 from tests.repository import DOCS, ROOT
 from worker.settings import WorkerSettings
@@ -67,7 +68,7 @@ def test_every_kind_of_output_is_documented_with_its_options_and_no_other() -> N
 def test_the_documented_statuses_and_actions_are_those_of_the_code() -> None:
     tables: dict[str, dict[str, list[str]]] = {}
     for first, *others in rows_of("statuses.md"):
-        if first in ("job", "action", "task"):
+        if first in ("job", "action", "task", "why"):
             table = tables.setdefault(first, {})
         elif not first.startswith(("-", "`", "code")):
             table[first] = others
@@ -79,6 +80,13 @@ def test_the_documented_statuses_and_actions_are_those_of_the_code() -> None:
         action.value: (set(rule.allowed_in), {rule.leads_to} if rule.leads_to else set())
         for action, rule in JOB_ACTIONS.items()
     }
+
+
+def test_every_reason_to_wait_is_documented_with_its_meaning_and_no_other() -> None:
+    (table,) = re.findall(r"^\| why \|.*\n\|[-|]+\n((?:\|.*\n)+)", (DOCS / "statuses.md").read_text(), re.MULTILINE)
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines()]
+    assert rows == [[code.value, meaning] for code, meaning in WAITS.items()]
+    assert set(WAITS) == set(WaitCode)
 
 
 def test_the_limits_of_an_attempt_are_documented_with_their_defaults_and_the_codes_of_their_errors() -> None:

@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
-from service.coordinator.fair_share import Claim, share_out
 from service.errors import BrokerUnavailable
 from service.jobs.commands import pause_job, prioritise_job
+from service.jobs.fair_share import Claim, share_out
 from tests.builders_service import Farm, claimed, done, presence
 
 claims = st.lists(
