@@ -114,3 +114,17 @@ def test_the_rig_and_the_notes_on_its_optics_are_told(page: Page, farm: Farm, lo
     rig = page.get_by_role("complementary", name="Rig")
     for fact in ("12 \u00d7 12", "96 \u00d7 96 px", "40 mm", "athineos-2006", "The array stands"):
         expect(rig).to_contain_text(fact)
+
+
+def test_the_page_says_why_a_job_and_its_tasks_wait(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
+    farm.studio.hold()
+    busy = farm.submit(title="the first")
+    until(lambda: farm.service.client.get(f"/jobs/{busy}").json()["tasks"]["dispatched"] >= 1)
+    page.goto(farm.url)
+    log_in()
+    page.get_by_role("link", name="the first").click()
+    page.get_by_text("Tasks that wait").click()
+    expect(page.get_by_role("list", name="Tasks that wait")).to_contain_text("assemble · frame 1")
+    expect(page.get_by_role("list", name="Tasks that wait")).to_contain_text("of the stage render/0001")
+    page.get_by_role("button", name="Pause").click()
+    expect(page.get_by_text("A user has paused the job.").first).to_be_visible()
