@@ -113,12 +113,6 @@ def caller_of_cookie(session: Session, cookie: str, *, now_s: float) -> Caller |
     return _caller(_verify(session, CredentialKind.SESSION, cookie, now_s=now_s))
 
 
-def is_valid(session: Session, caller: Caller, *, now_s: float) -> bool:
-    """Return whether the credential of a caller is still valid: neither revoked, nor ended, nor expired."""
-    found = access_rows.credential(session, caller.id)
-    return found is not None and (found.expires_s is None or found.expires_s >= now_s)
-
-
 def _create(
     session: Session,
     kind: CredentialKind,

@@ -16,6 +16,7 @@ from service.auth import Caller
 from service.broker_stream import Stream
 from service.db.engine import Database
 from service.errors import Forbidden, Unauthorized
+from service.events.hub import EventHub
 from service.events.wakeup import Wakeup
 from service.health import Checks
 from service.jobs.artifact_guard import ArtifactGuard
@@ -38,6 +39,7 @@ class AppState:
     parts: Parts
     database: Database
     wakeup: Wakeup
+    hub: EventHub
     stream: Stream
     checks: Checks
     sheets: SheetCache

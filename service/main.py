@@ -18,6 +18,7 @@ from service.coordinator.coordinator import Coordinator
 from service.db.engine import Database
 from service.db.migrations import migrate
 from service.dependencies import AppState
+from service.events.hub import EventHub
 from service.events.wakeup import Wakeup
 from service.health import Checks, package_version
 from service.jobs.artifact_guard import ArtifactGuard
@@ -80,7 +81,7 @@ class Server(uvicorn.Server):
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End the event streams, then the server."""
-        self._state.wakeup.close()
+        self._state.hub.end_streams()
         await super().shutdown(sockets)
 
 
@@ -90,7 +91,10 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
     checks = Checks(database, parts.store, stream)
     sheets = SheetCache(parts, room_bytes=int(settings.sheets_mb * 1e6))
     guard = ArtifactGuard(database, parts.store)
-    return AppState(settings, parts, database, Wakeup(), stream, checks, sheets, guard, RosterCache(stream), clock)
+    wakeup = Wakeup()
+    hub = EventHub(database, wakeup, keepalive_s=settings.keepalive_s, now_s=clock)
+    roster = RosterCache(stream)
+    return AppState(settings, parts, database, wakeup, hub, stream, checks, sheets, guard, roster, clock)
 
 
 @asynccontextmanager
@@ -99,6 +103,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     await run_in_threadpool(migrate, state.database)
     await run_in_threadpool(state.database.reserve.keep)
     await run_in_threadpool(sync_builtin, state.database, state.parts, now_s=state.now_s())
+    state.hub.start()
     coordinator = None
     if state.settings.coordinator:
         coordinator = Coordinator(state.database, state.parts.store, state.settings, state.wakeup, clock=state.clock)
@@ -107,7 +112,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     try:
         yield
     finally:
-        state.wakeup.close()
+        await state.hub.close()
         if coordinator is not None:
             await run_in_threadpool(coordinator.stop)
         state.guard.close()

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-from sqlalchemy import delete, select
+from sqlalchemy import delete, or_, select
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
@@ -14,6 +14,12 @@ from service.db.tables import Credential, CredentialKind, IdempotencyKey
 def credential(session: Session, credential_id: str) -> Credential | None:
     """Return a credential."""
     return session.get(Credential, credential_id)
+
+
+def valid(session: Session, credential_ids: Iterable[str], *, now_s: float) -> set[str]:
+    """Return those credentials that are still valid: neither revoked, nor ended, nor expired."""
+    query = select(Credential.id).where(Credential.id.in_([*credential_ids]))
+    return set(session.scalars(query.where(or_(Credential.expires_s.is_(None), Credential.expires_s >= now_s))))
 
 
 def keys(session: Session) -> Sequence[Credential]:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
-from sqlalchemy import delete, func, insert, select
+from sqlalchemy import Text, cast, delete, func, insert, select
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
@@ -16,6 +16,15 @@ NewEvent = tuple[str, EventTopic, dict[str, Any]]
 """The job, the topic and the data of an event."""
 
 
+class StoredEvent(NamedTuple):
+    """An event; its data is the text of its JSON, which clients receive as it is."""
+
+    id: int
+    job_id: str
+    topic: EventTopic
+    data: str
+
+
 def append(session: Session, events: Iterable[NewEvent]) -> None:
     """Append events, by one statement; subscribers receive them after the transaction commits."""
     rows = [{"job_id": job_id, "topic": topic, "data": data} for job_id, topic, data in events]
@@ -23,12 +32,18 @@ def append(session: Session, events: Iterable[NewEvent]) -> None:
         session.connection().execute(insert(JobEvent), rows)
 
 
-def after(session: Session, position: int, *, job_id: str | None, limit: int) -> Sequence[JobEvent]:
-    """Return the events after a position, in order."""
-    query = select(JobEvent).where(JobEvent.id > position)
+def after(
+    session: Session, position: int, *, job_id: str | None, limit: int, until: int | None = None
+) -> Sequence[StoredEvent]:
+    """Return the events after a position, in order, and none after `until`."""
+    query = select(JobEvent.id, JobEvent.job_id, JobEvent.topic, cast(JobEvent.data, Text)).where(
+        JobEvent.id > position
+    )
+    if until is not None:
+        query = query.where(JobEvent.id <= until)
     if job_id is not None:
         query = query.where(JobEvent.job_id == job_id)
-    return session.scalars(query.order_by(JobEvent.id).limit(limit)).all()
+    return [StoredEvent(*row) for row in session.execute(query.order_by(JobEvent.id).limit(limit))]
 
 
 def newest(session: Session) -> int:

@@ -1,7 +1,9 @@
 """Events for subscribers.
 
-payloads   the data of events, built from rows
-publish    stores an event in the transaction that makes the change
-sse        the stream of server-sent events
-wakeup     wakes the coordinator and the streams after a change
+payloads      the data of events, built from rows
+publish       stores an event in the transaction that makes the change
+wakeup        wakes the coordinator and the event hub after a change
+sse           the text of server-sent events
+subscription  the queue of one client
+hub           distributes the stored events to all clients of the process
 """

@@ -1,4 +1,4 @@
-"""Wakes the threads of the coordinator and the event streams after a change.
+"""Wakes the threads of the coordinator and the event hub after a change.
 
 It only shortens the wait. All of them also poll, so nothing depends on it.
 """
@@ -17,24 +17,17 @@ class Wakeup:
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._threads: set[threading.Event] = set()
-        self._streams: set[tuple[asyncio.AbstractEventLoop, asyncio.Event]] = set()
-        self.closed = False
-        """True if the streams must end."""
+        self._loops: set[tuple[asyncio.AbstractEventLoop, asyncio.Event]] = set()
 
     def notify(self) -> None:
-        """Wake all waiting threads and streams."""
+        """Wake all waiting threads and coroutines."""
         with self._lock:
-            threads, streams = list(self._threads), list(self._streams)
+            threads, loops = list(self._threads), list(self._loops)
         for waiter in threads:
             waiter.set()
-        for loop, woken in streams:
+        for loop, woken in loops:
             if not loop.is_closed():
                 loop.call_soon_threadsafe(woken.set)
-
-    def close(self) -> None:
-        """Request that every stream ends."""
-        self.closed = True
-        self.notify()
 
     @contextmanager
     def for_thread(self) -> Iterator[threading.Event]:
@@ -49,13 +42,13 @@ class Wakeup:
                 self._threads.discard(waiter)
 
     @contextmanager
-    def for_stream(self) -> Iterator[asyncio.Event]:
+    def for_coroutine(self) -> Iterator[asyncio.Event]:
         """Provide an event that `notify` sets, for a coroutine of the running loop."""
         entry = (asyncio.get_running_loop(), asyncio.Event())
         with self._lock:
-            self._streams.add(entry)
+            self._loops.add(entry)
         try:
             yield entry[1]
         finally:
             with self._lock:
-                self._streams.discard(entry)
+                self._loops.discard(entry)

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from collections.abc import AsyncGenerator
+from contextlib import aclosing
+from typing import Annotated, Any, cast
 
 from fastapi import APIRouter, Header, Query
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
+from starlette.types import Send
 
 from service.api.listings import number_in
-from service.auth import Caller, is_valid
+from service.auth import Caller
 from service.dependencies import AppState, AppStateDep, ViewerDep
-from service.events.sse import stream_events
 from service.jobs.state_machine import find_job
 from service.routes.jobs import JobId
 from service.schemas.events import StreamMessage
@@ -23,6 +25,11 @@ class EventStream(StreamingResponse):
     """A stream of server-sent events."""
 
     media_type = "text/event-stream"
+
+    async def stream_response(self, send: Send) -> None:
+        """Send the stream, and leave the hub at once when the client disconnects."""
+        async with aclosing(cast(AsyncGenerator[Any], self.body_iterator)):
+            await super().stream_response(send)
 
 
 _Responses = dict[int | str, dict[str, Any]]
@@ -59,20 +66,8 @@ async def _subscribe(state: AppState, caller: Caller, job_id: str | None, last_e
     if job_id is not None:
         await run_in_threadpool(_check_job, state, job_id)
     position = number_in(last_event_id) if last_event_id else None
-    events = stream_events(
-        state.database,
-        state.wakeup,
-        job_id=job_id,
-        position=position,
-        keepalive_s=state.settings.keepalive_s,
-        is_authorized=lambda: _is_authorized(state, caller),
-    )
+    events = state.hub.stream(job_id=job_id, caller_id=caller.id, position=position)
     return EventStream(events, headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"})
-
-
-def _is_authorized(state: AppState, caller: Caller) -> bool:
-    with state.database.reading() as session:
-        return is_valid(session, caller, now_s=state.now_s())
 
 
 def _check_job(state: AppState, job_id: str) -> None:

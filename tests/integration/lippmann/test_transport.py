@@ -215,7 +215,8 @@ def test_a_job_that_is_removed_while_it_is_followed_ends_the_following(tmp_path:
         if "/events" not in handler.path:
             handler.say(200, json.dumps(job).encode())
             return
-        handler.say(200, encode(1, "job", job) + encode(2, "job", removal), Content_Type="text/event-stream")
+        events = (encode(number, "job", json.dumps(data)) for number, data in enumerate((job, removal), start=1))
+        handler.say(200, b"".join(events), Content_Type="text/event-stream")
 
     with _serving(answer) as server, Client(server.url, "k") as client:
         following = client.follow(job_id)

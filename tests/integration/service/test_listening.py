@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import json
+import socket
 import threading
 from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from typing import Any
 
 import httpx
 
+from service.db import events as event_rows
+from service.events.subscription import QUEUE_BYTES
+from service.schemas.access import Role
+from service.schemas.events import EventTopic
 from tests.builders_service import SPEC
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.waiting import ENOUGH_S, until
@@ -130,3 +136,83 @@ def test_a_stream_ends_when_its_key_is_revoked(make_service: Callable[..., Servi
     assert not ended.wait(0.5)
     assert service.client.delete(f"/keys/{made['id']}").status_code == 204
     assert ended.wait(ENOUGH_S)
+
+
+def _append(service: Service, *job_ids: str, text: str = "") -> int:
+    """Append an event of each job, as another process would; return the position of the last."""
+    with service.state.database.writing() as session:
+        event_rows.append(session, [(job_id, EventTopic.PROGRESS, {"text": text}) for job_id in job_ids])
+    with service.state.database.reading() as session:
+        return event_rows.newest(session)
+
+
+def _connect(service: Service, last: int, key: str) -> socket.socket:
+    """Open a stream whose answer nobody has read yet."""
+    host, _, port = service.url.removeprefix("http://").partition(":")
+    connection = socket.create_connection((host, int(port)), timeout=ENOUGH_S)
+    lines = ("GET /api/v1/events HTTP/1.1", f"Host: {host}", f"Authorization: Bearer {key}", f"Last-Event-ID: {last}")
+    connection.sendall("\r\n".join((*lines, "", "")).encode())
+    return connection
+
+
+def _read_until(connection: socket.socket, position: int) -> list[int]:
+    """Read a stream up to an event; return the ids of all events."""
+    ids: list[int] = []
+    with connection.makefile("rb") as lines:
+        for line in lines:
+            if line.startswith(b"id: "):
+                ids.append(int(line.split()[1]))
+            if line.startswith(b"data: ") and ids[-1] == position:
+                return ids
+    raise AssertionError(f"expected event {position}, got the end of the stream after {ids[-1:]}")
+
+
+def test_many_clients_take_no_thread_each_and_leave_nothing_behind(service: Service) -> None:
+    key, hub = service.new_key(Role.VIEWER), service.state.hub
+    position = _append(service, "a")
+    with ExitStack() as stack:
+        threads_before = threading.active_count()
+        connections = [stack.enter_context(_connect(service, position, key)) for _ in range(150)]
+        until(lambda: len(hub._clients) == 150)
+        position = _append(service, "a")
+        assert [_read_until(connection, position) for connection in connections] == [[position]] * 150
+        # The 40 threads of requests check the keys once; streams take none.
+        assert threading.active_count() <= threads_before + 45
+    until(lambda: not hub._clients)
+    assert hub._position is None
+
+
+def test_a_client_that_does_not_read_holds_no_memory_and_misses_nothing(service: Service) -> None:
+    key, hub = service.new_key(Role.VIEWER), service.state.hub
+    position = _append(service, "a")
+    with _connect(service, position, key) as slow, _connect(service, position, key) as quick:
+        until(lambda: len(hub._clients) == 2)
+        text, count = "x" * 100_000, 200
+        for number in range(1, count + 1):
+            _append(service, "a", text=text)
+            service.state.wakeup.notify()
+            _read_until(quick, position + number)
+            assert all(client._size <= QUEUE_BYTES + len(text) for client in hub._clients)
+        assert [client.lags for client in hub._clients].count(True) == 1
+        expected = list(range(position + 1, position + count + 1))
+        assert _read_until(slow, position + count) == expected
+
+
+def test_clients_of_several_services_on_one_database_receive_all_events(
+    make_service: Callable[..., Service], url: str
+) -> None:
+    services = [make_service(database_url=url), make_service(database_url=url, coordinator=False)]
+    key = services[0].new_key(Role.VIEWER)
+    position = _append(services[0], "a")
+    with ExitStack() as stack:
+        connections = [stack.enter_context(_connect(service, position, key)) for service in services]
+        for service in services:
+            until(lambda service=service: service.state.hub._clients)
+        for number in range(20):
+            last = _append(services[number % 2], "a", "b")
+            services[number % 2].state.wakeup.notify()
+        received = [_read_until(connection, last) for connection in connections]
+    with services[0].state.database.reading() as session:
+        stored = [row.id for row in event_rows.after(session, position, job_id=None, limit=1000)]
+    assert received == [stored, stored]
+    assert len(stored) == 40

@@ -11,7 +11,7 @@ DATA = st.dictionaries(st.text(max_size=8), st.integers() | st.text(max_size=8),
 
 @given(st.lists(st.tuples(st.integers(1, 10**9), st.sampled_from(["job", "task", "frame"]), DATA), max_size=5))
 def test_what_the_service_writes_is_what_the_client_reads(events: list[tuple[int, str, dict[str, object]]]) -> None:
-    text = "".join(encode(*event).decode() for event in events)
+    text = "".join(encode(number, kind, json.dumps(data)).decode() for number, kind, data in events)
     # as HTTP lines end: only \n, \r\n and \r, which JSON does not leave bare
     read = list(parse_events(text.split("\n")))
     assert read == [ServerEvent(type=kind, data=data, id=str(number)) for number, kind, data in events]

@@ -1,18 +1,10 @@
-"""What listeners hear of a frame, and for how long they may."""
+"""What clients receive of a frame."""
 
 from __future__ import annotations
 
-import asyncio
-from collections.abc import Callable
-
-from service.auth import caller_of_key, create_key, is_valid, revoke_key
 from service.db.tables import JobEvent
-from service.events.sse import stream_events
-from service.events.wakeup import Wakeup
-from service.schemas.access import Role
 from service.schemas.events import EventTopic
 from tests.builders_service import Farm, claimed, done, failed
-from tests.waiting import ENOUGH_S
 
 
 def _frames_heard(farm: Farm, job_id: str) -> list[tuple[int, str]]:
@@ -43,41 +35,3 @@ def test_a_frame_with_a_tile_that_is_done_goes_on_when_another_goes_back(farm: F
     farm.say(failed(second))
     assert _frames_heard(farm, job_id)[-1] == (1, "rendering")
     assert set(_frames_heard(farm, job_id)) == {(1, "rendering")}
-
-
-def _hear(farm: Farm, is_authorized: Callable[[], bool]) -> list[bytes]:
-    async def hear() -> list[bytes]:
-        wakeup = Wakeup()
-        stream = stream_events(
-            farm.database, wakeup, job_id=None, position=0, keepalive_s=0.05, is_authorized=is_authorized
-        )
-        async with asyncio.timeout(ENOUGH_S):
-            return [piece async for piece in stream]
-
-    return asyncio.run(hear())
-
-
-def test_a_stream_ends_when_its_listener_may_no_longer_listen(farm: Farm) -> None:
-    asked = iter([True, True, False])
-    assert b": alive\n\n" in _hear(farm, lambda: next(asked))
-
-
-def test_a_stream_with_much_to_say_ends_as_well(farm: Farm) -> None:
-    farm.submit()
-    asked = iter([True, True, False])
-
-    def is_authorized() -> bool:
-        farm.submit()
-        return next(asked)
-
-    assert any(b"event: job" in piece for piece in _hear(farm, is_authorized))
-
-
-def test_a_caller_is_valid_until_the_key_is_revoked(farm: Farm) -> None:
-    with farm.writing() as session:
-        key_id, key = create_key(session, "lab", Role.VIEWER)
-        caller = caller_of_key(session, key, now_s=farm.now_s)
-        assert caller is not None
-        assert is_valid(session, caller, now_s=farm.now_s)
-        revoke_key(session, key_id)
-        assert not is_valid(session, caller, now_s=farm.now_s)
