@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import socket
+import subprocess
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
 from typing import Any
 
 import httpx
@@ -15,7 +18,9 @@ from service.db import events as event_rows
 from service.events.subscription import QUEUE_BYTES
 from service.schemas.access import Role
 from service.schemas.events import EventTopic
+from tests.broker import Broker
 from tests.builders_service import SPEC
+from tests.farm import LIPPMANN
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.waiting import ENOUGH_S, until
 
@@ -146,9 +151,9 @@ def _append(service: Service, *job_ids: str, text: str = "") -> int:
         return event_rows.newest(session)
 
 
-def _connect(service: Service, last: int, key: str) -> socket.socket:
+def _connect(url: str, last: int, key: str) -> socket.socket:
     """Open a stream whose answer nobody has read yet."""
-    host, _, port = service.url.removeprefix("http://").partition(":")
+    host, _, port = url.removeprefix("http://").partition(":")
     connection = socket.create_connection((host, int(port)), timeout=ENOUGH_S)
     lines = ("GET /api/v1/events HTTP/1.1", f"Host: {host}", f"Authorization: Bearer {key}", f"Last-Event-ID: {last}")
     connection.sendall("\r\n".join((*lines, "", "")).encode())
@@ -172,7 +177,7 @@ def test_many_clients_take_no_thread_each_and_leave_nothing_behind(service: Serv
     position = _append(service, "a")
     with ExitStack() as stack:
         threads_before = threading.active_count()
-        connections = [stack.enter_context(_connect(service, position, key)) for _ in range(150)]
+        connections = [stack.enter_context(_connect(service.url, position, key)) for _ in range(150)]
         until(lambda: len(hub._clients) == 150)
         position = _append(service, "a")
         assert [_read_until(connection, position) for connection in connections] == [[position]] * 150
@@ -185,7 +190,7 @@ def test_many_clients_take_no_thread_each_and_leave_nothing_behind(service: Serv
 def test_a_client_that_does_not_read_holds_no_memory_and_misses_nothing(service: Service) -> None:
     key, hub = service.new_key(Role.VIEWER), service.state.hub
     position = _append(service, "a")
-    with _connect(service, position, key) as slow, _connect(service, position, key) as quick:
+    with _connect(service.url, position, key) as slow, _connect(service.url, position, key) as quick:
         until(lambda: len(hub._clients) == 2)
         text, count = "x" * 100_000, 200
         for number in range(1, count + 1):
@@ -198,21 +203,40 @@ def test_a_client_that_does_not_read_holds_no_memory_and_misses_nothing(service:
         assert _read_until(slow, position + count) == expected
 
 
+@contextmanager
+def _serving(url: str, broker: Broker, folder: Path) -> Iterator[str]:
+    """Run a service in a process of its own, which never leads; yield its URL."""
+    env = {
+        **os.environ,
+        "LIPPMANN_DATABASE_URL": url,
+        "LIPPMANN_REDIS_URL": broker.url,
+        "LIPPMANN_DATA_DIR": str(folder),
+        "LIPPMANN_COORDINATOR": "false",
+    }
+    command = [LIPPMANN, "serve", "--json", "--port", "0"]
+    with subprocess.Popen(command, env=env, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout is not None
+            yield str(json.loads(process.stdout.readline())["url"])
+        finally:
+            process.terminate()
+
+
 def test_clients_of_several_services_on_one_database_receive_all_events(
-    make_service: Callable[..., Service], url: str
+    make_service: Callable[..., Service], broker: Broker, tmp_path: Path, url: str
 ) -> None:
-    services = [make_service(database_url=url), make_service(database_url=url, coordinator=False)]
-    key = services[0].new_key(Role.VIEWER)
-    position = _append(services[0], "a")
-    with ExitStack() as stack:
-        connections = [stack.enter_context(_connect(service, position, key)) for service in services]
-        for service in services:
-            until(lambda service=service: service.state.hub._clients)
-        for number in range(20):
-            last = _append(services[number % 2], "a", "b")
-            services[number % 2].state.wakeup.notify()
+    service = make_service(database_url=url)
+    key = service.new_key(Role.VIEWER)
+    position = _append(service, "a")
+    with _serving(url, broker, tmp_path / "other") as other, ExitStack() as stack:
+        connections = [stack.enter_context(_connect(at, position, key)) for at in (service.url, other)]
+        first = _append(service, "a")
+        assert [_read_until(connection, first) for connection in connections] == [[first]] * 2
+        for _ in range(20):
+            last = _append(service, "a", "b")
+            service.state.wakeup.notify()
         received = [_read_until(connection, last) for connection in connections]
-    with services[0].state.database.reading() as session:
-        stored = [row.id for row in event_rows.after(session, position, job_id=None, limit=1000)]
+    with service.state.database.reading() as session:
+        stored = [row.id for row in event_rows.after(session, first, job_id=None, limit=1000)]
     assert received == [stored, stored]
     assert len(stored) == 40
