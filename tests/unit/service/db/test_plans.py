@@ -210,9 +210,7 @@ def test_no_statement_of_a_round_of_the_coordinator_reads_a_large_table_from_end
         farm.say(*map(claimed, orders))
         farm.say(*map(done, orders))
         assert {order.kind for order in farm.dispatch()} >= {TaskKind.ASSEMBLE}
-        Reconciler(farm.database, farm.store, farm.settings).run(
-            FarmView(now_s=farm.now_s, slots=2, live_since_s=farm.now_s)
-        )
+        Reconciler(farm.database, farm.store, farm.settings).run(FarmView(now_s=farm.now_s, slots=2, is_live=True))
     large = tuple(f"SCAN {table}" for table in ("tasks", "jobs", "job_events"))
     queries = {words: (words, more) for words, more in seen if words.startswith(("SELECT", "UPDATE", "DELETE"))}
     with farm.database.reading() as session:
