@@ -91,6 +91,10 @@ class Settings(BaseSettings):
     """The free space that artifacts leave on the disk of the store, in megabytes; with less, jobs are paused."""
     database_reserve_mb: float = Field(default=8.0, ge=0)
     """The size of the file that SQLite's disk holds in reserve, in megabytes; it is given up when the disk is full."""
+    cache_max_mb: float = Field(default=20_000.0, ge=0)
+    """The size of the render cache above which the least recently used entries are removed, in megabytes."""
+    cache_max_age_days: float = Field(default=30.0, ge=0)
+    """The time after which an unused entry of the render cache is removed, in days."""
     avoid_after: int = Field(default=3, ge=1)
     """The number of failures after which a job avoids a worker."""
     avoid_s: float = Field(default=300.0, gt=0)
@@ -125,6 +129,11 @@ class Settings(BaseSettings):
     def disk_reserve_bytes(self) -> int:
         """The free space that artifacts leave on the disk of the store, in bytes."""
         return round(self.disk_reserve_mb * 1e6)
+
+    @property
+    def cache_max_bytes(self) -> int:
+        """The size of the render cache above which entries are removed, in bytes."""
+        return round(self.cache_max_mb * 1e6)
 
     @property
     def database(self) -> str:

@@ -25,17 +25,21 @@ class StoreCheck:
     ----------
     reserve_bytes
         The free space below which the store is full, bytes.
+    make_room
+        It is called when the store is full, and returns whether it has removed something; then the store is checked
+        again.
     steady
         A clock that is never set, s.
     """
 
     def __init__(
         self, store: ArtifactStore, *, reserve_bytes: int, answer_s: float = ANSWER_S,
-        steady: Callable[[], float] = time.monotonic,
+        make_room: Callable[[], bool] = lambda: False, steady: Callable[[], float] = time.monotonic,
     ) -> None:  # fmt: skip
         self._store = store
         self._reserve_bytes = reserve_bytes
         self._answer_s = answer_s
+        self._make_room = make_room
         self._steady = steady
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
@@ -54,8 +58,17 @@ class StoreCheck:
             return self._answer
 
     def _check(self) -> None:
-        self._answer = self._try()
+        answer = self._try()
+        if isinstance(answer, StoreFull) and self._has_made_room():
+            answer = self._try()
+        self._answer = answer
         self._was_full = isinstance(self._answer, StoreFull)
+
+    def _has_made_room(self) -> bool:
+        try:
+            return self._make_room()
+        except LippmannError:
+            return False
 
     def _try(self) -> LippmannError | None:
         name = f"{CHECKS}/{uuid.uuid4().hex}"

@@ -15,4 +15,5 @@ reconciler       repairs rows that events left wrong or incomplete
 background_jobs  work on many rows, in chunks
 artifact_repairer  verifies artifacts and takes back the tasks that made damaged ones
 orphan_sweeper   deletes the artifacts of removed jobs
+cache_collector  removes old entries of the render cache
 """

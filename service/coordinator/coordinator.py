@@ -1,7 +1,7 @@
 """The threads of the coordinator.
 
-They are leader election, event consumer, scheduler, fault monitor, loss monitor, reconciler, artifact repairer and
-orphan sweeper.
+They are leader election, event consumer, scheduler, fault monitor, loss monitor, reconciler, artifact repairer, orphan
+sweeper and cache collector.
 
 Each thread is a loop of short rounds. A round that fails is logged, and the next one follows. An unavailable broker or
 a slow disk delays no request, since no request waits for the coordinator.
@@ -13,6 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
+from functools import partial
 from traceback import format_exception
 
 import structlog
@@ -24,6 +25,7 @@ from service.broker_stream import Stream, attempt_of
 from service.claiming import ClaimWatch
 from service.coordinator.artifact_repairer import ArtifactRepairer
 from service.coordinator.background_jobs import BackgroundJobs
+from service.coordinator.cache_collector import collect_cache, drop_cache
 from service.coordinator.event_consumer import consume_events
 from service.coordinator.fault_monitor import FaultMonitor
 from service.coordinator.leader_election import LeaderElection
@@ -52,6 +54,7 @@ CHECKPOINT_S = 300.0
 FAULT_S = 1.0
 """The interval at which the fault monitor looks whether a check is due."""
 SWEEP_S = 3600.0
+COLLECT_S = 300.0
 REPAIR_S = 1.0
 SCHEDULER = "scheduler"
 
@@ -74,7 +77,8 @@ class Coordinator:
         self._stream = Stream(settings.redis_url, timeout_s=settings.broker_timeout_s)
         self._queue = OrderQueue(settings.redis_url, timeout_s=settings.broker_timeout_s)
         self._reconciler = Reconciler(database, store, settings)
-        store_check = StoreCheck(store, reserve_bytes=settings.disk_reserve_bytes)
+        make_room = partial(drop_cache, store)
+        store_check = StoreCheck(store, reserve_bytes=settings.disk_reserve_bytes, make_room=make_room)
         self.fault_monitor = FaultMonitor(database, self._stream, store_check, settings)
         self._repairer = ArtifactRepairer(database, store, settings)
         self._background_jobs = BackgroundJobs(database, store, settings)
@@ -99,6 +103,7 @@ class Coordinator:
             "loss-monitor": (self.loss_round, LOSS_S),
             "reconciler": (self.reconcile_round, self._settings.reconcile_s),
             "orphan-sweeper": (self.sweep_round, SWEEP_S),
+            "cache-collector": (self.collect_round, COLLECT_S),
             "artifact-repairer": (self.repair_round, REPAIR_S),
         }
         for name, (run, pause_s) in loops.items():
@@ -222,6 +227,11 @@ class Coordinator:
         """Delete the artifacts of removed jobs; it has its own thread, since a large store takes time."""
         if self.election.is_leader:
             sweep_orphans(self._database, self._store, now_s=self._clock())
+
+    def collect_round(self) -> None:
+        """Remove old entries of the render cache, and those beyond its size."""
+        if self.election.is_leader:
+            collect_cache(self._store, self._settings, now_s=self._clock())
 
     def _slots(self) -> int:
         return sum(worker.slots for worker in self._claiming())
