@@ -70,5 +70,6 @@ def present_task(row: Task, wait: Wait | None) -> task_schema.Task:
         ended_at=utc_or_none(row.ended_s),
         cpu_s=row.cpu_s,
         wall_s=row.wall_s,
+        cached=row.cached,
         log_url=log_url(row.job_id, identifier) if row.attempt_number else None,
     )

@@ -100,9 +100,11 @@ def finish(
     wall_s: float | None,
     now_s: float,
     digests: Mapping[str, Digest] | None = None,
+    cached: bool = False,
 ) -> None:
     """Apply that a task is done."""
     values = {"cpu_s": cpu_s, "wall_s": wall_s, "progress": 1.0, "ended_s": now_s, "digests": digests or None}
+    values |= {"cached": cached}
     draft.transition(TaskStatus.DONE, **values, **NO_ERROR)
 
 
@@ -138,7 +140,8 @@ def _done(batch: Batch, draft: TaskDraft, event: Event) -> None:
             fail(batch, draft, NO_PROBE, worker=event.worker)
             return
         batch.probes[draft.now.job_id] = event.probe
-    finish(draft, cpu_s=event.cpu_s, wall_s=event.wall_s, now_s=batch.now_s, digests=event.digests)
+    cached = event.cached and draft.now.kind is TaskKind.RENDER
+    finish(draft, cpu_s=event.cpu_s, wall_s=event.wall_s, now_s=batch.now_s, digests=event.digests, cached=cached)
 
 
 def _failed(batch: Batch, draft: TaskDraft, event: Event) -> None:

@@ -15,7 +15,7 @@ from lippmann.job.states import TaskStatus
 from service.db.engine import changed
 from service.db.tables import Job, Task
 
-GAINS = ("frames_done", "total_px", "done_px", "cpu_s", "wall_s", "late_events")
+GAINS = ("frames_done", "total_px", "done_px", "cpu_s", "wall_s", "late_events", "cache_hits", "cached_px")
 """The counters of a job that count no tasks."""
 _COLUMNS = (*(status.value for status in TaskStatus), *GAINS)
 _ADD = (

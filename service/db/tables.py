@@ -113,6 +113,8 @@ class Job(Base):
     cpu_s: Mapped[float] = mapped_column(default=0.0)
     wall_s: Mapped[float] = mapped_column(default=0.0)
     late_events: Mapped[int] = mapped_column(default=0)
+    cache_hits: Mapped[int] = mapped_column(default=0, server_default="0")
+    cached_px: Mapped[int] = mapped_column(default=0, server_default="0")
 
     @property
     def parsed_spec(self) -> JobSpec:
@@ -169,6 +171,7 @@ class Task(Base):
     permanent: Mapped[bool] = mapped_column(default=False)
     digests: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True), deferred=True)
     repairs: Mapped[int] = mapped_column(default=0, server_default="0")
+    cached: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
 
     @property
     def tile(self) -> TileIndex | None:

@@ -58,6 +58,7 @@ def job_data(row: Job, *, running_px: float, done_outputs: Collection[str], wait
         frames_done=row.frames_done,
         frames_total=row.frames_total,
         cpu_s=row.cpu_s,
+        cache_hits=row.cache_hits,
         late_events=row.late_events,
         outputs=tuple(
             schema.OutputLink(
@@ -91,6 +92,7 @@ def progress_data(row: Job, *, running_px: float) -> JobProgress:
         tasks=task_counts(row),
         frames_done=row.frames_done,
         cpu_s=row.cpu_s,
+        cache_hits=row.cache_hits,
     )
 
 
@@ -124,9 +126,10 @@ def eta_s(row: Job, running_px: float) -> float | None:
     """Estimate the seconds that a job still takes.
 
     The estimate is the remaining pixels times the measured seconds per pixel, divided by the number of running tasks.
-    There is no estimate (None) while nothing runs or nothing was measured.
+    Pixels from the render cache measure nothing. There is no estimate (None) while nothing runs or nothing is measured.
     """
-    if not (row.running and row.done_px and row.wall_s and row.planned_s) or row.status is not JobStatus.RUNNING:
+    measured_px = row.done_px - row.cached_px
+    if not (row.running and measured_px and row.wall_s and row.planned_s) or row.status is not JobStatus.RUNNING:
         return None
     remaining_px = max(0.0, row.total_px - row.done_px - running_px)
-    return remaining_px * (row.wall_s / row.done_px) / row.running
+    return remaining_px * (row.wall_s / measured_px) / row.running

@@ -44,6 +44,7 @@ _RESET = {
     "cpu_s": None,
     "wall_s": None,
     "digests": None,
+    "cached": False,
 }
 
 
@@ -149,6 +150,8 @@ def take_back(session: Session, store: ArtifactStore, job_id: str, found: Sequen
         "frames_done": -sum(task.kind is TaskKind.ASSEMBLE for task in done),
         "done_px": -sum(task.weight_px for task in done),
         "wall_s": -sum(task.wall_s or 0.0 for task in done),
+        "cache_hits": -sum(task.cached for task in done),
+        "cached_px": -sum(task.weight_px for task in done if task.cached),
     }
     add_to_counters(session, {job_id: gains})
     repairs = Task.repairs + 1 if by_itself else 0

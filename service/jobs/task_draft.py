@@ -52,6 +52,8 @@ class TaskDraft:
         if self.is_newly(TaskStatus.DONE):
             gains |= {name: self.values.get(name) or 0.0 for name in ("cpu_s", "wall_s")}
             gains |= {"done_px": self.now.weight_px, "frames_done": int(self.now.kind is TaskKind.ASSEMBLE)}
+            if self.values.get("cached"):
+                gains |= {"cache_hits": 1, "cached_px": self.now.weight_px}
         return gains
 
 

@@ -43,6 +43,8 @@ class JobProgress(Answer):
     frames_done: int
     cpu_s: float
     """CPU seconds of all done tasks."""
+    cache_hits: int = 0
+    """The number of tiles that came from the render cache and were not rendered."""
 
 
 class TaskChange(Answer):

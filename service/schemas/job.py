@@ -110,6 +110,8 @@ class Job(Answer):
     frames_total: int
     cpu_s: float
     """CPU seconds of all done tasks."""
+    cache_hits: int = 0
+    """The number of tiles that came from the render cache and were not rendered."""
     late_events: int
     """The number of events of attempts that no longer owned their task."""
     outputs: tuple[OutputLink, ...]

@@ -57,6 +57,8 @@ class Task(Answer):
     ended_at: datetime | None
     cpu_s: float | None
     wall_s: float | None
+    cached: bool = False
+    """True if the tile came from the render cache and was not rendered."""
     log_url: str | None
     """The path of the log of the latest attempt."""
 

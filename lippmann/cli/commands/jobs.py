@@ -21,6 +21,9 @@ def submit(
     job_file: Annotated[str, typer.Argument(metavar="JOB.json", help="The job file, or - to read it from stdin.")],
     overrides: Overrides = None,
     watching: Annotated[bool, typer.Option("--watch", help="Watch the job until it ends.")] = False,
+    no_cache: Annotated[
+        bool, typer.Option("--no-cache", help="Render every tile, and store none in the render cache.")
+    ] = False,
     *,
     output: Output,
     connection: Connection,
@@ -30,7 +33,7 @@ def submit(
     from lippmann.job.spec import parse_spec
     from lippmann.local.files.job import read_job
 
-    job = read_job(job_file, overrides or ())
+    job = read_job(job_file, [*(overrides or ()), *(["render.cache=false"] if no_cache else ())])
     parse_spec(job)  # An invalid job is refused at once, with or without a service, and old names are noted.
     old_names = current_job(job)[1]
     with connection.client(patience_s=RECONNECT_S if watching else 3.0) as client:

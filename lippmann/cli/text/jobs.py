@@ -60,6 +60,7 @@ def job_text(job: Job) -> str:
             ("done", f"{job.progress:.0%}"),
             ("to go", duration_text(job.eta_s) if job.eta_s is not None else None),
             ("tasks", ", ".join(f"{count} {name}" for name, count in going.items())),
+            ("cache hits", job.cache_hits or None),
             ("CPU", duration_text(job.cpu_s) if job.cpu_s else None),
             ("priority", job.priority),
             ("by", job.owner),

@@ -64,6 +64,7 @@ function Progress({ job }) {
     `${many(tasks.done, "task")} done`,
     tasks.running > 0 && `${count(tasks.running)} running`,
     open > 0 && `${count(open)} ${job.ended_at ? "not done" : "to come"}`,
+    job.cache_hits > 0 && `${many(job.cache_hits, "tile")} from the cache`,
     tasks.failed > 0 && html`<b class="failed">${count(tasks.failed)} failed</b>`,
   ];
   // Screen readers announce every tenth and every change of status.

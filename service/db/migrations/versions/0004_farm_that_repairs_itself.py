@@ -17,6 +17,9 @@ def upgrade() -> None:
     op.add_column("tasks", sa.Column("digests", sa.JSON(), nullable=True))
     op.add_column("tasks", sa.Column("error_artifact", sa.String(200), nullable=True))
     op.add_column("tasks", sa.Column("repairs", sa.BigInteger(), nullable=False, server_default="0"))
+    op.add_column("tasks", sa.Column("cached", sa.Boolean(), nullable=False, server_default=sa.false()))
+    op.add_column("jobs", sa.Column("cache_hits", sa.BigInteger(), nullable=False, server_default="0"))
+    op.add_column("jobs", sa.Column("cached_px", sa.BigInteger(), nullable=False, server_default="0"))
     for name, kind in (
         ("paused_by", sa.String(16)),
         ("pause_code", sa.String(64)),

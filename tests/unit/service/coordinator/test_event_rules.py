@@ -37,7 +37,7 @@ def test_a_life_in_one_batch_is_one_change_with_all_its_columns() -> None:
     assert draft.values == {
         "status": TaskStatus.DONE, "worker": "w7", "instance": None, "claimed_s": T0, "heartbeat_s": T0,
         "progress": 1.0, "cpu_s": 2.0, "wall_s": 4.0, "ended_s": T0,
-        **NO_ERROR, "digests": None,
+        **NO_ERROR, "digests": None, "cached": False,
     }  # fmt: skip
     assert draft.gains() == {
         "dispatched": -1, "done": 1, "cpu_s": 2.0, "wall_s": 4.0, "done_px": 90, "frames_done": 0,

@@ -17,6 +17,7 @@ def _row(**columns: object) -> Job:
         "done_px": 200,
         "wall_s": 40.0,
         "running": 1,
+        "cached_px": 0,
     }
     return Job(**known | columns)
 
@@ -25,6 +26,12 @@ def test_the_time_left_is_the_remaining_pixels_at_the_measured_speed() -> None:
     # 40 s for 200 px; 800 px are left, of which running attempts have finished 300.
     assert eta_s(_row(), 0.0) == pytest.approx(160.0)
     assert eta_s(_row(), 300.0) == pytest.approx(100.0)
+
+
+def test_pixels_from_the_cache_measure_nothing() -> None:
+    # 40 s for 100 rendered px.
+    assert eta_s(_row(cached_px=100), 0.0) == pytest.approx(320.0)
+    assert eta_s(_row(cached_px=200), 0.0) is None
 
 
 @pytest.mark.parametrize("running", [2, 4, 16])
