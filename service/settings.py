@@ -74,6 +74,8 @@ class Settings(BaseSettings):
     """The number of outstanding orders per slot."""
     failures_allowed: int = Field(default=3, ge=1)
     """The number of failures after which a task has failed."""
+    losses_allowed: int = Field(default=10, ge=1)
+    """The number of lost attempts after which a task has failed; attempts are lost when their workers are killed."""
     failed_share: float = Field(default=0.1, gt=0, le=1)
     """The share of failed tasks above which a job fails, if at least `failed_least` have failed."""
     failed_least: int = Field(default=3, ge=1)

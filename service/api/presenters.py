@@ -62,6 +62,7 @@ def present_task(row: Task, wait: Wait | None) -> task_schema.Task:
         progress=row.progress,
         attempt_number=row.attempt_number,
         failures=row.failures,
+        losses=row.losses,
         failed_on=tuple(row.failed_on),
         worker=row.worker,
         error=error,

@@ -64,11 +64,15 @@ def fail_attempt(
 ) -> Fault | None:
     """Apply a failure to the task, which becomes ready or failed; return what counts against the worker.
 
-    A stopped attempt counts against nobody. A lost one counts against the task, since a task may kill its workers, but
-    not against the worker, which may have been killed by something else. A task that could not read an artifact waits.
+    A stopped attempt counts against nobody. A lost one counts neither as a failure of the task nor against the worker,
+    which may have been killed by something else; it has a limit of its own, since a task may kill its workers. A task
+    that could not read an artifact waits.
     """
     if failure.code == Stopped.code:
         draft.transition(TaskStatus.READY, progress=None)
+        return None
+    if failure.code == LOST:
+        _lose(draft, failure, worker=worker, now_s=now_s, settings=settings)
         return None
     if failure.code in INFRASTRUCTURE and not failure.permanent:
         return _defer(draft, failure, worker=worker, now_s=now_s, settings=settings)
@@ -79,16 +83,30 @@ def fail_attempt(
         draft.transition(TaskStatus.WAITING, **_columns(failure))
         return None
     failures = draft.now.failures + 1
-    failed_on = list(dict.fromkeys([*draft.now.failed_on, *([worker] if worker else [])]))
-    draft.set(failures=failures, failed_on=failed_on, **_columns(failure))
+    draft.set(failures=failures, failed_on=_failed_on(draft, worker), **_columns(failure))
     if failure.permanent or failures >= settings.failures_allowed:
         draft.transition(TaskStatus.FAILED, permanent=failure.permanent, ended_s=now_s)
     else:
         pause_s = settings.retry_pause_s * 2 ** (failures - 1)
         draft.transition(TaskStatus.READY, not_before_s=now_s + pause_s)
-    if worker and failure.code != LOST and not failure.permanent:
+    if worker and not failure.permanent:
         return Fault(draft.now.job_id, worker)
     return None
+
+
+def _lose(draft: TaskDraft, failure: Failure, *, worker: str | None, now_s: float, settings: Settings) -> None:
+    """Count a lost attempt; the first one is repeated at once, and each further one after a longer pause."""
+    losses = draft.now.losses + 1
+    draft.set(losses=losses, failed_on=_failed_on(draft, worker), **_columns(failure))
+    if losses >= settings.losses_allowed:
+        why = f"{failure.message}; {losses} attempts were lost with their workers, so the task is not tried again"
+        draft.transition(TaskStatus.FAILED, error_message=why, ended_s=now_s)
+    else:
+        draft.transition(TaskStatus.READY, not_before_s=now_s + settings.retry_pause_s * (losses - 1))
+
+
+def _failed_on(draft: TaskDraft, worker: str | None) -> list[str]:
+    return list(dict.fromkeys([*draft.now.failed_on, *([worker] if worker else [])]))
 
 
 def _defer(draft: TaskDraft, failure: Failure, *, worker: str | None, now_s: float, settings: Settings) -> Fault | None:

@@ -151,6 +151,7 @@ class Task(Base):
     attempt: Mapped[str | None] = mapped_column(String(32))
     attempt_number: Mapped[int] = mapped_column(default=0)
     failures: Mapped[int] = mapped_column(default=0)
+    losses: Mapped[int] = mapped_column(default=0, server_default="0")
     failed_on: Mapped[list[str]] = mapped_column(default=list)
     deferrals: Mapped[int] = mapped_column(default=0, server_default="0")
     worker: Mapped[str | None] = mapped_column(String(200))

@@ -29,6 +29,7 @@ class TaskState:
     attempt: str | None
     attempt_number: int
     failures: int
+    losses: int
     failed_on: list[str]
     deferrals: int
     worker: str | None

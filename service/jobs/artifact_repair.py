@@ -38,6 +38,7 @@ CHUNK = 200
 _REPAIRED_IN = frozenset({JobStatus.RUNNING, JobStatus.PAUSED, JobStatus.DONE})
 _RESET = {
     "failures": 0,
+    "losses": 0,
     "failed_on": [],
     "progress": None,
     "ended_s": None,

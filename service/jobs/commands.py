@@ -25,6 +25,7 @@ from service.settings import FailureLimit
 
 _RESET = {
     "failures": 0,
+    "losses": 0,
     "failed_on": [],
     "deferrals": 0,
     "error_code": None,

@@ -46,7 +46,9 @@ class Task(Answer):
     attempt_number: int
     """The number of attempts so far."""
     failures: int
-    """The number of failed attempts."""
+    """The number of failed attempts, without those that were lost."""
+    losses: int = 0
+    """The number of attempts that were lost with their workers."""
     failed_on: tuple[str, ...]
     """The workers on which attempts failed."""
     worker: str | None

@@ -14,6 +14,7 @@ depends_on = None
 def upgrade() -> None:
     """Apply the migration."""
     op.add_column("tasks", sa.Column("instance", sa.String(32), nullable=True))
+    op.add_column("tasks", sa.Column("losses", sa.BigInteger(), nullable=False, server_default="0"))
     op.add_column("tasks", sa.Column("digests", sa.JSON(), nullable=True))
     op.add_column("tasks", sa.Column("error_artifact", sa.String(200), nullable=True))
     op.add_column("tasks", sa.Column("repairs", sa.BigInteger(), nullable=False, server_default="0"))

@@ -70,7 +70,8 @@ def test_a_silent_attempt_is_lost_and_its_task_goes_back(farm: Farm, watch: Watc
     assert farm.task(order).status is TaskStatus.RUNNING
     watch.wait(5)
     task = farm.task(order)
-    assert (task.status, task.failures, task.failed_on, task.error_code) == (TaskStatus.READY, 1, ["w1"], "lost")
+    assert (task.status, task.failures, task.losses) == (TaskStatus.READY, 0, 1)
+    assert (task.failed_on, task.error_code) == (["w1"], "lost")
     assert order.attempt in _stops(farm)
 
 
@@ -84,17 +85,21 @@ def test_an_attempt_that_beats_is_never_lost(farm: Farm, watch: Watch) -> None:
     assert farm.task(order).status is TaskStatus.RUNNING
 
 
-def test_a_task_that_kills_its_workers_three_times_has_failed(farm: Farm, watch: Watch) -> None:
+def test_a_task_that_kills_every_worker_has_failed_at_its_limit_with_the_reason(farm: Farm, watch: Watch) -> None:
     farm.planned(frames="1-30", outputs=[])
     order, *_ = farm.dispatch()
-    for losses in (1, 2, 3):
+    for losses in range(1, 11):
         farm.say(claimed(order, f"w{losses}"))
         watch.wait(50)
-        assert farm.task(order).failures == losses
-        if losses < 3:
-            farm.now_s += 10
+        task = farm.task(order)
+        assert (task.losses, task.failures) == (losses, 0)
+        if losses < 10:
+            assert task.not_before_s == farm.now_s + farm.settings.retry_pause_s * (losses - 1)
+            farm.now_s += 20
             order = next(other for other in farm.dispatch() if other.task_id == order.task_id)
-    assert (farm.task(order).status, farm.task(order).error_code) == (TaskStatus.FAILED, "lost")
+    assert (task.status, task.error_code) == (TaskStatus.FAILED, "lost")
+    reason = "worker w10 went silent; 10 attempts were lost with their workers, so the task is not tried again"
+    assert task.error_message == reason
 
 
 def test_a_lost_attempt_whose_artifact_is_there_was_done(farm: Farm, watch: Watch) -> None:

@@ -212,6 +212,32 @@ def test_a_worker_that_fails_three_tasks_of_a_job_is_avoided_for_a_while(farm: F
     assert {order.avoid for order in farm.dispatch() if order.attempt_number == 1} == {()}
 
 
+def test_losses_and_failures_are_counted_apart_and_a_retry_forgets_both(farm: Farm) -> None:
+    farm.settings = farm.settings.model_copy(update={"losses_allowed": 5, "failures_allowed": 3})
+    farm.planned(**MANY)
+    order, *_ = farm.dispatch()
+    for code in ("lost", "render-failed", "lost", "render-failed", "lost", "lost"):
+        farm.say(claimed(order), failed(order, code=code))
+        assert farm.task(order).status is TaskStatus.READY
+        order = _again(farm, order.task_id)
+    assert (farm.task(order).losses, farm.task(order).failures) == (4, 2)
+    farm.say(claimed(order), failed(order, code="lost"))
+    assert (farm.task(order).status, farm.task(order).permanent) == (TaskStatus.FAILED, False)
+    for other in farm.queue.orders:
+        farm.say(done(other))
+    farm.work()
+    with farm.writing() as session:
+        retry_job(session, order.job_id, now_s=farm.now_s, limit=farm.settings.failure_limit)
+    assert (farm.task(order).losses, farm.task(order).failures) == (0, 0)
+
+
+def test_the_task_of_a_lost_attempt_is_sent_again_without_a_pause(farm: Farm) -> None:
+    farm.planned()
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order), failed(order, code="lost"))
+    assert order.task_id in [other.task_id for other in farm.dispatch()]
+
+
 def test_lost_attempts_do_not_count_against_their_worker(farm: Farm) -> None:
     """Workers are also killed by others."""
     farm.workers = [presence("w1", 4), presence("w2", 4)]
