@@ -54,15 +54,25 @@ class BrokerClient:
             retry=Retry(ExponentialBackoff(cap=0.5, base=0.05), 1),
         )
 
-    def acquire_lease(self, attempt: str) -> bool:
-        """Acquire the lease of an attempt; return whether this worker holds it now."""
-        taken = self._redis.set(wire.lease_key(attempt), self._lease(), nx=True, px=_ms(wire.LEASE_TTL_S))
-        return bool(taken)
+    def acquire_lease(self, attempt: str, lease: str) -> bool:
+        """Acquire the lease of an attempt; return whether this delivery of its order holds it now.
+
+        Parameters
+        ----------
+        attempt
+            The attempt.
+        lease
+            A `new_lease`, the same for every try of one delivery: the answer to an earlier try may have been lost.
+        """
+        key = wire.lease_key(attempt)
+        if self._redis.set(key, lease, nx=True, px=_ms(wire.LEASE_TTL_S)):
+            return True
+        return bool(self._redis.get(key) == lease.encode())
 
     def renew_lease(self, attempt: str) -> bool:
         """Renew the lease of an attempt for another `LEASE_TTL_S`; return whether the attempt is requested to stop."""
         pipe = self._redis.pipeline(transaction=False)
-        pipe.set(wire.lease_key(attempt), self._lease(), px=_ms(wire.LEASE_TTL_S))
+        pipe.set(wire.lease_key(attempt), self.new_lease(), px=_ms(wire.LEASE_TTL_S))
         pipe.exists(wire.stop_key(attempt))
         return bool(pipe.execute()[1])
 
@@ -77,7 +87,8 @@ class BrokerClient:
         """Return whether the service has requested that the attempt stop."""
         return bool(self._redis.exists(wire.stop_key(attempt)))
 
-    def _lease(self) -> str:
+    def new_lease(self) -> str:
+        """Return the text of a lease of this worker from now on."""
         return Lease(worker=self.worker, instance=self.instance, at_s=time.time()).model_dump_json(exclude_none=True)
 
     def publish(self, event: Event) -> None:

@@ -75,7 +75,8 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
         begin(lambda: broker.publish(event_of(order, EventKind.DECLINED, broker)))
         time.sleep(DECLINE_PAUSE_S)
         return
-    if begin(lambda: broker.stop_requested(order.attempt) or not broker.acquire_lease(order.attempt)):
+    lease = broker.new_lease()
+    if begin(lambda: broker.stop_requested(order.attempt) or not broker.acquire_lease(order.attempt, lease)):
         return
     begin(lambda: broker.publish(event_of(order, EventKind.CLAIMED, broker)))
     started_s, started_cpu_s = time.monotonic(), time.process_time()

@@ -175,7 +175,8 @@ def test_a_heart_beats_with_progress_and_keeps_the_lease(place: Workplace, redis
 
 
 def test_a_lease_expires_by_itself(redis_url: str, redis: Redis) -> None:
-    assert BrokerClient(redis_url, "w1").acquire_lease("a1")
+    client = BrokerClient(redis_url, "w1")
+    assert client.acquire_lease("a1", client.new_lease())
     assert 0 < redis.pttl(wire.lease_key("a1")) <= wire.LEASE_TTL_S * 1000
 
 

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from redis import Redis
+from redis.exceptions import RedisError
 
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Event, EventKind
@@ -17,6 +18,7 @@ from lippmann.job.messages.orders import Order, TaskKind
 from tests.broker import Broker
 from tests.tcp_proxy import TcpProxy, tcp_proxy
 from tests.waiting import ENOUGH_S, until
+from worker.report import BrokerClient
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
@@ -106,3 +108,18 @@ def test_an_attempt_begins_when_the_broker_is_back(place: Workplace, proxy: TcpP
     assert work.begun.wait(ENOUGH_S)
     work.may_end.set()
     until(lambda: EventKind.DONE in published(broker.client))
+
+
+def test_a_lease_whose_answer_was_lost_is_recognised_by_the_next_try_and_by_no_other_delivery(
+    proxy: TcpProxy, broker: Broker
+) -> None:
+    client = BrokerClient(url_of(proxy), "w1", "i1", timeout_s=0.5)
+    assert not client.stop_requested("a1")
+    proxy.blackhole("answers")
+    lease = client.new_lease()
+    with pytest.raises(RedisError):
+        client.acquire_lease("a1", lease)
+    assert until(lambda: broker.client.get(wire.lease_key("a1"))) == lease.encode(), "the broker has the first try"
+    proxy.pass_on()
+    assert client.acquire_lease("a1", lease)
+    assert not client.acquire_lease("a1", client.new_lease())
