@@ -20,7 +20,7 @@ ORDER = Order(kind=TaskKind.RENDER, job_id="j", task_id="j-7", attempt="a", atte
 DISPATCHED = TaskState(
     job_id="j", sequence=7, kind=TaskKind.RENDER, stage="render/0003", frame=3, tile_row=0, tile_col=0, output=None,
     artifact="t", weight_px=90, status=TaskStatus.DISPATCHED, attempt="a", attempt_number=1, failures=0, failed_on=[],
-    deferrals=0, worker=None, instance=None, progress=None,
+    losses=0, deferrals=0, worker=None, instance=None, progress=None,
     error_code=None,
 )  # fmt: skip
 
