@@ -15,6 +15,7 @@ from pathlib import Path
 
 from lippmann.client import Client
 from lippmann.client.address import read_farm_file
+from lippmann.farm.supervisor.descendants import descendants
 from service.schemas.job import Job
 from tests.waiting import ENOUGH_S
 
@@ -78,3 +79,15 @@ def until(client: Client, job_id: str, right: object, *, within_s: float = JOB_S
             return job
         assert time.monotonic() < stop, f"expected the job to get there within {within_s} s, got {job}"
         time.sleep(0.1)
+
+
+def busy_children(worker_pid: int) -> list[int]:
+    """Return the pool processes of a worker that have a POV-Ray below them."""
+    return [pid for pid in descendants(worker_pid) if _parent(pid) == worker_pid and descendants(pid)]
+
+
+def _parent(pid: int) -> int:
+    try:
+        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    except OSError:
+        return 0

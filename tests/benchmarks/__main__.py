@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.benchmarks import command, farm, looks, memory, observer, optics, refocus, sheets, videos
+from tests.benchmarks import command, farm, looks, losses, memory, observer, optics, refocus, sheets, videos
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,7 @@ class Line:
 LINES = (
     Line("frames through the farm on 2 slots / plain povray, two at a time: wall", "<= 1.10", farm.wall_ratio),
     Line("assemble / render: CPU", "<= 5 %", farm.assemble_share),
+    Line("recovery of 20 kills of pool processes and workers: p95", "<= 15 s", losses.recovery_p95),
     Line("optics by ray camera / pinhole camera, fish, 90 x 90 lenses of 8 px: CPU", "<= 2.0", optics.ray_camera_ratio),
     Line("optics as glass / pinhole camera, the same: CPU", "-", optics.glass_ratio),
     Line("growth with pixels per lens (Fig. 8): largest deviation from linear", "<= 10 %", optics.growth),

@@ -20,7 +20,7 @@ from lippmann.farm.supervisor.descendants import descendants
 from service.schemas.job import Job
 from service.schemas.task import Task
 from tests.builders import small_job
-from tests.farm import Farm, ended, farm_up
+from tests.farm import Farm, busy_children, ended, farm_up
 from tests.needs import needs_povray
 from tests.waiting import until
 
@@ -39,18 +39,6 @@ def farm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Farm]:
 
 def running(client: Client, job: Job) -> list[Task]:
     return [task for task in client.tasks(job.id) if task.status == "running" and task.kind == "render"]
-
-
-def busy_children(worker_pid: int) -> list[int]:
-    """Return the pool processes that have a POV-Ray below them."""
-    return [pid for pid in descendants(worker_pid) if _parent(pid) == worker_pid and descendants(pid)]
-
-
-def _parent(pid: int) -> int:
-    try:
-        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
-    except OSError:
-        return 0
 
 
 def kill_when_busy(farm: Farm, job: Job, *, whole_worker: bool) -> None:
