@@ -194,14 +194,14 @@ def _hindrance(task: Task | None, job: JobState, farm: FarmState) -> Wait | None
     delay_s = task.not_before_s - farm.now_s
     if delay_s <= farm.settings.decline_pause_s and avoidance is not None:
         return avoidance  # a worker that declines the order causes this delay, again and again
-    return _delay(task, delay_s) if task.failures or task.deferrals else avoidance
+    return _delay(task, delay_s) if task.failures or task.losses or task.deferrals else avoidance
 
 
 def _delay(task: Task, delay_s: float) -> Wait:
     if task.deferrals:
         code, begin = WaitCode.DEFERRED, "Something outside the task prevented it"
     else:
-        code, begin = WaitCode.RETRY_DELAY, f"{_many(task.failures, 'attempt')} failed"
+        code, begin = WaitCode.RETRY_DELAY, f"{_many(task.failures + task.losses, 'attempt')} failed"
     message = f"{begin}, and it is tried again in {delay_s:.0f} s: {task.error_message}"
     return _wait(code, message, fault=task.error_code, until_at=utc_or_none(task.not_before_s))
 

@@ -160,6 +160,7 @@ HOT: dict[str, tuple[Callable[[Session, str], object], set[str]]] = {
         {"ix_tasks_job_needs", "ix_tasks_job_stage"},
     ),
     "the tasks of attempts": (lambda s, job_id: task_sets.held(s, job_id), {BY_STATUS}),
+    "the attempts that may be lost": (lambda s, job_id: task_rows.held(s, [job_id]), {BY_STATUS}),
     "the tiles of frames to assemble": (
         lambda s, job_id: task_rows.done_renders(s, job_id, range(1, BATCH)),
         {"ix_tasks_job_frame"},

@@ -178,6 +178,16 @@ def test_the_pause_after_a_failure_ends_at_a_time_and_says_what_failed(farm: Far
     assert of_job(farm, job_id).code is WaitCode.STARTING
 
 
+def test_the_pause_after_a_second_loss_says_what_was_lost(farm: Farm) -> None:
+    job_id = farm.submit()
+    for _ in range(2):
+        (probe,) = farm.dispatch()
+        farm.say(claimed(probe), failed(probe, code="lost"))
+    wait = of_job(farm, job_id)
+    assert (wait.code, wait.fault) == (WaitCode.RETRY_DELAY, "lost")
+    assert wait.message == "2 attempts failed, and it is tried again in 2 s: lost happened"
+
+
 def test_what_something_else_prevented_is_deferred_and_no_failure(farm: Farm) -> None:
     job_id = farm.submit()
     (probe,) = farm.dispatch()
