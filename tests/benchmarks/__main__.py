@@ -11,7 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.benchmarks import command, farm, looks, losses, memory, observer, optics, refocus, sheets, videos
+from tests.benchmarks import command, farm, listening, looks, losses, memory, observer, optics, refocus, sheets, videos
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,11 @@ LINES = (
     Line("start of `up` to its first answer", "<= 5 s", command.start_s),
     Line("`lippmann --help`", "<= 0.5 s", command.help_s),
     Line("`up` idle, all processes: memory (PSS)", "<= 600 MB", command.idle_mb),
+    Line(
+        "500 stream clients on a running job / none: p95 of events and of the job list, tasks, memory (PSS)",
+        "<= 1 s, <= 50 ms, -, <= 300 MB",
+        listening.with_clients,
+    ),
     Line("a picture on demand, its sheet in memory: wall", "<= 50 ms", looks.slowest_ms),
     Line("what an eye sees, 90 x 90 lenses of 8 px to 720 px: one ray a pixel", "<= 50 ms", observer.one_ray_ms),
     Line("what an eye sees, the same: 64 rays through the pupil", "<= 1000 ms", observer.pupil_ms),
