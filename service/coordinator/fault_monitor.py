@@ -159,14 +159,14 @@ class FaultMonitor:
         with self._database.reading() as session:
             job_ids = job_rows.paused_by_farm(session)
         for job_id in job_ids:
-            self._resume_job(job_id, is_mended=True, now_s=now_s)
+            self._resume_job(job_id, is_repaired=True, now_s=now_s)
 
-    def _resume_job(self, job_id: str, *, is_mended: bool, now_s: float) -> None:
+    def _resume_job(self, job_id: str, *, is_repaired: bool, now_s: float) -> None:
         with self._database.writing() as session:
             row = job_rows.job(session, job_id)
             if row is not None:
                 limit = self._settings.failure_limit
-                resume_for_farm(session, row, is_mended=is_mended, now_s=now_s, limit=limit)
+                resume_for_farm(session, row, is_repaired=is_repaired, now_s=now_s, limit=limit)
 
     def _pause_where_no_worker_can_work(self, workers: Sequence[Presence], now_s: float) -> None:
         """Pause the jobs that every worker that is online prevents, and resume those that some worker may try."""
@@ -183,4 +183,4 @@ class FaultMonitor:
                 self._pause_job(job_id, cause.code or "", reason, now_s)
                 paused.discard(job_id)
         for job_id in paused:
-            self._resume_job(job_id, is_mended=False, now_s=now_s)
+            self._resume_job(job_id, is_repaired=False, now_s=now_s)

@@ -40,20 +40,20 @@ class Place:
 
 
 Examine = Callable[[Place], Iterable[Finding]]
-Mend = Callable[[Place, Finding], None]
+Repair = Callable[[Place, Finding], None]
 
 
 def repair_rows(database: Database, settings: Settings, checks: Collection[Check], *, now_s: float) -> None:
     """Repair the rows that violate some checks, in the order in which one repair may need another."""
     if Check.COORDINATOR in checks:
         migrate(database)
-    for examine, mends in _ROUNDS:
-        if mends.keys() & checks or Check.NOT_ENDED in mends:
+    for examine, repairs in _ROUNDS:
+        if repairs.keys() & checks or Check.NOT_ENDED in repairs:
             with database.writing() as session:
                 place = Place(session, settings, now_s)
                 for finding in list(examine(place)):
-                    if finding.repairable and finding.check in mends:
-                        mends[finding.check](place, finding)
+                    if finding.repairable and finding.check in repairs:
+                        repairs[finding.check](place, finding)
 
 
 def repair_store(database: Database, store: ArtifactStore, checks: Collection[Check], *, now_s: float) -> None:
@@ -131,7 +131,7 @@ def _jobs(place: Place) -> Iterator[Finding]:
     return check_jobs(place.session, place.settings)
 
 
-_ROUNDS: tuple[tuple[Examine, Mapping[Check, Mend]], ...] = (
+_ROUNDS: tuple[tuple[Examine, Mapping[Check, Repair]], ...] = (
     (lambda place: check_attempts(place.session), {Check.HELD_TWICE: _take_back}),
     (
         lambda place: check_held(place.session),

@@ -34,11 +34,11 @@ def pause_for_farm(session: Session, row: Job, *, code: str, reason: str, now_s:
     release_tasks(session, row, to=TaskStatus.READY, now_s=now_s, only=TaskStatus.DISPATCHED)
 
 
-def resume_for_farm(session: Session, row: Job, *, is_mended: bool, now_s: float, limit: FailureLimit) -> None:
-    """Let a job go on that the farm has paused; if the cause `is_mended`, no worker is avoided for it any longer."""
+def resume_for_farm(session: Session, row: Job, *, is_repaired: bool, now_s: float, limit: FailureLimit) -> None:
+    """Let a job go on that the farm has paused; if the cause `is_repaired`, no worker is avoided for it any longer."""
     if row.status is not JobStatus.PAUSED or row.paused_by is not PausedBy.FARM:
         return
-    if is_mended:
+    if is_repaired:
         forget_faults(session, row.id)
     settle(session, transition_job(session, row, JobStatus.RUNNING, **NOT_PAUSED), now_s=now_s, limit=limit)
 

@@ -1,4 +1,4 @@
-"""A real farm mends what is damaged on its disk: by itself while a job runs, by `repair`, and for whoever asks."""
+"""A real farm repairs what is damaged on its disk: by itself while a job runs, by `repair`, and for whoever asks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Damage is mended and not reported: what a task or a user finds damaged is made again, once, by the farm itself."""
+"""Damage is repaired and not reported: what a task or a user finds damaged is made again, once, by the farm itself."""
 
 from __future__ import annotations
 
@@ -268,7 +268,7 @@ def test_repair_of_a_whole_job_ends_done_without_any_work(workers: Workers, job_
     assert workers.made == made
 
 
-def test_repair_continues_a_cancelled_job_and_mends_it(workers: Workers, job_id: str, api: Client) -> None:
+def test_repair_continues_a_cancelled_job_and_repairs_it(workers: Workers, job_id: str, api: Client) -> None:
     farm = workers.farm
     workers.work(rounds=1)
     assert api.post(f"/api/v1/jobs/{job_id}/cancel").status_code == 200
