@@ -25,7 +25,8 @@ _claims: list[socket.socket] = []
 class Broker:
     """A valkey-server child on a loopback port, which can be wiped, stopped and killed."""
 
-    def __init__(self, folder: Path) -> None:
+    def __init__(self, folder: Path, *, keeps_data: bool = False) -> None:
+        self._saving = ["--appendonly", "yes", "--appendfsync", "always"] if keeps_data else []
         self.port = free_port()
         self.url = f"redis://127.0.0.1:{self.port}/0"
         self.unix_url = f"unix://{folder}/broker.sock"
@@ -34,7 +35,8 @@ class Broker:
         self.start()
 
     def start(self) -> None:
-        command = [str(find_server()), "--port", str(self.port), "--bind", "127.0.0.1", "--save", "", *self._on_socket]
+        command = [str(find_server()), "--port", str(self.port), "--bind", "127.0.0.1", "--save", ""]
+        command += [*self._on_socket, *self._saving]
         # Valkey overwrites its environment, so `tests.leftovers` would not know it.
         die = dying_with(os.getpid())
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=self._folder, preexec_fn=die)
@@ -57,7 +59,7 @@ class Broker:
     def _answers(self) -> bool:
         assert self.process.poll() is None, f"the broker on port {self.port} ended with {self.process.returncode}"
         try:
-            return bool(self.client.info("server")["process_id"] == self.process.pid)
+            return bool(self.client.ping() and self.client.info("server")["process_id"] == self.process.pid)
         except redis.RedisError:
             return False
 

@@ -1,0 +1,90 @@
+"""Try every kind of fault several times, and print one line a trial: `make chaos`.
+
+Exits with 1 if anything was wrong. The folders of trials that found something are kept.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import platform
+import shutil
+import sys
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from statistics import median
+
+from tests.chaos.kinds import KINDS, Kind
+from tests.chaos.trial import Verdict, go_through, undisturbed
+from tests.leftovers import watch_this_run
+
+PAGE = Path("docs/chaos.md")
+TABLE = "<!-- the table is written by `make chaos ARGS=--write` -->\n"
+
+
+def main() -> int:
+    """Run what the arguments ask for; return the exit code."""
+    parser = argparse.ArgumentParser(prog="make chaos", description=__doc__)
+    parser.add_argument("only", nargs="*", help="words of the kinds to try; all without one")
+    parser.add_argument("--list", action="store_true", help="list the kinds")
+    parser.add_argument("--runs", type=int, default=5, help="trials of each kind [default: 5]")
+    parser.add_argument("--seed", type=int, default=1, help="the seed of the first trial [default: 1]")
+    parser.add_argument("--out", type=Path, default=Path("out/chaos"), help="the folder of the results")
+    parser.add_argument("--write", action="store_true", help=f"write the table of all results into {PAGE}")
+    options = parser.parse_args()
+    kinds = [kind for name, kind in KINDS.items() if not options.only or any(word in name for word in options.only)]
+    if options.list:
+        print(*(kind.name for kind in kinds), sep="\n")
+        return 0
+    if options.write:
+        _write(options.out)
+        return 0
+    watch_this_run()
+    return _try(kinds, range(options.seed, options.seed + options.runs), options.out.resolve())
+
+
+def _try(kinds: Iterable[Kind], seeds: range, out: Path) -> int:
+    work = out / time.strftime("%Y%m%d-%H%M%S")
+    right = undisturbed(work / "undisturbed")
+    bad = 0
+    for seed in seeds:
+        for number, kind in enumerate(kinds):
+            folder = work / f"{number:02}-{seed}"
+            verdict = go_through(kind, seed, right, folder)
+            bad += bool(verdict.wrong)
+            print(
+                f"{verdict.seconds:7.1f} s  {kind.name} (seed {seed}): {'; '.join(verdict.wrong) or 'right'}",
+                flush=True,
+            )
+            with (out / "results.jsonl").open("a") as results:
+                results.write(verdict.json() + "\n")
+            if not verdict.wrong:
+                shutil.rmtree(folder)
+    print(f"{bad} trials found something" + (f", their folders are in {work}" if bad else ""))
+    return 1 if bad else 0
+
+
+def _write(out: Path) -> None:
+    """Write the table of all results into the page of the docs."""
+    results = [Verdict(**json.loads(line)) for line in (out / "results.jsonl").read_text().splitlines()]
+    machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}"
+    lines = [f"{len(results)} trials, {time.strftime('%Y-%m-%d')}, {machine}.", "",
+             "| fault | trials | right | median | longest | attempts again |", "|---|---|---|---|---|---|"]  # fmt: skip
+    for name in KINDS:
+        of_kind = [result for result in results if result.kind == name]
+        if of_kind:
+            seconds = [result.seconds for result in of_kind]
+            right = sum(not result.wrong for result in of_kind)
+            again = sum(result.attempts_again for result in of_kind) / len(of_kind)
+            lines.append(
+                f"| {name} | {len(of_kind)} | {right} | {median(seconds):.0f} s | {max(seconds):.0f} s | {again:.1f} |"
+            )
+    head, mark, _ = PAGE.read_text().partition(TABLE)
+    assert mark, f"expected the line of the table in {PAGE}"
+    PAGE.write_text(head + mark + "\n" + "\n".join(lines) + "\n")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

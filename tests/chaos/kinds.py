@@ -1,0 +1,435 @@
+"""The kinds of faults, each a function that injects it once into a farm with a job that renders.
+
+A kind returns when the fault is over or in the past. The harness brings back what is still away. All choices come from
+the random generator of the run, so that a seed repeats them; when exactly they hit the job is not repeated.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sqlite3
+import time
+from collections.abc import Callable
+from contextlib import closing, suppress
+from dataclasses import dataclass
+from random import Random
+from typing import Literal
+
+from tests.builders import small_job
+from tests.chaos.parts import Part, Parts
+from tests.damaging import DAMAGES, Damage
+from tests.disks import away, read_only
+from tests.tcp_proxy import TcpProxy
+from tests.waiting import until
+
+Injection = Callable[[Parts, str, Random], None]
+"""Injects a fault into a farm whose job has this id."""
+
+
+@dataclass(frozen=True)
+class Kind:
+    """One kind of fault."""
+
+    name: str
+    inject: Injection
+    keeps_data: bool = False
+    """Whether the broker has its data again after a restart."""
+    damages: bool = False
+    """Whether it damages an artifact that no task reads again, so that a user has the job repaired."""
+
+
+KINDS: dict[str, Kind] = {}
+
+
+def _add(name: str, inject: Injection, **more: bool) -> None:
+    assert name not in KINDS, name
+    KINDS[name] = Kind(name, inject, **more)
+
+
+def _kind(name: str, **more: bool) -> Callable[[Injection], Injection]:
+    def add(inject: Injection) -> Injection:
+        _add(name, inject, **more)
+        return inject
+
+    return add
+
+
+def _pause(rng: Random, low_s: float, high_s: float) -> None:
+    """Sleep for a random time: the length of a fault is what is tried."""
+    time.sleep(rng.uniform(low_s, high_s))
+
+
+def _restart(parts: Parts, part: Part, rng: Random, *, after_s: tuple[float, float] = (0.0, 1.0)) -> None:
+    part.kill()
+    _pause(rng, *after_s)
+    part.start()
+
+
+# Processes
+
+
+@_kind("worker: killed, starts again at once")
+def _worker_killed(parts: Parts, job_id: str, rng: Random) -> None:
+    _restart(parts, rng.choice(parts.workers), rng)
+
+
+@_kind("worker: killed, starts again after 20 s")
+def _worker_killed_long(parts: Parts, job_id: str, rng: Random) -> None:
+    _restart(parts, rng.choice(parts.workers), rng, after_s=(19.0, 21.0))
+
+
+@_kind("worker: killed, never comes back")
+def _worker_gone(parts: Parts, job_id: str, rng: Random) -> None:
+    rng.choice(parts.workers).kill()
+    until(lambda: parts.client.job(job_id).status != "running", within_s=600.0)
+
+
+@_kind("worker: both killed")
+def _workers_killed(parts: Parts, job_id: str, rng: Random) -> None:
+    for worker in parts.workers:
+        worker.kill()
+    _pause(rng, 0.0, 5.0)
+
+
+@_kind("worker: terminated, starts again")
+def _worker_terminated(parts: Parts, job_id: str, rng: Random) -> None:
+    worker = rng.choice(parts.workers)
+    worker.terminate()
+    worker.start()
+
+
+def _stopped(part: Part, low_s: float, high_s: float, rng: Random) -> None:
+    part.send(signal.SIGSTOP)
+    _pause(rng, low_s, high_s)
+    part.send(signal.SIGCONT)
+
+
+@_kind("worker: stands still for 8 s")
+def _worker_stopped(parts: Parts, job_id: str, rng: Random) -> None:
+    _stopped(rng.choice(parts.workers), 7.0, 9.0, rng)
+
+
+@_kind("worker: it and all below it stand still for 60 s")
+def _worker_stopped_long(parts: Parts, job_id: str, rng: Random) -> None:
+    worker = rng.choice(parts.workers)
+    stopped = [worker.pid, *worker.below("lippmann"), *worker.pool(), *worker.below("povray")]
+    for pid in stopped:
+        _signal(pid, signal.SIGSTOP)
+    _pause(rng, 58.0, 62.0)
+    for pid in stopped:
+        _signal(pid, signal.SIGCONT)
+
+
+@_kind("worker: its pool process killed")
+def _pool_killed(parts: Parts, job_id: str, rng: Random) -> None:
+    worker = rng.choice(parts.workers)
+    _signal(until(worker.pool)[0], signal.SIGKILL)
+
+
+@_kind("worker: its pool process stands still for 60 s")
+def _pool_stopped(parts: Parts, job_id: str, rng: Random) -> None:
+    pid = until(rng.choice(parts.workers).pool)[0]
+    _signal(pid, signal.SIGSTOP)
+    _pause(rng, 58.0, 62.0)
+    _signal(pid, signal.SIGCONT)
+
+
+def _to_povray(number: signal.Signals) -> Injection:
+    def inject(parts: Parts, job_id: str, rng: Random) -> None:
+        worker = rng.choice(parts.workers)
+        _signal(until(lambda: worker.below("povray"))[0], number)
+
+    return inject
+
+
+for _number in (signal.SIGKILL, signal.SIGSEGV, signal.SIGTERM, signal.SIGABRT):
+    _add(f"povray: {_number.name}", _to_povray(_number))
+
+
+@_kind("povray: stands still for 10 s")
+def _povray_stopped(parts: Parts, job_id: str, rng: Random) -> None:
+    worker = rng.choice(parts.workers)
+    pid = until(lambda: worker.below("povray"))[0]
+    _signal(pid, signal.SIGSTOP)
+    _pause(rng, 9.0, 11.0)
+    _signal(pid, signal.SIGCONT)
+
+
+@_kind("service: killed, starts again")
+def _service_killed(parts: Parts, job_id: str, rng: Random) -> None:
+    _restart(parts, parts.service, rng, after_s=(0.0, 5.0))
+
+
+@_kind("service: killed five times, 3 s apart")
+def _service_killed_often(parts: Parts, job_id: str, rng: Random) -> None:
+    for _ in range(5):
+        _restart(parts, parts.service, rng)
+        _pause(rng, 2.0, 4.0)
+
+
+@_kind("service: terminated, starts again")
+def _service_terminated(parts: Parts, job_id: str, rng: Random) -> None:
+    parts.service.terminate()
+    parts.service.start()
+
+
+@_kind("service: stands still for 10 s")
+def _service_stopped(parts: Parts, job_id: str, rng: Random) -> None:
+    _stopped(parts.service, 9.0, 11.0, rng)
+
+
+@_kind("service: stands still for 60 s")
+def _service_stopped_long(parts: Parts, job_id: str, rng: Random) -> None:
+    _stopped(parts.service, 58.0, 62.0, rng)
+
+
+@_kind("all: every process killed, starts again")
+def _all_killed(parts: Parts, job_id: str, rng: Random) -> None:
+    for part in rng.sample(parts.processes, len(parts.processes)):
+        part.kill()
+    _pause(rng, 0.0, 5.0)
+
+
+@_kind("all: every process and the broker killed, starts again")
+def _all_and_broker_killed(parts: Parts, job_id: str, rng: Random) -> None:
+    for part in rng.sample(parts.processes, len(parts.processes)):
+        part.kill()
+    parts.broker.kill()
+    _pause(rng, 0.0, 5.0)
+
+
+@_kind("all: 59 SIGKILLs to random processes")
+def _kills(parts: Parts, job_id: str, rng: Random) -> None:
+    for _ in range(59):
+        part = rng.choice(parts.processes)
+        pids = [part.pid, *part.pool(), *part.below("povray")] if part.lives else []
+        if pids:
+            _signal(rng.choice(pids), signal.SIGKILL)
+        _pause(rng, 0.2, 1.5)
+        for part in parts.processes:
+            part.start()
+
+
+# The broker
+
+
+@_kind("broker: killed, starts again empty")
+def _broker_killed(parts: Parts, job_id: str, rng: Random) -> None:
+    parts.broker.kill()
+    _pause(rng, 0.0, 5.0)
+    parts.broker.start()
+
+
+@_kind("broker: killed, starts again with its data", keeps_data=True)
+def _broker_killed_with_data(parts: Parts, job_id: str, rng: Random) -> None:
+    parts.broker.kill()
+    _pause(rng, 0.0, 5.0)
+    parts.broker.start()
+
+
+@_kind("broker: away for 60 s, starts again empty")
+def _broker_away(parts: Parts, job_id: str, rng: Random) -> None:
+    parts.broker.kill()
+    _pause(rng, 58.0, 62.0)
+    parts.broker.start()
+
+
+@_kind("broker: restarted six times, 5 s apart")
+def _broker_restarts(parts: Parts, job_id: str, rng: Random) -> None:
+    for _ in range(6):
+        parts.broker.kill()
+        parts.broker.start()
+        _pause(rng, 4.0, 6.0)
+
+
+@_kind("broker: stands still for 10 s")
+def _broker_stopped(parts: Parts, job_id: str, rng: Random) -> None:
+    parts.broker.freeze()
+    _pause(rng, 9.0, 11.0)
+    parts.broker.thaw()
+
+
+@_kind("broker: stands still for 60 s")
+def _broker_stopped_long(parts: Parts, job_id: str, rng: Random) -> None:
+    parts.broker.freeze()
+    _pause(rng, 58.0, 62.0)
+    parts.broker.thaw()
+
+
+@_kind("broker: wiped")
+def _wiped(parts: Parts, job_id: str, rng: Random) -> None:
+    parts.redis.flushall()
+
+
+def _deleted(pattern: str) -> Injection:
+    def inject(parts: Parts, job_id: str, rng: Random) -> None:
+        keys = until(lambda: list(parts.redis.scan_iter(match=pattern)))
+        parts.redis.delete(*keys)
+
+    return inject
+
+
+for _what, _pattern in {
+    "all orders": "lippmann:celery:*",
+    "the stream of events": "lippmann:events",
+    "the leases": "lippmann:lease:*",
+    "the presences": "lippmann:worker:*",
+    "the marker": "lippmann:broker",
+}.items():
+    _add(f"broker: {_what} deleted", _deleted(_pattern))
+
+
+@_kind("broker: the stream of events trimmed to nothing, ten times")
+def _trimmed(parts: Parts, job_id: str, rng: Random) -> None:
+    for _ in range(10):
+        parts.redis.xtrim("lippmann:events", maxlen=0, approximate=False)
+        _pause(rng, 0.1, 1.0)
+
+
+@_kind("broker: every event twice")
+def _events_twice(parts: Parts, job_id: str, rng: Random) -> None:
+    for _, fields in parts.redis.xrange("lippmann:events"):
+        parts.redis.xadd("lippmann:events", fields)
+
+
+@_kind("broker: every order twice")
+def _orders_twice(parts: Parts, job_id: str, rng: Random) -> None:
+    queue = "lippmann:celery:lippmann"
+    orders = until(lambda: parts.redis.lrange(queue, 0, -1))
+    parts.redis.lpush(queue, *orders)
+
+
+@_kind("broker: out of memory for 15 s")
+def _broker_full(parts: Parts, job_id: str, rng: Random) -> None:
+    parts.redis.config_set("maxmemory", 1)
+    _pause(rng, 14.0, 16.0)
+    parts.redis.config_set("maxmemory", 0)
+
+
+@_kind("broker: read-only for 15 s")
+def _broker_read_only(parts: Parts, job_id: str, rng: Random) -> None:
+    parts.redis.config_set("min-replicas-to-write", 1)
+    _pause(rng, 14.0, 16.0)
+    parts.redis.config_set("min-replicas-to-write", 0)
+
+
+@_kind("broker: every connection ended, ten times")
+def _connections_ended(parts: Parts, job_id: str, rng: Random) -> None:
+    for _ in range(10):
+        parts.redis.client_kill_filter(_type="normal", skipme=True)
+        _pause(rng, 0.2, 2.0)
+
+
+# The network between a part and the broker
+
+
+def _network(whose: Literal["worker", "service"], change: Callable[[TcpProxy], None], seconds: float) -> Injection:
+    def inject(parts: Parts, job_id: str, rng: Random) -> None:
+        part = parts.service if whose == "service" else rng.choice(parts.workers)
+        change(part.link)
+        _pause(rng, 0.9 * seconds, 1.1 * seconds)
+        part.link.pass_on()
+
+    return inject
+
+
+def _flaps(link: TcpProxy) -> None:
+    for _ in range(20):
+        link.cut()
+        time.sleep(0.5)
+
+
+NETWORKS: dict[str, tuple[Callable[[TcpProxy], None], float]] = {
+    "cut": (TcpProxy.cut, 0.0),
+    "cut every 0.5 s for 10 s": (_flaps, 0.0),
+    "refused for 10 s": (TcpProxy.refuse, 10.0),
+    "refused for 60 s": (TcpProxy.refuse, 60.0),
+    "slow by 1.5 s for 30 s": (lambda link: link.delay(1.5), 30.0),
+    "silent for 10 s": (TcpProxy.blackhole, 10.0),
+    "silent for 60 s": (TcpProxy.blackhole, 60.0),
+    "without answers for 10 s": (lambda link: link.blackhole("answers"), 10.0),
+    "without requests for 10 s": (lambda link: link.blackhole("requests"), 10.0),
+    "forgotten connections": (TcpProxy.abandon, 0.0),
+}
+for _what, (_change, _seconds) in NETWORKS.items():
+    _add(f"network of a worker: {_what}", _network("worker", _change, _seconds))
+    _add(f"network of the service: {_what}", _network("service", _change, _seconds))
+
+
+# Disk and database
+
+
+def _damaged(damage: Damage, pattern: str) -> Injection:
+    def inject(parts: Parts, job_id: str, rng: Random) -> None:
+        folder = parts.data_dir / "artifacts" / job_id
+        files = until(lambda: sorted(folder.glob(pattern)), within_s=400.0)
+        damage(rng.choice(files))
+
+    return inject
+
+
+for _damage in DAMAGES:
+    _add(f"disk: a tile, {_damage.__name__}", _damaged(_damage, "**/tiles/**/*.exr"))
+    _add(f"disk: a master, {_damage.__name__}", _damaged(_damage, "orthoscopic/*.exr"), damages=True)
+
+
+@_kind("disk: the scratch of a worker deleted")
+def _scratch_deleted(parts: Parts, job_id: str, rng: Random) -> None:
+    files = until(lambda: [path for path in (parts.data_dir / "scratch").rglob("*") if path.is_file()])
+    for path in files:
+        path.unlink(missing_ok=True)
+
+
+@_kind("disk: the store read-only for 10 s")
+def _store_read_only(parts: Parts, job_id: str, rng: Random) -> None:
+    with read_only(parts.data_dir / "artifacts"):
+        _pause(rng, 9.0, 11.0)
+
+
+@_kind("disk: the store away for 10 s")
+def _store_away(parts: Parts, job_id: str, rng: Random) -> None:
+    with away(parts.data_dir / "artifacts"):
+        _pause(rng, 9.0, 11.0)
+
+
+@_kind("database: locked by another process for 20 s")
+def _locked(parts: Parts, job_id: str, rng: Random) -> None:
+    with closing(sqlite3.connect(parts.data_dir / "lippmann.db", timeout=60.0, isolation_level=None)) as connection:
+        connection.execute("BEGIN IMMEDIATE")
+        _pause(rng, 19.0, 21.0)
+        connection.execute("ROLLBACK")
+
+
+# Users
+
+
+@_kind("user: pauses and resumes five times")
+def _paused(parts: Parts, job_id: str, rng: Random) -> None:
+    for _ in range(5):
+        parts.client.pause(job_id)
+        _pause(rng, 0.0, 3.0)
+        parts.client.resume(job_id)
+        _pause(rng, 0.0, 3.0)
+
+
+@_kind("user: cancels and retries")
+def _cancelled(parts: Parts, job_id: str, rng: Random) -> None:
+    parts.client.cancel(job_id)
+    until(lambda: parts.client.job(job_id).status == "cancelled")
+    parts.client.retry(job_id)
+
+
+@_kind("user: a second job comes before it, is cancelled and removed")
+def _second_job(parts: Parts, job_id: str, rng: Random) -> None:
+    other = parts.client.submit(small_job("fish", frames="1-3", priority=90))
+    _pause(rng, 0.0, 8.0)
+    if "cancel" in parts.client.job(other.id).actions:
+        parts.client.cancel(other.id)
+    until(lambda: parts.client.job(other.id).status in ("cancelled", "done"))
+    parts.client.delete(other.id)
+
+
+def _signal(pid: int, number: signal.Signals) -> None:
+    with suppress(ProcessLookupError):  # it has ended meanwhile
+        os.kill(pid, number)

@@ -1,0 +1,161 @@
+"""A farm of separate processes whose every part can be killed, stopped, cut off and started again.
+
+It is a broker, a service and two workers with one slot each, which share a data folder. The service and each worker
+reach the broker through a proxy of their own. Nothing restarts by itself: the harness is the service manager.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from lippmann.client import Client
+from lippmann.farm.supervisor.descendants import descendants
+from tests.broker import Broker, free_port
+from tests.farm import LIPPMANN
+from tests.tcp_proxy import TcpProxy, tcp_proxy
+from tests.waiting import ENOUGH_S, until
+
+WORKERS = 2
+
+
+@dataclass
+class Part:
+    """One process of the farm, with the command that starts it."""
+
+    name: str
+    command: list[str]
+    env: Mapping[str, str]
+    log: Path
+    link: TcpProxy
+    """The way of this part to the broker."""
+    process: subprocess.Popen[bytes] | None = field(default=None, init=False)
+
+    def start(self) -> None:
+        """Start the process, unless it lives."""
+        if self.lives:
+            return
+        with self.log.open("ab") as log:
+            self.process = subprocess.Popen(self.command, env=self.env, stdout=log, stderr=subprocess.STDOUT)
+
+    @property
+    def lives(self) -> bool:
+        return self.process is not None and self.process.poll() is None
+
+    @property
+    def pid(self) -> int:
+        assert self.process is not None
+        return self.process.pid
+
+    def send(self, number: signal.Signals) -> None:
+        assert self.process is not None
+        self.process.send_signal(number)
+
+    def kill(self) -> None:
+        """Kill the process alone; what is below it must end by itself."""
+        self.send(signal.SIGKILL)
+        assert self.process is not None
+        self.process.wait()
+
+    def terminate(self) -> None:
+        """End the process as a service manager does."""
+        self.send(signal.SIGTERM)
+        assert self.process is not None
+        self.process.wait(ENOUGH_S)
+
+    def below(self, program: str) -> list[int]:
+        """Return the processes of a program below this one."""
+        return [pid for pid in sorted(descendants(self.pid)) if _program(pid) == program]
+
+    def pool(self) -> list[int]:
+        """Return the pool processes: the children of a worker that have children."""
+        return [pid for pid in sorted(descendants(self.pid)) if _parent(pid) == self.pid and descendants(pid)]
+
+
+@dataclass
+class Parts:
+    """The parts of a farm, and a client of its service that waits for it through outages."""
+
+    folder: Path
+    broker: Broker
+    service: Part
+    workers: tuple[Part, ...]
+    client: Client
+
+    @property
+    def data_dir(self) -> Path:
+        return self.folder / "data"
+
+    @property
+    def redis(self) -> Any:
+        """A client of the broker that goes through no proxy."""
+        return self.broker.client
+
+    @property
+    def processes(self) -> tuple[Part, ...]:
+        return self.service, *self.workers
+
+    def heal(self) -> None:
+        """Bring back whatever is away: every process, the broker and the network."""
+        if self.broker.process.poll() is not None:
+            self.broker.start()
+        for part in self.processes:
+            part.link.pass_on()
+            part.start()
+
+
+@contextmanager
+def separate_parts(folder: Path, *, keeps_data: bool = False) -> Iterator[Parts]:
+    """Run a farm of separate processes; with `keeps_data`, its broker has its data again after a restart."""
+    broker = Broker(folder, keeps_data=keeps_data)
+    key_file, port = folder / "admin.key", free_port()
+    shared = {**os.environ, "LIPPMANN_DATA_DIR": str(folder / "data")}
+    with ExitStack() as stack:
+        stack.callback(broker.kill)
+
+        def part(name: str, *command: str, **env: str) -> Part:
+            link = stack.enter_context(tcp_proxy(("127.0.0.1", broker.port)))
+            assert isinstance(link.address, tuple)
+            env |= {"LIPPMANN_REDIS_URL": f"redis://127.0.0.1:{link.address[1]}/0"}
+            made = Part(name, [LIPPMANN, *command], {**shared, **env}, folder / f"{name}.log", link)
+            stack.callback(_end, made)
+            made.start()
+            return made
+
+        service = part("service", "serve", "--port", str(port), "--key-file", str(key_file))
+        until(lambda: key_file.exists() and key_file.read_text().strip())
+        names = [f"worker{number}" for number in range(WORKERS)]
+        workers = tuple(part(name, "worker", "--slots", "1", LIPPMANN_WORKER_NAME=name) for name in names)
+        url, key = f"http://127.0.0.1:{port}", key_file.read_text().strip()
+        with Client(url, key, patience_s=ENOUGH_S) as client:
+            until(lambda: client.health().slots == WORKERS)
+            yield Parts(folder, broker, service, workers, client)
+
+
+def _end(part: Part) -> None:
+    if part.lives:
+        part.send(signal.SIGCONT)
+        try:
+            part.terminate()
+        except subprocess.TimeoutExpired:
+            part.kill()
+
+
+def _program(pid: int) -> str:
+    try:
+        return Path(f"/proc/{pid}/comm").read_text().strip()
+    except OSError:
+        return ""
+
+
+def _parent(pid: int) -> int:
+    try:
+        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    except OSError:
+        return 0

@@ -1,0 +1,146 @@
+"""One trial: a farm, a job that renders, one fault, and the examination of everything that is left afterwards."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import subprocess
+import time
+from contextlib import suppress
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from random import Random
+
+import numpy as np
+
+from lippmann.job.outputs.videos import CentreVideo
+from lippmann.job.spec import JobSpec
+from lippmann.plan import artifact_names as names
+from service.schemas.job import Job
+from tests.builders import small_job
+from tests.chaos.kinds import Kind
+from tests.chaos.parts import Parts, separate_parts
+from tests.farm import LIPPMANN, ended
+from tests.waiting import until
+from worker.images.read import read_rgb
+
+FRAMES = 12
+JOB_S = 1800.0
+"""A limit for a job of half a minute with a fault of a minute in it."""
+
+Pixels = dict[int, str]
+"""The digest of the pixels of each frame."""
+
+
+@dataclass
+class Verdict:
+    """What a trial found; `wrong` is empty if everything is right."""
+
+    kind: str
+    seed: int
+    wrong: list[str] = field(default_factory=list)
+    seconds: float = 0.0
+    """The time from submission to the end of the job."""
+    attempts_again: int = 0
+    """The number of attempts beyond one a task."""
+
+    def json(self) -> str:
+        return json.dumps(asdict(self))
+
+
+def chaos_job() -> JobSpec:
+    """Return the job of all trials: frames of two tiles, and a video."""
+    spec = small_job("fish", count=(40, 40), frames=f"1-{FRAMES}", tiles=[2, 1])
+    return spec.model_copy(update={"outputs": (CentreVideo(),)})
+
+
+def undisturbed(folder: Path) -> Pixels:
+    """Return the pixels of the job in a farm that nothing disturbs."""
+    folder.mkdir(parents=True)
+    with separate_parts(folder) as parts:
+        job = ended(parts.client, parts.client.submit(chaos_job()).id, within_s=JOB_S)
+        assert job.status == "done", job.error
+        return _pixels(parts, job)
+
+
+def go_through(kind: Kind, seed: int, right: Pixels, folder: Path) -> Verdict:
+    """Inject a fault once and examine the farm; its data and logs stay in the folder."""
+    rng, verdict = Random(f"{kind.name} {seed}"), Verdict(kind.name, seed)
+    folder.mkdir(parents=True)
+    try:
+        with separate_parts(folder, keeps_data=kind.keeps_data) as parts:
+            begun_s = time.monotonic()
+            job_id = parts.client.submit(chaos_job()).id
+            until(lambda: parts.client.job(job_id).tasks.running == 2, within_s=JOB_S)
+            time.sleep(rng.uniform(0.0, 4.0))  # faults come at any moment
+            kind.inject(parts, job_id, rng)
+            parts.heal()
+            job = ended(parts.client, job_id, within_s=JOB_S)
+            verdict.seconds = round(time.monotonic() - begun_s, 1)
+            if kind.damages:
+                parts.client.repair(job_id)
+                until(lambda: parts.client.job(job_id).status == "done", within_s=JOB_S)
+            verdict.wrong += _wrong(parts, job, right)
+            verdict.attempts_again = sum(task.attempt_number - 1 for task in parts.client.tasks(job_id))
+    except Exception as error:  # a trial that breaks is a verdict, and the next one follows
+        verdict.wrong.append(f"{type(error).__name__}: {error}"[:500])
+    verdict.wrong += [f"left behind: {line}" for line in _left_behind(folder)]
+    return verdict
+
+
+def _wrong(parts: Parts, job: Job, right: Pixels) -> list[str]:
+    """Return what is wrong with a job that has ended and with its farm."""
+    if job.status != "done":
+        return [f"the job ended as {job.status}: {job.error}"]
+    tasks = list(parts.client.tasks(job.id))
+    found = [f"task {task.id} is {task.status}" for task in tasks if task.status != "done"]
+    if job.frames_done != FRAMES:
+        found.append(f"{job.frames_done} of {FRAMES} frames are done")
+    expected = {"probe": 1, "render": 2 * FRAMES, "assemble": FRAMES}
+    for name, number in expected.items():
+        if (there := sum(task.kind == name for task in tasks)) != number:
+            found.append(f"{there} tasks of the kind {name} instead of {number}")
+    pixels = _pixels(parts, job)
+    found += [f"frame {frame} has other pixels" for frame in right if pixels.get(frame) != right[frame]]
+    with suppress(AssertionError):  # what follows says what stays
+        until(lambda: not _pending(parts), within_s=90.0)
+    found += _pending(parts)
+    until(lambda: len(parts.client.workers().items) == len(parts.workers), within_s=JOB_S)
+    return found + _doctor(parts)
+
+
+def _pixels(parts: Parts, job: Job) -> Pixels:
+    found = {}
+    for frame in range(1, FRAMES + 1):
+        path = parts.data_dir / "artifacts" / names.job_artifact(job.id, names.orthoscopic_name(frame))
+        found[frame] = hashlib.sha256(np.ascontiguousarray(read_rgb(path, np.float16)).tobytes()).hexdigest()
+    return found
+
+
+def _pending(parts: Parts) -> list[str]:
+    """Return what a farm without open jobs still does or keeps."""
+    busy = [f"{part.name} runs povray" for part in parts.workers if part.below("povray")]
+    scratch = [path for path in (parts.data_dir / "scratch").glob("*/*") if path.is_dir() and path.name != "bundles"]
+    orders = parts.redis.llen("lippmann:celery:lippmann")
+    return busy + [f"scratch stays: {path.name}" for path in scratch] + ([f"{orders} orders wait"] if orders else [])
+
+
+def _doctor(parts: Parts) -> list[str]:
+    command = [LIPPMANN, "doctor", "--deep", "--json", "--data-dir", str(parts.data_dir)]
+    ran = subprocess.run(command, capture_output=True, text=True)
+    if ran.returncode not in (0, 1):
+        return [f"doctor: {ran.stderr.strip()}"]
+    bad = [one for one in json.loads(ran.stdout)["findings"] if one["level"] in ("warning", "error")]
+    return [f"doctor: {one['check']}: {one['message']}" for one in bad if one["check"] != "space"]
+
+
+def _left_behind(folder: Path) -> list[str]:
+    """Return the processes of a farm that live although it has ended."""
+    mark = b"LIPPMANN_DATA_DIR=" + os.fsencode(folder / "data")
+    found = []
+    for process in Path("/proc").iterdir():
+        with suppress(OSError):
+            if process.name.isdigit() and mark in (process / "environ").read_bytes().split(b"\0"):
+                found.append((process / "cmdline").read_bytes().replace(b"\0", b" ").decode("utf-8", "replace")[:120])
+    return found
