@@ -30,7 +30,7 @@ def test_a_restored_farm_ends_the_job_with_the_same_pixels(
         server = request.getfixturevalue("postgresql")
         before, after = ({"LIPPMANN_DATABASE_URL": new_postgresql(server, name)} for name in ("before", "after"))
     with farm_up(tmp_path / "before", env=QUICK | before) as farm:
-        job = farm.client.submit(fish("1-2"))
+        job = farm.client.submit(fish("1-8"))  # the backup comes before its end, also on a busy machine
         until(farm.client, job.id, lambda job: rendering(job) and job.frames_done)
         made = _command("backup", tmp_path / "backup", tmp_path / "before", before)
         farm.kill()

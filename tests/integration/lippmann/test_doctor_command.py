@@ -29,7 +29,7 @@ def test_what_is_wrong_is_printed_and_repaired(farm: Up, tmp_path: Path) -> None
     assert run("backup", str(backup), "--data-dir", str(farm.data_dir)).returncode == 0
     assert run("restore", str(backup), "--data-dir", str(data)).returncode == 0
     with closing(sqlite3.connect(data / "lippmann.db")) as connection:
-        connection.execute("UPDATE jobs SET done = 77")
+        connection.execute("UPDATE jobs SET done = 77 WHERE id = ?", (job.id,))
         connection.commit()
     ran = run("doctor", "--data-dir", str(data))
     assert ran.returncode == 1

@@ -86,6 +86,8 @@ def test_signals_that_are_ignored_from_the_start_stay_ignored_and_sigterm_ends_i
 def test_a_second_ctrl_c_ends_everything_at_once(tmp_path: Path) -> None:
     told = tmp_path / "told"
     with lippmann_up(tmp_path, through=["sh", "-c", 'exec "$@" 2>"$0"', str(told)]) as up:
+        with up.client() as client:
+            until(lambda: client.health().slots == 2)
         processes = set(up.below())
         worker = up.one("lippmann.cli.main worker")
         os.kill(worker, signal.SIGSTOP)  # it will not hear that it should end
