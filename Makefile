@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PYTHON3 ?= python3
 
 .DEFAULT_GOAL := help
-.PHONY: help demo up test chaos bare lint types fmt bench lock setup setup-test clean
+.PHONY: help demo up test chaos outages bare lint types fmt bench lock setup setup-test clean
 
 help: ## Show what there is
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
@@ -28,7 +28,10 @@ else
 	$(BIN)/pytest $(ARGS)
 endif
 
-chaos: setup-test ## Run the long tests of outages and kills, which take hours
+chaos: setup-test ## Try every kind of fault five times with seeds, which takes hours
+	$(BIN)/python -m tests.chaos $(ARGS)
+
+outages: setup-test ## Run the long tests of outages of the broker, which take hours
 	$(BIN)/pytest -m long $(if $(ARGS),$(ARGS),tests/chaos)
 
 bare: ## Run the demo and the tests in an empty Debian 12 (needs root)
