@@ -121,7 +121,7 @@ def _pixels(parts: Parts, job: Job) -> Pixels:
 def _pending(parts: Parts) -> list[str]:
     """Return what a farm without open jobs still does or keeps."""
     busy = [f"{part.name} runs povray" for part in parts.workers if part.below("povray")]
-    scratch = [path for path in (parts.data_dir / "scratch").glob("*/*") if path.is_dir() and path.name != "bundles"]
+    scratch = (parts.data_dir / "scratch" / "attempts").glob("*")
     orders = parts.redis.llen("lippmann:celery:lippmann")
     return busy + [f"scratch stays: {path.name}" for path in scratch] + ([f"{orders} orders wait"] if orders else [])
 
