@@ -77,6 +77,7 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "resume": jobs.resume,
         "retry": jobs.retry,
         "repair": jobs.repair,
+        "skip": jobs.skip,
     },
     "Scenes": {"capture": scenes.capture},
     "Integral images": {

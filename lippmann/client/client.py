@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self, TypeVar
@@ -117,6 +117,11 @@ class Client:
     def repair(self, job_id: str) -> Job:
         """Verify every artifact of an ended job, and make the missing and damaged ones again."""
         return self._act(job_id, "repair")
+
+    def skip(self, job_id: str, frames: Iterable[int] | None = None) -> Job:
+        """Leave frames of a failed or cancelled job out, by default those that failed, and continue the job."""
+        body = {"frames": None if frames is None else list(frames)}
+        return _parsed(Job, self._transport.request("POST", f"{_API}/jobs/{job_id}/skip", json=body).json())
 
     def prioritise(self, job_id: str, priority: int) -> Job:
         """Set the priority of a job, 0 to 100."""

@@ -34,11 +34,17 @@ class Why(StrEnum):
     RUNNING = "running"
     NOT_BEGUN = "not-begun"
     CANCELLED = "cancelled"
+    SKIPPED = "skipped"
     DAMAGED = "damaged"
     """The files were made, and are now missing in the store or damaged there."""
 
 
-_OF_FRAME = {FrameStatus.DONE: Why.DAMAGED, FrameStatus.FAILED: Why.FAILED, FrameStatus.RENDERING: Why.RUNNING}
+_OF_FRAME = {
+    FrameStatus.DONE: Why.DAMAGED,
+    FrameStatus.FAILED: Why.FAILED,
+    FrameStatus.RENDERING: Why.RUNNING,
+    FrameStatus.SKIPPED: Why.SKIPPED,
+}
 _OF_TASK = {
     TaskStatus.DONE: Why.DAMAGED,
     TaskStatus.FAILED: Why.FAILED,

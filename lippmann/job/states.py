@@ -35,19 +35,21 @@ class TaskStatus(StrEnum):
     DONE = "done"
     FAILED = "failed"
     CANCELLED = "cancelled"
+    SKIPPED = "skipped"
 
 
 class FrameStatus(StrEnum):
     """The status of a frame, which follows from its tasks.
 
     `waiting`: no task of the frame has begun, or the job ended without the frame. `rendering`: some of its tasks run or
-    are done. `done`: its pictures are stored. `failed`: one of its tasks failed.
+    are done. `done`: its pictures are stored. `failed`: one of its tasks failed. `skipped`: a user left it out.
     """
 
     WAITING = "waiting"
     RENDERING = "rendering"
     DONE = "done"
     FAILED = "failed"
+    SKIPPED = "skipped"
 
 
 class PausedBy(StrEnum):
@@ -65,6 +67,7 @@ class JobAction(StrEnum):
     CANCEL = "cancel"
     RETRY = "retry"
     REPAIR = "repair"
+    SKIP = "skip"
     PRIORITISE = "prioritise"
     REMOVE = "remove"
 
@@ -96,20 +99,23 @@ repair, and a done job also when a reader finds one of its artifacts damaged."""
 
 TASK_TRANSITIONS = MappingProxyType(
     {
-        _T.WAITING: frozenset({_T.READY, _T.FAILED, _T.CANCELLED}),
-        _T.READY: frozenset({_T.DISPATCHED, _T.WAITING, _T.CANCELLED}),
+        _T.WAITING: frozenset({_T.READY, _T.FAILED, _T.CANCELLED, _T.SKIPPED}),
+        _T.READY: frozenset({_T.DISPATCHED, _T.WAITING, _T.CANCELLED, _T.SKIPPED}),
         _T.DISPATCHED: frozenset({_T.RUNNING, _T.READY, _T.CANCELLED}),
         _T.RUNNING: frozenset({_T.DONE, _T.FAILED, _T.READY, _T.WAITING, _T.CANCELLED}),
         _T.DONE: frozenset({_T.READY}),
-        _T.FAILED: frozenset({_T.READY, _T.WAITING}),
-        _T.CANCELLED: frozenset({_T.READY, _T.WAITING}),
+        _T.FAILED: frozenset({_T.READY, _T.WAITING, _T.SKIPPED}),
+        _T.CANCELLED: frozenset({_T.READY, _T.WAITING, _T.SKIPPED}),
+        _T.SKIPPED: frozenset({_T.READY, _T.WAITING}),
     }
 )
-"""The statuses that a task of each status may become. A task that has ended becomes another only by retry of its job;
-a done task becomes ready when one of its artifacts is missing or damaged, and the tasks that need it wait again."""
+"""The statuses that a task of each status may become. A task that has ended becomes another only by retry and skip of
+its job; a done task becomes ready when one of its artifacts is missing or damaged, and the tasks that need it wait."""
 
 ENDED_JOBS = frozenset({_J.DONE, _J.FAILED, _J.CANCELLED})
-ENDED_TASKS = frozenset({_T.DONE, _T.FAILED, _T.CANCELLED})
+ENDED_TASKS = frozenset({_T.DONE, _T.FAILED, _T.CANCELLED, _T.SKIPPED})
+SATISFIED_TASKS = frozenset({_T.DONE, _T.SKIPPED})
+"""The statuses of a task on which no other task waits."""
 HELD_TASKS = frozenset({_T.DISPATCHED, _T.RUNNING})
 """The statuses in which an attempt owns a task."""
 
@@ -120,6 +126,7 @@ JOB_ACTIONS = MappingProxyType(
         JobAction.CANCEL: ActionRule(frozenset({_J.QUEUED, _J.PROBING, _J.RUNNING, _J.PAUSED}), _J.CANCELLED),
         JobAction.RETRY: ActionRule(frozenset({_J.FAILED, _J.CANCELLED}), _J.RUNNING),
         JobAction.REPAIR: ActionRule(ENDED_JOBS, _J.RUNNING),
+        JobAction.SKIP: ActionRule(frozenset({_J.FAILED, _J.CANCELLED}), _J.RUNNING),
         JobAction.PRIORITISE: ActionRule(frozenset(_J) - {_J.DONE}, None),
         JobAction.REMOVE: ActionRule(ENDED_JOBS, None),
     }
@@ -127,10 +134,11 @@ JOB_ACTIONS = MappingProxyType(
 """The rule of each action. A done job runs no more, so it has no priority to change."""
 
 
-def actions_for(status: JobStatus, paused_by: PausedBy | None = None) -> tuple[JobAction, ...]:
-    """Return the actions that are allowed on a job of this status.
+def actions_for(status: JobStatus, paused_by: PausedBy | None = None, *, skipped: int = 0) -> tuple[JobAction, ...]:
+    """Return the actions that are allowed on a job of this status, with this number of skipped tasks.
 
-    A job that the farm has paused goes on by itself, so a user may also pause it.
+    A job that the farm has paused goes on by itself, so a user may also pause it. A done job with skipped frames can be
+    retried, which brings them back.
 
     >>> [str(action) for action in actions_for(JobStatus.PAUSED)]
     ['resume', 'cancel', 'prioritise']
@@ -140,6 +148,8 @@ def actions_for(status: JobStatus, paused_by: PausedBy | None = None) -> tuple[J
     allowed = {action for action, rule in JOB_ACTIONS.items() if status in rule.allowed_in}
     if paused_by is PausedBy.FARM and status is JobStatus.PAUSED:
         allowed.add(JobAction.PAUSE)
+    if skipped and status is JobStatus.DONE:
+        allowed.add(JobAction.RETRY)
     return tuple(action for action in JobAction if action in allowed)
 
 
@@ -150,6 +160,8 @@ def frame_status(tasks: Collection[tuple[TaskKind, TaskStatus]], job: JobStatus)
     'rendering'
     """
     statuses = {status for _, status in tasks}
+    if (TaskKind.ASSEMBLE, TaskStatus.SKIPPED) in tasks:
+        return FrameStatus.SKIPPED
     if (TaskKind.ASSEMBLE, TaskStatus.DONE) in tasks:
         return FrameStatus.DONE
     if TaskStatus.FAILED in statuses:

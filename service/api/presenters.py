@@ -23,12 +23,14 @@ def present_jobs(session: Session, rows: Sequence[Job], outlook: Outlook) -> tup
     ids = [row.id for row in rows]
     running_px = task_rows.running_px(session, ids)
     done = task_rows.done_outputs(session, ids)
+    skipped = task_rows.skipped_frames(session, [row.id for row in rows if row.skipped])
     waits = job_waits(session, rows, outlook)
     return tuple(
         job_data(
             row,
             running_px=running_px.get(row.id, 0.0),
             done_outputs={output for job_id, output in done if job_id == row.id},
+            skipped_frames=skipped.get(row.id, ()),
             wait=waits.get(row.id),
         )
         for row in rows

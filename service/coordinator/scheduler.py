@@ -12,12 +12,13 @@ from sqlalchemy.orm import Session
 
 from lippmann.digest import Digest
 from lippmann.job.messages.events import Presence
-from lippmann.job.messages.orders import Order
+from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import TaskStatus
 from service.claiming import declining_workers
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import task_sets
+from service.db import tasks as task_rows
 from service.db.engine import Database
 from service.db.faults import avoided_workers
 from service.db.task_state import TaskState
@@ -76,8 +77,14 @@ def assign(session: Session, workers: Sequence[Presence], *, now_s: float, setti
     write_drafts(session, drafts)
     tasks = [draft.now for draft in drafts]
     avoided, digests = avoided_workers(session, job_ids, now_s=now_s), input_digests(session, tasks)
+    skipped = task_rows.skipped_frames(session, {task.job_id for task in tasks if task.kind is TaskKind.ENCODE})
     return [
-        _order(task, declining_workers(workers, avoided[task.job_id] | set(task.failed_on)), digests.get(task.key, {}))
+        _order(
+            task,
+            declining_workers(workers, avoided[task.job_id] | set(task.failed_on)),
+            digests.get(task.key, {}),
+            skipped.get(task.job_id, ()) if task.kind is TaskKind.ENCODE else (),
+        )
         for task in tasks
     ]
 
@@ -115,7 +122,9 @@ def _best(session: Session, room: int, now_s: float) -> list[TaskState]:
     return best
 
 
-def _order(task: TaskState, avoid: tuple[str, ...], digests: dict[str, Digest]) -> Order:
+def _order(
+    task: TaskState, avoid: tuple[str, ...], digests: dict[str, Digest], skipped_frames: tuple[int, ...]
+) -> Order:
     return Order(
         kind=task.kind,
         job_id=task.job_id,
@@ -126,5 +135,6 @@ def _order(task: TaskState, avoid: tuple[str, ...], digests: dict[str, Digest]) 
         tile=task.tile,
         output=task.output,
         avoid=avoid,
+        skipped_frames=skipped_frames,
         digests=digests,
     )

@@ -106,6 +106,7 @@ class Job(Base):
     done: Mapped[int] = mapped_column(default=0)
     failed: Mapped[int] = mapped_column(default=0)
     cancelled: Mapped[int] = mapped_column(default=0)
+    skipped: Mapped[int] = mapped_column(default=0, server_default="0")
     frames_total: Mapped[int]
     frames_done: Mapped[int] = mapped_column(default=0)
     total_px: Mapped[int] = mapped_column(default=0)

@@ -10,7 +10,7 @@ from sqlalchemy import ColumnElement, Select, func, or_, select
 from sqlalchemy.orm import Session, aliased, undefer
 
 from lippmann.job.messages.orders import TaskKind, TileIndex
-from lippmann.job.states import HELD_TASKS, TaskStatus
+from lippmann.job.states import HELD_TASKS, SATISFIED_TASKS, TaskStatus
 from service.db.jobs import BEGUN
 from service.db.tables import Job, Task, WorkerFault
 from service.db.task_state import HeldAttempt
@@ -20,7 +20,7 @@ CHUNK = 1000
 FRAMES_A_PAGE = 100
 """Frames that artifact repair examines together."""
 _HELD = tuple(getattr(Task, field.name) for field in fields(HeldAttempt))
-NOT_DONE = tuple(status for status in TaskStatus if status is not TaskStatus.DONE)
+UNSATISFIED = tuple(status for status in TaskStatus if status not in SATISFIED_TASKS)
 
 
 def task(session: Session, job_id: str, sequence: int) -> Task | None:
@@ -137,6 +137,34 @@ def frames(
     return session.execute(query).all()
 
 
+def of_frames(session: Session, job_id: str, frames: Collection[int]) -> Sequence[Task]:
+    """Return the tasks of some frames, in order."""
+    query = select(Task).where(Task.job_id == job_id, Task.frame.in_([*frames]))
+    return session.scalars(_fresh(query.order_by(Task.sequence))).all()
+
+
+def failed_frames(session: Session, job_id: str) -> Sequence[int]:
+    """Return the frames with a task that failed."""
+    query = select(Task.frame).where(Task.job_id == job_id, Task.status == TaskStatus.FAILED)
+    return [frame for frame in session.scalars(query.distinct()) if frame is not None]
+
+
+def skipped_frames(session: Session, job_ids: Iterable[str]) -> dict[str, tuple[int, ...]]:
+    """Return the skipped frames of those jobs that have some, in order."""
+    query = select(Task.job_id, Task.frame).where(Task.job_id.in_(list(job_ids)), Task.status == TaskStatus.SKIPPED)
+    found: dict[str, tuple[int, ...]] = {}
+    for job_id, frame in session.execute(query.where(Task.kind == TaskKind.ASSEMBLE).order_by(Task.sequence)):
+        if frame is not None:
+            found[job_id] = (*found.get(job_id, ()), frame)
+    return found
+
+
+def outputs(session: Session, job_id: str) -> Sequence[Task]:
+    """Return the tasks that make the outputs of a job, with their digests."""
+    query = select(Task).where(Task.job_id == job_id, Task.stage == TaskKind.ENCODE.value)
+    return session.scalars(_with_digests(query.order_by(Task.sequence))).all()
+
+
 def prevented_workers(session: Session, *, now_s: float) -> Sequence[WorkerFault]:
     """Return the workers that open jobs avoid now because something other than the task prevented the work there."""
     is_open = select(Job.id).where(Job.id == WorkerFault.job_id, Job.status.in_(BEGUN)).exists()
@@ -230,7 +258,7 @@ def is_blocked() -> ColumnElement[bool]:
     """Return the condition that a task of the stage that a task needs is not done."""
     other = aliased(Task)
     needed = select(other.sequence).where(
-        other.job_id == Task.job_id, other.stage == Task.needs, other.status.in_(NOT_DONE)
+        other.job_id == Task.job_id, other.stage == Task.needs, other.status.in_(UNSATISFIED)
     )
     # PostgreSQL answers EXISTS for many tasks by reading the whole table once; this it answers by the index.
     return needed.correlate(Task).limit(1).scalar_subquery().is_not(None)

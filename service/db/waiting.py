@@ -11,7 +11,7 @@ from lippmann.job.states import TaskStatus
 from service.db.jobs import OPEN, is_dispatchable
 from service.db.tables import Job, Task
 from service.db.task_sets import is_due
-from service.db.tasks import NOT_DONE
+from service.db.tasks import UNSATISFIED
 
 LINE = 100
 """The largest number of jobs that are looked at to tell which ones come first."""
@@ -53,7 +53,7 @@ def first_ready(session: Session, job_id: str, *, now_s: float) -> int | None:
 def unfinished(session: Session, job_id: str, stages: Iterable[str]) -> Sequence[tuple[str, TaskStatus, int]]:
     """Count the tasks of some stages that are not done: (stage, status, number of tasks)."""
     query = select(Task.stage, Task.status, func.count()).where(Task.job_id == job_id, Task.stage.in_([*stages]))
-    return session.execute(query.where(Task.status.in_(NOT_DONE)).group_by(Task.stage, Task.status)).all()
+    return session.execute(query.where(Task.status.in_(UNSATISFIED)).group_by(Task.stage, Task.status)).all()
 
 
 def members(
@@ -61,7 +61,7 @@ def members(
 ) -> Sequence[tuple[str, int]]:
     """Return tasks of some stages that are not done: (stage, sequence number); at most `limit` of them."""
     query = select(Task.stage, Task.sequence).where(Task.job_id == job_id, Task.stage.in_([*stages]))
-    query = query.where(Task.status.in_(NOT_DONE))
+    query = query.where(Task.status.in_(UNSATISFIED))
     if limit is None:
         return session.execute(query.order_by(Task.sequence)).all()
     # Without an order, an index gives the first rows at once, however many there are.

@@ -10,7 +10,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from lippmann.job.messages.orders import TaskKind
-from lippmann.job.states import JobStatus, TaskStatus
+from lippmann.job.states import SATISFIED_TASKS, JobStatus, TaskStatus
 from service.db.tables import Job, Task
 from service.doctor.finding import Check, Finding, Level
 from service.jobs.completion import has_ended
@@ -61,7 +61,7 @@ def count_tasks(session: Session, job_id: str | None = None) -> Mapping[str, Cou
     for job, status, kind, count, weight_px, highest in session.execute(query):
         counts = counted[job]
         counts.statuses[status] += count
-        counts.total_px += int(weight_px)
+        counts.total_px += int(weight_px) if status is not TaskStatus.SKIPPED else 0
         counts.highest = max(counts.highest, highest)
         counts.frames += count if kind is TaskKind.ASSEMBLE else 0
         if status is TaskStatus.DONE:
@@ -87,7 +87,7 @@ def _check_job(session: Session, row: Job, counts: Counts, settings: Settings) -
     if has_ended(session, row, limit=settings.failure_limit):
         message = f"the job is {row.status} although its tasks have ended"
         yield Finding(Check.NOT_ENDED, Level.ERROR, message, row.id, repairable=True)
-    unfinished = counts.tasks - counts.statuses[TaskStatus.DONE]
+    unfinished = counts.tasks - sum(counts.statuses[status] for status in SATISFIED_TASKS)
     if row.status is JobStatus.DONE and unfinished:
         yield Finding(Check.DONE_INCOMPLETE, Level.ERROR, f"the job is done, but {unfinished} tasks are not", row.id)
 

@@ -60,7 +60,9 @@ def check_dependents(session: Session) -> Iterator[Finding]:
     """Yield the tasks of open jobs that wait although what they need is done, and those that do not wait for it."""
     usable = (Job.status.in_(job_rows.OPEN), Job.background_job.is_(None))
     open_jobs = select(Job.id).where(*usable)
-    unfinished = select(Task.job_id, Task.stage).where(Task.job_id.in_(open_jobs), Task.status.in_(task_rows.NOT_DONE))
+    unfinished = select(Task.job_id, Task.stage).where(
+        Task.job_id.in_(open_jobs), Task.status.in_(task_rows.UNSATISFIED)
+    )
     stages = {(job_id, stage) for job_id, stage in session.execute(unfinished.distinct())}
     query = select(Task.job_id, Task.needs, Task.status).where(Task.job_id.in_(open_jobs), Task.needs.is_not(None))
     wanted = (TaskStatus.WAITING, TaskStatus.READY, TaskStatus.DISPATCHED)

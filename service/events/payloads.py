@@ -17,7 +17,14 @@ from service.schemas.links import artifact_url
 from service.schemas.wait import Wait
 
 
-def job_data(row: Job, *, running_px: float, done_outputs: Collection[str], wait: Wait | None = None) -> schema.Job:
+def job_data(
+    row: Job,
+    *,
+    running_px: float,
+    done_outputs: Collection[str],
+    skipped_frames: tuple[int, ...],
+    wait: Wait | None = None,
+) -> schema.Job:
     """Return a whole job.
 
     Parameters
@@ -26,6 +33,8 @@ def job_data(row: Job, *, running_px: float, done_outputs: Collection[str], wait
         The pixels that running attempts have finished.
     done_outputs
         The file names of the outputs that are done.
+    skipped_frames
+        The frames that a user left out.
     wait
         Why no task of the job runs. Events have none, since it depends on the whole farm.
     """
@@ -39,7 +48,7 @@ def job_data(row: Job, *, running_px: float, done_outputs: Collection[str], wait
         title=row.title,
         scene=row.scene,
         status=row.status,
-        actions=actions_for(row.status, row.paused_by),
+        actions=actions_for(row.status, row.paused_by, skipped=row.skipped),
         priority=row.priority,
         owner=row.owner,
         created_at=utc(row.created_s),
@@ -57,6 +66,7 @@ def job_data(row: Job, *, running_px: float, done_outputs: Collection[str], wait
         tasks=task_counts(row),
         frames_done=row.frames_done,
         frames_total=row.frames_total,
+        skipped_frames=skipped_frames,
         cpu_s=row.cpu_s,
         cache_hits=row.cache_hits,
         late_events=row.late_events,

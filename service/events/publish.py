@@ -68,7 +68,16 @@ def _snapshots(session: Session, rows: Sequence[Job]) -> list[JobSchema]:
     outputs: dict[str, set[str]] = defaultdict(set)
     for job_id, output in done:
         outputs[job_id].add(output)
-    return [job_data(row, running_px=running_px.get(row.id, 0.0), done_outputs=outputs[row.id]) for row in rows]
+    skipped = task_rows.skipped_frames(session, [row.id for row in rows if row.skipped])
+    return [
+        job_data(
+            row,
+            running_px=running_px.get(row.id, 0.0),
+            done_outputs=outputs[row.id],
+            skipped_frames=skipped.get(row.id, ()),
+        )
+        for row in rows
+    ]
 
 
 def _publish(session: Session, events: Iterable[tuple[str, StreamEvent]]) -> None:

@@ -1,4 +1,4 @@
-"""The actions of users on jobs: cancel, pause, resume, retry, repair, prioritise, remove.
+"""The actions of users on jobs: cancel, pause, resume, retry, repair, skip, prioritise, remove.
 
 `lippmann.job.states.JOB_ACTIONS` defines in which statuses each of them is allowed. A request changes what it can in
 one transaction; work on many rows is left to a background job, whose chunks are the functions `*_chunk`.
@@ -7,6 +7,7 @@ one transaction; work on many rows is left to a background job, whose chunks are
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Collection
 
 from sqlalchemy import delete, select, update
 from sqlalchemy.orm import Session
@@ -20,25 +21,9 @@ from service.db.tables import BackgroundJob, Job, Task, WorkerFault
 from service.events.publish import publish_jobs, publish_removal
 from service.jobs.completion import settle
 from service.jobs.farm_pause import NOT_PAUSED, forget_faults
-from service.jobs.state_machine import find_job_for, release_tasks, set_job, transition_job, transition_tasks
+from service.jobs.skipping import bring_back, skip
+from service.jobs.state_machine import RESET, find_job_for, release_tasks, set_job, transition_job, transition_tasks
 from service.settings import FailureLimit
-
-_RESET = {
-    "failures": 0,
-    "losses": 0,
-    "failed_on": [],
-    "deferrals": 0,
-    "error_code": None,
-    "error_message": None,
-    "error_frame": None,
-    "error_artifact": None,
-    "repairs": 0,
-    "permanent": False,
-    "not_before_s": None,
-    "ended_s": None,
-}
-"""The columns of a task that a retry resets."""
-
 
 _NOT_ENDED = {"ended_s": None, "error_code": None, "error_message": None}
 """The columns of a job that a retry and a repair reset."""
@@ -98,9 +83,24 @@ def prioritise_job(session: Session, job_id: str, priority: int) -> Job:
 
 
 def retry_job(session: Session, job_id: str, *, now_s: float, limit: FailureLimit) -> Job:
-    """Continue a failed or cancelled job with the tasks that are not done; all failures are reset."""
+    """Continue a job with the tasks that are not done, also those of skipped frames; all failures are reset."""
     row = find_job_for(session, job_id, JobAction.RETRY)
-    changed(session, delete(WorkerFault).where(WorkerFault.job_id == job_id))
+    if row.skipped:
+        bring_back(session, row)
+    return _continue_job(session, row, now_s=now_s, limit=limit)
+
+
+def skip_frames(
+    session: Session, job_id: str, frames: Collection[int] | None, *, now_s: float, limit: FailureLimit
+) -> Job:
+    """Leave frames of a failed or cancelled job out, by default those that failed, and continue it as a retry does."""
+    row = find_job_for(session, job_id, JobAction.SKIP)
+    skip(session, row, frames, now_s=now_s)
+    return _continue_job(session, row, now_s=now_s, limit=limit)
+
+
+def _continue_job(session: Session, row: Job, *, now_s: float, limit: FailureLimit) -> Job:
+    changed(session, delete(WorkerFault).where(WorkerFault.job_id == row.id))
     row = transition_job(session, row, JobStatus.RUNNING, **_NOT_ENDED, background_job=BackgroundJob.RETRY)
     retry_chunk(session, row, now_s=now_s, limit=limit)
     return row
@@ -121,7 +121,7 @@ def retry_chunk(session: Session, row: Job, *, now_s: float, limit: FailureLimit
     for sequence, status, blocked in chunk:
         groups[status, TaskStatus.WAITING if blocked else TaskStatus.READY].append(sequence)
     for (status, to), sequences in groups.items():
-        transition_tasks(session, row.id, sequences, status, to, **_RESET)
+        transition_tasks(session, row.id, sequences, status, to, **RESET)
     more = len(chunk) == task_rows.CHUNK
     set_job(session, row, background_job=BackgroundJob.RETRY if more else _after_retry(row))
     if row.background_job is None:

@@ -26,6 +26,22 @@ from service.errors import JobNotEnded, NotFound, TransitionNotAllowed
 from service.events.publish import publish_jobs, publish_tasks
 from service.jobs.task_draft import TaskDraft, check_transition
 
+RESET = {
+    "failures": 0,
+    "losses": 0,
+    "failed_on": [],
+    "deferrals": 0,
+    "error_code": None,
+    "error_message": None,
+    "error_frame": None,
+    "error_artifact": None,
+    "repairs": 0,
+    "permanent": False,
+    "not_before_s": None,
+    "ended_s": None,
+}
+"""The columns of a task that a retry resets."""
+
 
 def find_job(session: Session, job_id: str) -> Job:
     """Return the row of a job.
@@ -53,7 +69,7 @@ def find_job_for(session: Session, job_id: str, action: JobAction) -> Job:
     """
     row = find_job(session, job_id)
     allowed = JOB_ACTIONS[action].allowed_in
-    if action not in actions_for(row.status, row.paused_by):
+    if action not in actions_for(row.status, row.paused_by, skipped=row.skipped):
         error = JobNotEnded if action is JobAction.REMOVE else TransitionNotAllowed
         *most, last = (status.value for status in JobStatus if status in allowed)
         words = f"{', '.join(most)} or {last}" if most else last

@@ -23,10 +23,20 @@ from service.dependencies import (
     ViewerDep,
 )
 from service.jobs.artifact_repair import repair_artifacts
-from service.jobs.commands import cancel_job, pause_job, prioritise_job, remove_job, repair_job, resume_job, retry_job
+from service.jobs.commands import (
+    cancel_job,
+    pause_job,
+    prioritise_job,
+    remove_job,
+    repair_job,
+    resume_job,
+    retry_job,
+    skip_frames,
+)
+from service.jobs.skipping import remove_outputs_without_frames
 from service.jobs.state_machine import find_job
 from service.jobs.submission import submit_job
-from service.schemas.job import Job, JobChange, JobPage
+from service.schemas.job import FramesToSkip, Job, JobChange, JobPage
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
 
@@ -114,9 +124,13 @@ def resume(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
 
 @router.post("/{job_id}/retry", responses=_CONFLICT)
 def retry(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
-    """Retry a failed or cancelled job. Tasks that are not done run again, and so do those with unreadable artifacts."""
+    """Retry a failed or cancelled job. Tasks that are not done run again, and so do those with unreadable artifacts.
+
+    Skipped frames are rendered, and the outputs are made again with them; for this, a done job can be retried too.
+    """
     limit = state.settings.failure_limit
     repair_artifacts(state.database, state.parts.store, job_id)
+    remove_outputs_without_frames(state.database, state.parts.store, job_id)
     return _command(state, lambda session: retry_job(session, job_id, now_s=state.now_s(), limit=limit))
 
 
@@ -127,6 +141,18 @@ def repair(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
     A failed or cancelled job also continues with its tasks that are not done, as after a retry.
     """
     return _command(state, lambda session: repair_job(session, job_id))
+
+
+@router.post("/{job_id}/skip", responses=_CONFLICT)
+def skip(
+    job_id: JobId, state: AppStateDep, _caller: SubmitterDep, selection: Annotated[FramesToSkip | None, Body()] = None
+) -> Job:
+    """Leave frames of a failed or cancelled job out, by default those that failed, and continue the job.
+
+    The outputs are made without these frames. A retry brings them back.
+    """
+    frames, limit = selection.frames if selection else None, state.settings.failure_limit
+    return _command(state, lambda session: skip_frames(session, job_id, frames, now_s=state.now_s(), limit=limit))
 
 
 @router.delete("/{job_id}", status_code=204, responses=_CONFLICT)

@@ -49,6 +49,7 @@ class TaskCounts(Answer):
     done: int
     failed: int
     cancelled: int
+    skipped: int
 
 
 class OutputLink(Answer):
@@ -108,6 +109,8 @@ class Job(Answer):
     tasks: TaskCounts
     frames_done: int
     frames_total: int
+    skipped_frames: tuple[int, ...]
+    """The frames that a user left out; no output shows them."""
     cpu_s: float
     """CPU seconds of all done tasks."""
     cache_hits: int = 0
@@ -125,6 +128,13 @@ class JobPage(Answer):
     items: tuple[Job, ...]
     next_cursor: str | None
     """The cursor of the next page; null on the last page."""
+
+
+class FramesToSkip(Answer):
+    """The frames that a job leaves out."""
+
+    frames: tuple[int, ...] | None = Field(default=None, min_length=1, max_length=100_000)
+    """The numbers of the frames; null for those with a task that failed."""
 
 
 class JobChange(Answer):

@@ -21,7 +21,7 @@ def encode_output(place: Workplace, order: Order, monitor: ProgressMonitor) -> T
     with place.task_folder() as folder:
         make_output(
             OutputContext(
-                source=job_frames(artifacts, sheet),
+                source=job_frames(artifacts, sheet, skipped=frozenset(order.skipped_frames)),
                 output=output_called(sheet.spec.outputs, order.output),
                 scratch=folder,
                 put=artifacts.put,

@@ -1,4 +1,4 @@
-"""Jobs: submit, list, show their tasks, watch, fetch, cancel, pause, resume, retry and repair them."""
+"""Jobs: submit, list, show their tasks, watch, fetch, cancel, pause, resume, retry, repair, and skip frames of them."""
 
 from __future__ import annotations
 
@@ -159,6 +159,26 @@ def repair(job_id: JobId, output: Output, connection: Connection) -> None:
     """Verify every file of an ended job, and make the missing and damaged ones again."""
     with connection.client() as client:
         _print_status(client.repair(job_id), output)
+
+
+def skip(
+    job_id: JobId,
+    frames: Annotated[
+        str | None,
+        typer.Option(help="The frames to leave out, for example 7,12-14. By default, those that failed."),
+    ] = None,
+    *,
+    output: Output,
+    connection: Connection,
+) -> None:
+    """Leave frames of a failed or cancelled job out and continue it; its outputs are made without them.
+
+    A retry of the job brings them back.
+    """
+    from lippmann.job.frames import parse_frames
+
+    with connection.client() as client:
+        _print_status(client.skip(job_id, parse_frames(frames) if frames else None), output)
 
 
 def _print_status(job: Job, output: Output) -> None:

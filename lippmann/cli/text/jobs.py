@@ -56,6 +56,7 @@ def job_text(job: Job) -> str:
             ("waits", wait_text(job.wait) if job.wait is not None and job.pause is None else None),
             ("error", f"{job.error.message} ({job.error.code})" if job.error else None),
             ("frames", f"{job.frames_done} of {job.frames_total} ({job.frames.text}), {job.fps:g} a second"),
+            ("skipped", f"frames {', '.join(map(str, job.skipped_frames))}" if job.skipped_frames else None),
             ("size", f"{size.lens_cols} x {size.lens_rows} lenses, {size.cols} x {size.rows} px"),
             ("done", f"{job.progress:.0%}"),
             ("to go", duration_text(job.eta_s) if job.eta_s is not None else None),

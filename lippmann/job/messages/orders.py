@@ -46,6 +46,8 @@ class Order(BaseModel):
     tile: TileIndex | None = None
     output: str | None = None
     avoid: tuple[str, ...] = ()
+    skipped_frames: tuple[int, ...] = ()
+    """The frames of the job that an output leaves out."""
     digests: dict[str, Digest] = Field(default_factory=dict)
     """The expected digests of the artifacts that the task reads, by their names below the job; an artifact without one
     is read without a check."""

@@ -14,7 +14,10 @@ import { Videos } from "./videos.js";
 import { Wait, WaitingTasks } from "./waits.js";
 
 // The buttons for actions; the service lists with every job those that are allowed. Others have no button.
-const LABELS = { pause: "Pause", resume: "Resume", cancel: "Cancel", retry: "Retry", repair: "Repair" };
+const LABELS = {
+  pause: "Pause", resume: "Resume", cancel: "Cancel", retry: "Retry", repair: "Repair", skip: "Skip failed frames",
+};
+const canBegin = (job, action) => action in LABELS && (action !== "skip" || job.tasks.failed > 0);
 
 export function Job({ id }) {
   const job = useKnown((known) => known.jobs[id], [id]);
@@ -130,7 +133,7 @@ function Actions({ job }) {
   const answer = (event) => event.target.returnValue === "yes" && run("cancel");
   return html`
     <div class="actions">
-      ${job.actions.filter((action) => action in LABELS).map((action) => html`
+      ${job.actions.filter((action) => canBegin(job, action)).map((action) => html`
         <button key=${action} disabled=${busy} onClick=${() => ask(action)}>${LABELS[action]}</button>
       `)}
     </div>

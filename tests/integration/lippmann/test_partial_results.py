@@ -7,6 +7,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import av
 import pytest
 
 from lippmann.client.fetch import fetch_job
@@ -89,3 +90,30 @@ def test_a_file_that_is_gone_from_the_store_is_named_until_the_job_is_repaired(
         assert ended(client, job.id).status is JobStatus.DONE
     assert fetched(farm, job.id, tmp_path).returncode == 0
     assert not (tmp_path / MISSING).exists()
+
+
+def test_a_job_is_done_without_the_frame_that_fails_for_ever(farm: Up, tmp_path: Path) -> None:
+    """Two tiles a frame, an assembly between them and the outputs, and a video that is one frame shorter."""
+    spec = SMALL | {"scene": "fails-at-2", "frames": "1-4", "render": {"tiles": [2, 1]}}
+    with farm.client() as client:
+        client.upload_scene("fails-at-2", scene_without_frame(2, tmp_path / "scene"))
+        job = ended(client, client.submit(spec | {"outputs": ["centre.mkv", "view_grid.png"]}).id)
+        assert job.status is JobStatus.FAILED
+        skipped = run("skip", job.id, "--data-dir", str(farm.data_dir))
+        assert (skipped.returncode, skipped.stdout) == (0, f"{job.id} running\n"), skipped.stderr
+        job = ended(client, job.id)
+        assert (job.status, job.skipped_frames, job.frames_done) == (JobStatus.DONE, (2,), 3)
+        shown = run("show", job.id, "--data-dir", str(farm.data_dir)).stdout
+        assert "frames 2" in shown
+        assert fetched(farm, job.id, tmp_path / "out").returncode == 5
+        assert [(each["frame"], each["why"]) for each in listed(tmp_path / "out")["frames"]] == [(2, "skipped")]
+        assert listed(tmp_path / "out")["outputs"] == []
+        with av.open(str(tmp_path / "out" / "video" / "centre.mkv")) as video:
+            assert sum(1 for _ in video.decode(video=0)) == 3
+        assert sorted(path.name for path in tmp_path.glob("out/exports/view_grid/*.png")) == [
+            "0001.png", "0003.png", "0004.png",
+        ]  # fmt: skip
+        client.retry(job.id)
+        again = ended(client, job.id)
+    assert (again.status, again.skipped_frames, again.frames_done) == (JobStatus.FAILED, (), 3)
+    assert "the ball cannot be at 2" in (again.error.message if again.error else "")

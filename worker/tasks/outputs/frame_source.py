@@ -6,7 +6,7 @@ image on the pixels of a device) follow from them by the functions that `worker.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -107,11 +107,11 @@ def naming_frame(frame: int) -> Iterator[None]:
         raise
 
 
-def job_frames(artifacts: TaskArtifacts, sheet: ResolvedJob) -> FrameSource:
-    """Return the frames of a job in the store."""
+def job_frames(artifacts: TaskArtifacts, sheet: ResolvedJob, *, skipped: Collection[int] = ()) -> FrameSource:
+    """Return the frames of a job in the store, without those that are skipped."""
     spec = sheet.spec
     return FrameSource(
-        frames=spec.frame_numbers,
+        frames=tuple(frame for frame in spec.frame_numbers if frame not in skipped),
         fps=spec.fps,
         layout=display_size(spec.rig),
         rig=lambda frame: sheet.at(frame).spec.rig,

@@ -28,6 +28,7 @@ def upgrade() -> None:
         ("paused_s", sa.Double()),
     ):
         op.add_column("jobs", sa.Column(name, kind, nullable=True))
+    op.add_column("jobs", sa.Column("skipped", sa.BigInteger(), nullable=False, server_default="0"))
     op.add_column("worker_faults", sa.Column("code", sa.String(64), nullable=True))
     op.add_column("worker_faults", sa.Column("message", sa.Text(), nullable=True))
     op.add_column("coordinator", sa.Column("faults", sa.JSON(), nullable=True))

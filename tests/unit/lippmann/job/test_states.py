@@ -7,8 +7,10 @@ import pytest
 from lippmann.job.states import (
     ENDED_JOBS,
     ENDED_TASKS,
+    HELD_TASKS,
     JOB_ACTIONS,
     JOB_TRANSITIONS,
+    SATISFIED_TASKS,
     TASK_TRANSITIONS,
     JobAction,
     JobStatus,
@@ -40,8 +42,18 @@ def test_a_done_job_can_only_be_repaired_and_removed() -> None:
 
 
 @pytest.mark.parametrize("task", sorted(ENDED_TASKS))
-def test_a_task_that_ended_changes_only_by_retry(task: TaskStatus) -> None:
-    assert TASK_TRANSITIONS[task] <= {TaskStatus.READY, TaskStatus.WAITING}
+def test_a_task_that_ended_changes_only_by_retry_and_skip(task: TaskStatus) -> None:
+    assert TASK_TRANSITIONS[task] - {TaskStatus.SKIPPED} <= {TaskStatus.READY, TaskStatus.WAITING}
+
+
+def test_every_task_that_is_not_done_and_that_no_attempt_owns_can_be_skipped() -> None:
+    can = {task for task in TaskStatus if TaskStatus.SKIPPED in TASK_TRANSITIONS[task]}
+    assert can == set(TaskStatus) - HELD_TASKS - SATISFIED_TASKS
+
+
+def test_a_done_job_can_be_retried_only_to_bring_skipped_frames_back() -> None:
+    assert set(actions_for(JobStatus.DONE, skipped=3)) - set(actions_for(JobStatus.DONE)) == {JobAction.RETRY}
+    assert all(actions_for(job, skipped=3) == actions_for(job) for job in set(JobStatus) - {JobStatus.DONE})
 
 
 def test_every_job_that_has_not_ended_can_be_cancelled() -> None:

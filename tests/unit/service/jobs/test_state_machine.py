@@ -69,7 +69,7 @@ def test_a_move_of_what_has_moved_meanwhile_does_nothing(farm: Farm) -> None:
 def test_an_action_follows_the_table_and_a_refusal_names_action_and_status(
     api: Client, api_farm: Farm, was: JobStatus, action: JobAction
 ) -> None:
-    job_id = api_farm.submit()
+    job_id = api_farm.planned() if action is JobAction.SKIP else api_farm.submit()
     _put(api_farm, job_id, was)
     assert (action in api.get(f"/api/v1/jobs/{job_id}").json()["actions"]) == (was in JOB_ACTIONS[action].allowed_in)
     answer = _act(api, job_id, action)
@@ -94,4 +94,5 @@ def _act(api: Client, job_id: str, action: JobAction) -> Any:
         return api.delete(url)
     if action is JobAction.PRIORITISE:
         return api.patch(url, json={"priority": 7})
-    return api.post(f"{url}/{action}")
+    body = {"frames": [2]} if action is JobAction.SKIP else None
+    return api.post(f"{url}/{action}", json=body)
