@@ -44,9 +44,13 @@ def broker(tmp_path: Path) -> Iterator[Broker]:
 class FakeWorker:
     """Takes orders from the queue as Celery put them there, and says what the test wants said of each."""
 
-    def __init__(self, broker: Broker, answer: Callable[[Order], list[Event]], *, name: str = "w1") -> None:
+    def __init__(
+        self, broker: Broker, answer: Callable[[Order], list[Event]], *, name: str = "w1", lists: bool = False
+    ) -> None:
         self.orders: list[Order] = []
         self._broker, self._answer, self._name = broker, answer, name
+        # A worker that lists what it holds, which is nothing: it answers each order at once.
+        self._presence = presence(name).model_copy(update={"holds": () if lists else None})
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
@@ -59,7 +63,7 @@ class FakeWorker:
         client = self._broker.client
         while not self._stopping.is_set():
             try:
-                client.set(wire.presence_key(self._name), presence(self._name).model_dump_json(), ex=20)
+                client.set(wire.presence_key(self._name), self._presence.model_dump_json(), ex=20)
                 message = client.brpop([ORDERS], timeout=0.2)  # the end that Celery takes from: first in, first out
                 if message is not None:
                     self._do(client, message[1])
