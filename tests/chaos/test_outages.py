@@ -1,4 +1,4 @@
-"""Outages of the broker: the job ends with each frame once, and the worker takes orders again. `make outages` runs these.
+"""Outages of the broker: the job ends with each frame once, and the worker takes orders again (`make outages`).
 
 Each case is a farm of its own, a job in its slots or none, and an outage of some kind and length.
 """
