@@ -11,7 +11,20 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.benchmarks import command, farm, listening, looks, losses, memory, observer, optics, refocus, sheets, videos
+from tests.benchmarks import (
+    command,
+    farm,
+    listening,
+    looks,
+    losses,
+    memory,
+    observer,
+    optics,
+    pages,
+    refocus,
+    sheets,
+    videos,
+)
 
 
 @dataclass(frozen=True)
@@ -38,6 +51,7 @@ LINES = (
         "<= 1 s, <= 50 ms, -, <= 300 MB",
         listening.with_clients,
     ),
+    Line("the slowest page or list of 10,000 jobs and 1,000,000 tasks: p95", "<= 50 ms", pages.slowest_page),
     Line("a picture on demand, its sheet in memory: wall", "<= 50 ms", looks.slowest_ms),
     Line("what an eye sees, 90 x 90 lenses of 8 px to 720 px: one ray a pixel", "<= 50 ms", observer.one_ray_ms),
     Line("what an eye sees, the same: 64 rays through the pupil", "<= 1000 ms", observer.pupil_ms),
