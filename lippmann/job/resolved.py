@@ -138,3 +138,5 @@ class StoredPlan(_Part):
     probe_s_per_px: float
     renders: bool = True
     """True if the job renders something; a job on imported sheets does not."""
+    previews: tuple[int, ...] = ()
+    """The frames that come before the others; none in plans of earlier releases."""

@@ -7,13 +7,13 @@ because the sheets are there already, `assemble` needs nothing.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from lippmann.job.messages.events import ProbeResult
 from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.resolved import StoredPlan
-from lippmann.job.spec import JobSpec
+from lippmann.job.spec import Clock, JobSpec
 from lippmann.plan import artifact_names as names
 from lippmann.plan.cost import tile_grid
 from lippmann.plan.sampling import cut_tiles, frame_size
@@ -31,7 +31,8 @@ class PlannedTask:
     stage: str
     needs: str | None
     sequence: int
-    """The order of the tasks of a job: earlier frames first, and a frame's assembly before the next frame's tiles."""
+    """The order of the tasks of a job: the previews first, then by frames, and a frame's assembly before the next
+    frame's tiles."""
     weight_px: int
     """The share of the task in the job, for the progress."""
     artifact: str
@@ -46,8 +47,18 @@ def probe_task() -> PlannedTask:
     return PlannedTask(kind=TaskKind.PROBE, stage=PROBE_STAGE, needs=None, sequence=0, weight_px=0, artifact="")
 
 
-def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int) -> StoredPlan:
-    """Return the plan of a job, from the measurements of its probe and the number of slots of the farm."""
+def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int, clock: Clock | None = None) -> StoredPlan:
+    """Return the plan of a job.
+
+    Parameters
+    ----------
+    probe
+        The measurements of the probe.
+    slots
+        The number of slots of the farm.
+    clock
+        The clock of the job, which is its scene's if the specification has none.
+    """
     rows, cols = tile_grid(spec, probe, slots=slots)
     return StoredPlan(
         tile_rows=rows,
@@ -55,7 +66,26 @@ def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int) -> StoredPlan:
         probe_start_s=probe.start_s,
         probe_s_per_px=probe.s_per_px,
         renders=probe.renders,
+        previews=previews(spec.frame_numbers, clock),
     )
+
+
+def previews(frames: Sequence[int], clock: Clock | None = None) -> tuple[int, ...]:
+    """Return the first, the middle and the last frame, by which a user judges a job before the others are rendered.
+
+    Of a motion that repeats they are those of its first turn: equal frames would be rendered at the same time, when the
+    render cache has none of them.
+
+    >>> previews(range(1, 91))
+    (1, 46, 90)
+    >>> previews(range(1, 91), Clock(repeat_frames=45))
+    (1, 23, 45)
+    """
+    first_at: dict[float, int] = {}
+    for frame in frames:
+        first_at.setdefault(frame if clock is None else clock.at(frame), frame)
+    turn = [*first_at.values()]
+    return tuple(dict.fromkeys(turn[index] for index in (0, len(turn) // 2, -1)))
 
 
 def plan_tasks(spec: JobSpec, plan: StoredPlan) -> Iterator[PlannedTask]:
@@ -63,7 +93,7 @@ def plan_tasks(spec: JobSpec, plan: StoredPlan) -> Iterator[PlannedTask]:
     size = frame_size(spec.rig)
     tiles = cut_tiles(size, tile_rows=plan.tile_rows, tile_cols=plan.tile_cols) if plan.renders else ()
     sequence = 1
-    for frame in spec.frame_numbers:
+    for frame in dict.fromkeys((*plan.previews, *spec.frame_numbers)):
         stage = f"render/{names.frame_stem(frame)}" if plan.renders else None
         for tile in tiles:
             artifact = names.tile_name(frame, tile.index)

@@ -13,7 +13,7 @@ from sqlalchemy import insert, update
 from sqlalchemy.orm import Session
 
 from lippmann.job.messages.events import ProbeResult
-from lippmann.job.resolved import StoredPlan
+from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
@@ -48,13 +48,16 @@ class Planner:
             probe = ProbeResult.model_validate(row.probe)
             reached = task_rows.last_sequence(session, job_id)
         if sheet is None:
-            self._decide(job_id, plan_sheet(spec, probe, slots=max(1, slots)))
+            self._decide(job_id, plan_sheet(spec, probe, slots=max(1, slots), clock=self._resolved(job_id).clock))
             return True
         decided = StoredPlan.model_validate(sheet)
         if reached == 0:  # only the probe exists, so no task has read the artifact
             self._store_sheet(job_id, decided)
         chunk = self._next_chunk(job_id, reached, spec, decided)
         return self._write(job_id, chunk, now_s)
+
+    def _resolved(self, job_id: str) -> ResolvedJob:
+        return ResolvedJob.model_validate_json(self._store.get_bytes(names.job_artifact(job_id, names.JOB_FILE)))
 
     def _decide(self, job_id: str, sheet: StoredPlan) -> None:
         with self._database.writing() as session:
@@ -65,7 +68,9 @@ class Planner:
 
     def _store_sheet(self, job_id: str, sheet: StoredPlan) -> None:
         # It is written from the row, so that a process that no longer leads writes the same, and before the first task.
-        self._store.put_bytes(names.job_artifact(job_id, names.PLAN_FILE), sheet.model_dump_json(indent=2).encode())
+        # Workers need no previews, and those of an earlier release refuse a field that they do not know.
+        text = sheet.model_dump_json(indent=2, exclude={"previews"})
+        self._store.put_bytes(names.job_artifact(job_id, names.PLAN_FILE), text.encode())
 
     def _next_chunk(self, job_id: str, reached: int, spec: JobSpec, sheet: StoredPlan) -> list[PlannedTask]:
         at, iterator = self._iterators.pop(job_id, (-1, iter(())))

@@ -9,10 +9,11 @@ import pytest
 from lippmann.job.messages.events import ProbeResult
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.render_settings import Capture
-from lippmann.job.spec import JobSpec, parse_spec
+from lippmann.job.resolved import StoredPlan
+from lippmann.job.spec import Clock, JobSpec, parse_spec
 from lippmann.plan.cost import COMFORTABLE_PX, COMFORTABLE_S, WORTHWHILE_S, depth_s_per_px
 from lippmann.plan.sampling import frame_size
-from lippmann.plan.tasks import plan_sheet, plan_tasks
+from lippmann.plan.tasks import plan_sheet, plan_tasks, previews
 
 
 def job(frames: str = "1-6", tiles: object = "auto") -> JobSpec:
@@ -39,6 +40,36 @@ def test_tasks_have_each_their_own_sequence_and_artifact() -> None:
     tasks = list(plan_tasks(job(), plan_sheet(job(), probed(600.0), slots=2)))
     assert all(b.sequence == a.sequence + 1 for a, b in pairwise(tasks))
     assert len({task.artifact for task in tasks}) == len(tasks)
+
+
+def test_the_first_the_middle_and_the_last_frame_come_before_the_others() -> None:
+    tasks = list(plan_tasks(job("1-9"), plan_sheet(job("1-9"), probed(6.0), slots=2)))
+    assembled = [task.frame for task in tasks if task.kind is TaskKind.ASSEMBLE]
+    assert assembled == [1, 5, 9, 2, 3, 4, 6, 7, 8]
+    assert [task.sequence for task in tasks] == list(range(1, len(tasks) + 1))
+
+
+@pytest.mark.parametrize("frames", ["7", "7,9", "1-3", "1-4", "2-100:7"])
+def test_every_frame_is_planned_once_whatever_comes_first(frames: str) -> None:
+    tasks = plan_tasks(job(frames), plan_sheet(job(frames), probed(6.0), slots=2))
+    assembled = [task.frame or 0 for task in tasks if task.kind is TaskKind.ASSEMBLE]
+    assert sorted(assembled) == list(job(frames).frame_numbers)
+    assert len(set(assembled)) == len(assembled)
+
+
+@pytest.mark.parametrize(("frames", "repeat", "expected"), [("1-90", 45, (1, 23, 45)), ("31-80", 20, (31, 41, 50))])
+def test_no_two_previews_of_a_motion_that_repeats_are_equal(
+    frames: str, repeat: int, expected: tuple[int, ...]
+) -> None:
+    """The render cache cannot help frames that are rendered at the same time."""
+    assert previews(job(frames).frame_numbers, Clock(repeat_frames=repeat)) == expected
+
+
+def test_a_plan_of_an_earlier_release_goes_on_in_its_own_order() -> None:
+    """Its first tasks may be in the database already."""
+    stored = plan_sheet(job("1-9"), probed(6.0), slots=2).model_dump(exclude={"previews"})
+    tasks = plan_tasks(job("1-9"), StoredPlan.model_validate(stored))
+    assert [task.frame for task in tasks if task.kind is TaskKind.ASSEMBLE] == list(range(1, 10))
 
 
 def test_no_tile_of_a_long_frame_is_longer_than_comfortable() -> None:

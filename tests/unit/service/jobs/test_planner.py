@@ -10,6 +10,7 @@ from sqlalchemy import update
 
 from lippmann.errors import StoreUnavailable
 from lippmann.job.messages.events import ProbeResult
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.resolved import StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobStatus, TaskStatus
@@ -187,15 +188,18 @@ def test_a_leader_that_was_replaced_does_not_write_over_the_plan(farm: Farm, mon
     job_id = _probed(farm, render={"tiles": "auto"})
     decide, new = plan_sheet, BackgroundJobs(farm.database, farm.store, farm.settings)
 
-    def late(spec: JobSpec, probe: ProbeResult, *, slots: int) -> StoredPlan:
+    def late(spec: JobSpec, probe: ProbeResult, **how: Any) -> StoredPlan:
         monkeypatch.setattr(plan, "plan_sheet", decide)
         while new.run_round(slots=1, now_s=farm.now_s):
             pass
-        return decide(spec, probe, slots=slots).model_copy(update={"tile_rows": 7})
+        return decide(spec, probe, **how).model_copy(update={"tile_rows": 7})
 
     monkeypatch.setattr(plan, "plan_sheet", late)
     farm.plan()
-    assert json.loads(farm.store.get_bytes(f"{job_id}/plan.json")) == farm.job(job_id).plan
+    stored = json.loads(farm.store.get_bytes(f"{job_id}/plan.json"))
+    # The previews are for the planner alone; an older worker refuses what it does not know.
+    assert stored | {"previews": [1, 2, 3]} == farm.job(job_id).plan
+    assert "previews" not in stored
     assert _rows(farm, job_id) == _expected(farm, job_id)
 
 
@@ -221,3 +225,13 @@ def test_no_transaction_inserts_more_than_a_chunk(farm: Farm, monkeypatch: pytes
     _probed(farm, **LONG)
     farm.plan()
     assert sizes == [10, 10, 5]
+
+
+def test_previews_come_first_and_are_those_of_the_first_turn_of_a_motion_that_repeats(farm: Farm) -> None:
+    job_id = farm.planned(frames="1-8", clock={"repeat_frames": 5}, outputs=[])
+    plan_row = farm.job(job_id).plan
+    assert plan_row is not None
+    assert plan_row["previews"] == [1, 3, 5]
+    farm.work()
+    frames = [order.frame for order in farm.queue.orders if order.kind is TaskKind.ASSEMBLE]
+    assert frames == [1, 3, 5, 2, 4, 6, 7, 8]
