@@ -37,7 +37,10 @@ class Line:
 
 
 LINES = (
-    Line("frames through the farm on 2 slots / plain povray, two at a time: wall", "<= 1.10", farm.wall_ratio),
+    Line("12 frames of 720 x 720 on 2 slots / plain povray +WT1, two at a time: wall", "<= 1.03", farm.frames_ratio),
+    Line("90 frames of 0.5 s on 2 slots / the same: wall", "<= 0.80", farm.short_frames_ratio),
+    Line("one frame of 2400 x 2400 on 2 slots / plain povray +WT2: wall", "<= 1.00", farm.still_ratio),
+    Line("slots without a task while 12 frames render", "<= 2 %", farm.idle_share),
     Line("assemble / render: CPU", "<= 5 %", farm.assemble_share),
     Line("recovery of 20 kills of pool processes and workers: p95", "<= 15 s", losses.recovery_p95),
     Line("optics by ray camera / pinhole camera, fish, 90 x 90 lenses of 8 px: CPU", "<= 2.0", optics.ray_camera_ratio),
