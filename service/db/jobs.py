@@ -19,7 +19,7 @@ OPEN = (*SCHEDULABLE, JobStatus.PAUSED)
 BEGUN = (JobStatus.PROBING, JobStatus.RUNNING, JobStatus.PAUSED)
 """The statuses of jobs that have begun and not ended."""
 
-_IS_BUSY = Job.dispatched + Job.running > literal_column("0")
+IS_BUSY = Job.dispatched + Job.running > literal_column("0")
 """The condition that a job has outstanding orders, as the index `ix_jobs_busy` has it."""
 
 
@@ -79,12 +79,12 @@ def claims(session: Session, *, now_s: float) -> Sequence[tuple[str, int, int, i
 def outstanding(session: Session) -> int:
     """Return the number of outstanding orders of all jobs."""
     query = select(func.coalesce(func.sum(Job.dispatched + Job.running), 0))
-    return int(session.scalar(query.where(_IS_BUSY, Job.status.in_(OPEN))) or 0)
+    return int(session.scalar(query.where(IS_BUSY, Job.status.in_(OPEN))) or 0)
 
 
 def busy_ids(session: Session) -> Sequence[str]:
     """Return the jobs with outstanding orders; there are few, because the queue is shallow."""
-    query = select(Job.id).where(_IS_BUSY, Job.status.in_(OPEN))
+    query = select(Job.id).where(IS_BUSY, Job.status.in_(OPEN))
     return session.scalars(query.order_by(Job.id)).all()
 
 

@@ -8,7 +8,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import TaskStatus
-from service.db.jobs import OPEN, is_dispatchable
+from service.db.jobs import IS_BUSY, OPEN, is_dispatchable
 from service.db.tables import Job, Task
 from service.db.task_sets import is_due
 from service.db.tasks import UNSATISFIED
@@ -29,14 +29,15 @@ def line(session: Session, *, now_s: float) -> Sequence[ClaimRow]:
 
 def holders(session: Session) -> Sequence[tuple[str, int, int, int, int]]:
     """Return the jobs with outstanding orders, the most first, and the number of their running tasks."""
-    query = select(*_CLAIM, Job.running).where(Job.status.in_(OPEN), Job.dispatched + Job.running > 0)
+    query = select(*_CLAIM, Job.running).where(IS_BUSY, Job.status.in_(OPEN))
     return session.execute(query.order_by((Job.dispatched + Job.running).desc(), Job.id)).all()
 
 
 def delayed(session: Session, job_ids: Collection[str], *, now_s: float) -> dict[str, Task]:
     """Return the ready task that is due soonest of each job that has no task which may be dispatched now."""
     ready = select(Task.sequence).where(Task.job_id == Job.id, Task.status == TaskStatus.READY, is_due(now_s))
-    stuck = select(Job.id).where(Job.id.in_([*job_ids]), ~ready.correlate(Job).exists())
+    has_none = ready.correlate(Job).limit(1).scalar_subquery().is_(None)  # as in `service.db.tasks.is_blocked`
+    stuck = select(Job.id).where(Job.id.in_([*job_ids]), has_none)
     query = select(Task).where(Task.job_id.in_(stuck), Task.status == TaskStatus.READY)
     found: dict[str, Task] = {}
     for task in session.scalars(query.order_by(Task.not_before_s, Task.sequence)):

@@ -13,10 +13,12 @@ from alembic.migration import MigrationContext
 from sqlalchemy import update
 
 from lippmann.job.states import JobStatus
+from service.api.waits import job_waits, task_waits
+from service.db import coordinator as coordinator_rows
 from service.db import events as event_rows
 from service.db.engine import Database
 from service.db.migrations import migrate
-from service.db.tables import Base, CoordinatorRow, Job
+from service.db.tables import Base, CoordinatorRow, Job, Task
 from service.jobs.commands import cancel_job, retry_job
 from service.schemas.events import EventTopic
 from service.settings import FailureLimit
@@ -184,3 +186,23 @@ def test_a_service_on_postgresql_does_a_job(
     make_worker()
     answer: Any = service.client.post("/jobs", json=SPEC)
     until(lambda: service.status(answer.json()["id"]) == "done")
+
+
+def test_the_reasons_to_wait_are_computed_on_both_databases(farm: Farm) -> None:
+    with farm.writing() as session:
+        coordinator_rows.acquire_leadership(session, "me", now_s=farm.now_s, until_s=farm.now_s + 1e6)
+    busy = farm.planned(frames="1-10", outputs=[])
+    for order in farm.dispatch()[:2]:
+        farm.say(claimed(order))
+    delayed = farm.submit()
+    with farm.writing() as session:
+        again = {"not_before_s": farm.now_s + 60, "failures": 1, "error_code": "x", "error_message": "x"}
+        session.execute(update(Task).where(Task.job_id == delayed).values(again))
+    waiting = farm.submit()
+    with farm.database.reading() as session:
+        rows = session.query(Job).all()
+        of_jobs = {job_id: wait.code for job_id, wait in job_waits(session, rows, farm.outlook()).items()}
+        row = session.get_one(Job, busy)
+        of_tasks = {wait.code for wait in task_waits(session, row, farm.tasks(busy), farm.outlook()).values()}
+    assert of_jobs == {delayed: "retry-delay", waiting: "slots-busy"}
+    assert of_tasks == {"order-sent", "fair-share", "earlier-tasks", "earlier-stage"}

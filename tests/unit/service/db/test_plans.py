@@ -22,6 +22,7 @@ from service.db import events as event_rows
 from service.db import jobs as job_rows
 from service.db import task_sets
 from service.db import tasks as task_rows
+from service.db import waiting as waiting_rows
 from service.db.migrations import migrate
 from service.db.tables import BackgroundJob, Job, JobEvent, Task
 from service.schemas.events import EventTopic
@@ -185,6 +186,27 @@ HOT: dict[str, tuple[Callable[[Session, str], object], set[str]]] = {
     "a page of running jobs": (
         lambda s, _: job_rows.page(s, status=JobStatus.RUNNING, before="2", limit=50),
         {"ix_jobs_status"},
+    ),
+    "the jobs that come first, for a reason to wait": (
+        lambda s, _: waiting_rows.line(s, now_s=T0),
+        {"ix_jobs_status", BY_STATUS},
+    ),
+    "the jobs that hold slots, for a reason to wait": (lambda s, _: waiting_rows.holders(s), {"ix_jobs_busy"}),
+    "the delayed tasks of a page of jobs": (
+        lambda s, job_id: waiting_rows.delayed(s, [job_id], now_s=T0),
+        {"jobs", BY_STATUS},
+    ),
+    "the first task that may be dispatched": (
+        lambda s, job_id: waiting_rows.first_ready(s, job_id, now_s=T0),
+        {BY_STATUS},
+    ),
+    "the unfinished tasks of the stages that a page of tasks needs": (
+        lambda s, job_id: waiting_rows.unfinished(s, job_id, [f"render/{frame:04d}" for frame in range(1, 50)]),
+        {"ix_tasks_job_stage"},
+    ),
+    "the names of unfinished tasks of small stages": (
+        lambda s, job_id: waiting_rows.members(s, job_id, [f"render/{frame:04d}" for frame in range(1, 50)]),
+        {"ix_tasks_job_stage"},
     ),
     "the events of a job": (
         lambda s, job_id: event_rows.after(s, 4_000, job_id=job_id[:-1], limit=100),
