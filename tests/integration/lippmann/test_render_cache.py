@@ -104,6 +104,14 @@ def test_no_cache_renders_every_tile_and_gives_the_same_pixels(farm: Farm, job: 
         assert np.array_equal(first, again)
 
 
+def test_the_doctor_finds_nothing_and_a_backup_leaves_the_cache_out(farm: Farm, job: Job, tmp_path: Path) -> None:
+    assert list((farm.data_dir / "artifacts/cache").rglob("entry.json"))
+    command(farm, "doctor", "--deep")
+    command(farm, "backup", str(tmp_path / "backup"))
+    assert (tmp_path / "backup/artifacts" / job.id).is_dir()
+    assert not (tmp_path / "backup/artifacts/cache").exists()
+
+
 def test_a_second_job_outlives_the_first_and_the_cache(farm: Farm, job: Job) -> None:
     second = done(farm, JOB | {"title": "Heir"})
     assert second.cache_hits == FRAMES
