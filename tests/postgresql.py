@@ -20,6 +20,8 @@ from tests.broker import free_port
 from tests.needs import missing
 from tests.waiting import ENOUGH_S, until
 
+DATABASES = ("sqlite", "postgresql")
+
 
 @pytest.fixture(scope="session")
 def postgresql() -> Iterator[str]:

@@ -1,7 +1,8 @@
-"""A farm on a new SQLite database for every test."""
+"""A farm on a new database for every test: SQLite, and PostgreSQL where a folder or a module asks for it."""
 
 from __future__ import annotations
 
+import secrets
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from pathlib import Path
@@ -16,11 +17,19 @@ from service.db.migrations import migrate
 from service.main import create_app
 from service.schemas.access import Role
 from tests.builders_service import Client, Farm
+from tests.postgresql import new_database
+from tests.postgresql import postgresql as postgresql
+
+
+@pytest.fixture
+def database_kind() -> str:
+    """Return the kind of the database; the folders whose tests run on both kinds override this."""
+    return "sqlite"
 
 
 @pytest.fixture(scope="session")
-def empty_database(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Lend a database that was migrated once, to copy."""
+def empty_sqlite(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Lend an SQLite database that was migrated once, to copy."""
     path = tmp_path_factory.mktemp("database") / "empty.db"
     database = Database(f"sqlite:///{path}")
     migrate(database)
@@ -29,13 +38,39 @@ def empty_database(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
+@pytest.fixture(scope="session")
+def empty_postgresql(postgresql: str) -> Iterator[str]:
+    """Lend the name of a PostgreSQL database that was migrated once, to use as a template."""
+    with new_database(postgresql) as url:
+        database = Database(url)
+        migrate(database)
+        database.dispose()
+        yield url.rpartition("/")[2]
+
+
 @pytest.fixture
-def make_farm(tmp_path: Path, empty_database: Path) -> Iterator[Callable[..., Farm]]:
+def new_url(database_kind: str, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Callable[[], str]]:
+    """Lend a function that makes a migrated database and returns its URL."""
+    with ExitStack() as stack:
+
+        def new_sqlite() -> str:
+            path = tmp_path / f"{secrets.token_hex(4)}.db"
+            copy(request.getfixturevalue("empty_sqlite"), path)
+            return f"sqlite:///{path}"
+
+        def new_postgresql() -> str:
+            server, template = request.getfixturevalue("postgresql"), request.getfixturevalue("empty_postgresql")
+            return stack.enter_context(new_database(server, template=template))
+
+        yield new_sqlite if database_kind == "sqlite" else new_postgresql
+
+
+@pytest.fixture
+def make_farm(new_url: Callable[[], str], tmp_path: Path) -> Iterator[Callable[..., Farm]]:
     made: list[Farm] = []
 
     def make(**settings: Any) -> Farm:
-        copy(empty_database, tmp_path / f"{len(made)}.db")
-        made.append(Farm(f"sqlite:///{tmp_path}/{len(made)}.db", data_dir=tmp_path, **settings))
+        made.append(Farm(new_url(), data_dir=tmp_path, **settings))
         return made[-1]
 
     yield make

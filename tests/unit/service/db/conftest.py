@@ -1,4 +1,4 @@
-"""Each of the two kinds of databases."""
+"""The tests of this folder run on both databases."""
 
 from __future__ import annotations
 
@@ -6,13 +6,18 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.postgresql import new_database
-from tests.postgresql import postgresql as postgresql
+from tests.postgresql import DATABASES, new_database
 
 
-@pytest.fixture(params=["sqlite", "postgresql"], scope="module")
+@pytest.fixture(params=DATABASES)
+def database_kind(request: pytest.FixtureRequest) -> str:
+    """Return the kind of the database."""
+    return str(request.param)
+
+
+@pytest.fixture(params=DATABASES, scope="module")
 def url(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Lend the URL of an empty database."""
+    """Lend the URL of an empty database that the tests of a module share."""
     if request.param == "sqlite":
         yield f"sqlite:///{tmp_path_factory.mktemp('database')}/test.db"
         return
