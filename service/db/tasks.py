@@ -241,6 +241,12 @@ def numbered(session: Session, job_id: str, sequences: Iterable[int], *, status:
     return session.scalars(_fresh(query.order_by(Task.sequence))).all()
 
 
+def done_among(session: Session, job_id: str, sequences: Iterable[int]) -> Sequence[Task]:
+    """Return those of some tasks that are done, with their digests."""
+    query = select(Task).where(Task.job_id == job_id, Task.sequence.in_([*sequences]), Task.status == TaskStatus.DONE)
+    return session.scalars(_with_digests(query.order_by(Task.sequence))).all()
+
+
 def is_waiting_rightly(session: Session, job_id: str, sequence: int) -> bool:
     """Return whether the stage that a task needs is not done."""
     query = select(Task.sequence).where(Task.job_id == job_id, Task.sequence == sequence, is_blocked())

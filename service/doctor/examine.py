@@ -14,7 +14,7 @@ from service.db.engine import Database
 from service.doctor.farm_checks import check_farm
 from service.doctor.finding import Check, Finding, Level
 from service.doctor.job_checks import check_jobs
-from service.doctor.repair import repair_rows, repair_store
+from service.doctor.repair import repair_artifacts, repair_rows, repair_store
 from service.doctor.schema import check_integrity, check_schema
 from service.doctor.settings import check_settings
 from service.doctor.store import check_store
@@ -78,6 +78,7 @@ def examine_and_repair(patient: Patient, *, now_s: float, by_content: bool = Fal
         return Diagnosis(before)
     repair_rows(patient.database, patient.settings, checks, now_s=now_s)
     repair_store(patient.database, patient.store, checks, now_s=now_s)
+    repair_artifacts(patient.database, patient.store, before)
     after = examine(patient, now_s=now_s, by_content=by_content)
     left = {(finding.check, finding.job_id) for finding in after}
     gone = tuple(finding for finding in before if (finding.check, finding.job_id) not in left)

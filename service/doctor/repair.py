@@ -7,6 +7,7 @@ runs: what it read remains true until it commits.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 
 from sqlalchemy import select, update
@@ -25,6 +26,8 @@ from service.doctor.finding import Check, Finding
 from service.doctor.job_checks import check_jobs, count_tasks
 from service.doctor.store import PARTIAL_S, LeavesPartialFiles
 from service.doctor.task_checks import check_attempts, check_dependents, check_held
+from service.errors import NotFound
+from service.jobs import artifact_repair
 from service.jobs.completion import settle
 from service.jobs.state_machine import release_tasks, set_job, transition_tasks
 from service.settings import Settings
@@ -62,6 +65,14 @@ def repair_store(database: Database, store: ArtifactStore, checks: Collection[Ch
         sweep_orphans(database, store, now_s=now_s)
     if Check.PARTIAL_FILES in checks and isinstance(store, LeavesPartialFiles):
         store.sweep(PARTIAL_S)
+
+
+def repair_artifacts(database: Database, store: ArtifactStore, findings: Iterable[Finding]) -> None:
+    """Take back the tasks whose artifacts are missing or damaged, so that the farm makes these again."""
+    for finding in findings:
+        if finding.check is Check.ARTIFACTS and finding.repairable and finding.job_id is not None:
+            with suppress(NotFound):  # the job was removed meanwhile
+                artifact_repair.repair_tasks(database, store, finding.job_id, finding.sequences)
 
 
 def _take_back(place: Place, finding: Finding) -> None:

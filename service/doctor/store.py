@@ -17,6 +17,7 @@ from service.db.tables import Job, Scene
 from service.doctor.finding import Check, Finding, Level
 from service.errors import NotFound
 from service.ids import is_job_id
+from service.jobs.artifact_repair import REPAIRED_IN
 from service.jobs.state_machine import find_job
 from service.jobs.verification import done_pages, examine, expected_artifacts
 
@@ -65,7 +66,8 @@ def check_artifacts(database: Database, store: ArtifactStore, job_id: str, *, by
     """Yield one finding if artifacts of done tasks of a job are missing or damaged."""
     try:
         with database.reading() as session:
-            spec = find_job(session, job_id).parsed_spec
+            row = find_job(session, job_id)
+            spec, status = row.parsed_spec, row.status
         damaged: dict[int, str] = {}
         count = 0
         for page in done_pages(database, job_id):
@@ -82,7 +84,10 @@ def check_artifacts(database: Database, store: ArtifactStore, job_id: str, *, by
     if damaged:
         shown = "; ".join(list(damaged.values())[:SHOWN])
         message = f"{count} artifacts of {len(damaged)} done tasks are missing or damaged: {shown}"
-        yield Finding(Check.ARTIFACTS, Level.ERROR, message, job_id, tuple(damaged))
+        repairable = status in REPAIRED_IN
+        if not repairable:
+            message = f"{message}; the job is {status}, and `lippmann repair {job_id}` makes them again"
+        yield Finding(Check.ARTIFACTS, Level.ERROR, message, job_id, tuple(damaged), repairable=repairable)
 
 
 def _job_ids(database: Database) -> list[str]:

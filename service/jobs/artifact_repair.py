@@ -35,7 +35,8 @@ REPAIRS_ALLOWED = 1
 """The number of times that the farm makes the artifacts of one task again by itself."""
 CHUNK = 200
 """The largest number of damaged artifacts that one transaction deletes."""
-_REPAIRED_IN = frozenset({JobStatus.RUNNING, JobStatus.PAUSED, JobStatus.DONE})
+REPAIRED_IN = frozenset({JobStatus.RUNNING, JobStatus.PAUSED, JobStatus.DONE})
+"""The statuses of a job whose damaged artifacts are made again without an action of a user."""
 _RESET = {
     "failures": 0,
     "losses": 0,
@@ -92,7 +93,7 @@ def repair_artifact(
     with database.reading() as session:
         job = find_job(session, job_id)
         task = find_maker(session, job, name)
-        if task is None or job.status not in _REPAIRED_IN:
+        if task is None or job.status not in REPAIRED_IN:
             return False
         if task.status is not TaskStatus.DONE:
             return task.repairs > 0
@@ -104,12 +105,36 @@ def repair_artifact(
         return False
     with database.writing() as session:
         row = find_job(session, job_id)
-        if row.status not in _REPAIRED_IN or row.background_job is not None:
+        if row.status not in REPAIRED_IN or row.background_job is not None:
             return row.background_job is not None
         if row.status is JobStatus.DONE:
             transition_job(session, row, JobStatus.RUNNING, ended_s=None)
         take_back(session, store, job_id, found, by_itself=True)
     return True
+
+
+def repair_tasks(database: Database, store: ArtifactStore, job_id: str, sequences: Sequence[int]) -> None:
+    """Verify what some tasks stored, and take back those whose artifacts are missing or damaged; a done job runs again.
+
+    A job that failed or was cancelled, or whose artifacts are being repaired, stays as it is.
+
+    Raises
+    ------
+    NotFound
+        If the job does not exist.
+    """
+    for start in range(0, len(sequences), CHUNK):
+        with database.reading() as session:
+            spec = find_job(session, job_id).parsed_spec
+            tasks = task_rows.done_among(session, job_id, sequences[start : start + CHUNK])
+        found = list(verify_tasks(store, spec, tasks))
+        with database.writing() as session:
+            row = find_job(session, job_id)
+            if row.status not in REPAIRED_IN or row.background_job is not None:
+                return
+            if found and row.status is JobStatus.DONE:
+                transition_job(session, row, JobStatus.RUNNING, ended_s=None)
+            take_back(session, store, job_id, found, by_itself=False)
 
 
 def damage_found_by(

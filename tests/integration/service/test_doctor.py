@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from sqlalchemy import text
 
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
 from service.coordinator.orphan_sweeper import ORPHAN_S
@@ -298,6 +299,38 @@ def test_a_changed_artifact_is_found_when_the_content_is_read(farm: Farm) -> Non
     assert examine(patient_of(farm), now_s=farm.now_s) == ()
     (finding,) = examine(patient_of(farm), now_s=farm.now_s, by_content=True)
     assert (finding.check, finding.job_id) == (Check.ARTIFACTS, job_id)
+
+
+@pytest.mark.parametrize("damage", [_remove, _cut])
+def test_a_repair_lets_the_farm_make_damaged_artifacts_of_a_done_job_again(
+    farm: Farm, damage: Callable[[Farm, str], None]
+) -> None:
+    job_id, whole = farm.planned(), farm.planned()
+    farm.work()
+    store_artifacts(farm)
+    for name in ("orthoscopic/0002.exr", "tiles/0003/01-00.exr"):
+        damage(farm, names.job_artifact(job_id, name))
+    diagnosis = examine_and_repair(patient_of(farm), now_s=farm.now_s)
+    assert (diagnosis.findings, [one.check for one in diagnosis.repaired]) == ((), [Check.ARTIFACTS])
+    again = [(task.kind, task.frame) for task in farm.tasks(job_id) if task.status is TaskStatus.READY]
+    assert again == [(TaskKind.ASSEMBLE, 2), (TaskKind.RENDER, 3)]
+    assert (farm.job(job_id).status, farm.job(whole).status) == (JobStatus.RUNNING, JobStatus.DONE)
+    assert farm.work() == 2
+    assert found(farm) == []
+    assert farm.job(job_id).status is JobStatus.DONE
+
+
+def test_a_repair_leaves_a_failed_job_as_it_is_and_says_what_repairs_it(farm: Farm) -> None:
+    job_id = farm.planned()
+    order, *others = farm.dispatch()
+    farm.say(*(said for each in others for said in (claimed(each), done(each))))
+    farm.say(claimed(order), failed(order, permanent=True))
+    assert farm.job(job_id).status is JobStatus.FAILED
+    store_artifacts(farm)
+    del farm.store.files[names.job_artifact(job_id, "tiles/0001/01-00.exr")]
+    (finding,) = examine_and_repair(patient_of(farm), now_s=farm.now_s).findings
+    assert (finding.check, finding.repairable) == (Check.ARTIFACTS, False)
+    assert f"the job is failed, and `lippmann repair {job_id}` makes them again" in finding.message
 
 
 def test_a_missing_bundle_is_found(farm: Farm) -> None:
