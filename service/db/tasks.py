@@ -151,8 +151,10 @@ def failed_frames(session: Session, job_id: str) -> Sequence[int]:
 
 def skipped_frames(session: Session, job_ids: Iterable[str]) -> dict[str, tuple[int, ...]]:
     """Return the skipped frames of those jobs that have some, in order."""
-    query = select(Task.job_id, Task.frame).where(Task.job_id.in_(list(job_ids)), Task.status == TaskStatus.SKIPPED)
-    found: dict[str, tuple[int, ...]] = {}
+    wanted, found = list(job_ids), dict[str, tuple[int, ...]]()
+    if not wanted:
+        return found
+    query = select(Task.job_id, Task.frame).where(Task.job_id.in_(wanted), Task.status == TaskStatus.SKIPPED)
     for job_id, frame in session.execute(query.where(Task.kind == TaskKind.ASSEMBLE).order_by(Task.sequence)):
         if frame is not None:
             found[job_id] = (*found.get(job_id, ()), frame)
