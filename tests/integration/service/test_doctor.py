@@ -305,7 +305,7 @@ def test_a_changed_artifact_is_found_when_the_content_is_read(farm: Farm) -> Non
 def test_a_repair_lets_the_farm_make_damaged_artifacts_of_a_done_job_again(
     farm: Farm, damage: Callable[[Farm, str], None]
 ) -> None:
-    job_id, whole = farm.planned(), farm.planned()
+    job_id, whole = farm.planned_jobs(2)
     farm.work()
     store_artifacts(farm)
     for name in ("orthoscopic/0002.exr", "tiles/0003/01-00.exr"):
