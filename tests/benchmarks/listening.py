@@ -22,7 +22,7 @@ from lippmann.client import Client
 from lippmann.job.messages.events import Event
 from lippmann.job.messages.orders import Order
 from lippmann.job.spec import parse_spec
-from tests.benchmarks.command import pss_mb
+from tests.benchmarks.command import cpu_s, pss_mb
 from tests.broker import Broker
 from tests.farm import LIPPMANN
 from tests.integration.service.conftest import FakeWorker, at_once
@@ -43,6 +43,8 @@ class Phase:
 
     list_s: NDArray[np.float64]
     tasks_per_s: float
+    cores: float
+    """The CPU seconds of the service in a second."""
     service_mb: float
 
 
@@ -69,6 +71,7 @@ def with_clients(folder: Path) -> str:
     return (
         f"delay {np.percentile(delays_s, 95):.2f} s, list {lists[0]:.0f} ms ({lists[0] / lists[1]:.1f} x {lists[1]:.0f}"
         f" ms), tasks {crowded.tasks_per_s / alone.tasks_per_s:.2f} x {alone.tasks_per_s:.1f}/s, "
+        f"{crowded.cores:.2f} cores ({alone.cores:.2f} without), "
         f"{crowded.service_mb:.0f} MB ({alone.service_mb:.0f} without)"
     )
 
@@ -112,10 +115,11 @@ def _running_job(client: Client) -> str:
 
 
 def _measure(service: RunningService, job_id: str) -> Phase:
-    done, begun_s = service.client.job(job_id).tasks.done, time.monotonic()
+    done, begun_s, used_s = service.client.job(job_id).tasks.done, time.monotonic(), cpu_s(service.pid)
     list_s = _list_s(service, until_s=begun_s + PHASE_S)
     tasks = service.client.job(job_id).tasks.done - done
-    return Phase(list_s, tasks / (time.monotonic() - begun_s), pss_mb(service.pid))
+    lasted_s, used_s = time.monotonic() - begun_s, cpu_s(service.pid) - used_s
+    return Phase(list_s, tasks / lasted_s, used_s / lasted_s, pss_mb(service.pid))
 
 
 def _list_s(service: RunningService, *, until_s: float) -> NDArray[np.float64]:
