@@ -129,7 +129,7 @@ def _pending(parts: Parts) -> list[str]:
 def _doctor(parts: Parts) -> list[str]:
     command = [LIPPMANN, "doctor", "--deep", "--json", "--data-dir", str(parts.data_dir)]
     ran = subprocess.run(command, capture_output=True, text=True)
-    if ran.returncode not in (0, 1):
+    if not ran.stdout:
         return [f"doctor: {ran.stderr.strip()}"]
     bad = [one for one in json.loads(ran.stdout)["findings"] if one["level"] in ("warning", "error")]
     return [f"doctor: {one['check']}: {one['message']}" for one in bad if one["check"] != "space"]
