@@ -49,7 +49,7 @@ class TaskCounts(Answer):
     done: int
     failed: int
     cancelled: int
-    skipped: int
+    skipped: int = 0
 
 
 class OutputLink(Answer):
@@ -109,7 +109,7 @@ class Job(Answer):
     tasks: TaskCounts
     frames_done: int
     frames_total: int
-    skipped_frames: tuple[int, ...]
+    skipped_frames: tuple[int, ...] = ()
     """The frames that a user left out; no output shows them."""
     cpu_s: float
     """CPU seconds of all done tasks."""
