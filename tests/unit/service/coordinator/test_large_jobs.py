@@ -92,8 +92,8 @@ def test_a_page_asks_the_database_a_few_times_however_long_the_job_is(jobs: list
             browse.page_frames(session, job_id, cursor=None, limit=5)
             session.expunge_all()
             browse.page_jobs(session, farm.outlook(), status=None, cursor=None, limit=5)
-        tasks, frames, jobs_and_skipped_frames, reasons_of_tasks, reasons_of_jobs = 2, 2, 4, 6, 6
-        asked = tasks + frames + jobs_and_skipped_frames + reasons_of_tasks + reasons_of_jobs
+        tasks, frames, page_of_jobs, reasons_of_tasks, reasons_of_jobs = 2, 2, 3, 6, 6
+        asked = tasks + frames + page_of_jobs + reasons_of_tasks + reasons_of_jobs
         assert len([text for text in seen if text.startswith("SELECT")]) == asked
 
 
