@@ -13,6 +13,7 @@ from pathlib import Path
 
 from tests.benchmarks import (
     command,
+    coordinator,
     farm,
     listening,
     looks,
@@ -46,6 +47,8 @@ LINES = (
     Line("optics by ray camera / pinhole camera, fish, 90 x 90 lenses of 8 px: CPU", "<= 2.0", optics.ray_camera_ratio),
     Line("optics as glass / pinhole camera, the same: CPU", "-", optics.glass_ratio),
     Line("growth with pixels per lens (Fig. 8): largest deviation from linear", "<= 10 %", optics.growth),
+    Line("dispatch and follow in a job of 300,000 tasks / of 200: CPU", "<= 1.1", coordinator.follow_ratio),
+    Line("coordinator with 2,000 jobs that wait: share of a core", "<= 2 %", coordinator.idle_share),
     Line("start of `up` to its first answer", "<= 5 s", command.start_s),
     Line("`lippmann --help`", "<= 0.5 s", command.help_s),
     Line("`up` idle, all processes: memory (PSS)", "<= 600 MB", command.idle_mb),
