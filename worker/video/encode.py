@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
 from fractions import Fraction
 from itertools import chain
 from pathlib import Path
@@ -138,7 +139,10 @@ def _write(path: Path, pictures: Iterable[Frame], kind: Kind, rate: Fraction, sc
 
         for number, picture in enumerate(pictures):
             frame = _frame(converted, picture, kind, scale)
-            stream = stream or _stream(container, frame, kind, rate)
+            if stream is None:
+                stream = _stream(container, frame, kind, rate)
+                with _ordinary_priority():
+                    stream.codec_context.open(strict=False)
             frame.pts, frame.time_base = number, 1 / rate
             keep(stream.encode(frame))
         if stream is not None:
@@ -162,6 +166,23 @@ def _stream(container: av.container.OutputContainer, frame: av.VideoFrame, kind:
     else:
         stream.color_range, stream.colorspace = ColorRange.MPEG, Colorspace.ITU709
     return stream
+
+
+@contextmanager
+def _ordinary_priority() -> Iterator[None]:
+    """Keep the scheduling of this process while an encoder is opened.
+
+    If root runs it, SVT-AV1 gives its caller and its own threads a real-time priority, for good. A process that computes
+    at such a priority keeps everything else from the machine, even its own broker.
+    """
+    policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
+    try:
+        yield
+    finally:
+        for thread in Path("/proc/self/task").iterdir():
+            with suppress(ProcessLookupError):  # the thread has ended meanwhile
+                if os.sched_getscheduler(int(thread.name)) == os.SCHED_FIFO != policy:
+                    os.sched_setscheduler(int(thread.name), policy, parameters)
 
 
 def _frame(converted: VideoReformatter, picture: Frame, kind: Kind, scale: Scale) -> av.VideoFrame:

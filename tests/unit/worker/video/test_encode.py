@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import json
+import os
 import subprocess
 import weakref
 from collections.abc import Iterator
@@ -349,3 +350,18 @@ def test_a_folder_that_is_not_there_is_said(tmp_path: Path, kind: Kind) -> None:
 def test_every_encoder_takes_pictures_of_any_size(tmp_path: Path, kind: Kind, size: tuple[int, int]) -> None:
     frame = np.full((*size, 3), 128, dtype=np.uint8)
     assert len(encode(tmp_path / "small", [frame] * 2, kind=kind, fps=8)) == 2
+
+
+@KINDS
+def test_no_encoder_takes_a_real_time_priority(tmp_path: Path, kind: Kind) -> None:
+    # SVT-AV1 does so when root runs it; then nothing else runs on the machine while a test waits actively.
+    policies = set()
+
+    def frames() -> Iterator[Frame]:
+        for _ in range(3):
+            yield np.zeros((64, 64, 3), np.uint8 if kind.bits == 8 else np.uint16)
+            policies.update(os.sched_getscheduler(int(thread.name)) for thread in Path("/proc/self/task").iterdir())
+
+    encode(tmp_path / "a", frames(), kind=kind, fps=8.0)
+    assert policies == {os.SCHED_OTHER}
+    assert os.sched_getscheduler(0) == os.SCHED_OTHER
