@@ -172,8 +172,8 @@ def _stream(container: av.container.OutputContainer, frame: av.VideoFrame, kind:
 def _ordinary_priority() -> Iterator[None]:
     """Keep the scheduling of this process while an encoder is opened.
 
-    If root runs it, SVT-AV1 gives its caller and its own threads a real-time priority, for good. A process that computes
-    at such a priority keeps everything else from the machine, even its own broker.
+    If root runs it, SVT-AV1 gives its caller and its own threads a real-time priority, for good. A process that
+    computes at such a priority keeps everything else from the machine, even its own broker.
     """
     policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
     try:
