@@ -359,7 +359,7 @@ def test_no_encoder_takes_a_real_time_priority(tmp_path: Path, kind: Kind) -> No
 
     def frames() -> Iterator[Frame]:
         for _ in range(3):
-            yield np.zeros((64, 64, 3), np.uint8 if kind.bits == 8 else np.uint16)
+            yield np.zeros((64, 64, 3), np.uint8) if kind.bits == 8 else np.zeros((64, 64, 3), np.uint16)
             policies.update(os.sched_getscheduler(int(thread.name)) for thread in Path("/proc/self/task").iterdir())
 
     encode(tmp_path / "a", frames(), kind=kind, fps=8.0)
