@@ -355,7 +355,7 @@ def test_every_encoder_takes_pictures_of_any_size(tmp_path: Path, kind: Kind, si
 @KINDS
 def test_no_encoder_takes_a_real_time_priority(tmp_path: Path, kind: Kind) -> None:
     # SVT-AV1 does so when root runs it; then nothing else runs on the machine while a test waits actively.
-    policies = set()
+    policies = set[int]()
 
     def frames() -> Iterator[Frame]:
         for _ in range(3):
