@@ -7,7 +7,20 @@ from enum import StrEnum
 from functools import lru_cache
 from typing import Any
 
-from sqlalchemy import JSON, BigInteger, Double, Enum, ForeignKey, Index, Integer, LargeBinary, String, Text, text
+from sqlalchemy import (
+    JSON,
+    BigInteger,
+    Double,
+    Enum,
+    ForeignKey,
+    Index,
+    Integer,
+    LargeBinary,
+    String,
+    Text,
+    false,
+    text,
+)
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 from lippmann.job.messages.orders import TaskKind, TileIndex
@@ -173,7 +186,7 @@ class Task(Base):
     permanent: Mapped[bool] = mapped_column(default=False)
     digests: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True), deferred=True)
     repairs: Mapped[int] = mapped_column(default=0, server_default="0")
-    cached: Mapped[bool] = mapped_column(default=False, server_default=text("false"))
+    cached: Mapped[bool] = mapped_column(default=False, server_default=false())
 
     @property
     def tile(self) -> TileIndex | None:

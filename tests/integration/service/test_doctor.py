@@ -67,12 +67,15 @@ def sql(farm: Farm, statement: str, **values: Any) -> None:
 
 
 def in_mid_job(farm: Farm) -> str:
-    """Bring a job to its middle: frame 1 is done, tile 0 of frame 2 is done, tile 1 runs, and others are dispatched."""
+    """Bring a job to its middle: frame 1 is done, tile 0 of frame 3 is done, tile 1 runs, and others are dispatched.
+
+    The frames are rendered in the order 1, 3, 4, 2.
+    """
     job_id = farm.planned(frames="1-4")
     running = None
     while running is None:
         for order in farm.dispatch():
-            if order.frame == 2 and order.tile is not None and order.tile.row == 1:
+            if order.frame == 3 and order.tile is not None and order.tile.row == 1:
                 running = order
                 farm.say(claimed(order), heartbeat(order))
             elif running is None:
