@@ -214,15 +214,9 @@ def _kills(parts: Parts, job_id: str, rng: Random) -> None:
 # The broker
 
 
+@_kind("broker: killed, starts again with its data", keeps_data=True)
 @_kind("broker: killed, starts again empty")
 def _broker_killed(parts: Parts, job_id: str, rng: Random) -> None:
-    parts.broker.kill()
-    _pause(rng, 0.0, 5.0)
-    parts.broker.start()
-
-
-@_kind("broker: killed, starts again with its data", keeps_data=True)
-def _broker_killed_with_data(parts: Parts, job_id: str, rng: Random) -> None:
     parts.broker.kill()
     _pause(rng, 0.0, 5.0)
     parts.broker.start()
