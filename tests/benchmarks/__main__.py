@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import json
+import os
 import platform
 import sys
 import tempfile
@@ -26,6 +28,10 @@ from tests.benchmarks import (
     sheets,
     videos,
 )
+from tests.leftovers import watch_this_run
+
+PAGE = Path("docs/benchmarks.md")
+TABLE = "<!-- the table is written by `make bench ARGS=--write` -->\n"
 
 
 @dataclass(frozen=True)
@@ -77,17 +83,47 @@ LINES = (
 
 
 def main() -> int:
-    """Print the lines whose words hold the argument; all without one."""
+    """Measure the lines whose words hold the argument, all without one; or write the table of what was measured."""
     parser = argparse.ArgumentParser(prog="make bench", description=__doc__)
-    parser.add_argument("only", nargs="?", default="")
-    only = parser.parse_args().only
-    print(f"{platform.machine()}, {platform.system()} {platform.release()}, {time.strftime('%Y-%m-%d %H:%M')}")
+    parser.add_argument("only", nargs="?", default="", help="words of the lines to measure")
+    parser.add_argument("--out", type=Path, default=Path("out/bench"), help="the folder of the results")
+    parser.add_argument("--write", action="store_true", help=f"write the table of the newest results into {PAGE}")
+    options = parser.parse_args()
+    if options.write:
+        _write(options.out)
+        return 0
+    watch_this_run()
+    options.out.mkdir(parents=True, exist_ok=True)
+    print(f"{_machine()}, {time.strftime('%Y-%m-%d %H:%M')}")
     width = max(len(line.what) for line in LINES)
     for line in LINES:
-        if only in line.what:
+        if options.only in line.what:
             with tempfile.TemporaryDirectory(prefix="lippmann-bench-") as folder:
-                print(f"{line.what:<{width}}  {line.measure(Path(folder)):>16}  goal {line.goal}", flush=True)
+                measured = line.measure(Path(folder))
+            print(f"{line.what:<{width}}  {measured:>16}  goal {line.goal}", flush=True)
+            result = {"what": line.what, "measured": measured, "date": time.strftime("%Y-%m-%d"), "on": _machine()}
+            with (options.out / "results.jsonl").open("a") as results:
+                results.write(json.dumps(result) + "\n")
     return 0
+
+
+def _machine() -> str:
+    return f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}"
+
+
+def _write(out: Path) -> None:
+    """Write the newest result of each line into the page of the docs."""
+    results = [json.loads(line) for line in (out / "results.jsonl").read_text().splitlines()]
+    newest = {result["what"]: result for result in results}
+    machines = sorted({result["on"] for result in newest.values()})
+    lines = [f"Measured on: {'; '.join(machines)}.", "", "| what | measured | goal | date |", "|---|---|---|---|"]
+    for line in LINES:
+        if line.what in newest:
+            result = newest[line.what]
+            lines.append(f"| {line.what} | {result['measured']} | {line.goal} | {result['date']} |")
+    head, mark, _ = PAGE.read_text().partition(TABLE)
+    assert mark, f"expected the line of the table in {PAGE}"
+    PAGE.write_text(head + mark + "\n" + "\n".join(lines) + "\n")
 
 
 if __name__ == "__main__":
