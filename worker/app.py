@@ -19,6 +19,7 @@ from lippmann.job.messages import wire
 from lippmann.job.messages.events import Presence, PresenceFault
 from worker.consumer import OrderConsumer
 from worker.engines.povray.version import povray_version
+from worker.handover import Handover
 from worker.liveness import ConsumerLiveness, StuckWatch
 from worker.report import QUICK_S, BrokerClient
 from worker.sandbox.sandbox import detect
@@ -35,7 +36,7 @@ _PR_SET_PDEATHSIG = 1
 
 def _consumer(*args: Any, **options: Any) -> OrderConsumer:
     assert _liveness is not None  # noqa: S101 - Celery sends worker_init before it makes the consumer
-    return OrderConsumer(_liveness, *args, **options)
+    return OrderConsumer(_liveness, handover, settings.slots, *args, **options)
 
 
 def make_app(settings: WorkerSettings) -> Celery:
@@ -64,7 +65,7 @@ def make_app(settings: WorkerSettings) -> Celery:
         worker_enable_prefetch_count_reduction=False,
         worker_cancel_long_running_tasks_on_connection_loss=False,
         worker_consumer=_consumer,
-        worker_concurrency=settings.slots,
+        worker_concurrency=settings.processes,
         worker_hijack_root_logger=False,
         worker_send_task_events=False,
         worker_enable_remote_control=False,
@@ -76,6 +77,9 @@ settings = WorkerSettings()
 """The settings of this worker; its pool processes inherit them, and with them the name of the worker."""
 
 app = make_app(settings)
+
+handover = Handover()
+"""The handover of the slots of this worker; its pool processes inherit it."""
 
 _liveness: ConsumerLiveness | None = None
 _stuck_watch: StuckWatch | None = None

@@ -7,6 +7,7 @@ The service takes back an order that no worker claims, so an acknowledgement wou
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from queue import Empty
 from typing import Any
 
@@ -14,6 +15,7 @@ from celery.utils.log import get_logger
 from celery.worker import state
 from celery.worker.consumer import Consumer
 
+from worker.handover import Handover
 from worker.liveness import ConsumerLiveness
 
 RETRY_S = 1.0
@@ -32,16 +34,22 @@ class NotPolling(ConnectionError):
 
 
 class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
-    """The consumer of Celery with proof of its polls.
+    """The consumer of Celery with proof of its polls, and with slots that are handed over.
 
     Parameters
     ----------
     liveness
         The record of what this consumer does; it publishes the presence of the worker.
+    handover
+        The announcements of attempts that end.
+    slots
+        The number of attempts that may be held beside those that end.
     """
 
-    def __init__(self, liveness: ConsumerLiveness, *args: Any, **options: Any) -> None:
+    def __init__(self, liveness: ConsumerLiveness, handover: Handover, slots: int, *args: Any, **options: Any) -> None:
         self._liveness = liveness
+        self._handover = handover
+        self._slots = slots
         self._silent_ticks = 0
         self._is_outage_logged = False
         super().__init__(*args, **options)
@@ -66,9 +74,22 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         """Begin to watch the polls of a new connection."""
         super().register_with_event_loop(hub)
         self._silent_ticks = 0
-        handlers = self.task_consumer.channel.handlers
-        handlers["BRPOP"] = self._recorded(handlers["BRPOP"])
+        channel = self.task_consumer.channel
+        channel.handlers["BRPOP"] = self._recorded(channel.handlers["BRPOP"])
+        channel.qos.can_consume = self._with_free_slot(channel.qos.can_consume)
+        hub.add_reader(self._handover.fileno(), self._handover.read)
         hub.call_repeatedly(TICK_S, self._tick)
+
+    def _with_free_slot(self, can_consume: Callable[[], bool]) -> Callable[[], bool]:
+        """Return a function that allows to take an order if there is a free slot, and a pool process for it."""
+
+        def can_consume_with_free_slot() -> bool:
+            return self._has_free_slot() and can_consume()
+
+        return can_consume_with_free_slot
+
+    def _has_free_slot(self) -> bool:
+        return self._handover.occupied(request.id for request in state.reserved_requests) < self._slots
 
     def _recorded(self, read: Any) -> Any:
         """Return a function that reads the answer to a poll and records it."""
@@ -104,7 +125,7 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
             If there is a free slot and no answer. Celery then connects anew, because it is a ConnectionError.
         """
         holds = tuple(sorted(request.id for request in state.reserved_requests))
-        if len(holds) >= self.pool.num_processes:
+        if not self._has_free_slot() or len(holds) >= self.pool.num_processes:
             self._record_poll()  # no slot is free, so there is nothing to poll for
         self._silent_ticks += 1
         self._liveness.publish(holds=holds)

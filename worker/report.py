@@ -138,7 +138,13 @@ class AttemptHeartbeat:
     """
 
     def __init__(
-        self, broker: BrokerClient, order: Order, *, worker_stopping: Callable[[], bool], hung_s: float
+        self,
+        broker: BrokerClient,
+        order: Order,
+        *,
+        worker_stopping: Callable[[], bool],
+        hung_s: float,
+        announce: Callable[[str], None] = lambda attempt: None,
     ) -> None:
         self.progress = 0.0
         self._hung_s = hung_s
@@ -146,6 +152,7 @@ class AttemptHeartbeat:
         self._broker = broker
         self._order = order
         self._worker_stopping = worker_stopping
+        self._announce = announce
         self._stop_seen = threading.Event()
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="heartbeat", daemon=True)
@@ -153,6 +160,10 @@ class AttemptHeartbeat:
     def should_stop(self) -> bool:
         """Return whether the attempt should end now: the service or the shutdown of the worker requests it."""
         return self._stop_seen.is_set() or self._worker_stopping()
+
+    def announce_end(self) -> None:
+        """Announce that the attempt will soon need its core no longer."""
+        self._announce(self._order.attempt)
 
     def __enter__(self) -> Self:
         self._thread.start()

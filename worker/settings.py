@@ -49,6 +49,9 @@ class WorkerSettings(BaseSettings):
     the health check of a container."""
     final_event_s: float = Field(default=600.0, ge=0)
     """The time for which an attempt that has ended keeps its final event while the broker is unreachable."""
+    handover: bool = True
+    """True if the next attempt of a slot starts while the one before it ends. Two scenes may then be in memory for a
+    moment, so a worker with little memory may switch it off."""
 
     _instance: str = PrivateAttr(default_factory=lambda: secrets.token_hex(8))
 
@@ -61,6 +64,11 @@ class WorkerSettings(BaseSettings):
     def instance(self) -> str:
         """A random name of this start of the worker process; its pool processes inherit it."""
         return self._instance
+
+    @property
+    def processes(self) -> int:
+        """The number of pool processes: one of each slot, and with handover one more, for the next attempt."""
+        return 2 * self.slots if self.handover else self.slots
 
     @property
     def disk_reserve_bytes(self) -> int:

@@ -13,15 +13,14 @@ def worker_name() -> str:
     return os.environ.get("LIPPMANN_WORKER_NAME") or f"{platform.node()}-{os.getpid()}"
 
 
-def worker_arguments(*, slots: int, name: str) -> list[str]:
-    """Return Celery's command line for one worker.
+def worker_arguments(*, name: str) -> list[str]:
+    """Return Celery's command line for one worker; the number of its processes is in the settings of its application.
 
     Gossip, mingle and heartbeats are Celery's own messages among workers, and nothing here reads them.
     """
     return [
         "worker",
         *("--pool", "prefork"),
-        *("--concurrency", str(slots)),
         *("--queues", wire.QUEUE),
         *("--hostname", name),
         *("--loglevel", "INFO"),
@@ -41,4 +40,4 @@ def run_worker(*, slots: int) -> None:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     from worker.app import app
 
-    app.worker_main(worker_arguments(slots=slots, name=name))
+    app.worker_main(worker_arguments(name=name))

@@ -23,7 +23,9 @@ from worker.sandbox.limits import TimeLimits
 from worker.sandbox.log import AttemptLog
 
 POLL_S = 0.2
-"""The interval of calls to `should_stop` and of reports of progress."""
+"""The interval of calls to `should_stop`."""
+REPORT_S = 0.05
+"""The least time between two reports of progress."""
 LOG_PROGRESS_S = 5.0
 """The interval of progress lines in the log."""
 MAX_LINE_BYTES = 16_384
@@ -110,7 +112,7 @@ def run(
     reader
         Reads the progress from the child's output.
     on_progress
-        Is called when the progress has changed, at most every `POLL_S` seconds and once at the end.
+        Is called when the progress has changed, at most every `REPORT_S` seconds and once at the end.
     should_stop
         Is called every `POLL_S` seconds; True ends the child.
     log
@@ -124,10 +126,10 @@ def run(
     started_s = time.monotonic()
     output = _OutputReader(log, reader)
     limits = _EndingRule(reader, times, should_stop)
-    reported, report_timer = reader.progress, _Interval(POLL_S)
+    reported, report_timer = reader.progress, _Interval(REPORT_S)
     with _started(argv, cwd, env) as child:
         while not child.is_over():
-            output.feed(child.read(POLL_S))
+            output.feed(child.read(POLL_S if reader.progress == reported else REPORT_S))
             if limits.update() is not Ending.EXITED:
                 child.end()
             if reader.progress != reported and report_timer.is_due():

@@ -80,7 +80,9 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
         return
     begin(lambda: broker.publish(event_of(order, EventKind.CLAIMED, broker)))
     started_s, started_cpu_s = time.monotonic(), time.process_time()
-    with AttemptHeartbeat(broker, order, worker_stopping=place.stopping, hung_s=HUNG_S[order.kind]) as heartbeat:
+    with AttemptHeartbeat(
+        broker, order, worker_stopping=place.stopping, hung_s=HUNG_S[order.kind], announce=place.announce
+    ) as heartbeat:
         work, failure = _done_or_failed(place, order, do, heartbeat)
     final = event_of(
         order,

@@ -9,7 +9,7 @@ from celery.signals import task_failure, worker_ready
 
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.messages.wire import task_name
-from worker.app import app, broker_client, settings
+from worker.app import app, broker_client, handover, settings
 from worker.images.read import limit_threads
 from worker.store.local import LocalStore
 from worker.tasks.assemble import assemble_frame
@@ -66,4 +66,4 @@ def _report_lost(exception: BaseException | None = None, kwargs: dict[str, Any] 
 def this_workplace() -> Workplace:
     """Return the workplace of this process, which is created in a pool process and never before the fork."""
     limit_threads(1)  # a slot is one core, for OpenImageIO too
-    return workplace(settings)
+    return workplace(settings, handover.announce)

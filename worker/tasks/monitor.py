@@ -15,6 +15,10 @@ class ProgressMonitor(Protocol):
         """Return whether the work should end now."""
         ...
 
+    def announce_end(self) -> None:
+        """Announce that the work will soon need its core no longer, so that the next attempt may start."""
+        ...
+
 
 class PartMonitor:
     """The monitor of one part of the work: its progress from 0 to 1 is that of the whole from `first` to `last`."""
@@ -35,6 +39,11 @@ class PartMonitor:
         """Return whether the work should end now."""
         return self._whole.should_stop()
 
+    def announce_end(self) -> None:
+        """Announce the end of the whole work if this is its last part."""
+        if self._last == 1.0:
+            self._whole.announce_end()
+
 
 class NullMonitor:
     """Ignores the progress and never stops the work: for tests and local work."""
@@ -44,3 +53,6 @@ class NullMonitor:
     def should_stop(self) -> bool:
         """Return False."""
         return False
+
+    def announce_end(self) -> None:
+        """Do nothing."""

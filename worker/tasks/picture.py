@@ -13,6 +13,7 @@ from lippmann.optics.rig.method import capture_method
 from lippmann.optics.rig.pixel_rays import front_mm, outer_rays, ray_bands
 from povtemplates.catalogue import INCLUDE_FOLDER
 from worker.engines.povray.command import SYSTEM_INCLUDE, PictureFormat, Region, RenderCommand
+from worker.engines.povray.forecast import EndForecast
 from worker.engines.povray.progress import Phase, Progress
 from worker.engines.povray.ray_camera import Scaffold, ray_camera_region, ray_camera_text, scaffold
 from worker.engines.povray.render import RenderOutcome, render
@@ -115,8 +116,14 @@ def run_povray(
     readable = tuple(dict.fromkeys((INCLUDE_FOLDER.resolve(), bundle / Path(sheet.file).parent, bundle)))
     settings = sheet.spec.render
 
+    forecast, announced = EndForecast(), False
+
     def progressed(progress: Progress) -> None:
+        nonlocal announced
         monitor.progress = progress.fraction
+        if not announced and forecast.ends_soon(progress):
+            announced = True
+            monitor.announce_end()
 
     return render(
         replace(command, library_paths=(*readable, SYSTEM_INCLUDE), program=place.settings.povray),

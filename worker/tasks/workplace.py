@@ -9,7 +9,7 @@ import os
 import shutil
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -45,6 +45,8 @@ class Workplace:
     settings: WorkerSettings
     store: ArtifactStore
     sandbox: Sandbox
+    announce: Callable[[str], None] = lambda attempt: None
+    """Announces that an attempt will soon need its core no longer; see `worker.handover`."""
 
     @cached_property
     def broker(self) -> BrokerClient:
@@ -170,7 +172,7 @@ def folder_lock(folder: Path, *, wait: bool = False) -> Iterator[None]:
         os.close(descriptor)
 
 
-def workplace(settings: WorkerSettings) -> Workplace:
+def workplace(settings: WorkerSettings, announce: Callable[[str], None] = lambda attempt: None) -> Workplace:
     """Return the workplace for some settings, with the store in their data folder.
 
     Raises
@@ -182,6 +184,7 @@ def workplace(settings: WorkerSettings) -> Workplace:
         settings=settings,
         store=LocalStore(settings.artifacts_dir, reserve_bytes=settings.disk_reserve_bytes),
         sandbox=detect(settings.sandbox, allow_none=settings.sandbox == "none"),
+        announce=announce,
     )
 
 

@@ -38,8 +38,9 @@ JOB: dict[str, Any] = {
 
 @pytest.fixture(scope="module")
 def farm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Farm]:
-    # With one slot, no two equal tiles are rendered at the same time.
-    with farm_up(tmp_path_factory.mktemp("farm") / "data", slots=1) as farm:
+    # With one slot that is not handed over, no two equal tiles are rendered at the same time.
+    env = {"LIPPMANN_HANDOVER": "false"}
+    with farm_up(tmp_path_factory.mktemp("farm") / "data", slots=1, env=env) as farm:
         yield farm
 
 

@@ -6,12 +6,10 @@ from worker.engines.povray.version import check_povray
 
 
 def test_a_worker_talks_to_nobody_but_the_broker() -> None:
-    assert worker_arguments(slots=3, name="host-1") == [
+    assert worker_arguments(name="host-1") == [
         "worker",
         "--pool",
         "prefork",
-        "--concurrency",
-        "3",
         "--queues",
         "lippmann",
         "--hostname",
