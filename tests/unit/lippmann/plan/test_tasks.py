@@ -78,8 +78,13 @@ def test_no_tile_of_a_long_frame_is_longer_than_comfortable() -> None:
 
 
 def test_a_still_is_cut_for_all_slots_but_not_below_what_is_worthwhile() -> None:
-    assert plan_sheet(job("1"), probed(100.0), slots=8).tile_rows == 8
+    assert plan_sheet(job("1"), probed(100.0), slots=8).tile_rows == 16
     assert 12.0 / plan_sheet(job("1"), probed(12.0), slots=8).tile_rows >= WORTHWHILE_S
+
+
+@pytest.mark.parametrize(("frames", "slots", "tiles"), [("1", 1, 1), ("1", 2, 4), ("1-2", 2, 1), ("1-3", 2, 2)])
+def test_frames_are_cut_where_slots_would_not_end_together(frames: str, slots: int, tiles: int) -> None:
+    assert plan_sheet(job(frames), probed(30.0), slots=slots).tile_rows == tiles
 
 
 def test_a_short_frame_of_a_sequence_is_not_cut() -> None:
