@@ -172,3 +172,6 @@ class _LineWatch:
     def should_stop(self) -> bool:
         """Return False: nothing but Ctrl-C stops an export."""
         return False
+
+    def announce_end(self) -> None:
+        """Do nothing: no other attempt waits for the core."""

@@ -143,6 +143,9 @@ class _Told:
         """Return whether another tile has failed."""
         return self.stopped
 
+    def announce_end(self) -> None:
+        """Do nothing: no other attempt waits for the core."""
+
 
 def _order(kind: TaskKind, frame: int | None, tile: Tile | None = None) -> Order:
     return Order(

@@ -97,6 +97,8 @@ class Watcher:
         self.looks += 1
         return self.looks == self.stop_after
 
+    def announce_end(self) -> None: ...
+
 
 def test_progress_rises_to_the_end_and_a_stop_is_heard(tmp_path: Path) -> None:
     place, monitor = job_with_tiles(tmp_path, "square"), Watcher()

@@ -34,6 +34,8 @@ class EndsAfter:
         self.looks -= 1
         return self.looks < 0
 
+    def announce_end(self) -> None: ...
+
 
 def test_the_view_grid_is_all_views_as_codes_one_file_a_frame(tmp_path: Path) -> None:
     job = given_job(tmp_path, frames="1-2", outputs=["view_grid.png"])
@@ -92,6 +94,8 @@ class Tells:
 
     def should_stop(self) -> bool:
         return self.progress >= self.stop_at
+
+    def announce_end(self) -> None: ...
 
 
 LONG: list[dict[str, Any]] = [

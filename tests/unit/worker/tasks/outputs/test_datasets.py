@@ -210,6 +210,8 @@ def test_a_stopped_folder_goes_on_where_it_was(tmp_path: Path) -> None:
             self.looks -= 1
             return self.looks < 0
 
+        def announce_end(self) -> None: ...
+
     job = coded_job(tmp_path, ["hci", "mpeg_lenslet"])
     for output, looks in (("hci", 31), ("mpeg_lenslet", 1)):
         with pytest.raises(Stopped):
