@@ -120,6 +120,8 @@ class _Watched:
     def should_stop(self) -> bool:
         return self.stopped
 
+    def announce_end(self) -> None: ...
+
 
 def _order(kind: TaskKind, *, frame: int | None = None, tile: Tile | None = None, output: str | None = None) -> Order:
     index = tile.index if tile else None
