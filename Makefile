@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PYTHON3 ?= python3
 
 .DEFAULT_GOAL := help
-.PHONY: help demo up test chaos outages bare lint types fmt bench lock setup setup-test clean
+.PHONY: help demo up test chaos outages fuzz bare lint types fmt bench lock setup setup-test clean
 
 help: ## Show what there is
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
@@ -18,7 +18,7 @@ up: setup ## Start the one-machine farm; Ctrl-C ends it
 	$(BIN)/lippmann up $(ARGS)
 
 # Tests that need whole farms, browsers or POV-Ray mind what else runs, so they run one by one; all others two at a time.
-ALONE := tests/acceptance tests/browser tests/chaos tests/golden tests/integration tests/rules
+ALONE := tests/acceptance tests/browser tests/chaos tests/golden tests/integration tests/rules tests/security
 
 test: setup-test lint types ## Run all checks and all tests
 ifeq ($(ARGS),)
@@ -33,6 +33,9 @@ chaos: setup-test ## Try every kind of fault five times with seeds, which takes 
 
 outages: setup-test ## Run the long tests of outages of the broker, which take hours
 	$(BIN)/pytest -m long $(if $(ARGS),$(ARGS),tests/chaos)
+
+fuzz: setup-test ## Fuzz the readers of foreign text with 100,000 inputs each
+	$(BIN)/python -m tests.security.fuzz $(if $(ARGS),$(ARGS),--inputs 100000)
 
 bare: ## Run the demo and the tests in an empty Debian 12 (needs root)
 	deploy/bare $(ARGS)

@@ -45,16 +45,37 @@ class Permanent(LippmannError):
     code = "permanent"
 
 
+MAX_PROBLEMS = 50
+"""The greatest number of problems that an error reports one by one."""
+MAX_TEXT = 2000
+"""The greatest length of each text of a problem."""
+
+
 @dataclass(frozen=True)
 class FieldProblem:
-    """A field of the input that is invalid: its name, the expected value and the given one."""
+    """A field of the input that is invalid: its name, the expected value and the given one; long texts are cut."""
 
     field: str
     expected: str
     got: str
 
+    def __post_init__(self) -> None:
+        for name in ("field", "expected", "got"):
+            text = getattr(self, name)
+            if len(text) > MAX_TEXT:
+                object.__setattr__(self, name, text[: MAX_TEXT - 3] + "...")
+
     def __str__(self) -> str:
         return f"{self.field}: expected {self.expected}, got {self.got}"
+
+
+def first_problems(problems: Iterable[FieldProblem]) -> tuple[FieldProblem, ...]:
+    """Return the first problems, and one more that counts the rest."""
+    kept = tuple(problems)
+    if len(kept) <= MAX_PROBLEMS + 1:
+        return kept
+    rest = f"{len(kept) - MAX_PROBLEMS:,} more"
+    return (*kept[:MAX_PROBLEMS], FieldProblem(field="(whole)", expected="no further problems", got=rest))
 
 
 class SpecError(Permanent):
@@ -66,7 +87,7 @@ class SpecError(Permanent):
     @classmethod
     def of(cls, problems: Iterable[FieldProblem]) -> Self:
         """Make the error that reports these problems."""
-        kept = tuple(problems)
+        kept = first_problems(problems)
         error = cls("; ".join(str(problem) for problem in kept))
         error.problems = kept
         return error
@@ -204,6 +225,14 @@ class BadInput(Permanent):
     """The input is invalid."""
 
     code = "bad-input"
+
+
+class InvalidText(BadInput):
+    """A text is damaged, or larger or deeper than its limits."""
+
+    def __init__(self, problem: FieldProblem) -> None:
+        super().__init__(str(problem))
+        self.problems = (problem,)
 
 
 class NotAllowed(Permanent):

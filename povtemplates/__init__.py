@@ -6,7 +6,6 @@ include/lippmann/examples/  one scene for each include file, for plain POV-Ray
 rigs/                       templates of the .pov files that the farm renders: numbers and no loops
 scenes/<name>/              scene.inc, scene.toml, textures, poster.png
 catalogue                   the folders of the above, and the scenes by name
-manifest                    a scene.toml as data
 literals                    Python values as SDL text
 write                       filled-in templates
 """

@@ -17,8 +17,10 @@ from redis.backoff import NoBackoff
 from redis.exceptions import RedisError, ResponseError
 from redis.retry import Retry
 
+from lippmann.errors import InvalidText
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import Event, Lease, Presence
+from lippmann.job.messages.events import MAX_EVENT_BYTES, Event, Lease, Presence
+from lippmann.untrusted.json_text import JsonLimits, read_json
 from service.errors import BrokerUnavailable
 
 QUICK_S = 0.5
@@ -28,6 +30,8 @@ Entry = tuple[str, Event | None]
 
 _UNREADABLE = Lease(worker="", at_s=math.inf)
 """A lease in a form that is unknown here: somebody holds it."""
+_MESSAGE = JsonLimits(size_bytes=64_000_000)
+"""The limits of an order in the queue; the order itself is one text in it."""
 _NOT_CLAIMING = TypeAdapter(dict[str, float])
 
 
@@ -42,14 +46,14 @@ class Stream:
         """Return the events after a position, as pairs (position, event), with None for an invalid event."""
         with _translated():
             answer: Any = self._slow.xread({wire.EVENTS_STREAM: position}, count=count, block=math.ceil(block_s * 1000))
-        return [(entry.decode(), _event(fields)) for _, entries in answer for entry, fields in entries]
+        return [(entry.decode(), parse_event(fields)) for _, entries in answer for entry, fields in entries]
 
     def presences(self) -> tuple[Presence, ...]:
         """Return the workers that are online, sorted by name."""
         with _translated():
             keys = list(self._quick.scan_iter(match=wire.presence_key("*"), count=1000))
             texts: Any = self._quick.mget(keys) if keys else []
-        found = (_presence(text) for text in texts if text is not None)
+        found = (parse_presence(text) for text in texts if text is not None)
         return tuple(sorted((presence for presence in found if presence), key=lambda presence: presence.name))
 
     def first_order(self) -> bytes | None:
@@ -125,8 +129,8 @@ def attempt_of(message: bytes | None) -> str | None:
     if message is None:
         return None
     try:
-        return str(json.loads(message)["headers"]["id"])
-    except (ValueError, KeyError, TypeError):
+        return str(read_json(message, field="order", limits=_MESSAGE)["headers"]["id"])
+    except (InvalidText, KeyError, TypeError):
         return ""
 
 
@@ -144,14 +148,17 @@ def _client(url: str, timeout_s: float) -> redis.Redis:
     )
 
 
-def _event(fields: dict[bytes, bytes]) -> Event | None:
+def parse_event(fields: dict[bytes, bytes]) -> Event | None:
+    """Return the event of an entry of the stream; None if it is invalid."""
     try:
-        return Event.model_validate_json(fields[b"event"])
+        data = fields[b"event"]
+        return Event.model_validate_json(data) if len(data) <= MAX_EVENT_BYTES else None
     except (KeyError, ValidationError):
         return None
 
 
-def _presence(text: bytes) -> Presence | None:
+def parse_presence(text: bytes) -> Presence | None:
+    """Return a presence; None if it is invalid."""
     try:
         return Presence.model_validate_json(text)
     except ValidationError:

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from types import MappingProxyType
 
-from lippmann.errors import FieldProblem, LippmannError, SpecError
+from lippmann.errors import FieldProblem, InvalidText, LippmannError, SpecError
 
 STATUS_OF_CODE = MappingProxyType(
     {
@@ -26,6 +26,7 @@ STATUS_OF_CODE = MappingProxyType(
         "too-large": 413,
         "range-not-satisfiable": 416,
         "invalid": 422,
+        "bad-input": 422,
         "spec": 422,
         "optics": 422,
         "layout": 422,
@@ -147,4 +148,4 @@ def status_of(code: str) -> int:
 
 def problems_in(error: ServiceError | LippmannError) -> tuple[FieldProblem, ...]:
     """Return the fields at fault that an error names."""
-    return error.problems if isinstance(error, ServiceError | SpecError) else ()
+    return error.problems if isinstance(error, ServiceError | SpecError | InvalidText) else ()

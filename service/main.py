@@ -38,6 +38,7 @@ from service.routes import (
     viewing,
     workers,
 )
+from service.routes.json_bodies import JsonBodies
 from service.routes.middleware import BodyLimit, RequestId
 from service.scenes import sync_builtin
 from service.schemas.links import API
@@ -66,6 +67,7 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
     app.include_router(login.router, include_in_schema=False)
     app.include_router(dashboard.router, include_in_schema=False)
     problems.install(app)
+    app.add_middleware(JsonBodies)
     app.add_middleware(BodyLimit, limit_bytes=int(settings.body_limit_mb * 1e6))
     app.add_middleware(RequestId)
     return app

@@ -13,6 +13,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from lippmann.job.messages import wire
 from lippmann.job.old_names import rename_settings
+from lippmann.logs import LogFormat
 from lippmann.plan.artifact_store import RESERVE_MB
 
 
@@ -49,6 +50,8 @@ class Settings(BaseSettings):
     """The port to listen on."""
     public_url: str = ""
     """The URL under which users reach the service; if empty, `http://host:port`."""
+    log_format: LogFormat = "plain"
+    """The form of the log: `plain` lines, or `json`, one object a line."""
     coordinator: bool = True
     """True if this process may become the leader and run the coordinator."""
 

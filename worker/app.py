@@ -6,17 +6,26 @@ import ctypes
 import os
 import platform
 import signal
+import sys
 import time
 from importlib.metadata import version
 from typing import Any
 
 from celery import Celery
-from celery.signals import worker_init, worker_process_init, worker_ready, worker_shutdown, worker_shutting_down
+from celery.signals import (
+    setup_logging,
+    worker_init,
+    worker_process_init,
+    worker_ready,
+    worker_shutdown,
+    worker_shutting_down,
+)
 from kombu.entity import Queue
 
 from lippmann.errors import LippmannError, SandboxMissing
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Presence, PresenceFault
+from lippmann.logs import configure_logs
 from worker.consumer import OrderConsumer
 from worker.engines.povray.version import povray_version
 from worker.handover import Handover
@@ -83,6 +92,12 @@ handover = Handover()
 
 _liveness: ConsumerLiveness | None = None
 _stuck_watch: StuckWatch | None = None
+
+
+@setup_logging.connect
+def _log(**_: Any) -> None:
+    """Write the log in place of Celery, whose tracebacks are not bounded."""
+    configure_logs(sys.stderr, log_format=settings.log_format)
 
 
 @worker_init.connect

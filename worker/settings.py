@@ -13,6 +13,7 @@ from pydantic import Field, PrivateAttr
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from lippmann.job.old_names import rename_settings
+from lippmann.logs import LogFormat
 from lippmann.plan.artifact_store import RESERVE_MB
 
 STOPPING = "stopping-"
@@ -44,6 +45,8 @@ class WorkerSettings(BaseSettings):
     """The longest time of a probe, s; a job may only ask for less."""
     disk_reserve_mb: float = Field(default=RESERVE_MB, ge=0)
     """The free space that artifacts and attempts leave on a disk, in megabytes."""
+    log_format: LogFormat = "plain"
+    """The form of the log: `plain` lines, or `json`, one object a line."""
     heartbeat_file: Path | None = None
     """A file that is touched every few seconds while the worker takes orders, or while the broker is unreachable, for
     the health check of a container."""

@@ -13,9 +13,9 @@ from lippmann.job.scene import SCENE_FILE, parse_scene
 from lippmann.job.stage import Stage
 from lippmann.optics.lens.prescription import ImagingLens
 from lippmann.optics.lens.surfaces import Surface
+from lippmann.untrusted.toml_text import read_toml
 from povtemplates import literals, write
 from povtemplates.catalogue import INCLUDE_FOLDER, MANIFEST, scene_folders
-from povtemplates.manifest import read_manifest
 from worker.engines.povray.command import SYSTEM_INCLUDE, PictureFormat, RenderCommand
 from worker.engines.povray.render import render
 from worker.sandbox.limits import Limits
@@ -112,4 +112,4 @@ def _lens_row(surface: Surface) -> str:
 
 
 def _stage(scene: str) -> Stage:
-    return parse_scene(read_manifest((scene_folders()[scene] / MANIFEST).read_bytes())).stage
+    return parse_scene(read_toml((scene_folders()[scene] / MANIFEST).read_bytes(), field=MANIFEST)).stage

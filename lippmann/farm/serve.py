@@ -10,13 +10,12 @@ import time
 from pathlib import Path
 from typing import TextIO, cast
 
-import structlog
-
 from lippmann.client.address import write_private
 from lippmann.farm.adapters import make_parts
 from lippmann.farm.listening import url_of
 from lippmann.farm.log_file import LogFile
 from lippmann.farm.supervisor.children import SERVICE_READY
+from lippmann.logs import configure_logs
 from service import auth as keys
 from service.db.engine import Database
 from service.db.migrations import migrate
@@ -44,7 +43,7 @@ def run_service(settings: Settings, listening: socket.socket, *, key_file: Path 
     key_file
         The file for an admin key of this service. It is written if it does not exist or its key is not known.
     """
-    _log_to_stderr()
+    _log_to_stderr(settings)
     if key_file is not None:
         keep_admin_key(settings, key_file)
     app = create_app(settings, make_parts(settings.data_dir, reserve_bytes=settings.disk_reserve_bytes))
@@ -56,11 +55,9 @@ def run_service(settings: Settings, listening: socket.socket, *, key_file: Path 
     return server.started
 
 
-def _log_to_stderr() -> None:
-    file = cast(TextIO, LogFile(sys.stderr))
-    logging.basicConfig(stream=file, level=logging.INFO, format="%(asctime)s %(levelname)s %(name)s: %(message)s")
+def _log_to_stderr(settings: Settings) -> None:
+    configure_logs(cast(TextIO, LogFile(sys.stderr)), log_format=settings.log_format)
     logging.getLogger("uvicorn.access").setLevel(logging.WARNING)
-    structlog.configure(logger_factory=structlog.PrintLoggerFactory(file=file))
 
 
 def keep_admin_key(settings: Settings, key_file: Path) -> None:

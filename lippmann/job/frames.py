@@ -38,8 +38,10 @@ def parse_frames(text: str) -> tuple[int, ...]:
     """
     numbers: set[int] = set()
     for part in text.split(","):
-        numbers.update(_parse_part(part.strip(), text))
-        if len(numbers) > MAX_FRAMES:
+        frames = _parse_part(part.strip(), text)
+        if len(frames) <= MAX_FRAMES:
+            numbers.update(frames)
+        if max(len(frames), len(numbers)) > MAX_FRAMES:
             raise SpecError(f"expected at most {MAX_FRAMES} frames, got more from {text!r}")
     return tuple(sorted(numbers))
 

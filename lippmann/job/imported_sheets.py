@@ -16,6 +16,7 @@ from lippmann.job.spec import JobSpec
 from lippmann.lattice.cell import Lattice
 from lippmann.lattice.kinds import CELLS
 from lippmann.lattice.layout import CellLayout
+from lippmann.untrusted.shown import shown
 
 DEFAULT_FOCAL_LENGTH_PITCHES = 3.3
 """The default focal length in lens pitches, that of the paper's array."""
@@ -116,9 +117,10 @@ class ImportedSheets(SheetGeometry):
         """
         pattern = self.files
         if not isinstance(pattern, str):
-            invalid = [name for name in pattern if name not in names or not name.lower().endswith(SUFFIXES)]
+            known = set(names)
+            invalid = [name for name in pattern if name not in known or not name.lower().endswith(SUFFIXES)]
             if invalid or not pattern:
-                got = repr(invalid[0]) if invalid else "none"
+                got = shown(invalid[0]) if invalid else "none"
                 raise BundleError(
                     f"scene.toml: sheets.files: expected pictures ({', '.join(SUFFIXES)}) of the bundle, got {got}"
                 )

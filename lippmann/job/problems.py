@@ -11,7 +11,8 @@ from typing import Any
 
 from pydantic import BaseModel, Discriminator, ValidationError
 
-from lippmann.errors import FieldProblem
+from lippmann.errors import FieldProblem, first_problems
+from lippmann.untrusted.shown import shown
 
 
 class FieldError(ValueError):
@@ -34,8 +35,8 @@ class FieldError(ValueError):
 
 def problems_of(error: ValidationError) -> tuple[FieldProblem, ...]:
     """Translate pydantic's errors, except those of defaults that depend on an invalid field."""
-    errors = (item for item in error.errors(include_url=False) if item["type"] != "default_factory_not_called")
-    return tuple(_problem(item) for item in errors)
+    errors = [item for item in error.errors(include_url=False) if item["type"] != "default_factory_not_called"]
+    return first_problems(_problem(item) for item in errors)
 
 
 def _problem(item: Any) -> FieldProblem:
@@ -45,24 +46,19 @@ def _problem(item: Any) -> FieldProblem:
         return FieldProblem(field=".".join((*place, cause.field)), expected=cause.expected, got=cause.got)
     field = ".".join(place) or "(whole)"
     if kind == "extra_forbidden":
-        return FieldProblem(field=field, expected="no such field", got=_short(got))
+        return FieldProblem(field=field, expected="no such field", got=shown(got))
     if kind == "missing":
         return FieldProblem(field=field, expected="a value", got="nothing")
     expected = str(item["msg"]).removeprefix("Value error, ")
     for prefix in ("Input should be ", "Value should be "):
         expected = expected.removeprefix(prefix)
     before, separator, after = expected.rpartition(", got ")
-    return FieldProblem(field=field, expected=before or expected, got=after if separator else _short(got))
+    return FieldProblem(field=field, expected=before or expected, got=after if separator else shown(got))
 
 
 def _place(parts: tuple[str, ...]) -> tuple[str, ...]:
     """Return the path in the job file: keyframes are written in place of the number that they animate."""
     return parts[1:] if len(parts) > 1 and parts[0] == "animation" else parts
-
-
-def _short(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 120 else text[:117] + "..."
 
 
 def form_discriminator(form_of: Callable[[Any], str]) -> Discriminator:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
@@ -13,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from lippmann.errors import BadInput, LippmannError, SpecError
+from lippmann.errors import BadInput, InvalidText, LippmannError, SpecError
 from lippmann.job.frames import parse_frames
 from lippmann.job.outputs.choice import Output, check_names, check_options
 from lippmann.job.outputs.output import OutputOptions
@@ -23,6 +22,8 @@ from lippmann.local.files.job_masters import job_masters
 from lippmann.local.files.writable import check_writable
 from lippmann.plan import artifact_names as names
 from lippmann.terminal.progress import ProgressLine
+from lippmann.untrusted.json_text import read_json
+from lippmann.untrusted.shown import shown
 from worker.tasks.outputs.context import OutputContext
 from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.registry import make_output
@@ -102,9 +103,9 @@ def _read(text: str) -> Any:
     if not text.lstrip().startswith("{"):
         return text
     try:
-        return json.loads(text)
-    except ValueError as error:
-        raise BadInput(f"expected an output as a file name or as JSON, got {text}: {error}") from error
+        return read_json(text, field="output")
+    except InvalidText as error:
+        raise BadInput(f"expected an output as a file name or as JSON, got {shown(text)}: {error}") from error
 
 
 def export_outputs(source: FrameSource, outputs: Sequence[OutputOptions], out: Path) -> tuple[ExportResult, ...]:

@@ -6,12 +6,12 @@ A background job that fails is logged and tried again after a growing pause. Oth
 from __future__ import annotations
 
 from dataclasses import dataclass
-from traceback import format_exception
 
 import structlog
 from sqlalchemy.exc import OperationalError
 
 from lippmann.job.states import JobStatus
+from lippmann.logs import trace_of
 from lippmann.plan.artifact_store import ArtifactStore
 from service.db import jobs as job_rows
 from service.db.engine import Database
@@ -81,7 +81,7 @@ class BackgroundJobs:
     def _back_off(self, job_id: str, kind: BackgroundJob, error: Exception, now_s: float) -> bool:
         failures = self._backoffs[job_id].failures + 1 if job_id in self._backoffs else 1
         self._backoffs[job_id] = Backoff(failures, now_s)
-        trace = "".join(format_exception(error)) if failures == 1 else ""
+        trace = trace_of(error) if failures == 1 else ""
         log.warning(
             "a background job failed",
             job=job_id,
@@ -94,7 +94,7 @@ class BackgroundJobs:
 
     def _give_up(self, job_id: str, error: Exception, now_s: float) -> None:
         """Fail a job that cannot be planned: the next attempt would fail with the same numbers."""
-        log.warning("a job cannot be planned", job=job_id, trace="".join(format_exception(error)))
+        log.warning("a job cannot be planned", job=job_id, trace=trace_of(error))
         with self._database.writing() as session:
             row = session.get(Job, job_id)
             if row is None or row.background_job is not BackgroundJob.PLAN:

@@ -14,12 +14,12 @@ import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
-from traceback import format_exception
 
 import structlog
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from lippmann.job.messages.events import Presence
+from lippmann.logs import trace_of
 from lippmann.plan.artifact_store import ArtifactStore
 from service.broker_stream import Stream, attempt_of
 from service.claiming import ClaimWatch
@@ -283,7 +283,7 @@ class Coordinator:
                     # What is unavailable for an hour, or full, is logged once and not 18,000 times.
                     is_outage = isinstance(error, BrokerUnavailable | OperationalError)
                     if not (is_logged and is_outage):
-                        trace = "" if is_outage else "".join(format_exception(error))
+                        trace = "" if is_outage else trace_of(error)
                         log.warning("a round failed", loop=name, error=repr(error), trace=trace)
                     is_logged = is_outage
                     if isinstance(error, OperationalError):

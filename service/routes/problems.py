@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from http import HTTPStatus
-from traceback import format_exception
 from typing import Any
 
 import structlog
@@ -14,7 +13,9 @@ from sqlalchemy.exc import DataError, InterfaceError, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.exceptions import HTTPException
 
-from lippmann.errors import FieldProblem, LippmannError, StoreFull
+from lippmann.errors import FieldProblem, LippmannError, StoreFull, first_problems
+from lippmann.logs import trace_of
+from lippmann.untrusted.shown import shown
 from service.errors import (
     ArtifactRepairing,
     DatabaseUnavailable,
@@ -52,7 +53,7 @@ async def answer(request: Request, error: Exception) -> JSONResponse:
     known = translate(error)
     status = status_of(known.code)
     if status >= 500 and not isinstance(known, ArtifactRepairing):
-        trace = "".join(format_exception(error))
+        trace = trace_of(error)
         log.error("a request failed", path=request.url.path, code=known.code, error=repr(error), trace=trace)
     headers = {"WWW-Authenticate": "Bearer"} if status == 401 else {}
     if isinstance(known, ArtifactRepairing):
@@ -67,7 +68,7 @@ def translate(error: Exception) -> ServiceError | LippmannError:
     if isinstance(error, ServiceError | LippmannError):
         return error
     if isinstance(error, RequestValidationError):
-        problems = [_field_problem(item) for item in error.errors()]
+        problems = first_problems(_field_problem(item) for item in error.errors())
         return Invalid("; ".join(map(str, problems)), problems=problems)
     if isinstance(error, OperationalError) and "full" in str(error.orig):
         return StoreFull("the database has no space left")
@@ -106,8 +107,7 @@ def _field_problem(item: Any) -> FieldProblem:
     field = ".".join(where[1:] or where)
     if item["type"] == "missing":
         return FieldProblem(field=field, expected="a value", got="nothing")
-    got = repr(item.get("input"))
-    got = got if len(got) <= 120 else got[:117] + "..."
+    got = shown(item.get("input"))
     if item["type"] == "extra_forbidden":
         return FieldProblem(field=field, expected="no field of this name", got=got)
     return FieldProblem(field=field, expected=str(item["msg"]).removeprefix("Input should be "), got=got)

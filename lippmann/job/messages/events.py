@@ -7,10 +7,30 @@ worker does not send has a meaning.
 from __future__ import annotations
 
 from enum import StrEnum
+from typing import Annotated
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from lippmann.digest import Digest
+from lippmann.job.frames import MAX_FRAME_NUMBER
+
+MAX_EVENT_BYTES = 32_000_000
+"""The limit of an event; the digests of a data set of 100,000 files have 20 MB."""
+MAX_MESSAGE = 20_000
+"""The length at which the text of a message is cut."""
+LONGEST_S = 1e9
+"""The bound of measured times, 30 years, which keeps sums finite."""
+
+
+def _storable(text: str) -> str:
+    return text[:MAX_MESSAGE].replace("\0", "\N{REPLACEMENT CHARACTER}")
+
+
+Text = Annotated[str, AfterValidator(_storable)]
+"""A text for people. It is cut, and its NUL characters are replaced, which PostgreSQL does not store."""
+Name = Annotated[str, Field(max_length=500, pattern=r"^[^\x00]*$")]
+"""An id or a name."""
+Seconds = Annotated[float, Field(ge=0, le=LONGEST_S)]
 
 
 class EventKind(StrEnum):
@@ -32,15 +52,15 @@ class Failure(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
-    code: str
+    code: Name
     """The code of the error, as in `lippmann.errors`, or `LOST`."""
-    message: str
+    message: Text
     """The sentence that a user reads."""
     permanent: bool
     """True if every other attempt would fail in the same way."""
-    frame: int | None = None
+    frame: Annotated[int, Field(ge=0, le=MAX_FRAME_NUMBER)] | None = None
     """The frame whose artifact is missing or cannot be read; None if the failure is about no single frame."""
-    artifact: str | None = None
+    artifact: Name | None = None
     """The name of the artifact below the job that is missing or cannot be read; None if the failure names none."""
 
 
@@ -73,17 +93,17 @@ class Event(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
 
     kind: EventKind
-    job_id: str
-    task_id: str
-    attempt: str
-    worker: str
-    instance: str | None = None
+    job_id: Name
+    task_id: Name
+    attempt: Name
+    worker: Name
+    instance: Name | None = None
     """The start of the worker process; None if the worker is older than the field."""
     at_s: float
     """Seconds since 1970, UTC, on the worker's clock. It is informative; the stream defines the order."""
     progress: float | None = Field(default=None, ge=0, le=1)
-    cpu_s: float | None = None
-    wall_s: float | None = None
+    cpu_s: Seconds | None = None
+    wall_s: Seconds | None = None
     failure: Failure | None = None
     probe: ProbeResult | None = None
     digests: dict[str, Digest] = Field(default_factory=dict)

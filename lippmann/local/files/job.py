@@ -8,7 +8,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from lippmann.errors import BadInput
+from lippmann.errors import BadInput, InvalidText
+from lippmann.untrusted.json_text import LIMITS, read_json
 
 
 def read_job(source: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
@@ -74,7 +75,7 @@ def set_field(job: dict[str, Any], override: str) -> None:
     """
     path, equals, text = override.partition("=")
     *above, last = path.strip().split(".")
-    if not equals or not last or not all(above):
+    if not equals or not last or not all(above) or len(above) > LIMITS.depth:
         raise BadInput(f"--set: expected field=value as in rig.px_per_lens=4, got {override!r}")
     place = job
     for name in above:
@@ -88,26 +89,24 @@ def _value(path: str, text: str) -> Any:
     if path in ("frames", "scene", "title"):  # text by nature: the job `frames=5` means "5"
         return text.strip()
     try:
-        return json.loads(text)
-    except ValueError:
+        return read_json(text, field=path)
+    except InvalidText:
         return text.strip()
 
 
-def _read(source: str) -> str:
+def _read(source: str) -> bytes:
     try:
-        return sys.stdin.read() if source == "-" else Path(source).read_text("utf-8")
+        if source == "-":
+            return sys.stdin.buffer.read(LIMITS.size_bytes + 1)
+        with Path(source).open("rb") as file:
+            return file.read(LIMITS.size_bytes + 1)
     except OSError as error:
         raise BadInput(f"expected a job file, got {source}: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        raise BadInput(f"{source}: expected JSON in UTF-8, got {error}") from error
 
 
-def _parse(text: str, source: str) -> dict[str, Any]:
+def _parse(data: bytes, source: str) -> dict[str, Any]:
     where = "stdin" if source == "-" else source
-    try:
-        job = json.loads(text)
-    except ValueError as error:
-        raise BadInput(f"{where}: expected a job as JSON: {error}") from error
+    job = read_json(data, field=where)
     if not isinstance(job, dict):
         raise BadInput(f"{where}: expected a job as a JSON object, got {type(job).__name__}")
     return job

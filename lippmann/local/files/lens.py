@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from lippmann.errors import BadInput
+from lippmann.untrusted.json_text import read_json
 
 if TYPE_CHECKING:
     from lippmann.job.lens import Prescription
@@ -31,20 +31,23 @@ def read_lens(path: Path) -> dict[str, Any]:
 
 def read_prescription(path: Path) -> Prescription:
     """Return the prescription in a file, whose suffix gives the format."""
+    if path.suffix.lower() not in SUFFIXES:
+        raise BadInput(f"expected a lens as {', '.join(SUFFIXES)}, got {path.name}")
+    return parse_prescription(path, _bytes(path))
+
+
+def parse_prescription(path: Path, data: bytes) -> Prescription:
+    """Return the prescription in the content of a file, whose suffix gives the format."""
     from lippmann.optics.lens.csv_files import read_lens_csv
     from lippmann.optics.lens.zemax_files import read_lens_zmx
 
     suffix = path.suffix.lower()
-    if suffix not in SUFFIXES:
-        raise BadInput(f"expected a lens as {', '.join(SUFFIXES)}, got {path.name}")
-    data = _bytes(path)
     if suffix == ".zmx":
         return read_lens_zmx(_zmx_text(data))
-    text = _text(path, data)
-    return read_lens_csv(text, title=path.stem) if suffix == ".csv" else _read_json(path, text)
+    return read_lens_csv(_text(path, data), title=path.stem) if suffix == ".csv" else _read_json(path, data)
 
 
-def _read_json(path: Path, text: str) -> Prescription:
+def _read_json(path: Path, data: bytes) -> Prescription:
     from pydantic import ValidationError
 
     from lippmann.errors import SpecError
@@ -52,11 +55,9 @@ def _read_json(path: Path, text: str) -> Prescription:
     from lippmann.job.problems import problems_of
 
     try:
-        return Prescription.model_validate(json.loads(text))
+        return Prescription.model_validate(read_json(data, field=str(path)))
     except ValidationError as error:
         raise SpecError.of(problems_of(error)) from error
-    except ValueError as error:
-        raise BadInput(f"{path}: expected a prescription as JSON, got {error}") from error
 
 
 def _bytes(path: Path) -> bytes:

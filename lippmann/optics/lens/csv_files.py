@@ -10,6 +10,7 @@ from typing import Any
 from lippmann.errors import FieldProblem, SpecError
 from lippmann.job.lens import Prescription
 from lippmann.optics.lens.rows import Row, prescription_of_rows
+from lippmann.untrusted.text_lines import read_lines
 
 COLUMNS = ("radius", "thickness", "material", "index", "v-no", "sa")
 STOP = "STOP"
@@ -33,6 +34,8 @@ def read_lens_csv(text: str, *, title: str = "") -> Prescription:
 
     Raises
     ------
+    InvalidText
+        If the text has too many lines.
     SpecError
         The error names the line, the field, the expected value and the value received.
 
@@ -71,7 +74,7 @@ def _are_planes_in_air(rows: list[Row]) -> list[bool]:
 def _cells(text: str) -> Iterator[tuple[str, Mapping[str, str]]]:
     columns: tuple[str, ...] = COLUMNS
     seen = False
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in read_lines(text):
         cells = [cell.strip() for cell in line.partition("#")[0].split(";")]
         if not any(cells):
             continue

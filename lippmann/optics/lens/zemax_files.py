@@ -17,6 +17,7 @@ from lippmann.job.glasses import GLASSES, glass
 from lippmann.job.lens import Prescription
 from lippmann.job.rig import MM_PER_INCH
 from lippmann.optics.lens.rows import Row, prescription_of_rows
+from lippmann.untrusted.text_lines import read_lines
 
 MM_PER_UNIT = {"MM": 1.0, "CM": 10.0, "IN": MM_PER_INCH, "METER": 1000.0, "M": 1000.0}
 TYPES = ("STANDARD", "EVENASPH")
@@ -66,6 +67,8 @@ def read_lens_zmx(text: str) -> Prescription:
 
     Raises
     ------
+    InvalidText
+        If the text has too many lines.
     SpecError
         The error names the line, the field, the expected value and the value received.
     """
@@ -80,7 +83,7 @@ def read_lens_zmx(text: str) -> Prescription:
 
 
 def _lines(text: str) -> Iterator[_Line]:
-    for number, line in enumerate(text.splitlines(), start=1):
+    for number, line in read_lines(text):
         word, *values = line.split() or [""]
         if word:
             yield _Line(number, word.upper(), tuple(values))

@@ -15,8 +15,8 @@ from lippmann.job.scene import parse_scene
 from lippmann.job.stage import Stage
 from lippmann.optics.rig.bench import bench
 from lippmann.optics.rig.disparity import exact_disparity
+from lippmann.untrusted.toml_text import read_toml
 from povtemplates.catalogue import MANIFEST, scene_folders
-from povtemplates.manifest import read_manifest
 
 OPTICS = {"px_per_lens": 8, "focal_length_mm": 3.3}
 TRIED = np.arange(-2.0, 2.0, 0.05)
@@ -64,7 +64,7 @@ def test_depth_and_movement_are_inverses(s_mm: float) -> None:
 
 
 def fish_stage() -> Stage:
-    return parse_scene(read_manifest((scene_folders()["fish"] / MANIFEST).read_bytes())).stage
+    return parse_scene(read_toml((scene_folders()["fish"] / MANIFEST).read_bytes(), field=MANIFEST)).stage
 
 
 def test_a_place_of_the_scene_comes_to_the_rig_frame() -> None:

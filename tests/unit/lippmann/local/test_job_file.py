@@ -50,7 +50,11 @@ def test_an_override_below_a_value_says_which_value_is_in_the_way() -> None:
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [("{", "expected a job as JSON"), ("[1]", "expected a job as a JSON object, got list"), ("\xff", "UTF-8")],
+    [
+        ("{", "expected JSON, got .* at line 1, column 2"),
+        ("[1]", "expected a job as a JSON object, got list"),
+        ("\xff", "UTF-8"),
+    ],
 )
 def test_a_job_file_that_is_none_is_refused_by_name(tmp_path: Path, text: str, said: str) -> None:
     path = tmp_path / "job.json"

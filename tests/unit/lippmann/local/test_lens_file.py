@@ -54,7 +54,7 @@ def test_a_file_is_a_lens_that_a_job_takes(tmp_path: Path) -> None:
     ("name", "data", "problem"),
     [
         ("lens.txt", b"", "expected a lens as .json, .csv, .zmx, got lens.txt"),
-        ("lens.json", b"{", "expected a prescription as JSON"),
+        ("lens.json", b"{", "expected JSON, got .* at line 1, column 2"),
         ("lens.csv", b"\xff\xfe\xfd", "expected text in UTF-8"),
     ],
 )

@@ -11,8 +11,9 @@ from pathlib import Path
 import pytest
 
 from lippmann.errors import BundleError
+from lippmann.untrusted.zip_archive import MAX_BYTES, MAX_FILES
 from povtemplates.catalogue import scene_folders
-from worker.sandbox.bundle import MAX_BYTES, MAX_FILES, check_bundle, pack_folder, unpack
+from worker.sandbox.bundle import check_bundle, pack_folder, unpack
 
 SCENE_TOML = (scene_folders()["target-white"] / "scene.toml").read_bytes()
 

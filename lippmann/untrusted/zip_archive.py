@@ -1,0 +1,152 @@
+"""Zip files from strangers, with limits on entries, sizes, ratio and names. Nothing is unpacked to find out."""
+
+from __future__ import annotations
+
+import io
+import struct
+import zipfile
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import NoReturn
+
+from lippmann.errors import BundleError
+from lippmann.untrusted.file_names import check_names
+
+MAX_BYTES = 256 * 1024 * 1024
+"""The limit of all files together, unpacked."""
+MAX_FILES = 2000
+MAX_ENTRIES = 4000
+"""The limit of files and folders together."""
+MAX_DIRECTORY_BYTES = 2_000_000
+"""The limit of the list of entries, which is read at once when the zip is opened."""
+MAX_RATIO = 100
+"""The limit of the compression of a large bundle. Deflate reaches 1,000 for zeros."""
+SMALL_BYTES = 64 * 1024 * 1024
+"""The size, unpacked, up to which any compression is accepted: density files are mostly zeros."""
+
+_ENCRYPTED_OR_PATCHED = 0x1 | 0x20 | 0x40
+_METHODS = frozenset({zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED})
+_CHUNK = 64 * 1024
+_FAULTS = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, ValueError, OverflowError, RuntimeError)
+"""What `zipfile` raises for damaged or unusual files; NotImplementedError is a RuntimeError."""
+
+
+class Archive:
+    """A zip file whose list of entries was checked."""
+
+    def __init__(self, file: zipfile.ZipFile) -> None:
+        self._file = file
+        entries = [entry for entry in file.infolist() if not entry.is_dir()]
+        _check_entries(file.infolist(), entries)
+        self.names = [entry.filename for entry in entries]
+        """The names of the files."""
+        check_names(self.names, [entry.filename[:-1] for entry in file.infolist() if entry.is_dir()])
+
+    def read(self, name: str, *, at_most: int) -> bytes:
+        """Return the content of a file.
+
+        Raises
+        ------
+        BundleError
+            If the file is larger than `at_most` bytes, or damaged.
+        """
+        return b"".join(self.chunks(name, at_most=at_most))
+
+    def chunks(self, name: str, *, at_most: int = MAX_BYTES) -> Iterator[bytes]:
+        """Yield the content of a file, and no more than its declared size: a small zip may unpack to any size.
+
+        Raises
+        ------
+        BundleError
+            The same as for `read`.
+        """
+        declared = self._file.getinfo(name).file_size
+        if declared > at_most:
+            raise BundleError(f"{name}: expected at most {at_most} bytes, got {declared}")
+        size = 0
+        try:
+            with self._file.open(name) as file:
+                while chunk := file.read(_CHUNK):
+                    size += len(chunk)
+                    if size > declared:
+                        raise BundleError(f"{name}: expected the {declared} bytes that the zip says, got more")
+                    yield chunk
+        except _FAULTS as error:
+            raise BundleError(f"{name}: damaged in the zip: {str(error)[:200]}") from error
+
+    def verify(self) -> None:
+        """Read every file and check its sum; the content is not kept.
+
+        Raises
+        ------
+        BundleError
+            If a file is damaged.
+        """
+        for name in self.names:
+            for _ in self.chunks(name):
+                pass
+
+    def extract(self, folder: Path) -> None:
+        """Write the files into an empty folder.
+
+        Raises
+        ------
+        BundleError
+            If a file is damaged.
+        """
+        for name in self.names:
+            target = folder / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            with target.open("xb") as file:
+                file.writelines(self.chunks(name))
+
+
+@contextmanager
+def open_archive(data: bytes) -> Iterator[Archive]:
+    """Open a zip file and check its list of entries.
+
+    Raises
+    ------
+    BundleError
+        If it is no zip, has too many or too large files, or a name that `check_names` refuses.
+    """
+    try:
+        file = zipfile.ZipFile(_Bounded(data))
+    except _FAULTS as error:
+        raise BundleError(f"expected a zip, got {len(data)} bytes that are not one: {str(error)[:200]}") from error
+    with file:
+        yield Archive(file)
+
+
+class _Bounded(io.BytesIO):
+    """A file that refuses to be read in large pieces: `zipfile` reads its list of entries at once."""
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        if size is not None and size > MAX_DIRECTORY_BYTES:
+            raise BundleError(f"expected a list of entries of at most {MAX_DIRECTORY_BYTES:,} bytes, got {size:,}")
+        return super().read(size)
+
+
+def _check_entries(all_entries: list[zipfile.ZipInfo], files: list[zipfile.ZipInfo]) -> None:
+    if len(files) > MAX_FILES:
+        _refuse(f"at most {MAX_FILES} files", str(len(files)))
+    if len(all_entries) > MAX_ENTRIES:
+        _refuse(f"at most {MAX_ENTRIES} files and folders", str(len(all_entries)))
+    size = sum(entry.file_size for entry in files)
+    if size > MAX_BYTES:
+        _refuse(f"at most {MAX_BYTES} bytes unpacked", str(size))
+    packed = sum(entry.compress_size for entry in files)
+    if size > max(SMALL_BYTES, MAX_RATIO * packed):
+        _refuse(f"at most {MAX_RATIO} times the packed size beyond {SMALL_BYTES} bytes", f"{packed} bytes for {size}")
+    for entry in all_entries:
+        name = entry.filename[:80]
+        if entry.compress_type not in _METHODS or entry.flag_bits & _ENCRYPTED_OR_PATCHED:
+            raise BundleError(f"{name}: expected it stored or deflated, and neither encrypted nor a patch")
+        if entry.external_attr >> 16 & 0o170000 == 0o120000:
+            _refuse("plain files", f"a link: {name!r}")
+
+
+def _refuse(expected: str, got: str) -> NoReturn:
+    raise BundleError(f"expected {expected}, got {got}")
