@@ -10,6 +10,7 @@ from collections.abc import Callable, Sequence
 from random import Random
 from typing import Any
 
+MAX_REPEATED_BYTES = 2_000_000
 PIECES = (
     *(b"[", b"]", b"{", b"}", b'"', b"'", b'"""', b"'''", b"\\", b"\\u0000", b"\\ud800", b"\\udc00", b"#", b"=", b"."),
     *(b",", b";", b":", b"\n", b"\r", b"\t", b"\0", b"\x1b[2J", b"\xff", b"\xef\xbb\xbf", b"\xe2\x80\xae", b"a.a.a."),
@@ -123,13 +124,13 @@ def _insert(random: Random, data: bytes, _seeds: Sequence[bytes]) -> bytes:
 def _repeat_piece(random: Random, data: bytes, _seeds: Sequence[bytes]) -> bytes:
     place, count = random.randint(0, len(data)), 10 ** random.randint(1, 5)
     pieces = b"".join(random.choice(PIECES) for _ in range(random.randint(1, 3)))
-    return data[:place] + pieces * count + data[place:]
+    return data[:place] + pieces * min(count, MAX_REPEATED_BYTES // len(pieces)) + data[place:]
 
 
 def _repeat_part(random: Random, data: bytes, _seeds: Sequence[bytes]) -> bytes:
     start = random.randint(0, len(data))
     stop = min(len(data), start + random.randint(1, 60))
-    return data[:stop] + data[start:stop] * 10 ** random.randint(0, 4) + data[stop:]
+    return data[:stop] + data[start:stop] * min(10 ** random.randint(0, 4), MAX_REPEATED_BYTES // 60) + data[stop:]
 
 
 def _cut(random: Random, data: bytes, _seeds: Sequence[bytes]) -> bytes:

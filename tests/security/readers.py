@@ -47,14 +47,14 @@ JOBS: tuple[dict[str, Any], ...] = (
         },
         "capture": {"method": "glass", "depth": True},
         "render": {"tiles": [2, 1], "timeout_s": 100},
-        "outputs": ["views.mp4", {"kind": "stereo"}, {"kind": "view", "u": 0, "v": 0}, "depth.png"],
+        "outputs": ["views.mp4", {"kind": "stereo"}, {"kind": "view_grid"}, "depth.png"],
     },
     {
         "scene": "target-white",
         "rig": {
             "imaging_lens": {"title": "A lens", "surfaces": [
                 {"radius_mm": 60, "thickness_mm": 8, "material": "BK7", "semi_aperture_mm": 15},
-                {"radius_mm": -60, "thickness_mm": 50, "semi_aperture_mm": 15}]},
+                {"radius_mm": -60, "thickness_mm": 0, "index": 1, "semi_aperture_mm": 15}]},
             "device": {"dpi": 600},
             "lens_array": {"count": [10, 10]},
         },
@@ -115,7 +115,9 @@ def _read_lens(suffix: str, data: bytes) -> object:
 
 def _read_event(data: bytes) -> object:
     event = parse_event({b"event": data})
-    return event and event.model_dump_json()
+    if event is None:
+        raise LippmannError("the event is dropped")
+    return event.model_dump_json()
 
 
 def _job_bytes(random: Random) -> bytes:
