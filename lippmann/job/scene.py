@@ -15,7 +15,7 @@ from lippmann.errors import BundleError, FieldProblem, SpecError
 from lippmann.job.imported_sheets import ImportedSheets
 from lippmann.job.model import JobModel
 from lippmann.job.problems import problems_of
-from lippmann.job.spec import Clock, ParameterValue
+from lippmann.job.spec import MAX_PARAMETERS, Clock, ParameterValue
 from lippmann.job.stage import Stage
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
@@ -92,15 +92,15 @@ class SceneManifest(JobModel):
     """The scene file, .inc or .pov; the camera of the rig replaces the camera of a .pov file."""
     title: str = Field(default_factory=lambda given: given["file"], min_length=1, max_length=200)
     """The title of the scene; by default the name of the file."""
-    description: str = ""
+    description: str = Field(default="", max_length=20_000)
     """A description of the scene."""
-    license: str = ""
+    license: str = Field(default="", max_length=20_000)
     """The license of the scene."""
     stage: Stage
     """The position of the rig in the scene, and the scale."""
     clock: Clock = Clock()
     """The clock of the scene, which a job may replace."""
-    parameters: dict[str, Parameter] = Field(default_factory=dict)
+    parameters: dict[str, Parameter] = Field(default_factory=dict, max_length=MAX_PARAMETERS)
     """The parameters of the scene by name."""
     sheets: ImportedSheets | None = None
     """The imported integral images of a bundle without a scene."""

@@ -36,6 +36,9 @@ CONSTANT_FIELDS = ("rig.lens_array.count", "rig.px_per_lens", "rig.device")
 MAX_OUTPUTS = 100
 """The greatest number of outputs of a job."""
 
+MAX_PARAMETERS = 1000
+"""The greatest number of parameters of a scene."""
+
 MAX_CHECKED_FRAMES = 100
 """The greatest number of frames, and of keyframes between them, at which an animated job is validated; this takes a
 third of a second."""
@@ -79,7 +82,7 @@ class JobSpec(JobModel):
     """The name of the scene."""
     title: str = Field(default="", max_length=200)
     """The title of the job."""
-    parameters: dict[str, ParameterValue] = Field(default_factory=dict)
+    parameters: dict[str, ParameterValue] = Field(default_factory=dict, max_length=MAX_PARAMETERS)
     """The values of scene parameters, by name."""
     stage: StageChange = StageChange()
     """The changes to the stage of the scene."""

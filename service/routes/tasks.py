@@ -18,6 +18,9 @@ from service.schemas.task import Task, TaskPage
 
 router = APIRouter(prefix="/jobs/{job_id}", tags=["tasks"])
 
+MAX_ATTEMPT = 1_000_000
+"""The greatest number of an attempt that can be asked for."""
+
 TaskId = Annotated[str, Path(description="The id of the task.")]
 
 
@@ -50,7 +53,8 @@ def get_log(
     state: AppStateDep,
     _caller: ViewerDep,
     attempt: Annotated[
-        int | None, Query(ge=1, description="The number of the attempt, by default the latest one with a log.")
+        int | None,
+        Query(ge=1, le=MAX_ATTEMPT, description="The number of the attempt, by default the latest one with a log."),
     ] = None,
 ) -> StreamingResponse:
     """Get the log of an attempt."""

@@ -9,6 +9,7 @@ import anyio
 from fastapi import APIRouter, Depends, Header, Path, Query
 from fastapi.responses import Response
 
+from lippmann.job.frames import MAX_FRAME_NUMBER
 from lippmann.plan import artifact_names as names
 from service.api.artifact_files import is_fresh
 from service.dependencies import AppStateDep, ViewerDep
@@ -22,7 +23,7 @@ router = APIRouter(prefix="/jobs/{job_id}/frames/{frame}", tags=["viewing"])
 
 _PICTURE: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}, "image/webp": {}}}}
 
-FrameNumber = Annotated[int, Path(description="The number of the frame.")]
+FrameNumber = Annotated[int, Path(ge=1, le=MAX_FRAME_NUMBER, description="The number of the frame.")]
 
 
 def find_frame(job_id: JobId, frame: FrameNumber, state: AppStateDep, _caller: ViewerDep) -> ViewableFrame:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from datetime import datetime
+from typing import Annotated
 
 from pydantic import Field
 
+from lippmann.job.frames import MAX_FRAME_NUMBER
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobAction, JobStatus, PausedBy
 from service.schemas.answer import Answer
@@ -133,7 +135,9 @@ class JobPage(Answer):
 class FramesToSkip(Answer):
     """The frames that a job leaves out."""
 
-    frames: tuple[int, ...] | None = Field(default=None, min_length=1, max_length=100_000)
+    frames: tuple[Annotated[int, Field(ge=1, le=MAX_FRAME_NUMBER)], ...] | None = Field(
+        default=None, min_length=1, max_length=100_000
+    )
     """The numbers of the frames; null for those with a task that failed."""
 
 
