@@ -14,6 +14,8 @@ from typing import Annotated, Any, Self
 from pydantic import (
     Field,
     ValidationError,
+    ValidationInfo,
+    field_validator,
     model_validator,
 )
 
@@ -121,6 +123,15 @@ class JobSpec(JobModel):
     @classmethod
     def _rename_old_names(cls, data: Any) -> Any:
         return current_job(data)[0]
+
+    @field_validator("outputs", "parameters", mode="before")
+    @classmethod
+    def _check_count(cls, items: Any, info: ValidationInfo) -> Any:
+        # `max_length` would count the items only after it has validated them.
+        most = MAX_OUTPUTS if info.field_name == "outputs" else MAX_PARAMETERS
+        if isinstance(items, list | tuple | dict) and len(items) > most:
+            raise ValueError(f"at most {most} {info.field_name}, got {len(items)}")
+        return items
 
     @model_validator(mode="after")
     def _check_keyframes(self) -> Self:

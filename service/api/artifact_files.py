@@ -148,6 +148,8 @@ def parse_range(header: str | None, size: int) -> tuple[int, int] | None:
 
 def full_name(job_id: str, name: str) -> str:
     """Return the name in the store of a file of a job; NotFound for a name that no file may have."""
+    if name.endswith("/"):
+        raise NotFound(f"there is no artifact {name[:MAX_NAME]!r}")
     return names.job_artifact(job_id, _clean(name))
 
 

@@ -114,14 +114,17 @@ JSONS = {
     "no-object": ("[]", "expected a job as a JSON object"),
     "long-text": (json.dumps({"scene": "x" * 1_900_000}), "scene: expected"),
     "long-name": (json.dumps({"x" * 1_900_000: 1}), "no such field"),
-    "many-outputs": (json.dumps({"scene": "fish", "outputs": [{}] * 100_000}), "outputs"),
+    "many-outputs": (
+        json.dumps({"scene": "fish", "outputs": [{}] * 50_000}),
+        "outputs: expected at most 100 outputs, got 50000",
+    ),
     "many-parameters": (
         json.dumps({"scene": "fish", "parameters": {f"u{number}": [0] for number in range(9000)}}),
-        "parameters.u0",
+        "parameters: expected at most 1000 parameters, got 9000",
     ),
     "many-frames": (json.dumps({"scene": "fish", "frames": "1-999999," * 100 + "1"}), "frames"),
     "keyframes": (
-        json.dumps({"scene": "fish", "rig": {"lens_array": {"offset_mm": {"keyframes": [[1, 0]] * 50_000}}}}),
+        json.dumps({"scene": "fish", "rig": {"lens_array": {"offset_mm": {"keyframes": [[1, 0]] * 30_000}}}}),
         "keyframes",
     ),
 }
