@@ -122,7 +122,7 @@ def _insert(random: Random, data: bytes, _seeds: Sequence[bytes]) -> bytes:
 
 
 def _repeat_piece(random: Random, data: bytes, _seeds: Sequence[bytes]) -> bytes:
-    place, count = random.randint(0, len(data)), 10 ** random.randint(1, 5)
+    place, count = random.randint(0, len(data)), random.choice((10, 100, 1000, 10_000, 100_000))
     pieces = b"".join(random.choice(PIECES) for _ in range(random.randint(1, 3)))
     return data[:place] + pieces * min(count, MAX_REPEATED_BYTES // len(pieces)) + data[place:]
 
@@ -130,7 +130,7 @@ def _repeat_piece(random: Random, data: bytes, _seeds: Sequence[bytes]) -> bytes
 def _repeat_part(random: Random, data: bytes, _seeds: Sequence[bytes]) -> bytes:
     start = random.randint(0, len(data))
     stop = min(len(data), start + random.randint(1, 60))
-    return data[:stop] + data[start:stop] * min(10 ** random.randint(0, 4), MAX_REPEATED_BYTES // 60) + data[stop:]
+    return data[:stop] + data[start:stop] * random.choice((1, 10, 100, 1000, 10_000)) + data[stop:]
 
 
 def _cut(random: Random, data: bytes, _seeds: Sequence[bytes]) -> bytes:
