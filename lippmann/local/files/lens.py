@@ -37,7 +37,20 @@ def read_prescription(path: Path) -> Prescription:
 
 
 def parse_prescription(path: Path, data: bytes) -> Prescription:
-    """Return the prescription in the content of a file, whose suffix gives the format."""
+    """Return the prescription in the content of a file.
+
+    Parameters
+    ----------
+    path
+        The path of the file, whose suffix gives the format.
+    data
+        The content.
+
+    Raises
+    ------
+    BadInput, SpecError
+        The same as for `read_lens`.
+    """
     from lippmann.optics.lens.csv_files import read_lens_csv
     from lippmann.optics.lens.zemax_files import read_lens_zmx
 
