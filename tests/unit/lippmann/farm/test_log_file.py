@@ -11,7 +11,8 @@ WORK = """
 import logging, os, sys, time
 import structlog
 from lippmann.farm.serve import _log_to_stderr
-_log_to_stderr()
+from service.settings import Settings
+_log_to_stderr(Settings())
 sys.stdin.readline()
 for _ in range(3):
     structlog.get_logger().warning("a round failed")
