@@ -118,6 +118,7 @@ JSONS = {
         json.dumps({"scene": "fish", "outputs": [{}] * 50_000}),
         "outputs: expected at most 100 outputs, got 50000",
     ),
+    "kind-is-a-list": (json.dumps({"scene": "fish", "outputs": [{"kind": ["views"]}]}), "outputs.0.kind: expected one"),
     "many-parameters": (
         json.dumps({"scene": "fish", "parameters": {f"u{number}": [0] for number in range(9000)}}),
         "parameters: expected at most 1000 parameters, got 9000",

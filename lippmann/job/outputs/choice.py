@@ -20,6 +20,7 @@ from lippmann.job.outputs.output import KINDS, OutputOptions
 from lippmann.job.outputs.videos import CentreVideo, OrthoscopicVideo, ViewsVideo
 from lippmann.job.problems import FieldError
 from lippmann.job.rig import Rig
+from lippmann.untrusted.shown import shown
 
 for _module in iter_modules(outputs.__path__, f"{outputs.__name__}."):
     import_module(_module.name)  # registers its kinds
@@ -42,15 +43,16 @@ def spelled_out(written: Any) -> Any:
         kind, dot, suffix = written.partition(".")
         options = KINDS[kind].SPELLINGS.get(dot + suffix) if kind in KINDS else None
         if options is None:
-            raise ValueError(f"an object with a kind, or one of {', '.join(map(repr, spellings()))}, got {written!r}")
+            raise ValueError(
+                f"an object with a kind, or one of {', '.join(map(repr, spellings()))}, got {shown(written)}"
+            )
         return {"kind": kind, **options}
-    if isinstance(written, Mapping) and written.get("kind") not in KINDS:
+    if isinstance(written, Mapping) and not (isinstance(written.get("kind"), str) and written["kind"] in KINDS):
         kinds = ", ".join(sorted(KINDS))
-        raise FieldError(
-            "kind", expected=f"one of {kinds}", got=repr(written["kind"]) if "kind" in written else "nothing"
-        )
+        got = shown(written["kind"]) if "kind" in written else "nothing"
+        raise FieldError("kind", expected=f"one of {kinds}", got=got)
     if not isinstance(written, Mapping | OutputOptions):
-        raise ValueError(f"an object with a kind, or the name of a file, got {written!r}")
+        raise ValueError(f"an object with a kind, or the name of a file, got {shown(written)}")
     return written
 
 
