@@ -51,7 +51,7 @@ class Checks:
         self._limiter: anyio.CapacityLimiter | None = None
 
     async def health(self, *, now_s: float, is_known: Callable[[], bool]) -> Health:
-        """Run all checks at once; the name of the leader is only for a caller who `is_known`."""
+        """Run all checks at once; the leader's name and the sandboxes are for a caller who `is_known`."""
         answers: dict[str, object] = {}
 
         async def ask(name: str, question: Callable[[], object]) -> None:
@@ -64,9 +64,11 @@ class Checks:
             group.start_soon(ask, "faults", self._faults)
             group.start_soon(ask, "known", is_known)
         health = _health(answers["coordinator"], answers["workers"], answers["free"], answers["faults"])
-        # The name of the leader reveals host and process, so callers without a valid key do not get it.
+        # The leader's name reveals host and process, and the sandboxes what an attacker meets: only with a valid key.
         hidden = health.coordinator.model_copy(update={"leader": None})
-        return health if answers["known"] is True else health.model_copy(update={"coordinator": hidden})
+        if answers["known"] is True:
+            return health
+        return health.model_copy(update={"coordinator": hidden, "sandboxes": None})
 
     async def workers(self) -> WorkerList:
         """Return the workers that are online, with their running tasks."""
@@ -136,6 +138,7 @@ def _health(coordinator: object, workers: object, free: object, found: object) -
         coordinator=leading,
         workers=None if roster is None else len(roster.present),
         slots=None if roster is None else roster.slots,
+        sandboxes=None if roster is None else tuple(sorted({worker.sandbox for worker in roster.present})),
         faults=faults,
     )
 

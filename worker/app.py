@@ -148,7 +148,7 @@ def presence() -> Presence:
         If the worker could not do its work.
     """
     now_s = time.time()
-    sandbox = detect(settings.sandbox, allow_none=settings.sandbox == "none")
+    sandbox = detect(settings.sandbox)
     if sandbox.mode == "none" and settings.sandbox != "none":
         raise SandboxMissing("expected bubblewrap or Landlock to hold POV-Ray, got neither; install bubblewrap")
     return Presence(

@@ -34,7 +34,7 @@ class WorkerSettings(BaseSettings):
     worker_name: str = Field(default_factory=lambda: f"{platform.node()}-{os.getpid()}", min_length=1, max_length=100)
     """The name of the worker; it must be unique on the farm."""
     sandbox: Literal["auto", "bwrap", "landlock", "none"] = "auto"
-    """The sandbox of POV-Ray; `none` is only for trusted scenes."""
+    """The sandbox of POV-Ray. A worker with `none` renders only the scenes that come with the project."""
     povray: str = "povray"
     """The command of POV-Ray."""
     parse_timeout_s: float | None = Field(default=None, gt=0)

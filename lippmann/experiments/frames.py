@@ -102,7 +102,7 @@ def prepared(spec: JobSpec, request: FigureRequest) -> Iterator[LocalJob]:
         If the job cannot be rendered.
     """
     with tempfile.TemporaryDirectory(prefix="lippmann-paper-") as folder:
-        place = workplace(request.settings.model_copy(update={"data_dir": Path(folder)}))
+        place = workplace(request.settings.model_copy(update={"data_dir": Path(folder)}), own_files=True)
         sheet = local_job(place, spec, pack_folder(scene_folders()[spec.scene]))
         check_job(sheet)
         slots = place.settings.slots if spec.render.may_be_tiled else 1

@@ -66,7 +66,7 @@ def render_picture(job: LocalJob, camera: PlainCamera, picture: Picture, *, fold
             _command(picture, bundle, job.place.settings.povray),
             task_dir=folder,
             readable=(bundle, INCLUDE_FOLDER.resolve()),
-            sandbox=job.place.sandbox,
+            sandbox=job.place.sandbox_for(job.sheet.bundle),
             limits=Limits(cpu_s=limits.timeout_s, memory_mb=limits.memory_mb),
             times=time_limits(limits, job.place.settings, is_probe=False),
             on_progress=lambda _: None,

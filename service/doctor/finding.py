@@ -51,6 +51,7 @@ class Check(StrEnum):
     SPACE = "space"
     STORE = "store"
     SETTINGS = "settings"
+    SANDBOX = "sandbox"
 
 
 @dataclass(frozen=True)

@@ -60,6 +60,8 @@ class Health(Answer):
     """The number of workers that are online; null if the broker does not answer."""
     slots: int | None
     """The number of the slots of those that take orders; null if the broker does not answer."""
+    sandboxes: tuple[str, ...] | None = None
+    """The kinds of sandboxes of the workers that are online; null without a key, and if the broker does not answer."""
     faults: tuple[Fault, ...] = ()
     """What prevents work now, first cause first. The farm has paused its running jobs until all of them are gone."""
 

@@ -5,7 +5,8 @@ mode      holds                                                                 
 ========= ====================================================================== ==========================
 bwrap     files, network, processes, IPC: namespaces with nothing else in them   user namespaces
 landlock  files and TCP; no new privileges, no capabilities                      Linux 5.13, no privilege
-none      nothing but limits; for one's own scenes, and only when allowed        nothing
+none      nothing but limits; for scenes that come with the project and one's    nothing
+          own files, never for scenes that were uploaded
 ========= ====================================================================== ==========================
 
 In each of them POV-Ray dies with the thread that started it, and only the task's folder can be written.
@@ -51,6 +52,8 @@ class Sandbox:
 
     mode: SandboxMode
     allow_none: bool = False
+    """True for the scenes that come with the project and for the files of the person who runs the command; whatever
+    else is handled in the mode `none` is refused."""
 
     def wrap(self, argv: Sequence[str], *, readable: Sequence[Path], writable: Path, limits: Limits) -> list[str]:
         """Return the command line that runs `argv` inside; it may read `readable`, and it works in `writable`.
@@ -58,7 +61,7 @@ class Sandbox:
         Raises
         ------
         SandboxMissing
-            If the mode is `none` and it was not allowed.
+            If the mode is `none` and the scene is somebody else's.
         ValueError
             If a path is not absolute, or a readable one lies in the writable one.
         """
@@ -69,16 +72,20 @@ class Sandbox:
         if self.mode == "landlock":
             return [*_landlock(readable, writable), *limited(argv, limits, counted_alone=False)]
         if not self.allow_none:
-            raise SandboxMissing("This worker has neither bwrap nor Landlock, and scenes run in nothing less.")
+            raise SandboxMissing(
+                "expected a worker with a sandbox for an uploaded scene, got one without: it renders only the scenes "
+                "that come with the project"
+            )
         return ["setpriv", "--pdeathsig", "KILL", "--no-new-privs", "--", *limited(argv, limits, counted_alone=False)]
 
 
-def detect(wanted: SandboxMode | Literal["auto"], *, allow_none: bool = False) -> Sandbox:
+def detect(wanted: SandboxMode | Literal["auto"]) -> Sandbox:
     """Return the sandbox to use: the required one, or the best that works here.
 
     It is found by trying, so call this once.
 
-    `auto` on a machine where no sandbox works gives mode `none`, which refuses every scene unless `allow_none`.
+    `auto` on a machine where no sandbox works gives mode `none`. The setting never allows an uploaded scene to run
+    without a sandbox: `allow_none` depends on whose scene it is.
 
     Raises
     ------
@@ -86,7 +93,7 @@ def detect(wanted: SandboxMode | Literal["auto"], *, allow_none: bool = False) -
         If the wanted one does not hold here; the message says what it answered.
     """
     if wanted == "none":
-        return Sandbox("none", allow_none)
+        return Sandbox("none")
     faults = {}
     for mode in _MODES if wanted == "auto" else (wanted,):
         fault = trial(Sandbox(mode))
@@ -94,7 +101,7 @@ def detect(wanted: SandboxMode | Literal["auto"], *, allow_none: bool = False) -
             return Sandbox(mode)
         faults[mode] = fault
     if wanted == "auto":
-        return Sandbox("none", allow_none)
+        return Sandbox("none")
     raise SandboxMissing(f"Sandbox {wanted} does not hold on this machine: {faults[wanted]}")
 
 

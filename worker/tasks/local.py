@@ -54,7 +54,7 @@ def capture_frame(
         Whatever an attempt on the farm would fail with; nothing is left in the folder then.
     """
     with tempfile.TemporaryDirectory(prefix="lippmann-capture-") as folder:
-        place = workplace(settings.model_copy(update={"data_dir": Path(folder)}))
+        place = workplace(settings.model_copy(update={"data_dir": Path(folder)}), own_files=True)
         # The store is removed with the folder, and its cache with it.
         render = spec.render.model_copy(update={"cache": False})
         sheet = local_job(place, spec.model_copy(update={"frames": str(frame), "render": render}), bundle)

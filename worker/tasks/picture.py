@@ -129,7 +129,7 @@ def run_povray(
         replace(command, library_paths=(*readable, SYSTEM_INCLUDE), program=place.settings.povray),
         task_dir=folder,
         readable=readable,
-        sandbox=place.sandbox,
+        sandbox=place.sandbox_for(sheet.bundle),
         limits=Limits(cpu_s=CPU_PER_SECOND * settings.timeout_s, memory_mb=settings.memory_mb),
         times=time_limits(settings, place.settings, is_probe=is_probe),
         on_progress=progressed,

@@ -10,19 +10,20 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
 from pathlib import Path
 
 import structlog
 
-from lippmann.errors import LippmannError
+from lippmann.errors import BundleError, LippmannError
 from lippmann.job.messages.orders import Order
 from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
+from povtemplates.catalogue import scene_folders
 from worker.report import BrokerClient
-from worker.sandbox.bundle import unpack
+from worker.sandbox.bundle import digest_of, pack_folder, unpack
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.sandbox import Sandbox, detect
 from worker.settings import WorkerSettings
@@ -47,6 +48,8 @@ class Workplace:
     sandbox: Sandbox
     announce: Callable[[str], None] = lambda attempt: None
     """Announces that an attempt will soon need its core no longer; see `worker.handover`."""
+    own_files: bool = False
+    """True if the scenes are files of the person who runs the command, who may do without a sandbox."""
 
     @cached_property
     def broker(self) -> BrokerClient:
@@ -65,11 +68,20 @@ class Workplace:
         """Return the plan of a job as the service stored it."""
         return StoredPlan.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.PLAN_FILE)))
 
+    def sandbox_for(self, digest: str) -> Sandbox:
+        """Return the sandbox for a scene bundle: the mode `none` refuses it unless it is built in or one's own.
+
+        The digest names the content, so an uploaded scene cannot pass for one that comes with the project.
+        """
+        return replace(self.sandbox, allow_none=self.own_files or digest in builtin_digests())
+
     def bundle_folder(self, digest: str) -> Path:
         """Return the folder with a scene bundle's files, unpacked once for all attempts.
 
         Raises
         ------
+        BundleError
+            If the bundle in the store has another content than its name says.
         ArtifactMissing
             If the store does not have the bundle.
         OSError
@@ -82,7 +94,10 @@ class Workplace:
             folder.parent.mkdir(parents=True, exist_ok=True)
             beside = Path(tempfile.mkdtemp(prefix=f".{digest[:8]}-", dir=folder.parent))
             try:
-                unpack(self.store.get_bytes(names.bundle_name(digest)), beside)
+                data = self.store.get_bytes(names.bundle_name(digest))
+                if digest_of(data) != digest:
+                    raise BundleError(f"expected the bundle {digest[:12]} in the store, got other content there")
+                unpack(data, beside)
                 beside.chmod(0o755)
                 _publish(beside, folder)
             finally:
@@ -100,6 +115,12 @@ class Workplace:
                 folder = Path(name).resolve()
                 stack.enter_context(folder_lock(folder))
             yield folder
+
+
+@cache
+def builtin_digests() -> frozenset[str]:
+    """Return the digests of the bundles of the scenes that come with the project."""
+    return frozenset(digest_of(pack_folder(folder)) for folder in scene_folders().values())
 
 
 def sweep_scratch(settings: WorkerSettings) -> None:
@@ -172,8 +193,15 @@ def folder_lock(folder: Path, *, wait: bool = False) -> Iterator[None]:
         os.close(descriptor)
 
 
-def workplace(settings: WorkerSettings, announce: Callable[[str], None] = lambda attempt: None) -> Workplace:
+def workplace(
+    settings: WorkerSettings, announce: Callable[[str], None] = lambda attempt: None, *, own_files: bool = False
+) -> Workplace:
     """Return the workplace for some settings, with the store in their data folder.
+
+    Parameters
+    ----------
+    own_files
+        True if the scenes are files of the person who runs the command.
 
     Raises
     ------
@@ -183,8 +211,9 @@ def workplace(settings: WorkerSettings, announce: Callable[[str], None] = lambda
     return Workplace(
         settings=settings,
         store=LocalStore(settings.artifacts_dir, reserve_bytes=settings.disk_reserve_bytes),
-        sandbox=detect(settings.sandbox, allow_none=settings.sandbox == "none"),
+        sandbox=detect(settings.sandbox),
         announce=announce,
+        own_files=own_files,
     )
 
 

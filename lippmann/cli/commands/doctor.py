@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from lippmann.cli.exit_codes import ExitCode
 from lippmann.cli.options import DATA_DIR, DataDir
-from lippmann.errors import BadInput
+from lippmann.errors import BadInput, SandboxMissing
 from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
@@ -49,9 +50,29 @@ def doctor(
             found = examine_and_repair(patient, now_s=time.time(), by_content=deep)
         else:
             found = Diagnosis(examine(patient, now_s=time.time(), by_content=deep))
+    found = replace(found, findings=(*found.findings, _sandbox()))
     output.result(_data(found), _text(found))
     if not found.is_healthy:
         raise typer.Exit(ExitCode.FAILED)
+
+
+def _sandbox() -> Finding:
+    """Return the sandbox in which a worker on this machine, with these settings, would run scenes."""
+    from service.doctor.finding import Check, Finding, Level
+    from worker.sandbox.sandbox import detect
+    from worker.settings import WorkerSettings
+
+    wanted = WorkerSettings().sandbox
+    try:
+        mode = detect(wanted).mode
+    except SandboxMissing as error:
+        return Finding(Check.SANDBOX, Level.WARNING, error.message)
+    if mode != "none":
+        return Finding(Check.SANDBOX, Level.NOTE, f"a worker on this machine runs scenes in {mode}")
+    if wanted == "none":
+        message = "LIPPMANN_SANDBOX is none: a worker with it renders only the scenes that come with the project"
+        return Finding(Check.SANDBOX, Level.WARNING, message)
+    return Finding(Check.SANDBOX, Level.NOTE, "neither bwrap nor Landlock works here, so no worker can on this machine")
 
 
 def _data(found: Diagnosis) -> dict[str, Any]:

@@ -29,6 +29,10 @@ export function Header({ here }) {
   `;
 }
 
+const UNCONFINED = "A worker has no sandbox: it renders only the scenes that come with Lippmann.";
+
+const confinement = (sandboxes) => (sandboxes?.length ? `Scenes run in: ${sandboxes.join(", ")}` : "");
+
 function LogOut({ session }) {
   const leave = () => logOut().finally(() => location.replace("/"));
   return html`
@@ -38,14 +42,15 @@ function LogOut({ session }) {
 
 function Health({ health, stale }) {
   if (!health) return html`<div class="health" aria-label="Health of the farm"></div>`;
-  const { workers, slots, broker, store, database, coordinator } = health;
+  const { workers, slots, sandboxes, broker, store, database, coordinator } = health;
   const known = workers !== null;
   const troubles = (health.faults ?? []).filter((fault) => fault.component === "workers").map((fault) => fault.message);
   const room = store.free_bytes === null ? "store ok" : `${bytes(store.free_bytes)} free`;
   return html`
     <ul class="health ${stale ? "stale" : ""}" aria-label="Health of the farm">
-      <${Light} ok=${known && workers > 0} title=${known ? "" : "The broker does not answer."}
+      <${Light} ok=${known && workers > 0} title=${known ? confinement(sandboxes) : "The broker does not answer."}
         text=${known ? `${many(workers, "worker")}, ${many(slots, "slot")}` : "workers unknown"} />
+      ${sandboxes?.includes("none") && html`<${Light} ok=${false} title=${UNCONFINED} text="no sandbox" />`}
       ${troubles.length > 0 && html`
         <${Light} ok=${false} title=${troubles.join(" ")} text=${`${many(troubles.length, "worker")} in trouble`} />`}
       <${Light} ok=${broker.ok} title=${broker.detail} text=${broker.ok ? "broker ok" : "broker degraded"} />

@@ -148,7 +148,9 @@ def test_workers_that_are_there_are_shown_with_what_they_run(
     _submit(service)
     (worker,) = until(lambda: [w for w in service.client.get("/workers").json()["items"] if w["running"]])
     assert (worker["name"], worker["slots"], worker["running"]) == ("w1", 2, 1)
-    assert service.client.get("/health").json()["slots"] == 2
+    health = service.client.get("/health").json()
+    assert (health["slots"], health["sandboxes"]) == (2, [worker["sandbox"]])
+    assert service.client.get("/health", headers={"Authorization": ""}).json()["sandboxes"] is None
 
 
 def test_a_worker_that_takes_no_orders_is_named_and_its_slots_do_not_count(

@@ -70,7 +70,7 @@ def test_landlock_is_a_file_of_its_own_run_by_this_python() -> None:
 def test_without_a_sandbox_a_scene_is_refused() -> None:
     with pytest.raises(SandboxMissing):
         _wrapped(Sandbox("none"))
-    with pytest.raises(SandboxMissing):
+    with pytest.raises(SandboxMissing, match="uploaded scene"):
         _wrapped(detect("none"))
 
 

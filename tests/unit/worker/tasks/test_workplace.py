@@ -8,14 +8,16 @@ import sys
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 from threading import Barrier
 from typing import Any
 
 import pytest
 
+from lippmann.errors import BundleError
 from lippmann.plan.artifact_names import bundle_name
-from tests.builders import local_place
+from tests.builders import builtin_bundle, local_place
 from tests.needs import need_to_run
 from tests.waiting import ENOUGH_S
 from worker.sandbox.bundle import digest_of, pack_folder
@@ -99,6 +101,22 @@ def test_a_bundle_is_unpacked_once_and_its_folder_exists(tmp_path: Path) -> None
     folder = place.bundle_folder(digest)
     assert sorted(path.name for path in folder.iterdir()) == ["a.pov", "scene.toml"]
     assert place.bundle_folder(digest) == folder
+
+
+def test_a_bundle_with_other_content_than_its_name_says_is_refused_and_nothing_is_left(tmp_path: Path) -> None:
+    place, digest = _with_bundle(tmp_path)
+    other = "0" * 64
+    place.store.put_bytes(bundle_name(other), place.store.get_bytes(bundle_name(digest)))
+    with pytest.raises(BundleError, match="other content"):
+        place.bundle_folder(other)
+    assert list(place.settings.bundles_dir.iterdir()) == []
+
+
+def test_only_built_in_scenes_and_ones_own_files_do_without_a_sandbox(tmp_path: Path) -> None:
+    place, uploaded = _with_bundle(tmp_path)
+    builtin = digest_of(builtin_bundle("target-white"))
+    assert [place.sandbox_for(digest).allow_none for digest in (uploaded, builtin)] == [False, True]
+    assert replace(place, own_files=True).sandbox_for(uploaded).allow_none
 
 
 def test_a_bundle_that_cannot_be_published_is_an_error_and_nothing_is_left(tmp_path: Path) -> None:
