@@ -31,7 +31,7 @@ from worker.engines.povray.version import povray_version
 from worker.handover import Handover
 from worker.liveness import ConsumerLiveness, StuckWatch
 from worker.report import QUICK_S, BrokerClient
-from worker.sandbox.sandbox import detect
+from worker.sandbox.detect import detect
 from worker.settings import STOPPING, WorkerSettings
 from worker.whole_file import check_folder
 

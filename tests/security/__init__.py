@@ -1,0 +1,1 @@
+"""Red-team tests: programs that do their worst inside the real sandboxes, and leave nothing."""

@@ -44,6 +44,10 @@ class Child:
         )
         self._output = cast(IO[bytes], self._popen.stdout)
 
+    def pids(self) -> list[int]:
+        """Return the child and all processes below it; empty when it has ended."""
+        return [] if self._ended_s is not None else [self._popen.pid, *_descendants(self._popen.pid)]
+
     def read(self, timeout_s: float) -> bytes:
         """Wait for output, at most for this time, and return it."""
         data = self._read(timeout_s)
@@ -137,8 +141,11 @@ def _descendants(pid: int) -> list[int]:
 
 
 def _children(pid: int) -> list[int]:
-    try:
-        return [int(word) for word in Path(f"/proc/{pid}/task/{pid}/children").read_text().split()]
-    except (FileNotFoundError, ProcessLookupError):
-        # The process has ended meanwhile.
-        return []
+    """Return the children of a process; every thread may have some."""
+    children = []
+    # A process, and each of its threads, may have ended meanwhile.
+    with suppress(FileNotFoundError, ProcessLookupError):
+        for thread in os.listdir(f"/proc/{pid}/task"):
+            with suppress(FileNotFoundError, ProcessLookupError):
+                children += Path(f"/proc/{pid}/task/{thread}/children").read_text().split()
+    return [int(word) for word in children]

@@ -1,9 +1,10 @@
 """Restrict this process with Landlock, then replace it by a program.
 
-Run as a file of its own (`python -I -S landlock.py --read PATH --write PATH -- PROGRAM ARGUMENT...`), so that nothing
-but the standard library is imported and the environment counts for nothing. It needs no privilege and works where user
-namespaces are forbidden, such as in most containers. What the kernel's Landlock can hold is held: files from ABI 1, TCP
-from ABI 4, signals and abstract sockets to others from ABI 6. UDP and the existence of files it does not hide.
+Run as a file of its own (`python -I -S landlock.py --filter PATH --user NUMBER --read PATH --write PATH -- PROGRAM
+ARGUMENT...`), so that nothing but the standard library is imported and the environment counts for nothing. It needs no
+privilege and works where user namespaces are forbidden, such as in most containers. What the kernel's Landlock can hold
+is held: files from ABI 1, TCP from ABI 4, signals and abstract sockets to others from ABI 6. The filter of system calls
+takes away sockets of all kinds and new processes. The existence of files is not hidden.
 
 The numbers are those of linux/landlock.h and linux/prctl.h.
 """
@@ -26,7 +27,9 @@ DEVICES = ("/dev/null", "/dev/zero", "/dev/urandom", "/etc/ld.so.cache")
 _CREATE_RULESET, _ADD_RULE, _RESTRICT_SELF = 444, 445, 446
 _VERSION = 1
 _PATH_BENEATH = 1
-_PR_SET_PDEATHSIG, _PR_CAPBSET_DROP, _PR_SET_NO_NEW_PRIVS = 1, 24, 38
+_PR_SET_PDEATHSIG, _PR_SET_SECCOMP, _PR_CAPBSET_DROP, _PR_SET_NO_NEW_PRIVS = 1, 22, 24, 38
+_SECCOMP_MODE_FILTER = 2
+_FILTER_STEP_BYTES = 8
 _LAST_CAPABILITY = 63
 
 _EXECUTE, _WRITE_FILE, _READ_FILE, _READ_DIR = 1 << 0, 1 << 1, 1 << 2, 1 << 3
@@ -49,6 +52,10 @@ class _Ruleset(ctypes.Structure):
         ("handled_access_net", ctypes.c_uint64),
         ("scoped", ctypes.c_uint64),
     )
+
+
+class _FilterProgram(ctypes.Structure):
+    _fields_ = (("steps", ctypes.c_ushort), ("program", ctypes.c_char_p))
 
 
 class _PathBeneath(ctypes.Structure):
@@ -78,9 +85,27 @@ def hold(readable: list[str], writable: list[str]) -> None:
     for path in writable:
         _allow(ruleset, path, _WRITE & handled)
     _prctl(_PR_SET_NO_NEW_PRIVS, 1)
-    _drop_capabilities()
     _checked(_libc.syscall(_RESTRICT_SELF, ruleset, 0), "the rules were refused")
     os.close(ruleset)
+
+
+def become(user: int | None) -> None:
+    """Give up all capabilities for good, and become another user if one is given."""
+    # Root would get its capabilities back at exec; without a bounding set there is nothing to get.
+    if os.geteuid() == 0:
+        for capability in range(_LAST_CAPABILITY + 1):
+            _libc.prctl(_PR_CAPBSET_DROP, capability, 0, 0, 0)
+    if user is not None:
+        os.setgroups([])
+        os.setresgid(user, user, user)
+        os.setresuid(user, user, user)
+
+
+def filter_calls(program: bytes) -> None:
+    """Filter the system calls of this process and its children, for good; see `seccomp.py`."""
+    steps = _FilterProgram(len(program) // _FILTER_STEP_BYTES, program)
+    answer = _libc.prctl(_PR_SET_SECCOMP, _SECCOMP_MODE_FILTER, ctypes.byref(steps), 0, 0)
+    _checked(answer, "the filter of system calls was refused")
 
 
 def die_with_parent() -> None:
@@ -97,13 +122,6 @@ def _allow(ruleset: int, path: str, access: int) -> None:
         os.close(place)
 
 
-def _drop_capabilities() -> None:
-    # Root would get them all back at exec; without a bounding set there is nothing to get.
-    if os.geteuid() == 0:
-        for capability in range(_LAST_CAPABILITY + 1):
-            _libc.prctl(_PR_CAPBSET_DROP, capability, 0, 0, 0)
-
-
 def _prctl(option: int, value: int) -> None:
     _checked(_libc.prctl(option, value, 0, 0, 0), f"prctl {option}")
 
@@ -115,11 +133,11 @@ def _checked(answer: int, fault: str) -> int:
     return answer
 
 
-def _paths(words: list[str]) -> tuple[list[str], list[str]]:
-    paths: dict[str, list[str]] = {"--read": [], "--write": []}
-    for option, path in zip(words[::2], words[1::2], strict=True):
-        paths[option].append(path)
-    return paths["--read"], paths["--write"]
+def _options(words: list[str]) -> dict[str, list[str]]:
+    options: dict[str, list[str]] = {"--filter": [], "--user": [], "--read": [], "--write": []}
+    for option, value in zip(words[::2], words[1::2], strict=True):
+        options[option].append(value)
+    return options
 
 
 def main(words: list[str]) -> NoReturn:
@@ -127,11 +145,17 @@ def main(words: list[str]) -> NoReturn:
     cut = words.index("--")
     program = words[cut + 1 :]
     try:
-        hold(*_paths(words[:cut]))
+        options = _options(words[:cut])
+        with open(options["--filter"][0], "rb") as file:
+            calls = file.read()
+        become(int(options["--user"][0]) if options["--user"] else None)
+        hold(options["--read"], options["--write"])
+        # The kernel forgets this when the user changes.
         die_with_parent()
         # Python ignores these two signals and the program would inherit that: nothing would end an endless file.
         for number in (signal.SIGPIPE, signal.SIGXFSZ):
             signal.signal(number, signal.SIG_DFL)
+        filter_calls(calls)
         os.execvp(program[0], program)  # noqa: S606 - this file exists to execute a program
     except OSError as error:
         sys.stderr.write(f"landlock: {error}\n")

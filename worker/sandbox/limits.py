@@ -16,6 +16,8 @@ CPU_GRACE_S = 5
 PROCESSES = 64
 """POV-Ray starts no process and, with one render thread, about ten threads."""
 
+OPEN_FILES = 256
+
 _MIB = 1024 * 1024
 
 
@@ -28,6 +30,12 @@ class Limits:
     """The limit of the address space."""
     file_mb: int = 8192
     """The limit of the size of one file. POV-Ray stores its state beside the picture: 20 bytes per pixel."""
+    disk_mb: int = 16_384
+    """The limit of all files of the task together, those included that were removed and are still open."""
+    files: int = 2000
+    """The limit of the number of files and folders of the task."""
+    processes: int = PROCESSES
+    """The limit of the number of processes and threads."""
 
 
 @dataclass(frozen=True)
@@ -62,11 +70,11 @@ class TimeLimits:
     """The limits of phases whose length cannot be foreseen, so that their progress proves nothing."""
 
 
-def limited(argv: Sequence[str], limits: Limits, *, counted_alone: bool) -> list[str]:
+def limited(argv: Sequence[str], limits: Limits, *, processes: int | None = PROCESSES) -> list[str]:
     """Return a command line that runs `argv` within limits.
 
-    The number of processes is limited only where they are counted alone, in their own user namespace. Elsewhere the
-    kernel counts all processes of the user, and POV-Ray would fail because of others. Root is never limited.
+    The kernel limits the number of `processes` only where they are counted alone, in their own user namespace or as
+    their own user. Elsewhere it counts all processes of the user, and POV-Ray would fail because of others.
     """
     cpu_s = math.ceil(limits.cpu_s)
     return [
@@ -75,7 +83,10 @@ def limited(argv: Sequence[str], limits: Limits, *, counted_alone: bool) -> list
         f"--cpu={cpu_s}:{cpu_s + CPU_GRACE_S}",
         f"--as={limits.memory_mb * _MIB}",
         f"--fsize={limits.file_mb * _MIB}",
-        *([f"--nproc={PROCESSES}"] if counted_alone else []),
+        f"--nofile={OPEN_FILES}",
+        "--msgqueue=0",
+        "--rtprio=0",
+        *([] if processes is None else [f"--nproc={processes}"]),
         "--",
         *argv,
     ]

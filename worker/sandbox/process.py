@@ -14,13 +14,15 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import partial
 from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 from lippmann.errors import SandboxMissing
 from worker.sandbox.child import Child
-from worker.sandbox.limits import TimeLimits
+from worker.sandbox.limits import Limits, TimeLimits
 from worker.sandbox.log import AttemptLog
+from worker.sandbox.totals import Excess, find_excess
 
 POLL_S = 0.2
 """The interval of calls to `should_stop`."""
@@ -68,6 +70,9 @@ class Ending(StrEnum):
     TIMED_OUT = "timed out"
     STALLED = "stalled"
     PHASE_TIMED_OUT = "phase timed out"
+    TOO_MUCH = "too much"
+    """It exceeded a total; see `totals`."""
+    TOO_MUCH_MEMORY = "too much memory"
 
 
 @dataclass(frozen=True)
@@ -85,6 +90,8 @@ class Outcome(Generic[P]):
     """CPU time of the child and of all processes below it."""
     peak_memory_mb: float
     """Resident memory of the largest process."""
+    excess: str = ""
+    """The total that it exceeded."""
 
 
 def run(
@@ -97,6 +104,7 @@ def run(
     on_progress: Callable[[P], None],
     should_stop: Callable[[], bool],
     log: AttemptLog,
+    limits: Limits | None = None,
 ) -> Outcome[P]:
     """Run a child to its end and return its outcome.
 
@@ -117,6 +125,8 @@ def run(
         Is called every `POLL_S` seconds; True ends the child.
     log
         Receives the output.
+    limits
+        The totals of the folder `cwd`, of memory and of processes; the child is ended when it exceeds one.
 
     Raises
     ------
@@ -125,12 +135,14 @@ def run(
     """
     started_s = time.monotonic()
     output = _OutputReader(log, reader)
-    limits = _EndingRule(reader, times, should_stop)
+    rule = _EndingRule(reader, times, should_stop)
     reported, report_timer = reader.progress, _Interval(REPORT_S)
     with _started(argv, cwd, env) as child:
+        if limits is not None:
+            rule.find_excess = partial(_excess, cwd, child, limits)
         while not child.is_over():
             output.feed(child.read(POLL_S if reader.progress == reported else REPORT_S))
-            if limits.update() is not Ending.EXITED:
+            if rule.update() is not Ending.EXITED:
                 child.end()
             if reader.progress != reported and report_timer.is_due():
                 reported = reader.progress
@@ -139,13 +151,14 @@ def run(
     if reader.progress != reported:
         on_progress(reader.progress)
     return Outcome(
-        ending=limits.ending,
+        ending=rule.ending,
         exit_code=child.exit_code,
         lines=tuple(output.kept),
         progress=reader.progress,
         wall_s=time.monotonic() - started_s,
         cpu_s=child.cpu_s,
         peak_memory_mb=child.peak_memory_mb,
+        excess=rule.excess,
     )
 
 
@@ -166,6 +179,10 @@ class Lines:
     def close(self) -> list[str]:
         """Return the unfinished last line, if there is one."""
         return self.feed(b"\n") if self._rest else []
+
+
+def _excess(folder: Path, child: Child, limits: Limits) -> Excess | None:
+    return find_excess(folder, child.pids(), limits)
 
 
 def _started(argv: Sequence[str], cwd: Path, env: Mapping[str, str]) -> Child:
@@ -195,10 +212,13 @@ class _EndingRule:
 
     def __init__(self, reader: ProgressReader[object], times: TimeLimits, should_stop: Callable[[], bool]) -> None:
         self.ending = Ending.EXITED
+        self.excess = ""
+        self.find_excess: Callable[[], Excess | None] = lambda: None
         self._reader = reader
         self._times = times
         self._should_stop = should_stop
         self._stop_timer = _Interval(POLL_S)
+        self._totals_timer = _Interval(POLL_S)
         self._phase, self._growth = reader.phase, reader.growth
         self._moved_s = time.monotonic()
         self._deadline_s = self._moved_s + times.total.seconds
@@ -217,6 +237,9 @@ class _EndingRule:
     def _ending(self, now_s: float) -> Ending:
         if self._stop_timer.is_due() and self._should_stop():
             return Ending.STOPPED
+        if self._totals_timer.is_due() and (excess := self.find_excess()):
+            self.excess = excess.message
+            return Ending.TOO_MUCH_MEMORY if excess.of_memory else Ending.TOO_MUCH
         if now_s >= self._deadline_s:
             return Ending.TIMED_OUT
         limit = self._times.phases.get(self._phase)

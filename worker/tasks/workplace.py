@@ -24,8 +24,10 @@ from lippmann.plan.artifact_store import ArtifactStore
 from povtemplates.catalogue import scene_folders
 from worker.report import BrokerClient
 from worker.sandbox.bundle import digest_of, pack_folder, unpack
+from worker.sandbox.detect import detect
 from worker.sandbox.log import AttemptLog
-from worker.sandbox.sandbox import Sandbox, detect
+from worker.sandbox.results import remove_tree
+from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
 
@@ -98,7 +100,9 @@ class Workplace:
                 if digest_of(data) != digest:
                     raise BundleError(f"expected the bundle {digest[:12]} in the store, got other content there")
                 unpack(data, beside)
-                beside.chmod(0o755)
+                # A program in the sandbox may run as another user.
+                for path in (beside, *beside.rglob("*")):
+                    path.chmod(0o755 if path.is_dir() else 0o644)
                 _publish(beside, folder)
             finally:
                 shutil.rmtree(beside, ignore_errors=True)
@@ -149,6 +153,8 @@ def _remove(folder: Path) -> None:
     for pause_s in REMOVE_PAUSES_S:
         try:
             return shutil.rmtree(folder)
+        except RecursionError:  # a scene has made folders in folders
+            return remove_tree(folder)
         except OSError as error:
             if error.errno != errno.ENOTEMPTY:
                 raise

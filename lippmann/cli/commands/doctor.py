@@ -59,7 +59,7 @@ def doctor(
 def _sandbox() -> Finding:
     """Return the sandbox in which a worker on this machine, with these settings, would run scenes."""
     from service.doctor.finding import Check, Finding, Level
-    from worker.sandbox.sandbox import detect
+    from worker.sandbox.detect import detect
     from worker.settings import WorkerSettings
 
     wanted = WorkerSettings().sandbox

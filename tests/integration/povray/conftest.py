@@ -16,9 +16,10 @@ from tests.waiting import until
 from worker.engines.povray.command import RenderCommand
 from worker.engines.povray.progress import Phase, Progress
 from worker.engines.povray.render import RenderOutcome, render
+from worker.sandbox.detect import trial
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
-from worker.sandbox.sandbox import Sandbox, SandboxMode, trial
+from worker.sandbox.sandbox import Sandbox, SandboxMode
 
 HEAD = """#version 3.7; global_settings { assumed_gamma 1 }
 camera { location <0,0,-5> look_at 0 } light_source { <5,5,-5> 1 }

@@ -173,7 +173,6 @@ def test_a_file_has_a_largest_size(room: Room) -> None:
     runaway = '#fopen F "big.txt" write #while (1) #write (F, "0123456789012345678901234567890123456789") #end\n'
     with pytest.raises(RenderFailed, match="file of more than 1 MB"):
         room.render(runaway, limits=Limits(cpu_s=60, memory_mb=1024, file_mb=1))
-    assert (room.task_dir / "big.txt").stat().st_size <= 1024 * 1024
 
 
 REFUSED = {

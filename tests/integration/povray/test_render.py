@@ -11,7 +11,7 @@ import pytest
 from lippmann.errors import PovrayMissing, RenderFailed
 from tests.integration.povray.conftest import BALL, ENDLESS_TRACE, Room
 from worker.engines.povray.command import Region
-from worker.engines.povray.messages import Statistics
+from worker.engines.povray.messages import Statistics, unwrap
 from worker.engines.povray.progress import Phase
 from worker.sandbox.process import LOG_PROGRESS_S
 
@@ -87,7 +87,8 @@ def test_includes_and_textures_come_from_the_bundle_through_a_relative_link(
 def test_a_povray_ini_that_lies_about_is_not_read(best: Room) -> None:
     (best.task_dir / "povray.ini").write_text("Height=7\nNonsense=1\n")
     (best.task_dir / ".povray").mkdir()
-    assert best.render(BALL, rows=48).statistics.trace_s >= 0
+    povray = _script(best, 'cp ../povray.ini . && exec povray "$@"')
+    assert best.render(BALL, rows=48, program=povray).statistics.trace_s >= 0
 
 
 def test_the_log_has_the_command_the_messages_and_little_progress(room: Room) -> None:
@@ -95,7 +96,8 @@ def test_the_log_has_the_command_the_messages_and_little_progress(room: Room) ->
     lines = room.log.read_text().splitlines()
     assert lines[0].startswith("$ ")
     assert "+Itile.pov" in lines[0]
-    assert "File 'tile.pov' line 3: Parse Warning: the author warns" in lines
+    warning = f"File '{room.task_dir}/tile.pov' line 3: Parse Warning: the author warns"
+    assert warning in unwrap(lines)
     assert "POV-Ray finished" in lines
     assert 1 <= sum(line.startswith("Rendered ") for line in lines) <= 3 + LOG_PROGRESS_S
     assert "Rendered 307200 of 307200 pixels (100%)" in lines
@@ -118,20 +120,20 @@ def test_a_picture_of_an_earlier_attempt_does_not_pass_for_a_new_one(best: Room)
 def test_povray_is_started_again_when_its_start_fails_by_its_own_fault(room: Room) -> None:
     povray = _script(
         room,
-        "echo again >> starts; if [ $(wc -l < starts) -le 2 ]; then\n"
+        # Landlock refuses other processes, so this shell counts by itself.
+        "echo again >> starts; n=0; while read -r _; do n=$((n + 1)); done < starts; if [ $n -le 2 ]; then\n"
         'echo "Timed out waiting for worker thread startup" >&2; exit 1; fi; exec povray "$@"',
     )
     outcome = room.render(BALL, program=povray)
     assert outcome.picture.exists()
-    assert (room.task_dir / "starts").read_text() == "again\n" * 3
     assert room.log.read_text().count("fault of its own") == 2
 
 
 def test_povray_is_not_started_for_ever(best: Room) -> None:
-    povray = _script(best, 'echo again >> starts; echo "Timed out waiting for worker thread startup" >&2; exit 1')
+    povray = _script(best, 'echo "Timed out waiting for worker thread startup" >&2; exit 1')
     with pytest.raises(RenderFailed, match="again and again"):
         best.render(BALL, program=povray)
-    assert (best.task_dir / "starts").read_text() == "again\n" * 4
+    assert best.log.read_text().count("fault of its own") == 4
 
 
 def test_a_worker_without_povray_says_so(best: Room) -> None:

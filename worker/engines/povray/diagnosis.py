@@ -7,6 +7,7 @@ ended by us                                  stop, timeout, stall            Sto
 ended by us while it parsed or shot photons  limit of the phase              ParseTimedOut, PhotonsTimedOut
 0, and a picture                             done                            go on
 0, no picture                                it went elsewhere               RenderFailed
+ended by us, a total was exceeded            files, processes or memory      RenderFailed, OutOfMemory
 no room in the task's folder                 disk full                       DiskFull
 1, "Timed out waiting for worker thread..."  fault of POV-Ray's start        start again at once, no attempt spent
 1, "bad_alloc", "Out of memory"              memory limit                    OutOfMemory
@@ -124,6 +125,8 @@ def _ended_by_us(case: Case) -> LippmannError | None:
         Ending.TIMED_OUT: RenderTimedOut(f"POV-Ray was ended after {times.total}; {at}."),
         Ending.STALLED: RenderStalled(f"POV-Ray was ended after no progress for {times.stall}; {at}."),
         Ending.PHASE_TIMED_OUT: _phase_timed_out(case),
+        Ending.TOO_MUCH: RenderFailed(f"POV-Ray was ended: {outcome.excess}; {at}."),
+        Ending.TOO_MUCH_MEMORY: OutOfMemory(f"POV-Ray was ended: {outcome.excess}; {at}."),
     }.get(outcome.ending)
 
 
@@ -147,7 +150,7 @@ def _sandbox(case: Case) -> LippmannError | None:
     if case.outcome.progress.phase is not Phase.STARTING:
         return None
     for line in case.outcome.lines:
-        if line.startswith(("bwrap: ", "landlock: ", "setpriv: ")):
+        if line.startswith(("sandbox: ", "bwrap: ", "landlock: ", "setpriv: ")):
             return SandboxMissing(f"The sandbox did not start: {line}")
         if line.startswith("prlimit: failed to execute"):
             return PovrayMissing(f"POV-Ray did not start: {line}")

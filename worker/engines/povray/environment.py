@@ -17,26 +17,28 @@ _CONF = "[File I/O Security]\nnone\n\n[Shellout Security]\nforbidden\n"
 """The file security of POV-Ray does nothing in 3.7; the sandbox restricts it."""
 
 
-def prepare(task_dir: Path) -> dict[str, str]:
-    """Write POV-Ray's files into the folder of the task and return its whole environment."""
+def prepare(task_dir: Path, work_dir: Path) -> dict[str, str]:
+    """Write POV-Ray's files into the folder of the task and return its whole environment.
+
+    POV-Ray works in `work_dir`, the only folder that it can write; its configuration is outside of it.
+    """
     own = task_dir / _OWN
     conf_dir = own / "home" / ".povray" / "3.7"
     conf_dir.mkdir(parents=True, exist_ok=True)
-    (own / "tmp").mkdir(exist_ok=True)
     (conf_dir / "povray.conf").write_text(_CONF)
     (own / "povray.ini").write_text(_INI)
-    return environment(task_dir)
+    return environment(task_dir, work_dir)
 
 
-def environment(task_dir: Path) -> dict[str, str]:
+def environment(task_dir: Path, work_dir: Path) -> dict[str, str]:
     """Return all environment variables of POV-Ray."""
     own = task_dir / _OWN
     return {
         "PATH": PATH,
         "LANG": "C.UTF-8",
-        "HOME": ascii_path(own / "home", start=task_dir),
-        "POVINI": ascii_path(own / "povray.ini", start=task_dir),
-        "POV_TEMP_DIR": ascii_path(own / "tmp", start=task_dir),
+        "HOME": ascii_path(own / "home", start=work_dir),
+        "POVINI": ascii_path(own / "povray.ini", start=work_dir),
+        "POV_TEMP_DIR": ascii_path(work_dir, start=work_dir),
     }
 
 

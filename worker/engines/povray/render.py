@@ -12,16 +12,20 @@ from worker.engines.povray.command import RenderCommand, povray_argv
 from worker.engines.povray.diagnosis import Case, diagnose, is_startup_fault
 from worker.engines.povray.environment import ascii_path, prepare
 from worker.engines.povray.messages import MessageKind, Statistics, read_messages, read_statistics
+from worker.engines.povray.picture import check_picture, max_picture_bytes
 from worker.engines.povray.progress import PovrayProgressReader, Progress
 from worker.sandbox.limits import Limits, TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.process import Outcome, run
+from worker.sandbox.results import fresh_folder, take_result
 from worker.sandbox.sandbox import PATH, Sandbox
 
 STARTS = 4
 """Under load, POV-Ray fails to start about once in 40 times by a fault of its own; it is started up to 4 times."""
 
-_MAGIC = {"png16": b"\x89PNG\r\n\x1a\n", "exr": b"\x76\x2f\x31\x01"}
+WORK_FOLDER = "work"
+"""The folder in the folder of a task that POV-Ray can write."""
+
 _KEPT_WARNINGS = 20
 
 
@@ -54,7 +58,9 @@ def render(
     should_stop: Callable[[], bool],
     log: AttemptLog,
 ) -> RenderOutcome:
-    """Render one picture into `task_dir`, which has the .pov and is the only writable folder.
+    """Render one picture into `task_dir`, which has the .pov.
+
+    POV-Ray can read `task_dir` and write only a folder in it, from which nothing but the picture is taken.
 
     Raises
     ------
@@ -66,31 +72,59 @@ def render(
     """
     task_dir = task_dir.resolve()
     readable = [path.resolve() for path in readable]
+    with fresh_folder(task_dir / WORK_FOLDER) as work_dir:
+        return _render(
+            command,
+            task_dir=task_dir,
+            work_dir=work_dir,
+            readable=readable,
+            sandbox=sandbox,
+            limits=limits,
+            times=times,
+            on_progress=on_progress,
+            should_stop=should_stop,
+            log=log,
+        )
+
+
+def _render(
+    command: RenderCommand,
+    *,
+    task_dir: Path,
+    work_dir: Path,
+    readable: Sequence[Path],
+    sandbox: Sandbox,
+    limits: Limits,
+    times: TimeLimits,
+    on_progress: Callable[[Progress], None],
+    should_stop: Callable[[], bool],
+    log: AttemptLog,
+) -> RenderOutcome:
     program = _found(command.program)
-    # POV-Ray works in the task's folder and sees no links from outside the sandbox.
-    libraries = tuple(path.resolve() for path in command.library_paths)
-    names = tuple(Path(ascii_path(path, start=task_dir)) for path in libraries)
-    env = prepare(task_dir)
+    # POV-Ray sees no links from outside the sandbox. The folder of the task, which has the .pov, comes first.
+    libraries = (task_dir, *(path.resolve() for path in command.library_paths))
+    names = tuple(Path(ascii_path(path, start=work_dir)) for path in libraries)
+    env = prepare(task_dir, work_dir)
     inside = sandbox.wrap(
         povray_argv(replace(command, program=program, library_paths=names)),
-        readable=[*readable, *_outside_system(program)],
-        writable=task_dir,
+        readable=[*readable, task_dir, *_outside_system(program)],
+        writable=work_dir,
         limits=limits,
     )
-    picture = task_dir / command.picture
-    picture.unlink(missing_ok=True)
+    (task_dir / command.picture).unlink(missing_ok=True)
 
     def start() -> Outcome[Progress]:
         log.write(f"$ {' '.join(inside)}")
         return run(
             inside,
-            cwd=task_dir,
+            cwd=work_dir,
             env=env,
             times=times,
             reader=PovrayProgressReader(first_block_px=command.first_block_px, total_px=command.traced_px),
             on_progress=on_progress,
             should_stop=should_stop,
             log=log,
+            limits=limits,
         )
 
     outcome, spent_cpu_s = _start_until_it_starts(start, log)
@@ -98,7 +132,10 @@ def render(
     case = Case(outcome, limits, times, roots, free_bytes=shutil.disk_usage(task_dir).free)
     if error := diagnose(case):
         raise error
-    _check_picture(picture, command)
+    picture = take_result(work_dir, command.picture, into=task_dir, max_bytes=max_picture_bytes(command))
+    if picture is None:
+        raise RenderFailed(f"POV-Ray ended well and left no picture {command.picture}.")
+    check_picture(picture, command)
     messages = read_messages(outcome.lines, roots=roots)
     return RenderOutcome(
         picture=picture,
@@ -133,14 +170,3 @@ def _found(program: str) -> str:
 def _outside_system(program: str) -> list[Path]:
     """Return the program itself if it is outside the folders that the sandbox has."""
     return [] if program.startswith(("/usr/", "/bin/")) else [Path(program)]
-
-
-def _check_picture(picture: Path, command: RenderCommand) -> None:
-    magic = _MAGIC[command.picture_format]
-    try:
-        with picture.open("rb") as file:
-            begin = file.read(len(magic))
-    except FileNotFoundError as error:
-        raise RenderFailed(f"POV-Ray ended well and left no picture {command.picture}.") from error
-    if begin != magic:
-        raise RenderFailed(f"POV-Ray ended well and left {command.picture} broken: it begins with {begin!r}.")

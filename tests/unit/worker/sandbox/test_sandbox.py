@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from pathlib import Path
 
@@ -9,11 +10,23 @@ import pytest
 
 from lippmann.errors import SandboxMissing
 from worker.sandbox import landlock
+from worker.sandbox import sandbox as sandbox_module
+from worker.sandbox.detect import detect
 from worker.sandbox.limits import Limits
-from worker.sandbox.sandbox import Sandbox, SandboxMode, detect
+from worker.sandbox.sandbox import Sandbox, SandboxMode
 
 LIMITS = Limits(cpu_s=99.5, memory_mb=512, file_mb=2)
-HELD = ["prlimit", "--core=0", "--cpu=100:105", "--as=536870912", "--fsize=2097152"]
+HELD = [
+    *("prlimit", "--core=0", "--cpu=100:105", "--as=536870912", "--fsize=2097152"),
+    *("--nofile=256", "--msgqueue=0", "--rtprio=0"),
+]
+USER = 61_234
+
+
+@pytest.fixture(autouse=True)
+def _names_that_do_not_change(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sandbox_module, "filter_path", lambda *, forks: f"/filter/{forks}")
+    monkeypatch.setattr(sandbox_module, "own_user", lambda folder: None)
 
 
 def _wrapped(
@@ -25,21 +38,24 @@ def _wrapped(
 
 def test_bwrap_shows_the_system_the_scene_and_one_writable_folder() -> None:
     assert _wrapped(Sandbox("bwrap")) == [
+        *("/bin/sh", "-c", 'exec 9<"$1"; shift; exec "$@"', "sandbox", "/filter/True"),
         "bwrap",
+        *("--seccomp", "9"),
         "--unshare-all",
+        *("--cap-drop", "ALL"),
         "--die-with-parent",
         "--new-session",
         "--as-pid-1",
-        *("--cap-drop", "ALL"),
         *("--ro-bind", "/usr", "/usr"),
         *("--ro-bind-try", "/bin", "/bin"),
         *("--ro-bind-try", "/lib", "/lib"),
         *("--ro-bind-try", "/lib64", "/lib64"),
         *("--ro-bind-try", "/etc/ld.so.cache", "/etc/ld.so.cache"),
         *("--dev", "/dev"),
-        *("--size", "67108864", "--tmpfs", "/tmp"),
+        *("--dir", "/scenes", "--dir", "/work"),
         *("--ro-bind", "/scenes/fish", "/scenes/fish"),
         *("--bind", "/work/7", "/work/7"),
+        *("--remount-ro", "/dev", "--remount-ro", "/"),
         *("--chdir", "/work/7"),
         "--",
         *("/bin/sh", "-c", '"$@"; exit $?', "sh"),
@@ -57,6 +73,7 @@ def test_landlock_is_a_file_of_its_own_run_by_this_python() -> None:
         "-I",
         "-S",
         landlock.__file__,
+        *("--filter", "/filter/False"),
         *("--read", "/scenes/fish"),
         *("--write", "/work/7"),
         "--",
@@ -65,6 +82,32 @@ def test_landlock_is_a_file_of_its_own_run_by_this_python() -> None:
         "povray",
         "+Ia b.pov",
     ]
+
+
+def test_a_worker_that_is_root_runs_the_program_as_a_user_of_its_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sandbox_module, "own_user", lambda folder: USER)
+    line = _wrapped(Sandbox("bwrap"))
+    rights = line[line.index("--unshare-ipc") : line.index("--die-with-parent")]
+    assert rights == [
+        *("--unshare-ipc", "--unshare-pid", "--unshare-net", "--unshare-uts", "--unshare-cgroup-try"),
+        *("--cap-drop", "ALL", "--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID"),
+    ]
+    program = line[line.index("--", line.index("--chdir")) + 1 :]
+    ids = [f"--reuid={USER}", f"--regid={USER}", "--clear-groups"]
+    changed = ["setpriv", *ids, "--inh-caps=-all", "--no-new-privs", "--"]
+    assert program[4:] == [*changed, *HELD, "--nproc=64", "--", "povray", "+Ia b.pov"]
+
+
+def test_landlock_changes_the_user_only_where_the_user_can_reach_the_folders(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(sandbox_module, "own_user", lambda folder: os.getuid())
+    (tmp_path / "task").mkdir()
+    for mode, changes in ((0o755, True), (0o700, False)):
+        tmp_path.chmod(mode)
+        monkeypatch.setattr(sandbox_module, "is_open_to_all", lambda paths: tmp_path.stat().st_mode & 1 == 1)
+        line = _wrapped(Sandbox("landlock"), readable=(), writable=str(tmp_path / "task"))
+        assert (["--user", str(os.getuid())] == line[6:8], "--nproc=64" in line) == (changes, changes)
 
 
 def test_without_a_sandbox_a_scene_is_refused() -> None:
