@@ -23,9 +23,8 @@ def test_nothing_is_wrong_with_a_farm_that_runs(farm: Up) -> None:
     assert re.fullmatch(r"note: sandbox: a worker on this machine runs .*\nNothing is wrong\.\n", ran.stdout)
 
 
-def test_a_machine_whose_workers_have_no_sandbox_is_warned_about(farm: Up, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("LIPPMANN_SANDBOX", "none")
-    ran = run("doctor", "--data-dir", str(farm.data_dir))
+def test_a_machine_whose_workers_have_no_sandbox_is_warned_about(farm: Up) -> None:
+    ran = run("doctor", "--data-dir", str(farm.data_dir), LIPPMANN_SANDBOX="none")
     assert (ran.returncode, "warning: sandbox: LIPPMANN_SANDBOX is none" in ran.stdout) == (1, True)
 
 
