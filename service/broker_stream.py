@@ -19,7 +19,7 @@ from redis.retry import Retry
 
 from lippmann.errors import InvalidText
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import MAX_EVENT_BYTES, Event, Lease, Presence
+from lippmann.job.messages.events import MAX_EVENT_BYTES, MAX_PRESENCE_BYTES, Event, Lease, Presence
 from lippmann.untrusted.json_text import JsonLimits, read_json
 from service.errors import BrokerUnavailable
 
@@ -160,7 +160,7 @@ def parse_event(fields: dict[bytes, bytes]) -> Event | None:
 def parse_presence(text: bytes) -> Presence | None:
     """Return a presence; None if it is invalid."""
     try:
-        return Presence.model_validate_json(text)
+        return Presence.model_validate_json(text) if len(text) <= MAX_PRESENCE_BYTES else None
     except ValidationError:
         return None
 

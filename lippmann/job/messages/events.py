@@ -6,6 +6,7 @@ worker does not send has a meaning.
 
 from __future__ import annotations
 
+import re
 from enum import StrEnum
 from typing import Annotated
 
@@ -18,6 +19,10 @@ MAX_EVENT_BYTES = 32_000_000
 """The limit of an event; the digests of a data set of 100,000 files have 20 MB."""
 MAX_MESSAGE = 20_000
 """The length at which the text of a message is cut."""
+MAX_PRESENCE_BYTES = 1_000_000
+"""The limit of a presence, which names every attempt that the worker holds."""
+MAX_SLOTS = 100_000
+"""The greatest number of slots of a worker that is believed; workers have at most 1,024."""
 LONGEST_S = 1e9
 """The bound of measured times, 30 years, which keeps sums finite."""
 
@@ -31,6 +36,16 @@ Text = Annotated[str, AfterValidator(_storable)]
 Name = Annotated[str, Field(max_length=500, pattern=r"^[^\x00]*$")]
 """An id or a name."""
 Seconds = Annotated[float, Field(ge=0, le=LONGEST_S)]
+_SHA256 = re.compile(r"[0-9a-f]{64}")
+
+
+def _check_digest(digest: Digest) -> Digest:
+    if not (0 <= digest.size < 2**63 and _SHA256.fullmatch(digest.sha256)):
+        raise ValueError("a size and a SHA-256")
+    return digest
+
+
+Digests = dict[Name, Annotated[Digest, AfterValidator(_check_digest)]]
 
 
 class EventKind(StrEnum):
@@ -106,7 +121,7 @@ class Event(BaseModel):
     wall_s: Seconds | None = None
     failure: Failure | None = None
     probe: ProbeResult | None = None
-    digests: dict[str, Digest] = Field(default_factory=dict)
+    digests: Digests = Field(default_factory=dict)
     """The digests of the artifacts that the attempt stored, by their names below the job, in a `done` event."""
     cached: bool = False
     """True in a `done` event if the tile was taken from the render cache and nothing was rendered."""
@@ -129,9 +144,9 @@ class PresenceFault(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="ignore")
 
-    code: str
+    code: Name
     """The code of the error, as in `lippmann.errors`."""
-    message: str
+    message: Text
     """The sentence that a user reads."""
 
 
@@ -141,20 +156,20 @@ class Presence(BaseModel):
     The times are seconds since 1970 on the worker's clock; only their differences mean something to others.
     """
 
-    model_config = ConfigDict(frozen=True, extra="ignore")
+    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
 
-    name: str
-    instance: str | None = None
+    name: Name
+    instance: Name | None = None
     """A random name of this start of the worker process; None if the worker is older than the field."""
-    host: str
+    host: Name
     pid: int
-    slots: int
-    sandbox: str
-    povray: str
-    version: str
+    slots: Annotated[int, Field(ge=0, le=MAX_SLOTS)]
+    sandbox: Name
+    povray: Name
+    version: Name
     started_s: float
     seen_s: float
-    holds: tuple[str, ...] | None = None
+    holds: tuple[Name, ...] | None = None
     """The attempts whose orders the worker has taken and not ended; None if the worker is older than the field."""
     consuming_s: float | None = None
     """The time at which the broker last answered a poll of the consumer, or no slot was free; None from workers that

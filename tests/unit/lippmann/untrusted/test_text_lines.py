@@ -1,0 +1,36 @@
+"""Lines of text from strangers: each limit holds, and a text just below it passes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from lippmann.errors import InvalidText
+from lippmann.optics.lens.csv_files import read_lens_csv
+from lippmann.optics.lens.zemax_files import read_lens_zmx
+from lippmann.untrusted.text_lines import MAX_LINE, MAX_LINES, read_lines
+
+
+def test_a_text_below_the_limits_is_read_with_its_line_numbers() -> None:
+    lines = list(read_lines("a" * MAX_LINE + "\nb" * (MAX_LINES - 1)))
+    assert lines[0] == (1, "a" * MAX_LINE)
+    assert lines[-1] == (MAX_LINES, "b")
+
+
+def test_too_many_lines_are_refused() -> None:
+    with pytest.raises(InvalidText, match=r"^\(whole\): expected at most 20,000 lines, got 20,001$"):
+        list(read_lines("\n" * (MAX_LINES + 1)))
+
+
+def test_a_line_that_is_too_long_is_refused_with_its_number() -> None:
+    with pytest.raises(InvalidText, match=r"^line 2: expected at most 10,000 characters, got 10,001$"):
+        list(read_lines("a\n" + "b" * (MAX_LINE + 1)))
+
+
+@pytest.mark.parametrize("read", [read_lens_csv, read_lens_zmx])
+def test_lens_designs_are_read_by_it(read: Callable[[str], object]) -> None:
+    with pytest.raises(InvalidText, match="at most 20,000 lines"):
+        read("\n" * (MAX_LINES + 1))
+    with pytest.raises(InvalidText, match="line 1: expected at most 10,000 characters"):
+        read(";" * (MAX_LINE + 1))
