@@ -25,6 +25,7 @@ from tests.benchmarks import (
     optics,
     pages,
     refocus,
+    sandbox,
     sheets,
     videos,
 )
@@ -50,6 +51,8 @@ LINES = (
     Line("slots without a task while 12 frames render", "<= 2 %", farm.idle_share),
     Line("assemble / render: CPU", "<= 5 %", farm.assemble_share),
     Line("recovery of 20 kills of pool processes and workers: p95", "<= 15 s", losses.recovery_p95),
+    Line("bubblewrap around a task, its result taken out: wall", "<= 30 ms", sandbox.bwrap_ms),
+    Line("Landlock around a task, the same: wall", "<= 30 ms", sandbox.landlock_ms),
     Line("optics by ray camera / pinhole camera, fish, 90 x 90 lenses of 8 px: CPU", "<= 2.0", optics.ray_camera_ratio),
     Line("optics as glass / pinhole camera, the same: CPU", "-", optics.glass_ratio),
     Line("growth with pixels per lens (Fig. 8): largest deviation from linear", "<= 10 %", optics.growth),

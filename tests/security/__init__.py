@@ -1,1 +1,1 @@
-"""Red-team tests: programs that do their worst inside the real sandboxes, and leave nothing."""
+"""Programs that do their worst inside the real sandboxes and leave nothing, and hostile texts, bundles and requests."""

@@ -18,6 +18,9 @@ from worker.sandbox.limits import Limits
 ALWAYS_ALLOWED_BYTES = 64 * 1024 * 1024
 """The bytes that a task may have on a disk that is nearly full."""
 
+ALWAYS_ALLOWED_FILES = 50
+"""The files that a task may have on a disk that has nearly as many as it can."""
+
 OUR_PROCESSES = 8
 """The processes of the sandbox itself."""
 
@@ -56,6 +59,8 @@ def find_excess(folder: Path, pids: Iterable[int], limits: Limits) -> Excess | N
     if files > limits.files:
         return Excess(f"it has more than {limits.files} files, which is the limit")
     disk = os.statvfs(folder)
+    if disk.f_files and files > max(disk.f_favail, ALWAYS_ALLOWED_FILES):
+        return Excess(f"it has {files} files, more than the disk can still have beside them")
     # Half of what the disk had for it: however many such tasks there are, they never fill it.
     room = max(disk.f_bavail * disk.f_frsize, ALWAYS_ALLOWED_BYTES)
     if size > room:

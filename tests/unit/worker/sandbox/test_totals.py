@@ -68,11 +68,22 @@ def test_a_task_never_has_more_than_what_is_left_for_others(tmp_path: Path, monk
     (tmp_path / "full").write_bytes(b"x" * 66 * MIB)
     large = replace(LIMITS, disk_mb=1000)
     for free_mb, holds in ((67, True), (65, False), (0, False)):
-        disk = SimpleNamespace(f_bavail=free_mb * 256, f_frsize=4096)
+        disk = SimpleNamespace(f_bavail=free_mb * 256, f_frsize=4096, f_files=0)
         monkeypatch.setattr(os, "statvfs", lambda _, disk=disk: disk)
         assert (_message(tmp_path, large) == "") is holds
     (tmp_path / "full").write_bytes(b"x" * MIB)
     assert _message(tmp_path, large) == "", "a full disk is no fault of a small task"
+
+
+@pytest.mark.parametrize(("free", "holds"), [(61, True), (59, False), (0, False)])
+def test_a_task_never_has_more_files_than_the_disk_can_still_have(
+    free: int, holds: bool, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number in range(60):
+        (tmp_path / str(number)).touch()
+    disk = SimpleNamespace(f_bavail=2**20, f_frsize=4096, f_files=1000, f_favail=free)
+    monkeypatch.setattr(os, "statvfs", lambda _: disk)
+    assert (_message(tmp_path, replace(LIMITS, files=1000)) == "") is holds
 
 
 def test_memory_of_all_processes_and_their_threads_have_limits(tmp_path: Path) -> None:
