@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.benchmarks import (
+    celery_tasks,
     command,
     coordinator,
     farm,
@@ -56,6 +57,13 @@ LINES = (
     Line("optics by ray camera / pinhole camera, fish, 90 x 90 lenses of 8 px: CPU", "<= 2.0", optics.ray_camera_ratio),
     Line("optics as glass / pinhole camera, the same: CPU", "-", optics.glass_ratio),
     Line("growth with pixels per lens (Fig. 8): largest deviation from linear", "<= 10 %", optics.growth),
+    Line(
+        "tasks that do nothing through Celery, 2 slots: rate, and against bare Celery",
+        ">= 400/s, >= 0.40",
+        celery_tasks.rate,
+    ),
+    Line("one coordinator with 1,000 simulated slots, SQLite", ">= 1,000/s", coordinator.sqlite_rate),
+    Line("one coordinator with 1,000 simulated slots, PostgreSQL", ">= 600/s", coordinator.postgresql_rate),
     Line("dispatch and follow in a job of 300,000 tasks / of 200: CPU", "<= 1.1", coordinator.follow_ratio),
     Line("coordinator with 2,000 jobs that wait: share of a core", "<= 2 %", coordinator.idle_share),
     Line("start of `up` to its first answer", "<= 5 s", command.start_s),

@@ -1,23 +1,35 @@
-"""The coordinator: jobs of different sizes, and jobs that only wait."""
+"""The coordinator under load and at rest: simulated slots, jobs of different sizes, jobs that only wait."""
 
 from __future__ import annotations
 
+import base64
+import json
+import multiprocessing
 import resource
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from shutil import copy
 
+import redis
 from sqlalchemy import insert, select
 
+from lippmann.job.messages import wire
+from lippmann.job.messages.orders import Order
 from service.coordinator.coordinator import Coordinator
+from service.db.engine import Database
 from service.db.tables import Job, Task
 from service.events.wakeup import Wakeup
 from tests.broker import Broker
 from tests.builders_service import DictStore, Farm, claimed, done, presence
+from tests.postgresql import new_database, running_postgresql
 from tests.waiting import until
 
+SLOTS = 1_000
+FRAMES = 5_000
+"""The frames of the job of the simulated slots: 3 tasks each."""
+WITHIN_S = 600.0
 SMALL, LARGE = 66, 100_000
 """The frames of a job of 200 tasks, and of one of 300,000."""
 FOLLOWED = 64
@@ -25,6 +37,17 @@ FOLLOWED = 64
 ROUNDS = 8
 JOBS = 2_000
 IDLE_S = 30.0
+
+
+def sqlite_rate(folder: Path) -> str:
+    """Return the tasks per second of one coordinator with simulated slots, on SQLite."""
+    return f"{_rate(f'sqlite:///{folder}/farm.db', folder):.0f}/s"
+
+
+def postgresql_rate(folder: Path) -> str:
+    """Return the tasks per second of one coordinator with simulated slots, on PostgreSQL."""
+    with running_postgresql() as server, new_database(server) as url:
+        return f"{_rate(url, folder):.0f}/s"
 
 
 def follow_ratio(folder: Path) -> str:
@@ -66,6 +89,52 @@ def coordinating(farm: Farm, broker: Broker) -> Iterator[Coordinator]:
     finally:
         coordinator.stop()
         farm.database.dispose()
+
+
+def _rate(url: str, folder: Path) -> float:
+    farm = Farm(url, data_dir=folder)
+    job_id = farm.planned(frames=f"1-{FRAMES}", outputs=[])
+    broker = Broker(folder)
+    worker = multiprocessing.get_context("spawn").Process(target=_work, args=(broker.url,), daemon=True)
+    worker.start()
+    with coordinating(farm, broker):
+        # The first and the last tasks are not counted: the queue fills and empties.
+        begun_s, begun = done_at(farm.database, job_id, FRAMES // 2)
+        ended_s, ended = done_at(farm.database, job_id, 5 * FRAMES // 2)
+    worker.kill()
+    broker.kill()
+    return (ended - begun) / (ended_s - begun_s)
+
+
+def done_at(database: Database, job_id: str, tasks: int) -> tuple[float, int]:
+    """Wait until so many tasks of a job are done; return the time and their number then."""
+
+    def count() -> int:
+        with database.reading() as session:
+            return session.scalar(select(Job.done).where(Job.id == job_id)) or 0
+
+    until(lambda: count() >= tasks, within_s=WITHIN_S)
+    return time.monotonic(), count()
+
+
+def _work(url: str) -> None:
+    """Do what the slots of a farm do, in no time: take orders, and report each of them as claimed and done."""
+    client = redis.Redis.from_url(url, protocol=2)
+    key, seen_s = wire.CARRIER_PREFIX + wire.QUEUE, 0.0
+    while True:
+        if time.monotonic() - seen_s > 2.0:
+            client.set(wire.presence_key("w1"), presence("w1", SLOTS).model_dump_json(), ex=20)
+            seen_s = time.monotonic()
+        messages: Sequence[bytes] = client.rpop(key, SLOTS) or ()  # type: ignore[assignment]  # the client is not async
+        if not messages:
+            time.sleep(0.002)
+        pipe = client.pipeline(transaction=False)
+        for message in messages:
+            order = Order.model_validate(json.loads(base64.b64decode(json.loads(message)["body"]))[1]["order"])
+            for event in (claimed(order), done(order)):
+                text = event.model_dump_json(exclude_none=True)
+                pipe.xadd(wire.EVENTS_STREAM, {"event": text}, maxlen=wire.EVENTS_KEPT, approximate=True)
+        pipe.execute()
 
 
 def _follow_s(folder: Path, frames: int) -> float:
