@@ -6,13 +6,14 @@ comes late: the service notices the silence and the artifact, and the work goes 
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import threading
 import time
 from collections.abc import Callable, Mapping
 from types import TracebackType
-from typing import Any, Self, TypeVar
+from typing import Self, TypeVar
 
 from redis import Redis
 from redis.backoff import ExponentialBackoff
@@ -35,6 +36,16 @@ QUICK_S = 1.0
 JOIN_S = 2.0
 """The time that the last heartbeat has to end. One that ends later comes after the final event and changes nothing."""
 
+_CLAIM = """
+if redis.call('EXISTS', KEYS[1]) == 1 then return 0 end
+if not redis.call('SET', KEYS[2], ARGV[1], 'NX', 'PX', ARGV[2]) and redis.call('GET', KEYS[2]) ~= ARGV[1] then
+  return 0
+end
+redis.call('XADD', KEYS[3], 'MAXLEN', '~', ARGV[3], '*', 'event', ARGV[4])
+return 1
+"""
+"""The script of `BrokerClient.claim`: the keys of stop request, lease and stream; lease, its time, length, event."""
+
 T = TypeVar("T")
 
 
@@ -53,21 +64,24 @@ class BrokerClient:
             # The first try finds a connection that the broker has closed, the second one makes a new one.
             retry=Retry(ExponentialBackoff(cap=0.5, base=0.05), 1),
         )
+        self._claim = self._redis.register_script(_CLAIM)
 
-    def acquire_lease(self, attempt: str, lease: str) -> bool:
-        """Acquire the lease of an attempt; return whether this delivery of its order holds it now.
+    def claim(self, order: Order, lease: str) -> bool:
+        """Acquire the lease of an attempt and publish that it is claimed, in one exchange.
+
+        Return False, and publish nothing, if the service has requested a stop, or if another delivery of the order
+        holds the lease.
 
         Parameters
         ----------
-        attempt
-            The attempt.
+        order
+            The order of the attempt.
         lease
             A `new_lease`, the same for every try of one delivery: the answer to an earlier try may have been lost.
         """
-        key = wire.lease_key(attempt)
-        if self._redis.set(key, lease, nx=True, px=_ms(wire.LEASE_TTL_S)):
-            return True
-        return bool(self._redis.get(key) == lease.encode())
+        keys = (wire.stop_key(order.attempt), wire.lease_key(order.attempt), wire.EVENTS_STREAM)
+        claimed = _text(event_of(order, EventKind.CLAIMED, self))
+        return bool(self._claim(keys=keys, args=(lease, _ms(wire.LEASE_TTL_S), wire.EVENTS_KEPT, claimed)))
 
     def renew_lease(self, attempt: str) -> bool:
         """Renew the lease of an attempt for another `LEASE_TTL_S`; return whether the attempt is requested to stop."""
@@ -76,25 +90,20 @@ class BrokerClient:
         pipe.exists(wire.stop_key(attempt))
         return bool(pipe.execute()[1])
 
-    def release_lease(self, attempt: str) -> None:
-        """Release the lease of an attempt; it expires by itself if Redis is unreachable."""
-        try:
-            self._redis.delete(wire.lease_key(attempt))
-        except RedisError:
-            return
-
-    def stop_requested(self, attempt: str) -> bool:
-        """Return whether the service has requested that the attempt stop."""
-        return bool(self._redis.exists(wire.stop_key(attempt)))
-
     def new_lease(self) -> str:
         """Return the text of a lease of this worker from now on."""
         return Lease(worker=self.worker, instance=self.instance, at_s=time.time()).model_dump_json(exclude_none=True)
 
     def publish(self, event: Event) -> None:
         """Publish an event on the stream."""
-        fields: dict[Any, Any] = {"event": event.model_dump_json(exclude_none=True)}
-        self._redis.xadd(wire.EVENTS_STREAM, fields, maxlen=wire.EVENTS_KEPT, approximate=True)
+        _add(self._redis, event)
+
+    def publish_final(self, event: Event) -> None:
+        """Publish the final event of an attempt and release its lease, in one exchange."""
+        pipe = self._redis.pipeline(transaction=False)
+        _add(pipe, event)
+        pipe.delete(wire.lease_key(event.attempt))
+        pipe.execute()
 
     def patiently(self, exchange: Callable[[], T], *, within_s: float, stopping: Callable[[], bool]) -> T:
         """Return the answer to an exchange, which is repeated while Redis is unreachable.
@@ -107,11 +116,11 @@ class BrokerClient:
         until_s = time.monotonic() + within_s
         pause_s = 0.1
         while True:
-            if stopping():
-                until_s = min(until_s, time.monotonic() + STOPPING_S)
             try:
                 return exchange()
             except RedisError:
+                if stopping():
+                    until_s = min(until_s, time.monotonic() + STOPPING_S)
                 if time.monotonic() + pause_s > until_s:
                     raise
                 time.sleep(pause_s)
@@ -155,7 +164,8 @@ class AttemptHeartbeat:
         self._announce = announce
         self._stop_seen = threading.Event()
         self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run, name="heartbeat", daemon=True)
+        self._beating = threading.Lock()
+        self._next_heartbeat_s = 0.0
 
     def should_stop(self) -> bool:
         """Return whether the attempt should end now: the service or the shutdown of the worker requests it."""
@@ -166,14 +176,33 @@ class AttemptHeartbeat:
         self._announce(self._order.attempt)
 
     def __enter__(self) -> Self:
-        self._thread.start()
+        _thread.add(self)
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
+        _thread.remove(self)
         self._ended.set()
-        self._thread.join(JOIN_S)
+        if self._beating.acquire(timeout=JOIN_S):
+            self._beating.release()
+
+    def beat(self) -> None:
+        """Renew the lease, and publish the progress if it is due; do nothing after the end of the attempt."""
+        with self._beating:
+            if self._ended.is_set():
+                return
+            if self._is_hung():
+                os.kill(os.getpid(), signal.SIGKILL)
+            with contextlib.suppress(RedisError):  # the next beat tries again
+                self._renew()
+
+    def _renew(self) -> None:
+        if self._broker.renew_lease(self._order.attempt):
+            self._stop_seen.set()
+        if time.monotonic() >= self._next_heartbeat_s:
+            self._next_heartbeat_s = time.monotonic() + wire.HEARTBEAT_S
+            self._broker.publish(event_of(self._order, EventKind.HEARTBEAT, self._broker, progress=self.progress))
 
     def _is_hung(self) -> bool:
         progress, since_s = self._moved
@@ -182,21 +211,41 @@ class AttemptHeartbeat:
             return False
         return time.monotonic() - since_s > self._hung_s
 
+
+class _HeartbeatThread:
+    """The thread of a process that beats for all its attempts; it ends when it finds none, and starts with the next."""
+
+    def __init__(self) -> None:
+        self._lock = threading.Lock()
+        self._attempts: set[AttemptHeartbeat] = set()
+        self._thread: threading.Thread | None = None
+
+    def add(self, attempt: AttemptHeartbeat) -> None:
+        """Beat for an attempt from now on."""
+        with self._lock:
+            self._attempts.add(attempt)
+            if self._thread is None or not self._thread.is_alive():  # a process that was forked has no thread yet
+                self._thread = threading.Thread(target=self._run, name="heartbeat", daemon=True)
+                self._thread.start()
+
+    def remove(self, attempt: AttemptHeartbeat) -> None:
+        """Beat no longer for an attempt."""
+        with self._lock:
+            self._attempts.discard(attempt)
+
     def _run(self) -> None:
-        next_heartbeat = 0.0
-        while not self._ended.wait(wire.STOP_POLL_S):
-            if self._is_hung():
-                os.kill(os.getpid(), signal.SIGKILL)
-            try:
-                if self._broker.renew_lease(self._order.attempt):
-                    self._stop_seen.set()
-                if time.monotonic() >= next_heartbeat:
-                    next_heartbeat = time.monotonic() + wire.HEARTBEAT_S
-                    self._broker.publish(
-                        event_of(self._order, EventKind.HEARTBEAT, self._broker, progress=self.progress)
-                    )
-            except RedisError:
-                continue
+        while True:
+            time.sleep(wire.STOP_POLL_S)
+            with self._lock:
+                attempts = list(self._attempts)
+                if not attempts:
+                    self._thread = None
+                    return
+            for attempt in attempts:
+                attempt.beat()
+
+
+_thread = _HeartbeatThread()
 
 
 def event_of(
@@ -229,6 +278,14 @@ def event_of(
         digests=dict(digests or {}),
         cached=cached,
     )
+
+
+def _text(event: Event) -> str:
+    return event.model_dump_json(exclude_none=True)
+
+
+def _add(redis: Redis, event: Event) -> None:
+    redis.xadd(wire.EVENTS_STREAM, {"event": _text(event)}, maxlen=wire.EVENTS_KEPT, approximate=True)
 
 
 def _ms(seconds: float) -> int:

@@ -76,9 +76,8 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
         time.sleep(DECLINE_PAUSE_S)
         return
     lease = broker.new_lease()
-    if begin(lambda: broker.stop_requested(order.attempt) or not broker.acquire_lease(order.attempt, lease)):
+    if not begin(lambda: broker.claim(order, lease)):
         return
-    begin(lambda: broker.publish(event_of(order, EventKind.CLAIMED, broker)))
     started_s, started_cpu_s = time.monotonic(), time.process_time()
     with AttemptHeartbeat(
         broker, order, worker_stopping=place.stopping, hung_s=HUNG_S[order.kind], announce=place.announce
@@ -95,13 +94,12 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
         digests=work.digests,
         cached=work.cached,
     )
+    publish = partial(broker.publish_final, final)
     try:
-        broker.patiently(lambda: broker.publish(final), within_s=place.settings.final_event_s, stopping=place.stopping)
+        broker.patiently(publish, within_s=place.settings.final_event_s, stopping=place.stopping)
     except RedisError as error:
-        # The service notices the artifact, or that the heartbeats are missing.
+        # The service notices the artifact, or that the heartbeats are missing. The lease expires by itself.
         log.warning("final event lost", job=order.job_id, task=order.task_id, attempt=order.attempt, error=repr(error))
-        return  # The lease cannot be released either, and expires by itself.
-    broker.release_lease(order.attempt)
 
 
 def _done_or_failed(

@@ -52,11 +52,10 @@ def report_if_lost(
     def report() -> None:
         with contextlib.suppress(RedisError):  # the service then notices the silence
             broker.patiently(
-                lambda: broker.publish(event),
+                lambda: broker.publish_final(event),
                 within_s=settings.final_event_s,
                 stopping=settings.stopping_file.exists,
             )
-        broker.release_lease(order.attempt)
 
     # The event loop of Celery must go on while the broker does not answer.
     threading.Thread(target=report, name=f"lost-{order.attempt}", daemon=True).start()

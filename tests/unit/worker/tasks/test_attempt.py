@@ -5,6 +5,7 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from lippmann.job.messages.events import Event, EventKind, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
 from tests.broker import Broker
 from tests.waiting import until
-from worker.report import BrokerClient
+from worker.report import AttemptHeartbeat, BrokerClient
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
@@ -174,9 +175,34 @@ def test_a_heart_beats_with_progress_and_keeps_the_lease(place: Workplace, redis
     assert heartbeat.progress == 0.25
 
 
+def test_one_heartbeat_thread_serves_all_attempts_of_a_process(place: Workplace, redis: Redis) -> None:
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
+        until(lambda: redis.exists(wire.lease_key("a1")) and redis.exists(wire.lease_key("a2")))
+        redis.delete(wire.lease_key(order.attempt))
+        until(lambda: redis.exists(wire.lease_key(order.attempt)))
+        assert [thread.name for thread in threading.enumerate()].count("heartbeat") == 1
+        return TaskResult()
+
+    other = threading.Thread(target=attempt, args=(place, order(attempt="a2"), do))
+    other.start()
+    attempt(place, order(), do)
+    other.join()
+    kinds = [(event.attempt, event.kind) for event in said(redis)]
+    assert {("a1", EventKind.DONE), ("a2", EventKind.DONE)} <= set(kinds)
+
+
+def test_a_heart_that_has_ended_does_not_beat(redis_url: str, redis: Redis) -> None:
+    client = BrokerClient(redis_url, "w1")
+    with AttemptHeartbeat(client, order(), worker_stopping=lambda: False, hung_s=1.0) as heart:
+        heart.beat()
+        assert redis.delete(wire.lease_key("a1")) == 1
+    heart.beat()
+    assert not redis.exists(wire.lease_key("a1")), "a lease that was released stays released"
+
+
 def test_a_lease_expires_by_itself(redis_url: str, redis: Redis) -> None:
     client = BrokerClient(redis_url, "w1")
-    assert client.acquire_lease("a1", client.new_lease())
+    assert client.claim(order(), client.new_lease())
     assert 0 < redis.pttl(wire.lease_key("a1")) <= wire.LEASE_TTL_S * 1000
 
 

@@ -114,12 +114,13 @@ def test_a_lease_whose_answer_was_lost_is_recognised_by_the_next_try_and_by_no_o
     proxy: TcpProxy, broker: Broker
 ) -> None:
     client = BrokerClient(url_of(proxy), "w1", "i1", timeout_s=0.5)
-    assert not client.stop_requested("a1")
+    earlier = ORDER.model_copy(update={"attempt": "a0"})
+    assert client.claim(earlier, client.new_lease()), "from now on the broker has the script"
     proxy.blackhole("answers")
     lease = client.new_lease()
     with pytest.raises(RedisError):
-        client.acquire_lease("a1", lease)
+        client.claim(ORDER, lease)
     assert until(lambda: broker.client.get(wire.lease_key("a1"))) == lease.encode(), "the broker has the first try"
     proxy.pass_on()
-    assert client.acquire_lease("a1", lease)
-    assert not client.acquire_lease("a1", client.new_lease())
+    assert client.claim(ORDER, lease)
+    assert not client.claim(ORDER, client.new_lease())
