@@ -23,27 +23,46 @@ class OrderQueue:
 
     def __init__(self, redis_url: str, *, timeout_s: float) -> None:
         self._celery = _celery(redis_url, timeout_s)
+        self._producer: Any = None
 
     def publish(self, orders: Sequence[Order]) -> None:
-        """Send orders, over one connection.
+        """Send orders in one exchange, over a connection that is kept until it fails.
 
         Raises
         ------
         BrokerUnavailable
             If the broker does not answer. Some of the orders may have been sent.
         """
+        if not orders:
+            return
         try:
-            with self._celery.connection_for_write() as connection:
-                connection.ensure_connection(max_retries=1, interval_start=0, interval_step=0, timeout=0.1)
-                with self._celery.amqp.Producer(connection) as producer:
-                    for order in orders:
-                        self._send(producer, order)
+            if self._producer is None:
+                self._connect()
+            with self._producer.batch(max_size=len(orders)):
+                for order in orders:
+                    self._send(self._producer, order)
         except (KombuError, RedisError, OSError) as error:
+            self._disconnect()
             raise BrokerUnavailable(f"expected the broker to take {len(orders)} orders, got {error!r}") from error
 
     def close(self) -> None:
         """Close every connection."""
+        self._disconnect()
         self._celery.close()
+
+    def _connect(self) -> None:
+        connection = self._celery.connection_for_write()
+        try:
+            connection.ensure_connection(max_retries=1, interval_start=0, interval_step=0, timeout=0.1)
+            self._producer = self._celery.amqp.Producer(connection)
+        except BaseException:
+            connection.release()
+            raise
+
+    def _disconnect(self) -> None:
+        producer, self._producer = self._producer, None
+        if producer is not None:
+            producer.connection.release()
 
     def _send(self, producer: Any, order: Order) -> None:
         self._celery.send_task(
