@@ -145,7 +145,8 @@ class FaultMonitor:
 
     def _pause_jobs(self, cause: Fault, now_s: float) -> None:
         with self._database.reading() as session:
-            job_ids = [*job_rows.workable_ids(session), *job_rows.paused_by_farm(session)]
+            paused = job_rows.paused_by_farm(session)
+            job_ids = [*job_rows.workable_ids(session), *(each for each in paused if paused[each] != cause.message)]
         for job_id in job_ids:
             self._pause_job(job_id, cause.code, cause.message, now_s)
 
@@ -172,7 +173,7 @@ class FaultMonitor:
         """Pause the jobs that every worker that is online prevents, and resume those that some worker may try."""
         able = {worker.name for worker in workers if worker.fault is None}
         with self._database.reading() as session:
-            paused = set(job_rows.paused_by_farm(session))
+            paused = job_rows.paused_by_farm(session)
             prevented: dict[str, list[WorkerFault]] = defaultdict(list)
             for fault in task_rows.prevented_workers(session, now_s=now_s):
                 prevented[fault.job_id].append(fault)
@@ -180,7 +181,7 @@ class FaultMonitor:
             if able and able <= {fault.worker for fault in faults}:
                 cause = max(faults, key=lambda fault: fault.avoided_until_s or 0.0)
                 reason = f"No worker can do its work; {cause.worker}: {cause.message}"
-                self._pause_job(job_id, cause.code or "", reason, now_s)
-                paused.discard(job_id)
+                if paused.pop(job_id, None) != reason:
+                    self._pause_job(job_id, cause.code or "", reason, now_s)
         for job_id in paused:
             self._resume_job(job_id, is_repaired=False, now_s=now_s)

@@ -21,7 +21,7 @@ from service.db import events as event_rows
 from service.db import jobs as job_rows
 from service.db import task_sets
 from service.db import tasks as task_rows
-from service.db.counters import is_miscounted, recount
+from service.db.counters import miscounted, recount
 from service.db.engine import Database
 from service.db.task_state import HeldAttempt
 from service.jobs.completion import has_ended, settle
@@ -61,7 +61,7 @@ class Reconciler:
     def start(self) -> int:
         """Recount the tasks of every open job, and return the number of jobs whose counters were wrong."""
         with self.database.reading() as session:
-            job_ids = [job_id for job_id in job_rows.open_ids(session) if is_miscounted(session, job_id)]
+            job_ids = miscounted(session, job_rows.OPEN)
         wrong = 0
         for job_id in job_ids:
             with self.database.writing() as session:

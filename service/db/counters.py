@@ -6,12 +6,12 @@ The transaction that changes tasks also changes the counters, by one statement f
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
-from sqlalchemy import ColumnElement, bindparam, func, or_, select, update
+from sqlalchemy import ColumnElement, ScalarSelect, bindparam, func, or_, select, update
 from sqlalchemy.orm import Session
 
-from lippmann.job.states import TaskStatus
+from lippmann.job.states import JobStatus, TaskStatus
 from service.db.engine import changed
 from service.db.tables import Job, Task
 
@@ -39,10 +39,17 @@ def add_to_counters(session: Session, gains: Mapping[str, Gains]) -> None:
         session.connection().execute(_ADD, rows)
 
 
-def is_miscounted(session: Session, job_id: str) -> bool:
-    """Return whether the task counters of a job differ from its tasks."""
-    differs = _differs(_counted(session, job_id))
-    return session.execute(select(Job.id).where(Job.id == job_id, differs)).first() is not None
+def miscounted(session: Session, statuses: Iterable[JobStatus] = tuple(JobStatus)) -> Sequence[str]:
+    """Return the jobs, of those in some statuses, whose task counters differ from their tasks, by one query."""
+    counted = {
+        status.value: select(func.count())
+        .where(Task.job_id == Job.id, Task.status == status)
+        .correlate(Job)
+        .scalar_subquery()
+        for status in TaskStatus
+    }
+    query = select(Job.id).where(Job.status.in_([*statuses]), _differs(counted))
+    return session.scalars(query.order_by(Job.id)).all()
 
 
 def recount(session: Session, job_id: str) -> bool:
@@ -57,5 +64,5 @@ def _counted(session: Session, job_id: str) -> dict[str, int]:
     return {status.value: counted[status] for status in TaskStatus}
 
 
-def _differs(columns: Mapping[str, int]) -> ColumnElement[bool]:
+def _differs(columns: Mapping[str, int | ScalarSelect[int]]) -> ColumnElement[bool]:
     return or_(*(getattr(Job, name) != n for name, n in columns.items()))

@@ -16,7 +16,9 @@ SCHEDULABLE = (JobStatus.QUEUED, JobStatus.PROBING, JobStatus.RUNNING)
 """The statuses in which the tasks of a job may be dispatched."""
 OPEN = (*SCHEDULABLE, JobStatus.PAUSED)
 """The statuses of jobs that have not ended."""
-BEGUN = (JobStatus.PROBING, JobStatus.RUNNING, JobStatus.PAUSED)
+WORKABLE = (JobStatus.PROBING, JobStatus.RUNNING)
+"""The statuses of jobs whose work has begun and goes on."""
+BEGUN = (*WORKABLE, JobStatus.PAUSED)
 """The statuses of jobs that have begun and not ended."""
 
 IS_BUSY = Job.dispatched + Job.running > literal_column("0")
@@ -99,14 +101,14 @@ def to_reconcile(session: Session, *, after: str, limit: int) -> Sequence[str]:
 
 def workable_ids(session: Session) -> Sequence[str]:
     """Return the jobs whose work has begun and goes on."""
-    query = select(Job.id).where(Job.status.in_((JobStatus.PROBING, JobStatus.RUNNING)))
+    query = select(Job.id).where(Job.status.in_(WORKABLE))
     return session.scalars(query.order_by(Job.id)).all()
 
 
-def paused_by_farm(session: Session) -> Sequence[str]:
-    """Return the jobs that the farm has paused."""
-    query = select(Job.id).where(Job.status == JobStatus.PAUSED, Job.paused_by == PausedBy.FARM)
-    return session.scalars(query.order_by(Job.id)).all()
+def paused_by_farm(session: Session) -> dict[str, str | None]:
+    """Return the reasons of the jobs that the farm has paused, by job."""
+    query = select(Job.id, Job.pause_reason).where(Job.status == JobStatus.PAUSED, Job.paused_by == PausedBy.FARM)
+    return dict(session.execute(query.order_by(Job.id)).tuples().all())
 
 
 def open_ids(session: Session) -> Sequence[str]:

@@ -6,12 +6,12 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import fields
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, func, or_, select
+from sqlalchemy import ColumnElement, Select, and_, func, or_, select
 from sqlalchemy.orm import Session, aliased, undefer
 
 from lippmann.job.messages.orders import TaskKind, TileIndex
-from lippmann.job.states import HELD_TASKS, SATISFIED_TASKS, TaskStatus
-from service.db.jobs import BEGUN
+from lippmann.job.states import HELD_TASKS, SATISFIED_TASKS, JobStatus, PausedBy, TaskStatus
+from service.db.jobs import WORKABLE
 from service.db.tables import Job, Task, WorkerFault
 from service.db.task_state import HeldAttempt
 
@@ -168,8 +168,12 @@ def outputs(session: Session, job_id: str) -> Sequence[Task]:
 
 
 def prevented_workers(session: Session, *, now_s: float) -> Sequence[WorkerFault]:
-    """Return the workers that open jobs avoid now because something other than the task prevented the work there."""
-    is_open = select(Job.id).where(Job.id == WorkerFault.job_id, Job.status.in_(BEGUN)).exists()
+    """Return the workers that jobs avoid now because something other than the task prevented the work there.
+
+    Jobs that a user paused are not among them.
+    """
+    may_work = or_(Job.status.in_(WORKABLE), and_(Job.status == JobStatus.PAUSED, Job.paused_by == PausedBy.FARM))
+    is_open = select(Job.id).where(Job.id == WorkerFault.job_id, may_work).exists()
     query = select(WorkerFault).where(WorkerFault.code.is_not(None), WorkerFault.avoided_until_s > now_s, is_open)
     return session.scalars(query.order_by(WorkerFault.job_id, WorkerFault.worker)).all()
 

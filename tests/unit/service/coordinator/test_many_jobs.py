@@ -9,10 +9,13 @@ import pytest
 from sqlalchemy import event, insert, select, update
 
 from lippmann.job.states import JobStatus, TaskStatus
+from service.broker_stream import Stream
 from service.coordinator import reconciler as reconcile
+from service.coordinator.fault_monitor import FaultMonitor
 from service.coordinator.reconciler import FarmView, Reconciler
 from service.db.tables import Job, Task
-from tests.builders_service import Farm, claimed, done, presence
+from service.store_check import StoreCheck
+from tests.builders_service import Farm, claimed, done, failed, presence
 
 MANY = 300
 
@@ -96,6 +99,29 @@ def test_the_reconciler_opens_no_transaction_for_jobs_that_are_right(make_farm: 
             _look(farm, reconciler)
         counts.append(seen.count("BEGIN IMMEDIATE"))
     assert counts[0] == counts[1]
+
+
+def test_a_start_says_as_much_to_the_database_for_many_jobs_as_for_few(queued: list[Farm]) -> None:
+    counts = []
+    for farm in queued:
+        with _counted(farm) as seen:
+            assert Reconciler(farm.database, farm.store, farm.settings).start() == 0
+        counts.append(len(seen))
+    assert counts[0] == counts[1]
+
+
+def test_a_job_that_stays_paused_costs_no_transaction(farm: Farm) -> None:
+    job_id = farm.planned()
+    stream = Stream("redis://127.0.0.1:1/0", timeout_s=0.1)
+    check = StoreCheck(farm.store, reserve_bytes=0)
+    monitor = FaultMonitor(farm.database, stream, check, farm.settings)
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order), failed(order, code="store-full"))
+    monitor.run(farm.workers, now_s=farm.now_s)
+    assert farm.job(job_id).status is JobStatus.PAUSED
+    with _counted(farm) as seen:
+        monitor.run(farm.workers, now_s=farm.now_s)
+    assert "BEGIN IMMEDIATE" not in seen
 
 
 def test_every_job_that_waits_has_its_turn(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
