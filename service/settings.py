@@ -74,7 +74,7 @@ class Settings(BaseSettings):
     """The longest time of one exchange with the broker."""
 
     orders_per_slot: int = Field(default=2, ge=1)
-    """The number of outstanding orders per slot."""
+    """The number of outstanding orders per slot; tasks of milliseconds get more."""
     failures_allowed: int = Field(default=3, ge=1)
     """The number of failures after which a task has failed."""
     losses_allowed: int = Field(default=10, ge=1)

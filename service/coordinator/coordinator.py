@@ -34,7 +34,7 @@ from service.coordinator.loss_monitor import LossMonitor
 from service.coordinator.orphan_sweeper import sweep_orphans
 from service.coordinator.reconciler import FarmView, Reconciler
 from service.coordinator.retry_policy import INFRASTRUCTURE
-from service.coordinator.scheduler import ROUND, dispatch
+from service.coordinator.scheduler import ROUND, OrderRate, dispatch
 from service.db import coordinator as coordinator_rows
 from service.db.engine import Database
 from service.errors import BrokerUnavailable
@@ -45,6 +45,9 @@ from service.store_check import StoreCheck
 
 BATCH = 200
 """The largest number of events in one transaction."""
+GATHER_S = 0.01
+"""The time in which events gather before they are written, and orders before they are sent. A transaction for each
+single event would take most of a core when tasks take milliseconds."""
 PRESENCE_S = 1.0
 """The time for which the list of workers is cached."""
 LOSS_S = 1.0
@@ -84,6 +87,8 @@ class Coordinator:
         self._background_jobs = BackgroundJobs(database, store, settings)
         self._workers: tuple[Presence, ...] = ()
         self._workers_s = float("-inf")
+        self._steady = steady
+        self._order_rate = OrderRate()
         self._claim_watch = ClaimWatch(unmoved_s=settings.not_claiming_s)
         self._not_claiming: Mapping[str, float] = {}
         self._first_order: str | None = None
@@ -148,6 +153,8 @@ class Coordinator:
             self._liveness.record_gap()
             raise
         self._liveness.record_round(caught_up=count < BATCH)
+        if 0 < count < BATCH:
+            self._stopping.wait(GATHER_S)
 
     def _consume_batch(self) -> int:
         with self._database.reading() as session:
@@ -173,12 +180,21 @@ class Coordinator:
             self._signal_stops()
             sent = 0 if self.fault_monitor.faults else self._dispatch()
             if sent or more:
-                self._wakeup.notify()
+                self._wakeup.notify_coroutines()
             more |= sent == ROUND
 
     def _dispatch(self) -> int:
         self._present()
-        return dispatch(self._database, self._queue, self._claiming(), now_s=self._clock(), settings=self._settings)
+        sent = dispatch(
+            self._database,
+            self._queue,
+            self._claiming(),
+            now_s=self._clock(),
+            settings=self._settings,
+            ahead=self._order_rate.ahead(at_s=self._steady()),
+        )
+        self._order_rate.record(sent, at_s=self._steady())
+        return sent
 
     def fault_round(self) -> None:
         """Pause and resume jobs; faults are checked until they are gone, since without a database nobody leads."""
@@ -289,6 +305,8 @@ class Coordinator:
                     if isinstance(error, OperationalError):
                         self.fault_monitor.poke()
                     self._stopping.wait(self._settings.tick_s)
+                if name == SCHEDULER:
+                    self._stopping.wait(GATHER_S)
                 left_s = pause_s - (time.monotonic() - begun_s)
                 if left_s > 0:
                     (woken if name == SCHEDULER else self._stopping).wait(left_s)

@@ -1,10 +1,11 @@
-"""The scheduler dispatches ready tasks, best first, about two orders per slot.
+"""The scheduler dispatches ready tasks, best first, about two orders per slot, and more of them if tasks are short.
 
 The row becomes `dispatched` before the order is sent. A crash in between delays the task but never runs it twice.
 """
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -33,12 +34,44 @@ from service.settings import Settings
 
 ROUND = 200
 """The largest number of orders in one transaction. Other writers wait for it, so the rest follows in the next round."""
+AHEAD_S = 0.2
+"""The time for which the outstanding orders last at least, by the number of orders of the last second. Tasks of some
+milliseconds would end faster than two orders per slot are replaced."""
+RATE_S = 1.0
+
+
+class OrderRate:
+    """The number of orders of the last second, from which follows how many are sent ahead."""
+
+    def __init__(self) -> None:
+        self._sent: deque[tuple[float, int]] = deque()
+
+    def record(self, sent: int, *, at_s: float) -> None:
+        """Record that some orders were sent at a time of a clock that is never set."""
+        self._sent.append((at_s, sent))
+
+    def ahead(self, *, at_s: float) -> int:
+        """Return the number of orders that last for `AHEAD_S`."""
+        while self._sent and at_s - self._sent[0][0] > RATE_S:
+            self._sent.popleft()
+        return int(sum(sent for _, sent in self._sent) / RATE_S * AHEAD_S)
 
 
 def dispatch(
-    database: Database, queue: OrderQueue, workers: Sequence[Presence], *, now_s: float, settings: Settings
+    database: Database,
+    queue: OrderQueue,
+    workers: Sequence[Presence],
+    *,
+    now_s: float,
+    settings: Settings,
+    ahead: int = 0,
 ) -> int:
     """Send as many orders as there is room for, and return their number.
+
+    Parameters
+    ----------
+    ahead
+        The number of outstanding orders for which there is room even if it is more than two per slot.
 
     Raises
     ------
@@ -46,10 +79,11 @@ def dispatch(
         If the orders cannot be sent. Their tasks are ready again by then.
     """
     with database.reading() as session:
-        if _room(session, workers, settings) <= 0 or not job_rows.can_dispatch(session, now_s=now_s):
+        room = _room(session, workers, settings, ahead)
+        if room <= 0 or not job_rows.can_dispatch(session, now_s=now_s):
             return 0
     with database.writing() as session:
-        orders = assign(session, workers, now_s=now_s, settings=settings)
+        orders = assign(session, workers, now_s=now_s, room=room)
     try:
         if orders:
             queue.publish(orders)
@@ -60,10 +94,10 @@ def dispatch(
     return len(orders)
 
 
-def assign(session: Session, workers: Sequence[Presence], *, now_s: float, settings: Settings) -> list[Order]:
-    """Assign ready tasks to new attempts, by a handful of statements, and return their orders."""
+def assign(session: Session, workers: Sequence[Presence], *, now_s: float, room: int) -> list[Order]:
+    """Assign ready tasks, at most `room`, to new attempts, by a handful of statements, and return their orders."""
     idle_s = coordinator_rows.current(session).idle_s
-    drafts = [TaskDraft(task) for task in _best(session, _room(session, workers, settings), now_s)]
+    drafts = [TaskDraft(task) for task in _best(session, room, now_s)]
     if not drafts:
         return []
     job_ids = {draft.now.job_id for draft in drafts}
@@ -101,9 +135,10 @@ def take_back(session: Session, orders: Sequence[Order], *, now_s: float) -> Non
     write_drafts(session, taken)
 
 
-def _room(session: Session, workers: Sequence[Presence], settings: Settings) -> int:
+def _room(session: Session, workers: Sequence[Presence], settings: Settings, ahead: int) -> int:
     slots = sum(worker.slots for worker in workers if worker.fault is None)
-    return min(settings.orders_per_slot * slots - job_rows.outstanding(session), ROUND)
+    wanted = max(settings.orders_per_slot * slots, ahead) if slots else 0
+    return min(wanted - job_rows.outstanding(session), ROUND)
 
 
 def _best(session: Session, room: int, now_s: float) -> list[TaskState]:

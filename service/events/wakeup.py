@@ -22,9 +22,15 @@ class Wakeup:
     def notify(self) -> None:
         """Wake all waiting threads and coroutines."""
         with self._lock:
-            threads, loops = list(self._threads), list(self._loops)
+            threads = list(self._threads)
         for waiter in threads:
             waiter.set()
+        self.notify_coroutines()
+
+    def notify_coroutines(self) -> None:
+        """Wake all waiting coroutines."""
+        with self._lock:
+            loops = list(self._loops)
         for loop, woken in loops:
             if not loop.is_closed():
                 loop.call_soon_threadsafe(woken.set)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from typing import cast
 
 import pytest
 from hypothesis import given
@@ -10,9 +11,11 @@ from hypothesis import strategies as st
 
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
+from service.coordinator.scheduler import OrderRate, dispatch
 from service.errors import BrokerUnavailable
 from service.jobs.commands import pause_job, prioritise_job
 from service.jobs.fair_share import Claim, share_out
+from service.order_queue import OrderQueue
 from tests.builders_service import Farm, claimed, done, presence
 
 claims = st.lists(
@@ -62,6 +65,29 @@ def test_the_queue_is_two_orders_a_slot_deep_and_stays_so(farm: Farm) -> None:
     assert farm.dispatch() == []
     farm.say(claimed(orders[0]), done(orders[0]))
     assert len(farm.dispatch()) == 1
+
+
+def test_short_tasks_get_more_orders_but_only_while_there_is_a_worker(farm: Farm) -> None:
+    farm.planned(frames="1-50")
+
+    def send(ahead: int) -> int:
+        settings, queue = farm.settings, cast(OrderQueue, farm.queue)
+        return dispatch(farm.database, queue, farm.workers, now_s=farm.now_s, settings=settings, ahead=ahead)
+
+    assert send(10) == 10
+    assert send(10) == send(3) == 0
+    farm.workers = []
+    assert send(20) == 0
+
+
+def test_orders_are_sent_ahead_by_the_rate_of_the_last_second() -> None:
+    rate = OrderRate()
+    assert rate.ahead(at_s=0.0) == 0
+    for tenth in range(1, 11):
+        rate.record(40, at_s=tenth / 10)
+    assert rate.ahead(at_s=1.0) == 80, "0.2 s of 400 orders a second"
+    assert rate.ahead(at_s=1.55) == 40
+    assert rate.ahead(at_s=9.0) == 0
 
 
 def test_nothing_goes_out_while_no_worker_is_there(farm: Farm) -> None:
