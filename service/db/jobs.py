@@ -25,6 +25,35 @@ IS_BUSY = Job.dispatched + Job.running > literal_column("0")
 """The condition that a job has outstanding orders, as the index `ix_jobs_busy` has it."""
 
 
+def _due_task() -> ColumnElement[Any]:
+    task = select(Task.sequence).where(Task.job_id == Job.id, Task.status == TaskStatus.READY)
+    due = task.where(or_(Task.not_before_s.is_(None), Task.not_before_s <= bindparam("now_s")))
+    return due.correlate(Job).limit(1).scalar_subquery()
+
+
+IS_DISPATCHABLE = (
+    Job.status.in_(SCHEDULABLE),
+    Job.ready > 0,
+    Job.background_job.is_(None),
+    _due_task().is_not(None),  # not EXISTS, for the reason given in `service.db.tasks.is_blocked`
+)
+"""The conditions that some task of a job may be dispatched at the time of the parameter `now_s`."""
+CLAIM = (Job.id, Job.priority, (Job.dispatched + Job.running).label("outstanding"), Job.ready)
+"""The columns of a job that wants slots: id, priority, outstanding orders, ready tasks."""
+
+# Statements that every round executes are made once.
+_JOBS = (
+    select(Job)
+    .where(Job.id.in_(bindparam("job_ids", expanding=True)))
+    .where(Job.background_job.is_distinct_from(BackgroundJob.REMOVE))
+    .order_by(Job.id)
+    .execution_options(populate_existing=True)
+)
+_FIRST_CLAIM = select(Job.id).where(*IS_DISPATCHABLE).limit(1)
+_CLAIMS = select(*CLAIM).where(*IS_DISPATCHABLE).order_by(Job.id)
+_OUTSTANDING = select(func.coalesce(func.sum(Job.dispatched + Job.running), 0)).where(IS_BUSY, Job.status.in_(OPEN))
+
+
 def job(session: Session, job_id: str) -> Job | None:
     """Return a job as it is in the database now, unless it is being removed."""
     found = session.get(Job, job_id, populate_existing=True)
@@ -33,8 +62,7 @@ def job(session: Session, job_id: str) -> Job | None:
 
 def jobs(session: Session, job_ids: Iterable[str]) -> Sequence[Job]:
     """Return those jobs that exist and are not being removed, as they are in the database now, sorted by id."""
-    query = select(Job).where(Job.id.in_([*job_ids]), Job.background_job.is_distinct_from(BackgroundJob.REMOVE))
-    return session.scalars(query.order_by(Job.id).execution_options(populate_existing=True)).all()
+    return session.scalars(_JOBS, {"job_ids": [*job_ids]}).all()
 
 
 def statuses(session: Session, job_ids: Iterable[str]) -> Sequence[tuple[str, JobStatus]]:
@@ -68,20 +96,17 @@ def page(session: Session, *, status: JobStatus | None, before: str | None, limi
 
 def can_dispatch(session: Session, *, now_s: float) -> bool:
     """Return whether some task may be dispatched now."""
-    query = select(Job.id).where(*is_dispatchable(now_s))
-    return session.execute(query.limit(1)).first() is not None
+    return session.execute(_FIRST_CLAIM, {"now_s": now_s}).first() is not None
 
 
 def claims(session: Session, *, now_s: float) -> Sequence[tuple[str, int, int, int]]:
     """Return the jobs whose tasks may be dispatched now: (id, priority, outstanding orders, ready tasks)."""
-    query = select(Job.id, Job.priority, (Job.dispatched + Job.running).label("outstanding"), Job.ready)
-    return session.execute(query.where(*is_dispatchable(now_s)).order_by(Job.id)).all()
+    return session.execute(_CLAIMS, {"now_s": now_s}).all()
 
 
 def outstanding(session: Session) -> int:
     """Return the number of outstanding orders of all jobs."""
-    query = select(func.coalesce(func.sum(Job.dispatched + Job.running), 0))
-    return int(session.scalar(query.where(IS_BUSY, Job.status.in_(OPEN))) or 0)
+    return int(session.scalar(_OUTSTANDING) or 0)
 
 
 def busy_ids(session: Session) -> Sequence[str]:
@@ -128,11 +153,3 @@ def request_repairs(session: Session, job_ids: Iterable[str]) -> None:
     if wanted:
         statement = update(Job).where(Job.id.in_(wanted), Job.background_job.is_(None))
         changed(session, statement.values(background_job=BackgroundJob.REPAIR))
-
-
-def is_dispatchable(now_s: float) -> tuple[ColumnElement[bool], ...]:
-    """Return the conditions that some task of a job may be dispatched now."""
-    task = select(Task.sequence).where(Task.job_id == Job.id, Task.status == TaskStatus.READY)
-    due = task.where(or_(Task.not_before_s.is_(None), Task.not_before_s <= now_s)).correlate(Job).limit(1)
-    is_due = due.scalar_subquery().is_not(None)  # not EXISTS, for the reason given in `service.db.tasks.is_blocked`
-    return Job.status.in_(SCHEDULABLE), Job.ready > 0, Job.background_job.is_(None), is_due

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import fields
 from functools import lru_cache
 from typing import Any
 
@@ -16,11 +15,20 @@ from service.db.tables import Task
 from service.db.task_state import TaskKey, TaskState
 from service.db.tasks import is_blocked
 
-_STATE = tuple(getattr(Task, field.name) for field in fields(TaskState))
+_STATE = tuple(getattr(Task, name) for name in TaskState._fields)
 SPARSE = 4
 """One query covers several jobs if it examines at most so many pairs of job and value for each pair that is wanted."""
 _IS_WAITING = Task.status == literal_column(f"'{TaskStatus.WAITING}'")
 """The condition that a task waits, as the index `ix_tasks_job_needs` has it."""
+# Statements that every round executes are made once. Values in a list would cost as much as the execution.
+_OF_JOBS = Task.job_id.in_(bindparam("job_ids", expanding=True))
+_BY_KEYS = select(*_STATE).where(_OF_JOBS, Task.sequence.in_(bindparam("sequences", expanding=True)))
+_UNBLOCK = (
+    update(Task)
+    .where(_OF_JOBS, Task.needs.in_(bindparam("needed", expanding=True)), _IS_WAITING, ~is_blocked())
+    .values(status=TaskStatus.READY)
+    .returning(Task.job_id)
+)
 
 
 class StaleRead(RuntimeError):
@@ -36,8 +44,8 @@ def states(session: Session, keys: Iterable[TaskKey]) -> dict[TaskKey, TaskState
     wanted = set(keys)
     found: dict[TaskKey, TaskState] = {}
     for job_ids, sequences in group_pairs(wanted):
-        query = _select().where(Task.job_id.in_(job_ids), Task.sequence.in_(sequences))
-        found |= {state.key: state for state in _states(session, query) if state.key in wanted}
+        rows = session.execute(_BY_KEYS, {"job_ids": job_ids, "sequences": sequences})
+        found |= {state.key: state for state in map(TaskState._make, rows) if state.key in wanted}
     return found
 
 
@@ -81,13 +89,7 @@ def unblock(session: Session, stages: Iterable[tuple[str, str]]) -> Counter[str]
     """
     counts: Counter[str] = Counter()
     for job_ids, needed in group_pairs(set(stages)):
-        statement = (
-            update(Task)
-            .where(Task.job_id.in_(job_ids), Task.needs.in_(needed), _IS_WAITING, ~is_blocked())
-            .values(status=TaskStatus.READY)
-            .returning(Task.job_id)
-        )
-        counts.update(session.scalars(statement, execution_options={"synchronize_session": False}).all())
+        counts.update(session.connection().scalars(_UNBLOCK, {"job_ids": job_ids, "needed": needed}).all())
     return counts
 
 
@@ -127,7 +129,7 @@ def _select() -> Select[Any]:
 
 
 def _states(session: Session, query: Select[Any]) -> list[TaskState]:
-    return [TaskState(*row) for row in session.execute(query)]
+    return [TaskState._make(row) for row in session.execute(query)]
 
 
 @lru_cache(maxsize=128)

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import fields
 from typing import Any
 
-from sqlalchemy import ColumnElement, Select, and_, func, or_, select
+from sqlalchemy import ColumnElement, Select, and_, bindparam, func, or_, select
 from sqlalchemy.orm import Session, aliased, undefer
 
 from lippmann.job.messages.orders import TaskKind, TileIndex
@@ -20,6 +20,17 @@ CHUNK = 1000
 FRAMES_A_PAGE = 100
 """Frames that artifact repair examines together."""
 _HELD = tuple(getattr(Task, field.name) for field in fields(HeldAttempt))
+# Statements that every round executes are made once.
+_RENDERS = select(Task.sequence, Task.frame, Task.status, Task.digests).where(
+    Task.job_id == bindparam("job_id"),
+    Task.frame.in_(bindparam("frames", expanding=True)),
+    Task.kind == TaskKind.RENDER,
+)
+_RUNNING_PX = (
+    select(Task.job_id, func.sum(Task.weight_px * func.coalesce(Task.progress, 0.0)))
+    .where(Task.job_id.in_(bindparam("job_ids", expanding=True)), Task.status == TaskStatus.RUNNING)
+    .group_by(Task.job_id)
+)
 UNSATISFIED = tuple(status for status in TaskStatus if status not in SATISFIED_TASKS)
 
 
@@ -107,12 +118,8 @@ def done_outputs(session: Session, job_ids: Iterable[str]) -> set[tuple[str, str
 
 def running_px(session: Session, job_ids: Iterable[str]) -> dict[str, float]:
     """Return the pixels that running attempts have finished by their reported progress, by job."""
-    query = (
-        select(Task.job_id, func.sum(Task.weight_px * func.coalesce(Task.progress, 0.0)))
-        .where(Task.job_id.in_(list(job_ids)), Task.status == TaskStatus.RUNNING)
-        .group_by(Task.job_id)
-    )
-    return {job_id: float(px or 0.0) for job_id, px in session.execute(query)}
+    rows = session.execute(_RUNNING_PX, {"job_ids": list(job_ids)})
+    return {job_id: float(px or 0.0) for job_id, px in rows}
 
 
 def running_on(session: Session, job_ids: Iterable[str]) -> dict[str, int]:
@@ -239,6 +246,16 @@ def done_renders(session: Session, job_id: str, frames: Iterable[int | None]) ->
     # With the status or the order in the query, PostgreSQL reads all tasks of the job that are done, or all of them.
     done = [task for task in session.scalars(_with_digests(query)) if task.status is TaskStatus.DONE]
     return sorted(done, key=lambda task: task.sequence)
+
+
+def render_digests(
+    session: Session, job_id: str, frames: Iterable[int | None]
+) -> list[tuple[int | None, dict[str, Any] | None]]:
+    """Return the digests of the done render tasks of some frames, as pairs (frame, digests), in the order of tasks."""
+    rows = session.execute(_RENDERS, {"job_id": job_id, "frames": [*frames]})
+    # With the status or the order in the query, PostgreSQL reads all tasks of the job that are done, or all of them.
+    done = sorted((row.sequence, row.frame, row.digests) for row in rows if row.status is TaskStatus.DONE)
+    return [(frame, digests) for _, frame, digests in done]
 
 
 def numbered(session: Session, job_id: str, sequences: Iterable[int], *, status: TaskStatus) -> Sequence[Task]:

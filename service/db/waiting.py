@@ -8,14 +8,13 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import TaskStatus
-from service.db.jobs import IS_BUSY, OPEN, is_dispatchable
+from service.db.jobs import CLAIM, IS_BUSY, IS_DISPATCHABLE, OPEN
 from service.db.tables import Job, Task
 from service.db.task_sets import is_due
 from service.db.tasks import UNSATISFIED
 
 LINE = 100
 """The largest number of jobs that are looked at to tell which ones come first."""
-_CLAIM = (Job.id, Job.priority, (Job.dispatched + Job.running).label("outstanding"), Job.ready)
 
 ClaimRow = tuple[str, int, int, int]
 """A job that wants slots: id, priority, outstanding orders, ready tasks."""
@@ -23,13 +22,14 @@ ClaimRow = tuple[str, int, int, int]
 
 def line(session: Session, *, now_s: float) -> Sequence[ClaimRow]:
     """Return the first jobs with tasks that may be dispatched now, in the order in which they get slots."""
-    query = select(*_CLAIM).where(*is_dispatchable(now_s))
-    return session.execute(query.order_by(Job.priority.desc(), Job.dispatched + Job.running, Job.id).limit(LINE)).all()
+    query = select(*CLAIM).where(*IS_DISPATCHABLE)
+    query = query.order_by(Job.priority.desc(), Job.dispatched + Job.running, Job.id).limit(LINE)
+    return session.execute(query, {"now_s": now_s}).all()
 
 
 def holders(session: Session) -> Sequence[tuple[str, int, int, int, int]]:
     """Return the jobs with outstanding orders, the most first, and the number of their running tasks."""
-    query = select(*_CLAIM, Job.running).where(IS_BUSY, Job.status.in_(OPEN))
+    query = select(*CLAIM, Job.running).where(IS_BUSY, Job.status.in_(OPEN))
     return session.execute(query.order_by((Job.dispatched + Job.running).desc(), Job.id)).all()
 
 

@@ -18,10 +18,18 @@ from service.db import tasks as task_rows
 from service.db.tables import Job
 from service.db.task_state import TaskState
 from service.events.payloads import job_data, progress_data, task_data
-from service.schemas.events import FrameChange, FrameEvent, JobEvent, JobRemoved, ProgressEvent, StreamEvent, TaskEvent
+from service.schemas.events import EventTopic, FrameChange, JobProgress, JobRemoved, TaskChange
 from service.schemas.job import Job as JobSchema
 
 _BEGUN = frozenset({TaskStatus.RUNNING, TaskStatus.DONE})
+_Data = JobSchema | JobRemoved | JobProgress | TaskChange | FrameChange
+_TOPICS: dict[type[_Data], EventTopic] = {
+    JobSchema: EventTopic.JOB,
+    JobRemoved: EventTopic.JOB,
+    JobProgress: EventTopic.PROGRESS,
+    TaskChange: EventTopic.TASK,
+    FrameChange: EventTopic.FRAME,
+}
 _TaskChange = tuple[TaskState, TaskState]
 """A task before and after a transaction."""
 
@@ -34,25 +42,24 @@ def job_snapshot(session: Session, row: Job) -> JobSchema:
 
 def publish_jobs(session: Session, rows: Sequence[Job]) -> None:
     """Publish jobs whose status or priority changed."""
-    _publish(session, [(job.id, JobEvent(data=job)) for job in _snapshots(session, rows)])
+    _publish(session, [(job.id, job) for job in _snapshots(session, rows)])
 
 
 def publish_removal(session: Session, job_id: str) -> None:
     """Publish that a job was removed."""
-    _publish(session, [(job_id, JobEvent(data=JobRemoved(id=job_id, removed=True)))])
+    _publish(session, [(job_id, JobRemoved(id=job_id, removed=True))])
 
 
 def publish_progress(session: Session, rows: Sequence[Job]) -> None:
     """Publish the progress of jobs, one event each."""
     running_px = task_rows.running_px(session, [row.id for row in rows])
-    events = [ProgressEvent(data=progress_data(row, running_px=running_px.get(row.id, 0.0))) for row in rows]
-    _publish(session, [(event.data.id, event) for event in events])
+    _publish(session, [(row.id, progress_data(row, running_px=running_px.get(row.id, 0.0))) for row in rows])
 
 
 def publish_tasks(session: Session, changes: Iterable[_TaskChange]) -> None:
     """Publish the new statuses of tasks, and those of their frames that changed too."""
     moved = [(before, after) for before, after in changes if before.status is not after.status]
-    tasks: list[tuple[str, StreamEvent]] = [(after.job_id, TaskEvent(data=task_data(after))) for _, after in moved]
+    tasks: list[tuple[str, _Data]] = [(after.job_id, task_data(after)) for _, after in moved]
     _publish(session, tasks + _frame_events(_frames(session, moved)))
 
 
@@ -80,15 +87,12 @@ def _snapshots(session: Session, rows: Sequence[Job]) -> list[JobSchema]:
     ]
 
 
-def _publish(session: Session, events: Iterable[tuple[str, StreamEvent]]) -> None:
-    event_rows.append(session, [(job_id, event.event, event.data.model_dump(mode="json")) for job_id, event in events])
+def _publish(session: Session, events: Iterable[tuple[str, _Data]]) -> None:
+    event_rows.append(session, [(job_id, _TOPICS[type(data)], data.model_dump(mode="json")) for job_id, data in events])
 
 
-def _frame_events(frames: dict[tuple[str, int], FrameStatus]) -> list[tuple[str, StreamEvent]]:
-    return [
-        (job_id, FrameEvent(data=FrameChange(job=job_id, frame=frame, status=status)))
-        for (job_id, frame), status in frames.items()
-    ]
+def _frame_events(frames: dict[tuple[str, int], FrameStatus]) -> list[tuple[str, _Data]]:
+    return [(job_id, FrameChange(job=job_id, frame=frame, status=status)) for (job_id, frame), status in frames.items()]
 
 
 def _frames(session: Session, moved: Sequence[_TaskChange]) -> dict[tuple[str, int], FrameStatus]:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TASK_TRANSITIONS, TaskStatus
 from service.db.task_state import TaskState
 
-_FIELDS = frozenset(each.name for each in fields(TaskState))
+_FIELDS = frozenset(TaskState._fields)
 
 
 @dataclass
@@ -26,7 +26,7 @@ class TaskDraft:
     def set(self, **values: Any) -> None:
         """Change columns of the task other than its status."""
         self.values |= values
-        self.now = replace(self.now, **{name: value for name, value in values.items() if name in _FIELDS})
+        self.now = self.now._replace(**{name: value for name, value in values.items() if name in _FIELDS})
 
     def transition(self, to: TaskStatus, **values: Any) -> None:
         """Change the status of the task, and other columns with it.

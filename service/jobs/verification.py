@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import Any
 
 from sqlalchemy.orm import Session
 
@@ -111,7 +112,11 @@ def expected_artifacts(spec: JobSpec, task: Task) -> dict[str, Digest | None]:
 
 def reported(task: Task) -> dict[str, Digest]:
     """Return the digests that a task reported, by the names of its artifacts below the job."""
-    return {name: Digest(*pair) for name, pair in (task.digests or {}).items()}
+    return _parsed(task.digests)
+
+
+def _parsed(digests: Mapping[str, Any] | None) -> dict[str, Digest]:
+    return {name: Digest(*pair) for name, pair in (digests or {}).items()}
 
 
 def input_digests(session: Session, tasks: Sequence[TaskState]) -> Mapping[tuple[str, int], dict[str, Digest]]:
@@ -123,8 +128,8 @@ def input_digests(session: Session, tasks: Sequence[TaskState]) -> Mapping[tuple
         outputs = [task for task in mine if task.kind is TaskKind.ENCODE]
         if assemblies:
             by_frame: dict[int | None, dict[str, Digest]] = {}
-            for tile in task_rows.done_renders(session, job_id, [task.frame for task in assemblies]):
-                by_frame.setdefault(tile.frame, {}).update(reported(tile))
+            for frame, digests in task_rows.render_digests(session, job_id, [task.frame for task in assemblies]):
+                by_frame.setdefault(frame, {}).update(_parsed(digests))
             found |= {(job_id, task.sequence): by_frame.get(task.frame, {}) for task in assemblies}
         if outputs:
             masters = dict(_masters_of_outputs(session, job_id))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -27,7 +26,7 @@ DISPATCHED = TaskState(
 
 def fold(*events: Event, **state: Any) -> Batch:
     """Apply events to the one task that there is."""
-    task = replace(DISPATCHED, **state)
+    task = DISPATCHED._replace(**state)
     return fold_events({task.key: task}, events, now_s=T0, settings=SETTINGS)
 
 
