@@ -133,7 +133,7 @@ def workable_ids(session: Session) -> Sequence[str]:
 def paused_by_farm(session: Session) -> dict[str, str | None]:
     """Return the reasons of the jobs that the farm has paused, by job."""
     query = select(Job.id, Job.pause_reason).where(Job.status == JobStatus.PAUSED, Job.paused_by == PausedBy.FARM)
-    return dict(session.execute(query.order_by(Job.id)).tuples().all())
+    return dict(session.execute(query.order_by(Job.id)).all())
 
 
 def open_ids(session: Session) -> Sequence[str]:
