@@ -23,7 +23,6 @@ from service.db import jobs as job_rows
 from service.db import task_sets
 from service.db import tasks as task_rows
 from service.db import waiting as waiting_rows
-from service.db.counters import miscounted
 from service.db.migrations import migrate
 from service.db.tables import BackgroundJob, Job, JobEvent, Task
 from service.schemas.events import EventTopic
@@ -145,10 +144,6 @@ HOT: dict[str, tuple[Callable[[Session, str], object], set[str]]] = {
         {"ix_jobs_status", BY_STATUS},
     ),
     "the jobs to reconcile": (lambda s, _: job_rows.to_reconcile(s, after="", limit=500), {"ix_jobs_status"}),
-    "the jobs whose counters are wrong": (
-        lambda s, _: miscounted(s, job_rows.OPEN),
-        {"ix_jobs_status", BY_STATUS},
-    ),
     "the best tasks of a job": (
         lambda s, job_id: task_sets.ready(s, job_id, now_s=T0, after=-1, limit=BATCH),
         {BY_STATUS},
