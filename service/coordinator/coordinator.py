@@ -45,7 +45,7 @@ from service.store_check import StoreCheck
 
 BATCH = 200
 """The largest number of events in one transaction."""
-GATHER_S = 0.01
+GATHER_S = 0.02
 """The time in which events gather before they are written, and orders before they are sent. A transaction for each
 single event would take most of a core when tasks take milliseconds."""
 PRESENCE_S = 1.0

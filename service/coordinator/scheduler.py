@@ -34,7 +34,7 @@ from service.settings import Settings
 
 ROUND = 200
 """The largest number of orders in one transaction. Other writers wait for it, so the rest follows in the next round."""
-AHEAD_S = 0.2
+AHEAD_S = 0.5
 """The time for which the outstanding orders last at least, by the number of orders of the last second. Tasks of some
 milliseconds would end faster than two orders per slot are replaced."""
 RATE_S = 1.0

@@ -85,8 +85,8 @@ def test_orders_are_sent_ahead_by_the_rate_of_the_last_second() -> None:
     assert rate.ahead(at_s=0.0) == 0
     for tenth in range(1, 11):
         rate.record(40, at_s=tenth / 10)
-    assert rate.ahead(at_s=1.0) == 80, "0.2 s of 400 orders a second"
-    assert rate.ahead(at_s=1.55) == 40
+    assert rate.ahead(at_s=1.0) == 200, "0.5 s of 400 orders a second"
+    assert rate.ahead(at_s=1.55) == 100
     assert rate.ahead(at_s=9.0) == 0
 
 
