@@ -134,6 +134,22 @@ def test_publishing_to_a_broker_that_froze_after_the_connection_ends_by_itself(b
     queue.publish([order])
 
 
+def test_the_queue_sends_orders_to_a_broker_that_was_restarted(broker: Broker) -> None:
+    queue = OrderQueue(broker.url, timeout_s=30)
+    order = Order(kind=TaskKind.PROBE, job_id="j", task_id="j-0", attempt="a", attempt_number=1)
+    queue.publish([order, order])
+    assert broker.client.llen(ORDERS) == 2
+    broker.kill()
+    with pytest.raises(BrokerUnavailable):
+        queue.publish([order])
+    broker.start()
+    queue.publish([order])
+    broker.kill()
+    broker.start()
+    queue.publish([order])
+    assert broker.client.llen(ORDERS) == 1, "a connection that the broker closed is noticed before it is used"
+
+
 def test_the_stream_gives_up_on_a_half_open_broker(half_open: str) -> None:
     stream = Stream(half_open, timeout_s=0.3)
     for ask in (stream.presences, stream.ping, stream.is_new, lambda: stream.read("0-0", count=1, block_s=0.1)):
