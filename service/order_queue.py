@@ -73,6 +73,11 @@ class OrderQueue:
             producer=producer,
             ignore_result=True,
             retry=False,
+            # Celery would describe the order for logs that nobody reads, which costs more than all the rest.
+            argsrepr="()",
+            kwargsrepr="{}",
+            # The workers declare the queue; a message that names it needs no exchange.
+            declare=(),
         )
 
 
