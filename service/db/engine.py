@@ -178,6 +178,8 @@ def _postgresql_engine(url: URL) -> Engine:
     engine = create_engine(
         url, pool_pre_ping=True, **POOL, connect_args={"connect_timeout": 5, "options": "-c lock_timeout=10000"}
     )
+    # Rows are inserted many at a time; otherwise each row is a statement of its own.
+    engine.dialect.use_insertmanyvalues_wo_returning = True
     event.listen(engine, "begin", _begin_postgresql)
     return engine
 

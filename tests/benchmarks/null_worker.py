@@ -41,4 +41,4 @@ for kind in TaskKind:
 app.task(name=BARE)(_bare)
 
 if __name__ == "__main__":
-    app.worker_main(worker_arguments(slots=settings.slots, name=settings.worker_name))
+    app.worker_main(worker_arguments(name=settings.worker_name))
