@@ -158,7 +158,7 @@ class Coordinator:
 
     def _consume_batch(self) -> int:
         with self._database.reading() as session:
-            was = coordinator_rows.current(session).stream_position
+            was = coordinator_rows.stream_position(session)
         entries = self._stream.read(was, count=BATCH, block_s=self._settings.tick_s)
         if entries:
             if any(event and event.failure and event.failure.code in INFRASTRUCTURE for _, event in entries):

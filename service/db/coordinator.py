@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from sqlalchemy import delete, or_, select, text, update
+from sqlalchemy import bindparam, delete, or_, select, text, update
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
@@ -14,6 +14,15 @@ from service.schemas.farm import Fault
 _REQUEST_STOP = text(
     "INSERT INTO stop_requests (attempt, requested_s) VALUES (:attempt, :now_s) ON CONFLICT (attempt) DO NOTHING"
 )
+
+
+_POSITION = select(CoordinatorRow.stream_position)
+_PENDING_STOPS = select(StopRequest.attempt).order_by(StopRequest.requested_s).limit(bindparam("limit"))
+
+
+def stream_position(session: Session) -> str:
+    """Return the position in the stream up to which events are written."""
+    return session.scalars(_POSITION).one()
 
 
 def current(session: Session) -> CoordinatorRow:
@@ -70,7 +79,7 @@ def request_stop(session: Session, attempts: Iterable[str | None], *, now_s: flo
 
 def pending_stops(session: Session, limit: int = 500) -> Sequence[str]:
     """Return the attempts that must stop and have no stop signal in the broker yet, oldest first."""
-    return session.scalars(select(StopRequest.attempt).order_by(StopRequest.requested_s).limit(limit)).all()
+    return session.scalars(_PENDING_STOPS, {"limit": limit}).all()
 
 
 def delete_stops(session: Session, attempts: Sequence[str]) -> None:

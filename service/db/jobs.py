@@ -49,6 +49,17 @@ _JOBS = (
     .order_by(Job.id)
     .execution_options(populate_existing=True)
 )
+_BUSY = select(Job.id).where(IS_BUSY, Job.status.in_(OPEN)).order_by(Job.id)
+_BACKGROUND_JOBS = (
+    select(Job.id, Job.background_job)
+    .where(Job.background_job.in_(bindparam("kinds", expanding=True)))
+    .order_by(Job.id)
+)
+_PAUSED_BY_FARM = (
+    select(Job.id, Job.pause_reason)
+    .where(Job.status == JobStatus.PAUSED, Job.paused_by == PausedBy.FARM)
+    .order_by(Job.id)
+)
 _FIRST_CLAIM = select(Job.id).where(*IS_DISPATCHABLE).limit(1)
 _CLAIMS = select(*CLAIM).where(*IS_DISPATCHABLE).order_by(Job.id)
 _OUTSTANDING = select(func.coalesce(func.sum(Job.dispatched + Job.running), 0)).where(IS_BUSY, Job.status.in_(OPEN))
@@ -111,8 +122,7 @@ def outstanding(session: Session) -> int:
 
 def busy_ids(session: Session) -> Sequence[str]:
     """Return the jobs with outstanding orders; there are few, because the queue is shallow."""
-    query = select(Job.id).where(IS_BUSY, Job.status.in_(OPEN))
-    return session.scalars(query.order_by(Job.id)).all()
+    return session.scalars(_BUSY).all()
 
 
 def to_reconcile(session: Session, *, after: str, limit: int) -> Sequence[str]:
@@ -132,8 +142,7 @@ def workable_ids(session: Session) -> Sequence[str]:
 
 def paused_by_farm(session: Session) -> dict[str, str | None]:
     """Return the reasons of the jobs that the farm has paused, by job."""
-    query = select(Job.id, Job.pause_reason).where(Job.status == JobStatus.PAUSED, Job.paused_by == PausedBy.FARM)
-    return dict(session.execute(query.order_by(Job.id)).all())
+    return dict(session.execute(_PAUSED_BY_FARM).all())
 
 
 def open_ids(session: Session) -> Sequence[str]:
@@ -143,8 +152,8 @@ def open_ids(session: Session) -> Sequence[str]:
 
 def background_jobs(session: Session, kinds: Iterable[BackgroundJob]) -> Sequence[tuple[str, BackgroundJob]]:
     """Return the jobs that have a background job of some kinds, and which one."""
-    query = select(Job.id, Job.background_job).where(Job.background_job.in_([*kinds])).order_by(Job.id)
-    return [(job_id, kind) for job_id, kind in session.execute(query) if kind is not None]
+    rows = session.execute(_BACKGROUND_JOBS, {"kinds": [*kinds]})
+    return [(job_id, kind) for job_id, kind in rows if kind is not None]
 
 
 def request_repairs(session: Session, job_ids: Iterable[str]) -> None:

@@ -19,8 +19,10 @@ CHUNK = 1000
 """The largest number of rows that one transaction changes."""
 FRAMES_A_PAGE = 100
 """Frames that artifact repair examines together."""
-_HELD = tuple(getattr(Task, field.name) for field in fields(HeldAttempt))
 # Statements that every round executes are made once.
+_HELD = select(*(getattr(Task, field.name) for field in fields(HeldAttempt))).where(
+    Task.job_id.in_(bindparam("job_ids", expanding=True)), Task.status.in_(HELD_TASKS)
+)
 _RENDERS = select(Task.sequence, Task.frame, Task.status, Task.digests).where(
     Task.job_id == bindparam("job_id"),
     Task.frame.in_(bindparam("frames", expanding=True)),
@@ -53,9 +55,10 @@ def page(
 
 def held(session: Session, job_ids: Iterable[str]) -> list[HeldAttempt]:
     """Return the attempts that own a task of some jobs; there are few, because the queue is shallow."""
-    query = select(*_HELD).where(Task.job_id.in_(list(job_ids)), Task.status.in_(HELD_TASKS))
+    busy = list(job_ids)
+    rows = session.execute(_HELD, {"job_ids": busy}) if busy else ()
     # To get this order from the database, SQLite would read all tasks of the jobs.
-    return sorted((HeldAttempt(*row) for row in session.execute(query)), key=lambda held: (held.job_id, held.sequence))
+    return sorted((HeldAttempt(*row) for row in rows), key=lambda held: (held.job_id, held.sequence))
 
 
 def in_statuses(session: Session, job_id: str, statuses: Iterable[TaskStatus]) -> Sequence[tuple[int, TaskStatus]]:

@@ -85,9 +85,9 @@ def _recorded(farm: Farm) -> Iterator[list[Statement]]:
     """Lend a list that gathers every statement with its parameters."""
     seen: list[Statement] = []
 
-    def note(_connection: Any, _cursor: Any, statement: str, parameters: Any, _context: Any, is_many: bool) -> None:
+    def note(_connection: Any, _cursor: Any, statement: str, parameters: Any, *_: Any) -> None:
         if not statement.startswith("BEGIN"):
-            seen.append((statement, parameters[0] if is_many else parameters))
+            seen.append((statement, parameters[0] if isinstance(parameters, list) else parameters))
 
     engine = farm.database._engine
     event.listen(engine, "before_cursor_execute", note)
