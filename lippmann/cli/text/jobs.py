@@ -87,10 +87,17 @@ def wait_text(wait: Wait) -> str:
 def worker_table(workers: Iterable[Worker], *, now_s: float) -> str:
     """Return workers, one a line, with those that take no orders marked."""
     rows = [
-        (worker.name, f"{worker.running}/{worker.slots}", _claiming_text(worker, now_s), worker.host, worker.version)
+        (
+            worker.name,
+            f"{worker.running}/{worker.slots}",
+            _claiming_text(worker, now_s),
+            "none: scenes of Lippmann only" if worker.sandbox == "none" else worker.sandbox,
+            worker.host,
+            worker.version,
+        )
         for worker in workers
     ]
-    return table(("name", "running", "orders", "host", "version"), rows) if rows else "No workers."
+    return table(("name", "running", "orders", "sandbox", "host", "version"), rows) if rows else "No workers."
 
 
 def _claiming_text(worker: Worker, now_s: float) -> str:
