@@ -42,6 +42,14 @@ def test_a_short_trace_is_forecast_as_soon_as_its_rate_is_known() -> None:
     assert 0.5 - before_s >= LEAST_S
 
 
+def test_the_time_from_the_preparation_to_the_first_report_counts() -> None:
+    clock = Clock()
+    forecast = EndForecast(clock=clock)
+    assert not forecast.ends_soon(Progress(phase=Phase.PREPARING))
+    clock.now_s += 0.2
+    assert forecast.ends_soon(Progress(phase=Phase.RENDERING, fraction=0.4))
+
+
 def test_a_trace_that_is_over_with_its_first_report_has_ended() -> None:
     assert EndForecast().ends_soon(Progress(phase=Phase.RENDERING, fraction=1.0))
 
