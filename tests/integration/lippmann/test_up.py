@@ -109,7 +109,7 @@ def test_what_dies_is_started_again_at_the_same_address_with_the_same_key(tmp_pa
         job = client.submit({"scene": "target-white", "rig": {"lens_array": {"count": [4, 4]}}, "outputs": []})
         until(lambda: client.job(job.id).status == "done")
         workers = [line for line in up.below().values() if "lippmann.cli.main worker" in line]
-        assert len(workers) == 3, "one parent and two slots; nothing of the old ones"
+        assert len(workers) == 5, "one parent and two processes of each of two slots; nothing of the old ones"
 
 
 def test_the_next_start_has_the_jobs_and_keys_of_the_last(tmp_path: Path) -> None:
