@@ -8,7 +8,7 @@ from __future__ import annotations
 import sqlite3
 import time
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
@@ -102,6 +102,18 @@ class Database:
             # The pragma does nothing inside a transaction, so it runs on the driver's own connection.
             with self._engine.connect() as connection, closing(connection.connection.cursor()) as cursor:
                 cursor.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+
+    def count_tasks(self) -> None:
+        """Let PostgreSQL count the tasks for its plans, which it does by itself only after a minute.
+
+        Until then, each statement about one task of a new job may read all of them. SQLite has statistics of its own,
+        see `service.db.statistics`.
+        """
+        if self.is_sqlite:
+            return
+        # Another process may count at the same time, which is as good.
+        with suppress(OperationalError), self._engine.begin() as connection:
+            connection.execute(text("ANALYZE tasks"))
 
     def dispose(self) -> None:
         """Close every connection."""

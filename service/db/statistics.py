@@ -4,8 +4,8 @@ ANALYZE and `PRAGMA optimize` count how many rows an index finds on average. Nea
 the average SQLite reads all of them to find the few that are open; and of a job with 20,000 waiting tasks it reads all
 of them for each batch of events that makes some ready. So the statistics are written by hand, as the manual of SQLite
 describes (https://sqlite.org/optoverview.html, section 6.1). They count what the frequent queries look for. A plan that
-suits a large farm costs a small one nothing, and no plan changes while a farm grows. PostgreSQL counts each value, so
-it needs nothing.
+suits a large farm costs a small one nothing, and no plan changes while a farm grows. PostgreSQL counts each value, and
+a new large job makes it count again (`Database.count_tasks`).
 """
 
 from __future__ import annotations

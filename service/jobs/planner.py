@@ -54,7 +54,10 @@ class Planner:
         if reached == 0:  # only the probe exists, so no task has read the artifact
             self._store_sheet(job_id, decided)
         chunk = self._next_chunk(job_id, reached, spec, decided)
-        return self._write(job_id, chunk, now_s)
+        more = self._write(job_id, chunk, now_s)
+        if not more and reached >= task_rows.CHUNK:
+            self._database.count_tasks()
+        return more
 
     def _resolved(self, job_id: str) -> ResolvedJob:
         return ResolvedJob.model_validate_json(self._store.get_bytes(names.job_artifact(job_id, names.JOB_FILE)))

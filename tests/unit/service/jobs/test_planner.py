@@ -6,7 +6,7 @@ import json
 from typing import Any
 
 import pytest
-from sqlalchemy import update
+from sqlalchemy import text, update
 
 from lippmann.errors import StoreUnavailable
 from lippmann.job.messages.events import ProbeResult
@@ -235,3 +235,12 @@ def test_previews_come_first_and_are_those_of_the_first_turn_of_a_motion_that_re
     farm.work()
     frames = [order.frame for order in farm.queue.orders if order.kind is TaskKind.ASSEMBLE]
     assert frames == [1, 3, 5, 2, 4, 6, 7, 8]
+
+
+def test_the_tasks_of_a_large_job_are_counted_for_the_plans_of_the_database(farm: Farm) -> None:
+    farm.planned(**LONG)
+    by_sqlite = "SELECT count(*) FROM sqlite_stat1 WHERE tbl = 'tasks'"
+    by_postgresql = "SELECT reltuples FROM pg_class WHERE relname = 'tasks'"
+    with farm.database.reading() as session:
+        counted = session.scalar(text(by_sqlite if farm.database.is_sqlite else by_postgresql))
+    assert counted == (5 if farm.database.is_sqlite else 26)
