@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from http import HTTPStatus
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Literal, Self, TypeVar
@@ -11,6 +12,7 @@ from typing import Any, Literal, Self, TypeVar
 from pydantic import BaseModel
 
 from lippmann.client.address import Address, find_address
+from lippmann.client.errors import Refused
 from lippmann.client.stream import ServerEvent
 from lippmann.client.transport import PATIENCE_S, Download, Transport
 from lippmann.errors import JobEnded
@@ -18,7 +20,15 @@ from lippmann.job.spec import JobSpec
 from lippmann.job.states import ENDED_JOBS
 from service.schemas.access import Key, KeyList, LoginLink, NewKey
 from service.schemas.artifact import Artifact, ArtifactPage
-from service.schemas.events import EventTopic, JobEvent, JobRemoved, ProgressEvent, StreamEvent, StreamMessage
+from service.schemas.events import (
+    EventTopic,
+    JobEvent,
+    JobRemoved,
+    ProgressEvent,
+    ResetEvent,
+    StreamEvent,
+    StreamMessage,
+)
 from service.schemas.farm import Health, WorkerList
 from service.schemas.frame import Frame, FramePage
 from service.schemas.job import Job, JobPage
@@ -154,7 +164,8 @@ class Client:
     def events(self, job_id: str | None = None, *, last_id: str | None = None) -> Iterator[ServerEvent]:
         """Yield the events of a job, or of all jobs, without end; a broken stream is resumed after the last event.
 
-        The stream of one job begins with its current state.
+        The stream of one job begins with its current state. After a `reset` event, which comes when events between the
+        last one and this one are no longer stored, the caller reads anew what it keeps.
         """
         params = {"job": job_id} if job_id else {}
         return self._transport.events(f"{_API}/events", params=params, last_id=last_id)
@@ -179,11 +190,21 @@ class Client:
                 job = message.data
             elif isinstance(message, ProgressEvent):
                 job = job.model_copy(update=dict(message.data))
+            elif isinstance(message, ResetEvent):
+                job = self._job_still_there(job_id)
             else:
                 continue
             yield job
             if job.status in ENDED_JOBS:
                 return
+
+    def _job_still_there(self, job_id: str) -> Job:
+        try:
+            return self.job(job_id)
+        except Refused as error:
+            if error.status == HTTPStatus.NOT_FOUND:
+                raise JobEnded(f"job {job_id} was removed") from error
+            raise
 
     # Files
 

@@ -13,7 +13,7 @@ class ServerEvent:
     """One event of the service."""
 
     type: str
-    """`job`, `task`, `frame` or `progress`."""
+    """`job`, `task`, `frame`, `progress` or `reset`."""
     data: Any
     id: str | None = None
 

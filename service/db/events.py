@@ -51,6 +51,12 @@ def newest(session: Session) -> int:
     return int(session.scalar(select(func.max(JobEvent.id))) or 0)
 
 
+def are_kept(session: Session, position: int) -> bool:
+    """Return whether all events after a position are still stored; a position beyond the newest one has no events."""
+    first = session.scalar(select(func.min(JobEvent.id)))
+    return (0 if first is None else first - 1) <= position <= newest(session)
+
+
 def prune(session: Session, *, kept: int, limit: int) -> int:
     """Delete at most `limit` of the oldest events beyond the newest `kept`, and return how many were deleted."""
     first = session.scalar(select(func.min(JobEvent.id)))

@@ -3,6 +3,7 @@
 After a change, one query reads the new events, each of them is encoded once, and all clients receive the same bytes in
 the event loop; a client takes no thread. A client that comes with an older position, or that has fallen behind, reads
 pages of its own from the database up to the position of the hub, and continues with what the hub has pushed meanwhile.
+If what it lacks is no longer stored, it receives a `reset` event instead, and reads anew what it shows.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from service.events.publish import job_snapshot
 from service.events.sse import comment, encode
 from service.events.subscription import Batch, Subscription
 from service.events.wakeup import Wakeup
-from service.schemas.events import EventTopic
+from service.schemas.events import EventTopic, Reset
 
 log = structlog.get_logger("service.events")
 
@@ -50,6 +51,7 @@ CLIENTS_AT_ONCE = 20
 """The number of clients that are served before the event loop turns to requests."""
 SENT_AT_ONCE_BYTES = 65_536
 CATCH_UP_THREADS = 2
+RESET = Reset(reason="Events are missing that are no longer stored; read anew what you show.")
 
 
 class EventHub:
@@ -115,6 +117,9 @@ class EventHub:
         if self._is_closed:
             return
         newest, first = await self._in(self._catch_up, self._beginning, job_id)
+        if position is not None and not await self._in(self._catch_up, self._are_kept, position):
+            yield _reset(newest)
+            position = None
         if position is None:
             yield first
         client = Subscription(job_id=job_id, caller_id=caller_id, sent=newest if position is None else position)
@@ -155,6 +160,11 @@ class EventHub:
         client.follow(until)
         while client.sent < until and not client.is_ended:
             events, is_last = await self._in(self._catch_up, self._page, client.sent, until, client.job_id)
+            # Checked after the page was read, since events may be deleted at any time.
+            if not await self._in(self._catch_up, self._are_kept, client.sent):
+                client.sent = until
+                yield _reset(until)
+                return
             client.sent = until if is_last else events[-1].id
             if events:
                 yield Batch(events).of_job(client.job_id, after=-1)
@@ -236,6 +246,14 @@ class EventHub:
         count = 1 + sum(size < BATCH_BYTES for size in sizes)
         return events[:count], len(events) < BATCH and count >= len(events)
 
+    def _are_kept(self, position: int) -> bool:
+        with self._database.reading() as session:
+            return event_rows.are_kept(session, position)
+
     def _valid(self, caller_ids: set[str]) -> set[str]:
         with self._database.reading() as session:
             return access_rows.valid(session, caller_ids, now_s=self._now_s())
+
+
+def _reset(position: int) -> bytes:
+    return encode(position, EventTopic.RESET, RESET.model_dump_json())

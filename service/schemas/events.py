@@ -20,6 +20,7 @@ class EventTopic(StrEnum):
     TASK = "task"
     FRAME = "frame"
     PROGRESS = "progress"
+    RESET = "reset"
 
 
 class JobRemoved(Answer):
@@ -71,6 +72,13 @@ class FrameChange(Answer):
     status: FrameStatus
 
 
+class Reset(Answer):
+    """The data of a `reset` event: events between the last one and this one are no longer stored."""
+
+    reason: str
+    """What to do: the client reads anew what it shows."""
+
+
 class JobEvent(Answer):
     """A job was submitted, changed or removed."""
 
@@ -99,7 +107,14 @@ class FrameEvent(Answer):
     data: FrameChange
 
 
-StreamEvent = JobEvent | ProgressEvent | TaskEvent | FrameEvent
+class ResetEvent(Answer):
+    """The client has missed events that are no longer stored, so it reads anew what it shows."""
+
+    event: Literal[EventTopic.RESET] = EventTopic.RESET
+    data: Reset
+
+
+StreamEvent = JobEvent | ProgressEvent | TaskEvent | FrameEvent | ResetEvent
 
 
 class StreamMessage(RootModel[Annotated[StreamEvent, Field(discriminator="event")]]):

@@ -32,6 +32,7 @@ function connect() {
   listen("job", hearJob);
   listen("progress", hearProgress);
   listen("frame", hearFrame);
+  listen("reset", refresh); // Events are missing that are no longer stored.
 }
 
 function listen(kind, hear) {

@@ -16,6 +16,7 @@ from lippmann.client import Client, Refused
 from lippmann.client.address import Address
 from lippmann.client.transport import Transport
 from lippmann.errors import BadInput, JobEnded, Unreachable
+from service.events.hub import RESET
 from service.events.publish import job_snapshot
 from service.events.sse import encode
 from service.schemas.events import JobRemoved
@@ -203,7 +204,9 @@ def test_a_stream_that_breaks_is_taken_up_after_the_last_event() -> None:
         events.close()  # type: ignore[attr-defined]
 
 
-def test_a_job_that_is_removed_while_it_is_followed_ends_the_following(tmp_path: Path) -> None:
+@pytest.mark.parametrize("is_told", [True, False])
+def test_a_job_that_is_removed_while_it_is_followed_ends_the_following(tmp_path: Path, is_told: bool) -> None:
+    """A client that was away for long has missed the removal, and reads the job anew after a reset."""
     service = ServiceFarm(f"sqlite:///{tmp_path / 'service.db'}")
     job_id = service.submit()
     with service.database.reading() as session:
@@ -211,11 +214,18 @@ def test_a_job_that_is_removed_while_it_is_followed_ends_the_following(tmp_path:
     service.database.dispose()
     removal = JobRemoved(id=job_id, removed=True).model_dump(mode="json")
 
+    second = ("job", removal) if is_told else ("reset", RESET.model_dump())
+    asked: list[str] = []
+
     def answer(handler: _Handler) -> None:
         if "/events" not in handler.path:
-            handler.say(200, json.dumps(job).encode())
+            asked.append(handler.path)
+            handler.say(200 if len(asked) == 1 else 404, json.dumps(job).encode())
             return
-        events = (encode(number, "job", json.dumps(data)) for number, data in enumerate((job, removal), start=1))
+        events = (
+            encode(number, topic, json.dumps(data))
+            for number, (topic, data) in enumerate((("job", job), second), start=1)
+        )
         handler.say(200, b"".join(events), Content_Type="text/event-stream")
 
     with _serving(answer) as server, Client(server.url, "k") as client:
