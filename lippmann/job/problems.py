@@ -7,12 +7,16 @@ form stands in brackets in pydantic's error locations; `without_tags` removes it
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any
+from difflib import get_close_matches
+from typing import Any, get_args
 
 from pydantic import BaseModel, Discriminator, ValidationError
 
 from lippmann.errors import FieldProblem, first_problems
 from lippmann.untrusted.shown import shown
+
+MAX_NAME = 100
+"""The characters of an unknown field that are compared with the known ones, since a sender may write any number."""
 
 
 class FieldError(ValueError):
@@ -33,20 +37,28 @@ class FieldError(ValueError):
         self.field, self.expected, self.got = field, expected, str(got)
 
 
-def problems_of(error: ValidationError) -> tuple[FieldProblem, ...]:
-    """Translate pydantic's errors, except those of defaults that depend on an invalid field."""
+def problems_of(error: ValidationError, model: type[BaseModel] | None = None) -> tuple[FieldProblem, ...]:
+    """Translate pydantic's errors, except those of defaults that depend on an invalid field.
+
+    Parameters
+    ----------
+    model
+        The model that was validated, from whose fields the one is suggested that an unknown field may stand for.
+    """
     errors = [item for item in error.errors(include_url=False) if item["type"] != "default_factory_not_called"]
-    return first_problems(_problem(item) for item in errors)
+    return first_problems(_problem(item, model) for item in errors)
 
 
-def _problem(item: Any) -> FieldProblem:
+def _problem(item: Any, model: type[BaseModel] | None) -> FieldProblem:
     place, kind, got = _place(without_tags(item["loc"])), item["type"], item["input"]
     cause = item.get("ctx", {}).get("error")
     if isinstance(cause, FieldError):
         return FieldProblem(field=".".join((*place, cause.field)), expected=cause.expected, got=cause.got)
     field = ".".join(place) or "(whole)"
     if kind == "extra_forbidden":
-        return FieldProblem(field=field, expected="no such field", got=shown(got))
+        name, known = str(item["loc"][-1])[:MAX_NAME], [] if model is None else _fields(model, item["loc"][:-1])
+        hint = "".join(f" (did you mean {meant}?)" for meant in get_close_matches(name, known, n=1))
+        return FieldProblem(field=field, expected=f"no field of this name{hint}", got=shown(got))
     if kind == "missing":
         return FieldProblem(field=field, expected="a value", got="nothing")
     expected = str(item["msg"]).removeprefix("Value error, ")
@@ -54,6 +66,24 @@ def _problem(item: Any) -> FieldProblem:
         expected = expected.removeprefix(prefix)
     before, separator, after = expected.rpartition(", got ")
     return FieldProblem(field=field, expected=before or expected, got=after if separator else shown(got))
+
+
+def _fields(model: type[BaseModel], place: Iterable[Any]) -> list[str]:
+    """Return the names of the fields that an object may have at a place in a model."""
+    models = [model]
+    for part in without_tags(place):
+        if not part.isdecimal():
+            models = [inner for one in models if part in one.model_fields
+                      for inner in _models_in(one.model_fields[part].annotation)]  # fmt: skip
+    return [name for one in models for name in one.model_fields]
+
+
+def _models_in(annotation: Any) -> list[type[BaseModel]]:
+    """Return the models in an annotation such as `tuple[Model, ...] | None`."""
+    annotation = getattr(annotation, "__value__", annotation)  # a type alias
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for part in get_args(annotation) for model in _models_in(part)]
 
 
 def _place(parts: tuple[str, ...]) -> tuple[str, ...]:

@@ -166,4 +166,4 @@ def parse_scene(data: Mapping[str, Any]) -> SceneManifest:
     try:
         return SceneManifest.model_validate(data)
     except ValidationError as error:
-        raise BundleError("scene.toml: " + "; ".join(map(str, problems_of(error)))) from error
+        raise BundleError("scene.toml: " + "; ".join(map(str, problems_of(error, SceneManifest)))) from error

@@ -280,7 +280,7 @@ def parse_spec(data: Any) -> JobSpec:
     try:
         spec = JobSpec.model_validate(data)
     except ValidationError as error:
-        raise SpecError.of(problems_of(error)) from error
+        raise SpecError.of(problems_of(error, JobSpec)) from error
     problems = [problem for path in spec.animation for problem in _problems_of_animation(spec, path)]
     if problems:
         raise SpecError.of(problems)

@@ -113,7 +113,7 @@ JSONS = {
     "infinite": ('{"scene": "fish", "fps": 1e999}', "fps: expected"),
     "no-object": ("[]", "expected a job as a JSON object"),
     "long-text": (json.dumps({"scene": "x" * 1_900_000}), "scene: expected"),
-    "long-name": (json.dumps({"x" * 1_900_000: 1}), "no such field"),
+    "long-name": (json.dumps({"x" * 1_900_000: 1}), "no field of this name"),
     "many-outputs": (
         json.dumps({"scene": "fish", "outputs": [{}] * 50_000}),
         "outputs: expected at most 100 outputs, got 50000",

@@ -37,7 +37,7 @@ def test_the_database_has_room_for_the_longest_name_of_every_kind() -> None:
         ([{"kind": "nothing"}], "outputs.0.kind: expected one of anaglyph, calibration_sheet,"),
         ([{}], "outputs.0.kind: expected one of .*, got nothing"),
         ([7], "outputs.0: expected an object with a kind, or the name of a file, got 7"),
-        ([{"kind": "view_grid", "bit": 8}], "outputs.0.bit: expected no such field"),
+        ([{"kind": "view_grid", "bit": 8}], "outputs.0.bit: expected no field of this name"),
         (["views.mp4"] * 101, "outputs: expected .*at most 100"),
     ],
 )

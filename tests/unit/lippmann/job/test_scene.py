@@ -60,7 +60,7 @@ def test_a_parameter_out_of_bounds_is_named(parameter: dict[str, Any], value: An
         ({"file": "two words/a.pov"}, "file: expected"),
         ({"file": "picture.png"}, "file: expected"),
         ({"stage": STAGE | {"reference_mm": 0}}, r"stage\.reference_mm: expected greater than 0"),
-        ({"colour": "red"}, "colour: expected no such field"),
+        ({"colour": "red"}, "colour: expected no field of this name"),
         ({"parameters": {"clock": TURN}}, "that POV-Ray does not keep, got 'clock'"),
         ({"parameters": {"Turn-x": TURN}}, "lower snake case"),
         ({"parameters": {"turn": TURN | {"default": 999}}}, "a default that is number from"),

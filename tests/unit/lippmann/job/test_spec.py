@@ -54,7 +54,11 @@ def test_writing_and_reading_a_job_are_inverse() -> None:
 @pytest.mark.parametrize(
     ("change", "field", "expected", "got"),
     [
-        ({"scne": 1}, "scne", "no such field", "1"),
+        ({"scne": 1}, "scne", "no field of this name (did you mean scene?)", "1"),
+        ({"rig": {"lens_aray": {}}}, "rig.lens_aray", "no field of this name (did you mean lens_array?)", "{}"),
+        ({"rig": {"lens_array": {"pich_mm": 1}}}, "rig.lens_array.pich_mm", "(did you mean pitch_mm?)", "1"),
+        ({"outputs": [{"kind": "view_grid", "bit": 8}]}, "outputs.0.bit", "no field of this name", "8"),
+        ({"colour": 1}, "colour", "no field of this name", "1"),
         ({"rig": {"lens_array": {"count": [0, 90]}}}, "rig.lens_array.count.0", "greater than or equal to 1", "0"),
         ({"rig": {"px_per_lens": 1}}, "rig.px_per_lens", "greater than or equal to 2", "1"),
         ({"rig": {"lens_array": {"pitch_mm": float("nan")}}}, "rig.lens_array.pitch_mm", "finite number", "nan"),

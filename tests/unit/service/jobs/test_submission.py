@@ -60,8 +60,8 @@ def test_a_job_with_an_old_name_is_taken_and_keeps_a_note_of_the_new_one(api: Cl
 @pytest.mark.parametrize(
     ("change", "field", "expected"),
     [
-        ({"colour": 1}, "colour", "no such field"),
-        ({"rig": {"lens_array": {"pich_mm": 1}}}, "rig.lens_array.pich_mm", "no such field"),
+        ({"colour": 1}, "colour", "no field of this name"),
+        ({"rig": {"lens_array": {"pich": 1}}}, "rig.lens_array.pich", "no field of this name (did you mean pitch_mm?)"),
         ({"frames": "4-1"}, "frames", "a range that counts up"),
         ({"scene": "nowhere"}, "scene", "a scene of GET /api/v1/scenes"),
         ({"parameters": {"hue": 1}}, "parameters.hue", "no parameters"),
