@@ -15,7 +15,6 @@ exit   meaning
 
 from __future__ import annotations
 
-import errno
 import os
 import sys
 import warnings
@@ -115,11 +114,9 @@ def main() -> None:
     except KeyboardInterrupt:
         sys.exit(_print_error("interrupted", ExitCode.INTERRUPTED))
     except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT, errno.EROFS, errno.EACCES, errno.EPERM):
-            raise
-        sys.exit(
-            _print_error(f"expected to write {error.filename or 'a file'}, got: {error.strerror}", ExitCode.FAILED)
-        )
+        what = error.filename or "a file"
+        message = f"expected to read or write {what}, got: {error.strerror}" if error.strerror else str(error)
+        sys.exit(_print_error(message or type(error).__name__, ExitCode.FAILED))
 
 
 def _print_warning(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:

@@ -107,6 +107,9 @@ def test_the_package_hands_out_its_client_late() -> None:
         (RenderFailed("x"), 1),
         (KeyboardInterrupt(), 130),
         (OSError(errno.ENOSPC, "No space left on device", "out/0001.png"), 1),
+        (OSError(errno.EIO, "Input/output error"), 1),
+        (NotADirectoryError(errno.ENOTDIR, "Not a directory", "out/0001.png"), 1),
+        (OSError(), 1),
     ],
     ids=lambda value: repr(value)[:40],
 )
@@ -119,7 +122,7 @@ def test_an_error_becomes_one_line_and_its_exit_code(
     assert ended.value.code == code
     said = capsys.readouterr()
     assert said.out == ""
-    assert said.err.startswith("lippmann: ")
+    assert re.fullmatch(r"lippmann: .+\n", said.err)
 
 
 def test_a_fault_of_ours_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:
