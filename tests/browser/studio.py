@@ -86,6 +86,8 @@ class Studio:
     def __init__(self, store: Any, *, picture: Callable[[int, int], NDArray[np.float32]] = view) -> None:
         self.faults: dict[tuple[TaskKind, int | None], str] = {}
         """What POV-Ray says of a task instead of rendering it: the job ends with it."""
+        self.has_cache = False
+        """True if every tile comes from the render cache."""
         self._store, self._picture = store, picture
         self._go = threading.Semaphore(0)
         self._is_held = False
@@ -109,7 +111,7 @@ class Studio:
             yield event(order, EventKind.FAILED, failure=Failure(code="scene", message=message, permanent=True))
             return
         self._make(order)
-        yield done(order)
+        yield done(order).model_copy(update={"cached": self.has_cache and order.kind is TaskKind.RENDER})
 
     def _log_name(self, order: Order) -> str:
         return names.log_name(order.kind, order.frame, order.tile, order.output, order.attempt_number)

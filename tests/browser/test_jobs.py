@@ -93,6 +93,27 @@ def test_a_job_is_paused_resumed_and_when_it_was_cancelled_retried(
     expect(badge).to_have_text("running")
 
 
+def test_failed_frames_are_skipped_and_the_tiles_of_the_cache_are_counted(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    farm.studio.hold()
+    farm.studio.has_cache = True
+    farm.studio.faults[TaskKind.RENDER, 2] = POVRAY_SAYS
+    job_id = farm.submit()
+    until(lambda: farm.service.status(job_id) == "running")
+    log_in()
+    badge, facts = page.locator(".job > header .badge"), page.locator(".job .facts").first
+    skip = page.get_by_role("button", name="Skip failed frames")
+    expect(page.get_by_role("button", name="Pause")).to_be_visible()
+    expect(skip).to_have_count(0)
+    expect(facts).not_to_contain_text("cache")
+    farm.studio.let(100)
+    expect(badge).to_have_text("failed")
+    skip.click()
+    expect(badge).to_have_text("done")
+    expect(facts).to_contain_text("5 tiles from the cache")
+
+
 def test_a_job_that_somebody_removed_leaves_the_list(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
     removed, kept = (farm.submit(title=title, frames="1", outputs=[]) for title in ("Removed", "Kept"))
     until(lambda: farm.service.status(kept) == farm.service.status(removed) == "done")
