@@ -171,6 +171,12 @@ class PovrayMissing(Transient):
     code = "povray-missing"
 
 
+class WorkerOutdated(Transient):
+    """This worker does not know a part of the job, because a newer service wrote it."""
+
+    code = "worker-outdated"
+
+
 class ArtifactMissing(Transient):
     """An artifact that should be in the store is not there."""
 

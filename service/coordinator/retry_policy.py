@@ -18,6 +18,7 @@ from lippmann.errors import (
     Stopped,
     StoreFull,
     StoreUnavailable,
+    WorkerOutdated,
 )
 from lippmann.job.messages.events import LOST, Failure
 from lippmann.job.messages.orders import TaskKind
@@ -31,9 +32,8 @@ _READERS = frozenset({TaskKind.ASSEMBLE, TaskKind.ENCODE})
 """The kinds of tasks that read what other tasks made."""
 LONGEST_DEFERRAL_S = 600.0
 """The longest pause before the next attempt of a deferred task."""
-INFRASTRUCTURE = frozenset(
-    kind.code for kind in (StoreFull, StoreUnavailable, DiskFull, DiskUnavailable, SandboxMissing, PovrayMissing)
-)
+_OUTSIDE = (StoreFull, StoreUnavailable, DiskFull, DiskUnavailable, SandboxMissing, PovrayMissing, WorkerOutdated)
+INFRASTRUCTURE = frozenset(kind.code for kind in _OUTSIDE)
 """Failures that any other task would have met too. They do not count against the task, which is deferred."""
 
 DETERMINISTIC = frozenset({RenderTimedOut.code, ParseTimedOut.code, PhotonsTimedOut.code, OutOfMemory.code})

@@ -12,11 +12,14 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
+from importlib.metadata import version as package_version
 from pathlib import Path
+from typing import TypeVar
 
 import structlog
+from pydantic import BaseModel, ValidationError
 
-from lippmann.errors import BundleError, LippmannError
+from lippmann.errors import BundleError, LippmannError, WorkerOutdated
 from lippmann.job.messages.orders import Order
 from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.plan import artifact_names as names
@@ -32,6 +35,8 @@ from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
 
 log = structlog.get_logger()
+
+Sheet = TypeVar("Sheet", bound=BaseModel)
 
 BUNDLE_KEPT_S = 14 * 86_400.0
 """An unpacked bundle that no attempt has used for this long is removed at the next start: twice the longest attempt."""
@@ -63,12 +68,29 @@ class Workplace:
         return self.settings.stopping_file.exists()
 
     def job_sheet(self, job_id: str) -> ResolvedJob:
-        """Return the job as the service stored it."""
-        return ResolvedJob.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.JOB_FILE)))
+        """Return the job as the service stored it.
+
+        Raises
+        ------
+        WorkerOutdated
+            If it has a field or a value that only a newer version knows. Without it, other pixels would be rendered.
+        """
+        return self._sheet(ResolvedJob, job_id, names.JOB_FILE)
 
     def plan_sheet(self, job_id: str) -> StoredPlan:
-        """Return the plan of a job as the service stored it."""
-        return StoredPlan.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, names.PLAN_FILE)))
+        """Return the plan of a job as the service stored it; see `job_sheet`."""
+        return self._sheet(StoredPlan, job_id, names.PLAN_FILE)
+
+    def _sheet(self, kind: type[Sheet], job_id: str, file: str) -> Sheet:
+        try:
+            return kind.model_validate_json(self.store.get_bytes(names.job_artifact(job_id, file)))
+        except ValidationError as error:
+            problem, *_ = error.errors()
+            if problem["type"] == "json_invalid":
+                raise
+            where = ".".join(map(str, problem["loc"]))
+            mine = package_version("lippmann")
+            raise WorkerOutdated(f"this worker is of version {mine} and does not know {where} of {file}") from error
 
     def sandbox_for(self, digest: str) -> Sandbox:
         """Return the sandbox for a scene bundle: the mode `none` refuses it unless it is built in or one's own.
