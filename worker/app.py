@@ -38,6 +38,10 @@ from worker.whole_file import check_folder
 REDELIVERY_S = 8 * 86_400
 """Longer than any time limit of a job: the service, not the broker, decides that an order is lost."""
 
+LOST_WAIT_S = 0.5
+"""The time that the result of a dead pool process may take to arrive; Celery waits 10 s. The
+wait protects nothing here, since attempts report on the stream and not by results."""
+
 STALE_STOPPING_S = 3600.0
 
 _PR_SET_PDEATHSIG = 1
@@ -78,6 +82,7 @@ def make_app(settings: WorkerSettings) -> Celery:
         worker_hijack_root_logger=False,
         worker_send_task_events=False,
         worker_enable_remote_control=False,
+        worker_lost_wait=LOST_WAIT_S,
     )
     return app
 

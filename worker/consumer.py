@@ -117,7 +117,7 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         self._is_outage_logged = True
 
     def _tick(self) -> None:
-        """Publish the presence; make the connection again if the broker answers no poll.
+        """Publish the presence, and look for dead pool processes; connect again if the broker answers no poll.
 
         Raises
         ------
@@ -128,6 +128,7 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         if not self._has_free_slot() or len(holds) >= self.pool.num_processes:
             self._record_poll()  # no slot is free, so there is nothing to poll for
         self._silent_ticks += 1
+        self.pool.maintain_pool()  # Celery does it every 5 s, which delays the report of a lost attempt
         self._liveness.publish(holds=holds)
         if self._silent_ticks > SILENT_TICKS:
             raise NotPolling(f"expected an answer of the broker within {SILENT_TICKS * TICK_S:g} s, got none")
