@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import asyncio
 import socket
 import time
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, suppress
 from typing import Any
 
+import structlog
 import uvicorn
 from fastapi import FastAPI
+from sqlalchemy.exc import SQLAlchemyError
 from starlette.concurrency import run_in_threadpool
 
+from lippmann.errors import StoreFull, StoreUnavailable
 from service import dashboard
 from service.broker_stream import Stream
 from service.coordinator.coordinator import Coordinator
@@ -43,10 +47,13 @@ from service.routes.middleware import BodyLimit, RequestId
 from service.scenes import sync_builtin
 from service.schemas.links import API
 from service.settings import Settings
+from service.store_identity import identify_store
 from service.viewing.sheet_cache import SheetCache
 
 SHUTDOWN_S = 5
 """The longest time for open requests when the server stops."""
+
+log = structlog.get_logger("service.main")
 
 
 def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] = time.time) -> FastAPI:
@@ -99,12 +106,34 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
     return AppState(settings, parts, database, wakeup, hub, stream, checks, sheets, guard, roster, clock)
 
 
+def _prepare_store(state: AppState) -> bool:
+    """Identify the store and store the built-in scenes; return False if the store is away or full."""
+    try:
+        identify_store(state.database, state.parts.store)
+        sync_builtin(state.database, state.parts, now_s=state.now_s())
+    except (StoreFull, StoreUnavailable) as error:
+        log.warning("the store is not ready; it is tried again", error=error.message)
+        return False
+    return True
+
+
+async def _prepare_store_later(state: AppState) -> None:
+    """Try again until the store is back; meanwhile health and the fault monitor give the reason."""
+    while True:
+        await asyncio.sleep(state.settings.store_check_s)
+        with suppress(SQLAlchemyError):
+            if await run_in_threadpool(_prepare_store, state):
+                return
+
+
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     state: AppState = app.state.lippmann
     await run_in_threadpool(migrate, state.database)
     await run_in_threadpool(state.database.reserve.keep)
-    await run_in_threadpool(sync_builtin, state.database, state.parts, now_s=state.now_s())
+    preparing = None
+    if not await run_in_threadpool(_prepare_store, state):
+        preparing = asyncio.create_task(_prepare_store_later(state))
     state.hub.start()
     coordinator = None
     if state.settings.coordinator:
@@ -114,6 +143,8 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     try:
         yield
     finally:
+        if preparing is not None:
+            preparing.cancel()
         await state.hub.close()
         if coordinator is not None:
             await run_in_threadpool(coordinator.stop)

@@ -6,6 +6,9 @@ import threading
 import time
 import uuid
 from collections.abc import Callable
+from contextlib import suppress
+
+from sqlalchemy.exc import SQLAlchemyError
 
 from lippmann.errors import LippmannError, StoreFull, StoreUnavailable
 from lippmann.plan.artifact_store import ArtifactStore
@@ -25,6 +28,8 @@ class StoreCheck:
     ----------
     reserve_bytes
         The free space below which the store is full, bytes.
+    identify
+        It is called before every check, and raises StoreUnavailable if the store is not that of this farm.
     make_room
         It is called when the store is full, and returns whether it has removed something; then the store is checked
         again.
@@ -34,11 +39,13 @@ class StoreCheck:
 
     def __init__(
         self, store: ArtifactStore, *, reserve_bytes: int, answer_s: float = ANSWER_S,
-        make_room: Callable[[], bool] = lambda: False, steady: Callable[[], float] = time.monotonic,
+        identify: Callable[[], None] = lambda: None, make_room: Callable[[], bool] = lambda: False,
+        steady: Callable[[], float] = time.monotonic,
     ) -> None:  # fmt: skip
         self._store = store
         self._reserve_bytes = reserve_bytes
         self._answer_s = answer_s
+        self._identify = identify
         self._make_room = make_room
         self._steady = steady
         self._lock = threading.Lock()
@@ -73,6 +80,9 @@ class StoreCheck:
     def _try(self) -> LippmannError | None:
         name = f"{CHECKS}/{uuid.uuid4().hex}"
         try:
+            # A database that does not answer is another fault; the store expects the id that it expected before.
+            with suppress(SQLAlchemyError):
+                self._identify()
             self._store.put_bytes(name, b"This file checks whether the store takes artifacts.\n")
             self._store.delete(name)
             free = self._store.free_bytes()

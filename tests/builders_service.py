@@ -77,6 +77,17 @@ class DictStore:
     asked: list[str] = field(default_factory=list)
     written_s: dict[str, float] = field(default_factory=dict)
     """When files were written that were not at T0."""
+    own_identity: str | None = None
+
+    def identity(self) -> str | None:
+        return self.own_identity
+
+    def make_identity(self) -> str:
+        self.own_identity = self.own_identity or "memory"
+        return self.own_identity
+
+    def expect(self, identity: str | None) -> None:
+        """A store in memory is never another one."""
 
     def put_bytes(self, name: str, data: bytes) -> Digest:
         if self.full:

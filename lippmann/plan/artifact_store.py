@@ -37,7 +37,22 @@ class ArtifactStore(Protocol):
     means the artifact `a/b` and everything below `a/b/`, but not `a/bc`. The empty prefix means everything.
 
     Every method raises ValueError for an invalid name, and StoreUnavailable if the store does not answer.
+
+    A store has an id, which is no artifact. A farm knows the id of its store, so that an empty mount point or the store
+    of another farm in its place is a store that does not answer, and not a store without artifacts.
     """
+
+    def identity(self) -> str | None:
+        """Return the id of the store; None if it has none."""
+
+    def make_identity(self) -> str:
+        """Give the store an id unless it has one, and return its id."""
+
+    def expect(self, identity: str | None) -> None:
+        """Answer with StoreUnavailable from now on while the store has another id or none; None expects no id.
+
+        What exists under a name may still be read, since its name is a function of its content's definition.
+        """
 
     def put_bytes(self, name: str, data: bytes) -> Digest:
         """Store data completely or not at all, and return its digest; StoreFull if there is no room.

@@ -17,8 +17,10 @@ EVENT_GAP = 1_000_000
 """The gap in the ids of events: a subscriber of the farm before, which knows later ids, receives the next event."""
 
 
-def reset_running(session: Session) -> int:
+def reset_running(session: Session, *, store_id: str | None) -> int:
     """Take back held tasks, and reset the coordinator; return the number of these tasks.
+
+    The farm takes the store with the id `store_id`; without an id, it takes the store that it finds when it starts.
 
     An attempt that still runs somewhere no longer owns its task, so its events are late, and it is stopped.
     """
@@ -29,7 +31,7 @@ def reset_running(session: Session) -> int:
     for (job_id, status), sequences in groups.items():
         transition_tasks(session, job_id, sequences, status, TaskStatus.READY, progress=None)
     changed(session, delete(StopRequest))
-    values = {"leader": None, "leader_until_s": 0.0, "stream_position": "0-0"}
+    values = {"leader": None, "leader_until_s": 0.0, "stream_position": "0-0", "store_id": store_id}
     changed(session, update(CoordinatorRow).values(values))
     advance_ids(session.connection(), JobEvent.__tablename__, JobEvent.id.key, by=EVENT_GAP)
     return len(held)

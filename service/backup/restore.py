@@ -85,7 +85,7 @@ def restore_backup(backup: Path, database: Database, store: ArtifactStore | None
         load_tables(connection, backup / DATABASE, manifest.tables)
         command.upgrade(alembic_config(connection), "head")
         with Session(connection, autoflush=False) as session:
-            taken_back = reset_running(session)
+            taken_back = reset_running(session, store_id=None if store is None else store.make_identity())
             session.flush()
     return Restored(manifest=manifest, revision=head, taken_back=taken_back)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from sqlalchemy import Connection, inspect, text
+from sqlalchemy import Connection, inspect, select, text
 
 from lippmann.errors import BadInput
 from lippmann.plan.artifact_store import ArtifactStore
@@ -14,6 +14,7 @@ from service.backup.files import new_folder
 from service.backup.manifest import DATABASE, Manifest, write_manifest
 from service.backup.rows import dump_tables
 from service.db.engine import Database
+from service.db.tables import CoordinatorRow
 from service.health import package_version
 
 
@@ -36,12 +37,16 @@ def write_backup(
     ------
     BadInput
         If `target` exists, or the database holds no farm.
+    StoreUnavailable
+        If the store does not answer, or is not that of the farm.
     """
     with new_folder(target) as folder:
         with database.snapshot() as connection:
             # The snapshot begins with its first query, so the time is read before it.
             created_s = clock()
             revision = revision_of(connection)
+            if store is not None:
+                store.expect(_store_id(connection))
             if revision is None:
                 raise BadInput(f"expected the database of a farm, got {database.url.render_as_string()} without one")
             tables = dump_tables(connection, folder / DATABASE)
@@ -57,6 +62,16 @@ def write_backup(
         )
         write_manifest(folder, manifest)
     return manifest
+
+
+def _store_id(connection: Connection) -> str | None:
+    """Return the id of the store that a database names, which may be of an earlier release."""
+    if not inspect(connection).has_table(CoordinatorRow.__tablename__):
+        return None
+    columns = {column["name"] for column in inspect(connection).get_columns(CoordinatorRow.__tablename__)}
+    if CoordinatorRow.store_id.key not in columns:
+        return None
+    return connection.execute(select(CoordinatorRow.store_id)).scalar()
 
 
 def revision_of(connection: Connection) -> str | None:

@@ -42,6 +42,7 @@ from service.events.wakeup import Wakeup
 from service.order_queue import OrderQueue
 from service.settings import Settings
 from service.store_check import StoreCheck
+from service.store_identity import identify_store
 
 BATCH = 200
 """The largest number of events in one transaction."""
@@ -80,8 +81,10 @@ class Coordinator:
         self._stream = Stream(settings.redis_url, timeout_s=settings.broker_timeout_s)
         self._queue = OrderQueue(settings.redis_url, timeout_s=settings.broker_timeout_s)
         self._reconciler = Reconciler(database, store, settings)
-        make_room = partial(drop_cache, store)
-        store_check = StoreCheck(store, reserve_bytes=settings.disk_reserve_bytes, make_room=make_room)
+        store_check = StoreCheck(
+            store, reserve_bytes=settings.disk_reserve_bytes, identify=partial(identify_store, database, store),
+            make_room=partial(drop_cache, store),
+        )  # fmt: skip
         self.fault_monitor = FaultMonitor(database, self._stream, store_check, settings)
         self._repairer = ArtifactRepairer(database, store, settings)
         self._background_jobs = BackgroundJobs(database, store, settings)

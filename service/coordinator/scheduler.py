@@ -96,7 +96,7 @@ def dispatch(
 
 def assign(session: Session, workers: Sequence[Presence], *, now_s: float, room: int) -> list[Order]:
     """Assign ready tasks, at most `room`, to new attempts, by a handful of statements, and return their orders."""
-    idle_s = coordinator_rows.current(session).idle_s
+    coordinator = coordinator_rows.current(session)
     drafts = [TaskDraft(task) for task in _best(session, room, now_s)]
     if not drafts:
         return []
@@ -105,8 +105,8 @@ def assign(session: Session, workers: Sequence[Presence], *, now_s: float, room:
     for draft in drafts:
         draft.transition(
             TaskStatus.DISPATCHED, attempt=new_attempt(), attempt_number=draft.now.attempt_number + 1,
-            worker=None, instance=None, progress=None, not_before_s=None, dispatched_s=now_s, dispatched_idle_s=idle_s,
-            claimed_s=None, heartbeat_s=None, ended_s=None,
+            worker=None, instance=None, progress=None, not_before_s=None, dispatched_s=now_s,
+            dispatched_idle_s=coordinator.idle_s, claimed_s=None, heartbeat_s=None, ended_s=None,
         )  # fmt: skip
     write_drafts(session, drafts)
     tasks = [draft.now for draft in drafts]
@@ -118,6 +118,7 @@ def assign(session: Session, workers: Sequence[Presence], *, now_s: float, room:
             declining_workers(workers, avoided[task.job_id] | set(task.failed_on)),
             digests.get(task.key, {}),
             skipped.get(task.job_id, ()) if task.kind is TaskKind.ENCODE else (),
+            coordinator.store_id,
         )
         for task in tasks
     ]
@@ -158,8 +159,9 @@ def _best(session: Session, room: int, now_s: float) -> list[TaskState]:
 
 
 def _order(
-    task: TaskState, avoid: tuple[str, ...], digests: dict[str, Digest], skipped_frames: tuple[int, ...]
-) -> Order:
+    task: TaskState, avoid: tuple[str, ...], digests: dict[str, Digest], skipped_frames: tuple[int, ...],
+    store_id: str | None,
+) -> Order:  # fmt: skip
     return Order(
         kind=task.kind,
         job_id=task.job_id,
@@ -172,4 +174,5 @@ def _order(
         avoid=avoid,
         skipped_frames=skipped_frames,
         digests=digests,
+        store_id=store_id,
     )

@@ -70,6 +70,18 @@ def set_faults(session: Session, found: Sequence[Fault]) -> None:
     changed(session, update(CoordinatorRow).values(faults=values))
 
 
+def store_id(session: Session) -> str | None:
+    """Return the id of the artifact store of this farm; None if it is not known yet."""
+    row = session.get(CoordinatorRow, 1, populate_existing=True)
+    return None if row is None else row.store_id
+
+
+def adopt_store(session: Session, identity: str, *, instead_of: str | None) -> None:
+    """Store the id of the artifact store, unless another process has changed it in the meantime."""
+    statement = update(CoordinatorRow).where(CoordinatorRow.store_id.is_not_distinct_from(instead_of))
+    changed(session, statement.values(store_id=identity))
+
+
 def request_stop(session: Session, attempts: Iterable[str | None], *, now_s: float) -> None:
     """Store that attempts must stop, by one statement."""
     rows = [{"attempt": attempt, "now_s": now_s} for attempt in dict.fromkeys(attempts) if attempt is not None]

@@ -243,6 +243,8 @@ class CoordinatorRow(Base):
     idle_s: Mapped[float] = mapped_column(default=0.0)
     faults: Mapped[list[dict[str, Any]] | None] = mapped_column(JSON(none_as_null=True))
     """What prevents all work of the farm now, first cause first; see `service.schemas.farm.Fault`."""
+    store_id: Mapped[str | None] = mapped_column(String(64))
+    """The id of the farm's artifact store; None before its first start, and after a restore without artifacts."""
 
 
 class Credential(Base):

@@ -20,6 +20,7 @@ from service.ids import is_job_id
 from service.jobs.artifact_repair import REPAIRED_IN
 from service.jobs.state_machine import find_job
 from service.jobs.verification import done_pages, examine, expected_artifacts
+from service.store_identity import known_identity
 
 LITTLE_BYTES = 1_000_000_000
 TOO_LITTLE_BYTES = 100_000_000
@@ -49,6 +50,7 @@ def check_store(database: Database, store: ArtifactStore, *, by_content: bool, n
     by_content
         True to read every artifact and compare its digest; False to compare sizes only.
     """
+    store.expect(known_identity(database))
     try:
         yield from _check_space(store)
         yield from _check_bundles(database, store)
@@ -56,7 +58,8 @@ def check_store(database: Database, store: ArtifactStore, *, by_content: bool, n
             yield from check_artifacts(database, store, job_id, by_content=by_content)
         yield from _check_orphans(database, store, now_s)
     except StoreUnavailable as error:
-        yield Finding(Check.STORE, Level.ERROR, f"the store does not answer: {error}")
+        lost = "if this is the new store of a farm whose old one is lost, use `lippmann doctor --adopt-store`"
+        yield Finding(Check.STORE, Level.ERROR, f"the store does not answer: {error}; {lost}")
     if isinstance(store, LeavesPartialFiles) and (count := store.count_partial(PARTIAL_S)):
         message = f"{count} partial files of processes that died are older than a day"
         yield Finding(Check.PARTIAL_FILES, Level.WARNING, message, repairable=True)

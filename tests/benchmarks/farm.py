@@ -6,7 +6,6 @@ import subprocess
 import time
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 from lippmann.job.messages.orders import TileIndex
@@ -111,12 +110,7 @@ def idle_share(folder: Path) -> str:
         ]
     # The last slot to end has no task after it, so the time after the end of the first slot is not counted.
     begin, end = min(start for start, _ in held), sorted(stop for _, stop in held)[-SLOTS]
-    # While a slot is handed over it has two tasks, and is busy once.
-    edges = sorted({begin, end, *(edge for pair in held for edge in pair if begin < edge < end)})
-    busy_s = sum(
-        min(SLOTS, sum(start <= edge < stop for start, stop in held)) * (after - edge)
-        for edge, after in pairwise(edges)
-    )
+    busy_s = sum(max(0.0, min(stop, end) - start) for start, stop in held)
     return f"{100 * (1 - busy_s / (SLOTS * (end - begin))):.1f} %"
 
 

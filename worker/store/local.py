@@ -3,6 +3,9 @@
 An artifact is written to a hidden folder of the same file system, flushed to the disk, and renamed to its place; so
 a file under a name is complete, also after a power cut. Deleting first renames it into the hidden folder, then removes
 it. A process that dies in between leaves files in the hidden folder only, which `sweep` removes later.
+
+The id of the store is in the file `.store`. It is read again for every change and whenever something is missing,
+because a disk may be unmounted at any time, which leaves an empty folder in its place.
 """
 
 from __future__ import annotations
@@ -14,7 +17,7 @@ import shutil
 import stat
 import time
 import uuid
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from itertools import islice
 from pathlib import Path
@@ -27,6 +30,8 @@ from worker.store.names import check_name, check_prefix
 from worker.whole_file import lacking_room
 
 HIDDEN = ".partial"
+IDENTITY = ".store"
+"""The file with the id of the store; no artifact has such a name."""
 CHUNK_BYTES = 1 << 18
 _NOT_THERE = frozenset({errno.ENOENT, errno.ENOTDIR, errno.EISDIR})
 _NO_LINK = frozenset({errno.EXDEV, errno.EPERM, errno.EMLINK, errno.EOPNOTSUPP})
@@ -47,8 +52,42 @@ class LocalStore:
         self._root = root
         self._reserve_bytes = reserve_bytes
         self._hidden = root / HIDDEN
+        self._expected: str | None = None
         with _translated("its folder"):
             self._hidden.mkdir(parents=True, exist_ok=True)
+
+    def identity(self) -> str | None:
+        """Return the id of the store; None if it has none."""
+        with _translated("its id"):
+            try:
+                return (self._root / IDENTITY).read_text("utf-8", "replace").strip() or None
+            except FileNotFoundError:
+                return None
+
+    def make_identity(self) -> str:
+        """Give the store an id unless it has one, and return its id; of several processes, one makes it."""
+        path, partial = self._root / IDENTITY, self._new_hidden()
+        try:
+            with _translated("its id"):
+                with partial.open("x", encoding="utf-8") as file:
+                    file.write(f"{uuid.uuid4().hex}\n")
+                    file.flush()
+                    os.fsync(file.fileno())
+                with suppress(FileExistsError):
+                    if not _hard_link(partial, path) and not path.exists():
+                        partial.replace(path)
+                _flush_folder(self._root)
+        finally:
+            with suppress(OSError):
+                partial.unlink(missing_ok=True)
+        identity = self.identity()
+        if identity is None:
+            raise StoreUnavailable(f"cannot give the store an id: {IDENTITY} is empty")
+        return identity
+
+    def expect(self, identity: str | None) -> None:
+        """Answer with StoreUnavailable from now on while the store has another id or none; None expects no id."""
+        self._expected = identity
 
     def put_bytes(self, name: str, data: bytes) -> Digest:
         """Store data under a name, completely or not at all; it replaces an artifact of that name."""
@@ -64,7 +103,8 @@ class LocalStore:
         """Store an artifact under a second name, as a hard link, or as a copy where there can be none."""
         path, partial = self._path(name), self._new_hidden()
         try:
-            with _translated(source, missing=True, folder=self._hidden):
+            self._check_identity(name)
+            with _translated(source, if_missing=self._check_here):
                 if not _hard_link(self._path(source), partial):
                     self.put_file(name, self._path(source))
                     return
@@ -79,7 +119,7 @@ class LocalStore:
 
     def get_bytes(self, name: str) -> bytes:
         """Return an artifact."""
-        with _translated(name, missing=True, folder=self._hidden):
+        with _translated(name, if_missing=self._check_here):
             return self._path(name).read_bytes()
 
     def exists(self, name: str) -> bool:
@@ -87,8 +127,8 @@ class LocalStore:
         with _translated(name):
             if self._path(name).is_file():
                 return True
-            self._hidden.stat()  # in a store that is away, nothing is known to be missing
-            return False
+        self._check_here(name)
+        return False
 
     def size(self, name: str) -> int:
         """Return the size of an artifact, in bytes."""
@@ -102,7 +142,7 @@ class LocalStore:
         """Return bytes [start, stop) of an artifact in chunks, fewer where it ends earlier."""
         if not 0 <= start <= stop:
             raise ValueError(f"expected bytes [start, stop) with 0 <= start <= stop, got [{start}, {stop})")
-        with _translated(name, missing=True, folder=self._hidden):
+        with _translated(name, if_missing=self._check_here):
             file = self._path(name).open("rb")
         chunks = _chunks(file, name, start, stop)
         # Once started, the generator closes the file even if no chunk is read.
@@ -112,11 +152,13 @@ class LocalStore:
     def list(self, prefix: str, *, after: str = "", limit: int | None = None) -> builtins.list[ArtifactInfo]:
         """Return the artifacts below a prefix, sorted by name: those after a name, and not more than `limit`."""
         top = self._root / check_prefix(prefix)
+        self._check_here(prefix or "its folder")
         with _translated(prefix):
             return [*islice(_infos(top, top.relative_to(self._root).as_posix(), after), limit)]
 
     def folders(self) -> builtins.list[str]:
         """Return the first parts of all names that have several, sorted."""
+        self._check_here("its folder")
         with _translated("its folder"), os.scandir(self._root) as entries:
             return sorted(entry.name for entry in entries if _is_folder(entry) and not entry.name.startswith("."))
 
@@ -125,6 +167,7 @@ class LocalStore:
         if not prefix:
             raise ValueError("expected a prefix, got the empty one, which means every artifact of every job")
         path, away = self._root / check_prefix(prefix), self._new_hidden()
+        self._check_here(prefix)
         with _translated(prefix):
             try:
                 path.rename(away)
@@ -170,7 +213,7 @@ class LocalStore:
         return self._root / check_name(name)
 
     def _status(self, name: str) -> os.stat_result:
-        with _translated(name, missing=True, folder=self._hidden):
+        with _translated(name, if_missing=self._check_here):
             status = self._path(name).stat()
         if not _is_file(status):
             raise ArtifactMissing(f"expected the artifact {name}, got a folder of artifacts")
@@ -179,8 +222,23 @@ class LocalStore:
     def _new_hidden(self) -> Path:
         return self._hidden / uuid.uuid4().hex
 
+    def _check_here(self, what: str) -> None:
+        """Raise StoreUnavailable if this store is away: then nothing is known to be missing."""
+        with _translated(what):
+            self._hidden.stat()
+        self._check_identity(what)
+
+    def _check_identity(self, what: str) -> None:
+        if self._expected is None:
+            return
+        found = self.identity()
+        if found != self._expected:
+            other = "has no id" if found is None else f"is another store, {found}"
+            raise StoreUnavailable(f"cannot use {what} in the store: the folder in its place {other}")
+
     def _put(self, name: str, chunks: Iterable[bytes]) -> Digest:
         path, partial = self._path(name), self._new_hidden()
+        self._check_identity(name)
         try:
             with _translated(name):
                 self._check_room(name)
@@ -319,16 +377,17 @@ def _ignore_missing() -> Iterator[None]:
 
 
 @contextmanager
-def _translated(what: str, *, missing: bool = False, folder: Path | None = None) -> Iterator[None]:
+def _translated(what: str, *, if_missing: Callable[[str], None] | None = None) -> Iterator[None]:
     """Translate errors of the operating system.
 
-    With `missing`, a missing file means a missing artifact, unless the `folder` of the store is not there either.
+    With `if_missing`, a missing file means a missing artifact, unless this check finds that the store is away.
     """
     try:
         yield
     except OSError as error:
         if error.errno in NO_ROOM:
             raise StoreFull(f"no room for {what}: {error.strerror}") from error
-        if missing and error.errno in _NOT_THERE and (folder is None or folder.is_dir()):
+        if if_missing is not None and error.errno in _NOT_THERE:
+            if_missing(what)
             raise ArtifactMissing(f"expected the artifact {what}, got nothing there") from error
         raise StoreUnavailable(f"cannot reach {what} in the store: {error.strerror}") from error

@@ -78,6 +78,7 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
     lease = broker.new_lease()
     if not begin(lambda: broker.claim(order, lease)):
         return
+    place.store.expect(order.store_id)
     started_s, started_cpu_s = time.monotonic(), time.process_time()
     with AttemptHeartbeat(
         broker, order, worker_stopping=place.stopping, hung_s=HUNG_S[order.kind], announce=place.announce

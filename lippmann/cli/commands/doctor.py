@@ -27,6 +27,14 @@ def doctor(
         bool,
         typer.Option("--deep", help="Read every artifact and compare its digest. By default, only sizes are compared."),
     ] = False,
+    adopt_store: Annotated[
+        bool,
+        typer.Option(
+            "--adopt-store",
+            help="Take the folder that is now in the store's place as the store of this farm, because the old one is "
+            "lost for ever.",
+        ),
+    ] = False,
     data_dir: DataDir = DATA_DIR,
     *,
     output: Output,
@@ -40,12 +48,15 @@ def doctor(
     from service.db.engine import opened
     from service.doctor.examine import Diagnosis, Patient, examine, examine_and_repair
     from service.settings import Settings
+    from service.store_identity import adopt_store as adopt
 
     if not (data_dir / ARTIFACTS).is_dir():
         raise BadInput(f"expected the data folder of a farm, got {data_dir} without {ARTIFACTS}/")
     settings = Settings(data_dir=data_dir)
     with opened(settings.database) as database:
         patient = Patient(database, make_parts(data_dir).store, settings)
+        if adopt_store:
+            adopt(database, patient.store)
         if repair:
             found = examine_and_repair(patient, now_s=time.time(), by_content=deep)
         else:

@@ -21,7 +21,7 @@ class TaskKind(StrEnum):
 class TileIndex(BaseModel):
     """The row and column of a tile in its frame, counted from 0 at the top left."""
 
-    model_config = ConfigDict(frozen=True, extra="forbid")
+    model_config = ConfigDict(frozen=True, extra="ignore")
 
     row: int
     col: int
@@ -51,3 +51,6 @@ class Order(BaseModel):
     digests: dict[str, Digest] = Field(default_factory=dict)
     """The expected digests of the artifacts that the task reads, by their names below the job; an artifact without one
     is read without a check."""
+    store_id: str | None = None
+    """The id of the farm's artifact store. A worker whose store has another id or none, for example because its disk is
+    not mounted, neither publishes there nor takes anything to be missing."""

@@ -51,6 +51,11 @@ def test_what_is_wrong_is_printed_and_repaired(farm: Up, tmp_path: Path) -> None
     ran = run("doctor", "--json", "--data-dir", str(data))
     (finding,) = _bad(json.loads(ran.stdout))
     assert (ran.returncode, finding["check"], finding["level"]) == (1, "artifacts", "error")
+    (data / "artifacts" / ".store").unlink()
+    ran = run("doctor", "--json", "--data-dir", str(data))
+    assert [one["check"] for one in json.loads(ran.stdout)["findings"]] == ["store"]
+    ran = run("doctor", "--adopt-store", "--json", "--data-dir", str(data))
+    assert [one["check"] for one in json.loads(ran.stdout)["findings"]] == ["artifacts"]
 
 
 def _bad(answer: dict[str, Any]) -> list[dict[str, Any]]:

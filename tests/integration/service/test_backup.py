@@ -39,6 +39,7 @@ from service.db.migrations import alembic_config, revisions
 from service.db.tables import CoordinatorRow, Job, StopRequest, Task
 from service.schemas.access import Role
 from service.schemas.events import EventTopic
+from service.store_identity import identify_store, known_identity
 from tests.builders_service import T0, Farm, claimed, done, heartbeat
 from tests.integration.service.test_migration import TABLES, _copy
 from tests.integration.service.test_migration import old as old
@@ -113,6 +114,23 @@ def test_every_row_comes_back_in_a_database_of_either_kind(farm: Farm, empty: Da
     with empty.reading() as session:
         assert session.get_one(Job, job_id).status is JobStatus.DONE
         assert session.execute(text("SELECT id FROM jobs WHERE plan IS NULL")).scalars().all() == [queued]
+
+
+def test_a_restored_farm_knows_its_store_and_no_backup_is_made_of_an_empty_folder(
+    farm: Farm, empty: Database, tmp_path: Path
+) -> None:
+    farm.planned(frames="1-4")
+    mine = LocalStore(tmp_path / "mine")
+    for name, data in farm.store.files.items():
+        mine.put_bytes(name, data)
+    identify_store(farm.database, mine)
+    back_up(farm, tmp_path / "b", LocalStore(tmp_path / "mine"))
+    store = LocalStore(tmp_path / "target")
+    restore_backup(tmp_path / "b", empty, store)
+    assert known_identity(empty) == store.identity() not in (None, mine.identity())
+    with pytest.raises(StoreUnavailable, match="has no id"):
+        back_up(farm, tmp_path / "c", LocalStore(tmp_path / "unmounted"))
+    assert not (tmp_path / "c").exists()
 
 
 def test_held_tasks_become_ready_and_nothing_refers_to_processes_of_the_farm_before(

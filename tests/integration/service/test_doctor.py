@@ -25,6 +25,7 @@ from service.ids import new_job_id
 from service.jobs.commands import cancel_job, pause_job, resume_job, retry_job
 from service.jobs.verification import expected_artifacts
 from service.settings import Settings
+from service.store_identity import adopt_store
 from tests.builders_service import T0, Farm, claimed, done, failed, heartbeat
 from worker.store.local import LocalStore
 
@@ -367,6 +368,16 @@ def test_partial_files_of_dead_processes_are_removed(farm: Farm, tmp_path: Path)
     assert [finding.check for finding in examine(patient, now_s=farm.now_s)] == [Check.PARTIAL_FILES]
     assert examine_and_repair(patient, now_s=farm.now_s).is_healthy
     assert not partial.exists()
+
+
+def test_an_empty_folder_in_the_place_of_the_store_is_found_and_no_artifact_is_missing(
+    farm: Farm, tmp_path: Path
+) -> None:
+    farm.planned()
+    farm.work()
+    adopt_store(farm.database, LocalStore(tmp_path / "store"))
+    (finding,) = examine(Patient(farm.database, LocalStore(tmp_path / "empty"), farm.settings), now_s=farm.now_s)
+    assert (finding.check, finding.repairable, "--adopt-store" in finding.message) == (Check.STORE, False, True)
 
 
 @pytest.mark.parametrize(("free", "level"), [(50_000_000, Level.ERROR), (500_000_000, Level.WARNING)])

@@ -54,3 +54,35 @@ def test_artifacts_are_listed_fetched_in_part_and_removed_with_their_job(
         assert service.client.get(f"/jobs/{job_id}/artifacts/{wrong}").status_code == 404, wrong
     assert service.client.delete(f"/jobs/{job_id}").status_code == 204
     until(lambda: not (tmp_path / "artifacts" / job_id).exists())
+
+
+def test_a_service_that_starts_without_its_disk_waits_for_it_and_says_so(
+    make_service: Callable[..., Service], make_worker: Callable[..., FakeWorker], tmp_path: Path
+) -> None:
+    root, disk = tmp_path / "artifacts", tmp_path / "disk"
+
+    def start() -> Service:
+        return make_service(Parts(LocalStore(root), FakePictures(), FakeScenes()), store_check_s=0.2)
+
+    make_worker()
+    first = start()
+    job_id = str(first.client.post("/jobs", json=SPEC).json()["id"])
+    until(lambda: first.status(job_id) == "done")
+    first.stop()
+    root.rename(disk)
+    service = start()
+    until(lambda: service.client.get("/health").json()["faults"])
+    health = service.client.get("/health").json()
+    message = "The artifact store cannot be written: the folder in its place has no id."
+    assert (health["status"], health["store"]["ok"], health["store"]["detail"]) == ("degraded", False, message)
+    url = f"/jobs/{job_id}/artifacts/plan.json"
+    assert service.client.get(url).json()["code"] == "store-unavailable"
+    assert service.client.post("/jobs", json=SPEC).json()["code"] == "store-unavailable"
+    assert (service.status(job_id), [*root.iterdir()]) == ("done", [root / ".partial"])
+    (root / ".partial").rmdir()
+    root.rmdir()
+    disk.rename(root)
+    until(lambda: service.client.get("/health").json()["status"] == "ok")
+    assert service.client.get(url).status_code == 200
+    again = str(service.client.post("/jobs", json=SPEC).json()["id"])
+    until(lambda: service.status(again) == "done")
