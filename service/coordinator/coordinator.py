@@ -49,6 +49,10 @@ BATCH = 200
 GATHER_S = 0.02
 """The time in which events gather before they are written, and orders before they are sent. A transaction for each
 single event would take most of a core when tasks take milliseconds."""
+IDLE_ROUNDS = 50
+"""The number of rounds without work after which the scheduler looks for work less often, every `IDLE_TICKS` ticks.
+What happens in its own process wakes it at once; this is the time until it notices an action in another process."""
+IDLE_TICKS = 5
 PRESENCE_S = 1.0
 """The time for which the list of workers is cached."""
 LOSS_S = 1.0
@@ -92,6 +96,7 @@ class Coordinator:
         self._workers_s = float("-inf")
         self._steady = steady
         self._order_rate = OrderRate()
+        self._idle_rounds = 0
         self._claim_watch = ClaimWatch(unmoved_s=settings.not_claiming_s)
         self._not_claiming: Mapping[str, float] = {}
         self._first_order: str | None = None
@@ -182,6 +187,7 @@ class Coordinator:
             more = self._background_jobs.run_round(slots=self._slots(), now_s=self._clock())
             self._signal_stops()
             sent = 0 if self.fault_monitor.faults else self._dispatch()
+            self._idle_rounds = 0 if sent or more else self._idle_rounds + 1
             if sent or more:
                 self._wakeup.notify_coroutines()
             more |= sent == ROUND
@@ -310,6 +316,7 @@ class Coordinator:
                     self._stopping.wait(self._settings.tick_s)
                 if name == SCHEDULER:
                     self._stopping.wait(GATHER_S)
+                    pause_s = self._settings.tick_s * (1 if self._idle_rounds < IDLE_ROUNDS else IDLE_TICKS)
                 left_s = pause_s - (time.monotonic() - begun_s)
                 if left_s > 0:
                     (woken if name == SCHEDULER else self._stopping).wait(left_s)

@@ -138,8 +138,9 @@ def take_back(session: Session, orders: Sequence[Order], *, now_s: float) -> Non
 
 def _room(session: Session, workers: Sequence[Presence], settings: Settings, ahead: int) -> int:
     slots = sum(worker.slots for worker in workers if worker.fault is None)
-    wanted = max(settings.orders_per_slot * slots, ahead) if slots else 0
-    return min(wanted - job_rows.outstanding(session), ROUND)
+    if not slots:
+        return 0
+    return min(max(settings.orders_per_slot * slots, ahead) - job_rows.outstanding(session), ROUND)
 
 
 def _best(session: Session, room: int, now_s: float) -> list[TaskState]:
