@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import shutil
 import threading
 from collections.abc import Callable
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import pytest
 
 from lippmann.digest import Digest
+from lippmann.errors import StoreUnavailable
 from lippmann.job.messages.events import Presence, PresenceFault
 from lippmann.job.states import JobAction, JobStatus, PausedBy, TaskStatus
 from service.broker_stream import Stream
 from service.coordinator.fault_monitor import FaultMonitor
+from service.coordinator.orphan_sweeper import sweep_orphans
 from service.db import coordinator as coordinator_rows
+from service.jobs.artifact_repair import repair_artifact
 from service.jobs.commands import cancel_job, pause_job, resume_job
 from service.schemas.farm import Fault
 from service.store_check import StoreCheck
+from service.store_identity import identify_store
 from tests.builders_service import Client, DictStore, Farm, claimed, done, failed, presence
+from worker.store.local import LocalStore
 
 STORE_FULL = "The artifact store has no room left: No space left on device."
 STORE_AWAY = "The artifact store cannot be written: Read-only file system."
@@ -84,6 +92,37 @@ def test_a_store_that_takes_nothing_pauses_every_job_with_the_reason_until_it_ta
     watched.farm.work()
     assert {watched.farm.job(job_id).status for job_id in (first, second)} == {JobStatus.DONE}
     assert {task.failures for job_id in (first, second) for task in watched.farm.tasks(job_id)} == {0}
+
+
+def test_an_empty_folder_in_the_place_of_the_store_pauses_jobs_and_loses_no_artifact(
+    watched: Watched, tmp_path: Path
+) -> None:
+    farm, root = watched.farm, tmp_path / "store"
+    job_id = farm.planned()
+    farm.work()
+    store = LocalStore(root)
+    for name, data in farm.store.files.items():
+        store.put_bytes(name, data)
+    identify = partial(identify_store, farm.database, store)
+    check = StoreCheck(store, reserve_bytes=0, identify=identify)
+    watched.monitor = FaultMonitor(farm.database, Stream("redis://127.0.0.1:1/0", timeout_s=0.1), check, farm.settings)
+    watched.run()
+    assert watched.faults() == []
+    other = farm.planned()
+    root.rename(tmp_path / "disk")
+    LocalStore(root)  # a process that starts meanwhile
+    watched.run()
+    reason = "The artifact store cannot be written: the folder in its place has no id."
+    assert watched.pause(other) == (JobStatus.PAUSED, PausedBy.FARM, reason)
+    with pytest.raises(StoreUnavailable):
+        repair_artifact(farm.database, store, job_id, "integral/0001.exr")
+    sweep_orphans(farm.database, LocalStore(tmp_path / "disk"), now_s=farm.now_s)
+    assert {task.status for task in farm.tasks(job_id)} == {TaskStatus.DONE}
+    shutil.rmtree(root)
+    (tmp_path / "disk").rename(root)
+    watched.run()
+    assert (watched.pause(other), watched.faults()) == (RUNNING, [])
+    assert {order.store_id for order in farm.dispatch()} == {store.identity()}
 
 
 def test_of_several_causes_the_first_is_the_reason_and_a_job_goes_on_when_all_have_gone(watched: Watched) -> None:

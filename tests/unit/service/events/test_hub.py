@@ -200,6 +200,52 @@ def test_a_slow_client_does_not_delay_the_others_and_catches_up_in_pages(farm: F
     _run(farm, scenario)
 
 
+def _prune(farm: Farm, kept: int) -> None:
+    with farm.writing() as session:
+        while event_rows.prune(session, kept=kept, limit=1000):
+            pass
+
+
+def test_a_position_is_known_while_all_later_events_are_stored(farm: Farm) -> None:
+    last = _append(farm, *"abc" * 10)
+    _prune(farm, kept=10)
+    with farm.database.reading() as session:
+        kept = [event_rows.are_kept(session, last - behind) for behind in (11, 10, 1, 0, -1)]
+    assert kept == [False, True, True, True, False]
+
+
+def test_a_client_whose_events_are_no_longer_stored_is_told_to_read_anew(farm: Farm) -> None:
+    async def scenario(running: Running) -> None:
+        last = await running.append(*"abc" * 10)
+        await asyncio.to_thread(_prune, farm, 10)
+        for position, expected in ((last - 11, b"event: reset"), (last - 10, b"event: progress")):
+            reader = Reader(running.stream(position=position))
+            assert expected in await reader.read()
+            newest = await running.append("a")
+            await reader.read_until(newest)
+            assert reader.ids == sorted(reader.ids)
+            await reader.stream.aclose()
+            await asyncio.to_thread(_prune, farm, 11)
+
+    _run(farm, scenario)
+
+
+def test_a_slow_client_whose_events_are_deleted_meanwhile_is_told_to_read_anew(farm: Farm) -> None:
+    async def scenario(running: Running) -> None:
+        slow, quick = Reader(running.stream(0)), Reader(running.stream(0))
+        await running.append("a")
+        await asyncio.gather(slow.read(), quick.read())
+        for _ in range(20):
+            await quick.read_until(await running.append("a", size=subscription.QUEUE_BYTES // 10))
+        assert [client.lags for client in running.hub._clients].count(True) == 1
+        await asyncio.to_thread(_prune, farm, 5)
+        assert b"event: reset" in await slow.read()
+        await slow.read_until(await running.append("a"))
+        assert slow.ids == [1, 21, 22]
+
+    _run(farm, scenario)
+
+
 def test_a_burst_of_large_events_is_read_in_batches_of_a_bounded_size(farm: Farm) -> None:
     size = module.BATCH_BYTES // 4
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
 
@@ -58,6 +60,62 @@ def test_in_a_store_that_is_away_nothing_is_missing(tmp_path: Path) -> None:
             ask("job/a")
     (tmp_path / "away").rename(tmp_path / "artifacts")
     assert (store.exists("job/a"), store.exists("job/b")) == (True, False)
+
+
+def test_an_empty_folder_in_the_place_of_the_store_is_no_store_without_artifacts(tmp_path: Path) -> None:
+    """An unmounted disk leaves an empty folder, in which a process that starts makes its hidden folder."""
+    root = tmp_path / "artifacts"
+    identity = LocalStore(root).make_identity()
+    LocalStore(root).put_bytes("job/a", b"a")
+    root.rename(tmp_path / "disk")
+    store = LocalStore(root)
+    store.expect(identity)
+    asked: list[Callable[[], object]] = [
+        lambda: store.exists("job/a"),
+        lambda: store.get_bytes("job/a"),
+        lambda: store.size("job/a"),
+        lambda: store.list("job"),
+        store.folders,
+        lambda: store.put_bytes("job/b", b"b"),
+        lambda: store.link("job/a", "job/b"),
+        lambda: store.delete("job"),
+    ]
+    for number, ask in enumerate(asked):
+        with pytest.raises(StoreUnavailable, match="the folder in its place has no id"):
+            ask()
+        assert [path.name for path in root.iterdir()] == [".partial"], number
+    shutil.rmtree(root)
+    (tmp_path / "disk").rename(root)
+    assert (store.exists("job/a"), store.exists("job/b")) == (True, False)
+    store.put_bytes("job/b", b"b")
+
+
+def test_nothing_of_another_store_is_deleted_or_changed(tmp_path: Path) -> None:
+    other = LocalStore(tmp_path)
+    other.make_identity()
+    other.put_bytes("job/a", b"a")
+    store = LocalStore(tmp_path)
+    store.expect("0123")
+    asked: list[Callable[[], object]] = [
+        lambda: store.delete("job"),
+        lambda: store.put_bytes("job/a", b"b"),
+        lambda: store.link("job/a", "job/b"),
+        store.folders,
+    ]
+    for ask in asked:
+        with pytest.raises(StoreUnavailable, match="is another store"):
+            ask()
+    assert [info.name for info in other.list("")] == ["job/a"]
+    assert other.get_bytes("job/a") == b"a"
+
+
+def test_the_id_of_a_store_is_made_once(tmp_path: Path) -> None:
+    assert LocalStore(tmp_path).identity() is None
+    with ThreadPoolExecutor(8) as pool:
+        made = {*pool.map(lambda _: LocalStore(tmp_path).make_identity(), range(8))}
+    assert made == {LocalStore(tmp_path).identity()}
+    assert LocalStore(tmp_path).list("") == []
+    assert list((tmp_path / ".partial").iterdir()) == []
 
 
 def test_artifacts_leave_the_reserve_free(tiny_disk: Path) -> None:

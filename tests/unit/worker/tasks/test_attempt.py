@@ -111,6 +111,22 @@ def test_a_failure_says_what_it_was_and_whether_to_try_again(
     assert failed.failure.message
 
 
+def test_an_attempt_publishes_nothing_in_another_store_than_its_order_names(place: Workplace, redis: Redis) -> None:
+    def put(place: Workplace, order: Order, _monitor: ProgressMonitor) -> TaskResult:
+        place.store.put_bytes("j/a", b"a")
+        return TaskResult()
+
+    attempt(place, order(store_id="0123"), put)
+    failed = said(redis)[-1]
+    assert (failed.kind, failed.failure and failed.failure.code) == (EventKind.FAILED, "store-unavailable")
+    place.store.expect(None)
+    assert place.store.list("") == []
+    identity = place.store.make_identity()
+    for attempt_id, store_id in (("a2", identity), ("a3", None)):
+        attempt(place, order(attempt=attempt_id, store_id=store_id), put)
+        assert said(redis)[-1].kind is EventKind.DONE
+
+
 def test_an_order_of_a_newer_service_is_understood() -> None:
     assert Order.model_validate(order().model_dump() | {"colour": "red"}) == order()
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -14,10 +15,11 @@ from threading import Barrier
 from typing import Any
 
 import pytest
+from pydantic import ValidationError
 
-from lippmann.errors import BundleError
-from lippmann.plan.artifact_names import bundle_name
-from tests.builders import builtin_bundle, local_place
+from lippmann.errors import BundleError, WorkerOutdated
+from lippmann.plan.artifact_names import JOB_FILE, bundle_name, job_artifact
+from tests.builders import builtin_bundle, local_place, small_job, stored_job
 from tests.needs import need_to_run
 from tests.waiting import ENOUGH_S
 from worker.sandbox.bundle import digest_of, pack_folder
@@ -177,3 +179,18 @@ def _mount_point(folder: Path) -> Iterator[None]:
         yield
     finally:
         subprocess.run(["umount", "--lazy", str(folder)], check=True, timeout=30)
+
+
+@pytest.mark.parametrize("change", [{"filter": "b"}, {"clock": {"begin": 0, "end": 1, "loops": 2}}, {"file": 7}])
+def test_a_job_with_a_field_of_a_newer_service_is_left_to_newer_workers(tmp_path: Path, change: dict[str, Any]) -> None:
+    """Without the field, other pixels would be rendered under the same name."""
+    place = local_place(tmp_path)
+    job = stored_job(place, small_job("target-white"))
+    assert place.job_sheet(job.job_id) == job
+    name = job_artifact(job.job_id, JOB_FILE)
+    place.store.put_bytes(name, json.dumps(job.model_dump(mode="json") | change).encode())
+    with pytest.raises(WorkerOutdated, match=f"does not know {next(iter(change))}.* of job.json"):
+        place.job_sheet(job.job_id)
+    place.store.put_bytes(name, b"{")
+    with pytest.raises(ValidationError):
+        place.job_sheet(job.job_id)
