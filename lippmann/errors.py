@@ -153,6 +153,12 @@ class PhotonsTimedOut(RenderTimedOut):
     code = "photons-timeout"
 
 
+class RenderCrashed(RenderFailed):
+    """POV-Ray was ended by a signal."""
+
+    code = "render-crashed"
+
+
 class OutOfMemory(RenderFailed):
     """POV-Ray needs more memory than the job allows."""
 

@@ -13,6 +13,8 @@ from lippmann.errors import (
     ParseTimedOut,
     PhotonsTimedOut,
     PovrayMissing,
+    RenderCrashed,
+    RenderStalled,
     RenderTimedOut,
     SandboxMissing,
     Stopped,
@@ -36,8 +38,11 @@ _OUTSIDE = (StoreFull, StoreUnavailable, DiskFull, DiskUnavailable, SandboxMissi
 INFRASTRUCTURE = frozenset(kind.code for kind in _OUTSIDE)
 """Failures that any other task would have met too. They do not count against the task, which is deferred."""
 
-DETERMINISTIC = frozenset({RenderTimedOut.code, ParseTimedOut.code, PhotonsTimedOut.code, OutOfMemory.code})
-"""Failures by a limit of the job. A task that fails twice in a row in the same one of these ways always does."""
+TIMEOUTS = frozenset(kind.code for kind in (RenderTimedOut, ParseTimedOut, PhotonsTimedOut, RenderStalled))
+"""Failures by a limit of time. Which of them ends an endless scene depends on what the scene prints."""
+DETERMINISTIC = TIMEOUTS | {OutOfMemory.code, RenderCrashed.code}
+"""Failures that repeat. A task that fails twice in a row in the same one of these ways, or by two limits of time, would
+always do so. The second attempt is on another worker if there is one."""
 
 
 @dataclass(frozen=True)
@@ -76,7 +81,7 @@ def fail_attempt(
         return None
     if failure.code in INFRASTRUCTURE and not failure.permanent:
         return _defer(draft, failure, worker=worker, now_s=now_s, settings=settings)
-    if failure.code in DETERMINISTIC and failure.code == draft.now.error_code:
+    if _repeats(failure.code, draft.now.error_code):
         failure = failure.model_copy(update={"permanent": True})
     if failure.code in DAMAGED and draft.now.kind in _READERS:
         # The artifact repairer verifies what the task could not read, and decides.
@@ -92,6 +97,15 @@ def fail_attempt(
     if worker and not failure.permanent:
         return Fault(draft.now.job_id, worker)
     return None
+
+
+def _repeats(code: str, before: str | None) -> bool:
+    """Return whether a failure and the one before it show that every attempt fails.
+
+    >>> _repeats("parse-timeout", "render-stalled"), _repeats("out-of-memory", "render-crashed")
+    (True, False)
+    """
+    return (code in DETERMINISTIC and code == before) or {code, before} <= TIMEOUTS
 
 
 def _lose(draft: TaskDraft, failure: Failure, *, worker: str | None, now_s: float, settings: Settings) -> None:

@@ -19,9 +19,10 @@ no room in the task's folder                 disk full                       Dis
 1, "Problem with option setting"             our command line is wrong       RenderFailed
 2                                            somebody else's SIGTERM         RenderFailed
 SIGXCPU                                      CPU limit                       RenderTimedOut
-SIGXFSZ                                      limit of a file's size          RenderFailed
-SIGABRT, "thread_resource_error"             no room for threads             RenderFailed
-SIGKILL                                      most often out of memory        RenderFailed
+SIGXFSZ                                      limit of a file's size          RenderCrashed
+SIGABRT, "thread_resource_error"             no room for threads             RenderCrashed
+SIGKILL                                      most often out of memory        RenderCrashed
+another signal                               it crashed                      RenderCrashed
 125 "landlock:", 1 "bwrap:"                  the sandbox did not start       SandboxMissing
 127 "prlimit: failed to execute"             not installed                   PovrayMissing
 anything else                                                                RenderFailed
@@ -46,6 +47,7 @@ from lippmann.errors import (
     ParseTimedOut,
     PhotonsTimedOut,
     PovrayMissing,
+    RenderCrashed,
     RenderFailed,
     RenderStalled,
     RenderTimedOut,
@@ -175,7 +177,7 @@ def _signalled(case: Case) -> LippmannError | None:
         signal.SIGABRT: f"it found no room for itself; {_memory(case)}",
     }
     reason = reasons.get(signal.Signals(number), last_words(case))
-    return RenderFailed(f"POV-Ray was ended by {signal.Signals(number).name}: {reason}.")
+    return RenderCrashed(f"POV-Ray was ended by {signal.Signals(number).name}: {reason}.")
 
 
 def _memory_limit(case: Case) -> LippmannError | None:

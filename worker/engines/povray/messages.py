@@ -2,25 +2,32 @@
 
 POV-Ray wraps at 80 columns. A message continues in the next line if that begins with a space, or if the last
 line is full, because a word that is too long for a line is cut.
+
+A scene can print any text of any length. So a message is cut at `LONGEST_MESSAGE`, a number of too many digits is text,
+and the times are no longer than those that the system measured.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
 COLUMNS = 80
+LONGEST_MESSAGE = 4000
+"""The characters of a message after which its further lines are left out."""
 
 _BEGINS = re.compile(r"File '|(?:Possible )?Parse (?:Error|Warning): |Fatal error in ")
 _MESSAGE = re.compile(
-    r"(?:File '(?P<file>.*?)' line (?P<line>\d+): )?"
-    r"(?P<kind>Possible Parse Error|Parse Error|Parse Warning): (?P<text>.*)"
+    r"(?:File '(?P<file>.*?)' line (?P<line>\d{1,9}): )?"
+    r"(?P<kind>Possible Parse Error|Parse Error|Parse Warning): (?P<text>.*)",
+    re.ASCII,
 )
-_SECONDS = re.compile(r"\s*(Parse|Bounding|Photon|Radiosity|Trace) Time:.*\(([\d.]+) seconds\)")
-_CPU_SECONDS = re.compile(r"\s+using \d+ thread\(s\) with ([\d.]+) CPU-seconds total")
+_NUMBER = r"(\d{1,9}(?:\.\d{1,9})?)"
+_SECONDS = re.compile(rf"\s*(Parse|Bounding|Photon|Radiosity|Trace) Time:.*\({_NUMBER} seconds\)", re.ASCII)
+_CPU_SECONDS = re.compile(rf"\s+using \d+ thread\(s\) with {_NUMBER} CPU-seconds total", re.ASCII)
 
 
 class MessageKind(StrEnum):
@@ -56,6 +63,20 @@ class Statistics:
     """Elapsed seconds of photons, radiosity and tracing."""
     trace_cpu_s: float = 0.0
 
+    def at_most(self, *, wall_s: float, cpu_s: float) -> Statistics:
+        """Return the times without what exceeds the measured ones: a scene can print any number of seconds.
+
+        >>> Statistics(trace_s=9.0, trace_cpu_s=1e6).at_most(wall_s=4.0, cpu_s=3.5).trace_cpu_s
+        3.5
+        """
+        return replace(
+            self,
+            parse_s=min(self.parse_s, wall_s),
+            parse_cpu_s=min(self.parse_cpu_s, cpu_s),
+            trace_s=min(self.trace_s, wall_s),
+            trace_cpu_s=min(self.trace_cpu_s, cpu_s),
+        )
+
 
 def unwrap(lines: Iterable[str]) -> list[str]:
     """Return the lines with every wrapped message in one line.
@@ -68,9 +89,10 @@ def unwrap(lines: Iterable[str]) -> list[str]:
     for line in lines:
         begins = _BEGINS.match(line) is not None
         if inside and not begins and (line.startswith(" ") or len(last) >= COLUMNS):
-            whole[-1] += line
+            if len(whole[-1]) < LONGEST_MESSAGE:
+                whole[-1] = (whole[-1] + line)[:LONGEST_MESSAGE]
         else:
-            whole.append(line)
+            whole.append(line[:LONGEST_MESSAGE])
             inside = begins
         last = line
     return whole

@@ -8,7 +8,8 @@ Rendered 1024 of 30000 pixels (3%)    after each block of 32 x 32 px. A radiosit
 ===================================== ================================================================
 
 A scene can print any of these lines. So the phases only go forward, a line about another number of pixels than those of
-the picture is no progress, and neither tokens nor photons count as growth, because they may grow without end.
+the picture is no progress, and neither tokens nor photons count as growth, because they may grow without end. A number
+of more digits than POV-Ray prints is text.
 """
 
 from __future__ import annotations
@@ -20,9 +21,10 @@ from enum import StrEnum
 PRETRACE_SHARE = 0.3
 """The share of the progress that a radiosity pretrace takes; POV-Ray does not report how long it will last."""
 
-_RENDERED = re.compile(r"Rendered (\d+) of (\d+) pixels")
-_PARSING = re.compile(r"Parsing (\d+)K tokens")
-_PHOTONS = re.compile(r"Photon count (\d+)")
+# Python refuses to convert thousands of digits, and other digits than those of ASCII are never printed by POV-Ray.
+_RENDERED = re.compile(r"Rendered (\d{1,12}) of (\d{1,12}) pixels", re.ASCII)
+_PARSING = re.compile(r"Parsing (\d{1,12})K tokens", re.ASCII)
+_PHOTONS = re.compile(r"Photon count (\d{1,18})(?!\d)", re.ASCII)
 _RADIOSITY_TIME = re.compile(r"\s*Radiosity Time:\s+\d")
 _PHOTON_TIME = re.compile(r"\s*Photon Time:\s+\d")
 

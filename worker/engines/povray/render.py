@@ -66,8 +66,8 @@ def render(
     ------
     SceneError
         If POV-Ray refuses the scene, with file and line.
-    Stopped, RenderTimedOut, ParseTimedOut, PhotonsTimedOut, RenderStalled, OutOfMemory, RenderFailed, DiskFull,
-    SandboxMissing, PovrayMissing
+    Stopped, RenderTimedOut, ParseTimedOut, PhotonsTimedOut, RenderStalled, RenderCrashed, OutOfMemory, RenderFailed,
+    DiskFull, SandboxMissing, PovrayMissing
         See the table of answers in `diagnosis`.
     """
     task_dir = task_dir.resolve()
@@ -137,12 +137,13 @@ def _render(
         raise RenderFailed(f"POV-Ray ended well and left no picture {command.picture}.")
     check_picture(picture, command)
     messages = read_messages(outcome.lines, roots=roots)
+    statistics = read_statistics(outcome.lines) or Statistics()
     return RenderOutcome(
         picture=picture,
         wall_s=outcome.wall_s,
         cpu_s=spent_cpu_s,
         peak_memory_mb=outcome.peak_memory_mb,
-        statistics=read_statistics(outcome.lines) or Statistics(),
+        statistics=statistics.at_most(wall_s=outcome.wall_s, cpu_s=outcome.cpu_s),
         radiosity_seen=outcome.progress.radiosity,
         photons_seen=outcome.progress.photons,
         warnings=tuple(str(message) for message in messages if message.kind is MessageKind.WARNING)[:_KEPT_WARNINGS],

@@ -122,6 +122,15 @@ def test_the_same_limit_twice_in_a_row_is_permanent(farm: Farm) -> None:
     assert (job.status, job.error_code) == (JobStatus.FAILED, "out-of-memory")
 
 
+def test_an_endless_scene_costs_two_timeouts_whatever_it_prints(farm: Farm) -> None:
+    farm.planned(**MANY)
+    order, *_ = farm.dispatch()
+    farm.say(claimed(order), failed(order, code="render-stalled"))
+    order = _again(farm, order.task_id)
+    farm.say(claimed(order), failed(order, code="parse-timeout"))
+    assert (farm.task(order).status, farm.task(order).permanent) == (TaskStatus.FAILED, True)
+
+
 @pytest.mark.parametrize("code", sorted(DETERMINISTIC))
 def test_each_limit_of_a_job_ends_a_task_at_the_second_time(farm: Farm, code: str) -> None:
     farm.planned(**MANY)

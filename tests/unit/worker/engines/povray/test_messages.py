@@ -4,7 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from worker.engines.povray.messages import MessageKind, Statistics, read_messages, read_statistics, unwrap
+from worker.engines.povray.messages import (
+    LONGEST_MESSAGE,
+    MessageKind,
+    Statistics,
+    read_messages,
+    read_statistics,
+    unwrap,
+)
 
 LONG_PATH = """\
 ==== [Parsing...] ==========================================================
@@ -82,3 +89,20 @@ def test_statistics_are_summed_by_what_the_work_was_for() -> None:
 
 def test_without_a_trace_there_are_no_statistics() -> None:
     assert read_statistics(STATISTICS[:5]) is None
+
+
+def test_numbers_that_a_scene_prints_are_text_when_they_are_none() -> None:
+    printed = [
+        "  Trace Time:       0 hours (1.2.3 seconds)",
+        f"  Parse Time:       0 hours ({'9' * 5000} seconds)",
+        "              using 1 thread(s) with ... CPU-seconds total",
+        f"File 'a.pov' line {'9' * 5000}: Parse Error: no",
+    ]
+    assert read_statistics(printed) is None
+    assert read_messages(printed) == []
+
+
+def test_a_message_without_end_is_cut() -> None:
+    printed = ["Parse Error: " + "x" * 80, *["y" * 16_000] * 3000]
+    (message,) = read_messages(printed)
+    assert LONGEST_MESSAGE - 20 < len(message.text) < LONGEST_MESSAGE

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from itertools import accumulate, pairwise
 
+import pytest
+
 from worker.engines.povray.progress import Phase, PovrayProgressReader, Progress, advance, is_progress
 
 PLAIN = """\
@@ -124,3 +126,13 @@ def test_a_scene_that_prints_lines_of_progress_neither_grows_without_end_nor_ret
     ]
     steps = _growths("Rendered 2048 of 3072 pixels (66%)", *printed)
     assert set(steps) == {(Phase.RENDERING, 2048 / 3072)}
+
+
+@pytest.mark.parametrize("number", ["1", "9" * 5000, "\u0663", "-1", "1e9", ""])
+@pytest.mark.parametrize(
+    "text", ["Rendered {} of 0 pixels", "Rendered 1 of {} pixels", "Parsing {}K tokens", "Photon count {}"]
+)
+def test_no_number_that_a_scene_prints_stops_the_reader_or_is_a_share_of_the_picture(text: str, number: str) -> None:
+    reader = PovrayProgressReader(first_block_px=1024, total_px=3072)
+    reader.read(text.format(number))
+    assert (reader.growth, reader.progress.count < 10**18) == (0.0, True)
