@@ -13,6 +13,7 @@ from pydantic import Field, PrivateAttr
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from lippmann.job.old_names import rename_settings
+from lippmann.job.rig import MAX_FRAME_PX
 from lippmann.logs import LogFormat
 from lippmann.plan.artifact_store import RESERVE_MB
 
@@ -47,6 +48,8 @@ class WorkerSettings(BaseSettings):
     """The free space that artifacts and attempts leave on a disk, in megabytes."""
     log_format: LogFormat = "plain"
     """The form of the log: `plain` lines, or `json`, one object a line."""
+    picture_px: int = Field(default=2**27, ge=1, le=MAX_FRAME_PX**2)
+    """The largest picture of another program that is decoded, in pixels; `lippmann import` and its like obey it too."""
     heartbeat_file: Path | None = None
     """A file that is touched every few seconds while the worker takes orders, or while the broker is unreachable, for
     the health check of a container."""

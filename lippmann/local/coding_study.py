@@ -20,7 +20,7 @@ from lippmann.local.files.writable import check_writable
 from lippmann.local.plot import COLOURS, axes, check_plots
 from lippmann.plan.sampling import display_size
 from lippmann.terminal.progress import ProgressLine
-from worker.images.convert import picture_codes
+from worker.untrusted import picture_codes
 
 NAME = "coding-study"
 _MARKS: dict[Arrangement, str] = {"sheets": "o-", "views": "s--"}

@@ -13,7 +13,8 @@ from lippmann.local.files.master import ORTHOSCOPIC, OTHER_MASTERS, naming, rig_
 from lippmann.plan.sampling import display_size
 from lippmann.terminal.progress import ProgressLine
 from worker.images.colour_space import colour_notes
-from worker.images.convert import MASTER, SHOWN, picture_codes
+from worker.images.convert import MASTER, SHOWN
+from worker.untrusted import picture_codes
 
 _OPTIONS = "--px-per-lens and --lens-count"
 _NAMED_AT_MOST = 8

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import BadInput, LayoutError
+from lippmann.job.imported_sheets import SUFFIXES
 from lippmann.job.rig import Rig
 from lippmann.job.viewing import EYES_APART_MM, PUPIL_MM, RAYS, SIZE_PX, Stereo
 from lippmann.lattice.cell import Lattice
@@ -44,7 +45,7 @@ from lippmann.local.files.image_files import preview_png, save_image
 from lippmann.local.files.master import depth_beside, read_depth, read_master, rig_in
 from lippmann.plan.design.observed_display import observed_display
 from worker.images.colour import linear_light
-from worker.images.imported import FOREIGN_SUFFIXES, read_imported
+from worker.untrusted import read_imported
 
 Light = NDArray[np.floating[Any]]
 Place = Eye | tuple[float, float, float]
@@ -125,8 +126,8 @@ class IntegralImage(lightfield.IntegralImage):
         file = Path(path)
         if not file.is_file():
             raise BadInput(f"expected an integral image, got {file}: there is no such file")
-        if file.suffix.lower() not in FOREIGN_SUFFIXES:
-            raise BadInput(f"expected an integral image as {', '.join(FOREIGN_SUFFIXES)}, got {file}")
+        if file.suffix.lower() not in SUFFIXES:
+            raise BadInput(f"expected an integral image as {', '.join(SUFFIXES)}, got {file}")
         rig = rig_in(file) if file.suffix.lower() == ".exr" else None
         if rig is not None:
             if layout is not None:

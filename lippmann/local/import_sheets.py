@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from lippmann.errors import BadInput
-from lippmann.job.imported_sheets import SheetGeometry
+from lippmann.job.imported_sheets import SUFFIXES, SheetGeometry
 from lippmann.job.problems import problems_of
 from lippmann.job.rig import Rig
 from lippmann.lightfield.calibrate.calibrate import Calibration, calibrate_picture, calibrate_white_image
@@ -30,9 +30,9 @@ from lippmann.plan.imported import imported_rig, lens_grid, upright_first
 from lippmann.plan.sampling import device_pixels, display_size, frame_size
 from lippmann.terminal.progress import ProgressLine
 from worker.images.colour_space import NOT_NAMED, colour_notes
-from worker.images.imported import FOREIGN_SUFFIXES, read_imported
 from worker.images.write import write_exr, write_png, write_thumbnail
 from worker.tasks.assemble import THUMB_PX
+from worker.untrusted import read_imported
 
 FITS = 0.002
 """The largest relative difference between a given pitch and the calibrated one: 0.2 lenses in a hundred."""
@@ -297,8 +297,8 @@ def _write_frame(picture: NDArray[np.float32], lenses: Lenses, source: Path, *, 
 
 
 def _check_suffix(path: Path) -> None:
-    if path.suffix.lower() not in FOREIGN_SUFFIXES:
-        raise BadInput(f"expected a picture as {', '.join(FOREIGN_SUFFIXES)}, got {path}")
+    if path.suffix.lower() not in SUFFIXES:
+        raise BadInput(f"expected a picture as {', '.join(SUFFIXES)}, got {path}")
     if not path.is_file():
         raise BadInput(f"expected a picture at {path}, got no file")
 

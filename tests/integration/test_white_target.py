@@ -19,9 +19,9 @@ from lippmann.optics.rig.bench import bench
 from lippmann.plan.sampling import frame_size
 from tests.builders import small_job
 from tests.unit.lippmann.lightfield.lens_pictures import off_lattice_px
-from worker.images.imported import read_imported
 from worker.settings import WorkerSettings
 from worker.tasks.local import capture_frame
+from worker.untrusted import read_imported
 
 
 def _white(folder: Path, **rig: Any) -> tuple[JobSpec, NDArray[np.float32]]:

@@ -1,7 +1,8 @@
 """Pictures as files; OpenImageIO is used only here.
 
 read          EXR and PNG to arrays, whole or a region, with every read checked; OpenImageIO's threads
-imported      PNG, TIFF and EXR of other programs to linear light
+header        the headers of pictures of other programs, read by content and bounded
+decoder       the program that decodes one picture inside the sandbox
 colour_space  what the codes of such pictures mean
 write         linear EXR masters; sRGB PNG and WebP for people
 encode        pixels to a file in memory, and from there to disk
@@ -15,7 +16,7 @@ colour        linear light to sRGB codes and back; depth as colours
 icc           ICC profiles: the one of sRGB, and the curves of others
 resize        another size, by a named filter
 drawing       black shapes and words in pictures
-convert       a linear EXR or PNG as sRGB codes, or as the bytes of another file
+convert       a linear EXR as the bytes of another file
 
 Arrays are `(rows, cols, channel)`, row 0 at the top, with the three channels red, green and blue; numbers that are not
 light have channels with their own names.

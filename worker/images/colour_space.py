@@ -16,18 +16,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from OpenImageIO import ImageSpec
 
 from worker.images.colour import decoded_srgb
+from worker.images.header import PictureHeader, read_header
 from worker.images.icc import profile_curve
-from worker.images.read import opened
 
 Decode = Callable[[NDArray[np.float64]], NDArray[np.float64]]
-
-_PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
-_CHUNKS = (b"cICP", b"sRGB", b"gAMA")
-_CHUNKS_AT_MOST = 1000
-_CHUNK_BYTES_AT_MOST = 16
 
 _TRANSFERS: dict[int, tuple[str, float | None]] = {
     4: ("gamma 2.2", 2.2),
@@ -91,28 +85,18 @@ def file_colour_space(path: Path) -> ColourSpace:
     ArtifactBroken
         If its header cannot be read.
     """
-    with opened(path) as source:
-        return colour_space(path, source.spec())
+    return colour_space(read_header(path))
 
 
-def colour_space(path: Path, spec: ImageSpec) -> ColourSpace:
-    """Return the colour space of an open picture of another program.
-
-    Parameters
-    ----------
-    path
-        The file, whose PNG chunks are read.
-    spec
-        The header of the file as OpenImageIO reads it.
-    """
-    if str(spec.format) in ("half", "float", "double"):
+def colour_space(header: PictureHeader) -> ColourSpace:
+    """Return the colour space of a picture of another program by its header."""
+    if header.is_light:
         return linear_space("floating numbers")
-    chunks = _png_chunks(path)
+    chunks = header.chunks
     if b"cICP" in chunks:
         return _of_cicp(chunks[b"cICP"])
-    profile = spec.getattribute("ICCProfile")
-    if profile is not None:
-        return _of_profile(np.asarray(profile, dtype=np.uint8).tobytes())
+    if header.icc is not None:
+        return _of_profile(header.icc)
     if b"sRGB" in chunks:
         return _srgb("sRGB chunk")
     if len(chunks.get(b"gAMA", b"")) == 4 and any(chunks[b"gAMA"]):
@@ -140,26 +124,6 @@ def colour_notes(paths: Sequence[Path]) -> tuple[str, ...]:
 def _named(paths: Sequence[Path]) -> str:
     others = len(paths) - 1
     return f"{paths[0].name} and {others} more" if others else paths[0].name
-
-
-def _png_chunks(path: Path) -> dict[bytes, bytes]:
-    """Return the contents of the chunks before a PNG's pixels that name its colour space."""
-    found: dict[bytes, bytes] = {}
-    with path.open("rb") as file:
-        if file.read(len(_PNG_SIGNATURE)) != _PNG_SIGNATURE:
-            return found
-        for _ in range(_CHUNKS_AT_MOST):
-            head = file.read(8)
-            if len(head) < 8:
-                break
-            length, name = struct.unpack(">I4s", head)
-            if name == b"IDAT":
-                break
-            wanted = name in _CHUNKS and length <= _CHUNK_BYTES_AT_MOST
-            if wanted:
-                found[name] = file.read(length)
-            file.seek(4 if wanted else length + 4, 1)
-    return found
 
 
 def _of_cicp(content: bytes) -> ColourSpace:

@@ -1,4 +1,4 @@
-"""Convert pictures for the service and for comparisons: sRGB codes, or bytes of a PNG or WebP.
+"""Convert pictures for the service: the bytes of a PNG or WebP.
 
 The functions may be called from any number of threads.
 """
@@ -12,42 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.viewing import Filter
-from worker.images.colour import srgb_codes
-from worker.images.colour_space import file_colour_space
-from worker.images.imported import read_imported
-from worker.images.read import read_codes_8, read_rgb
+from worker.images.read import read_rgb
 from worker.images.resize import resize
 from worker.images.write import encoded_png, encoded_webp
 
 MASTER, SHOWN = ".exr", ".png"
 """The suffixes of files with linear light and with sRGB codes."""
-
-
-def picture_codes(path: Path, *, linear: bool = False) -> NDArray[np.uint8]:
-    """Return the sRGB codes of an EXR or a PNG, `(rows, cols, 3)`.
-
-    The codes of a PNG in sRGB are returned as they are stored. Those of one in another colour space are decoded and
-    encoded again.
-
-    Parameters
-    ----------
-    path
-        The EXR or PNG.
-    linear
-        Read the codes of a PNG as linear light, whatever colour space the file names.
-
-    Raises
-    ------
-    ArtifactMissing, ArtifactBroken
-        If the file is not there, not whole, or does not have the three channels.
-    OutputError
-        If it cannot be converted.
-    """
-    if path.suffix.lower() == MASTER:
-        return srgb_codes(read_rgb(path, np.float32))
-    if not linear and file_colour_space(path).name == "sRGB":
-        return read_codes_8(path)
-    return srgb_codes(read_imported(path, linear=linear))
 
 
 def png(path: Path, *, bits: int = 8) -> bytes:

@@ -16,10 +16,20 @@ import OpenImageIO
 from numpy.typing import NDArray
 from OpenImageIO import ImageInput, ImageSpec, geterror
 
-from lippmann.errors import ArtifactBroken, ArtifactMissing
+from lippmann.errors import ArtifactBroken
 from lippmann.lightfield.sheet.assemble import TilePlace
+from worker.images.header import read_header
 
 Light = TypeVar("Light", bound=np.floating[Any])
+
+SUFFIXES = {
+    "PNG": (".png",),
+    "TIFF": (".tif", ".tiff"),
+    "EXR": (".exr",),
+    "JPEG": (".jpg", ".jpeg"),
+    "PFM": (".pfm",),
+}
+"""The suffixes by which OpenImageIO knows a format."""
 
 ATTRIBUTE_PREFIX = "lippmann:"
 """The prefix of our own EXR header attributes."""
@@ -138,7 +148,7 @@ def read_codes_8(path: Path) -> NDArray[np.uint8]:
 
 
 def read_attributes(path: Path) -> dict[str, str]:
-    """Return our own attributes in a picture's header, without their prefix; see `write_exr`.
+    """Return our own attributes in the header of an EXR, without their prefix; see `write_exr`.
 
     Raises
     ------
@@ -147,21 +157,23 @@ def read_attributes(path: Path) -> dict[str, str]:
     ArtifactBroken
         If its header cannot be read.
     """
-    with opened(path) as source:
-        return {
-            item.name.removeprefix(ATTRIBUTE_PREFIX): str(item.value)
-            for item in source.spec().extra_attribs
-            if item.name.startswith(ATTRIBUTE_PREFIX)
-        }
+    texts = read_header(path).texts
+    return {
+        name.removeprefix(ATTRIBUTE_PREFIX): text for name, text in texts.items() if name.startswith(ATTRIBUTE_PREFIX)
+    }
 
 
 @contextmanager
-def opened(path: Path, ask: ImageSpec | None = None) -> Iterator[ImageInput]:
-    """Yield an open picture; errors are those of `read_rgb`. `ask` has settings of the reader."""
-    if not path.is_file():
-        raise ArtifactMissing(f"expected a picture at {path.name}, got no file")
-    with utf8_path(path) as name:
-        source = ImageInput.open(name) if ask is None else ImageInput.open(name, ask)
+def opened(path: Path) -> Iterator[ImageInput]:
+    """Yield an open picture of one of `worker.images.header.FORMATS`; errors are those of `read_rgb`.
+
+    The content chooses the one reader that sees the file, and the header is checked before.
+    """
+    suffixes = SUFFIXES[read_header(path).format]
+    # OpenImageIO chooses the reader by the suffix, and else tries all that it has.
+    OpenImageIO.attribute("try_all_readers", 0)
+    with utf8_path(path, suffixes) as name:
+        source = ImageInput.open(name)
         if source is None:
             raise ArtifactBroken(f"{path.name}: {_words(geterror())}")
         try:
@@ -171,20 +183,29 @@ def opened(path: Path, ask: ImageSpec | None = None) -> Iterator[ImageInput]:
 
 
 @contextmanager
-def utf8_path(path: Path) -> Iterator[str]:
-    """Yield a path that OpenImageIO can open: the path itself, or a symbolic link to it if it is not UTF-8.
+def utf8_path(path: Path, suffixes: Sequence[str] = ()) -> Iterator[str]:
+    """Yield a path that OpenImageIO can open: the path itself, or a symbolic link to it.
 
-    OpenImageIO takes paths as UTF-8 only. A file that is written through the link is created at `path`.
+    OpenImageIO takes paths as UTF-8 only, and reads settings after a question mark. A file that is written through the
+    link is created at `path`. If `suffixes` are given, the path that is yielded has one of them.
     """
-    try:
-        str(path).encode("utf-8")
-    except UnicodeEncodeError:
+    suffix = path.suffix.encode("ascii", "ignore").decode()
+    fits = not suffixes or suffix.lower() in suffixes
+    if not fits or "?" in str(path) or not _is_utf8(path):
         with tempfile.TemporaryDirectory(prefix="lippmann-") as folder:
-            link = Path(folder, "picture" + path.suffix.encode("ascii", "ignore").decode())
+            link = Path(folder, "picture" + (suffix if fits else suffixes[0]))
             link.symlink_to(path.absolute())
             yield str(link)
     else:
         yield str(path)
+
+
+def _is_utf8(path: Path) -> bool:
+    try:
+        str(path).encode("utf-8")
+    except UnicodeEncodeError:
+        return False
+    return True
 
 
 def channel_places(path: Path, source: ImageInput, names: Sequence[str]) -> list[int]:

@@ -74,7 +74,7 @@ def _captured(masters: Masters, layout: CellLayout) -> Iterator[NDArray[Any]]:
     """Yield the captured image of a frame in bands, from its tiles or from an imported picture."""
     place, sheet, frame = masters.place, masters.sheet, masters.frame
     if sheet.sheets is not None:
-        yield imported_sheet(place, sheet, frame)
+        yield imported_sheet(place, sheet, frame, masters.monitor)
     else:
         yield from assembled(layout, _tiles(masters, layout, partial(names.tile_name, frame)))
 

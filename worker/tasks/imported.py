@@ -14,40 +14,51 @@ from lippmann.lightfield.calibrate.imported import captured_of
 from lippmann.plan.imported import lens_grid
 from lippmann.plan.sampling import frame_size
 from worker.images.colour_space import file_colour_space, linear_space
-from worker.images.imported import read_imported
 from worker.sandbox.log import AttemptLog
+from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
+from worker.untrusted import read_imported
 
 
-def imported_sheet(place: Workplace, sheet: ResolvedJob, frame: int) -> NDArray[np.float16]:
+def imported_sheet(place: Workplace, sheet: ResolvedJob, frame: int, monitor: ProgressMonitor) -> NDArray[np.float16]:
     """Return the imported image of a frame as direct pickup would have captured it, `(rows, cols, 3)`.
 
     Raises
     ------
     BundleError
-        If the picture is not whole.
+        If the picture is not whole, of another format than those that are read, or too large.
     LayoutError
         If the lenses do not lie on it.
+    Stopped
+        If the work should end.
     """
     said = sheet.sheets
     assert said is not None  # noqa: S101 - its caller's promise
     name = said.files[frame - 1]
     try:
-        picture = read_imported(place.bundle_folder(sheet.bundle) / name, linear=said.linear)
+        with place.task_folder() as scratch:
+            picture = read_imported(
+                place.bundle_folder(sheet.bundle) / name,
+                linear=said.linear,
+                sandbox=place.sandbox_for(sheet.bundle),
+                at_most_px=place.settings.picture_px,
+                scratch=scratch,
+                should_stop=monitor.should_stop,
+            )
     except ArtifactBroken as error:
-        raise BundleError(f"{name}: expected a whole picture, got {error.message}") from error
+        raise BundleError(f"sheets.files: {name}: expected a whole picture, got {error.message}") from error
     grid = lens_grid(said, picture.shape[:2])
     layout = grid.layout(said.px_per_lens)
     captured = captured_of(picture, grid, layout, pseudoscopic=said.pseudoscopic, inverted=said.inverted)
     return captured.astype(np.float16)
 
 
-def probe_imported(place: Workplace, sheet: ResolvedJob, log: AttemptLog) -> ProbeResult:
+def probe_imported(place: Workplace, sheet: ResolvedJob, log: AttemptLog, monitor: ProgressMonitor) -> ProbeResult:
     """Read the first frame and measure the time; such a job renders nothing. The log names its colour space."""
     assert sheet.sheets is not None  # noqa: S101 - its caller's promise
     frame = sheet.spec.frame_numbers[0]
     began_s = time.process_time()
-    imported_sheet(place, sheet, frame)
+    imported_sheet(place, sheet, frame, monitor)
     name = sheet.sheets.files[frame - 1]
     space = linear_space(None) if sheet.sheets.linear else file_colour_space(place.bundle_folder(sheet.bundle) / name)
     source = "sheets.linear" if sheet.sheets.linear else space.known_by or "nothing in the file"

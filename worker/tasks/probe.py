@@ -23,7 +23,7 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
     sheet = place.job_sheet(order.job_id)
     if sheet.sheets is not None:
         with place.task_folder() as folder, kept_log(place, order, folder) as log:
-            return TaskResult(probe=probe_imported(place, sheet, log))
+            return TaskResult(probe=probe_imported(place, sheet, log, monitor))
     rows, cols = probe_size(frame_size(sheet.spec.rig))
     with place.task_folder() as folder, kept_log(place, order, folder) as log:
         picture = render_picture(

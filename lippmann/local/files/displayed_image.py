@@ -16,8 +16,8 @@ from lippmann.lightfield.observer.display import LensDisplay
 from lippmann.local.files.master import DEVICE, named_rig, naming, stage_in
 from lippmann.local.image import open_orthoscopic
 from lippmann.plan.design.observed_display import observed_display, reduced_mm, used_gap_mm
-from worker.images.read import read_rgb
 from worker.tasks.assemble import on_device
+from worker.untrusted import read_master_light
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def open_displayed_image(
         If the file is damaged behind its header.
     """
     is_device = file.absolute().parent.name == DEVICE and file.is_file()
-    pixels = read_rgb(file, np.float16) if is_device else open_orthoscopic(file).pixels
+    pixels = read_master_light(file) if is_device else open_orthoscopic(file).pixels
     rig = named_rig(file)
     with naming(file):
         gap_mm = gap.of(rig, file)

@@ -21,7 +21,8 @@ from lippmann.lightfield.sheet.lens_grid import device_grid
 from lippmann.lightfield.sheet.rectify import rectify
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import device_pixels, display_size, frame_size
-from worker.images.read import read_attributes, read_channels, read_rgb
+from worker.images.read import read_attributes, read_channels
+from worker.untrusted import read_master_light
 
 INTEGRAL = "integral"
 """The folder of the masters as captured, which are pseudoscopic."""
@@ -74,7 +75,7 @@ def read_master(path: Path) -> Master:
     kind = read_attributes(path).get(names.KIND)
     pseudoscopic = folder == INTEGRAL if kind is None else kind == names.PSEUDOSCOPIC
     layout = frame_size(rig) if pseudoscopic else display_size(rig)
-    pixels = read_rgb(path, np.float16)
+    pixels = read_master_light(path)
     if folder == DEVICE:
         pixels = _rectified(pixels, layout, rig, path)
     if pixels.shape[:2] != (layout.rows, layout.cols):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from worker.images.colour_space import file_colour_space
-from worker.images.imported import read_imported
+from worker.untrusted import read_imported
 
 
 @pytest.mark.parametrize(

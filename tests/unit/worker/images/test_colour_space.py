@@ -13,11 +13,11 @@ import pytest
 import tifffile
 from PIL import Image, ImageCms
 
+from lippmann.errors import ArtifactBroken
 from worker.images.colour_space import colour_notes, file_colour_space
-from worker.images.convert import picture_codes
 from worker.images.icc import profile_curve, srgb_profile
-from worker.images.imported import read_imported
 from worker.images.write import write_png
+from worker.untrusted import picture_codes, read_imported
 
 HALF = 0x8000 / 0xFFFF
 """The value of every code."""
@@ -211,4 +211,5 @@ def test_a_profile_cut_short_anywhere_is_no_error() -> None:
 
 def test_a_thousand_chunks_before_the_pixels_are_not_all_read(tmp_path: Path) -> None:
     path = png(tmp_path / "a.png", *[chunk(b"teST", b"")] * 1001, gama(1))
-    assert file_colour_space(path).known_by is None
+    with pytest.raises(ArtifactBroken, match=r"a\.png: expected a whole header .*, got more than 1000 chunks"):
+        file_colour_space(path)

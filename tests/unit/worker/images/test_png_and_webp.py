@@ -18,10 +18,11 @@ from lippmann.errors import ArtifactBroken, ArtifactMissing, OutputError, StoreF
 from tests.srgb import encoded_srgb
 from tests.unit.worker.images.pictures import SHAPES, decoded, noise
 from worker.images.colour import srgb_codes
-from worker.images.convert import picture_codes, png
+from worker.images.convert import png
 from worker.images.encode import encoded, save
 from worker.images.read import read_codes
 from worker.images.write import write_exr, write_png, write_thumbnail
+from worker.untrusted import picture_codes
 
 HALVES_FROM_BLACK_TO_WHITE = np.arange(0x3C01, dtype=np.uint16).view(np.float16)
 """Every half float from 0 to 1."""

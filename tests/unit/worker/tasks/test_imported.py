@@ -21,7 +21,6 @@ from lippmann.plan.tasks import plan_sheet
 from tests.builders import local_place, order_of, stored_picture
 from tests.unit.lippmann.lightfield.sheets import numbered_sheet
 from worker.images.colour import srgb_codes
-from worker.images.imported import read_imported
 from worker.images.read import read_attributes
 from worker.sandbox.bundle import check_bundle, pack_folder
 from worker.tasks.assemble import assemble_frame
@@ -30,6 +29,7 @@ from worker.tasks.local import JOB_ID, local_job, store_plan
 from worker.tasks.monitor import NullMonitor
 from worker.tasks.probe import probe_job
 from worker.tasks.workplace import Workplace
+from worker.untrusted import read_imported
 
 LAYOUT = CellLayout(8, 10, 6, "hexagonal")
 JOB = {"scene": "mine", "frames": "1-2", "outputs": ["views.mp4"]}

@@ -1,0 +1,128 @@
+"""Decode one picture in a process of its own: the program that runs inside the sandbox.
+
+Run as a file of its own (`python -I decoder.py PICTURE ROWS COLS`, in the only folder that can be written), so that
+nothing but NumPy and OpenImageIO must be readable inside. PICTURE is one of `NAMES`. `PIXELS` then holds the numbers of
+red, green and blue, rows from the top, and the last line of output is their type: `uint8`, `uint16`, `half`, `float`. A
+picture that cannot be decoded gives the exit code 3 and the reason as the last line.
+
+Whoever starts it believes nothing but the number of bytes that the header of the picture allows.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+REFUSED = 3
+"""The exit code for a picture that cannot be decoded."""
+PIXELS = "pixels.raw"
+"""The name of the file with the decoded numbers."""
+TYPES = {"uint8": "uint8", "uint16": "uint16", "half": "half", "float": "float", "double": "float"}
+"""The types of numbers that are written, by those of the file."""
+
+NAMES = {
+    "PNG": "picture.png",
+    "TIFF": "picture.tif",
+    "EXR": "picture.exr",
+    "JPEG": "picture.jpg",
+    "PFM": "picture.pfm",
+}
+"""The name of the picture by its format: OpenImageIO chooses the reader by the suffix."""
+
+_BAND_BYTES = 16_000_000
+_COLOURS = (("R", "G", "B"), ("r", "g", "b"), ("red", "green", "blue"))
+_GREYS = ("Y", "I", "L", "grey", "gray", "luminance")
+
+
+class Refused(Exception):
+    """The picture cannot be decoded."""
+
+
+def places(names: list[str], alpha: int) -> list[int]:
+    """Return the indices of red, green and blue among the channels; grey is all three.
+
+    Parameters
+    ----------
+    names
+        The names of the channels.
+    alpha
+        The index of alpha; negative without alpha.
+    """
+    for wanted in _COLOURS:
+        if all(name in names for name in wanted):
+            return [names.index(name) for name in wanted]
+    if len(names) == 1 or (len(names) == 2 and alpha == 1):
+        return [0, 0, 0]
+    for grey in _GREYS:
+        if grey in names:
+            return [names.index(grey)] * 3
+    raise Refused(f"expected red, green and blue, or grey, got channels {tuple(names[:8])}")
+
+
+def decode(name: str, rows: int, cols: int) -> str:
+    """Write the numbers of a picture in the working directory to `PIXELS` and return their type."""
+    import OpenImageIO
+
+    # No other reader is tried than the one for the suffix.
+    OpenImageIO.attribute("try_all_readers", 0)
+    OpenImageIO.attribute("threads", 1)
+    OpenImageIO.attribute("exr_threads", -1)
+    ask = OpenImageIO.ImageSpec()
+    ask.attribute("oiio:UnassociatedAlpha", 1)  # else colours come multiplied by alpha
+    picture = OpenImageIO.ImageInput.open(name, ask)
+    if picture is None:
+        raise Refused(_words(OpenImageIO.geterror()))
+    spec = picture.spec()
+    if (spec.height, spec.width, spec.depth) != (rows, cols, 1):
+        raise Refused(f"expected {rows} x {cols} x 1 px, got {spec.height} x {spec.width} x {spec.depth} px")
+    numbers = str(spec.format)
+    if numbers not in TYPES:
+        raise Refused(f"expected 8 or 16 bits, or floating numbers, got {numbers}")
+    wanted = places(list(spec.channelnames), spec.alpha_channel)
+    with open(PIXELS, "xb") as file:
+        for band in _bands(picture, max(wanted) + 1, TYPES[numbers]):
+            file.write(band[..., wanted].tobytes())
+    return TYPES[numbers]
+
+
+def _bands(picture: Any, channels: int, numbers: str) -> Iterator[Any]:
+    """Yield bands of rows of an open picture, `(rows, cols, channel)`."""
+    spec = picture.spec()
+    x, y, rows, cols, high = spec.x, spec.y, spec.height, spec.width, spec.tile_height or 1
+    step = max(1, _BAND_BYTES // (cols * channels * 4) // high) * high
+    for start in range(0, rows, step):
+        stop = min(rows, start + step)
+        if spec.tile_height:
+            band = picture.read_tiles(x, x + cols, y + start, y + stop, 0, 1, 0, channels, numbers)
+        else:
+            band = picture.read_scanlines(y + start, y + stop, 0, 0, channels, numbers)
+        # Some readers return the rows that they have, and report the missing rows only as an error.
+        trouble = picture.geterror()
+        if band is None or trouble:
+            raise Refused(_words(trouble))
+        yield band.reshape(stop - start, cols, channels)
+
+
+def _words(trouble: str) -> str:
+    return " ".join(trouble.split()) or "cannot be read"
+
+
+def main(words: list[str]) -> int:
+    """Decode the picture that the command line names; return the exit code."""
+    name, rows, cols = words
+    try:
+        said, code = decode(name, int(rows), int(cols)), 0
+    except Refused as error:
+        said, code = str(error), REFUSED
+    except MemoryError:
+        said, code = (
+            "expected a picture that is decoded within the memory for its size, got one that needs more",
+            REFUSED,
+        )
+    sys.stdout.write(f"{said}\n")
+    return code
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))

@@ -1,0 +1,279 @@
+"""Pictures of other programs as linear light: read by content, bounded by their header, decoded inside the sandbox.
+
+`worker.images.header` names the format and the size, and refuses every other format, and what is too
+large. A child in the sandbox decodes the picture with the one reader for its content, and leaves raw numbers. What it
+leaves is read without following links, and only as many bytes as the header allows.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+import signal
+import sys
+import tempfile
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import ArtifactBroken, LippmannError, RenderCrashed, RenderFailed, SandboxMissing, Stopped
+from lippmann.job.rig import MAX_FRAME_PX
+from worker.images import decoder
+from worker.images.colour import srgb_codes
+from worker.images.colour_space import colour_space, light_of_codes, linear_space
+from worker.images.convert import MASTER
+from worker.images.header import PictureHeader, read_header
+from worker.images.read import read_rgb
+from worker.images.rows import bands_of_rows
+from worker.sandbox.detect import detect
+from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
+from worker.sandbox.log import AttemptLog
+from worker.sandbox.process import Ending, Outcome, run
+from worker.sandbox.results import take_result
+from worker.sandbox.sandbox import PATH, Sandbox
+from worker.settings import WorkerSettings
+
+START_S = 60.0
+"""The CPU time in which Python starts with its libraries, on a slow machine."""
+BYTES_PER_S = 10_000_000
+"""The slowest speed of decoding that is waited for, in bytes of decoded numbers per CPU second."""
+WAIT = 8.0
+"""The elapsed seconds per CPU second on a machine that does other work too."""
+PROGRAM_MB = 1024
+"""The address space of Python with its libraries."""
+
+_MIB = 1 << 20
+_DECODER = "decoder.py"
+_DTYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
+
+
+def _never() -> bool:
+    return False
+
+
+def read_imported(
+    path: Path,
+    *,
+    linear: bool = False,
+    sandbox: Sandbox | None = None,
+    at_most_px: int | None = None,
+    scratch: Path | None = None,
+    should_stop: Callable[[], bool] = _never,
+) -> NDArray[np.float32]:
+    """Return a picture of any program as linear light, `(rows, cols, 3)`.
+
+    Whole numbers are decoded by the file's colour space; floating ones are linear light. Alpha is left out, and what it
+    covers is not darkened by it. Grey becomes three equal channels.
+
+    Parameters
+    ----------
+    path
+        PNG, TIFF, EXR, JPEG or PFM, whatever its suffix.
+    linear
+        Read codes as linear light, whatever colour space the file names.
+    sandbox
+        The sandbox of the decoder; by default the best one of this machine, or only limits where no sandbox works.
+    at_most_px
+        The limit of rows x columns; by default that of the worker's settings.
+    scratch
+        A folder for the decoded numbers; by default that of the system.
+    should_stop
+        Is called while the picture is decoded; True ends that.
+
+    Raises
+    ------
+    ArtifactMissing
+        If there is no such file.
+    ArtifactBroken
+        If it is no such picture, is cut short, too large, or has other channels than red, green and blue, or grey.
+    SandboxMissing
+        If the sandbox does not start.
+    RenderCrashed
+        If the decoder was ended by a signal.
+    Stopped
+        If `should_stop` returned True.
+    """
+    header = _bounded_header(path, at_most_px)
+    space = linear_space(None) if linear else colour_space(header)
+    light = np.empty((header.rows, header.cols, 3), dtype=np.float32)
+    for start, band in _decoded(path, header, sandbox or _own_sandbox(), scratch, should_stop):
+        light[start : start + len(band)] = band if band.dtype.kind == "f" else light_of_codes(band, space)
+    return light
+
+
+def read_master_light(path: Path) -> NDArray[np.float16]:
+    """Return the light of a master that a stranger may have made, in half floats, `(rows, cols, 3)`.
+
+    Raises
+    ------
+    ArtifactMissing, ArtifactBroken, SandboxMissing, RenderCrashed
+        See `read_imported`; a master may be as large as a frame.
+    """
+    header = read_header(path, at_most_px=MAX_FRAME_PX**2, at_most_side_px=MAX_FRAME_PX)
+    light = np.empty((header.rows, header.cols, 3), dtype=np.float16)
+    for start, band in _decoded(path, header, _own_sandbox()):
+        light[start : start + len(band)] = band
+    return light
+
+
+def picture_codes(path: Path, *, linear: bool = False) -> NDArray[np.uint8]:
+    """Return the sRGB codes of a master or of a picture of any program, `(rows, cols, 3)`.
+
+    The codes of a picture in sRGB are returned as they are stored, 16 bits rounded. Those in another colour space
+    are decoded and encoded again.
+
+    Parameters
+    ----------
+    path
+        A master (EXR), or another picture.
+    linear
+        Read codes as linear light, whatever colour space the file names.
+
+    Raises
+    ------
+    ArtifactMissing, ArtifactBroken, SandboxMissing, RenderCrashed
+        See `read_imported`.
+    """
+    if path.suffix.lower() == MASTER:
+        return srgb_codes(read_rgb(path, np.float32))
+    header = _bounded_header(path, None)
+    if linear or colour_space(header).name != "sRGB":
+        return srgb_codes(read_imported(path, linear=linear))
+    codes = np.empty((header.rows, header.cols, 3), dtype=np.uint8)
+    for start, band in _decoded(path, header, _own_sandbox()):
+        codes[start : start + len(band)] = band if band.dtype == np.uint8 else np.rint(band / np.float32(257))
+    return codes
+
+
+def _bounded_header(path: Path, at_most_px: int | None) -> PictureHeader:
+    at_most_px = at_most_px or WorkerSettings().picture_px
+    return read_header(path, at_most_px=at_most_px, at_most_side_px=MAX_FRAME_PX)
+
+
+@cache
+def _own_sandbox() -> Sandbox:
+    return replace(detect(WorkerSettings().sandbox), allow_none=True)
+
+
+def _decoded(
+    path: Path,
+    header: PictureHeader,
+    sandbox: Sandbox,
+    scratch: Path | None = None,
+    should_stop: Callable[[], bool] = _never,
+) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Yield the numbers of a picture in bands of rows, each with its first row; see `decoder`."""
+    with tempfile.TemporaryDirectory(prefix="lippmann-picture-", dir=scratch) as folder:
+        place = Path(folder).resolve()
+        numbers = _decode(path, header, sandbox, place, should_stop)
+        at_most = 4 * 3 * header.rows * header.cols
+        try:
+            pixels = take_result(place / "work", decoder.PIXELS, into=place, max_bytes=at_most)
+        except RenderFailed as error:
+            raise ArtifactBroken(f"{path.name}: {error.message}") from error
+        if pixels is None:
+            raise ArtifactBroken(f"{path.name}: expected numbers from the decoder, got no file")
+        yield from _numbers(path, pixels, header, np.dtype(_DTYPES[numbers]))
+
+
+def _decode(path: Path, header: PictureHeader, sandbox: Sandbox, place: Path, should_stop: Callable[[], bool]) -> str:
+    """Decode a picture inside the sandbox, in `work` below a folder; return the type of its numbers."""
+    work = place / "work"
+    work.mkdir()
+    name = decoder.NAMES[header.format]
+    # The sandbox may run its programs as a user who cannot read the original, and whose rights do not change.
+    shutil.copyfile(path, work / name)
+    shutil.copyfile(decoder.__file__, work / _DECODER)
+    limits, times = _limits(header, path.stat().st_size)
+    prefix = Path(sys.prefix).resolve()
+    python = prefix / "bin" / Path(sys.executable).name
+    argv = [str(python), "-I", "-B", _DECODER, name, str(header.rows), str(header.cols)]
+    inside = sandbox.wrap(argv, readable=_readable(prefix), writable=work, limits=limits)
+    with AttemptLog(place / "log.txt") as log:
+        outcome = run(
+            inside,
+            cwd=work,
+            env={"PATH": PATH, "LANG": "C.UTF-8", "OPENBLAS_NUM_THREADS": "1"},
+            times=times,
+            reader=_NoProgress(),
+            on_progress=lambda _: None,
+            should_stop=should_stop,
+            log=log,
+            limits=limits,
+        )
+    last = outcome.lines[-1] if outcome.lines else ""
+    if outcome.ending is Ending.EXITED and outcome.exit_code == 0 and last in _DTYPES:
+        return last
+    raise _error(path.name, outcome, last, times)
+
+
+def _limits(header: PictureHeader, file_bytes: int) -> tuple[Limits, TimeLimits]:
+    """Return the limits of the decoder of a picture, from what its header says."""
+    # A reader may hold the whole picture, as with an interlaced PNG or a TIFF of one strip, and a copy of it.
+    held = max(header.decoded_bytes, header.block_px * header.pixel_bytes)
+    written = header.rows * header.cols * 3 * 4
+    cpu_s = START_S + held / BYTES_PER_S
+    limit = TimeLimit(WAIT * cpu_s, "the size of the picture")
+    memory_mb = PROGRAM_MB + math.ceil(3 * held / _MIB)
+    file_mb = 1 + math.ceil(written / _MIB)
+    disk_mb = file_mb + 1 + math.ceil(file_bytes / _MIB)
+    limits = Limits(cpu_s=cpu_s, memory_mb=memory_mb, file_mb=file_mb, disk_mb=disk_mb, files=20)
+    return limits, TimeLimits(limit, limit)
+
+
+def _readable(prefix: Path) -> list[Path]:
+    """Return what the decoder reads besides its folder: Python with its libraries."""
+    pythons = {prefix, Path(sys.base_prefix).resolve()}
+    return [place for place in sorted(pythons) if not place.is_relative_to("/usr")]
+
+
+def _error(name: str, outcome: Outcome[None], last: str, times: TimeLimits) -> LippmannError:
+    if last.startswith(("bwrap: ", "landlock: ", "setpriv: ", "prlimit: ")):
+        return SandboxMissing(f"The sandbox did not start: {last[:300]}")
+    if outcome.ending is Ending.STOPPED:
+        return Stopped()
+    if outcome.ending in (Ending.TOO_MUCH, Ending.TOO_MUCH_MEMORY):
+        return ArtifactBroken(f"{name}: expected a picture that is decoded as its header says, got {outcome.excess}")
+    code = outcome.exit_code
+    if outcome.ending is not Ending.EXITED or code in (-signal.SIGXCPU, 128 + signal.SIGXCPU):
+        return ArtifactBroken(f"{name}: expected a picture that is decoded within {times.total}, got one that is not")
+    if code in (-signal.SIGXFSZ, 128 + signal.SIGXFSZ):
+        return ArtifactBroken(f"{name}: expected as many numbers as the header says, got more")
+    if code < 0 or code > 128:
+        return RenderCrashed(
+            f"{name}: The decoder of pictures was ended by signal {-code if code < 0 else code - 128}."
+        )
+    return ArtifactBroken(f"{name}: {last[:300] or f'the decoder ended with {code}'}")
+
+
+def _numbers(
+    path: Path, pixels: Path, header: PictureHeader, dtype: np.dtype[Any]
+) -> Iterator[tuple[int, NDArray[Any]]]:
+    """Yield the numbers that the decoder left, which may be anything, in bands of rows with their first row."""
+    rows, cols = header.rows, header.cols
+    row_bytes = cols * 3 * dtype.itemsize
+    size = pixels.stat().st_size
+    if size != rows * row_bytes:
+        raise ArtifactBroken(f"{path.name}: expected {rows * row_bytes} bytes from the decoder, got {size}")
+    with pixels.open("rb") as file:
+        for start, stop in bands_of_rows(rows, row_bytes):
+            data = file.read((stop - start) * row_bytes)
+            yield start, np.frombuffer(data, dtype=dtype).reshape(stop - start, cols, 3)
+
+
+@dataclass(frozen=True)
+class _NoProgress:
+    """The decoder reports no progress."""
+
+    progress: None = None
+    phase: str = "decoding"
+    growth: float = 0.0
+
+    def read(self, line: str) -> bool:
+        """Return False: every line is a result."""
+        return False
