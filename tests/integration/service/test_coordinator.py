@@ -149,7 +149,7 @@ def test_a_new_leader_counts_the_slots_before_it_plans(rounds: Rounds, broker: B
     rounds.coordinator.schedule_round()
     plan = farm.job(job_id).plan
     assert plan is not None
-    assert plan["tile_rows"] == 8
+    assert plan["tile_rows"] == 10, "tiles of 5 s; a single slot would get two tiles"
 
 
 def test_a_job_whose_folder_cannot_be_removed_keeps_no_order_from_going_out(
