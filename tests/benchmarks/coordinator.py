@@ -22,7 +22,7 @@ from service.db.engine import Database
 from service.db.tables import Job, Task
 from service.events.wakeup import Wakeup
 from tests.broker import Broker
-from tests.builders_service import DictStore, Farm, claimed, done, presence
+from tests.builders_service import Farm, claimed, done, presence
 from tests.postgresql import new_database, running_postgresql
 from tests.waiting import until
 
@@ -82,7 +82,7 @@ def coordinating(farm: Farm, broker: Broker) -> Iterator[Coordinator]:
     """Run a coordinator in this process."""
     # A machine that is busy with other things must not take the leadership away.
     settings = farm.settings.model_copy(update={"redis_url": broker.url, "leader_ttl_s": 120.0})
-    coordinator = Coordinator(farm.database, DictStore(), settings, Wakeup())
+    coordinator = Coordinator(farm.database, farm.store, settings, Wakeup())
     coordinator.start()
     try:
         yield coordinator
