@@ -12,37 +12,64 @@ from dataclasses import dataclass
 from sqlalchemy.orm import Session
 
 from service.db import access as access_rows
-from service.db.tables import Credential, CredentialKind
+from service.db.tables import ADMIN_OWNER, Credential, CredentialKind
 from service.errors import NotFound, Unauthorized
-from service.schemas.access import Role
+from service.schemas.access import KeyLimits, Role
 
 KEY_PREFIX = "lip"
 SECRET_BYTES = 32
+NO_LIMITS = KeyLimits()
+"""The limits of a key that has those of the farm."""
 
 
 @dataclass(frozen=True)
 class Caller:
-    """The caller of a request."""
+    """The caller of a request: a credential, and where the request comes from."""
 
     id: str
     key_id: str
     name: str
     role: Role
+    owner_id: str
+    """The owner of the caller's jobs and scenes."""
+    limits: KeyLimits = NO_LIMITS
+    address: str = ""
+    request_id: str = ""
+
+    def may_change(self, owner_id: str) -> bool:
+        """Return whether the caller may change a job or a scene of an owner."""
+        return self.role is Role.ADMIN or self.owner_id == owner_id
+
+    def scope(self, *, sharing: bool) -> str | None:
+        """Return the owner whose jobs and scenes the caller sees; None for those of all owners."""
+        return None if sharing or self.role is Role.ADMIN else self.owner_id
 
 
-def create_key(session: Session, name: str, role: Role) -> tuple[str, str]:
-    """Create a key, and return (id, key); the key cannot be retrieved later."""
-    credential_id, secret = _create(session, CredentialKind.KEY, name, role, now_s=time.time())
-    return credential_id, f"{KEY_PREFIX}_{credential_id}_{secret}"
+def create_key(
+    session: Session,
+    name: str,
+    role: Role,
+    *,
+    owner_id: str | None = None,
+    expires_s: float | None = None,
+    limits: KeyLimits | None = None,
+    now_s: float | None = None,
+) -> tuple[str, str]:
+    """Create a key, and return (id, key); the key cannot be retrieved later. Without an owner it is its own."""
+    made_s = time.time() if now_s is None else now_s
+    row, secret = _create(
+        session, CredentialKind.KEY, name, role, owner_id=owner_id, expires_s=expires_s, limits=limits, now_s=made_s
+    )
+    return row.id, f"{KEY_PREFIX}_{row.id}_{secret}"
 
 
 def list_keys(session: Session) -> Sequence[Credential]:
-    """Return all keys, without their secrets."""
+    """Return all keys, also those that have expired, without their secrets."""
     return access_rows.keys(session)
 
 
 def revoke_key(session: Session, key_id: str) -> None:
-    """Delete a key, and end the browser sessions that it opened.
+    """Delete a key, and with it the login links that it made and the browser sessions that it opened.
 
     Raises
     ------
@@ -59,16 +86,20 @@ def create_login_token(
     name: str = "browser",
     role: Role = Role.ADMIN,
     ttl_s: float = 900.0,
+    owner_id: str = ADMIN_OWNER,
     parent: str | None = None,
     now_s: float | None = None,
 ) -> str:
     """Create a token that opens one browser session through `/login?token=`."""
     made_s = time.time() if now_s is None else now_s
-    credential_id, secret = _create(session, CredentialKind.LOGIN, name, role, now_s=made_s, ttl_s=ttl_s, parent=parent)
-    return f"{credential_id}.{secret}"
+    row, secret = _create(
+        session, CredentialKind.LOGIN, name, role, owner_id=owner_id, expires_s=made_s + ttl_s, parent=parent,
+        now_s=made_s,
+    )  # fmt: skip
+    return f"{row.id}.{secret}"
 
 
-def spend_login_token(session: Session, token: str, *, now_s: float, session_s: float) -> str:
+def spend_login_token(session: Session, token: str, *, now_s: float, session_s: float) -> tuple[str, Caller]:
     """Exchange a login token, once, for the cookie of a browser session.
 
     Raises
@@ -82,8 +113,8 @@ def spend_login_token(session: Session, token: str, *, now_s: float, session_s: 
     return _open_session(session, found, found.parent, now_s=now_s, session_s=session_s)
 
 
-def spend_key(session: Session, key: str, *, now_s: float, session_s: float) -> str:
-    """Exchange a key for the cookie of a browser session; the key stays valid.
+def spend_key(session: Session, key: str, *, now_s: float, session_s: float) -> tuple[str, Caller]:
+    """Exchange a key for the cookie of a browser session; the key stays valid, and the session ends with it.
 
     Raises
     ------
@@ -96,11 +127,12 @@ def spend_key(session: Session, key: str, *, now_s: float, session_s: float) -> 
     return _open_session(session, found, found.id, now_s=now_s, session_s=session_s)
 
 
-def end_session(session: Session, cookie: str, *, now_s: float) -> None:
-    """End a browser session."""
+def end_session(session: Session, cookie: str, *, now_s: float) -> Caller | None:
+    """End a browser session, and return whose it was; None if there is no such session."""
     found = _verify(session, CredentialKind.SESSION, cookie, now_s=now_s)
     if found is not None:
         access_rows.spend(session, found.id)
+    return _caller(found)
 
 
 def caller_of_key(session: Session, key: str, *, now_s: float) -> Caller | None:
@@ -120,30 +152,41 @@ def _create(
     role: Role,
     *,
     now_s: float,
-    ttl_s: float | None = None,
+    owner_id: str | None = None,
+    expires_s: float | None = None,
+    limits: KeyLimits | None = None,
     parent: str | None = None,
-) -> tuple[str, str]:
-    secret = secrets.token_urlsafe(SECRET_BYTES)
+) -> tuple[Credential, str]:
+    secret, credential_id = secrets.token_urlsafe(SECRET_BYTES), secrets.token_hex(6)
     row = Credential(
-        id=secrets.token_hex(6),
+        id=credential_id,
         kind=kind,
         name=name,
         role=Role(role).value,
+        owner_id=credential_id if owner_id is None else owner_id,
         secret_sha256=_digest(secret),
         parent=parent,
         created_s=now_s,
-        expires_s=None if ttl_s is None else now_s + ttl_s,
+        expires_s=expires_s,
+        limits=None if limits is None else limits.model_dump(exclude_none=True) or None,
     )
     session.add(row)
     session.flush()
-    return row.id, secret
+    return row, secret
 
 
-def _open_session(session: Session, found: Credential, parent: str | None, *, now_s: float, session_s: float) -> str:
-    credential_id, secret = _create(
-        session, CredentialKind.SESSION, found.name, Role(found.role), now_s=now_s, ttl_s=session_s, parent=parent
-    )
-    return f"{credential_id}.{secret}"
+def _open_session(
+    session: Session, found: Credential, parent: str | None, *, now_s: float, session_s: float
+) -> tuple[str, Caller]:
+    until_s = now_s + session_s
+    key = access_rows.credential(session, parent) if parent is not None else None
+    if key is not None and key.expires_s is not None:
+        until_s = min(until_s, key.expires_s)
+    row, secret = _create(
+        session, CredentialKind.SESSION, found.name, Role(found.role), owner_id=found.owner_id, expires_s=until_s,
+        limits=limits_of(key or found), parent=parent, now_s=now_s,
+    )  # fmt: skip
+    return f"{row.id}.{secret}", _as_caller(row)
 
 
 def _without_prefix(key: str) -> str:
@@ -162,11 +205,25 @@ def _verify(session: Session, kind: CredentialKind, presented: str, *, now_s: fl
 
 
 def _caller(found: Credential | None) -> Caller | None:
-    if found is None:
-        return None
+    return None if found is None else _as_caller(found)
+
+
+def _as_caller(found: Credential) -> Caller:
     is_session = found.kind is CredentialKind.SESSION
     key_id = (found.parent or found.id) if is_session else found.id
-    return Caller(id=found.id, key_id=key_id, name=found.name, role=Role(found.role))
+    return Caller(
+        id=found.id,
+        key_id=key_id,
+        name=found.name,
+        role=Role(found.role),
+        owner_id=found.owner_id,
+        limits=limits_of(found),
+    )
+
+
+def limits_of(found: Credential) -> KeyLimits:
+    """Return the limits of a key, or of a session that has those of its key."""
+    return KeyLimits.model_validate(found.limits or {}, extra="ignore")
 
 
 def _digest(secret: str) -> str:

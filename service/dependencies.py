@@ -4,22 +4,24 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, cast
 
-from fastapi import Cookie, Depends, Header, Query, Request
+from fastapi import Cookie, Depends, Header, Path, Query, Request
 from sqlalchemy.orm import Session
 
 from service import auth as keys
 from service.api.waits import Outlook
 from service.auth import Caller
 from service.broker_stream import Stream
+from service.db import jobs as job_rows
 from service.db.engine import Database
-from service.errors import Forbidden, Unauthorized
+from service.errors import Forbidden, NotFound, Unauthorized
 from service.events.hub import EventHub
 from service.events.wakeup import Wakeup
 from service.health import Checks
 from service.jobs.artifact_guard import ArtifactGuard
+from service.last_use import LastUse
 from service.ports import Parts
 from service.roster import RosterCache
 from service.schemas.access import Role
@@ -45,6 +47,7 @@ class AppState:
     sheets: SheetCache
     guard: ArtifactGuard
     roster: RosterCache
+    last_use: LastUse
     clock: Callable[[], float] = field(default=time.time)
 
     def now_s(self) -> float:
@@ -100,13 +103,26 @@ def get_caller_or_none(
     """
     with state.database.reading() as session:
         if authorization is not None:
-            return _by_header(session, authorization, state.now_s())
+            return _known(request, state, _by_header(session, authorization, state.now_s()))
         if lippmann_session is None:
             return None
         caller = keys.caller_of_cookie(session, lippmann_session, now_s=state.now_s())
-    if caller is not None and request.method not in SAFE_METHODS and x_lippmann_request != "1":
+    if caller is None:
+        return None
+    if request.method not in SAFE_METHODS and x_lippmann_request != "1":
         raise Forbidden("requests from a browser that change something need the header 'X-Lippmann-Request: 1'")
-    return caller
+    return _known(request, state, caller)
+
+
+def with_origin(request: Request, caller: Caller) -> Caller:
+    """Return a caller with the address and the id of a request, for the audit log."""
+    address = request.client.host if request.client is not None else ""
+    return replace(caller, address=address, request_id=request.scope.get("state", {}).get("request_id", ""))
+
+
+def _known(request: Request, state: AppState, caller: Caller) -> Caller:
+    state.last_use.note(caller.key_id, state.now_s())
+    return with_origin(request, caller)
 
 
 CallerOrNoneDep = Annotated[Caller | None, Depends(get_caller_or_none, scope="function")]
@@ -129,8 +145,68 @@ ViewerDep = Annotated[Caller, Depends(require(Role.VIEWER))]
 SubmitterDep = Annotated[Caller, Depends(require(Role.SUBMITTER))]
 AdminDep = Annotated[Caller, Depends(require(Role.ADMIN))]
 
+
+def get_scope(state: AppStateDep, caller: ViewerDep) -> str | None:
+    """Return the owner whose jobs and scenes the caller sees; None for those of all owners."""
+    return caller.scope(sharing=state.settings.sharing)
+
+
+ScopeDep = Annotated[str | None, Depends(get_scope, scope="function")]
+_JobPath = Annotated[str, Path(description="The id of the job.")]
+
+
+def get_visible_job(job_id: _JobPath, state: AppStateDep, scope: ScopeDep) -> str:
+    """Return the id of a job that the caller may see.
+
+    Raises
+    ------
+    NotFound
+        If the job does not exist or is hidden from the caller.
+    """
+    check_visible(state, job_id, scope)
+    return job_id
+
+
+def check_visible(state: AppState, job_id: str, scope: str | None) -> None:
+    """Raise an error unless a job is in a scope; in the scope of all owners, whoever reads the job finds out.
+
+    Raises
+    ------
+    NotFound
+        If the job does not exist or is hidden from the caller.
+    """
+    if scope is not None and _owner_of(state, job_id) != scope:
+        raise NotFound(f"there is no job {job_id!r}")
+
+
+def get_own_job(job_id: _JobPath, state: AppStateDep, caller: SubmitterDep, scope: ScopeDep) -> str:
+    """Return the id of a job that the caller may change.
+
+    Raises
+    ------
+    NotFound
+        If the job does not exist or is hidden from the caller.
+    Forbidden
+        If the job belongs to another owner.
+    """
+    owner_id = _owner_of(state, job_id)
+    if owner_id is None or scope not in (None, owner_id):
+        raise NotFound(f"there is no job {job_id!r}")
+    if not caller.may_change(owner_id):
+        raise Forbidden(f"the job belongs to {owner_id!r}, and only its owner and admins change it")
+    return job_id
+
+
+JobId = Annotated[str, Depends(get_visible_job, scope="function")]
+OwnJobId = Annotated[str, Depends(get_own_job, scope="function")]
+
 LimitQuery = Annotated[int, Query(ge=1, le=MAX_LIMIT, description="The largest number of items in the page.")]
 CursorQuery = Annotated[str | None, Query(max_length=200, description="The `next_cursor` of the page before.")]
+
+
+def _owner_of(state: AppState, job_id: str) -> str | None:
+    with state.database.reading() as session:
+        return job_rows.owner_of(session, job_id)
 
 
 def _by_header(session: Session, authorization: str, now_s: float) -> Caller:
@@ -139,5 +215,5 @@ def _by_header(session: Session, authorization: str, now_s: float) -> Caller:
         raise Unauthorized("expected 'Authorization: Bearer <key>'")
     caller = keys.caller_of_key(session, key.strip(), now_s=now_s)
     if caller is None:
-        raise Unauthorized("this key is unknown or was revoked")
+        raise Unauthorized("this key is unknown, was revoked or has expired")
     return caller

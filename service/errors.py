@@ -24,6 +24,8 @@ STATUS_OF_CODE = MappingProxyType(
         "scene-builtin": 409,
         "job-not-ended": 409,
         "too-large": 413,
+        "too-many-requests": 429,
+        "quota": 429,
         "range-not-satisfiable": 416,
         "invalid": 422,
         "bad-input": 422,
@@ -99,6 +101,22 @@ class TooLarge(ServiceError):
     """The request is too large."""
 
     code = "too-large"
+
+
+class TooManyRequests(ServiceError):
+    """There are too many requests; try again later."""
+
+    code = "too-many-requests"
+
+    def __init__(self, message: str | None = None, *, retry_after_s: float) -> None:
+        super().__init__(message)
+        self.retry_after_s = retry_after_s
+
+
+class QuotaExceeded(TooManyRequests):
+    """The owner has as many open jobs as the farm or the key allows."""
+
+    code = "quota"
 
 
 class RangeNotSatisfiable(ServiceError):

@@ -51,7 +51,7 @@ class Checks:
         self._limiter: anyio.CapacityLimiter | None = None
 
     async def health(self, *, now_s: float, is_known: Callable[[], bool]) -> Health:
-        """Run all checks at once; the leader's name and the sandboxes are for a caller who `is_known`."""
+        """Run all checks at once; a caller who is not `is_known` learns which components are healthy and no more."""
         answers: dict[str, object] = {}
 
         async def ask(name: str, question: Callable[[], object]) -> None:
@@ -64,11 +64,7 @@ class Checks:
             group.start_soon(ask, "faults", self._faults)
             group.start_soon(ask, "known", is_known)
         health = _health(answers["coordinator"], answers["workers"], answers["free"], answers["faults"])
-        # The leader's name reveals host and process, and the sandboxes what an attacker meets: only with a valid key.
-        hidden = health.coordinator.model_copy(update={"leader": None})
-        if answers["known"] is True:
-            return health
-        return health.model_copy(update={"coordinator": hidden, "sandboxes": None})
+        return health if answers["known"] is True else _without_details(health)
 
     async def workers(self) -> WorkerList:
         """Return the workers that are online, with their running tasks."""
@@ -140,6 +136,20 @@ def _health(coordinator: object, workers: object, free: object, found: object) -
         slots=None if roster is None else roster.slots,
         sandboxes=None if roster is None else tuple(sorted({worker.sandbox for worker in roster.present})),
         faults=faults,
+    )
+
+
+def _without_details(health: Health) -> Health:
+    """Return which components are healthy, without versions, hosts, paths and numbers."""
+    return Health(
+        status=health.status,
+        version="",
+        database=ComponentHealth(ok=health.database.ok, detail=""),
+        broker=ComponentHealth(ok=health.broker.ok, detail=""),
+        store=StoreHealth(ok=health.store.ok, detail="", free_bytes=None),
+        coordinator=CoordinatorHealth(ok=health.coordinator.ok, leader=None),
+        workers=None,
+        slots=None,
     )
 
 

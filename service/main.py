@@ -26,6 +26,7 @@ from service.events.hub import EventHub
 from service.events.wakeup import Wakeup
 from service.health import Checks, package_version
 from service.jobs.artifact_guard import ArtifactGuard
+from service.last_use import WRITE_S, LastUse
 from service.ports import Parts
 from service.roster import RosterCache
 from service.routes import (
@@ -62,7 +63,7 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
         title="Lippmann",
         version=package_version(),
         lifespan=_lifespan,
-        openapi_url=f"{API}/openapi.json",
+        openapi_url=None,  # The route of `routes.health` returns it to callers with a key.
         docs_url=None,
         redoc_url=None,
         separate_input_output_schemas=False,
@@ -101,9 +102,16 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
     sheets = SheetCache(parts, room_bytes=int(settings.sheets_mb * 1e6))
     guard = ArtifactGuard(database, parts.store)
     wakeup = Wakeup()
-    hub = EventHub(database, wakeup, keepalive_s=settings.keepalive_s, now_s=clock)
+    hub = EventHub(database, wakeup, keepalive_s=settings.keepalive_s, now_s=clock, has_owners=not settings.sharing)
     roster = RosterCache(stream)
-    return AppState(settings, parts, database, wakeup, hub, stream, checks, sheets, guard, roster, clock)
+    last_use = LastUse(database)
+    return AppState(settings, parts, database, wakeup, hub, stream, checks, sheets, guard, roster, last_use, clock)
+
+
+async def _write_last_use(last_use: LastUse) -> None:
+    while True:
+        await asyncio.sleep(WRITE_S)
+        await run_in_threadpool(last_use.write)
 
 
 def _prepare_store(state: AppState) -> bool:
@@ -135,6 +143,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     if not await run_in_threadpool(_prepare_store, state):
         preparing = asyncio.create_task(_prepare_store_later(state))
     state.hub.start()
+    writing = asyncio.create_task(_write_last_use(state.last_use))
     coordinator = None
     if state.settings.coordinator:
         coordinator = Coordinator(state.database, state.parts.store, state.settings, state.wakeup, clock=state.clock)
@@ -143,9 +152,11 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     try:
         yield
     finally:
+        writing.cancel()
         if preparing is not None:
             preparing.cancel()
         await state.hub.close()
+        await run_in_threadpool(state.last_use.write)
         if coordinator is not None:
             await run_in_threadpool(coordinator.stop)
         state.guard.close()

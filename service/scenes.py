@@ -5,18 +5,22 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from sqlalchemy import delete, select
+from sqlalchemy import delete, func, or_, select
 from sqlalchemy.orm import Session
 
 from lippmann.errors import FieldProblem
 from lippmann.job.scene import SceneManifest
 from lippmann.plan import artifact_names as names
+from service.audit import record
+from service.auth import Caller
 from service.db.engine import Database, changed
-from service.db.tables import Scene
-from service.errors import Invalid, NotFound, SceneBuiltin
+from service.db.tables import ADMIN_OWNER, Scene
+from service.errors import Forbidden, Invalid, NotFound, SceneBuiltin
 from service.ports import CheckedBundle, Parts
 from service.schemas import scene as schema
+from service.schemas.access import AuditAction
 from service.schemas.links import poster_url
+from service.settings import Settings
 
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,99}")
 
@@ -33,7 +37,7 @@ def sync_builtin(database: Database, parts: Parts, *, now_s: float) -> None:
 
 
 def upload_scene(
-    database: Database, parts: Parts, name: str, data: bytes, *, now_s: float
+    database: Database, parts: Parts, caller: Caller, name: str, data: bytes, *, now_s: float, settings: Settings
 ) -> tuple[schema.Scene, bool]:
     """Store the scene of a user, and return it and whether it is new.
 
@@ -43,6 +47,9 @@ def upload_scene(
         If the name is invalid.
     SceneBuiltin
         If the name belongs to a built-in scene.
+    Forbidden
+        If the name belongs to the scene of another owner, and the bundle is another one or hidden from the caller; or
+        if the owner has too many scenes.
     BundleError
         If the bundle is invalid.
     """
@@ -53,47 +60,58 @@ def upload_scene(
         known = session.get(Scene, name)
         if known is not None and known.builtin:
             raise SceneBuiltin(f"the scene {name!r} is built in; choose another name")
+        if known is not None and caller.scope(sharing=settings.sharing) not in (None, known.owner_id):
+            _check_owner(caller, known)
     bundle = parts.scenes.check(data)
     if known is not None and known.digest == bundle.digest:
         return _present(known), False
     _store(parts, bundle.digest, data)
     with database.writing() as session:
-        row = session.merge(_row(name, bundle, builtin=False, now_s=now_s))
+        known = session.get(Scene, name)  # Somebody else may have taken the name since.
+        if known is not None:
+            _check_owner(caller, known)
+        else:
+            _check_count(session, caller, settings)
+        owner, owner_id = (caller.name, caller.owner_id) if known is None else (known.owner, known.owner_id)
+        row = session.merge(_row(name, bundle, builtin=False, now_s=now_s, owner=owner, owner_id=owner_id))
+        record(session, caller, AuditAction.UPLOAD_SCENE, name, now_s=now_s, detail=f"bundle {bundle.digest}")
         scene = _present(row)
     # The bundle is stored again, because an unused bundle may have been deleted before the row existed.
     _store(parts, bundle.digest, data)
     return scene, True
 
 
-def list_scenes(session: Session, *, after: str, limit: int) -> Sequence[schema.Scene]:
-    """Return the scenes after a name, sorted by name."""
+def list_scenes(session: Session, *, after: str, limit: int, owner_id: str | None = None) -> Sequence[schema.Scene]:
+    """Return the scenes after a name, sorted by name; of the uploaded ones only those of an owner if one is given."""
     query = select(Scene).where(Scene.name > after).order_by(Scene.name).limit(limit)
+    if owner_id is not None:
+        query = query.where(or_(Scene.builtin.is_(True), Scene.owner_id == owner_id))
     return [_present(row) for row in session.scalars(query)]
 
 
-def get_scene(session: Session, name: str) -> schema.Scene:
+def get_scene(session: Session, name: str, *, owner_id: str | None = None) -> schema.Scene:
     """Return one scene."""
-    return _present(find_scene(session, name))
+    return _present(find_scene(session, name, owner_id=owner_id))
 
 
-def poster_of(session: Session, name: str) -> tuple[bytes, str]:
+def poster_of(session: Session, name: str, *, owner_id: str | None = None) -> tuple[bytes, str]:
     """Return the poster of a scene and the digest of its bundle."""
-    row = find_scene(session, name)
+    row = find_scene(session, name, owner_id=owner_id)
     if row.poster is None:
         raise NotFound(f"the scene {name!r} has no poster")
     return row.poster, row.digest
 
 
-def find_scene(session: Session, name: str) -> Scene:
+def find_scene(session: Session, name: str, *, owner_id: str | None = None) -> Scene:
     """Return a scene's row.
 
     Raises
     ------
     NotFound
-        If the scene does not exist.
+        If the scene does not exist, or if an owner is given to whom it does not belong and it is not built in.
     """
     row = session.get(Scene, name)
-    if row is None:
+    if row is None or not (owner_id is None or row.builtin or row.owner_id == owner_id):
         raise NotFound(f"there is no scene {name!r}")
     return row
 
@@ -104,9 +122,37 @@ def _store(parts: Parts, digest: str, data: bytes) -> None:
         parts.store.put_bytes(name, data)
 
 
-def _row(name: str, bundle: CheckedBundle, *, builtin: bool, now_s: float) -> Scene:
-    card = bundle.card.model_dump(mode="json")
-    return Scene(name=name, digest=bundle.digest, card=card, builtin=builtin, poster=bundle.poster, updated_s=now_s)
+def _check_owner(caller: Caller, known: Scene) -> None:
+    if not caller.may_change(known.owner_id):
+        raise Forbidden(f"the scene {known.name!r} belongs to another owner; choose another name")
+
+
+def _check_count(session: Session, caller: Caller, settings: Settings) -> None:
+    most = min(settings.max_scenes, caller.limits.scenes or settings.max_scenes)
+    count = session.scalar(select(func.count()).where(Scene.owner_id == caller.owner_id, Scene.builtin.is_(False)))
+    if (count or 0) >= most:
+        raise Forbidden(f"{caller.owner_id!r} has {count} scenes, expected fewer than {most}; replace one of them")
+
+
+def _row(
+    name: str,
+    bundle: CheckedBundle,
+    *,
+    builtin: bool,
+    now_s: float,
+    owner: str = ADMIN_OWNER,
+    owner_id: str = ADMIN_OWNER,
+) -> Scene:
+    return Scene(
+        name=name,
+        digest=bundle.digest,
+        card=bundle.card.model_dump(mode="json"),
+        builtin=builtin,
+        owner=owner,
+        owner_id=owner_id,
+        poster=bundle.poster,
+        updated_s=now_s,
+    )
 
 
 def _present(row: Scene) -> schema.Scene:
@@ -122,5 +168,7 @@ def _present(row: Scene) -> schema.Scene:
         sheets=card.sheets,
         digest=row.digest,
         builtin=row.builtin,
+        owner=row.owner,
+        owner_id=row.owner_id,
         poster=poster_url(row.name) if row.poster is not None else None,
     )

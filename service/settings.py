@@ -105,6 +105,29 @@ class Settings(BaseSettings):
     avoid_s: float = Field(default=300.0, gt=0)
     """The time for which a job avoids a worker."""
 
+    max_memory_mb: int = Field(default=65_536, ge=128)
+    """The largest `render.memory_mb` of a job, in megabytes."""
+    max_timeout_s: float = Field(default=86_400.0, ge=1)
+    """The longest time that a job may allow an attempt in all, its parsing, its photons, its stalls and its probe."""
+    max_frame_px: int = Field(default=1_100_000_000, ge=1)
+    """The largest number of pixels that are rendered for a frame, supersampling included."""
+    max_job_px: int = Field(default=100_000_000_000_000, ge=1)
+    """The largest number of pixels that are rendered for a job."""
+    max_frames: int = Field(default=300_000, ge=1)
+    """The largest number of frames of a job."""
+    max_tasks: int = Field(default=2_000_000, ge=1)
+    """The largest number of tasks of a job. A job with automatic tiles has whole frames instead of tiles above it."""
+    max_open_jobs: int = Field(default=5_000, ge=1)
+    """The largest number of jobs of one owner that have not ended; above it, submissions are answered with 429."""
+    max_open_frames: int = Field(default=3_000_000, ge=1)
+    """The largest number of frames in the open jobs of one owner; above it, submissions are answered with 429."""
+    max_scenes: int = Field(default=1_000, ge=1)
+    """The largest number of scenes of one owner."""
+    sharing: bool = True
+    """True if everybody with a key sees the jobs and scenes of all owners, which only owners and admins change; if
+    False, everybody except admins sees only their own jobs, their own scenes and the built-in ones."""
+    audit_days: float = Field(default=365.0, gt=0)
+    """The time for which the audit log keeps a change, in days."""
     login_token_s: float = Field(default=900.0, gt=0)
     """The time for which a login link is valid."""
     session_s: float = Field(default=30 * 86_400.0, gt=0)

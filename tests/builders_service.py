@@ -51,7 +51,7 @@ with warnings.catch_warnings():
 Client = TestClient
 T0 = 1_900_000_000.0
 PROBE = ProbeResult(start_s=0.5, s_per_px=1e-5, tileable=True)
-CALLER = Caller(id="k", key_id="k", name="tester", role=Role.SUBMITTER)
+CALLER = Caller(id="k", key_id="k", name="tester", role=Role.SUBMITTER, owner_id="k")
 CARD = SceneManifest(
     title="A ball",
     stage=Stage(location=(0, 0, -500), look_at=(0, 0, 0), reference_mm=500, near_mm=400, far_mm=600),
@@ -218,7 +218,10 @@ class Farm:
         self.background_jobs = BackgroundJobs(self.database, self.store, self.settings)
 
     def submit(self, **changes: Any) -> str:
-        job, _ = submit_job(self.database, self.parts, CALLER, SPEC | changes, idempotency_key=None, now_s=self.now_s)
+        job, _ = submit_job(
+            self.database, self.parts, CALLER, SPEC | changes, idempotency_key=None, now_s=self.now_s,
+            settings=self.settings,
+        )  # fmt: skip
         return job.id
 
     def dispatch(self) -> list[Order]:

@@ -38,6 +38,10 @@ class WorkerSettings(BaseSettings):
     """The sandbox of POV-Ray. A worker with `none` renders only the scenes that come with the project."""
     povray: str = "povray"
     """The command of POV-Ray."""
+    memory_mb: int = Field(default_factory=lambda: max(8192, _machine_memory_mb()), ge=128)
+    """The address space that one POV-Ray process may use, MB; a job may only ask for less."""
+    timeout_s: float = Field(default=7 * 86_400.0, gt=0)
+    """The longest time of an attempt, s; a job may only ask for less."""
     parse_timeout_s: float | None = Field(default=None, gt=0)
     """The longest time for which a scene is parsed, s; a job may only ask for less."""
     photons_timeout_s: float | None = Field(default=None, gt=0)
@@ -105,3 +109,7 @@ class WorkerSettings(BaseSettings):
     def stopping_file(self) -> Path:
         """A file that exists while the worker is shutting down."""
         return self.scratch_dir / f"{STOPPING}{self.worker_name}"
+
+
+def _machine_memory_mb() -> int:
+    return os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES") // 2**20

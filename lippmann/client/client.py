@@ -18,7 +18,7 @@ from lippmann.client.transport import PATIENCE_S, Download, Transport
 from lippmann.errors import JobEnded
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import ENDED_JOBS
-from service.schemas.access import Key, KeyList, LoginLink, NewKey
+from service.schemas.access import AuditEntry, AuditPage, Key, KeyList, LoginLink, NewKey
 from service.schemas.artifact import Artifact, ArtifactPage
 from service.schemas.events import (
     EventTopic,
@@ -282,15 +282,31 @@ class Client:
         """Return every key without its secret."""
         return self._get(KeyList, "/keys").items
 
-    def create_key(self, name: str, role: str) -> NewKey:
-        """Create a key with the role `viewer`, `submitter` or `admin`. Only this answer contains its secret."""
-        return _parsed(
-            NewKey, self._transport.request("POST", f"{_API}/keys", json={"name": name, "role": role}).json()
-        )
+    def create_key(
+        self,
+        name: str,
+        role: str,
+        *,
+        owner_id: str | None = None,
+        expires_in_days: float | None = None,
+        limits: Mapping[str, float] | None = None,
+    ) -> NewKey:
+        """Create a key with the role `viewer`, `submitter` or `admin`. Only this answer contains its secret.
+
+        Keys with the same `owner_id` own the same jobs and scenes; without one, the key is its own owner.
+        `limits` are lower ones than those of the farm, by the names of `service.schemas.access.KeyLimits`.
+        """
+        options = {"owner_id": owner_id, "expires_in_days": expires_in_days, "limits": limits}
+        body = {"name": name, "role": role} | {field: value for field, value in options.items() if value is not None}
+        return _parsed(NewKey, self._transport.request("POST", f"{_API}/keys", json=body).json())
 
     def revoke_key(self, key_id: str) -> None:
-        """Revoke a key and the browser sessions that it opened."""
+        """Revoke a key. The browser sessions that it opened and their event streams end at once."""
         self._transport.request("DELETE", f"{_API}/keys/{key_id}")
+
+    def audit(self, *, limit: int | None = None) -> Iterator[AuditEntry]:
+        """Yield the changes that were made through the API, newest first, at most `limit` of them."""
+        return _first(limit, self._paged(AuditPage, "/audit", {}, limit))
 
     def login_link(self) -> LoginLink:
         """Create a link that logs a browser in once, within a short time."""

@@ -19,6 +19,7 @@ from lippmann.logs import configure_logs
 from service import auth as keys
 from service.db.engine import Database
 from service.db.migrations import migrate
+from service.db.tables import ADMIN_OWNER
 from service.main import Server, create_app
 from service.schemas.access import Role
 from service.settings import Settings
@@ -68,7 +69,7 @@ def keep_admin_key(settings: Settings, key_file: Path) -> None:
         with database.writing() as session:
             known = keys.caller_of_key(session, _key_in(key_file), now_s=time.time())
             if known is None or known.role is not Role.ADMIN:
-                _, key = keys.create_key(session, "admin", Role.ADMIN)
+                _, key = keys.create_key(session, "admin", Role.ADMIN, owner_id=ADMIN_OWNER)
                 key_file.parent.mkdir(parents=True, exist_ok=True)
                 write_private(key_file, key + "\n")  # If this fails, the new key is rolled back.
     finally:

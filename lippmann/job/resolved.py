@@ -40,6 +40,8 @@ class ResolvedJob(_Part):
     sheets: ImportedSheets | None = None
     """The imported integral images of the bundle, if it has some. Nothing is rendered then, and the rig of `spec` is
     that of the sheets."""
+    cache_scope: str = ""
+    """The owner with whose jobs this one shares the render cache; empty for the cache of the whole farm."""
 
     @classmethod
     def of(cls, job_id: str, spec: JobSpec, manifest: SceneManifest, *, bundle: str) -> Self:

@@ -13,23 +13,32 @@ from lippmann.job.states import FrameStatus, JobStatus, TaskStatus, frame_status
 from lippmann.plan import artifact_names as names
 from service.api.presenters import present_jobs, present_task
 from service.api.waits import Outlook, task_waits
+from service.db import access as access_rows
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.tables import Task
 from service.errors import Invalid, NotFound
 from service.ids import parse_task_id
 from service.jobs.state_machine import find_job
+from service.schemas import access as access_schema
 from service.schemas import frame as frame_schema
 from service.schemas import job as job_schema
 from service.schemas import task as task_schema
+from service.schemas.answer import utc
 from service.schemas.links import artifact_url
 
 
 def page_jobs(
-    session: Session, outlook: Outlook, *, status: JobStatus | None, cursor: str | None, limit: int
+    session: Session,
+    outlook: Outlook,
+    *,
+    status: JobStatus | None,
+    cursor: str | None,
+    limit: int,
+    owner_id: str | None = None,
 ) -> job_schema.JobPage:
-    """Return a page of jobs, newest first."""
-    rows = job_rows.page(session, status=status, before=cursor, limit=limit + 1)
+    """Return a page of jobs, newest first, only those of an owner if one is given."""
+    rows = job_rows.page(session, status=status, before=cursor, limit=limit + 1, owner_id=owner_id)
     kept = rows[:limit]
     items = present_jobs(session, kept, outlook)
     return job_schema.JobPage(items=items, next_cursor=kept[-1].id if len(rows) > limit else None)
@@ -96,6 +105,29 @@ def page_frames(session: Session, job_id: str, *, cursor: str | None, limit: int
     items = tuple(_frame(job_id, number, frame_status(statuses[number], row.status)) for number in page)
     more = start + limit < len(numbers)
     return frame_schema.FramePage(items=items, next_cursor=str(page[-1]) if more else None)
+
+
+def page_audit(session: Session, *, cursor: str | None, limit: int) -> access_schema.AuditPage:
+    """Return a page of the audit log, newest first."""
+    before = None if cursor is None else number_in(cursor)
+    rows = access_rows.audit_page(session, before=before, limit=limit + 1)
+    kept = rows[:limit]
+    items = tuple(
+        access_schema.AuditEntry(
+            id=row.id,
+            at=utc(row.at_s),
+            key_id=row.key_id,
+            name=row.name,
+            role=access_schema.Role(row.role),
+            action=access_schema.AuditAction(row.action),
+            subject=row.subject,
+            detail=row.detail,
+            address=row.address,
+            request_id=row.request_id,
+        )
+        for row in kept
+    )
+    return access_schema.AuditPage(items=items, next_cursor=str(kept[-1].id) if len(rows) > limit else None)
 
 
 def number_in(cursor: str | None) -> int:

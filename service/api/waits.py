@@ -48,7 +48,7 @@ def job_waits(session: Session, rows: Sequence[Job], outlook: Outlook) -> dict[s
     avoided = avoided_workers(session, ids, now_s=outlook.now_s) if ids else {}
     states = [JobState(row, avoided.get(row.id, ()), delayed=delayed.get(row.id)) for row in waiting]
     waits = {state.row.id: job_wait(state, farm) for state in states}
-    return {job_id: wait for job_id, wait in waits.items() if wait is not None}
+    return {job_id: _shared(wait, outlook) for job_id, wait in waits.items() if wait is not None}
 
 
 def task_waits(session: Session, row: Job, tasks: Sequence[Task], outlook: Outlook) -> dict[int, Wait]:
@@ -62,7 +62,12 @@ def task_waits(session: Session, row: Job, tasks: Sequence[Task], outlook: Outlo
     stages = {task.needs for task in waiting if task.status is TaskStatus.WAITING and task.needs is not None}
     needs = _needs(session, row.id, stages) if stages else {}
     waits = {task.sequence: task_wait(task, job, farm, needs.get(task.needs or "")) for task in waiting}
-    return {sequence: wait for sequence, wait in waits.items() if wait is not None}
+    return {sequence: _shared(wait, outlook) for sequence, wait in waits.items() if wait is not None}
+
+
+def _shared(wait: Wait, outlook: Outlook) -> Wait:
+    """Return a reason without the ids of jobs unless everybody may see all jobs."""
+    return wait if outlook.settings.sharing else wait.model_copy(update={"jobs": ()})
 
 
 def _farm_state(session: Session, outlook: Outlook) -> FarmState:

@@ -10,7 +10,7 @@ from sqlalchemy.orm import Session
 from lippmann.job.states import HELD_TASKS, TaskStatus
 from service.backup.rows import advance_ids
 from service.db.engine import changed
-from service.db.tables import CoordinatorRow, JobEvent, StopRequest, Task
+from service.db.tables import AuditRow, CoordinatorRow, JobEvent, StopRequest, Task
 from service.jobs.state_machine import transition_tasks
 
 EVENT_GAP = 1_000_000
@@ -34,4 +34,5 @@ def reset_running(session: Session, *, store_id: str | None) -> int:
     values = {"leader": None, "leader_until_s": 0.0, "stream_position": "0-0", "store_id": store_id}
     changed(session, update(CoordinatorRow).values(values))
     advance_ids(session.connection(), JobEvent.__tablename__, JobEvent.id.key, by=EVENT_GAP)
+    advance_ids(session.connection(), AuditRow.__tablename__, AuditRow.id.key, by=1)
     return len(held)

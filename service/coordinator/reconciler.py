@@ -175,7 +175,12 @@ class Reconciler:
 
     def _delete_expired(self, now_s: float) -> None:
         with self.database.writing() as session:
-            access_rows.delete_expired(session, now_s=now_s, idempotency_s=self.settings.idempotency_s)
+            access_rows.delete_expired(
+                session,
+                now_s=now_s,
+                idempotency_s=self.settings.idempotency_s,
+                audit_s=self.settings.audit_days * 86_400,
+            )
         for _ in range(PRUNE_ROUNDS):
             with self.database.writing() as session:
                 if not event_rows.prune(session, kept=self.settings.events_kept, limit=task_rows.CHUNK):

@@ -26,9 +26,13 @@ _templates = Environment(
 
 
 @router.get("/", response_class=HTMLResponse)
-def show_page(caller: CallerOrNoneDep, refused: Annotated[str, Query(max_length=10)] = "") -> Response:
-    """Return the dashboard to a logged-in user, and the login page to anyone else."""
-    return _login_page(refused=bool(refused)) if caller is None else _dashboard_page()
+def show_page(
+    caller: CallerOrNoneDep,
+    refused: Annotated[str, Query(max_length=10)] = "",
+    token: Annotated[str, Query(max_length=200)] = "",
+) -> Response:
+    """Return the dashboard to a logged-in user, and the login page to anyone else and to who follows a login link."""
+    return _login_page(refused=bool(refused), token=token) if caller is None or token else _dashboard_page()
 
 
 @router.get(PREFIX + "{name:path}", response_class=Response)
@@ -59,8 +63,8 @@ def _dashboard_page() -> Response:
     return _page("index.html", inline, import_map=inline, modules=modules)
 
 
-def _login_page(*, refused: bool) -> Response:
-    return _page("login.html", "", refused=refused)
+def _login_page(*, refused: bool, token: str) -> Response:
+    return _page("login.html", "", refused=refused, token=token)
 
 
 def _page(template: str, inline_script: str, **values: object) -> Response:

@@ -1,14 +1,14 @@
-"""Queries on keys, login tokens, browser sessions and idempotency keys."""
+"""Queries on keys, login tokens, browser sessions, idempotency keys and the audit log."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
-from sqlalchemy import delete, or_, select
+from sqlalchemy import bindparam, delete, or_, select, update
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
-from service.db.tables import Credential, CredentialKind, IdempotencyKey
+from service.db.tables import AuditRow, Credential, CredentialKind, IdempotencyKey
 
 
 def credential(session: Session, credential_id: str) -> Credential | None:
@@ -29,7 +29,7 @@ def keys(session: Session) -> Sequence[Credential]:
 
 
 def revoke(session: Session, key_id: str) -> bool:
-    """Delete a key and the browser sessions that it opened; return whether the key existed."""
+    """Delete a key, its login links and its browser sessions; return whether the key existed."""
     changed(session, delete(Credential).where(Credential.parent == key_id))
     found = delete(Credential).where(Credential.id == key_id, Credential.kind == CredentialKind.KEY)
     return changed(session, found) == 1
@@ -40,12 +40,31 @@ def spend(session: Session, credential_id: str) -> bool:
     return changed(session, delete(Credential).where(Credential.id == credential_id)) == 1
 
 
+def set_used(session: Session, used_s: Mapping[str, float]) -> None:
+    """Store when credentials were used last; those that are gone are left out."""
+    statement = update(Credential).where(Credential.id == bindparam("of_id")).values(used_s=bindparam("at_s"))
+    if used_s:
+        rows = [{"of_id": credential_id, "at_s": at_s} for credential_id, at_s in sorted(used_s.items())]
+        session.connection().execute(statement, rows)
+
+
+def audit_page(session: Session, *, before: int | None, limit: int) -> Sequence[AuditRow]:
+    """Return entries of the audit log with ids below `before`, newest first."""
+    query = select(AuditRow).order_by(AuditRow.id.desc()).limit(limit)
+    return session.scalars(query if before is None else query.where(AuditRow.id < before)).all()
+
+
 def idempotency(session: Session, caller: str, key: str) -> IdempotencyKey | None:
     """Return the earlier use of an Idempotency-Key."""
     return session.get(IdempotencyKey, (caller, key))
 
 
-def delete_expired(session: Session, *, now_s: float, idempotency_s: float) -> None:
-    """Delete expired credentials, and idempotency keys older than `idempotency_s`."""
-    changed(session, delete(Credential).where(Credential.expires_s < now_s))
+def delete_expired(session: Session, *, now_s: float, idempotency_s: float, audit_s: float) -> None:
+    """Delete expired login links and sessions, and idempotency keys and audit entries that are older than given.
+
+    Expired keys stay in the list until somebody revokes them.
+    """
+    is_expired = (Credential.expires_s < now_s, Credential.kind != CredentialKind.KEY)
+    changed(session, delete(Credential).where(*is_expired))
+    changed(session, delete(AuditRow).where(AuditRow.at_s < now_s - audit_s))
     changed(session, delete(IdempotencyKey).where(IdempotencyKey.created_s < now_s - idempotency_s))

@@ -9,7 +9,7 @@ from sqlalchemy import Text, cast, delete, func, insert, select
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
-from service.db.tables import JobEvent
+from service.db.tables import Job, JobEvent
 from service.schemas.events import EventTopic
 
 NewEvent = tuple[str, EventTopic, dict[str, Any]]
@@ -23,6 +23,8 @@ class StoredEvent(NamedTuple):
     job_id: str
     topic: EventTopic
     data: str
+    owner_id: str | None = None
+    """The owner of the job; None if it was not asked for, or the job is gone."""
 
 
 def append(session: Session, events: Iterable[NewEvent]) -> None:
@@ -33,12 +35,22 @@ def append(session: Session, events: Iterable[NewEvent]) -> None:
 
 
 def after(
-    session: Session, position: int, *, job_id: str | None, limit: int, until: int | None = None
+    session: Session,
+    position: int,
+    *,
+    job_id: str | None,
+    limit: int,
+    until: int | None = None,
+    owner_id: str | None = None,
+    has_owners: bool = False,
 ) -> Sequence[StoredEvent]:
-    """Return the events after a position, in order, and none after `until`."""
-    query = select(JobEvent.id, JobEvent.job_id, JobEvent.topic, cast(JobEvent.data, Text)).where(
-        JobEvent.id > position
-    )
+    """Return the events after a position, in order, and none after `until`; with `has_owners`, also whose they are."""
+    columns: tuple[Any, ...] = (JobEvent.id, JobEvent.job_id, JobEvent.topic, cast(JobEvent.data, Text))
+    query = select(*columns, *((Job.owner_id,) if has_owners else ())).where(JobEvent.id > position)
+    if has_owners:
+        query = query.outerjoin(Job, Job.id == JobEvent.job_id)
+    if owner_id is not None:
+        query = query.where(Job.owner_id == owner_id)
     if until is not None:
         query = query.where(JobEvent.id <= until)
     if job_id is not None:

@@ -76,6 +76,19 @@ def jobs(session: Session, job_ids: Iterable[str]) -> Sequence[Job]:
     return session.scalars(_JOBS, {"job_ids": [*job_ids]}).all()
 
 
+def owner_of(session: Session, job_id: str) -> str | None:
+    """Return the owner of a job; None if the job does not exist or is being removed."""
+    query = select(Job.owner_id).where(Job.id == job_id, Job.background_job.is_distinct_from(BackgroundJob.REMOVE))
+    return session.scalar(query)
+
+
+def open_of(session: Session, owner_id: str) -> tuple[int, int]:
+    """Return the number of open jobs of an owner, and of their frames."""
+    query = select(func.count(), func.coalesce(func.sum(Job.frames_total), 0))
+    jobs, frames = session.execute(query.where(Job.owner_id == owner_id, Job.status.in_(OPEN))).one()
+    return int(jobs), int(frames)
+
+
 def statuses(session: Session, job_ids: Iterable[str]) -> Sequence[tuple[str, JobStatus]]:
     """Return the statuses of jobs, sorted by id."""
     return session.execute(select(Job.id, Job.status).where(Job.id.in_([*job_ids])).order_by(Job.id)).all()
@@ -95,13 +108,17 @@ def has_row(session: Session, job_id: str) -> bool:
     return session.execute(select(Job.id).where(Job.id == job_id)).first() is not None
 
 
-def page(session: Session, *, status: JobStatus | None, before: str | None, limit: int) -> Sequence[Job]:
-    """Return jobs with ids below `before`, newest first."""
+def page(
+    session: Session, *, status: JobStatus | None, before: str | None, limit: int, owner_id: str | None = None
+) -> Sequence[Job]:
+    """Return jobs with ids below `before`, newest first, only those of an owner if one is given."""
     query = select(Job).where(Job.background_job.is_distinct_from(BackgroundJob.REMOVE))
     if status is not None:
         query = query.where(Job.status == status)
     if before is not None:
         query = query.where(Job.id < before)
+    if owner_id is not None:
+        query = query.where(Job.owner_id == owner_id)
     return session.scalars(query.order_by(Job.id.desc()).limit(limit)).all()
 
 

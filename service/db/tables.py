@@ -50,6 +50,10 @@ class CredentialKind(StrEnum):
     SESSION = "session"
 
 
+ADMIN_OWNER = "admin"
+"""The owner of the admin key that the service makes, and of everything that earlier releases stored."""
+
+
 def _enum(of: type[StrEnum]) -> Enum:
     return Enum(of, native_enum=False, length=16, values_callable=lambda members: [member.value for member in members])
 
@@ -77,6 +81,8 @@ class Scene(Base):
     digest: Mapped[str] = mapped_column(String(64))
     card: Mapped[dict[str, Any]]
     builtin: Mapped[bool]
+    owner: Mapped[str] = mapped_column(String(100), default=ADMIN_OWNER, server_default=ADMIN_OWNER)
+    owner_id: Mapped[str] = mapped_column(String(100), default=ADMIN_OWNER, server_default=ADMIN_OWNER)
     poster: Mapped[bytes | None] = mapped_column(LargeBinary)
     updated_s: Mapped[float]
 
@@ -97,6 +103,7 @@ class Job(Base):
     spec: Mapped[dict[str, Any]]
     notes: Mapped[list[str]]
     owner: Mapped[str] = mapped_column(String(64))
+    owner_id: Mapped[str] = mapped_column(String(100), default=ADMIN_OWNER, server_default=ADMIN_OWNER)
     status: Mapped[JobStatus] = mapped_column(_enum(JobStatus))
     background_job: Mapped[BackgroundJob | None] = mapped_column(_enum(BackgroundJob))
     priority: Mapped[int]
@@ -248,7 +255,10 @@ class CoordinatorRow(Base):
 
 
 class Credential(Base):
-    """A key, a login token or a browser session; only the SHA-256 of the secret is stored."""
+    """A key, a login token or a browser session; only the SHA-256 of the secret is stored.
+
+    Keys with the same `owner_id` own the same jobs and scenes. A key that names no owner is its own.
+    """
 
     __tablename__ = "credentials"
     __table_args__ = (Index("ix_credentials_kind", "kind"),)
@@ -257,10 +267,31 @@ class Credential(Base):
     kind: Mapped[CredentialKind] = mapped_column(_enum(CredentialKind))
     name: Mapped[str] = mapped_column(String(100))
     role: Mapped[str] = mapped_column(String(16))
+    owner_id: Mapped[str] = mapped_column(String(100), default=ADMIN_OWNER, server_default=ADMIN_OWNER)
     secret_sha256: Mapped[str] = mapped_column(String(64))
     parent: Mapped[str | None] = mapped_column(String(32))
     created_s: Mapped[float]
     expires_s: Mapped[float | None]
+    used_s: Mapped[float | None]
+    limits: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+
+
+class AuditRow(Base):
+    """A change that somebody made through the API; rows are only appended, and old ones are deleted."""
+
+    __tablename__ = "audit"
+    __table_args__ = (Index("ix_audit_at", "at_s"), {"sqlite_autoincrement": True})
+
+    id: Mapped[int] = mapped_column(_number, primary_key=True, autoincrement=True)
+    at_s: Mapped[float]
+    key_id: Mapped[str] = mapped_column(String(32))
+    name: Mapped[str] = mapped_column(String(100))
+    role: Mapped[str] = mapped_column(String(16))
+    action: Mapped[str] = mapped_column(String(32))
+    subject: Mapped[str] = mapped_column(String(200))
+    detail: Mapped[str] = mapped_column(Text)
+    address: Mapped[str] = mapped_column(String(100))
+    request_id: Mapped[str] = mapped_column(String(64))
 
 
 class IdempotencyKey(Base):

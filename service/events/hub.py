@@ -36,6 +36,8 @@ log = structlog.get_logger("service.events")
 
 Answer = TypeVar("Answer")
 
+CHECK_S = 2.0
+"""The longest interval at which the credentials of clients are checked, because another process may revoke them."""
 POLL_S = 1.0
 """The interval at which the hub polls the database, because another process may have written to it."""
 BATCH = 200
@@ -62,22 +64,33 @@ class EventHub:
     database, wakeup
         The hub reads the database when it is woken, and every second.
     keepalive_s
-        The interval at which idle clients receive a comment, and at which the credentials of clients are checked.
+        The interval at which idle clients receive a comment.
     now_s
         Returns seconds since 1970, UTC.
+    has_owners
+        True if some clients receive only the events of the jobs of their owner.
     """
 
     def __init__(
-        self, database: Database, wakeup: Wakeup, *, keepalive_s: float, now_s: Callable[[], float] = time.time
+        self,
+        database: Database,
+        wakeup: Wakeup,
+        *,
+        keepalive_s: float,
+        now_s: Callable[[], float] = time.time,
+        has_owners: bool = False,
     ) -> None:
         self._database = database
         self._wakeup = wakeup
         self._keepalive_s = keepalive_s
         self._now_s = now_s
+        self._has_owners = has_owners
         self._clients: set[Subscription] = set()
         self._position: int | None = None
         """All clients have, or have queued, the events up to this one; None while there are no clients."""
         self._woken = asyncio.Event()
+        self._revoked = asyncio.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
         self._tasks: list[asyncio.Task[None]] = []
         self._is_closed = False
         self._reader = ThreadPoolExecutor(1, thread_name_prefix="event-hub")
@@ -85,7 +98,14 @@ class EventHub:
 
     def start(self) -> None:
         """Start to distribute events, in the running event loop."""
-        self._tasks = [asyncio.create_task(self._distribute_always()), asyncio.create_task(self._keep_alive_always())]
+        self._loop = asyncio.get_running_loop()
+        loops = (self._distribute_always, self._keep_alive_always, self._check_always)
+        self._tasks = [asyncio.create_task(loop()) for loop in loops]
+
+    def check_credentials(self) -> None:
+        """End the streams of revoked credentials now; any thread may call this after it has revoked some."""
+        if self._loop is not None:
+            self._loop.call_soon_threadsafe(self._revoked.set)
 
     def end_streams(self) -> None:
         """End the streams of all clients, and of those that come later."""
@@ -102,7 +122,9 @@ class EventHub:
         for executor in (self._reader, self._catch_up):
             await asyncio.to_thread(executor.shutdown)
 
-    async def stream(self, *, job_id: str | None, caller_id: str, position: int | None) -> AsyncGenerator[bytes]:
+    async def stream(
+        self, *, job_id: str | None, caller_id: str, position: int | None, owner_id: str | None = None
+    ) -> AsyncGenerator[bytes]:
         """Yield server-sent events; without a position, first the present state of the job and then new events.
 
         Parameters
@@ -113,6 +135,8 @@ class EventHub:
             The credential of the client; the stream ends when it is no longer valid.
         position
             The last event that the client has received.
+        owner_id
+            The owner whose jobs' events are sent; None for those of all owners.
         """
         if self._is_closed:
             return
@@ -122,7 +146,8 @@ class EventHub:
             position = None
         if position is None:
             yield first
-        client = Subscription(job_id=job_id, caller_id=caller_id, sent=newest if position is None else position)
+        sent = newest if position is None else position
+        client = Subscription(job_id=job_id, caller_id=caller_id, sent=sent, owner_id=owner_id)
         with self._joined(client, newest):
             async for data in self._received(client):
                 for start in range(0, len(data), SENT_AT_ONCE_BYTES):
@@ -159,7 +184,9 @@ class EventHub:
         until = self._position or 0
         client.follow(until)
         while client.sent < until and not client.is_ended:
-            events, is_last = await self._in(self._catch_up, self._page, client.sent, until, client.job_id)
+            events, is_last = await self._in(
+                self._catch_up, self._page, client.sent, until, client.job_id, client.owner_id
+            )
             # Checked after the page was read, since events may be deleted at any time.
             if not await self._in(self._catch_up, self._are_kept, client.sent):
                 client.sent = until
@@ -167,7 +194,7 @@ class EventHub:
                 return
             client.sent = until if is_last else events[-1].id
             if events:
-                yield Batch(events).of_job(client.job_id, after=-1)
+                yield Batch(events).of_job(client.job_id, after=-1, owner_id=client.owner_id)
 
     async def _distribute_always(self) -> None:
         with self._wakeup.for_coroutine() as self._woken:
@@ -184,7 +211,7 @@ class EventHub:
     async def _distribute(self) -> None:
         """Read the new events and push them to all clients."""
         while (position := self._position) is not None:
-            events, is_last = await self._in(self._reader, self._page, position, None, None)
+            events, is_last = await self._in(self._reader, self._page, position, None, None, None)
             if self._position != position:
                 continue  # All clients have gone meanwhile, and others have come.
             if events:
@@ -198,8 +225,15 @@ class EventHub:
     async def _keep_alive_always(self) -> None:
         while True:
             await asyncio.sleep(self._keepalive_s)
-            await self._logged(self._end_invalid)
             await self._for_each(Subscription.keep_alive)
+
+    async def _check_always(self) -> None:
+        while True:
+            with suppress(TimeoutError):
+                async with asyncio.timeout(min(CHECK_S, self._keepalive_s)):
+                    await self._revoked.wait()
+            self._revoked.clear()
+            await self._logged(self._end_invalid)
 
     async def _end_invalid(self) -> None:
         """End the streams of clients whose credentials were revoked or have expired."""
@@ -238,10 +272,14 @@ class EventHub:
             data = json.dumps(job_snapshot(session, row).model_dump(mode="json"), separators=(",", ":"))
             return position, encode(position, EventTopic.JOB, data)
 
-    def _page(self, after: int, until: int | None, job_id: str | None) -> tuple[Sequence[StoredEvent], bool]:
+    def _page(
+        self, after: int, until: int | None, job_id: str | None, owner_id: str | None
+    ) -> tuple[Sequence[StoredEvent], bool]:
         """Return the next events, and whether there are no more."""
         with self._database.reading() as session:
-            events = event_rows.after(session, after, until=until, job_id=job_id, limit=BATCH)
+            events = event_rows.after(
+                session, after, until=until, job_id=job_id, limit=BATCH, owner_id=owner_id, has_owners=self._has_owners
+            )
         sizes = accumulate(len(event.data) for event in events)
         count = 1 + sum(size < BATCH_BYTES for size in sizes)
         return events[:count], len(events) < BATCH and count >= len(events)

@@ -51,6 +51,7 @@ def job_data(
         actions=actions_for(row.status, row.paused_by, skipped=row.skipped),
         priority=row.priority,
         owner=row.owner,
+        owner_id=row.owner_id,
         created_at=utc(row.created_s),
         started_at=utc_or_none(row.started_s),
         ended_at=utc_or_none(row.ended_s),

@@ -27,19 +27,23 @@ class Batch:
         self.last = events[-1].id
         self._first = events[0].id
         self._events = events
-        self._joined: dict[str | None, bytes] = {}
+        self._joined: dict[tuple[str | None, str | None], bytes] = {}
 
-    def of_job(self, job_id: str | None, *, after: int) -> bytes:
-        """Return the events of a job, or of all jobs, after a position."""
+    def of_job(self, job_id: str | None, *, after: int, owner_id: str | None = None) -> bytes:
+        """Return the events of a job, or of all jobs, after a position; only those of an owner if one is given."""
         if after >= self._first:  # The client came while the events were read, and has some of them.
-            return self._join(job_id, after)
-        if job_id not in self._joined:
-            self._joined[job_id] = self._join(job_id, after)
-        return self._joined[job_id]
+            return self._join(job_id, owner_id, after)
+        wanted = job_id, owner_id
+        if wanted not in self._joined:
+            self._joined[wanted] = self._join(job_id, owner_id, after)
+        return self._joined[wanted]
 
-    def _join(self, job_id: str | None, after: int) -> bytes:
-        encoded = zip(self._events, self._encoded, strict=True)
-        return b"".join(data for event, data in encoded if event.id > after and job_id in (None, event.job_id))
+    def _join(self, job_id: str | None, owner_id: str | None, after: int) -> bytes:
+        return b"".join(
+            data
+            for event, data in zip(self._events, self._encoded, strict=True)
+            if event.id > after and job_id in (None, event.job_id) and owner_id in (None, event.owner_id)
+        )
 
     @cached_property
     def _encoded(self) -> list[bytes]:
@@ -57,10 +61,13 @@ class Subscription:
         The credential of the client; the stream ends when it is no longer valid.
     sent
         The position of the client: it has received every event up to this one.
+    owner_id
+        The owner whose jobs' events the client receives; None for those of all owners.
     """
 
-    def __init__(self, *, job_id: str | None, caller_id: str, sent: int) -> None:
+    def __init__(self, *, job_id: str | None, caller_id: str, sent: int, owner_id: str | None = None) -> None:
         self.job_id = job_id
+        self.owner_id = owner_id
         self.caller_id = caller_id
         self.sent = sent
         self.lags = True
@@ -80,7 +87,7 @@ class Subscription:
         """Queue a batch; a client whose queue is full falls behind, and its queue is emptied."""
         if self.lags or self.is_ended or batch.last <= self._queued:
             return
-        data = batch.of_job(self.job_id, after=self._queued)
+        data = batch.of_job(self.job_id, after=self._queued, owner_id=self.owner_id)
         # A single batch always has room: all clients share its bytes, and an idle client never falls behind.
         if self._pieces and self._size + len(data) > QUEUE_BYTES:
             self.lags = True

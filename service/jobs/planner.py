@@ -24,6 +24,7 @@ from service.db.counters import add_to_counters
 from service.db.engine import Database, changed
 from service.db.tables import BackgroundJob, Job, Task
 from service.jobs.completion import settle
+from service.jobs.limits import task_count
 from service.jobs.state_machine import set_job, transition_job
 from service.settings import FailureLimit, Settings
 
@@ -48,7 +49,8 @@ class Planner:
             probe = ProbeResult.model_validate(row.probe)
             reached = task_rows.last_sequence(session, job_id)
         if sheet is None:
-            self._decide(job_id, plan_sheet(spec, probe, slots=max(1, slots), clock=self._resolved(job_id).clock))
+            planned = plan_sheet(spec, probe, slots=max(1, slots), clock=self._resolved(job_id).clock)
+            self._decide(job_id, _with_few_tasks(spec, planned, self._settings.max_tasks))
             return True
         decided = StoredPlan.model_validate(sheet)
         if reached == 0:  # only the probe exists, so no task has read the artifact
@@ -95,6 +97,13 @@ class Planner:
                 return True
             _complete(session, row, now_s, self._settings.failure_limit)
             return False
+
+
+def _with_few_tasks(spec: JobSpec, sheet: StoredPlan, most: int) -> StoredPlan:
+    """Return a plan with whole frames if automatic tiles would make too many tasks."""
+    if spec.render.tiles != "auto" or task_count(spec, tile_rows=sheet.tile_rows, tile_cols=sheet.tile_cols) <= most:
+        return sheet
+    return sheet.model_copy(update={"tile_rows": 1, "tile_cols": 1})
 
 
 def insert_tasks(session: Session, job_id: str, tasks: list[PlannedTask]) -> None:

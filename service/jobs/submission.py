@@ -17,6 +17,7 @@ from lippmann.job.states import JobStatus
 from lippmann.optics.rig.check import check_job
 from lippmann.plan import artifact_names as names
 from lippmann.plan.tasks import probe_task
+from service.audit import record
 from service.auth import Caller
 from service.db import access as access_rows
 from service.db import jobs as job_rows
@@ -25,15 +26,30 @@ from service.db.tables import IdempotencyKey, Job
 from service.errors import IdempotencyMismatch, NotFound
 from service.events.publish import publish_jobs
 from service.ids import new_job_id
+from service.jobs.limits import Limits, check_quota, limited_spec
 from service.jobs.planner import insert_tasks
 from service.ports import Parts
 from service.scenes import find_scene
+from service.schemas.access import AuditAction
+from service.settings import Settings
+
+OWNER_NAME = 64
+"""The length of the name that a job shows of its key; keys of earlier releases may have longer ones."""
 
 
 def submit_job(
-    database: Database, parts: Parts, caller: Caller, body: Any, *, idempotency_key: str | None, now_s: float
+    database: Database,
+    parts: Parts,
+    caller: Caller,
+    body: Any,
+    *,
+    idempotency_key: str | None,
+    now_s: float,
+    settings: Settings,
 ) -> tuple[Job, bool]:
-    """Store a job file as a job.
+    """Store a job file as a job of the caller.
+
+    Without `settings.sharing`, the job uses only scenes that the caller sees, and tiles of the same owner.
 
     Returns
     -------
@@ -43,30 +59,40 @@ def submit_job(
     Raises
     ------
     SpecError
-        If the job is invalid. The error names every field at fault.
+        If the job is invalid or beyond a limit. The error names every field at fault.
+    QuotaExceeded
+        If the owner has too many open jobs.
     IdempotencyMismatch
         If the key was used with another job file.
     StoreFull, StoreUnavailable
         If the job cannot be stored. Then no row is written.
     """
+    limits, sharing = Limits(settings, caller.limits), settings.sharing
     spec = parse_spec(body)
     fingerprint = hashlib.sha256(json.dumps(body, sort_keys=True).encode()).hexdigest()
     with database.reading() as session:
         known = _known(session, caller, idempotency_key, fingerprint)
         if known is not None:
             return known, False
-        sheet = resolve(session, spec, new_job_id(now_s))
-    notes = (*current_job(body)[1], *check_job(sheet))
+        spec, lowered = limited_spec(spec, limits)
+        check_quota(session, caller.owner_id, frames=len(spec.frame_numbers), limits=limits)
+        sheet = resolve(session, spec, new_job_id(now_s), owner_id=caller.scope(sharing=sharing))
+    notes = (*current_job(body)[1], *lowered, *check_job(sheet))
     # The artifact is written before the row, so that a crash in between leaves an unused file and no job without one.
     if database.reserve.is_given_up:
         raise StoreFull("The disk of the database has no room left, so no job can be stored.")
-    data = sheet.model_dump_json(indent=2).encode()
+    if not sharing:
+        sheet = sheet.model_copy(update={"cache_scope": caller.owner_id})
+    # Workers of an earlier release refuse a field that they do not know.
+    data = sheet.model_dump_json(indent=2, exclude={"cache_scope"} if sharing else None).encode()
     parts.store.put_bytes(names.job_artifact(sheet.job_id, names.JOB_FILE), data)
     with database.writing() as session:
         known = _known(session, caller, idempotency_key, fingerprint)
         if known is not None:
             return known, False
+        check_quota(session, caller.owner_id, frames=len(spec.frame_numbers), limits=limits)
         row = _insert(session, sheet, caller, list(notes), now_s)
+        record(session, caller, AuditAction.SUBMIT_JOB, row.id, now_s=now_s, detail=f"scene {row.scene}")
         if idempotency_key is not None:
             session.merge(
                 IdempotencyKey(
@@ -88,16 +114,16 @@ def _known(session: Session, caller: Caller, key: str | None, fingerprint: str) 
     return row
 
 
-def resolve(session: Session, spec: JobSpec, job_id: str) -> ResolvedJob:
+def resolve(session: Session, spec: JobSpec, job_id: str, *, owner_id: str | None = None) -> ResolvedJob:
     """Return a job together with its scene.
 
     Raises
     ------
     SpecError
-        If the scene does not exist, or does not accept the parameters of the job.
+        If the scene does not exist, is hidden from the given owner, or does not accept the parameters of the job.
     """
     try:
-        scene = find_scene(session, spec.scene)
+        scene = find_scene(session, spec.scene, owner_id=owner_id)
     except NotFound as error:
         problem = FieldProblem(field="scene", expected="a scene of GET /api/v1/scenes", got=repr(spec.scene))
         raise SpecError.of([problem]) from error
@@ -112,7 +138,8 @@ def _insert(session: Session, sheet: ResolvedJob, caller: Caller, notes: list[st
         scene=spec.scene,
         spec=spec.model_dump(mode="json"),
         notes=notes,
-        owner=caller.name,
+        owner=caller.name[:OWNER_NAME],
+        owner_id=caller.owner_id,
         status=JobStatus.QUEUED,
         priority=spec.priority,
         created_s=now_s,

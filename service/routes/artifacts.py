@@ -11,10 +11,9 @@ from fastapi.responses import Response, StreamingResponse
 from lippmann.errors import FieldProblem
 from service.api import artifact_files as artifacts
 from service.api.artifact_files import File
-from service.dependencies import AppState, AppStateDep, CursorQuery, LimitQuery, ViewerDep
+from service.dependencies import AppState, AppStateDep, CursorQuery, JobId, LimitQuery, ViewerDep
 from service.errors import Invalid
 from service.jobs.state_machine import find_job
-from service.routes.jobs import JobId
 from service.schemas.artifact import ArtifactPage
 
 router = APIRouter(prefix="/jobs/{job_id}/artifacts", tags=["artifacts"])

@@ -13,9 +13,8 @@ from starlette.types import Send
 
 from service.api.listings import number_in
 from service.auth import Caller
-from service.dependencies import AppState, AppStateDep, ViewerDep
+from service.dependencies import AppState, AppStateDep, JobId, ScopeDep, ViewerDep, check_visible
 from service.jobs.state_machine import find_job
-from service.routes.jobs import JobId
 from service.schemas.events import StreamMessage
 
 router = APIRouter(tags=["events"])
@@ -47,11 +46,14 @@ LastEventId = Annotated[
 async def subscribe_to_farm(
     state: AppStateDep,
     caller: ViewerDep,
+    scope: ScopeDep,
     job: Annotated[str | None, Query(description="Send only the events of this job.")] = None,
     last_event_id: LastEventId = None,
 ) -> EventStream:
     """Subscribe to the events of all jobs or of one."""
-    return await _subscribe(state, caller, job, last_event_id)
+    if job is not None:
+        await run_in_threadpool(check_visible, state, job, scope)
+    return await _subscribe(state, caller, job, last_event_id, scope)
 
 
 @router.get("/jobs/{job_id}/events", response_class=EventStream, responses=_STREAM)
@@ -62,11 +64,13 @@ async def subscribe_to_job(
     return await _subscribe(state, caller, job_id, last_event_id)
 
 
-async def _subscribe(state: AppState, caller: Caller, job_id: str | None, last_event_id: str | None) -> EventStream:
+async def _subscribe(
+    state: AppState, caller: Caller, job_id: str | None, last_event_id: str | None, owner_id: str | None = None
+) -> EventStream:
     if job_id is not None:
         await run_in_threadpool(_check_job, state, job_id)
     position = number_in(last_event_id) if last_event_id else None
-    events = state.hub.stream(job_id=job_id, caller_id=caller.id, position=position)
+    events = state.hub.stream(job_id=job_id, caller_id=caller.id, position=position, owner_id=owner_id)
     return EventStream(events, headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"})
 
 

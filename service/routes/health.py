@@ -1,12 +1,13 @@
-"""The health of the farm."""
+"""The health of the farm, and the description of the API."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
 from fastapi import APIRouter, Cookie, Header, Request
+from fastapi.responses import JSONResponse
 
-from service.dependencies import AppStateDep, get_caller_or_none
+from service.dependencies import AppStateDep, ViewerDep, get_caller_or_none
 from service.schemas.farm import Health
 
 router = APIRouter(tags=["farm"])
@@ -19,10 +20,16 @@ async def get_health(
     authorization: Annotated[str | None, Header(include_in_schema=False)] = None,
     lippmann_session: Annotated[str | None, Cookie(include_in_schema=False)] = None,
 ) -> Health:
-    """Get the health of the farm within a second. No key is needed; with a key the answer names the leader."""
+    """Get the health of the farm within a second. Without a key the answer only names the healthy components."""
 
     def is_known() -> bool:
         # This runs with the other checks and not as a dependency, so that a database that hangs delays no answer.
         return get_caller_or_none(request, state, authorization, None, lippmann_session) is not None
 
     return await state.checks.health(now_s=state.now_s(), is_known=is_known)
+
+
+@router.get("/openapi.json", include_in_schema=False)
+def get_contract(request: Request, _caller: ViewerDep) -> JSONResponse:
+    """Get the OpenAPI description of the API."""
+    return JSONResponse(request.app.openapi())

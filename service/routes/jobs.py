@@ -5,19 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Header, Path, Query, Response
+from fastapi import APIRouter, Body, Header, Query, Response
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import JobStatus
 from service.api import listings
 from service.api.presenters import present_job
+from service.audit import record
+from service.auth import Caller
 from service.db.tables import Job as JobRow
 from service.dependencies import (
     AppState,
     AppStateDep,
     CursorQuery,
+    JobId,
     LimitQuery,
     OutlookDep,
+    OwnJobId,
+    ScopeDep,
     SessionDep,
     SubmitterDep,
     ViewerDep,
@@ -33,9 +38,11 @@ from service.jobs.commands import (
     retry_job,
     skip_frames,
 )
+from service.jobs.limits import Limits, check_quota
 from service.jobs.skipping import remove_outputs_without_frames
 from service.jobs.state_machine import find_job
 from service.jobs.submission import submit_job
+from service.schemas.access import AuditAction
 from service.schemas.job import FramesToSkip, Job, JobChange, JobPage
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
@@ -52,8 +59,6 @@ _REPLAY: dict[int | str, dict[str, Any]] = {
 }
 _CONFLICT: dict[int | str, dict[str, Any]] = {409: {"description": "The action is not allowed in this status."}}
 
-JobId = Annotated[str, Path(description="The id of the job.")]
-
 
 @router.post("", status_code=201, openapi_extra=JOB_FILE, responses=_REPLAY)
 def submit_job_file(
@@ -69,8 +74,9 @@ def submit_job_file(
 ) -> Job:  # fmt: skip
     """Submit a job file. The job is stored and runs as soon as workers are free."""
     row, is_new = submit_job(
-        state.database, state.parts, caller, body, idempotency_key=idempotency_key, now_s=state.now_s()
-    )
+        state.database, state.parts, caller, body, idempotency_key=idempotency_key, now_s=state.now_s(),
+        settings=state.settings,
+    )  # fmt: skip
     state.wakeup.notify()
     response.status_code = 201 if is_new else 200
     response.headers["Location"] = f"/api/v1/jobs/{row.id}"
@@ -82,13 +88,13 @@ def submit_job_file(
 def list_jobs(
     session: SessionDep,
     outlook: OutlookDep,
-    _caller: ViewerDep,
+    scope: ScopeDep,
     limit: LimitQuery = 50,
     cursor: CursorQuery = None,
     status: Annotated[JobStatus | None, Query(description="List only jobs with this status.")] = None,
 ) -> JobPage:
     """List jobs, newest first."""
-    return listings.page_jobs(session, outlook, status=status, cursor=cursor, limit=limit)
+    return listings.page_jobs(session, outlook, status=status, cursor=cursor, limit=limit, owner_id=scope)
 
 
 @router.get("/{job_id}")
@@ -98,32 +104,49 @@ def get_job(job_id: JobId, session: SessionDep, outlook: OutlookDep, _caller: Vi
 
 
 @router.patch("/{job_id}", responses=_CONFLICT)
-def change_job(job_id: JobId, change: JobChange, state: AppStateDep, _caller: SubmitterDep) -> Job:
+def change_job(job_id: OwnJobId, change: JobChange, state: AppStateDep, caller: SubmitterDep) -> Job:
     """Change the priority of a job."""
-    return _command(state, lambda session: prioritise_job(session, job_id, change.priority))
+    return _command(
+        state,
+        caller,
+        AuditAction.PRIORITISE_JOB,
+        job_id,
+        lambda session: prioritise_job(session, job_id, change.priority),
+        f"priority {change.priority}",
+    )
 
 
 @router.post("/{job_id}/cancel", responses=_CONFLICT)
-def cancel(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
+def cancel(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     """Cancel a job. Running tasks are stopped; finished frames and outputs stay."""
-    return _command(state, lambda session: cancel_job(session, job_id, now_s=state.now_s()))
+    return _command(
+        state, caller, AuditAction.CANCEL_JOB, job_id, lambda session: cancel_job(session, job_id, now_s=state.now_s())
+    )
 
 
 @router.post("/{job_id}/pause", responses=_CONFLICT)
-def pause(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
+def pause(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     """Pause a job. No further tasks are dispatched; running tasks finish."""
-    return _command(state, lambda session: pause_job(session, job_id, now_s=state.now_s()))
+    return _command(
+        state, caller, AuditAction.PAUSE_JOB, job_id, lambda session: pause_job(session, job_id, now_s=state.now_s())
+    )
 
 
 @router.post("/{job_id}/resume", responses=_CONFLICT)
-def resume(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
+def resume(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     """Resume a paused job."""
     limit = state.settings.failure_limit
-    return _command(state, lambda session: resume_job(session, job_id, now_s=state.now_s(), limit=limit))
+    return _command(
+        state,
+        caller,
+        AuditAction.RESUME_JOB,
+        job_id,
+        lambda session: resume_job(session, job_id, now_s=state.now_s(), limit=limit),
+    )
 
 
 @router.post("/{job_id}/retry", responses=_CONFLICT)
-def retry(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
+def retry(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     """Retry a failed or cancelled job. Tasks that are not done run again, and so do those with unreadable artifacts.
 
     Skipped frames are rendered, and the outputs are made again with them; for this, a done job can be retried too.
@@ -131,39 +154,76 @@ def retry(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
     limit = state.settings.failure_limit
     repair_artifacts(state.database, state.parts.store, job_id)
     remove_outputs_without_frames(state.database, state.parts.store, job_id)
-    return _command(state, lambda session: retry_job(session, job_id, now_s=state.now_s(), limit=limit))
+    return _command(
+        state,
+        caller,
+        AuditAction.RETRY_JOB,
+        job_id,
+        lambda session: retry_job(session, job_id, now_s=state.now_s(), limit=limit),
+    )
 
 
 @router.post("/{job_id}/repair", responses=_CONFLICT)
-def repair(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> Job:
+def repair(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     """Verify every artifact of an ended job, and make the missing and damaged ones again.
 
     A failed or cancelled job also continues with its tasks that are not done, as after a retry.
     """
-    return _command(state, lambda session: repair_job(session, job_id))
+    return _command(state, caller, AuditAction.REPAIR_JOB, job_id, lambda session: repair_job(session, job_id))
 
 
 @router.post("/{job_id}/skip", responses=_CONFLICT)
 def skip(
-    job_id: JobId, state: AppStateDep, _caller: SubmitterDep, selection: Annotated[FramesToSkip | None, Body()] = None
+    job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep, selection: Annotated[FramesToSkip | None, Body()] = None
 ) -> Job:
     """Leave frames of a failed or cancelled job out, by default those that failed, and continue the job.
 
     The outputs are made without these frames. A retry brings them back.
     """
     frames, limit = selection.frames if selection else None, state.settings.failure_limit
-    return _command(state, lambda session: skip_frames(session, job_id, frames, now_s=state.now_s(), limit=limit))
+    return _command(
+        state,
+        caller,
+        AuditAction.SKIP_FRAMES,
+        job_id,
+        lambda session: skip_frames(session, job_id, frames, now_s=state.now_s(), limit=limit),
+    )
 
 
 @router.delete("/{job_id}", status_code=204, responses=_CONFLICT)
-def remove(job_id: JobId, state: AppStateDep, _caller: SubmitterDep) -> None:
+def remove(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> None:
     """Remove an ended job and its artifacts."""
-    state.database.write_in_reserve(lambda session: remove_job(session, job_id))
+
+    def work(session: Session) -> None:
+        remove_job(session, job_id)
+        record(session, caller, AuditAction.REMOVE_JOB, job_id, now_s=state.now_s())
+
+    state.database.write_in_reserve(work)
     state.wakeup.notify()
 
 
-def _command(state: AppState, run: Callable[[Session], JobRow]) -> Job:
+_REOPENS = frozenset({AuditAction.RETRY_JOB, AuditAction.REPAIR_JOB, AuditAction.SKIP_FRAMES})
+"""The actions that open a job which has ended, and so count against the quota of its owner."""
+
+
+def _command(
+    state: AppState,
+    caller: Caller,
+    action: AuditAction,
+    job_id: str,
+    run: Callable[[Session], JobRow],
+    detail: str = "",
+) -> Job:
     outlook = state.outlook()
-    job = state.database.write_in_reserve(lambda session: present_job(session, run(session), outlook))
+
+    def work(session: Session) -> Job:
+        if action in _REOPENS:
+            was = find_job(session, job_id)
+            check_quota(session, was.owner_id, frames=was.frames_total, limits=Limits(state.settings, caller.limits))
+        row = run(session)
+        record(session, caller, action, job_id, now_s=state.now_s(), detail=detail)
+        return present_job(session, row, outlook)
+
+    job = state.database.write_in_reserve(work)
     state.wakeup.notify()
     return job

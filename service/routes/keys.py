@@ -1,38 +1,77 @@
-"""Keys and login links."""
+"""Keys, login links and the audit log."""
 
 from __future__ import annotations
 
 from fastapi import APIRouter
 
 from service import auth as keys
-from service.dependencies import AdminDep, AppStateDep, SessionDep
-from service.schemas.access import Key, KeyList, KeyRequest, LoginLink, NewKey, Role
-from service.schemas.answer import utc
+from service.api import listings
+from service.audit import record
+from service.dependencies import AdminDep, AppStateDep, CursorQuery, LimitQuery, SessionDep
+from service.schemas.access import AuditAction, AuditPage, Key, KeyList, KeyRequest, LoginLink, NewKey, Role
+from service.schemas.answer import utc, utc_or_none
 
 router = APIRouter(tags=["access"])
 
 
 @router.get("/keys")
-def list_keys(session: SessionDep, _caller: AdminDep) -> KeyList:
+def list_keys(state: AppStateDep, _caller: AdminDep) -> KeyList:
     """List all keys, without their secrets."""
-    rows = keys.list_keys(session)
-    items = (Key(id=row.id, name=row.name, role=Role(row.role), created_at=utc(row.created_s)) for row in rows)
-    return KeyList(items=tuple(items))
+    state.last_use.write()
+    with state.database.reading() as session:
+        rows = keys.list_keys(session)
+    return KeyList(
+        items=tuple(
+            Key(
+                id=row.id,
+                name=row.name,
+                role=Role(row.role),
+                owner_id=row.owner_id,
+                created_at=utc(row.created_s),
+                expires_at=utc_or_none(row.expires_s),
+                used_at=utc_or_none(row.used_s),
+                limits=keys.limits_of(row),
+            )
+            for row in rows
+        )
+    )
 
 
 @router.post("/keys", status_code=201)
-def create_key(request: KeyRequest, state: AppStateDep, _caller: AdminDep) -> NewKey:
+def create_key(request: KeyRequest, state: AppStateDep, caller: AdminDep) -> NewKey:
     """Create a key. Its secret cannot be retrieved later."""
+    now_s = state.now_s()
+    expires_s = None if request.expires_in_days is None else now_s + request.expires_in_days * 86_400
     with state.database.writing() as session:
-        key_id, key = keys.create_key(session, request.name, request.role)
-    return NewKey(id=key_id, name=request.name, role=request.role, key=key)
+        key_id, key = keys.create_key(
+            session,
+            request.name,
+            request.role,
+            owner_id=request.owner_id,
+            expires_s=expires_s,
+            limits=request.limits,
+            now_s=now_s,
+        )
+        detail = f"name {request.name}, role {request.role}, owner {request.owner_id or key_id}"
+        record(session, caller, AuditAction.CREATE_KEY, key_id, now_s=now_s, detail=detail)
+    return NewKey(
+        id=key_id,
+        name=request.name,
+        role=request.role,
+        owner_id=request.owner_id or key_id,
+        expires_at=utc_or_none(expires_s),
+        limits=request.limits,
+        key=key,
+    )
 
 
 @router.delete("/keys/{key_id}", status_code=204)
-def revoke_key(key_id: str, state: AppStateDep, _caller: AdminDep) -> None:
-    """Revoke a key and end the browser sessions that it opened."""
+def revoke_key(key_id: str, state: AppStateDep, caller: AdminDep) -> None:
+    """Revoke a key. The browser sessions that it opened and all their event streams end at once."""
     with state.database.writing() as session:
         keys.revoke_key(session, key_id)
+        record(session, caller, AuditAction.REVOKE_KEY, key_id, now_s=state.now_s())
+    state.hub.check_credentials()
 
 
 @router.post("/login-tokens", status_code=201)
@@ -41,6 +80,16 @@ def create_login_token(state: AppStateDep, caller: AdminDep) -> LoginLink:
     ttl_s, now_s = state.settings.login_token_s, state.now_s()
     with state.database.writing() as session:
         token = keys.create_login_token(
-            session, name=caller.name, role=caller.role, ttl_s=ttl_s, parent=caller.key_id, now_s=now_s
-        )
+            session, name=caller.name, role=caller.role, ttl_s=ttl_s, owner_id=caller.owner_id, parent=caller.key_id,
+            now_s=now_s,
+        )  # fmt: skip
+        record(session, caller, AuditAction.CREATE_LOGIN_LINK, token.partition(".")[0], now_s=now_s)
     return LoginLink(url=f"{state.settings.base_url}/login?token={token}", expires_at=utc(now_s + ttl_s))
+
+
+@router.get("/audit")
+def list_changes(
+    session: SessionDep, _caller: AdminDep, limit: LimitQuery = 100, cursor: CursorQuery = None
+) -> AuditPage:
+    """List the changes that were made through the API, newest first: who, what, when, from where."""
+    return listings.page_audit(session, cursor=cursor, limit=limit)

@@ -2,53 +2,82 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated
+from urllib.parse import urlencode, urlsplit
 
-from fastapi import APIRouter, Cookie, Form, Query, Request, Response
+from fastapi import APIRouter, Cookie, Form, Header, Query, Request, Response
 from fastapi.responses import RedirectResponse
 
 from service import auth as keys
-from service.dependencies import COOKIE, AppState, AppStateDep, CallerOrNoneDep, ViewerDep
-from service.errors import Unauthorized
-from service.schemas.access import Session
+from service.audit import record
+from service.auth import Caller
+from service.dependencies import COOKIE, AppState, AppStateDep, CallerOrNoneDep, ViewerDep, with_origin
+from service.errors import Forbidden, Unauthorized
+from service.schemas.access import AuditAction, Session
 
 router = APIRouter(tags=["access"])
 api = APIRouter(tags=["access"])
 
+OldCookie = Annotated[str | None, Cookie(alias=COOKIE, include_in_schema=False)]
+FetchSite = Annotated[str | None, Header(alias="Sec-Fetch-Site", include_in_schema=False)]
+Token = Annotated[str | None, Query(max_length=200)]
+_Spend = Callable[..., tuple[str, Caller]]
+
 
 @router.get("/login", response_class=RedirectResponse, status_code=303)
-def log_in_by_link(state: AppStateDep, token: Annotated[str | None, Query(max_length=200)] = None) -> Response:
-    """Exchange a login link for a browser session; without a token, redirect to the login page."""
+def log_in_by_link(
+    request: Request, state: AppStateDep, token: Token = None, site: FetchSite = None, old: OldCookie = None
+) -> Response:
+    """Exchange a login link for a browser session; without a token, redirect to the login page.
+
+    A link that another site leads to logs nobody in by itself, because the site could log its visitors in as somebody
+    else; the login page asks first.
+    """
     if token is None:
         return RedirectResponse("/", status_code=303)
-    with state.database.writing() as session:
-        cookie = keys.spend_login_token(session, token, now_s=state.now_s(), session_s=state.settings.session_s)
-    return _start_session(state, cookie)
+    if site in ("cross-site", "same-site"):
+        return RedirectResponse(f"/?{urlencode({'token': token})}", status_code=303)
+    return _log_in(request, state, keys.spend_login_token, token, old)
 
 
 @router.post("/login", response_class=RedirectResponse, status_code=303)
-def log_in_by_key(request: Request, state: AppStateDep, key: Annotated[str, Form(max_length=200)]) -> Response:
-    """Exchange a key for a browser session; a page that sent an invalid key is redirected to `/?refused=1`."""
+def log_in_by_form(
+    request: Request,
+    state: AppStateDep,
+    key: Annotated[str, Form(max_length=200)] = "",
+    token: Annotated[str, Form(max_length=200)] = "",
+    site: FetchSite = None,
+    old: OldCookie = None,
+) -> Response:
+    """Exchange a key or a login token for a browser session; a page that sent an invalid one returns to `/?refused=1`.
+
+    Raises
+    ------
+    Forbidden
+        If the form is not one of our pages.
+    """
+    _check_own_page(request, state, site)
     try:
-        with state.database.writing() as session:
-            cookie = keys.spend_key(session, key.strip(), now_s=state.now_s(), session_s=state.settings.session_s)
+        if token:
+            return _log_in(request, state, keys.spend_login_token, token, old)
+        return _log_in(request, state, keys.spend_key, key.strip(), old)
     except Unauthorized:
         if "text/html" in request.headers.get("accept", ""):
             return RedirectResponse("/?refused=1", status_code=303)
         raise
-    return _start_session(state, cookie)
 
 
 @router.post("/logout", response_class=RedirectResponse, status_code=303)
-def log_out(
-    state: AppStateDep,
-    _caller: CallerOrNoneDep,
-    lippmann_session: Annotated[str | None, Cookie(include_in_schema=False)] = None,
-) -> Response:
-    """End a browser session."""
-    if lippmann_session is not None:
+def log_out(request: Request, state: AppStateDep, _caller: CallerOrNoneDep, old: OldCookie = None) -> Response:
+    """End a browser session and its event streams."""
+    if old is not None:
         with state.database.writing() as session:
-            keys.end_session(session, lippmann_session, now_s=state.now_s())
+            caller = keys.end_session(session, old, now_s=state.now_s())
+            if caller is not None:
+                caller = with_origin(request, caller)
+                record(session, caller, AuditAction.LOG_OUT, caller.id, now_s=state.now_s())
+        state.hub.check_credentials()
     response = RedirectResponse("/", status_code=303)
     response.delete_cookie(COOKIE, path="/")
     return response
@@ -56,8 +85,34 @@ def log_out(
 
 @api.get("/session")
 def get_caller(caller: ViewerDep) -> Session:
-    """Get the name and the role of the caller."""
-    return Session(name=caller.name, role=caller.role)
+    """Get the name, the role and the owner of the caller."""
+    return Session(name=caller.name, role=caller.role, owner_id=caller.owner_id)
+
+
+def _log_in(request: Request, state: AppState, spend: _Spend, secret: str, old: str | None) -> Response:
+    """Open a session with a new cookie, and end the one that the browser had before."""
+    now_s = state.now_s()
+    with state.database.writing() as session:
+        cookie, caller = spend(session, secret, now_s=now_s, session_s=state.settings.session_s)
+        if old is not None:
+            keys.end_session(session, old, now_s=now_s)
+        record(session, with_origin(request, caller), AuditAction.LOG_IN, caller.id, now_s=now_s)
+    return _start_session(state, cookie)
+
+
+def _check_own_page(request: Request, state: AppState, site: str | None) -> None:
+    """Refuse the form of another site, which could log its visitors in as somebody else.
+
+    Browsers say from where a form comes by Sec-Fetch-Site, and without TLS by Origin. Other clients send neither.
+    """
+    origin = request.headers.get("origin")
+    if site is not None:
+        is_own = site in ("same-origin", "none")
+    else:
+        hosts = (request.headers.get("host"), urlsplit(state.settings.base_url).netloc)
+        is_own = origin is None or urlsplit(origin).netloc in hosts
+    if not is_own:
+        raise Forbidden("the login form of another site is refused; log in on the page of this service")
 
 
 def _start_session(state: AppState, cookie: str) -> Response:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from http import HTTPStatus
 from typing import Any
 
@@ -22,6 +23,7 @@ from service.errors import (
     Invalid,
     RangeNotSatisfiable,
     ServiceError,
+    TooManyRequests,
     problems_in,
     status_of,
 )
@@ -58,6 +60,8 @@ async def answer(request: Request, error: Exception) -> JSONResponse:
     headers = {"WWW-Authenticate": "Bearer"} if status == 401 else {}
     if isinstance(known, ArtifactRepairing):
         headers["Retry-After"] = REPAIR_S
+    if isinstance(known, TooManyRequests):
+        headers["Retry-After"] = str(max(1, math.ceil(known.retry_after_s)))
     if isinstance(known, RangeNotSatisfiable):
         headers["Content-Range"] = f"bytes */{known.size}"
     return problem_response(request, status, known.code, known.message, problems_in(known), headers=headers)

@@ -10,7 +10,8 @@ from starlette.datastructures import UploadFile
 
 from lippmann.errors import FieldProblem
 from service import scenes
-from service.dependencies import AppState, AppStateDep, CursorQuery, LimitQuery, SessionDep, SubmitterDep, ViewerDep
+from service.auth import Caller
+from service.dependencies import AppState, AppStateDep, CursorQuery, LimitQuery, ScopeDep, SessionDep, SubmitterDep
 from service.errors import Invalid
 from service.schemas.scene import Scene, SceneList
 
@@ -35,25 +36,23 @@ _UPLOAD: dict[str, Any] = {
 
 
 @router.get("")
-def list_scenes(
-    session: SessionDep, _caller: ViewerDep, limit: LimitQuery = 100, cursor: CursorQuery = None
-) -> SceneList:
+def list_scenes(session: SessionDep, scope: ScopeDep, limit: LimitQuery = 100, cursor: CursorQuery = None) -> SceneList:
     """List scenes, sorted by name."""
-    found = scenes.list_scenes(session, after=cursor or "", limit=limit + 1)
+    found = scenes.list_scenes(session, after=cursor or "", limit=limit + 1, owner_id=scope)
     page = tuple(found[:limit])
     return SceneList(items=page, next_cursor=page[-1].name if len(found) > limit else None)
 
 
 @router.get("/{name}")
-def get_scene(name: str, session: SessionDep, _caller: ViewerDep) -> Scene:
+def get_scene(name: str, session: SessionDep, scope: ScopeDep) -> Scene:
     """Get a scene with its parameters, stage and clock."""
-    return scenes.get_scene(session, name)
+    return scenes.get_scene(session, name, owner_id=scope)
 
 
 @router.get("/{name}/poster.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
-def get_poster(name: str, session: SessionDep, _caller: ViewerDep) -> Response:
+def get_poster(name: str, session: SessionDep, scope: ScopeDep) -> Response:
     """Get the poster of a scene."""
-    data, digest = scenes.poster_of(session, name)
+    data, digest = scenes.poster_of(session, name, owner_id=scope)
     headers = {"ETag": f'"{digest[:32]}"', "Cache-Control": "private, no-cache", "X-Content-Type-Options": "nosniff"}
     return Response(data, media_type="image/png", headers=headers)
 
@@ -67,24 +66,26 @@ def get_poster(name: str, session: SessionDep, _caller: ViewerDep) -> Response:
 async def upload_scene(
     request: Request,
     state: AppStateDep,
-    _caller: SubmitterDep,
+    caller: SubmitterDep,
     name: Annotated[
         str, Query(max_length=100, description="The name of the scene: lower-case letters, digits, dashes.")
     ],
     response: Response,
 ) -> Scene:
-    """Upload a scene bundle under a name."""
+    """Upload a scene bundle under a name. Only the owner of a scene and admins replace it."""
     # The body is read here, because FastAPI would read a declared parameter before it authenticates the caller.
     async with request.form(max_files=1, max_fields=10) as form:
         bundle = form.get("bundle")
         if not isinstance(bundle, UploadFile):
             problem = FieldProblem(field="bundle", expected="a file in multipart/form-data", got=repr(bundle)[:120])
             raise Invalid(str(problem), problems=[problem])
-        scene, is_new = await anyio.to_thread.run_sync(_store, state, name, bundle.file, limiter=UPLOADS)
+        scene, is_new = await anyio.to_thread.run_sync(_store, state, caller, name, bundle.file, limiter=UPLOADS)
     response.status_code = 201 if is_new else 200
     response.headers["Location"] = f"/api/v1/scenes/{scene.name}"
     return scene
 
 
-def _store(state: AppState, name: str, file: BinaryIO) -> tuple[Scene, bool]:
-    return scenes.upload_scene(state.database, state.parts, name, file.read(), now_s=state.now_s())
+def _store(state: AppState, caller: Caller, name: str, file: BinaryIO) -> tuple[Scene, bool]:
+    return scenes.upload_scene(
+        state.database, state.parts, caller, name, file.read(), now_s=state.now_s(), settings=state.settings
+    )

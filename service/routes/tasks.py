@@ -11,8 +11,7 @@ from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
 from service.api import listings
 from service.api.artifact_files import find_log
-from service.dependencies import AppStateDep, CursorQuery, LimitQuery, OutlookDep, SessionDep, ViewerDep
-from service.routes.jobs import JobId
+from service.dependencies import AppStateDep, CursorQuery, JobId, LimitQuery, OutlookDep, SessionDep, ViewerDep
 from service.schemas.frame import FramePage
 from service.schemas.task import Task, TaskPage
 

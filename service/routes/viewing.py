@@ -12,9 +12,8 @@ from fastapi.responses import Response
 from lippmann.job.frames import MAX_FRAME_NUMBER
 from lippmann.plan import artifact_names as names
 from service.api.artifact_files import is_fresh
-from service.dependencies import AppStateDep, ViewerDep
+from service.dependencies import AppStateDep, JobId, ViewerDep
 from service.routes.artifacts import CONVERSIONS
-from service.routes.jobs import JobId
 from service.schemas.viewing import AtlasQuery, FrameViews, ObserverQuery, PerspectiveQuery, RefocusQuery, ViewQuery
 from service.viewing import frames, render
 from service.viewing.frames import ViewableFrame

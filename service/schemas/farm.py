@@ -24,7 +24,7 @@ class ComponentHealth(Answer):
 
     ok: bool
     detail: str
-    """`answers`, the kind of the error, or the sentence of a fault."""
+    """`answers`, the kind of the error, or the sentence of a fault; empty without a key."""
 
 
 class StoreHealth(Answer):
@@ -32,9 +32,9 @@ class StoreHealth(Answer):
 
     ok: bool
     detail: str
-    """`answers`, or the kind of the error."""
+    """`answers`, or the kind of the error; empty without a key."""
     free_bytes: int | None
-    """The free space in bytes; null if the store does not answer or has no limit."""
+    """The free space in bytes; null if the store does not answer or has no limit, and without a key."""
 
 
 class CoordinatorHealth(Answer):
@@ -52,18 +52,20 @@ class Health(Answer):
     status: Literal["ok", "degraded"]
     """`ok` if every component is and every worker takes orders."""
     version: str
+    """The version of Lippmann; empty without a key."""
     database: ComponentHealth
     broker: ComponentHealth
     store: StoreHealth
     coordinator: CoordinatorHealth
     workers: int | None
-    """The number of workers that are online; null if the broker does not answer."""
+    """The number of workers that are online; null if the broker does not answer, and without a key."""
     slots: int | None
-    """The number of the slots of those that take orders; null if the broker does not answer."""
+    """The number of the slots of those that take orders; null if the broker does not answer, and without a key."""
     sandboxes: tuple[str, ...] | None = None
     """The kinds of sandboxes of the workers that are online; null without a key, and if the broker does not answer."""
     faults: tuple[Fault, ...] = ()
-    """What prevents work now, first cause first. The farm has paused its running jobs until all of them are gone."""
+    """What prevents work now, first cause first; empty without a key. The farm has paused its running jobs until all
+    of them are gone."""
 
 
 class Worker(Answer):

@@ -89,6 +89,9 @@ class Job(Answer):
     """The priority, 0 to 100. Tasks of jobs with a higher priority run first."""
     owner: str
     """The name of the key that submitted the job."""
+    owner_id: str = "admin"
+    """The owner of the job, as `GET /session` names the caller: only the owner and admins change the job. Jobs of
+    earlier releases belong to `admin`."""
     created_at: datetime
     started_at: datetime | None
     ended_at: datetime | None

@@ -25,6 +25,10 @@ class Scene(Answer):
     """The SHA-256 of the bundle."""
     builtin: bool
     """True if the scene comes with Lippmann."""
+    owner: str = "admin"
+    """The name of the key that uploaded the scene."""
+    owner_id: str = "admin"
+    """The owner of the scene: only the owner and admins replace it. Scenes of earlier releases belong to `admin`."""
     poster: str | None
     """The path of the poster, a PNG."""
 

@@ -130,12 +130,18 @@ def run_povray(
         task_dir=folder,
         readable=readable,
         sandbox=place.sandbox_for(sheet.bundle),
-        limits=Limits(cpu_s=CPU_PER_SECOND * settings.timeout_s, memory_mb=settings.memory_mb),
+        limits=process_limits(settings, place.settings),
         times=time_limits(settings, place.settings, is_probe=is_probe),
         on_progress=progressed,
         should_stop=monitor.should_stop,
         log=log,
     )
+
+
+def process_limits(job: RenderSettings, worker: WorkerSettings) -> Limits:
+    """Return the limits of a POV-Ray process: those of the job, or lower ones of the worker."""
+    timeout_s = min(job.timeout_s, worker.timeout_s)
+    return Limits(cpu_s=CPU_PER_SECOND * timeout_s, memory_mb=min(job.memory_mb, worker.memory_mb))
 
 
 def time_limits(job: RenderSettings, worker: WorkerSettings, *, is_probe: bool) -> TimeLimits:

@@ -1,4 +1,4 @@
-"""Keys: create, list and revoke them, and links that log a browser in."""
+"""Keys: create, list and revoke them, links that log a browser in, and the audit log."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import typer
 
 from lippmann.cli.options import with_context
 from lippmann.client.connection import Connection
+from lippmann.errors import BadInput
 from lippmann.terminal.output import Output
 
 app = typer.Typer(help="Manage the keys to the service. An admin key is needed.", no_args_is_help=True)
@@ -18,22 +19,46 @@ app = typer.Typer(help="Manage the keys to the service. An admin key is needed."
 def create(
     name: Annotated[str, typer.Argument(help="The name of the key: its owner or its purpose.")],
     role: Annotated[Literal["viewer", "submitter", "admin"], typer.Option(help="The role of the key.")] = "submitter",
+    owner: Annotated[
+        str | None,
+        typer.Option(
+            help="The owner of the key's jobs and scenes: a name, or the id of an earlier key of the user. "
+            "Keys with the same owner change each other's jobs. By default each key is its own owner."
+        ),
+    ] = None,
+    days: Annotated[
+        float | None, typer.Option(min=0.0, help="The days until the key expires. By default it does not expire.")
+    ] = None,
+    limit: Annotated[
+        list[str] | None,
+        typer.Option(metavar="NAME=NUMBER", help="A limit of the key, such as `open_jobs=10`; it may be repeated."),
+    ] = None,
     *,
     output: Output,
     connection: Connection,
 ) -> None:
     """Create a key. It is shown only once."""
+    limits = dict(_limit(text) for text in limit or ())
     with connection.client() as client:
-        made = client.create_key(name, role)
+        made = client.create_key(name, role, owner_id=owner, expires_in_days=days, limits=limits or None)
     output.note(f"Key {made.id} ({made.role}) of {made.name}. Keep it, because it is not shown again:")
     output.result(made.model_dump(mode="json"), made.key)
+
+
+def _limit(text: str) -> tuple[str, float]:
+    name, _, value = text.partition("=")
+    try:
+        number = float(value)
+    except ValueError:
+        raise BadInput(f"--limit: expected NAME=NUMBER, such as open_jobs=10, got {text!r}") from None
+    return name, int(number) if number.is_integer() else number
 
 
 @app.command("list")
 @with_context
 def list_keys(output: Output, connection: Connection) -> None:
-    """List the keys without their secrets."""
-    from lippmann.cli.text.jobs import key_table
+    """List the keys without their secrets: owner, expiry and last use."""
+    from lippmann.cli.text.access import key_table
 
     with connection.client() as client:
         found = client.keys()
@@ -47,7 +72,7 @@ def revoke(
     output: Output,
     connection: Connection,
 ) -> None:
-    """Revoke a key and the browser sessions that it opened."""
+    """Revoke a key. The browser sessions that it opened and their event streams end at once."""
     with connection.client() as client:
         client.revoke_key(key_id)
     output.result({"id": key_id, "revoked": True}, f"Key {key_id} is revoked.")
@@ -60,3 +85,19 @@ def link(output: Output, connection: Connection) -> None:
     with connection.client() as client:
         made = client.login_link()
     output.result(made.model_dump(mode="json"), made.url)
+
+
+@app.command()
+@with_context
+def audit(
+    limit: Annotated[int, typer.Option(min=1, help="The largest number of changes to list.")] = 50,
+    *,
+    output: Output,
+    connection: Connection,
+) -> None:
+    """List the latest changes on the farm: who made which, when, and from where."""
+    from lippmann.cli.text.access import audit_table
+
+    with connection.client() as client:
+        found = list(client.audit(limit=limit))
+    output.result([one.model_dump(mode="json") for one in found], audit_table(found))

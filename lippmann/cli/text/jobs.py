@@ -1,4 +1,4 @@
-"""Jobs, workers, scenes and keys as text."""
+"""Jobs, workers and scenes as text."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from lippmann.terminal.table import fields, table
 if TYPE_CHECKING:
     from datetime import datetime
 
-    from service.schemas.access import Key
     from service.schemas.farm import Worker
     from service.schemas.job import Job
     from service.schemas.scene import Scene
@@ -158,13 +157,6 @@ def scene_text(scene: Scene) -> str:
     )
     parameters = table(("parameter", "type", "default", "range", "unit", "what it does"), rows) if rows else ""
     return f"{head}\n\n{parameters}".rstrip()
-
-
-def key_table(keys: Iterable[Key]) -> str:
-    """Return keys, one a line, without secrets."""
-    return table(
-        ("id", "role", "created", "name"), [(key.id, key.role, _time(key.created_at), key.name) for key in keys]
-    )
 
 
 def _bounds(minimum: float | None, maximum: float | None) -> str:

@@ -2,7 +2,7 @@
 import { logOut } from "./api.js";
 import { bytes, many } from "./format.js";
 import { html } from "./html.js";
-import { mayChange, useKnown } from "./store.js";
+import { maySubmit, useKnown } from "./store.js";
 
 const LINKS = {
   starting: "",
@@ -15,7 +15,7 @@ export function Header({ here }) {
   const link = useKnown((known) => known.link);
   const health = useKnown((known) => known.health);
   const session = useKnown((known) => known.session);
-  const canSubmit = useKnown(mayChange);
+  const canSubmit = useKnown(maySubmit);
   return html`
     <header class="top">
       <a class="brand" href="#/"><img src=${document.body.dataset.logo} alt="" width="24" height="24" />Lippmann</a>

@@ -21,7 +21,7 @@ const canBegin = (job, action) => action in LABELS && (action !== "skip" || job.
 
 export function Job({ id }) {
   const job = useKnown((known) => known.jobs[id], [id]);
-  const canChange = useKnown(mayChange);
+  const canChange = useKnown((known) => job !== undefined && mayChange(known, job), [job?.owner_id]);
   const [fault, setFault] = useState("This job was removed.");
   useEffect(() => {
     if (!job) setFault("");

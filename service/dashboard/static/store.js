@@ -6,7 +6,7 @@ const NOTIFY_MS = 40; // A burst of events redraws the page once.
 let state = {
   link: "starting", // starting | live | polling | lost
   now_ms: Date.now(), // for "3 min ago"; updated twice a minute
-  session: null, // the logged-in user: {name, role}
+  session: null, // the logged-in user: {name, role, owner_id}
   health: null,
   scenes: null,
   jobs: {}, // by id
@@ -56,7 +56,11 @@ export function dropJob(id) {
 }
 
 // A viewer may change nothing, so the buttons that the service would refuse are hidden.
-export const mayChange = (known) => known.session !== null && known.session.role !== "viewer";
+export const maySubmit = (known) => known.session !== null && known.session.role !== "viewer";
+
+// Only the owner of a job and admins change it.
+export const mayChange = (known, job) =>
+  maySubmit(known) && (known.session.role === "admin" || known.session.owner_id === job.owner_id);
 
 // Jobs, newest first; their ids rise with time.
 export const newestFirst = (jobs) => Object.values(jobs).sort((a, b) => (a.id < b.id ? 1 : -1));

@@ -116,11 +116,19 @@ def test_the_next_start_has_the_jobs_and_keys_of_the_last(tmp_path: Path) -> Non
     with lippmann_up(tmp_path) as up, up.client() as client:
         job = client.submit({"scene": "target-white"})
         client.pause(job.id) if client.job(job.id).status == "running" else client.cancel(job.id)
-        key = client.create_key("alice", "viewer")
+        key = client.create_key("alice", "viewer", owner_id="alice", expires_in_days=1, limits={"open_jobs": 3})
     with lippmann_up(tmp_path) as up, up.client() as client:
         assert [found.id for found in client.jobs()] == [job.id]
         keys = client.keys()
-        assert [found.name for found in keys] == ["admin", "alice"]
+        assert [(found.name, found.owner_id, found.limits.open_jobs) for found in keys] == [
+            ("admin", "admin", None),
+            ("alice", "alice", 3),
+        ]
+        assert keys[1].expires_at == key.expires_at
+        (created,) = (entry for entry in client.audit() if entry.action == "create-key")
+        assert (created.name, created.role, created.subject, created.address) == (
+            "admin", "admin", key.id, "127.0.0.1",
+        )  # fmt: skip
         assert run("jobs", "--url", up.said["url"], "--key", key.key).returncode == 0
 
 

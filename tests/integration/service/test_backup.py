@@ -16,6 +16,7 @@ from sqlalchemy import select, text, update
 from lippmann.digest import Digest
 from lippmann.errors import BadInput, StoreUnavailable
 from lippmann.job.states import HELD_TASKS, JobStatus, TaskStatus
+from service.audit import record
 from service.auth import caller_of_key, create_key
 from service.backup.files import digest_of, write_lines
 from service.backup.manifest import (
@@ -31,16 +32,17 @@ from service.backup.reset import EVENT_GAP
 from service.backup.restore import check_folder, restore_backup
 from service.backup.rows import dump_tables
 from service.backup.write import write_backup
+from service.db import access as access_rows
 from service.db import coordinator as coordinator_rows
 from service.db import events as event_rows
 from service.db.counters import miscounted
 from service.db.engine import Database
 from service.db.migrations import alembic_config, revisions
 from service.db.tables import CoordinatorRow, Job, StopRequest, Task
-from service.schemas.access import Role
+from service.schemas.access import AuditAction, Role
 from service.schemas.events import EventTopic
 from service.store_identity import identify_store, known_identity
-from tests.builders_service import T0, Farm, claimed, done, heartbeat
+from tests.builders_service import CALLER, T0, Farm, claimed, done, heartbeat
 from tests.integration.service.test_migration import TABLES, _copy
 from tests.integration.service.test_migration import old as old
 from worker.store.local import LocalStore
@@ -190,6 +192,17 @@ def test_keys_remain_valid_and_the_secrets_are_not_in_the_backup(farm: Farm, emp
     assert caller is not None
     assert (caller.name, caller.role) == ("somebody", Role.SUBMITTER)
     assert key.encode() not in lines_of(tmp_path / "b", "credentials")
+
+
+def test_the_audit_log_is_restored_and_goes_on(farm: Farm, empty: Database, tmp_path: Path) -> None:
+    farm.submit()
+    back_up(farm, tmp_path / "b")
+    restore_backup(tmp_path / "b", empty, None)
+    with empty.writing() as session:
+        record(session, CALLER, AuditAction.CREATE_KEY, "k2", now_s=T0)
+    with empty.reading() as session:
+        actions = [row.action for row in access_rows.audit_page(session, before=None, limit=10)]
+    assert actions == [AuditAction.CREATE_KEY, AuditAction.SUBMIT_JOB]
 
 
 def test_a_subscriber_of_the_farm_before_receives_the_next_event(farm: Farm, empty: Database, tmp_path: Path) -> None:

@@ -15,20 +15,27 @@ from typing import Any
 
 import pytest
 from alembic import command
-from sqlalchemy import JSON, Boolean, Connection, MetaData, Table, insert
+from sqlalchemy import JSON, Boolean, Connection, MetaData, Table, insert, text
 
 from lippmann.job.states import JobAction, JobStatus
 from service.db import coordinator as coordinator_rows
 from service.db.counters import miscounted
 from service.db.engine import Database
 from service.db.migrations import alembic_config, migrate
-from service.db.tables import BackgroundJob, Job, JobEvent, Scene, StopRequest, Task, WorkerFault
+from service.db.tables import BackgroundJob, Credential, Job, JobEvent, Scene, StopRequest, Task, WorkerFault
 from service.events.publish import job_snapshot
 from service.schemas.events import EventTopic, StreamMessage
 from service.schemas.events import JobEvent as JobMessage
 
 DUMP = Path(__file__).with_name("database_0002.sql")
 TABLES = ("scenes", "jobs", "tasks", "worker_faults", "job_events", "stopped_attempts", "clerk", "idempotency_keys")
+
+
+KEYS = (("k1", "key", "submitter", None), ("s1", "session", "submitter", "k1"), ("k2", "key", "admin", None))
+INSERT_KEY = (
+    "INSERT INTO credentials (id, kind, name, role, secret_sha256, parent, created_s) "
+    "VALUES (:id, :kind, 'somebody', :role, '-', :parent, 1900000000)"
+)
 
 
 @pytest.fixture
@@ -46,6 +53,8 @@ def migrated(url: str, old: sqlite3.Connection) -> Iterator[Database]:
         command.upgrade(alembic_config(connection), "0002")
         for name in TABLES:
             _copy(old, name, connection)
+        for row in KEYS:
+            connection.execute(text(INSERT_KEY), dict(zip(("id", "kind", "role", "parent"), row, strict=True)))
     migrate(database)
     yield database
     database.dispose()
@@ -80,6 +89,14 @@ def test_jobs_and_tasks_are_kept_under_the_new_names(migrated: Database, old: sq
         ]
         assert session.get_one(Scene, "fish").digest == old.execute("SELECT digest FROM scenes").fetchone()["digest"]
         assert job_snapshot(session, job).frames_done == was["frames_done"]
+
+
+def test_keys_are_their_own_owners_and_what_was_stored_belongs_to_the_admin(migrated: Database) -> None:
+    with migrated.reading() as session:
+        owners = {row.id: row.owner_id for row in session.query(Credential).all()}
+        assert owners == {"k1": "k1", "s1": "k1", "k2": "admin"}
+        assert {row.owner_id for row in session.query(Job).all()} == {"admin"}
+        assert {(row.owner, row.owner_id) for row in session.query(Scene).all()} == {("admin", "admin")}
 
 
 def test_the_position_in_the_stream_stop_requests_and_avoided_workers_are_kept(

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import json
+from typing import Any
+
 import pytest
 
 from service.auth import create_key, create_login_token
 from service.db import coordinator as coordinator_rows
 from service.db.tables import Credential
+from service.openapi import FILE
 from service.schemas.access import Role
 from tests.builders_service import SPEC, T0, Client, Farm
 
@@ -38,7 +42,7 @@ def test_nothing_is_answered_without_a_key(anyone: Client, method: str, path: st
 
 
 def test_every_route_but_health_and_login_asks_for_a_key(anyone: Client) -> None:
-    paths = anyone.get("/api/v1/openapi.json").json()["paths"]
+    paths = json.loads(FILE.read_text(encoding="utf-8"))["paths"]
     assert len(paths) > 15
     open_to_all = set()
     for path, operations in paths.items():
@@ -80,15 +84,28 @@ def test_a_key_with_one_letter_changed_is_refused(anyone: Client, api_farm: Farm
 
 
 @pytest.mark.parametrize("shown", [{}, {"Authorization": "Bearer lip_0_0"}, {"Authorization": ""}])
-def test_health_tells_who_leads_only_to_who_shows_a_key(api: Client, api_farm: Farm, shown: dict[str, str]) -> None:
+def test_health_without_a_key_names_healthy_components_and_nothing_of_the_inside(
+    api: Client, api_farm: Farm, shown: dict[str, str]
+) -> None:
     with api_farm.writing() as session:
         coordinator_rows.acquire_leadership(session, "machine-7-abc", now_s=T0, until_s=T0 + 10)
     health = "/api/v1/health"
     assert api.get(health).json()["coordinator"] == {"ok": True, "leader": "machine-7-abc"}
     del api.headers["Authorization"]
     answer = api.get(health, headers=shown)
-    assert (answer.status_code, answer.json()["coordinator"]) == (200, {"ok": True, "leader": None})
-    assert "machine" not in answer.text
+    assert answer.status_code == 200
+    assert answer.json() == {
+        "status": "degraded",  # the broker is away
+        "version": "",
+        "database": {"ok": True, "detail": ""},
+        "broker": {"ok": False, "detail": ""},
+        "store": {"ok": True, "detail": "", "free_bytes": None},
+        "coordinator": {"ok": True, "leader": None},
+        "workers": None,
+        "slots": None,
+        "sandboxes": None,
+        "faults": [],
+    }
 
 
 def test_health_says_how_much_room_the_store_has_left_and_not_the_disk_of_the_data_folder(
@@ -136,7 +153,7 @@ def test_a_login_link_opens_a_session_with_a_cookie_that_scripts_cannot_read(any
     cookie = answer.headers["Set-Cookie"].lower()
     assert "httponly" in cookie
     assert "samesite=strict" in cookie
-    assert anyone.get("/api/v1/session").json() == {"name": "browser", "role": "admin"}
+    assert anyone.get("/api/v1/session").json() == {"name": "browser", "role": "admin", "owner_id": "admin"}
 
 
 def test_a_login_link_works_once(anyone: Client, api_farm: Farm) -> None:
@@ -183,7 +200,7 @@ def test_a_key_opens_a_session_that_ends_with_the_key(api: Client, api_farm: Far
     admin = api.headers.pop("Authorization")
     answer = api.post("/login", data={"key": made["key"]}, follow_redirects=False)
     assert (answer.status_code, answer.headers["Location"]) == (303, "/")
-    assert api.get("/api/v1/session").json() == {"name": "lab", "role": "viewer"}
+    assert api.get("/api/v1/session").json() == {"name": "lab", "role": "viewer", "owner_id": made["id"]}
     api.delete(f"/api/v1/keys/{made['id']}", headers={"Authorization": admin})
     assert api.get("/api/v1/session").status_code == 401
 
@@ -208,4 +225,78 @@ def test_a_login_link_made_over_the_api_carries_the_callers_role(api: Client) ->
     del api.headers["Authorization"]
     url = link.json()["url"]
     api.get(url[url.index("/login") :], follow_redirects=False)
-    assert api.get("/api/v1/session").json() == {"name": "tester", "role": "admin"}
+    session = api.get("/api/v1/session").json()
+    assert (session["name"], session["role"]) == ("tester", "admin")
+
+
+def test_a_key_expires_with_the_sessions_that_it_opened(api: Client, api_farm: Farm) -> None:
+    made = api.post("/api/v1/keys", json={"name": "guest", "role": "viewer", "expires_in_days": 2}).json()
+    admin = api.headers.pop("Authorization")
+    as_guest = {"Authorization": f"Bearer {made['key']}"}
+    assert api.get(JOBS, headers=as_guest).status_code == 200
+    api.post("/login", data={"key": made["key"]})
+    assert api.get("/api/v1/session").status_code == 200
+    api_farm.now_s += 2 * 86_400 + 1
+    assert api.get(JOBS, headers=as_guest).status_code == 401
+    assert api.get("/api/v1/session").status_code == 401
+    listed = api.get("/api/v1/keys", headers={"Authorization": admin}).json()["items"]
+    assert next(key for key in listed if key["id"] == made["id"])["expires_at"] == made["expires_at"]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"name": "a\nb"},
+        {"name": "\u202egnp.exe"},
+        {"name": "n" * 65},
+        {"name": ""},
+        {"name": "n", "expires_in_days": 0},
+        {"name": "n", "owner_id": ""},
+        {"name": "n", "role": "root"},
+    ],
+)
+def test_a_key_with_a_wrong_field_is_refused(api: Client, wrong: dict[str, Any]) -> None:
+    answer = api.post("/api/v1/keys", json=wrong)
+    assert (answer.status_code, answer.json()["code"]) == (422, "invalid")
+
+
+def test_a_login_ends_the_session_that_the_browser_had_before(anyone: Client, api_farm: Farm) -> None:
+    _log_in(anyone, api_farm)
+    before = anyone.cookies["lippmann_session"]
+    _log_in(anyone, api_farm)
+    assert anyone.cookies["lippmann_session"] != before
+    anyone.cookies.clear()
+    assert anyone.get(JOBS, headers={"Cookie": f"lippmann_session={before}"}).status_code == 401
+
+
+FOREIGN: list[dict[str, str]] = [
+    {"Sec-Fetch-Site": "cross-site"},
+    {"Sec-Fetch-Site": "same-site"},
+    {"Origin": "https://evil.example"},
+    {"Origin": "null"},
+]
+OWN: list[dict[str, str]] = [
+    {},
+    {"Sec-Fetch-Site": "same-origin", "Origin": "http://behind.a.proxy"},
+    {"Origin": "http://testserver"},
+    {"Origin": "http://127.0.0.1:8080"},
+]
+
+
+@pytest.mark.parametrize(("headers", "status"), [(one, 403) for one in FOREIGN] + [(one, 303) for one in OWN])
+def test_only_our_own_page_logs_in_with_a_form(api: Client, headers: dict[str, str], status: int) -> None:
+    key = api.headers.pop("Authorization").removeprefix("Bearer ")
+    answer = api.post("/login", data={"key": key}, headers=headers, follow_redirects=False)
+    assert answer.status_code == status
+    assert ("lippmann_session" in api.cookies) == (status == 303)
+
+
+def test_a_login_link_on_the_page_of_another_site_logs_in_only_after_a_question(anyone: Client, api_farm: Farm) -> None:
+    with api_farm.writing() as session:
+        token = create_login_token(session, now_s=api_farm.now_s)
+    asked = anyone.get("/login", params={"token": token}, headers={"Sec-Fetch-Site": "cross-site"})
+    assert asked.status_code == 200
+    assert f'name="token" value="{token}"' in asked.text
+    assert "lippmann_session" not in anyone.cookies
+    anyone.post("/login", data={"token": token}, headers={"Sec-Fetch-Site": "same-origin"})
+    assert anyone.get(JOBS).status_code == 200

@@ -93,6 +93,12 @@ def test_every_part_of_the_software_changes_the_key(field: str) -> None:
     assert key(software=replace(SOFTWARE, **{field: "other"})) != key()
 
 
+def test_owners_who_do_not_share_have_keys_of_their_own() -> None:
+    ann, bob = (resolved().model_copy(update={"cache_scope": owner}) for owner in ("ann", "bob"))
+    assert len({key(ann), key(bob), key()}) == 3
+    assert key(ann) == key(resolved("j2").model_copy(update={"cache_scope": "ann"}))
+
+
 def test_the_pixels_of_a_tile_count_and_its_index_does_not() -> None:
     edges = (0, 20, 0, 40)
     for place in range(4):

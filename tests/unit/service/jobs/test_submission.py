@@ -144,15 +144,19 @@ def test_the_same_key_used_twice_at_once_makes_one_job(farm: Farm) -> None:
 
 
 def _submitted(farm: Farm, parts: Parts) -> str:
-    job, _ = submit.submit_job(farm.database, parts, CALLER, SPEC, idempotency_key="one", now_s=farm.now_s)
+    job, _ = submit.submit_job(
+        farm.database, parts, CALLER, SPEC, idempotency_key="one", now_s=farm.now_s, settings=farm.settings
+    )
     return job.id
 
 
 def test_two_callers_may_use_the_same_key(farm: Farm) -> None:
     ids = []
     for key_id in ("a", "b"):
-        caller = Caller(id=key_id, key_id=key_id, name="n", role=CALLER.role)
-        job, _ = submit.submit_job(farm.database, farm.parts, caller, SPEC, idempotency_key="one", now_s=farm.now_s)
+        caller = Caller(id=key_id, key_id=key_id, name="n", role=CALLER.role, owner_id=key_id)
+        job, _ = submit.submit_job(
+            farm.database, farm.parts, caller, SPEC, idempotency_key="one", now_s=farm.now_s, settings=farm.settings
+        )
         ids.append(job.id)
     assert ids[0] != ids[1]
 

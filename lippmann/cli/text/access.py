@@ -1,0 +1,40 @@
+"""Keys and the audit log as text."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from lippmann.terminal.table import table
+
+if TYPE_CHECKING:
+    from datetime import datetime
+
+    from service.schemas.access import AuditEntry, Key
+
+
+def key_table(keys: Iterable[Key]) -> str:
+    """Return keys, one a line, without secrets."""
+    rows = [
+        (
+            key.id,
+            key.role,
+            _time(key.created_at),
+            "never" if key.expires_at is None else _time(key.expires_at),
+            "never" if key.used_at is None else _time(key.used_at),
+            "itself" if key.owner_id == key.id else key.owner_id,
+            key.name,
+        )
+        for key in keys
+    ]
+    return table(("id", "role", "created", "expires", "last used", "owner", "name"), rows)
+
+
+def audit_table(entries: Iterable[AuditEntry]) -> str:
+    """Return changes, one a line."""
+    rows = [(_time(one.at), one.name, one.key_id, one.action, one.subject, one.detail, one.address) for one in entries]
+    return table(("when", "who", "key", "what", "of", "detail", "from"), rows) if rows else "No changes."
+
+
+def _time(when: datetime) -> str:
+    return when.astimezone().strftime("%Y-%m-%d %H:%M:%S")

@@ -1,0 +1,118 @@
+"""The limits of the farm and of a key: what a job may ask for, and how much an owner may have at once.
+
+A value above its limit is refused if a job file asks for it. A value that is the default of the format was not asked
+for, so it is lowered, and the notes of the job say so.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from sqlalchemy.orm import Session
+
+from lippmann.errors import FieldProblem, SpecError
+from lippmann.job.render_settings import RenderSettings
+from lippmann.job.spec import JobSpec
+from lippmann.plan.sampling import frame_size
+from service.db import jobs as job_rows
+from service.errors import QuotaExceeded
+from service.schemas.access import KeyLimits
+from service.settings import Settings
+
+RETRY_S = 60.0
+"""The time after which a client with too many open jobs may try again; jobs take minutes."""
+LIMITED_TIMES = ("timeout_s", "stall_s", "parse_timeout_s", "photons_timeout_s", "probe_timeout_s")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The largest value of something, and who sets it."""
+
+    value: float
+    source: str
+
+    def __str__(self) -> str:
+        return f"at most {self.value:.15g} ({self.source})"
+
+
+class Limits:
+    """The limits of a caller: of the farm, or lower ones of the key."""
+
+    def __init__(self, settings: Settings, key: KeyLimits) -> None:
+        self._settings = settings
+        self._key = key
+
+    def __getitem__(self, name: str) -> Limit:
+        of_farm, of_key = getattr(self._settings, f"max_{name}"), getattr(self._key, name)
+        if of_key is not None and of_key < of_farm:
+            return Limit(of_key, f"the limit {name} of the key")
+        return Limit(of_farm, f"LIPPMANN_MAX_{name.upper()} of the farm")
+
+
+def limited_spec(spec: JobSpec, limits: Limits) -> tuple[JobSpec, tuple[str, ...]]:
+    """Return a job within the limits, with a note for every default that was lowered.
+
+    Raises
+    ------
+    SpecError
+        If the job asks for more. The error names every field, the limit and the value.
+    """
+    lowered: dict[str, float] = {}
+    problems = [*_problems_of_size(spec, limits)]
+    for field in ("memory_mb", *LIMITED_TIMES):
+        limit, value = limits["memory_mb" if field == "memory_mb" else "timeout_s"], getattr(spec.render, field)
+        if value <= limit.value:
+            continue
+        if value == RenderSettings.model_fields[field].default:
+            lowered[field] = limit.value
+        else:
+            problems.append(FieldProblem(field=f"render.{field}", expected=str(limit), got=f"{value:.15g}"))
+    if problems:
+        raise SpecError.of(problems)
+    notes = tuple(
+        f"render.{field} is {value:g} and not the default {getattr(spec.render, field):g}, because that is the limit."
+        for field, value in lowered.items()
+    )
+    return spec.model_copy(update={"render": spec.render.model_copy(update=lowered)}), notes
+
+
+def task_count(spec: JobSpec, *, tile_rows: int, tile_cols: int) -> int:
+    """Return the number of tasks of a job whose frames are cut into tiles.
+
+    >>> task_count(JobSpec(scene="fish", frames="1-3"), tile_rows=2, tile_cols=1)
+    13
+    """
+    return 1 + len(spec.frame_numbers) * (tile_rows * tile_cols + 1) + len(spec.outputs)
+
+
+def check_quota(session: Session, owner_id: str, *, frames: int, limits: Limits) -> None:
+    """Refuse one more open job with some frames if its owner has as many as the limits allow.
+
+    Raises
+    ------
+    QuotaExceeded
+        If the owner has too many open jobs, or these have too many frames.
+    """
+    jobs, open_frames = job_rows.open_of(session, owner_id)
+    for limit, count, what in (
+        (limits["open_jobs"], jobs + 1, "open jobs"),
+        (limits["open_frames"], open_frames + frames, "frames in open jobs"),
+    ):
+        if count > limit.value:
+            message = f"{owner_id!r} would have {count} {what}, expected {limit}; wait until jobs end, or cancel some"
+            raise QuotaExceeded(message, retry_after_s=RETRY_S)
+
+
+def _problems_of_size(spec: JobSpec, limits: Limits) -> Iterator[FieldProblem]:
+    size, frames = frame_size(spec.rig), len(spec.frame_numbers)
+    frame_px = size.px * spec.capture.supersample**2
+    rows, cols = (1, 1) if spec.render.tiles == "auto" else spec.render.tiles
+    for name, field, value in (
+        ("frames", "frames", frames),
+        ("frame_px", "rig.lens_array.count x rig.px_per_lens x capture.supersample", frame_px),
+        ("job_px", "frames x pixels of a frame", frames * frame_px),
+        ("tasks", "frames x render.tiles", task_count(spec, tile_rows=rows, tile_cols=cols)),
+    ):
+        if value > limits[name].value:
+            yield FieldProblem(field=field, expected=str(limits[name]), got=str(value))

@@ -1,0 +1,211 @@
+"""Who may call which route: every route, every role, one's own jobs and those of others.
+
+The routes come from the application, and a route without a line in `RULES` fails.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+from fastapi.routing import iter_route_contexts
+from sqlalchemy import func, select
+
+from service.auth import Caller, create_key, create_login_token
+from service.db.tables import AuditRow
+from service.jobs.submission import submit_job
+from service.main import create_app
+from service.schemas.access import Role
+from tests.builders_service import SPEC, Client, Farm
+
+OPEN, SEE, SUBMIT, CHANGE, ADMIN = "open to all", "see", "submit", "change", "admin"
+NO_KEY, NO_ROLE, HIDDEN, ALLOWED = 401, 403, 404, "allowed"
+
+RULES: dict[str, tuple[str, bool]] = {
+    "GET /": (OPEN, False),
+    "GET /static/{name:path}": (OPEN, False),
+    "GET /login": (OPEN, True),
+    "POST /login": (OPEN, True),
+    "POST /logout": (OPEN, True),
+    "GET /api/v1/health": (OPEN, False),
+    "GET /api/v1/openapi.json": (SEE, False),
+    "GET /api/v1/session": (SEE, False),
+    "GET /api/v1/workers": (SEE, False),
+    "POST /api/v1/design": (SEE, False),
+    "GET /api/v1/events": (SEE, False),
+    "GET /api/v1/scenes": (SEE, False),
+    "GET /api/v1/scenes/{name}": (SEE, False),
+    "GET /api/v1/scenes/{name}/poster.png": (SEE, False),
+    "POST /api/v1/scenes": (SUBMIT, True),
+    "GET /api/v1/jobs": (SEE, False),
+    "POST /api/v1/jobs": (SUBMIT, True),
+    "GET /api/v1/jobs/{job_id}": (SEE, False),
+    "PATCH /api/v1/jobs/{job_id}": (CHANGE, True),
+    "DELETE /api/v1/jobs/{job_id}": (CHANGE, True),
+    "POST /api/v1/jobs/{job_id}/cancel": (CHANGE, True),
+    "POST /api/v1/jobs/{job_id}/pause": (CHANGE, True),
+    "POST /api/v1/jobs/{job_id}/resume": (CHANGE, True),
+    "POST /api/v1/jobs/{job_id}/retry": (CHANGE, True),
+    "POST /api/v1/jobs/{job_id}/repair": (CHANGE, True),
+    "POST /api/v1/jobs/{job_id}/skip": (CHANGE, True),
+    "GET /api/v1/jobs/{job_id}/events": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/tasks": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/tasks/{task_id}": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/tasks/{task_id}/log": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/frames": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/frames/{frame}/look": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/frames/{frame}/view": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/frames/{frame}/perspective": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/frames/{frame}/refocus": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/frames/{frame}/observer": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/frames/{frame}/views.atlas": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/artifacts": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/artifacts/{name:path}": (SEE, False),
+    "HEAD /api/v1/jobs/{job_id}/artifacts/{name:path}": (SEE, False),
+    "GET /api/v1/keys": (ADMIN, False),
+    "POST /api/v1/keys": (ADMIN, True),
+    "DELETE /api/v1/keys/{key_id}": (ADMIN, True),
+    "POST /api/v1/login-tokens": (ADMIN, True),
+    "GET /api/v1/audit": (ADMIN, False),
+}
+"""The rule of each route, and whether a request that succeeds changes something, which the audit log records."""
+
+OWNER = "ann"
+"""The owner of the jobs of the requests."""
+CALLERS: dict[str, tuple[Role, str] | None] = {
+    "nobody": None,
+    "viewer, own": (Role.VIEWER, OWNER),
+    "viewer, other": (Role.VIEWER, "bob"),
+    "submitter, own": (Role.SUBMITTER, OWNER),
+    "submitter, other": (Role.SUBMITTER, "bob"),
+    "admin, other": (Role.ADMIN, "bob"),
+}
+_IS_OF_A_JOB = "{job_id}"
+
+
+def _expected(route: str, who: str, *, sharing: bool) -> int | str:
+    rule, given = RULES[route][0], CALLERS[who]
+    if rule == OPEN:
+        return ALLOWED
+    if given is None:
+        return NO_KEY
+    role, owner_id = given
+    needed = {SEE: Role.VIEWER, SUBMIT: Role.SUBMITTER, CHANGE: Role.SUBMITTER, ADMIN: Role.ADMIN}[rule]
+    if not role.allows(needed):
+        return NO_ROLE
+    if _IS_OF_A_JOB in route and owner_id != OWNER and role is not Role.ADMIN:
+        return HIDDEN if not sharing else NO_ROLE if rule == CHANGE else ALLOWED
+    return ALLOWED
+
+
+@dataclass
+class Door:
+    """A farm, a client without a key, and the keys of all callers."""
+
+    farm: Farm
+    client: Client
+    headers: dict[str, dict[str, str]]
+    job_id: str = ""
+    """A job that nobody changes."""
+
+    def __post_init__(self) -> None:
+        self.job_id = self._job()
+
+    def ask(self, route: str, who: str) -> int | str:
+        """Send a request that is right in every other way, and return whether the caller is let in."""
+        method, _, path = route.partition(" ")
+        job_id = "" if _IS_OF_A_JOB not in path else self.job_id if method in ("GET", "HEAD") else self._job()
+        values = {
+            _IS_OF_A_JOB: job_id, "{task_id}": f"{job_id}.0", "{frame}": "1", "{name}": "ball",
+            "{name:path}": "job.json" if job_id else "base.css",
+            "{key_id}": self._new_key(Role.VIEWER, "x")[0] if "{key_id}" in path else "",
+        }  # fmt: skip
+        for placeholder, value in values.items():
+            path = path.replace(placeholder, value)
+        body, before = self._body(route), self._audited()
+        headers = self.headers[who] | {"X-Lippmann-Request": "1"}
+        answer = self.client.request(method, path, headers=headers, follow_redirects=False, **body)
+        self.client.cookies.clear()
+        changes = RULES[route][1] and answer.status_code < 400
+        assert self._audited() - before == int(changes), (route, who, answer.text)
+        if answer.status_code in (NO_KEY, NO_ROLE):
+            return int(answer.status_code)
+        is_hidden = answer.status_code == HIDDEN and f"there is no job '{job_id}'" in answer.text
+        return HIDDEN if is_hidden or (method == "HEAD" and answer.status_code == HIDDEN) else ALLOWED
+
+    def _body(self, route: str) -> dict[str, Any]:
+        bodies: dict[str, dict[str, Any]] = {
+            "POST /api/v1/jobs": {"json": SPEC},
+            "POST /api/v1/design": {"json": SPEC},
+            "PATCH /api/v1/jobs/{job_id}": {"json": {"priority": 60}},
+            "POST /api/v1/keys": {"json": {"name": "new"}},
+            "POST /api/v1/scenes": {
+                "params": {"name": f"new-{self._audited()}"},
+                "files": {"bundle": ("b.zip", f"PK {self._audited()}".encode(), "application/zip")},
+            },
+        }
+        if route == "GET /login":
+            with self.farm.writing() as session:
+                return {"params": {"token": create_login_token(session, now_s=self.farm.now_s)}}
+        if route == "POST /login":
+            return {"data": {"key": self._new_key(Role.VIEWER, "x")[1]}}
+        if route == "POST /logout":
+            self.client.post("/login", data={"key": self._new_key(Role.VIEWER, "x")[1]})
+        return bodies.get(route, {})
+
+    def _job(self) -> str:
+        ann = Caller(id="a", key_id="a", name="ann", role=Role.SUBMITTER, owner_id=OWNER)
+        job, _ = submit_job(
+            self.farm.database,
+            self.farm.parts,
+            ann,
+            SPEC,
+            idempotency_key=None,
+            now_s=self.farm.now_s,
+            settings=self.farm.settings,
+        )
+        return job.id
+
+    def _new_key(self, role: Role, owner_id: str) -> tuple[str, str]:
+        with self.farm.writing() as session:
+            return create_key(session, role.value, role, owner_id=owner_id, now_s=self.farm.now_s)
+
+    def _audited(self) -> int:
+        with self.farm.database.reading() as session:
+            return session.scalar(select(func.count()).select_from(AuditRow)) or 0
+
+
+@contextmanager
+def _door(farm: Farm) -> Iterator[Door]:
+    with Client(
+        create_app(farm.settings, farm.parts, clock=lambda: farm.now_s), raise_server_exceptions=False
+    ) as client:
+        client.app.state.lippmann.hub.end_streams()  # type: ignore[attr-defined]  # so that event streams end at once
+        door = Door(farm, client, {"nobody": {}})
+        for who, given in CALLERS.items():
+            if given is not None:
+                door.headers[who] = {"Authorization": f"Bearer {door._new_key(*given)[1]}"}
+        yield door
+
+
+def _routes(farm: Farm) -> set[str]:
+    routes = iter_route_contexts(create_app(farm.settings, farm.parts).routes)
+    return {f"{method} {route.path}" for route in routes for method in route.methods or ("every method of",)}
+
+
+def test_every_route_has_a_rule_and_every_rule_a_route(api_farm: Farm) -> None:
+    assert _routes(api_farm) == set(RULES)
+
+
+@pytest.mark.parametrize("sharing", [True, False])
+def test_every_role_may_do_what_the_rules_say_and_no_more(make_farm: Callable[..., Farm], *, sharing: bool) -> None:
+    farm = make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0", sharing=sharing)
+    with _door(farm) as door:
+        # Sharing is about jobs, so the other routes are asked only once.
+        asked = [(route, who) for route in RULES if sharing or _IS_OF_A_JOB in route for who in CALLERS]
+        found = {(route, who): door.ask(route, who) for route, who in asked}
+    expected = {(route, who): _expected(route, who, sharing=sharing) for route, who in asked}
+    assert {case: (found[case], expected[case]) for case in asked if found[case] != expected[case]} == {}
