@@ -38,6 +38,8 @@ class Archive:
 
     def __init__(self, file: zipfile.ZipFile) -> None:
         self._file = file
+        if not all(entry.filename for entry in file.infolist()):
+            _refuse("a name for every entry", "an entry without one")
         entries = [entry for entry in file.infolist() if not entry.is_dir()]
         _check_entries(file.infolist(), entries)
         self.names = [entry.filename for entry in entries]

@@ -79,6 +79,13 @@ def test_a_large_bundle_of_zeros_is_refused_by_its_ratio(monkeypatch: pytest.Mon
     assert refused(zeros).startswith("expected at most 100 times the packed size beyond 1000000 bytes, got 1")
 
 
+def test_an_entry_without_a_name_is_refused() -> None:
+    data = bytearray(zipped({"a": b"a"}))
+    entry = data.index(b"PK\x01\x02")
+    data[entry + 28], data[entry + 30] = 0, 1  # the name becomes an extra field
+    assert refused(bytes(data)) == "expected a name for every entry, got an entry without one"
+
+
 def test_names_are_checked() -> None:
     assert refused(zipped({".povray/povray.conf": b""})).startswith("expected no hidden settings of POV-Ray")
     assert refused(zipped({"a/../b/": b""})).startswith("expected names inside the bundle")
