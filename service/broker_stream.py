@@ -7,11 +7,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping, Sequence
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from itertools import islice
 from typing import Any
 
 import redis
+import structlog
 from pydantic import TypeAdapter, ValidationError
 from redis.backoff import NoBackoff
 from redis.exceptions import RedisError, ResponseError
@@ -19,12 +23,20 @@ from redis.retry import Retry
 
 from lippmann.errors import InvalidText
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import MAX_EVENT_BYTES, MAX_PRESENCE_BYTES, Event, Lease, Presence
+from lippmann.job.messages.events import Event, Lease, Presence
+from lippmann.job.messages.seals import Refused, Seals
 from lippmann.untrusted.json_text import JsonLimits, read_json
 from service.errors import BrokerUnavailable
 
+MAX_WORKERS = 10_000
+"""The largest number of workers that are read; the others are not online."""
+LOG_S = 10.0
+"""The interval at which the log says how many messages were dropped."""
+
 QUICK_S = 0.5
 """The longest time that a request waits for the broker."""
+
+log = structlog.get_logger("service.broker_stream")
 
 Entry = tuple[str, Event | None]
 
@@ -38,22 +50,29 @@ _NOT_CLAIMING = TypeAdapter(dict[str, float])
 class Stream:
     """The events, presences and stop signals in the broker."""
 
-    def __init__(self, redis_url: str, *, timeout_s: float) -> None:
+    def __init__(
+        self, redis_url: str, *, seals: Seals, timeout_s: float, steady: Callable[[], float] = time.monotonic
+    ) -> None:
+        self.dropped: Counter[str] = Counter()
+        """The number of messages that were not accepted, by their kind."""
+        self._seals = seals
+        self._steady = steady
+        self._logged_s = float("-inf")
         self._slow = _client(redis_url, timeout_s)
         self._quick = _client(redis_url, QUICK_S)
 
     def read(self, position: str, *, count: int, block_s: float) -> list[Entry]:
-        """Return the events after a position, as pairs (position, event), with None for an invalid event."""
+        """Return the events after a position, as pairs (position, event), with None for one that is refused."""
         with _translated():
             answer: Any = self._slow.xread({wire.EVENTS_STREAM: position}, count=count, block=math.ceil(block_s * 1000))
-        return [(entry.decode(), parse_event(fields)) for _, entries in answer for entry, fields in entries]
+        return [(entry.decode(), self._event(fields)) for _, entries in answer for entry, fields in entries]
 
     def presences(self) -> tuple[Presence, ...]:
         """Return the workers that are online, sorted by name."""
         with _translated():
-            keys = list(self._quick.scan_iter(match=wire.presence_key("*"), count=1000))
+            keys = list(islice(self._quick.scan_iter(match=wire.presence_key("*"), count=1000), MAX_WORKERS))
             texts: Any = self._quick.mget(keys) if keys else []
-        found = (parse_presence(text) for text in texts if text is not None)
+        found = (self._presence(key, text) for key, text in zip(keys, texts, strict=True) if text is not None)
         return tuple(sorted((presence for presence in found if presence), key=lambda presence: presence.name))
 
     def first_order(self) -> bytes | None:
@@ -119,6 +138,26 @@ class Stream:
         self._slow.close()
         self._quick.close()
 
+    def _event(self, fields: Mapping[bytes, bytes]) -> Event | None:
+        try:
+            return self._seals.open_event(fields.get(b"event", b""))
+        except Refused as error:
+            self._drop("event", error)
+            return None
+
+    def _presence(self, key: bytes, text: bytes) -> Presence | None:
+        try:
+            return self._seals.open_presence(text, key=key)
+        except Refused as error:
+            self._drop("presence", error)
+            return None
+
+    def _drop(self, kind: str, error: Refused) -> None:
+        self.dropped[kind] += 1
+        if self._steady() - self._logged_s >= LOG_S:
+            self._logged_s = self._steady()
+            log.warning("messages of workers were dropped", **self.dropped, last=str(error)[:500])
+
 
 def attempt_of(message: bytes | None) -> str | None:
     """Return the attempt of a message in the queue; empty for a message that is no order, None for no message.
@@ -146,23 +185,6 @@ def _client(url: str, timeout_s: float) -> redis.Redis:
     return redis.Redis.from_url(
         url, protocol=2, socket_timeout=timeout_s, socket_connect_timeout=timeout_s, retry=Retry(NoBackoff(), 0)
     )
-
-
-def parse_event(fields: dict[bytes, bytes]) -> Event | None:
-    """Return the event of an entry of the stream; None if it is invalid."""
-    try:
-        data = fields[b"event"]
-        return Event.model_validate_json(data) if len(data) <= MAX_EVENT_BYTES else None
-    except (KeyError, ValidationError):
-        return None
-
-
-def parse_presence(text: bytes) -> Presence | None:
-    """Return a presence; None if it is invalid."""
-    try:
-        return Presence.model_validate_json(text) if len(text) <= MAX_PRESENCE_BYTES else None
-    except ValidationError:
-        return None
 
 
 def _lease(text: bytes | None) -> Lease | None:

@@ -23,10 +23,12 @@ from service.health import Checks
 from service.jobs.artifact_guard import ArtifactGuard
 from service.last_use import LastUse
 from service.ports import Parts
+from service.rate_limits import RateLimits
 from service.roster import RosterCache
 from service.schemas.access import Role
 from service.schemas.answer import MAX_LIMIT
 from service.settings import Settings
+from service.viewing.queue import PictureQueue
 from service.viewing.sheet_cache import SheetCache
 
 COOKIE = "lippmann_session"
@@ -48,6 +50,8 @@ class AppState:
     guard: ArtifactGuard
     roster: RosterCache
     last_use: LastUse
+    rates: RateLimits
+    pictures: PictureQueue
     clock: Callable[[], float] = field(default=time.time)
 
     def now_s(self) -> float:
@@ -100,6 +104,8 @@ def get_caller_or_none(
         If the request has an invalid key.
     Forbidden
         If a browser sends a request that changes something without the header of our pages.
+    TooManyRequests
+        If the key sends too many requests.
     """
     with state.database.reading() as session:
         if authorization is not None:
@@ -121,6 +127,7 @@ def with_origin(request: Request, caller: Caller) -> Caller:
 
 
 def _known(request: Request, state: AppState, caller: Caller) -> Caller:
+    state.rates.by_key.check(caller.key_id, "the key sends too many requests")
     state.last_use.note(caller.key_id, state.now_s())
     return with_origin(request, caller)
 

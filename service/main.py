@@ -18,6 +18,7 @@ from starlette.concurrency import run_in_threadpool
 from lippmann.errors import StoreFull, StoreUnavailable
 from service import dashboard
 from service.broker_stream import Stream
+from service.connections import ConnectionGuard, ConnectionLimits, most_connections, raise_descriptor_limit
 from service.coordinator.coordinator import Coordinator
 from service.db.engine import Database
 from service.db.migrations import migrate
@@ -28,6 +29,7 @@ from service.health import Checks, package_version
 from service.jobs.artifact_guard import ArtifactGuard
 from service.last_use import WRITE_S, LastUse
 from service.ports import Parts
+from service.rate_limits import RateLimit, RateLimits
 from service.roster import RosterCache
 from service.routes import (
     artifacts,
@@ -44,11 +46,12 @@ from service.routes import (
     workers,
 )
 from service.routes.json_bodies import JsonBodies
-from service.routes.middleware import BodyLimit, RequestId
+from service.routes.middleware import AddressRate, BodyLimit, ResponseHeaders
 from service.scenes import sync_builtin
 from service.schemas.links import API
 from service.settings import Settings
 from service.store_identity import identify_store
+from service.viewing.queue import PictureQueue
 from service.viewing.sheet_cache import SheetCache
 
 SHUTDOWN_S = 5
@@ -77,7 +80,8 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
     problems.install(app)
     app.add_middleware(JsonBodies)
     app.add_middleware(BodyLimit, limit_bytes=int(settings.body_limit_mb * 1e6))
-    app.add_middleware(RequestId)
+    app.add_middleware(AddressRate, rate=app.state.lippmann.rates.by_address)
+    app.add_middleware(ResponseHeaders, is_https=settings.base_url.startswith("https://"))
     return app
 
 
@@ -85,9 +89,17 @@ class Server(uvicorn.Server):
     """A server of one application, which ends open event streams at once when it stops."""
 
     def __init__(self, app: FastAPI, *, host: str, port: int) -> None:
-        quiet: dict[str, Any] = {"log_config": None, "access_log": False, "server_header": False}
-        super().__init__(uvicorn.Config(app, host=host, port=port, timeout_graceful_shutdown=SHUTDOWN_S, **quiet))
         self._state: AppState = app.state.lippmann
+        self.guard = ConnectionGuard(_connection_limits(self._state.settings))
+        quiet: dict[str, Any] = {"log_config": None, "access_log": False, "server_header": False}
+        protocol: Any = self.guard.protocol
+        proxies = [str(network) for network in self._state.settings.proxy_networks]
+        super().__init__(
+            uvicorn.Config(
+                app, host=host, port=port, http=protocol, ws="none", timeout_graceful_shutdown=SHUTDOWN_S,
+                proxy_headers=bool(proxies), forwarded_allow_ips=proxies, **quiet,
+            )
+        )  # fmt: skip
 
     async def shutdown(self, sockets: list[socket.socket] | None = None) -> None:
         """End the event streams, then the server."""
@@ -95,9 +107,20 @@ class Server(uvicorn.Server):
         await super().shutdown(sockets)
 
 
+def _connection_limits(settings: Settings) -> ConnectionLimits:
+    total = most_connections(raise_descriptor_limit(), settings.connections)
+    return ConnectionLimits(
+        total=total,
+        by_address=min(settings.connections_per_address, total * 3 // 4),
+        headers_s=settings.request_headers_s,
+        body_s=settings.request_body_s,
+        exempt=settings.proxy_networks,
+    )
+
+
 def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -> AppState:
     database = Database(settings.database, reserve_bytes=round(settings.database_reserve_mb * 1e6))
-    stream = Stream(settings.redis_url, timeout_s=settings.broker_timeout_s)
+    stream = Stream(settings.broker, seals=settings.seals, timeout_s=settings.broker_timeout_s)
     checks = Checks(database, parts.store, stream)
     sheets = SheetCache(parts, room_bytes=int(settings.sheets_mb * 1e6))
     guard = ArtifactGuard(database, parts.store)
@@ -105,7 +128,28 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
     hub = EventHub(database, wakeup, keepalive_s=settings.keepalive_s, now_s=clock, has_owners=not settings.sharing)
     roster = RosterCache(stream)
     last_use = LastUse(database)
-    return AppState(settings, parts, database, wakeup, hub, stream, checks, sheets, guard, roster, last_use, clock)
+    rates = RateLimits(
+        by_key=RateLimit(settings.requests_per_minute),
+        by_address=RateLimit(settings.requests_per_minute_by_address),
+        failed_logins=RateLimit(settings.failed_logins_per_minute),
+    )
+    pictures = PictureQueue()
+    return AppState(
+        settings,
+        parts,
+        database,
+        wakeup,
+        hub,
+        stream,
+        checks,
+        sheets,
+        guard,
+        roster,
+        last_use,
+        rates,
+        pictures,
+        clock,
+    )
 
 
 async def _write_last_use(last_use: LastUse) -> None:
@@ -138,6 +182,7 @@ async def _prepare_store_later(state: AppState) -> None:
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     state: AppState = app.state.lippmann
     await run_in_threadpool(migrate, state.database)
+    await run_in_threadpool(state.settings.order_keys.ensure)
     await run_in_threadpool(state.database.reserve.keep)
     preparing = None
     if not await run_in_threadpool(_prepare_store, state):

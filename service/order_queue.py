@@ -6,24 +6,31 @@ twice, and only the scheduler publishes, in its own thread.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from celery import Celery
 from kombu.exceptions import KombuError
 from redis.exceptions import RedisError
 
+from lippmann.errors import BadInput
 from lippmann.job.messages import wire
 from lippmann.job.messages.orders import Order
+from lippmann.job.messages.seals import NoKey, Seals
 from service.errors import BrokerUnavailable
 
 
 class OrderQueue:
-    """The queue of orders to the workers."""
+    """The queue of orders to the workers, which are signed."""
 
-    def __init__(self, redis_url: str, *, timeout_s: float) -> None:
+    def __init__(
+        self, redis_url: str, *, seals: Seals, timeout_s: float, clock: Callable[[], float] = time.time
+    ) -> None:
         self._celery = _celery(redis_url, timeout_s)
         self._producer: Any = None
+        self._seals = seals
+        self._clock = clock
 
     def publish(self, orders: Sequence[Order]) -> None:
         """Send orders in one exchange, over a connection that is kept until it fails.
@@ -31,7 +38,7 @@ class OrderQueue:
         Raises
         ------
         BrokerUnavailable
-            If the broker does not answer. Some of the orders may have been sent.
+            If the broker does not answer, or there is no key. Some of the orders may have been sent.
         """
         if not orders:
             return
@@ -44,6 +51,8 @@ class OrderQueue:
         except (KombuError, RedisError, OSError) as error:
             self._disconnect()
             raise BrokerUnavailable(f"expected the broker to take {len(orders)} orders, got {error!r}") from error
+        except (NoKey, BadInput) as error:
+            raise BrokerUnavailable(f"{len(orders)} orders cannot be signed: {error}") from error
 
     def close(self) -> None:
         """Close every connection."""
@@ -67,7 +76,7 @@ class OrderQueue:
     def _send(self, producer: Any, order: Order) -> None:
         self._celery.send_task(
             wire.task_name(order.kind),
-            kwargs={"order": order.model_dump(mode="json")},
+            kwargs={"order": self._seals.sealed_order(order, now_s=self._clock())},
             task_id=order.attempt,
             queue=wire.QUEUE,
             producer=producer,

@@ -5,14 +5,17 @@ from __future__ import annotations
 import logging
 import os
 from dataclasses import dataclass
+from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
 from typing import Any
 
-from pydantic import Field
+from pydantic import Field, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from lippmann.job.messages import wire
+from lippmann.job.messages.seals import Seals
 from lippmann.job.old_names import rename_settings
+from lippmann.key_file import ORDER_KEY_FILE, KeyFile, read_secret
 from lippmann.logs import LogFormat
 from lippmann.plan.artifact_store import RESERVE_MB
 
@@ -44,6 +47,15 @@ class Settings(BaseSettings):
     """The database: PostgreSQL as `postgresql+psycopg://...`; if empty, SQLite in `data_dir`."""
     redis_url: str = "redis://127.0.0.1:6379/0"
     """The URL of the broker."""
+    redis_password_file: Path | None = None
+    """The file of the password of the broker, which then appears in no environment and in no log."""
+    redis_ca_file: Path | None = None
+    """The certificates that sign the one of a broker at `rediss://`; if empty, those of the system."""
+    order_key_file: Path | None = None
+    """The file of the keys that sign orders and events; if empty, `order.key` in `data_dir`. The service writes it if
+    it does not exist."""
+    accept_unsigned: bool = False
+    """True while workers of a version that does not sign its messages are on the farm."""
     host: str = "127.0.0.1"
     """The address to listen on."""
     port: int = Field(default=8080, ge=0, le=65_535)
@@ -140,8 +152,34 @@ class Settings(BaseSettings):
     """The interval at which an idle event stream sends a comment."""
     body_limit_mb: float = Field(default=256.0, gt=0)
     """The largest size of a request, which is a scene bundle."""
+    trusted_proxies: str = ""
+    """The addresses and networks of reverse proxies, separated by commas; only from them does the service believe
+    `X-Forwarded-For` and `X-Forwarded-Proto`, and they have no limit of connections of their own."""
+    connections: int = Field(default=4096, ge=1)
+    """The largest number of open connections; fewer if the limit of descriptors allows fewer."""
+    connections_per_address: int = Field(default=1024, ge=1)
+    """The largest number of open connections from one address, at most three quarters of all."""
+    request_headers_s: float = Field(default=20.0, gt=0)
+    """The time in which the headers of a request must arrive."""
+    request_body_s: float = Field(default=30.0, gt=0)
+    """The time in which each further 100 kB of the body of a request must arrive."""
+    requests_per_minute: float = Field(default=20_000, gt=0)
+    """The largest number of requests a minute with one key, in each process of the service."""
+    requests_per_minute_by_address: float = Field(default=40_000, gt=0)
+    """The largest number of requests a minute from one address, with and without a key."""
+    failed_logins_per_minute: float = Field(default=20, gt=0)
+    """The number of failed logins a minute from one address above which logins are refused."""
+    streams_per_key: int = Field(default=1000, ge=1)
+    """The largest number of open event streams of one key or browser session, in each process of the service."""
     sheets_mb: float = Field(default=256.0, ge=0)
     """The memory for integral images that users view; the latest one is always kept."""
+
+    @field_validator("trusted_proxies")
+    @classmethod
+    def _check_networks(cls, text: str) -> str:
+        for part in filter(None, map(str.strip, text.split(","))):
+            ip_network(part)
+        return text
 
     def __init__(self, **values: Any) -> None:
         for note in rename_settings(os.environ):
@@ -152,6 +190,27 @@ class Settings(BaseSettings):
     def failure_limit(self) -> FailureLimit:
         """The number of failed tasks that ends a job."""
         return FailureLimit(share=self.failed_share, least=self.failed_least)
+
+    @property
+    def proxy_networks(self) -> tuple[IPv4Network | IPv6Network, ...]:
+        """The networks of `trusted_proxies`."""
+        return tuple(ip_network(text.strip()) for text in self.trusted_proxies.split(",") if text.strip())
+
+    @property
+    def broker(self) -> str:
+        """The URL of the broker with its password and its certificates; it is never logged."""
+        password = read_secret(self.redis_password_file) if self.redis_password_file else ""
+        return wire.full_redis_url(self.redis_url, password=password, ca_file=str(self.redis_ca_file or ""))
+
+    @property
+    def order_keys(self) -> KeyFile:
+        """The keys that sign orders and events."""
+        return KeyFile(self.order_key_file or self.data_dir / ORDER_KEY_FILE)
+
+    @property
+    def seals(self) -> Seals:
+        """The seals of messages to and from workers."""
+        return Seals(self.order_keys.keys, accept_unsigned=self.accept_unsigned)
 
     @property
     def disk_reserve_bytes(self) -> int:

@@ -30,6 +30,7 @@ from worker.consumer import OrderConsumer
 from worker.engines.povray.version import povray_version
 from worker.handover import Handover
 from worker.liveness import ConsumerLiveness, StuckWatch
+from worker.refusals import refusals
 from worker.report import QUICK_S, BrokerClient
 from worker.sandbox.detect import detect
 from worker.settings import STOPPING, WorkerSettings
@@ -54,7 +55,7 @@ def _consumer(*args: Any, **options: Any) -> OrderConsumer:
 
 def make_app(settings: WorkerSettings) -> Celery:
     """Return the Celery application of one worker."""
-    app = Celery("lippmann", broker=wire.broker_url(settings.redis_url), include=["worker.tasks.entry"])
+    app = Celery("lippmann", broker=wire.broker_url(settings.broker), include=["worker.tasks.entry"])
     transport = {
         "global_keyprefix": wire.CARRIER_PREFIX,
         "visibility_timeout": REDELIVERY_S,
@@ -116,8 +117,13 @@ def _prepare(**_: Any) -> None:
             left.unlink(missing_ok=True)
     settings.stopping_file.unlink(missing_ok=True)
     try:
-        broker = BrokerClient(settings.redis_url, settings.worker_name, settings.instance, timeout_s=QUICK_S)
-        _liveness = ConsumerLiveness(broker, presence(), settings.heartbeat_file, find_fault=find_fault)
+        settings.order_keys.keys()
+        broker = BrokerClient(
+            settings.broker, settings.worker_name, settings.instance, seals=settings.seals, timeout_s=QUICK_S
+        )
+        _liveness = ConsumerLiveness(
+            broker, presence(), settings.heartbeat_file, find_fault=find_fault, refused=lambda: refusals.count
+        )
         _stuck_watch = StuckWatch(_liveness, settings.stopping_file)
     except LippmannError as error:
         # Celery logs and ignores errors of signal handlers; this one means that no order could be done here.
@@ -126,7 +132,7 @@ def _prepare(**_: Any) -> None:
 
 def broker_client() -> BrokerClient:
     """Return a client of the broker that speaks for this worker."""
-    return BrokerClient(settings.redis_url, settings.worker_name, settings.instance)
+    return BrokerClient(settings.broker, settings.worker_name, settings.instance, seals=settings.seals)
 
 
 @worker_ready.connect

@@ -15,8 +15,11 @@ from celery.utils.log import get_logger
 from celery.worker import state
 from celery.worker.consumer import Consumer
 
+from lippmann.job.messages.orders import TaskKind
+from lippmann.job.messages.wire import task_name
 from worker.handover import Handover
 from worker.liveness import ConsumerLiveness
+from worker.refusals import refusals
 
 RETRY_S = 1.0
 """The pause between two attempts to connect to the broker."""
@@ -25,6 +28,10 @@ TICK_S = 1.0
 order."""
 SILENT_TICKS = 10
 """The number of ticks without an answer after which the connection is made again."""
+
+ORDERS = frozenset(map(task_name, TaskKind))
+FOREIGN = (ValueError, LookupError, TypeError, AttributeError, RecursionError)
+"""The errors by which Celery's transport ends at an item of the queue that it did not write."""
 
 log = get_logger(__name__)
 
@@ -67,6 +74,28 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         self.first_connection_attempt = self._is_outage_logged = False
         return connected
 
+    def update_strategies(self) -> None:
+        """Accept only the tasks of orders: Celery also knows tasks of its own, which call other tasks."""
+        super().update_strategies()
+        for name in self.strategies.keys() - ORDERS:
+            del self.strategies[name]
+
+    def on_unknown_message(self, body: Any, message: Any) -> None:
+        """Count a message that Celery did not write."""
+        refusals.record("a message without a task")
+
+    def on_unknown_task(self, body: Any, message: Any, exc: Exception) -> None:
+        """Count a message that asks for another task."""
+        refusals.record(f"an unknown task: {exc}")
+
+    def on_invalid_task(self, body: Any, message: Any, exc: Exception) -> None:
+        """Count a message with an invalid body."""
+        refusals.record(f"an invalid message: {exc}")
+
+    def on_decode_error(self, message: Any, exc: Exception) -> None:
+        """Count a message that cannot be decoded."""
+        refusals.record(f"a message that cannot be decoded: {exc}")
+
     def call_soon_ack(self, p: Any, *args: Any, **options: Any) -> None:
         """Do nothing: orders are not acknowledged."""
 
@@ -100,6 +129,10 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
             except Empty:  # the answer after a second without an order
                 self._record_poll()
                 raise
+            except FOREIGN as error:  # the item was taken from the queue, and the next poll follows
+                refusals.record(f"no message of Celery: {error!r}")
+                self._record_poll()
+                return False
             self._record_poll()
             self._liveness.record_order()
             return delivered

@@ -17,8 +17,10 @@ from pathlib import Path
 import structlog
 from redis.exceptions import RedisError
 
+from lippmann.errors import BadInput
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Presence, PresenceFault
+from lippmann.job.messages.seals import NoKey
 from worker.report import BrokerClient
 
 STUCK_S = 60.0
@@ -41,9 +43,12 @@ class ConsumerLiveness:
         heartbeat_file: Path | None,
         *,
         find_fault: Callable[[], PresenceFault | None] = lambda: None,
+        refused: Callable[[], int] = lambda: 0,
         clock: Callable[[], float] = time.time,
     ) -> None:
         self._find_fault = find_fault
+        self._refused = refused
+        self._is_unsigned_logged = False
         self.signs = 0
         """The number of answered polls and refused connections; the consumer is stuck while it does not grow."""
         self._broker = broker
@@ -73,11 +78,20 @@ class ConsumerLiveness:
             return
         self._next_s = now_s + wire.HEARTBEAT_S
         self._presence = self._presence.model_copy(
-            update={"seen_s": now_s, "holds": holds, "fault": self._find_fault()}
-        )
-        # While Redis is unreachable, the next presence is tried in a few seconds.
-        with contextlib.suppress(RedisError):
+            update={
+                "seen_s": now_s, "holds": holds, "fault": self._find_fault(), "refused_orders": self._refused(),
+            }
+        )  # fmt: skip
+        # While Redis is unreachable, or there is no key yet, the next presence is tried in a few seconds.
+        try:
             self._broker.publish_presence(self._presence)
+            self._is_unsigned_logged = False
+        except RedisError:
+            return
+        except (NoKey, BadInput) as error:
+            if not self._is_unsigned_logged:
+                log.warning("the worker cannot say that it is online", error=str(error))
+            self._is_unsigned_logged = True
 
     def remove(self) -> None:
         """Remove the presence, because the worker has ended."""

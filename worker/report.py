@@ -24,6 +24,7 @@ from lippmann.digest import Digest
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Event, EventKind, Failure, Lease, Presence, ProbeResult
 from lippmann.job.messages.orders import Order
+from lippmann.job.messages.seals import Seals
 
 START_S = 60.0
 """The time for which an attempt waits for Redis before it begins; the service takes the order back about then."""
@@ -53,8 +54,9 @@ class BrokerClient:
     """A worker's client of the broker, which is Redis."""
 
     def __init__(
-        self, redis_url: str, worker: str, instance: str | None = None, *, timeout_s: float = TIMEOUT_S
+        self, redis_url: str, worker: str, instance: str | None = None, *, seals: Seals, timeout_s: float = TIMEOUT_S
     ) -> None:
+        self._seals = seals
         self.worker = worker
         self.instance = instance
         self._redis = Redis.from_url(
@@ -80,7 +82,7 @@ class BrokerClient:
             A `new_lease`, the same for every try of one delivery: the answer to an earlier try may have been lost.
         """
         keys = (wire.stop_key(order.attempt), wire.lease_key(order.attempt), wire.EVENTS_STREAM)
-        claimed = _text(event_of(order, EventKind.CLAIMED, self))
+        claimed = self._seals.sealed_event(event_of(order, EventKind.CLAIMED, self))
         return bool(self._claim(keys=keys, args=(lease, _ms(wire.LEASE_TTL_S), wire.EVENTS_KEPT, claimed)))
 
     def renew_lease(self, attempt: str) -> bool:
@@ -96,14 +98,18 @@ class BrokerClient:
 
     def publish(self, event: Event) -> None:
         """Publish an event on the stream."""
-        _add(self._redis, event)
+        self._add(self._redis, event)
 
     def publish_final(self, event: Event) -> None:
         """Publish the final event of an attempt and release its lease, in one exchange."""
         pipe = self._redis.pipeline(transaction=False)
-        _add(pipe, event)
+        self._add(pipe, event)
         pipe.delete(wire.lease_key(event.attempt))
         pipe.execute()
+
+    def _add(self, redis: Redis, event: Event) -> None:
+        fields = {"event": self._seals.sealed_event(event)}
+        redis.xadd(wire.EVENTS_STREAM, fields, maxlen=wire.EVENTS_KEPT, approximate=True)
 
     def patiently(self, exchange: Callable[[], T], *, within_s: float, stopping: Callable[[], bool]) -> T:
         """Return the answer to an exchange, which is repeated while Redis is unreachable.
@@ -128,7 +134,8 @@ class BrokerClient:
 
     def publish_presence(self, presence: Presence) -> None:
         """Publish that the worker is alive, for the next `PRESENCE_TTL_S`."""
-        self._redis.set(wire.presence_key(presence.name), presence.model_dump_json(), px=_ms(wire.PRESENCE_TTL_S))
+        text = self._seals.sealed_presence(presence)
+        self._redis.set(wire.presence_key(presence.name), text, px=_ms(wire.PRESENCE_TTL_S))
 
     def remove_presence(self) -> None:
         """Remove the worker's presence; it expires by itself if Redis is unreachable."""
@@ -278,14 +285,6 @@ def event_of(
         digests=dict(digests or {}),
         cached=cached,
     )
-
-
-def _text(event: Event) -> str:
-    return event.model_dump_json(exclude_none=True)
-
-
-def _add(redis: Redis, event: Event) -> None:
-    redis.xadd(wire.EVENTS_STREAM, {"event": _text(event)}, maxlen=wire.EVENTS_KEPT, approximate=True)
 
 
 def _ms(seconds: float) -> int:

@@ -12,8 +12,11 @@ from typing import Any, Literal
 from pydantic import Field, PrivateAttr
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from lippmann.job.messages import wire
+from lippmann.job.messages.seals import Seals
 from lippmann.job.old_names import rename_settings
 from lippmann.job.rig import MAX_FRAME_PX
+from lippmann.key_file import ORDER_KEY_FILE, KeyFile, read_secret
 from lippmann.logs import LogFormat
 from lippmann.plan.artifact_store import RESERVE_MB
 
@@ -28,6 +31,15 @@ class WorkerSettings(BaseSettings):
 
     redis_url: str = "redis://127.0.0.1:6379/0"
     """The broker, which delivers orders and receives events: redis:// or unix:// ."""
+    redis_password_file: Path | None = None
+    """The file of the password of the broker, which then appears in no environment and in no log."""
+    redis_ca_file: Path | None = None
+    """The certificates that sign the one of a broker at `rediss://`; if empty, those of the system."""
+    order_key_file: Path | None = None
+    """The file of the keys that sign orders and events; if empty, `order.key` in `data_dir`, which the service
+    writes."""
+    accept_unsigned: bool = False
+    """True while the service is of a version that does not sign its orders."""
     data_dir: Path = Path("data")
     """The folder of the artifacts (artifacts/, shared with the service) and of the scratch folders of this worker."""
     slots: int = Field(default_factory=lambda: os.cpu_count() or 1, ge=1, le=1024)
@@ -79,6 +91,22 @@ class WorkerSettings(BaseSettings):
     def processes(self) -> int:
         """The number of pool processes: one of each slot, and with handover one more, for the next attempt."""
         return 2 * self.slots if self.handover else self.slots
+
+    @property
+    def broker(self) -> str:
+        """The URL of the broker with its password and its certificates; it is never logged."""
+        password = read_secret(self.redis_password_file) if self.redis_password_file else ""
+        return wire.full_redis_url(self.redis_url, password=password, ca_file=str(self.redis_ca_file or ""))
+
+    @property
+    def order_keys(self) -> KeyFile:
+        """The keys that sign orders and events."""
+        return KeyFile(self.order_key_file or self.data_dir / ORDER_KEY_FILE)
+
+    @property
+    def seals(self) -> Seals:
+        """The seals of messages to and from the service."""
+        return Seals(self.order_keys.keys, accept_unsigned=self.accept_unsigned)
 
     @property
     def disk_reserve_bytes(self) -> int:

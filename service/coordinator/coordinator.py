@@ -82,8 +82,10 @@ class Coordinator:
         self._settings = settings
         self._wakeup = wakeup
         self._clock = clock
-        self._stream = Stream(settings.redis_url, timeout_s=settings.broker_timeout_s)
-        self._queue = OrderQueue(settings.redis_url, timeout_s=settings.broker_timeout_s)
+        self._stream = Stream(settings.broker, seals=settings.seals, timeout_s=settings.broker_timeout_s)
+        self._queue = OrderQueue(
+            settings.broker, seals=settings.seals, timeout_s=settings.broker_timeout_s, clock=clock
+        )
         self._reconciler = Reconciler(database, store, settings)
         store_check = StoreCheck(
             store, reserve_bytes=settings.disk_reserve_bytes, identify=partial(identify_store, database, store),

@@ -74,6 +74,9 @@ def apply_event(batch: Batch, event: Event) -> None:
     draft = batch.drafts.get(key) if key is not None else None
     if draft is None or draft.now.attempt != event.attempt or draft.now.status not in HELD_TASKS:
         _count_late(batch, draft, event)
+    elif not _is_of_holder(draft.now, event):
+        # No stop is requested, because it would stop the worker that holds the attempt.
+        batch.late[draft.now.job_id] += 1
     else:
         _APPLY[event.kind](batch, draft, event)
 
@@ -161,6 +164,14 @@ _APPLY: Mapping[EventKind, Callable[[Batch, TaskDraft, Event], None]] = {
     EventKind.FAILED: _failed,
     EventKind.DECLINED: _declined,
 }
+
+
+def _is_of_holder(task: TaskState, event: Event) -> bool:
+    """Return whether an event is of the worker process that claimed the attempt, if one has claimed it."""
+    if task.worker is None:
+        return True
+    is_same_process = None in (task.instance, event.instance) or task.instance == event.instance
+    return task.worker == event.worker and is_same_process
 
 
 def _count_late(batch: Batch, draft: TaskDraft | None, event: Event) -> None:

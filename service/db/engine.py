@@ -5,6 +5,7 @@ What a write transaction reads remains true until it commits.
 
 from __future__ import annotations
 
+import os
 import sqlite3
 import time
 from collections.abc import Callable, Iterator
@@ -92,7 +93,7 @@ class Database:
     def connecting(self) -> Iterator[Connection]:
         """Open a write connection for migrations."""
         if self.is_sqlite and self.url.database:
-            Path(self.url.database).parent.mkdir(parents=True, exist_ok=True)
+            _make_private(Path(self.url.database))
         with self._write_engine.begin() as connection:
             yield connection
 
@@ -199,3 +200,14 @@ def _postgresql_engine(url: URL) -> Engine:
 def _begin_postgresql(connection: Connection) -> None:
     if connection.get_execution_options().get("writes"):
         connection.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": WRITER_LOCK})
+
+
+def _make_private(path: Path) -> None:
+    """Create a database file that only its user may read; SQLite gives its other files the same mode."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    # What cannot be created or changed here is left to SQLite, which says what is wrong.
+    with suppress(OSError):
+        os.close(os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600))
+    for file in (path, *(path.with_name(path.name + suffix) for suffix in ("-wal", "-shm"))):
+        with suppress(OSError):
+            file.chmod(0o600)

@@ -107,6 +107,10 @@ class EventHub:
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self._revoked.set)
 
+    def streams_of(self, caller_id: str) -> int:
+        """Return the number of open streams of a credential, in this process."""
+        return sum(client.caller_id == caller_id for client in self._clients)
+
     def end_streams(self) -> None:
         """End the streams of all clients, and of those that come later."""
         self._is_closed = True

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Annotated, Any, Literal
 
 import anyio
@@ -11,6 +12,7 @@ from fastapi.responses import Response, StreamingResponse
 from lippmann.errors import FieldProblem
 from service.api import artifact_files as artifacts
 from service.api.artifact_files import File
+from service.auth import Caller
 from service.dependencies import AppState, AppStateDep, CursorQuery, JobId, LimitQuery, ViewerDep
 from service.errors import Invalid
 from service.jobs.state_machine import find_job
@@ -18,8 +20,6 @@ from service.schemas.artifact import ArtifactPage
 
 router = APIRouter(prefix="/jobs/{job_id}/artifacts", tags=["artifacts"])
 
-CONVERSIONS = anyio.CapacityLimiter(2)
-"""The number of concurrent conversions. Each takes a core and several times its size in memory."""
 _Responses = dict[int | str, dict[str, Any]]
 _FILE: _Responses = {200: {"content": {"application/octet-stream": {}}}, 206: {"description": "The requested range."}}
 
@@ -47,7 +47,7 @@ async def get_artifact(
     name: Annotated[str, Path(description="The name of the file within the job, such as `integral/0001.exr`.")],
     request: Request,
     state: AppStateDep,
-    _caller: ViewerDep,
+    caller: ViewerDep,
     as_format: Annotated[Literal["png"] | None, Query(alias="format", description="Convert an EXR to PNG.")] = None,
     bits: Annotated[Literal["8", "16"], Query(description="The bit depth of the PNG.")] = "8",
     if_none_match: Annotated[str | None, Header(include_in_schema=False)] = None,
@@ -63,7 +63,7 @@ async def get_artifact(
     """
     file = await anyio.to_thread.run_sync(_find, state, job_id, name, request.method)
     if as_format == "png":
-        return await _converted(state, job_id, file, int(bits), request.method, if_none_match)
+        return await _converted(state, caller, job_id, file, int(bits), request.method, if_none_match)
     if artifacts.is_fresh(if_none_match, file.etag):
         return Response(status_code=304, headers=_headers(job_id, file.name, file.etag))
     wanted = byte_range if if_range in (None, file.etag) else None
@@ -102,7 +102,7 @@ def _stream(state: AppState, job_id: str, file: File, part: tuple[int, int] | No
 
 
 async def _converted(
-    state: AppState, job_id: str, file: File, bits: int, method: str, if_none_match: str | None
+    state: AppState, caller: Caller, job_id: str, file: File, bits: int, method: str, if_none_match: str | None
 ) -> Response:
     if not file.name.endswith(".exr"):
         problem = FieldProblem(field="format", expected="no format, except for EXR files", got=f"png of {file.name}")
@@ -114,7 +114,7 @@ async def _converted(
     if method == "HEAD":
         # A plain Response would send a Content-Length of 0.
         return StreamingResponse(iter(()), headers=headers, media_type="image/png")
-    data = await anyio.to_thread.run_sync(_convert, state, job_id, file, bits, limiter=CONVERSIONS)
+    data = await state.pictures.run(caller.key_id, partial(_convert, state, job_id, file, bits))
     return Response(data, headers=headers, media_type="image/png")
 
 

@@ -14,10 +14,14 @@ from starlette.types import Send
 from service.api.listings import number_in
 from service.auth import Caller
 from service.dependencies import AppState, AppStateDep, JobId, ScopeDep, ViewerDep, check_visible
+from service.errors import TooManyRequests
 from service.jobs.state_machine import find_job
 from service.schemas.events import StreamMessage
 
 router = APIRouter(tags=["events"])
+
+STREAM_RETRY_S = 30.0
+"""The time after which a client with too many streams may try again."""
 
 
 class EventStream(StreamingResponse):
@@ -69,6 +73,8 @@ async def _subscribe(
 ) -> EventStream:
     if job_id is not None:
         await run_in_threadpool(_check_job, state, job_id)
+    if state.hub.streams_of(caller.id) >= state.settings.streams_per_key:
+        raise TooManyRequests("the key has too many open event streams", retry_after_s=STREAM_RETRY_S)
     position = number_in(last_event_id) if last_event_id else None
     events = state.hub.stream(job_id=job_id, caller_id=caller.id, position=position, owner_id=owner_id)
     return EventStream(events, headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"})

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Annotated
 from urllib.parse import urlencode, urlsplit
 
@@ -14,6 +15,7 @@ from service.audit import record
 from service.auth import Caller
 from service.dependencies import COOKIE, AppState, AppStateDep, CallerOrNoneDep, ViewerDep, with_origin
 from service.errors import Forbidden, Unauthorized
+from service.routes.middleware import address_of
 from service.schemas.access import AuditAction, Session
 
 router = APIRouter(tags=["access"])
@@ -92,7 +94,7 @@ def get_caller(caller: ViewerDep) -> Session:
 def _log_in(request: Request, state: AppState, spend: _Spend, secret: str, old: str | None) -> Response:
     """Open a session with a new cookie, and end the one that the browser had before."""
     now_s = state.now_s()
-    with state.database.writing() as session:
+    with _counted(state, request), state.database.writing() as session:
         cookie, caller = spend(session, secret, now_s=now_s, session_s=state.settings.session_s)
         if old is not None:
             keys.end_session(session, old, now_s=now_s)
@@ -113,6 +115,17 @@ def _check_own_page(request: Request, state: AppState, site: str | None) -> None
         is_own = origin is None or urlsplit(origin).netloc in hosts
     if not is_own:
         raise Forbidden("the login form of another site is refused; log in on the page of this service")
+
+
+@contextmanager
+def _counted(state: AppState, request: Request) -> Iterator[None]:
+    """Count a login that fails, and refuse one of an address from which too many have failed."""
+    state.rates.check_login(address_of(request))
+    try:
+        yield
+    except Unauthorized:
+        state.rates.failed_logins.count(address_of(request))
+        raise
 
 
 def _start_session(state: AppState, cookie: str) -> Response:

@@ -1,26 +1,40 @@
-"""The middleware of all requests: request ids, and the limit of the request size."""
+"""The middleware of all requests: request ids, security headers, rates, and the limit of the request size."""
 
 from __future__ import annotations
 
 import re
 import secrets
 
+import structlog
+from fastapi import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from service.errors import TooLarge
+from service.errors import TooLarge, TooManyRequests
+from service.rate_limits import RateLimit
+from service.routes.problems import answer
 
 TEXT_LIMIT_BYTES = 2_000_000
 """The largest request that is not an upload. The longest valid job file is far smaller."""
 _UPLOAD_PATH = "/api/v1/scenes"
 _UPLOAD_TYPE = b"multipart/form-data"
+STRICT_TRANSPORT = (b"strict-transport-security", b"max-age=31536000")
 _REQUEST_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
 
 
-class RequestId:
-    """Gives every request an id: the caller's `X-Request-Id` or a random one. The response carries it too."""
+class ResponseHeaders:
+    """Adds to every response its request id and the headers that no page or file may lack.
 
-    def __init__(self, app: ASGIApp) -> None:
+    The request id is the caller's `X-Request-Id` or a random one. Every line that is logged meanwhile carries it.
+
+    Parameters
+    ----------
+    is_https
+        True if users reach the service over TLS; browsers then never use plain HTTP again.
+    """
+
+    def __init__(self, app: ASGIApp, *, is_https: bool) -> None:
         self._app = app
+        self._fixed = [(b"x-content-type-options", b"nosniff"), *([STRICT_TRANSPORT] if is_https else [])]
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle one request."""
@@ -31,12 +45,40 @@ class RequestId:
         name = given if _REQUEST_ID.fullmatch(given) else secrets.token_hex(8).encode()
         scope.setdefault("state", {})["request_id"] = name.decode()
 
-        async def send_with_id(message: Message) -> None:
+        async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
-                message["headers"] = [*message["headers"], (b"x-request-id", name)]
+                given = list(message.get("headers", ()))
+                known = {header.lower() for header, _ in given}
+                missing = [(header, value) for header, value in self._fixed if header not in known]
+                message["headers"] = [*given, *missing, (b"x-request-id", name)]
             await send(message)
 
-        await self._app(scope, receive, send_with_id)
+        with structlog.contextvars.bound_contextvars(request_id=name.decode()):
+            await self._app(scope, receive, send_with_headers)
+
+
+class AddressRate:
+    """Refuses requests of an address that sends too many, before anything else is done for them."""
+
+    def __init__(self, app: ASGIApp, *, rate: RateLimit) -> None:
+        self._app = app
+        self._rate = rate
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Handle one request."""
+        app = self._app
+        if scope["type"] == "http":
+            request = Request(scope)
+            try:
+                self._rate.check(address_of(request), "this address sends too many requests")
+            except TooManyRequests as error:
+                app = await answer(request, error)
+        await app(scope, receive, send)
+
+
+def address_of(request: Request) -> str:
+    """Return the address of the client of a request, which a trusted proxy may have named."""
+    return request.client.host if request.client else ""
 
 
 class BodyLimit:

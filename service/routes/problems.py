@@ -41,8 +41,19 @@ def install(app: FastAPI) -> None:
     """Install the handler of all errors of an application."""
     ours = (ServiceError, LippmannError)
     theirs = (RequestValidationError, HTTPException, DataError, OperationalError, InterfaceError, PoolTimeout)
-    for kind in (*ours, *theirs, Exception):
+    for kind in (*ours, *theirs):
         app.add_exception_handler(kind, answer)
+    app.add_exception_handler(Exception, answer_unexpected)
+
+
+async def answer_unexpected(request: Request, error: Exception) -> JSONResponse:
+    """Answer a request that failed for an unknown reason; no middleware adds headers to this answer."""
+    request_id = request.scope.get("state", {}).get("request_id", "")
+    with structlog.contextvars.bound_contextvars(request_id=request_id):
+        response = await answer(request, error)
+    response.headers["X-Request-Id"] = request_id
+    response.headers["X-Content-Type-Options"] = "nosniff"
+    return response
 
 
 async def answer(request: Request, error: Exception) -> JSONResponse:

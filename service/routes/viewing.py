@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-import anyio
 from fastapi import APIRouter, Depends, Header, Path, Query
 from fastapi.responses import Response
 
@@ -13,7 +12,6 @@ from lippmann.job.frames import MAX_FRAME_NUMBER
 from lippmann.plan import artifact_names as names
 from service.api.artifact_files import is_fresh
 from service.dependencies import AppStateDep, JobId, ViewerDep
-from service.routes.artifacts import CONVERSIONS
 from service.schemas.viewing import AtlasQuery, FrameViews, ObserverQuery, PerspectiveQuery, RefocusQuery, ViewQuery
 from service.viewing import frames, render
 from service.viewing.frames import ViewableFrame
@@ -43,6 +41,7 @@ class PictureRequest:
     job_id: JobId
     state: AppStateDep
     frame: FrameDep
+    caller: ViewerDep
     if_none_match: Annotated[str | None, Header(include_in_schema=False)] = None
 
 
@@ -100,5 +99,5 @@ async def _picture(request: PictureRequest, what: str, query: Any, renderer: ren
         with state.guard.reading(request.job_id, names.orthoscopic_name(frame.frame)):
             return render.picture(state.parts, state.sheets, frame, query, renderer)
 
-    data = await anyio.to_thread.run_sync(make, limiter=CONVERSIONS)
+    data = await state.pictures.run(request.caller.key_id, make)
     return Response(data, headers=headers, media_type=f"image/{query.format}")

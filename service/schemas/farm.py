@@ -89,6 +89,8 @@ class Worker(Answer):
     """The number of tasks of open jobs that it runs."""
     fault: str | None = None
     """The reason why it can do no work now, such as a scratch disk without room."""
+    refused_orders: int = 0
+    """The number of messages that it did not accept as orders, because they were not signed or could not be read."""
     not_claiming_since_s: float | None
     """The time since when it takes no orders although it has a free slot, in seconds since 1970; null if it does."""
 

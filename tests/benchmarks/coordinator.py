@@ -22,6 +22,7 @@ from service.db.engine import Database
 from service.db.tables import Job, Task
 from service.events.wakeup import Wakeup
 from tests.broker import Broker
+from tests.builders_messages import put_presence, seals_in
 from tests.builders_service import Farm, claimed, done, presence
 from tests.postgresql import new_database, running_postgresql
 from tests.waiting import until
@@ -95,7 +96,7 @@ def _rate(url: str, folder: Path) -> float:
     farm = Farm(url, data_dir=folder)
     job_id = farm.planned(frames=f"1-{FRAMES}", outputs=[])
     broker = Broker(folder)
-    worker = multiprocessing.get_context("spawn").Process(target=_work, args=(broker.url,), daemon=True)
+    worker = multiprocessing.get_context("spawn").Process(target=_work, args=(broker.url, folder), daemon=True)
     worker.start()
     with coordinating(farm, broker):
         # The first and the last tasks are not counted: the queue fills and empties.
@@ -117,13 +118,13 @@ def done_at(database: Database, job_id: str, tasks: int) -> tuple[float, int]:
     return time.monotonic(), count()
 
 
-def _work(url: str) -> None:
+def _work(url: str, data_dir: Path) -> None:
     """Do what the slots of a farm do, in no time: take orders, and report each of them as claimed and done."""
-    client = redis.Redis.from_url(url, protocol=2)
+    client, seals = redis.Redis.from_url(url, protocol=2), seals_in(data_dir)
     key, seen_s = wire.CARRIER_PREFIX + wire.QUEUE, 0.0
     while True:
         if time.monotonic() - seen_s > 2.0:
-            client.set(wire.presence_key("w1"), presence("w1", SLOTS).model_dump_json(), ex=20)
+            put_presence(client, presence("w1", SLOTS), seals, ex=20)
             seen_s = time.monotonic()
         messages: Sequence[bytes] = client.rpop(key, SLOTS) or ()  # type: ignore[assignment]  # the client is not async
         if not messages:
@@ -132,8 +133,9 @@ def _work(url: str) -> None:
         for message in messages:
             order = Order.model_validate(json.loads(base64.b64decode(json.loads(message)["body"]))[1]["order"])
             for event in (claimed(order), done(order)):
-                text = event.model_dump_json(exclude_none=True)
-                pipe.xadd(wire.EVENTS_STREAM, {"event": text}, maxlen=wire.EVENTS_KEPT, approximate=True)
+                pipe.xadd(
+                    wire.EVENTS_STREAM, {"event": seals.sealed_event(event)}, maxlen=wire.EVENTS_KEPT, approximate=True
+                )
         pipe.execute()
 
 

@@ -24,6 +24,7 @@ from lippmann.job.messages.orders import Order
 from lippmann.job.spec import parse_spec
 from tests.benchmarks.command import cpu_s, pss_mb
 from tests.broker import Broker
+from tests.builders_messages import seals_in
 from tests.farm import LIPPMANN
 from tests.integration.service.conftest import FakeWorker, at_once
 from tests.waiting import ENOUGH_S, until
@@ -92,7 +93,7 @@ def _service(folder: Path) -> Iterator[RunningService]:
         started = json.loads(process.stdout.readline())
         until(lambda: key_file.exists() and key_file.read_text().strip())
         key = key_file.read_text().strip()
-        worker = FakeWorker(broker, _paced)
+        worker = FakeWorker(broker, seals_in(data_dir), _paced)
         stack.callback(worker.stop)
         client = stack.enter_context(Client(started["url"], key, patience_s=ENOUGH_S))
         until(lambda: client.health().workers == 1)

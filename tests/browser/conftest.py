@@ -19,6 +19,7 @@ from service.schemas.access import Role
 from service.settings import Settings
 from tests.broker import Broker
 from tests.browser.studio import SPEC, Studio, parts
+from tests.builders_messages import seals_in
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.needs import missing, need_to_run
 from tests.waiting import ENOUGH_S
@@ -85,7 +86,7 @@ def farm(tmp_path: Path, broker: Broker) -> Iterator[Farm]:
     service = Service(settings, given)
     studio = Studio(given.store)
     # What it answers is gone through one by one, so it may as well be said one by one.
-    worker = FakeWorker(broker, cast("Callable[[Order], list[Event]]", studio))
+    worker = FakeWorker(broker, seals_in(tmp_path), cast("Callable[[Order], list[Event]]", studio))
     yield Farm(service, studio, service.new_key(Role.SUBMITTER))
     studio.let(1000)
     worker.stop()

@@ -1,19 +1,23 @@
-"""The four Celery tasks, by name. Each decodes an order and hands it to `attempt`."""
+"""The four Celery tasks, by name. Each opens the message of an order and hands the order to `attempt`."""
 
 from __future__ import annotations
 
+import time
 from functools import cache
 from typing import Any
 
+from celery import Task
 from celery.signals import task_failure, worker_ready
 
-from lippmann.job.messages.orders import Order, TaskKind
+from lippmann.job.messages.orders import TaskKind
+from lippmann.job.messages.seals import Refused, Seals
 from lippmann.job.messages.wire import task_name
 from worker.app import app, broker_client, handover, settings
 from worker.images.read import limit_threads
+from worker.refusals import refusals
 from worker.store.local import LocalStore
 from worker.tasks.assemble import assemble_frame
-from worker.tasks.attempt import attempt
+from worker.tasks.attempt import TaskFunction, attempt
 from worker.tasks.encode import encode_output
 from worker.tasks.lost import report_if_lost, sweep_if_lost
 from worker.tasks.probe import probe_job
@@ -24,28 +28,38 @@ STALE_S = 86_400.0
 """A partial artifact older than this belongs to no running process."""
 
 
-@app.task(name=task_name(TaskKind.PROBE))
-def probe(order: dict[str, Any]) -> None:
+@app.task(name=task_name(TaskKind.PROBE), bind=True)
+def probe(task: Task, *_: Any, order: object = None, **__: Any) -> None:
     """Render the first frame at low resolution."""
-    attempt(this_workplace(), Order.model_validate(order), probe_job)
+    _do(task, order, TaskKind.PROBE, probe_job)
 
 
-@app.task(name=task_name(TaskKind.RENDER))
-def render(order: dict[str, Any]) -> None:
+@app.task(name=task_name(TaskKind.RENDER), bind=True)
+def render(task: Task, *_: Any, order: object = None, **__: Any) -> None:
     """Render a frame or a tile of it."""
-    attempt(this_workplace(), Order.model_validate(order), render_tile)
+    _do(task, order, TaskKind.RENDER, render_tile)
 
 
-@app.task(name=task_name(TaskKind.ASSEMBLE))
-def assemble(order: dict[str, Any]) -> None:
+@app.task(name=task_name(TaskKind.ASSEMBLE), bind=True)
+def assemble(task: Task, *_: Any, order: object = None, **__: Any) -> None:
     """Assemble the tiles of a frame into its masters."""
-    attempt(this_workplace(), Order.model_validate(order), assemble_frame)
+    _do(task, order, TaskKind.ASSEMBLE, assemble_frame)
 
 
-@app.task(name=task_name(TaskKind.ENCODE))
-def encode(order: dict[str, Any]) -> None:
+@app.task(name=task_name(TaskKind.ENCODE), bind=True)
+def encode(task: Task, *_: Any, order: object = None, **__: Any) -> None:
     """Make one output of a job from its frames."""
-    attempt(this_workplace(), Order.model_validate(order), encode_output)
+    _do(task, order, TaskKind.ENCODE, encode_output)
+
+
+def _do(task: Task, message: object, kind: TaskKind, do: TaskFunction) -> None:
+    """Attempt the order in a message, unless it is refused."""
+    try:
+        order = _seals().open_order(message, kind=kind, attempt=str(task.request.id), now_s=time.time())
+    except Refused as error:
+        refusals.record(error)
+        return
+    attempt(this_workplace(), order, do)
 
 
 @worker_ready.connect
@@ -56,10 +70,23 @@ def _sweep(**_: Any) -> None:
 
 
 @task_failure.connect
-def _report_lost(exception: BaseException | None = None, kwargs: dict[str, Any] | None = None, **_: Any) -> None:
+def _report_lost(
+    sender: Task | None = None,
+    task_id: str | None = None,
+    exception: BaseException | None = None,
+    kwargs: dict[str, Any] | None = None,
+    **_: Any,
+) -> None:
     """Report, in the worker itself, an attempt whose pool process died, and remove its files."""
-    report_if_lost(broker_client(), settings, exception, kwargs)
+    kinds = {task_name(kind): kind for kind in TaskKind}
+    if sender is not None and sender.name in kinds:
+        report_if_lost(broker_client(), settings, exception, kwargs, kind=kinds[sender.name], attempt=str(task_id))
     sweep_if_lost(settings, exception)
+
+
+@cache
+def _seals() -> Seals:
+    return settings.seals
 
 
 @cache

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import contextlib
 import threading
+import time
 from collections.abc import Mapping
 from typing import Any
 
 import structlog
 from billiard.exceptions import WorkerLostError
-from pydantic import ValidationError
 from redis.exceptions import RedisError
 
 from lippmann.job.messages.events import LOST, EventKind, Failure
-from lippmann.job.messages.orders import Order
+from lippmann.job.messages.orders import TaskKind
+from lippmann.job.messages.seals import Refused
 from worker.report import BrokerClient, event_of
 from worker.settings import WorkerSettings
 from worker.tasks.workplace import sweep_attempts
@@ -26,6 +27,9 @@ def report_if_lost(
     settings: WorkerSettings,
     exception: BaseException | None,
     arguments: Mapping[str, Any] | None,
+    *,
+    kind: TaskKind,
+    attempt: str,
 ) -> None:
     """Report an attempt as failed if its pool process died, and release its lease; other errors are no news here.
 
@@ -35,12 +39,15 @@ def report_if_lost(
         The error with which Celery ended the task.
     arguments
         The arguments of the task, which hold its order.
+    kind, attempt
+        The kind and the attempt in the envelope of the order.
     """
     if not isinstance(exception, WorkerLostError):
         return
     try:
-        order = Order.model_validate((arguments or {}).get("order"))
-    except ValidationError as error:
+        message = (arguments or {}).get("order")
+        order = settings.seals.open_order(message, kind=kind, attempt=attempt, now_s=time.time())
+    except Refused as error:
         log.warning("a pool process died with an order that cannot be read", error=str(error))
         return
     log.warning(

@@ -61,7 +61,8 @@ class Workplace:
     @cached_property
     def broker(self) -> BrokerClient:
         """The connection to the service."""
-        return BrokerClient(self.settings.redis_url, self.settings.worker_name, self.settings.instance)
+        settings = self.settings
+        return BrokerClient(settings.broker, settings.worker_name, settings.instance, seals=settings.seals)
 
     def stopping(self) -> bool:
         """Return whether this worker is being shut down."""

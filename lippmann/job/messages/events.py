@@ -47,6 +47,9 @@ def _check_digest(digest: Digest) -> Digest:
 
 Digests = dict[Name, Annotated[Digest, AfterValidator(_check_digest)]]
 
+WorkerName = Annotated[str, Field(min_length=1, max_length=100, pattern=r"^[^\x00-\x1f\x7f]+$")]
+"""The name of a worker: 1 to 100 characters, none of them a control character."""
+
 
 class EventKind(StrEnum):
     """The kind of thing that happened to an attempt."""
@@ -111,7 +114,7 @@ class Event(BaseModel):
     job_id: Name
     task_id: Name
     attempt: Name
-    worker: Name
+    worker: WorkerName
     instance: Name | None = None
     """The start of the worker process; None if the worker is older than the field."""
     at_s: float
@@ -158,7 +161,7 @@ class Presence(BaseModel):
 
     model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
 
-    name: Name
+    name: WorkerName
     instance: Name | None = None
     """A random name of this start of the worker process; None if the worker is older than the field."""
     host: Name
@@ -178,3 +181,5 @@ class Presence(BaseModel):
     """The time at which the consumer last took an order; None before the first one."""
     fault: PresenceFault | None = None
     """The reason why it can do no work now; None if it can, or if the worker is older than the field."""
+    refused_orders: int = Field(default=0, ge=0, lt=2**63)
+    """The number of messages in the queue that it did not accept as orders since it started."""

@@ -5,6 +5,8 @@ Redis only carries messages: everything under these names may be deleted at any 
 
 from __future__ import annotations
 
+from urllib.parse import parse_qsl, quote, urlencode, urlsplit, urlunsplit
+
 from lippmann.job.messages.orders import TaskKind
 
 PREFIX = "lippmann:"
@@ -40,15 +42,47 @@ NOT_CLAIMING = PREFIX + "not-claiming"
 NOT_CLAIMING_TTL_S = 10.0
 
 
+def full_redis_url(redis_url: str, *, password: str = "", ca_file: str = "") -> str:
+    """Return the URL of a Redis server with a password, and with the certificates that sign the server's own.
+
+    >>> full_redis_url("rediss://lippmann@redis:6379/0", password="a/b", ca_file="/run/ca.pem")
+    'rediss://lippmann:a%2Fb@redis:6379/0?ssl_ca_certs=%2Frun%2Fca.pem'
+    >>> full_redis_url("unix:///run/lippmann.sock", password="secret")
+    'unix://:secret@/run/lippmann.sock'
+    """
+    if not password and not ca_file:
+        return redis_url
+    parts = urlsplit(redis_url)
+    if password:
+        user, place = parts.username or "", parts.netloc.rpartition("@")[2]
+        parts = parts._replace(netloc=f"{user}:{quote(password, safe='')}@{place}")
+    if ca_file and parts.scheme == "rediss":
+        parts = parts._replace(query=_with_query(parts.query, ssl_ca_certs=ca_file))
+    return urlunsplit(parts)
+
+
 def broker_url(redis_url: str) -> str:
     """Return the address of a Redis server in the form that Celery expects.
 
     >>> broker_url("unix:///run/lippmann.sock?db=0")
     'redis+socket:///run/lippmann.sock?virtual_host=0'
+    >>> broker_url("rediss://redis:6379/0")
+    'rediss://redis:6379/0?ssl_cert_reqs=CERT_REQUIRED'
     """
+    if redis_url.startswith("rediss://"):
+        # Without this, Celery's transport takes the server for one without TLS.
+        parts = urlsplit(redis_url)
+        query = (
+            parts.query if "ssl_cert_reqs" in parts.query else _with_query(parts.query, ssl_cert_reqs="CERT_REQUIRED")
+        )
+        return urlunsplit(parts._replace(query=query))
     if not redis_url.startswith("unix://"):
         return redis_url
     return redis_url.replace("unix://", "redis+socket://", 1).replace("?db=", "?virtual_host=")
+
+
+def _with_query(query: str, **added: str) -> str:
+    return urlencode([*parse_qsl(query), *added.items()])
 
 
 def task_name(kind: TaskKind) -> str:

@@ -7,6 +7,7 @@ import base64
 import json
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -17,13 +18,15 @@ import redis
 
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Event
-from lippmann.job.messages.orders import Order
+from lippmann.job.messages.orders import Order, TaskKind
+from lippmann.job.messages.seals import Seals
 from service.auth import create_key
 from service.main import Server, create_app
 from service.ports import Parts
 from service.schemas.access import Role
 from service.settings import Settings
 from tests.broker import Broker
+from tests.builders_messages import add_event, put_presence, seals_in
 from tests.builders_service import claimed, done, parts, presence
 from tests.postgresql import new_database
 from tests.postgresql import postgresql as postgresql
@@ -45,10 +48,11 @@ class FakeWorker:
     """Takes orders from the queue as Celery put them there, and says what the test wants said of each."""
 
     def __init__(
-        self, broker: Broker, answer: Callable[[Order], list[Event]], *, name: str = "w1", lists: bool = False
-    ) -> None:
+        self, broker: Broker, seals: Seals, answer: Callable[[Order], list[Event]], *, name: str = "w1",
+        lists: bool = False,
+    ) -> None:  # fmt: skip
         self.orders: list[Order] = []
-        self._broker, self._answer, self._name = broker, answer, name
+        self._broker, self._seals, self._answer = broker, seals, answer
         # A worker that lists what it holds, which is nothing: it answers each order at once.
         self._presence = presence(name).model_copy(update={"holds": () if lists else None})
         self._stopping = threading.Event()
@@ -63,7 +67,7 @@ class FakeWorker:
         client = self._broker.client
         while not self._stopping.is_set():
             try:
-                client.set(wire.presence_key(self._name), self._presence.model_dump_json(), ex=20)
+                put_presence(client, self._presence, self._seals, ex=20)
                 message = client.brpop([ORDERS], timeout=0.2)  # the end that Celery takes from: first in, first out
                 if message is not None:
                     self._do(client, message[1])
@@ -72,12 +76,14 @@ class FakeWorker:
 
     def _do(self, client: Any, message: bytes) -> None:
         body = json.loads(base64.b64decode(json.loads(message)["body"]))
-        order = Order.model_validate(body[1]["order"])
+        envelope = json.loads(message)["headers"]
+        kind = TaskKind(envelope["task"].removeprefix("lippmann."))
+        order = self._seals.open_order(body[1]["order"], kind=kind, attempt=envelope["id"], now_s=time.time())
         if client.exists(wire.stop_key(order.attempt)):
             return
         self.orders.append(order)
         for event in self._answer(order):
-            client.xadd(wire.EVENTS_STREAM, {"event": event.model_dump_json()})
+            add_event(client, event, self._seals)
 
 
 def at_once(order: Order) -> list[Event]:
@@ -85,11 +91,11 @@ def at_once(order: Order) -> list[Event]:
 
 
 @pytest.fixture
-def make_worker(broker: Broker) -> Iterator[Callable[..., FakeWorker]]:
+def make_worker(broker: Broker, tmp_path: Path) -> Iterator[Callable[..., FakeWorker]]:
     made: list[FakeWorker] = []
 
     def make(answer: Callable[[Order], list[Event]] = at_once, **more: Any) -> FakeWorker:
-        made.append(FakeWorker(broker, answer, **more))
+        made.append(FakeWorker(broker, seals_in(tmp_path), answer, **more))
         return made[-1]
 
     yield make

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from sqlalchemy.exc import OperationalError
 
-from lippmann.job.messages import wire
 from lippmann.job.messages.events import Event
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
@@ -18,6 +17,7 @@ from service.db import coordinator as coordinator_rows
 from service.events.wakeup import Wakeup
 from service.jobs.commands import remove_job
 from tests.broker import Broker
+from tests.builders_messages import add_event, put_presence, seals_in
 from tests.builders_service import Farm, claimed, done, heartbeat, presence
 
 
@@ -29,6 +29,7 @@ class Rounds:
         self.farm = Farm(url, redis_url=broker.url, data_dir=tmp_path, tick_s=0.01, leader_ttl_s=600)
         self.steady_s = 0.0
         self._client = broker.client
+        self.seals = seals_in(tmp_path)
         self.coordinator = Coordinator(
             self.farm.database, self.farm.store, self.farm.settings, Wakeup(),
             clock=lambda: self.farm.now_s, steady=lambda: self.steady_s,
@@ -39,7 +40,7 @@ class Rounds:
 
     def send(self, *events: Event) -> None:
         for event in events:
-            self._client.xadd(wire.EVENTS_STREAM, {"event": event.model_dump_json()})
+            add_event(self._client, event, self.seals)
 
     def running(self) -> list[Order]:
         """Return orders that attempts are at work on."""
@@ -136,7 +137,7 @@ def test_the_silent_are_lost_though_the_farm_is_so_busy_that_rounds_are_full(rou
 
 
 def test_a_new_leader_counts_the_slots_before_it_plans(rounds: Rounds, broker: Broker) -> None:
-    broker.client.set(wire.presence_key("w1"), presence("w1", slots=8).model_dump_json())
+    put_presence(broker.client, presence("w1", slots=8), rounds.seals)
     farm = rounds.farm
     job_id = farm.submit(
         frames="1", render={"tiles": "auto"}, rig={"lens_array": {"count": [90, 90]}, "px_per_lens": 16}
@@ -155,7 +156,7 @@ def test_a_new_leader_counts_the_slots_before_it_plans(rounds: Rounds, broker: B
 def test_a_job_whose_folder_cannot_be_removed_keeps_no_order_from_going_out(
     rounds: Rounds, broker: Broker, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    broker.client.set(wire.presence_key("w1"), presence("w1").model_dump_json())
+    put_presence(broker.client, presence("w1"), rounds.seals)
     farm = rounds.farm
     stuck = farm.planned()
     farm.work()

@@ -12,6 +12,7 @@ import redis
 
 from lippmann.farm.supervisor.broker import find_server, server_command
 from service.broker_stream import Stream
+from tests.builders_messages import SEALS
 from tests.builders_service import SPEC, claimed
 from tests.disks import Disk, small_disk
 from tests.integration.service.conftest import FakeWorker, Service
@@ -70,7 +71,7 @@ def test_a_broker_that_cannot_write_its_file_is_told_from_one_that_can(disk: Dis
             url = f"unix://{socket}"
             client = redis.Redis.from_url(url, protocol=2, socket_timeout=ENOUGH_S)
             until(lambda: _is_written(client))
-            stream = Stream(url, timeout_s=ENOUGH_S)
+            stream = Stream(url, seals=SEALS, timeout_s=ENOUGH_S)
             assert stream.write_error() is None
             disk.fill()
             until(lambda: not _is_written(client))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,7 @@ from service.db.tables import CoordinatorRow
 from service.errors import BrokerUnavailable
 from service.order_queue import OrderQueue
 from tests.broker import Broker
+from tests.builders_messages import SEALS, put_presence, seals_in
 from tests.builders_service import SPEC, claimed, done, parts, presence
 from tests.integration.service.conftest import ORDERS, FakeWorker, Service
 from tests.waiting import ENOUGH_S, until
@@ -118,14 +120,14 @@ def test_every_request_is_answered_while_the_broker_is_away(
 
 
 def test_publishing_to_a_half_open_broker_ends_by_itself(half_open: str) -> None:
-    queue = OrderQueue(half_open, timeout_s=0.3)
+    queue = OrderQueue(half_open, seals=SEALS, timeout_s=0.3)
     order = Order(kind=TaskKind.PROBE, job_id="j", task_id="j-0", attempt="a", attempt_number=1)
     with pytest.raises(BrokerUnavailable):
         queue.publish([order])
 
 
 def test_publishing_to_a_broker_that_froze_after_the_connection_ends_by_itself(broker: Broker) -> None:
-    queue = OrderQueue(broker.url, timeout_s=3)
+    queue = OrderQueue(broker.url, seals=SEALS, timeout_s=3)
     order = Order(kind=TaskKind.PROBE, job_id="j", task_id="j-0", attempt="a", attempt_number=1)
     queue.publish([order])
     broker.freeze()
@@ -136,7 +138,7 @@ def test_publishing_to_a_broker_that_froze_after_the_connection_ends_by_itself(b
 
 
 def test_the_queue_sends_orders_to_a_broker_that_was_restarted(broker: Broker) -> None:
-    queue = OrderQueue(broker.url, timeout_s=30)
+    queue = OrderQueue(broker.url, seals=SEALS, timeout_s=30)
     order = Order(kind=TaskKind.PROBE, job_id="j", task_id="j-0", attempt="a", attempt_number=1)
     queue.publish([order, order])
     assert broker.client.llen(ORDERS) == 2
@@ -152,7 +154,7 @@ def test_the_queue_sends_orders_to_a_broker_that_was_restarted(broker: Broker) -
 
 
 def test_the_stream_gives_up_on_a_half_open_broker(half_open: str) -> None:
-    stream = Stream(half_open, timeout_s=0.3)
+    stream = Stream(half_open, seals=SEALS, timeout_s=0.3)
     for ask in (stream.presences, stream.ping, stream.is_new, lambda: stream.read("0-0", count=1, block_s=0.1)):
         with pytest.raises(BrokerUnavailable):
             ask()
@@ -171,11 +173,11 @@ def test_workers_that_are_there_are_shown_with_what_they_run(
 
 
 def test_a_worker_that_takes_no_orders_is_named_and_its_slots_do_not_count(
-    make_service: Callable[..., Service], broker: Broker, make_worker: Callable[..., FakeWorker]
+    make_service: Callable[..., Service], broker: Broker, make_worker: Callable[..., FakeWorker], tmp_path: Path
 ) -> None:
     service = make_service(not_claiming_s=1.0)
     deaf = presence("deaf").model_copy(update={"holds": ()})
-    broker.client.set(wire.presence_key("deaf"), deaf.model_dump_json())
+    put_presence(broker.client, deaf, seals_in(tmp_path))
     until(lambda: service.client.get("/health").json()["slots"] == 2)
     job_id = _submit(service)
     health = until(lambda: (seen := service.client.get("/health").json())["faults"] and seen)
@@ -245,30 +247,32 @@ def test_orders_travel_as_celery_carries_them(broker: Broker) -> None:
     import json
 
     order = Order(kind=TaskKind.RENDER, job_id="j", task_id="j-3", attempt="abc", attempt_number=2, avoid=("w1",))
-    OrderQueue(broker.url, timeout_s=30).publish([order])
+    OrderQueue(broker.url, seals=SEALS, timeout_s=30).publish([order])
     message = json.loads(broker.client.lpop(ORDERS))
     assert message["headers"]["task"] == wire.task_name(TaskKind.RENDER)
     assert message["headers"]["ignore_result"] is True
     args, kwargs, _ = json.loads(base64.b64decode(message["body"]))
-    assert (args, Order.model_validate(kwargs["order"])) == ([], order)
+    opened = SEALS.open_order(kwargs["order"], kind=order.kind, attempt=message["headers"]["id"], now_s=time.time())
+    assert (args, opened) == ([], order)
 
 
 def test_presences_that_cannot_be_understood_are_passed_over(broker: Broker, tmp_path: Path) -> None:
     broker.client.set(wire.presence_key("x"), "nonsense")
-    broker.client.set(wire.presence_key("b"), presence("b").model_dump_json())
-    broker.client.set(wire.presence_key("a"), presence("a").model_dump_json())
+    for name in ("b", "a"):
+        put_presence(broker.client, presence(name), SEALS)
     broker.client.xadd(wire.EVENTS_STREAM, {"other": "nonsense"})
-    stream = Stream(broker.url, timeout_s=30)
+    stream = Stream(broker.url, seals=SEALS, timeout_s=30)
     assert [worker.name for worker in stream.presences()] == ["a", "b"]
     assert [event for _, event in stream.read("0-0", count=9, block_s=0.1)] == [None]
+    assert stream.dropped == {"presence": 1, "event": 1}
 
 
 def test_a_broker_on_a_unix_socket_is_the_same_broker(broker: Broker) -> None:
     order = Order(kind=TaskKind.PROBE, job_id="j", task_id="j-0", attempt="a", attempt_number=1)
-    OrderQueue(broker.unix_url, timeout_s=30).publish([order])
+    OrderQueue(broker.unix_url, seals=SEALS, timeout_s=30).publish([order])
     assert broker.client.llen(ORDERS) == 1
-    stream = Stream(broker.unix_url, timeout_s=30)
+    stream = Stream(broker.unix_url, seals=SEALS, timeout_s=30)
     assert stream.is_new()
-    assert not Stream(broker.url, timeout_s=30).is_new()
+    assert not Stream(broker.url, seals=SEALS, timeout_s=30).is_new()
     stream.stop(["a"], ttl_s=60)
     assert broker.client.exists(wire.stop_key("a"))

@@ -13,6 +13,7 @@ import pytest
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Presence
 from tests.broker import Broker
+from tests.builders_messages import SEALS
 from tests.builders_service import presence
 from tests.waiting import ENOUGH_S
 from worker.liveness import EXIT_STUCK, ConsumerLiveness
@@ -21,10 +22,11 @@ from worker.report import BrokerClient
 STUCK = """
 import sys, threading
 from pathlib import Path
+from tests.builders_messages import SEALS
 from tests.builders_service import presence
 from worker.liveness import ConsumerLiveness, StuckWatch
 from worker.report import BrokerClient
-liveness = ConsumerLiveness(BrokerClient("redis://127.0.0.1:1/0", "w1"), presence(), None)
+liveness = ConsumerLiveness(BrokerClient("redis://127.0.0.1:1/0", "w1", seals=SEALS), presence(), None)
 StuckWatch(liveness, Path(sys.argv[1]), stuck_s=3.0, stop_s=1.0).start()
 for _ in range(int(sys.argv[2])):
     liveness.record_refusal()
@@ -61,7 +63,7 @@ def published(broker: Broker) -> Presence | None:
 def test_the_heartbeat_file_is_touched_by_polls_and_refusals_and_not_by_the_presence(
     broker: Broker, heartbeat_file: Path
 ) -> None:
-    liveness = ConsumerLiveness(BrokerClient(broker.url, "w1"), presence(), heartbeat_file)
+    liveness = ConsumerLiveness(BrokerClient(broker.url, "w1", seals=SEALS), presence(), heartbeat_file)
     liveness.publish(holds=())
     assert not heartbeat_file.exists()
     for record in (liveness.record_poll, liveness.record_refusal):
@@ -72,7 +74,7 @@ def test_the_heartbeat_file_is_touched_by_polls_and_refusals_and_not_by_the_pres
 
 def test_the_presence_says_when_the_consumer_last_polled_and_took_an_order(broker: Broker) -> None:
     clock = Clock()
-    liveness = ConsumerLiveness(BrokerClient(broker.url, "w1"), presence(), None, clock=clock)
+    liveness = ConsumerLiveness(BrokerClient(broker.url, "w1", seals=SEALS), presence(), None, clock=clock)
     liveness.publish(holds=())
     seen = published(broker)
     assert seen is not None
@@ -89,7 +91,7 @@ def test_the_presence_says_when_the_consumer_last_polled_and_took_an_order(broke
 
 def test_the_presence_is_published_every_few_seconds_and_when_the_orders_change(broker: Broker) -> None:
     clock = Clock()
-    liveness = ConsumerLiveness(BrokerClient(broker.url, "w1"), presence(), None, clock=clock)
+    liveness = ConsumerLiveness(BrokerClient(broker.url, "w1", seals=SEALS), presence(), None, clock=clock)
     liveness.publish(holds=())
     assert published(broker)
     liveness.publish(holds=())

@@ -25,11 +25,11 @@ def test_claimed_beats_and_done_write_worker_progress_and_times(farm: Farm) -> N
     farm.now_s += 1
     farm.say(claimed(order, "w7"))
     farm.now_s += 5
-    farm.say(heartbeat(order, 0.25))
+    farm.say(heartbeat(order, 0.25, "w7"))
     task = farm.task(order)
     assert (task.status, task.worker, task.progress) == (TaskStatus.RUNNING, "w7", 0.25)
     assert (task.dispatched_s, task.claimed_s, task.heartbeat_s) == (T0, T0 + 1, T0 + 6)
-    farm.say(done(order, cpu_s=3.0, wall_s=4.0))
+    farm.say(done(order, "w7", cpu_s=3.0, wall_s=4.0))
     task = farm.task(order)
     assert (task.status, task.progress, task.cpu_s, task.wall_s, task.ended_s) == (
         TaskStatus.DONE, 1.0, 3.0, 4.0, T0 + 6,

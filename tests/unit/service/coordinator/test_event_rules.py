@@ -50,6 +50,16 @@ def test_an_event_of_another_attempt_changes_nothing_and_is_late(say: Any, statu
     assert (batch.touched, batch.late) == (set(), {"j": 1})
 
 
+@pytest.mark.parametrize("say", [claimed, heartbeat, done, failed, declined])
+@pytest.mark.parametrize("holder", [("w2", None), ("w2", "i2"), ("w1", "i2")])
+def test_an_event_of_a_worker_process_that_does_not_hold_the_attempt_changes_and_stops_nothing(
+    say: Any, holder: tuple[str, str | None]
+) -> None:
+    message = say(ORDER).model_copy(update={"worker": "w1", "instance": "i1"})
+    batch = fold(message, status=TaskStatus.RUNNING, worker=holder[0], instance=holder[1])
+    assert (batch.touched, batch.late, batch.stops) == (set(), {"j": 1}, [])
+
+
 def test_an_attempt_that_owns_nothing_is_requested_to_stop_only_while_it_works() -> None:
     told = [fold(say(ORDER), attempt="b").stops for say in (claimed, heartbeat, done, failed, declined)]
     assert told == [["a"], ["a"], [], [], []]

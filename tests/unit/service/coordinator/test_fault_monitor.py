@@ -24,12 +24,17 @@ from service.jobs.commands import cancel_job, pause_job, resume_job
 from service.schemas.farm import Fault
 from service.store_check import StoreCheck
 from service.store_identity import identify_store
+from tests.builders_messages import SEALS
 from tests.builders_service import Client, DictStore, Farm, claimed, done, failed, presence
 from worker.store.local import LocalStore
 
 STORE_FULL = "The artifact store has no room left: No space left on device."
 STORE_AWAY = "The artifact store cannot be written: Read-only file system."
 SCRATCH_FULL = PresenceFault(code="disk-full", message="no room in /scratch: 3 MB are free")
+
+
+def _stream() -> Stream:
+    return Stream("redis://127.0.0.1:1/0", seals=SEALS, timeout_s=0.1)
 
 
 class Watched:
@@ -40,7 +45,7 @@ class Watched:
         self.monitor = self.new_monitor()
 
     def new_monitor(self) -> FaultMonitor:
-        stream = Stream("redis://127.0.0.1:1/0", timeout_s=0.1)
+        stream = _stream()
         check = StoreCheck(self.farm.store, reserve_bytes=self.farm.settings.disk_reserve_bytes)
         return FaultMonitor(self.farm.database, stream, check, self.farm.settings)
 
@@ -105,7 +110,7 @@ def test_an_empty_folder_in_the_place_of_the_store_pauses_jobs_and_loses_no_arti
         store.put_bytes(name, data)
     identify = partial(identify_store, farm.database, store)
     check = StoreCheck(store, reserve_bytes=0, identify=identify)
-    watched.monitor = FaultMonitor(farm.database, Stream("redis://127.0.0.1:1/0", timeout_s=0.1), check, farm.settings)
+    watched.monitor = FaultMonitor(farm.database, _stream(), check, farm.settings)
     watched.run()
     assert watched.faults() == []
     other = farm.planned()

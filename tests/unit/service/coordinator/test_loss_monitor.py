@@ -20,6 +20,7 @@ from service.db import tasks as task_rows
 from service.db.task_state import HeldAttempt
 from service.order_queue import OrderQueue
 from tests.broker import Broker
+from tests.builders_messages import SEALS
 from tests.builders_service import Farm, claimed, presence
 
 
@@ -29,8 +30,8 @@ class Watch:
     def __init__(self, farm: Farm, broker: Broker) -> None:
         self.farm, self.client = farm, broker.client
         self.steady_s = 0.0
-        self.stream = Stream(broker.url, timeout_s=30)
-        self.queue = OrderQueue(broker.url, timeout_s=30)
+        self.stream = Stream(broker.url, seals=SEALS, timeout_s=30)
+        self.queue = OrderQueue(broker.url, seals=SEALS, timeout_s=30)
         self.liveness = Liveness(silence_s=1e6, clock=lambda: farm.now_s, steady=lambda: self.steady_s)
         reconciler = Reconciler(farm.database, farm.store, farm.settings)
         self.monitor = LossMonitor(farm.database, self.stream, reconciler, self.liveness, farm.settings)

@@ -15,6 +15,7 @@ from service.coordinator.fault_monitor import FaultMonitor
 from service.coordinator.reconciler import FarmView, Reconciler
 from service.db.tables import Job, Task
 from service.store_check import StoreCheck
+from tests.builders_messages import SEALS
 from tests.builders_service import Farm, claimed, done, failed, presence
 
 MANY = 300
@@ -112,7 +113,7 @@ def test_a_start_says_as_much_to_the_database_for_many_jobs_as_for_few(queued: l
 
 def test_a_job_that_stays_paused_costs_no_transaction(farm: Farm) -> None:
     job_id = farm.planned()
-    stream = Stream("redis://127.0.0.1:1/0", timeout_s=0.1)
+    stream = Stream("redis://127.0.0.1:1/0", seals=SEALS, timeout_s=0.1)
     check = StoreCheck(farm.store, reserve_bytes=0)
     monitor = FaultMonitor(farm.database, stream, check, farm.settings)
     order, *_ = farm.dispatch()

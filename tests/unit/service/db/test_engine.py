@@ -25,6 +25,20 @@ from tests.waiting import ENOUGH_S
 PROCESSES, FILES = 4, 6
 
 
+def test_only_its_user_may_read_a_database_file_old_ones_included(tmp_path: Path) -> None:
+    path = tmp_path / "farm.db"
+    for _ in range(2):
+        database = Database(f"sqlite:///{path}")
+        migrate(database)
+        with database.writing() as session:
+            session.execute(text("UPDATE coordinator SET stream_position = '1-0'"))
+        assert {file.name: file.stat().st_mode & 0o777 for file in tmp_path.glob("farm.db*")} == {
+            "farm.db": 0o600, "farm.db-wal": 0o600, "farm.db-shm": 0o600,
+        }  # fmt: skip
+        database.dispose()
+        path.chmod(0o644)  # as an older version left it
+
+
 def test_the_first_connection_waits_for_another_process_that_writes_to_the_new_file(tmp_path: Path) -> None:
     with ThreadPoolExecutor(1) as pool, _writing(tmp_path / "new.db") as other:
         opened = pool.submit(_journal_mode, tmp_path / "new.db")

@@ -18,6 +18,7 @@ from lippmann.job.messages import wire
 from lippmann.job.messages.events import Event, EventKind, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
 from tests.broker import Broker
+from tests.builders_messages import SEALS, seals_in
 from tests.waiting import ENOUGH_S, until
 from worker.report import AttemptHeartbeat, BrokerClient
 from worker.sandbox.sandbox import Sandbox
@@ -30,9 +31,10 @@ from worker.tasks.workplace import Workplace
 _HANGS = """
 import sys, threading
 from lippmann.job.messages.orders import Order
+from tests.builders_messages import SEALS
 from worker.report import AttemptHeartbeat, BrokerClient
 order = Order(kind="encode", job_id="j", task_id="t", attempt="a", attempt_number=1)
-with AttemptHeartbeat(BrokerClient(sys.argv[1], "w1"), order, worker_stopping=lambda: False, hung_s=2.0):
+with AttemptHeartbeat(BrokerClient(sys.argv[1], "w1", seals=SEALS), order, worker_stopping=lambda: False, hung_s=2.0):
     threading.Event().wait(60)
 """
 
@@ -53,6 +55,7 @@ def redis(redis_url: str) -> Redis:
 
 @pytest.fixture
 def place(redis_url: str, tmp_path: Path) -> Workplace:
+    seals_in(tmp_path)
     settings = WorkerSettings(redis_url=redis_url, data_dir=tmp_path, worker_name="w1")
     settings.scratch_dir.mkdir(parents=True)
     return Workplace(settings=settings, store=LocalStore(settings.artifacts_dir), sandbox=Sandbox("none"))
@@ -211,7 +214,7 @@ def test_one_heartbeat_thread_serves_all_attempts_of_a_process(place: Workplace,
 
 
 def test_a_heart_that_has_ended_does_not_beat(redis_url: str, redis: Redis) -> None:
-    client = BrokerClient(redis_url, "w1")
+    client = BrokerClient(redis_url, "w1", seals=SEALS)
     with AttemptHeartbeat(client, order(), worker_stopping=lambda: False, hung_s=1.0) as heart:
         heart.beat()
         assert redis.delete(wire.lease_key("a1")) == 1
@@ -220,7 +223,7 @@ def test_a_heart_that_has_ended_does_not_beat(redis_url: str, redis: Redis) -> N
 
 
 def test_a_lease_expires_by_itself(redis_url: str, redis: Redis) -> None:
-    client = BrokerClient(redis_url, "w1")
+    client = BrokerClient(redis_url, "w1", seals=SEALS)
     assert client.claim(order(), client.new_lease())
     assert 0 < redis.pttl(wire.lease_key("a1")) <= wire.LEASE_TTL_S * 1000
 

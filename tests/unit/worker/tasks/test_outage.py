@@ -16,6 +16,7 @@ from lippmann.job.messages import wire
 from lippmann.job.messages.events import Event, EventKind
 from lippmann.job.messages.orders import Order, TaskKind
 from tests.broker import Broker
+from tests.builders_messages import SEALS, seals_in
 from tests.tcp_proxy import TcpProxy, tcp_proxy
 from tests.waiting import ENOUGH_S, until
 from worker.report import BrokerClient
@@ -44,6 +45,7 @@ def proxy(broker: Broker) -> Iterator[TcpProxy]:
 
 @pytest.fixture
 def place(proxy: TcpProxy, tmp_path: Path) -> Workplace:
+    seals_in(tmp_path)
     settings = WorkerSettings(redis_url=url_of(proxy), data_dir=tmp_path, worker_name="w1")
     settings.scratch_dir.mkdir(parents=True)
     return Workplace(settings=settings, store=LocalStore(settings.artifacts_dir), sandbox=Sandbox("none"))
@@ -113,7 +115,7 @@ def test_an_attempt_begins_when_the_broker_is_back(place: Workplace, proxy: TcpP
 def test_a_lease_whose_answer_was_lost_is_recognised_by_the_next_try_and_by_no_other_delivery(
     proxy: TcpProxy, broker: Broker
 ) -> None:
-    client = BrokerClient(url_of(proxy), "w1", "i1", timeout_s=0.5)
+    client = BrokerClient(url_of(proxy), "w1", "i1", seals=SEALS, timeout_s=0.5)
     earlier = ORDER.model_copy(update={"attempt": "a0"})
     assert client.claim(earlier, client.new_lease()), "from now on the broker has the script"
     proxy.blackhole("answers")

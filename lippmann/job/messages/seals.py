@@ -1,0 +1,184 @@
+"""Seals: orders, events and presences are encoded, signed, verified and decoded here, and nowhere else.
+
+Whoever can write to the broker can write anything under the names of `lippmann.job.messages.wire`. A message therefore
+carries a seal, the HMAC-SHA-256 of its canonical JSON, and without a valid one it is refused before it is decoded. The
+seal is a field of the message, so that a version without seals ignores it.
+"""
+
+from __future__ import annotations
+
+import hmac
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal, TypeVar
+
+from pydantic import BaseModel, ValidationError
+
+from lippmann.job.messages import wire
+from lippmann.job.messages.events import MAX_EVENT_BYTES, MAX_PRESENCE_BYTES, Event, Presence
+from lippmann.job.messages.orders import Order, TaskKind
+
+SEAL = "seal"
+SEALED_S = "sealed_s"
+ORDER_TTL_S = 8 * 86_400.0
+"""The age above which an order is refused, longer than the longest task that a waiting order waits for."""
+CLOCK_DRIFT_S = 3600.0
+"""The largest difference of the clocks of two hosts for which an order is not refused."""
+
+Model = TypeVar("Model", bound=BaseModel)
+Purpose = Literal["order", "event", "presence"]
+"""The kind of a message. It is signed too, so that no event is taken for an order."""
+
+
+class Refused(ValueError):
+    """The message is not accepted."""
+
+
+class NoKey(ValueError):
+    """There is no key to sign messages with."""
+
+
+@dataclass(frozen=True)
+class Seals:
+    """Signs and verifies messages.
+
+    Parameters
+    ----------
+    keys
+        Returns the keys, the signing one first, whenever a message is signed or verified.
+    accept_unsigned
+        True while hosts of a version without seals are on the farm. A wrong seal is refused all the same.
+    """
+
+    keys: Callable[[], Sequence[bytes]]
+    accept_unsigned: bool = False
+
+    def sealed_order(self, order: Order, *, now_s: float) -> dict[str, Any]:
+        """Return the message of an order.
+
+        Raises
+        ------
+        NoKey
+            If there is no key.
+        """
+        return self._sealed("order", {**order.model_dump(mode="json"), SEALED_S: now_s})
+
+    def open_order(self, message: object, *, kind: TaskKind, attempt: str, now_s: float) -> Order:
+        """Return the order in a message.
+
+        Parameters
+        ----------
+        kind, attempt
+            What the envelope of the message says; it is not signed, so it must agree with the order.
+
+        Raises
+        ------
+        Refused
+            If the order is not signed, is stale, cannot be decoded, or does not belong to the envelope.
+        """
+        fields = self._verified("order", message)
+        sealed_s = fields.get(SEALED_S)
+        is_dated = isinstance(sealed_s, float | int) and now_s - ORDER_TTL_S <= sealed_s <= now_s + CLOCK_DRIFT_S
+        if not is_dated and not (sealed_s is None and self.accept_unsigned):
+            raise Refused(f"the order is stale: it was signed at {sealed_s} s, and now it is {now_s:.0f} s")
+        order = _decoded(Order, fields)
+        if (order.kind, order.attempt) != (kind, attempt):
+            raise Refused(f"the order is for {order.kind} {order.attempt}, its envelope for {kind} {attempt}")
+        return order
+
+    def sealed_event(self, event: Event) -> str:
+        """Return the message of an event.
+
+        Raises
+        ------
+        NoKey
+            If there is no key.
+        """
+        return json.dumps(self._sealed("event", event.model_dump(mode="json", exclude_none=True)))
+
+    def open_event(self, text: bytes) -> Event:
+        """Return the event in a message.
+
+        Raises
+        ------
+        Refused
+            If it is not signed, is too large, or cannot be decoded.
+        """
+        return _decoded(Event, self._verified("event", _parsed(text, MAX_EVENT_BYTES)))
+
+    def sealed_presence(self, presence: Presence) -> str:
+        """Return the message of a presence.
+
+        Raises
+        ------
+        NoKey
+            If there is no key.
+        """
+        return json.dumps(self._sealed("presence", presence.model_dump(mode="json")))
+
+    def open_presence(self, text: bytes, *, key: bytes) -> Presence:
+        """Return the presence in the value of a key of the broker.
+
+        Raises
+        ------
+        Refused
+            If it is not signed, is too large, cannot be decoded, or is of another worker than the key.
+        """
+        presence = _decoded(Presence, self._verified("presence", _parsed(text, MAX_PRESENCE_BYTES)))
+        if wire.presence_key(presence.name).encode() != key:
+            raise Refused(f"the presence of {presence.name} has the key {key!r}")
+        return presence
+
+    def _sealed(self, purpose: Purpose, fields: Mapping[str, Any]) -> dict[str, Any]:
+        keys = self.keys()
+        if not keys:
+            raise NoKey("expected a key to sign messages with, got none")
+        return {**fields, SEAL: _seal(keys[0], purpose, fields)}
+
+    def _verified(self, purpose: Purpose, message: object) -> Mapping[str, Any]:
+        if not isinstance(message, dict):
+            raise Refused(f"the {purpose} is not an object")
+        fields = {name: value for name, value in message.items() if name != SEAL}
+        given = message.get(SEAL)
+        if given is None and self.accept_unsigned:
+            return fields
+        if not isinstance(given, str) or not given.isascii():
+            raise Refused(f"the {purpose} is not signed")
+        try:
+            is_valid = any(hmac.compare_digest(given, _seal(key, purpose, fields)) for key in self.keys())
+        except (ValueError, TypeError, RecursionError) as error:
+            raise Refused(f"the {purpose} has no canonical form") from error
+        if not is_valid:
+            raise Refused(f"the {purpose} has a wrong signature")
+        return fields
+
+
+def _seal(key: bytes, purpose: Purpose, fields: Mapping[str, Any]) -> str:
+    return hmac.digest(key, purpose.encode() + b"\n" + canonical(fields), "sha256").hex()
+
+
+def canonical(fields: Mapping[str, Any]) -> bytes:
+    r"""Return the canonical JSON of a message, which is the same after it was encoded and decoded.
+
+    >>> canonical({"b": [1, 2.0], "a": "é"})
+    b'{"a":"\\u00e9","b":[1,2.0]}'
+    """
+    return json.dumps(fields, sort_keys=True, separators=(",", ":"), ensure_ascii=True, allow_nan=False).encode()
+
+
+def _parsed(text: bytes, most_bytes: int) -> object:
+    if len(text) > most_bytes:
+        raise Refused(f"the message has {len(text)} bytes, more than {most_bytes}")
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise Refused("the message is not JSON") from error
+
+
+def _decoded(model: type[Model], fields: Mapping[str, Any]) -> Model:
+    try:
+        return model.model_validate(fields)
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_input=False)[0]
+        raise Refused(f"the {model.__name__.lower()} is invalid: {first['loc']}: {first['msg']}") from error

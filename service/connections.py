@@ -1,0 +1,262 @@
+"""The connections of the service before anybody has logged in: deadlines, and caps in all and by address.
+
+uvicorn has no deadline for the headers and the body of a request and closes nothing when descriptors run out. Without
+them, a thousand half requests keep everybody out, the coordinator and the database included.
+
+| connection | ends |
+|---|---|
+| without a complete request line and headers | after `headers_s`, with 408; at `HEAD_BYTES`, with 431 |
+| whose body arrives too slowly | after `body_s` with less than `BODY_BYTES`, with 408 |
+| whose client does not read the answer | after `STALLED_S` |
+| above a cap | the oldest one that waits for a request is closed, else the oldest one that waits for a body |
+"""
+
+from __future__ import annotations
+
+import asyncio
+import resource
+import time
+from dataclasses import dataclass
+from enum import IntEnum
+from ipaddress import IPv4Network, IPv6Network, ip_address
+from typing import Any
+
+import structlog
+from uvicorn.protocols.http.httptools_impl import STATUS_LINE, HttpToolsProtocol
+
+RESERVE = 256
+"""The descriptors that connections leave to the database, the broker, the store and the coordinator."""
+DESCRIPTORS = 2
+"""The descriptors of one connection: the socket, and the file that is sent over it."""
+MOST_DESCRIPTORS = 65_536
+"""The limit to which the service raises its own; a larger one costs the kernel memory and helps nobody."""
+FEWEST = 16
+HEAD_BYTES = 65_536
+"""The largest size of the request line and the headers."""
+BODY_BYTES = 100_000
+"""The bytes of a body that must arrive in each `body_s`."""
+STALLED_S = 120.0
+"""The time in which a client must read something of an answer that waits for it."""
+SWEEP_S = 1.0
+"""The interval at which the deadlines are checked."""
+LOG_S = 10.0
+"""The interval at which the log says how many connections were closed."""
+
+log = structlog.get_logger("service.connections")
+
+
+class Phase(IntEnum):
+    """What a connection waits for. A smaller phase is closed earlier when there are too many connections."""
+
+    REQUEST = 0
+    """For a request, or for the rest of its headers."""
+    BODY = 1
+    """For the rest of a body."""
+    ANSWER = 2
+    """For the service."""
+
+
+@dataclass(frozen=True)
+class ConnectionLimits:
+    """The limits of the connections of one process."""
+
+    total: int
+    by_address: int
+    headers_s: float
+    body_s: float
+    exempt: tuple[IPv4Network | IPv6Network, ...] = ()
+    """The networks of reverse proxies, each of which carries the connections of many."""
+
+    def of_address(self, address: str) -> int:
+        """Return the largest number of connections from an address."""
+        try:
+            is_proxy = any(ip_address(address) in network for network in self.exempt)
+        except ValueError:
+            is_proxy = False
+        return self.total if is_proxy else self.by_address
+
+
+def raise_descriptor_limit() -> int:
+    """Raise the soft limit of descriptors to the hard one, and return it."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    wanted = MOST_DESCRIPTORS if hard == resource.RLIM_INFINITY else min(hard, MOST_DESCRIPTORS)
+    if soft != resource.RLIM_INFINITY and soft < wanted:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
+        return wanted
+    return MOST_DESCRIPTORS if soft == resource.RLIM_INFINITY else soft
+
+
+def most_connections(descriptors: int, wanted: int) -> int:
+    """Return the number of connections for which there are descriptors, at most the wanted one.
+
+    >>> most_connections(1024, 4096), most_connections(20_000, 4096)
+    (384, 4096)
+    """
+    return max(FEWEST, min(wanted, (descriptors - RESERVE) // DESCRIPTORS))
+
+
+class ConnectionGuard:
+    """Knows the connections of one server, and closes those that are over a deadline or over a cap."""
+
+    def __init__(self, limits: ConnectionLimits) -> None:
+        self.limits = limits
+        self.closed = 0
+        """The number of connections that were closed because there were too many."""
+        self._connections: dict[GuardedProtocol, None] = {}
+        """The connections in the order in which they began to wait for a request."""
+        self._by_address: dict[str, int] = {}
+        self._sweeper: asyncio.TimerHandle | None = None
+        self._logged_s = float("-inf")
+
+    def protocol(self, **options: Any) -> GuardedProtocol:
+        """Return the protocol of a new connection, as uvicorn asks for it."""
+        return GuardedProtocol(self, **options)
+
+    def add(self, connection: GuardedProtocol) -> None:
+        """Add a new connection, and close another one, or this one, if there are too many."""
+        self._connections[connection] = None
+        address = connection.address
+        self._by_address[address] = self._by_address.get(address, 0) + 1
+        if self._by_address[address] > self.limits.of_address(address):
+            self._make_room(connection, address)
+        elif len(self._connections) > self.limits.total:
+            self._make_room(connection, None)
+        if self._sweeper is None:
+            self._sweeper = asyncio.get_running_loop().call_later(SWEEP_S, self._sweep)
+
+    def remove(self, connection: GuardedProtocol) -> None:
+        """Forget a connection that has ended."""
+        if connection not in self._connections:
+            return
+        del self._connections[connection]
+        address = connection.address
+        self._by_address[address] -= 1
+        if not self._by_address[address]:
+            del self._by_address[address]
+
+    def make_youngest(self, connection: GuardedProtocol) -> None:
+        """Note that a connection waits for its next request from now on."""
+        if connection in self._connections:
+            del self._connections[connection]
+            self._connections[connection] = None
+
+    def _make_room(self, new: GuardedProtocol, address: str | None) -> None:
+        victim = self._oldest(Phase.REQUEST, new, address) or self._oldest(Phase.BODY, new, address) or new
+        self.closed += 1
+        if time.monotonic() - self._logged_s > LOG_S:
+            self._logged_s = time.monotonic()
+            log.warning("too many connections", closed=self.closed, open=len(self._connections), address=address)
+        self.remove(victim)
+        victim.abort()
+
+    def _oldest(self, phase: Phase, new: GuardedProtocol, address: str | None) -> GuardedProtocol | None:
+        return next(
+            (
+                one
+                for one in self._connections
+                if one.phase is phase and one is not new and (address is None or one.address == address)
+            ),
+            None,
+        )
+
+    def _sweep(self) -> None:
+        now_s = time.monotonic()
+        for connection in list(self._connections):
+            connection.check_deadlines(now_s, self.limits)
+        self._sweeper = asyncio.get_running_loop().call_later(SWEEP_S, self._sweep) if self._connections else None
+
+
+class GuardedProtocol(HttpToolsProtocol):
+    """The HTTP protocol of uvicorn with deadlines; it tells the guard what it waits for."""
+
+    def __init__(self, guard: ConnectionGuard, **options: Any) -> None:
+        super().__init__(**options)
+        self._guard = guard
+        self.address = ""
+        """The address of the peer."""
+        self.phase = Phase.REQUEST
+        self.since_s = time.monotonic()
+        """The time since when the connection is in its phase."""
+        self._received_bytes = 0
+        """The bytes of the headers or of the body since then."""
+        self._unread_s: float | None = None
+        """The time since when an answer waits for the client to read; None if none does."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Begin to wait for a request."""
+        super().connection_made(transport)
+        self.address = self.client[0] if self.client else ""
+        self._guard.add(self)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Forget the connection."""
+        self._guard.remove(self)
+        super().connection_lost(exc)
+
+    def on_headers_complete(self) -> None:
+        """Begin to wait for the body."""
+        self._enter(Phase.BODY)
+        super().on_headers_complete()
+
+    def data_received(self, data: bytes) -> None:
+        """Count what arrives, and parse it."""
+        self._received_bytes += len(data)
+        super().data_received(data)
+        if self.phase is Phase.REQUEST and self._received_bytes > HEAD_BYTES and not self.transport.is_closing():
+            self._end(431, "The headers of the request are too large.")
+
+    def on_message_complete(self) -> None:
+        """Begin to wait for the service, unless it has answered before the whole body arrived."""
+        self._enter(Phase.REQUEST if self.cycle.response_complete else Phase.ANSWER)
+        super().on_message_complete()
+
+    def on_response_complete(self) -> None:
+        """Begin to wait for the next request."""
+        if not self.pipeline:
+            self._enter(Phase.REQUEST)
+        super().on_response_complete()
+
+    def pause_writing(self) -> None:
+        """Begin to wait for the client to read."""
+        self._unread_s = time.monotonic()
+        super().pause_writing()
+
+    def resume_writing(self) -> None:
+        """End to wait for the client to read."""
+        self._unread_s = None
+        super().resume_writing()
+
+    def check_deadlines(self, now_s: float, limits: ConnectionLimits) -> None:
+        """End the connection if its client is over a deadline."""
+        if self.transport.is_closing():
+            self._unread_s = self._unread_s or now_s
+        if self._unread_s is not None and now_s - self._unread_s > STALLED_S:
+            self.abort()
+        if self.transport.is_closing():
+            return
+        if self.phase is Phase.REQUEST and now_s - self.since_s > limits.headers_s:
+            self._end(408, "The headers of the request did not arrive in time.")
+        elif self.phase is Phase.BODY and (self.flow.read_paused or self.cycle.waiting_for_100_continue):
+            self._enter(Phase.BODY)  # The service is what the body waits for.
+        elif self.phase is Phase.BODY and now_s - self.since_s > limits.body_s:
+            if self._received_bytes < BODY_BYTES:
+                self._end(408, "The body of the request did not arrive in time.")
+            else:
+                self._enter(Phase.BODY)
+
+    def abort(self) -> None:
+        """Close the connection at once."""
+        self.transport.abort()
+
+    def _enter(self, phase: Phase) -> None:
+        self.phase, self.since_s, self._received_bytes = phase, time.monotonic(), 0
+        if phase is Phase.REQUEST:
+            self._guard.make_youngest(self)
+
+    def _end(self, status: int, reason: str) -> None:
+        """Answer a status if nothing was answered yet, and close the connection."""
+        if self.cycle is None or self.cycle.response_complete or not self.cycle.response_started:
+            text = reason.encode("ascii")
+            head = b"content-type: text/plain; charset=utf-8\r\nconnection: close\r\ncontent-length: %d\r\n\r\n"
+            self.transport.write(STATUS_LINE[status] + head % len(text) + text)
+        self.transport.close()

@@ -1,0 +1,151 @@
+"""Connections of clients that mean harm, or are very slow: honest requests are served meanwhile."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import socket
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from typing import Any
+
+import httpx
+import pytest
+
+from service.connections import HEAD_BYTES
+from service.schemas.access import Role
+from tests.broker import Broker
+from tests.builders_service import SPEC
+from tests.farm import LIPPMANN
+from tests.integration.service.conftest import Service
+from tests.waiting import ENOUGH_S, until
+
+HALF = b"POST /api/v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Le"
+DESCRIPTORS = 1024
+HALF_REQUESTS = 1200
+
+
+def connect(url: str) -> socket.socket:
+    host, port = url.removeprefix("http://").split(":")
+    return socket.create_connection((host, int(port)), timeout=ENOUGH_S)
+
+
+def answer(connection: socket.socket) -> bytes:
+    """Return what the service sends until it closes the connection."""
+    return b"".join(iter(lambda: connection.recv(65_536), b""))
+
+
+@pytest.fixture
+def small_server(tmp_path: Path, broker: Broker) -> Iterator[tuple[str, str]]:
+    """Lend the URL and an admin key of a service that has 1,024 descriptors and may not raise the limit."""
+    key_file = tmp_path / "admin.key"
+    command = [LIPPMANN, "serve", "--json", "--port", "0", "--key-file", str(key_file)]
+    env = {**os.environ, "LIPPMANN_REDIS_URL": broker.url, "LIPPMANN_DATA_DIR": str(tmp_path)}
+    process = subprocess.Popen(
+        command, env=env, stdout=subprocess.PIPE, text=True,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (DESCRIPTORS, DESCRIPTORS)),
+    )  # fmt: skip
+    try:
+        assert process.stdout is not None
+        url = json.loads(process.stdout.readline())["url"]
+        until(lambda: key_file.exists() and key_file.read_text().strip())
+        yield url, key_file.read_text().strip()
+        assert process.poll() is None
+    finally:
+        process.terminate()
+        process.wait(ENOUGH_S)
+        process.stdout.close()  # type: ignore[union-attr]
+
+
+def test_honest_requests_are_served_while_1200_half_requests_hang(small_server: tuple[str, str]) -> None:
+    url, key = small_server
+    headers = {"Authorization": f"Bearer {key}"}
+    with ExitStack() as stack:
+        until(lambda: httpx.get(f"{url}/api/v1/health", timeout=ENOUGH_S).json()["coordinator"]["ok"])
+        for _ in range(HALF_REQUESTS):
+            connection = stack.enter_context(connect(url))
+            connection.sendall(HALF)
+        for number in range(5):
+            spec = {"scene": "fish", "frames": "1", "title": str(number)}
+            made = httpx.post(f"{url}/api/v1/jobs", json=spec, headers=headers, timeout=ENOUGH_S)
+            assert made.status_code == 201, made.text
+            health = httpx.get(f"{url}/api/v1/health", headers=headers, timeout=ENOUGH_S).json()
+            assert [health[part]["ok"] for part in ("database", "broker", "store", "coordinator")] == [True] * 4
+
+
+def test_headers_and_bodies_that_do_not_arrive_are_answered_with_408(make_service: Callable[..., Service]) -> None:
+    service = make_service(request_headers_s=1.0, request_body_s=1.0)
+    form = b"Content-Type: application/x-www-form-urlencoded\r\nContent-Length: 50\r\n\r\n"
+    head = b"POST /login HTTP/1.1\r\nHost: x\r\n" + form
+    with connect(service.url) as silent, connect(service.url) as headers, connect(service.url) as body:
+        headers.sendall(HALF)
+        body.sendall(head + b"key=lm")
+        assert [answer(one).split(b"\r\n")[0] for one in (silent, headers, body)] == [
+            b"HTTP/1.1 408 Request Timeout"
+        ] * 3
+
+
+def test_a_body_that_arrives_slowly_but_steadily_is_read(make_service: Callable[..., Service]) -> None:
+    service = make_service(request_body_s=1.0)
+    part = b" " * 60_000
+    begun_s = time.monotonic()
+
+    def parts() -> Iterator[bytes]:
+        yield json.dumps(SPEC | {"frames": "1"}).encode()
+        while time.monotonic() - begun_s < 2.5:
+            yield part
+            time.sleep(0.1)
+
+    made = service.client.post("/jobs", content=parts(), headers={"Content-Type": "application/json"})
+    assert made.status_code == 201, made.text
+
+
+def test_endless_headers_are_refused(service: Service) -> None:
+    with connect(service.url) as connection:
+        connection.sendall(b"GET / HTTP/1.1\r\nX: " + b"a" * (HEAD_BYTES + 1))
+        assert answer(connection).startswith(b"HTTP/1.1 431 ")
+
+
+def test_an_address_with_too_many_connections_loses_its_oldest_idle_one(make_service: Callable[..., Service]) -> None:
+    service = make_service(connections_per_address=3)
+    with ExitStack() as stack:
+        first, *others = [stack.enter_context(connect(service.url)) for _ in range(4)]
+        with suppress(ConnectionResetError):
+            assert answer(first) == b""
+        for one in others:
+            one.sendall(b"GET /api/v1/health HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
+            assert answer(one).startswith(b"HTTP/1.1 200")
+    assert service.server.guard.closed == 1
+
+
+def test_only_a_trusted_proxy_can_say_whose_request_it_is(make_service: Callable[..., Service]) -> None:
+    def statuses(service: Service) -> list[int]:
+        named = [{"X-Forwarded-For": f"192.0.2.{number}"} for number in range(4)]
+        return [service.client.get("/health", headers=headers).status_code for headers in named]
+
+    assert statuses(make_service(requests_per_minute_by_address=2.0)) == [200, 200, 429, 429]
+    proxied = make_service(requests_per_minute_by_address=2.0, trusted_proxies="192.0.2.0/28, 127.0.0.1")
+    assert statuses(proxied) == [200] * 4
+
+
+def test_the_event_streams_of_one_key_are_capped(make_service: Callable[..., Service]) -> None:
+    service = make_service(streams_per_key=2)
+    other = {"Authorization": f"Bearer {service.new_key(Role.VIEWER)}"}
+    with ExitStack() as stack:
+
+        def listen(**more: Any) -> httpx.Response:
+            return stack.enter_context(service.client.stream("GET", "/events", **more))
+
+        assert [listen().status_code for _ in range(3)] == [200, 200, 429]
+        assert listen().headers["Retry-After"]
+        assert listen(headers=other).status_code == 200
+    until(lambda: _status_of_a_stream(service) == 200)
+
+
+def _status_of_a_stream(service: Service) -> int:
+    with service.client.stream("GET", "/events") as stream:
+        return stream.status_code

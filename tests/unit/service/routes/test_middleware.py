@@ -1,0 +1,77 @@
+"""What every response carries, and who is refused before anything is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import structlog
+
+from tests.builders_service import Client, Farm
+
+SILENT: dict[str, Any] = {"coordinator": False, "redis_url": "redis://127.0.0.1:1/0"}
+
+
+@pytest.mark.parametrize("path", ["/", "/api/v1/health", "/api/v1/jobs", "/api/v1/none", "/static/none", "/login"])
+def test_every_response_forbids_to_guess_its_type_and_has_an_id(api: Client, path: str) -> None:
+    answer = api.get(path, headers={"X-Request-ID": "mine-1"}, follow_redirects=False)
+    assert answer.headers["X-Content-Type-Options"] == "nosniff"
+    assert answer.headers["X-Request-ID"] == "mine-1"
+    assert "Strict-Transport-Security" not in answer.headers
+
+
+def test_a_request_that_fails_for_an_unknown_reason_has_an_id_in_answer_and_log(
+    api: Client, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise RuntimeError("unknown")
+
+    monkeypatch.setattr("service.routes.jobs.find_job", fail)
+    with structlog.testing.capture_logs(processors=[structlog.contextvars.merge_contextvars]) as logged:
+        answer = api.get("/api/v1/jobs/j", headers={"X-Request-ID": "mine-2"})
+    assert (answer.status_code, answer.headers["X-Request-ID"]) == (500, "mine-2")
+    assert answer.headers["X-Content-Type-Options"] == "nosniff"
+    assert [line["request_id"] for line in logged if line["event"] == "a request failed"] == ["mine-2"]
+
+
+def test_browsers_that_came_by_tls_never_use_plain_http_again(
+    make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]
+) -> None:
+    secure = make_client(make_farm(public_url="https://farm.example.org", **SILENT))
+    assert "max-age=" in secure.get("/api/v1/health").headers["Strict-Transport-Security"]
+
+
+def test_an_address_that_sends_too_many_requests_is_told_when_to_return(
+    make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]
+) -> None:
+    api = make_client(make_farm(requests_per_minute_by_address=3, **SILENT))
+    statuses = [api.get("/api/v1/health", headers={"Authorization": ""}).status_code for _ in range(4)]
+    refused = api.get("/api/v1/health")
+    assert statuses[-1] == refused.status_code == 429
+    assert 1 <= int(refused.headers["Retry-After"]) <= 21
+    assert refused.headers["X-Content-Type-Options"] == "nosniff"
+    assert refused.json()["code"] == "too-many-requests"
+    assert refused.json()["request_id"]
+
+
+def test_a_key_that_sends_too_many_requests_is_told_when_to_return(
+    make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]
+) -> None:
+    api = make_client(make_farm(requests_per_minute=2, **SILENT))
+    answers = [api.get("/api/v1/session") for _ in range(3)]
+    assert [answer.status_code for answer in answers] == [200, 200, 429]
+    assert int(answers[-1].headers["Retry-After"]) >= 1
+
+
+def test_failed_logins_are_limited_and_others_are_not(
+    make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]
+) -> None:
+    api = make_client(make_farm(failed_logins_per_minute=2, **SILENT))
+    key = api.headers["Authorization"].removeprefix("Bearer ")
+
+    def log_in(value: str) -> int:
+        return int(api.post("/login", data={"key": value}, follow_redirects=False).status_code)
+
+    assert [log_in(key) for _ in range(5)] == [303] * 5
+    assert [log_in("wrong"), log_in("wrong"), log_in("wrong"), log_in(key)] == [401, 401, 429, 429]
