@@ -31,6 +31,27 @@ def test_the_compose_file_is_valid() -> None:
     assert set(composed()) == {"redis", "service", "worker"}
 
 
+@pytest.mark.parametrize("service", ["redis", "service", "worker"])
+def test_no_container_gains_rights_or_writes_outside_its_volumes(service: str) -> None:
+    described = composed()[service]
+    assert described["read_only"] is True
+    assert described["cap_drop"] == ["ALL"]
+    assert described["security_opt"] == ["no-new-privileges:true"]
+    assert "privileged" not in described
+
+
+@pytest.mark.parametrize("dockerfile", DOCKERFILES, ids=lambda path: path.name)
+def test_no_image_runs_as_root(dockerfile: Path) -> None:
+    users = [line.split()[1] for line in dockerfile.read_text().splitlines() if line.startswith("USER ")]
+    assert users[-1] == "10001"
+
+
+def test_only_the_service_is_reached_from_outside() -> None:
+    services = composed()
+    assert [name for name, described in services.items() if "ports" in described] == ["service"]
+    assert [set(services[name]["networks"]) for name in ("redis", "worker")] == [{"broker"}, {"broker"}]  # type: ignore[call-overload]
+
+
 @pytest.mark.parametrize("dockerfile", DOCKERFILES, ids=lambda path: path.name)
 def test_the_dockerfiles_are_clean(dockerfile: Path) -> None:
     ran = subprocess.run([BIN / "hadolint", dockerfile], capture_output=True, text=True, check=False)
