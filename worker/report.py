@@ -108,8 +108,8 @@ class BrokerClient:
         pipe.execute()
 
     def _add(self, redis: Redis, event: Event) -> None:
-        fields = {"event": self._seals.sealed_event(event)}
-        redis.xadd(wire.EVENTS_STREAM, fields, maxlen=wire.EVENTS_KEPT, approximate=True)
+        text = self._seals.sealed_event(event)
+        redis.xadd(wire.EVENTS_STREAM, {"event": text}, maxlen=wire.EVENTS_KEPT, approximate=True)
 
     def patiently(self, exchange: Callable[[], T], *, within_s: float, stopping: Callable[[], bool]) -> T:
         """Return the answer to an exchange, which is repeated while Redis is unreachable.
