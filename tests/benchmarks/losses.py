@@ -18,7 +18,7 @@ KILLS = 20
 SLOTS = 2
 POLL_S = 0.1
 ENVIRONMENT = {"LIPPMANN_LOSSES_ALLOWED": "1000"}
-JOB = small_job("fish", count=(90, 90), frames=f"1-{SLOTS}").model_copy(update={"outputs": ()})
+JOB = small_job("fish", count=(90, 90), frames=f"1-{SLOTS}", outputs=[], render={"cache": False})
 """A frame of some seconds for each slot. Nothing else waits for a slot, so the figures hold no time in the queue."""
 
 
