@@ -17,13 +17,14 @@ demo: setup ## Render the paper's integral video on this machine, into out/
 up: setup ## Start the one-machine farm; Ctrl-C ends it
 	$(BIN)/lippmann up $(ARGS)
 
-# Tests that need whole farms, browsers or POV-Ray mind what else runs, so they run one by one; all others two at a time.
-ALONE := tests/acceptance tests/browser tests/chaos tests/golden tests/integration tests/rules tests/security
+# Two files at a time. The quick tests run first, so that a plain mistake shows early.
+WHOLE := tests/acceptance tests/browser tests/chaos tests/golden tests/integration tests/rules tests/security
+TWO := --numprocesses 2 --dist loadfile
 
 test: setup-test lint types ## Run all checks and all tests
 ifeq ($(ARGS),)
-	$(BIN)/pytest --numprocesses 2 --dist loadfile tests/unit povtemplates worker service lippmann
-	$(BIN)/pytest -m "not long" $(ALONE)
+	$(BIN)/pytest $(TWO) tests/unit povtemplates worker service lippmann
+	$(BIN)/pytest $(TWO) -m "not long" $(WHOLE)
 else
 	$(BIN)/pytest $(ARGS)
 endif
