@@ -15,7 +15,7 @@ from redis import Redis
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import EventKind, Presence
 from lippmann.job.messages.orders import Order, TaskKind
-from lippmann.job.messages.seals import Refused
+from lippmann.job.messages.seals import Refused, Seals
 from service.order_queue import OrderQueue
 from tests.broker import Broker
 from tests.builders_messages import SEALS, seals_in
@@ -40,6 +40,12 @@ CHANGES: tuple[dict[str, Any], ...] = (
 
 def order(attempt: str) -> Order:
     return Order(kind=TaskKind.ENCODE, job_id="j", task_id="j-0", attempt=attempt, attempt_number=1, output="none")
+
+
+def publish(broker: Broker, seals: Seals, what: Order) -> None:
+    queue = OrderQueue(broker.url, seals=seals, timeout_s=ENOUGH_S)
+    queue.publish([what])
+    queue.close()
 
 
 def test_a_worker_drops_and_counts_what_is_no_signed_order_and_goes_on(tmp_path: Path) -> None:
@@ -68,10 +74,9 @@ def test_a_worker_drops_and_counts_what_is_no_signed_order_and_goes_on(tmp_path:
             raise AssertionError("the presence is not signed") from error
 
     try:
-        queue = OrderQueue(broker.url, seals=seals, timeout_s=ENOUGH_S)
-        queue.publish([order("signed")])
+        publish(broker, seals, order("signed"))
         template: Any = redis.lpop(QUEUE)
-        OrderQueue(broker.url, seals=SEALS, timeout_s=ENOUGH_S).publish([order("of-another-farm")])
+        publish(broker, SEALS, order("of-another-farm"))
         unsigned = order("unsigned").model_dump(mode="json")
         poison = [
             b"nonsense", b"[]", b"{}", b"7", b"\xff", b"[" * 50_000,
@@ -79,7 +84,7 @@ def test_a_worker_drops_and_counts_what_is_no_signed_order_and_goes_on(tmp_path:
             _changed(template, kwargs={"order": unsigned}),
         ]  # fmt: skip
         redis.lpush(QUEUE, *poison)
-        queue.publish([order("last")])
+        publish(broker, seals, order("last"))
         until(lambda: (seen := presence()) is not None and seen.refused_orders == len(poison) + 1)
         done = until(lambda: [event for event in _events(redis, seals) if event.kind is EventKind.FAILED])
         assert [event.attempt for event in done] == ["last"], "only the signed order was attempted"
@@ -91,6 +96,7 @@ def test_a_worker_drops_and_counts_what_is_no_signed_order_and_goes_on(tmp_path:
         log.close()
         worker.terminate()
         worker.wait(ENOUGH_S)
+        redis.close()
         broker.kill()
 
 
