@@ -247,7 +247,9 @@ def test_orders_travel_as_celery_carries_them(broker: Broker) -> None:
     import json
 
     order = Order(kind=TaskKind.RENDER, job_id="j", task_id="j-3", attempt="abc", attempt_number=2, avoid=("w1",))
-    OrderQueue(broker.url, seals=SEALS, timeout_s=30).publish([order])
+    queue = OrderQueue(broker.url, seals=SEALS, timeout_s=30)
+    queue.publish([order])
+    queue.close()
     message = json.loads(broker.client.lpop(ORDERS))
     assert message["headers"]["task"] == wire.task_name(TaskKind.RENDER)
     assert message["headers"]["ignore_result"] is True
@@ -269,7 +271,9 @@ def test_presences_that_cannot_be_understood_are_passed_over(broker: Broker, tmp
 
 def test_a_broker_on_a_unix_socket_is_the_same_broker(broker: Broker) -> None:
     order = Order(kind=TaskKind.PROBE, job_id="j", task_id="j-0", attempt="a", attempt_number=1)
-    OrderQueue(broker.unix_url, seals=SEALS, timeout_s=30).publish([order])
+    queue = OrderQueue(broker.unix_url, seals=SEALS, timeout_s=30)
+    queue.publish([order])
+    queue.close()
     assert broker.client.llen(ORDERS) == 1
     stream = Stream(broker.unix_url, seals=SEALS, timeout_s=30)
     assert stream.is_new()

@@ -62,8 +62,12 @@ def broker(tmp_path: Path) -> Iterator[Broker]:
 
 
 @pytest.fixture
-def watch(farm: Farm, broker: Broker) -> Watch:
-    return Watch(farm, broker)
+def watch(farm: Farm, broker: Broker) -> Iterator[Watch]:
+    watch = Watch(farm, broker)
+    yield watch
+    watch.stream.close()
+    watch.queue.close()
+    watch.client.close()
 
 
 def worker(instance: str, *, seen_s: float, holds: tuple[str, ...] = ()) -> Presence:
