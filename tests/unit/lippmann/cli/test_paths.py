@@ -119,6 +119,7 @@ def test_a_data_folder_that_is_not_utf_8_is_looked_into(
         "jobs": "",
         "workers": "",
         "list": "",
+        "audit": "",
         "link": "",
         "create": "alice",
         "export": "1m8j90emqdeyfg978 quilt.png",

@@ -29,6 +29,7 @@ from lippmann.lightfield.views.views import centre, view
 from lippmann.plan.design.observed_display import observed_display
 from lippmann.plan.sampling import display_size
 from service.main import create_app
+from service.store_identity import adopt_store
 from service.viewing.frames import ViewableFrame
 from service.viewing.sheet_cache import SheetCache
 from tests.builders_service import CARD, Client, FakePictures, Farm, parts
@@ -45,6 +46,7 @@ def looked(tmp_path: Path, make_farm: Callable[..., Farm], make_client: Callable
     farm = make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0")
     real = make_parts(tmp_path)
     farm.parts = replace(farm.parts, store=real.store, pictures=real.pictures)
+    adopt_store(farm.database, real.store)
     return farm
 
 
