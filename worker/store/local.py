@@ -232,6 +232,9 @@ class LocalStore:
         if self._expected is None:
             return
         found = self.identity()
+        if found is None:
+            with _translated(what):
+                self._root.stat()
         if found != self._expected:
             other = "has no id" if found is None else f"is another store, {found}"
             raise StoreUnavailable(f"cannot use {what} in the store: the folder in its place {other}")

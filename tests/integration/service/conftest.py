@@ -94,8 +94,8 @@ def at_once(order: Order) -> list[Event]:
 def make_worker(broker: Broker, tmp_path: Path) -> Iterator[Callable[..., FakeWorker]]:
     made: list[FakeWorker] = []
 
-    def make(answer: Callable[[Order], list[Event]] = at_once, **more: Any) -> FakeWorker:
-        made.append(FakeWorker(broker, seals_in(tmp_path), answer, **more))
+    def make(answer: Callable[[Order], list[Event]] = at_once, *, data_dir: Path = tmp_path, **more: Any) -> FakeWorker:
+        made.append(FakeWorker(broker, seals_in(data_dir), answer, **more))
         return made[-1]
 
     yield make

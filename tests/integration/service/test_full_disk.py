@@ -35,7 +35,7 @@ def test_jobs_are_paused_cancelled_and_removed_though_the_disk_of_the_database_i
     make_service: Callable[..., Service], make_worker: Callable[..., FakeWorker], disk: Disk
 ) -> None:
     service = make_service(data_dir=disk.path, database_reserve_mb=4.0, store_check_s=0.5)
-    make_worker(lambda order: [claimed(order)])
+    make_worker(lambda order: [claimed(order)], data_dir=disk.path)
     waiting, old = (service.client.post("/jobs", json=SPEC).json()["id"] for _ in range(2))
     until(lambda: service.status(waiting) == service.status(old) == "probing")
     assert service.client.post(f"/jobs/{old}/cancel").status_code == 200
