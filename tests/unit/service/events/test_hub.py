@@ -160,8 +160,12 @@ def test_clients_receive_exactly_the_events_after_their_position(
         assert min(counts) > 10
         assert running.hub._position is None
 
-    _run(farm, scenario)
-    assert len(behind) > len(set(behind)), "expected a client that fell behind"
+    for _ in range(10):
+        _run(farm, scenario)
+        if len(behind) > len(set(behind)):
+            return
+        # A busy machine may be so slow at writing that no client falls behind, and then this round has not tried it.
+    pytest.fail("expected a client that fell behind")
 
 
 def test_one_query_a_change_serves_all_clients_and_no_client_takes_a_thread(farm: Farm) -> None:
