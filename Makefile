@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PYTHON3 ?= python3
 
 .DEFAULT_GOAL := help
-.PHONY: help demo up test chaos outages fuzz bare lint types fmt bench lock setup setup-test clean
+.PHONY: help demo up test chaos outages fuzz bare lint types fmt promises bench lock setup setup-test clean
 
 help: ## Show what there is
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
@@ -52,6 +52,9 @@ types: setup ## Check types
 fmt: setup ## Format the code
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+
+promises: setup ## Write the tables of SECURITY.md from the markers of the tests
+	$(BIN)/python -m tests.security.promises
 
 bench: setup ## Measure ratios against plain POV-Ray and against the limits
 	$(BIN)/python -m tests.benchmarks $(ARGS)

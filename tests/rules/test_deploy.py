@@ -31,6 +31,9 @@ def test_the_compose_file_is_valid() -> None:
     assert set(composed()) == {"redis", "service", "worker"}
 
 
+@pytest.mark.promise(
+    "Containers", "In compose, no container has capabilities, gains rights, or writes outside its volumes and `/tmp`."
+)
 @pytest.mark.parametrize("service", ["redis", "service", "worker"])
 def test_no_container_gains_rights_or_writes_outside_its_volumes(service: str) -> None:
     described = composed()[service]
@@ -40,12 +43,14 @@ def test_no_container_gains_rights_or_writes_outside_its_volumes(service: str) -
     assert "privileged" not in described
 
 
+@pytest.mark.promise("Containers", "The images do not run as root.")
 @pytest.mark.parametrize("dockerfile", DOCKERFILES, ids=lambda path: path.name)
 def test_no_image_runs_as_root(dockerfile: Path) -> None:
     users = [line.split()[1] for line in dockerfile.read_text().splitlines() if line.startswith("USER ")]
     assert users[-1] == "10001"
 
 
+@pytest.mark.promise("Containers", "In compose, broker and workers are on a network without a way out.")
 def test_only_the_service_is_reached_from_outside() -> None:
     services = composed()
     assert [name for name, described in services.items() if "ports" in described] == ["service"]

@@ -10,6 +10,7 @@ from tests.security.readers import READERS, job_bytes, request_reader
 SEED = 20261129
 
 
+@pytest.mark.promise("Scenes", "A reader of foreign text returns or refuses, whatever it is given.")
 @pytest.mark.parametrize("name", READERS)
 def test_a_reader_returns_or_refuses(name: str) -> None:
     report = fuzz(name, *READERS[name], inputs=200, seed=SEED)

@@ -41,6 +41,9 @@ assert faults == [None, None], faults
 """
 
 
+@pytest.mark.promise(
+    "Containers", "A worker that is not root has a sandbox that holds, also within the filter of a container."
+)
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root becomes another user, and others run every test as one")
 @pytest.mark.parametrize("program", [TRIAL, IN_A_CONTAINER], ids=["both hold", "Landlock holds in a container"])
 def test_the_sandboxes_of_a_worker_that_is_not_root(program: str) -> None:

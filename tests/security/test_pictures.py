@@ -32,6 +32,7 @@ px_per_lens = 6
 FEW_MB = 300
 
 
+@pytest.mark.promise("Scenes", "A picture that lies about itself ends its own job, by name, and takes no memory.")
 @pytest.mark.parametrize("mode", ["bwrap", "landlock"])
 def test_a_picture_that_lies_ends_its_job_by_name_and_takes_no_memory(tmp_path: Path, mode: SandboxMode) -> None:
     place = workplace(WorkerSettings(data_dir=tmp_path / "data", slots=1, worker_name="test", sandbox=mode))

@@ -38,6 +38,7 @@ def treasures(task: Task) -> list[Path]:
     return made
 
 
+@pytest.mark.promise("Scenes", "A program that has taken over the engine reads nothing of the machine.")
 def test_it_reads_nothing_of_the_machine(task: Task, treasures: list[Path]) -> None:
     sources = [Path(str(package.__file__)) for package in (service, worker)]
     of_process = [Path(f"/proc/{pid}/{name}") for pid in (1, os.getpid(), "self") for name in ("environ", "cmdline")]
@@ -47,6 +48,7 @@ def test_it_reads_nothing_of_the_machine(task: Task, treasures: list[Path]) -> N
     assert _printed(task.run("reads", "/usr/bin/env")) == ["/usr/bin/env"], "the attack works where it may"
 
 
+@pytest.mark.promise("Scenes", "It writes nothing outside its folder.")
 def test_it_writes_nothing_outside_its_folder(task: Task, treasures: list[Path]) -> None:
     named = [str(path) for path in (*treasures, Path("/usr/bin/env"), Path(worker.__file__), task.outside / "new")]
     named += [f"{folder}/new" for folder in ("", "/dev", "/dev/shm", "/tmp", "/var/tmp", "/usr", "/run", "/proc/self")]
@@ -57,10 +59,12 @@ def test_it_writes_nothing_outside_its_folder(task: Task, treasures: list[Path])
     assert "write own" in _printed(task.run("writes", "own")), "the attack works where it may"
 
 
+@pytest.mark.promise("Scenes", "It makes no socket of any kind.")
 def test_it_makes_no_socket_of_any_kind(task: Task) -> None:
     assert _printed(task.run("sockets")) == []
 
 
+@pytest.mark.promise("Scenes", "It leaves no link, and nothing of it is taken.")
 def test_it_leaves_no_link_and_nothing_of_it_is_taken(task: Task, treasures: list[Path]) -> None:
     assert _printed(task.run("leftovers", str(treasures[0]), "tile.exr")) == []
     assert take_result(task.work, "tile.exr", into=task.outside, max_bytes=1000) is None
@@ -77,6 +81,7 @@ FILLS = {
 }
 
 
+@pytest.mark.promise("Scenes", "What fills the disk ends its own task only.")
 @pytest.mark.parametrize("attack", FILLS)
 def test_what_fills_the_disk_ends_its_own_task(task: Task, attack: str) -> None:
     outcome = task.run(attack)
@@ -84,6 +89,7 @@ def test_what_fills_the_disk_ends_its_own_task(task: Task, attack: str) -> None:
     assert FILLS[attack] in outcome.excess
 
 
+@pytest.mark.promise("Scenes", "Memory ends its own task only, however many processes take it.")
 def test_memory_ends_its_own_task_however_many_processes_take_it(task: Task) -> None:
     outcome = task.run("fill_memory", limits=replace(LIMITS, memory_mb=300))
     if task.sandbox.mode == "bwrap":
@@ -94,6 +100,7 @@ def test_memory_ends_its_own_task_however_many_processes_take_it(task: Task) -> 
     assert outcome.peak_memory_mb < 400
 
 
+@pytest.mark.promise("Scenes", "Processes and threads have a limit.")
 def test_processes_and_threads_have_a_limit(task: Task) -> None:
     outcome = task.run("fill_processes", limits=replace(LIMITS, cpu_s=2, processes=20, memory_mb=4096))
     # Where the kernel counts them, it refuses more, and the attack ends with its CPU time.
@@ -101,6 +108,7 @@ def test_processes_and_threads_have_a_limit(task: Task) -> None:
     assert outcome.ending is Ending.TOO_MUCH or ended_by_kernel
 
 
+@pytest.mark.promise("Scenes", "No process outlives its task.")
 def test_no_process_escapes_its_end(task: Task) -> None:
     outcome = task.run("escapes_its_end")
     assert (outcome.ending, outcome.exit_code) == (Ending.EXITED, 0)

@@ -49,6 +49,9 @@ def _render(place: Workplace, script: str, folder: Path) -> None:
     render_tile(replace(place, settings=settings), order_of(TaskKind.RENDER, tile=tile), NullMonitor())
 
 
+@pytest.mark.promise(
+    "Scenes", "A POV-Ray that was taken over publishes no secret and writes nothing outside through links."
+)
 @needs_povray
 def test_its_links_publish_no_secret_and_write_nothing_outside(place: Workplace, tmp_path: Path) -> None:
     _render(place, LINKS, tmp_path)
@@ -61,6 +64,7 @@ def test_its_links_publish_no_secret_and_write_nothing_outside(place: Workplace,
     assert list(place.settings.attempts_dir.iterdir()) == []
 
 
+@pytest.mark.promise("Scenes", "A picture that POV-Ray did not make is refused before it is decoded.")
 def test_a_picture_that_is_none_of_povrays_fails_the_task_before_it_is_decoded(
     place: Workplace, tmp_path: Path
 ) -> None:

@@ -86,6 +86,7 @@ ZIPS = {
 }
 
 
+@pytest.mark.promise("Scenes", "A hostile bundle is refused before it is stored.")
 @pytest.mark.parametrize("name", ZIPS)
 def test_a_hostile_bundle_is_refused(client: Client, name: str) -> None:
     data, message = ZIPS[name]
@@ -131,6 +132,7 @@ JSONS = {
 }
 
 
+@pytest.mark.promise("Scenes", "A hostile job file is refused.")
 @pytest.mark.parametrize("name", JSONS)
 @pytest.mark.parametrize("path", ["/api/v1/jobs", "/api/v1/design"])
 def test_a_hostile_job_is_refused(client: Client, path: str, name: str) -> None:

@@ -31,6 +31,7 @@ def place(tmp_path: Path) -> Workplace:
     return replace(local_place(tmp_path / "data"), sandbox=Sandbox("none"))
 
 
+@pytest.mark.promise("Scenes", "A worker without a sandbox runs no uploaded scene, whatever the settings.")
 def test_an_uploaded_scene_is_refused_before_anything_of_it_runs(place: Workplace, tmp_path: Path) -> None:
     scene = tmp_path / "scene"
     shutil.copytree(scene_folders()["target-white"], scene)

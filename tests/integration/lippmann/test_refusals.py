@@ -10,6 +10,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
+import pytest
 from redis import Redis
 
 from lippmann.job.messages import wire
@@ -48,6 +49,10 @@ def publish(broker: Broker, seals: Seals, what: Order) -> None:
     queue.close()
 
 
+@pytest.mark.promise(
+    "Between processes",
+    "A worker does only orders that are signed with a key of the farm; it drops and counts the rest and goes on.",
+)
 def test_a_worker_drops_and_counts_what_is_no_signed_order_and_goes_on(tmp_path: Path) -> None:
     broker, seals = Broker(tmp_path), seals_in(tmp_path)
     redis: Redis = broker.client

@@ -27,6 +27,7 @@ def _inside(room: Room, *argv: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(line, cwd=room.task_dir, env=env, capture_output=True, text=True, timeout=ENOUGH_S)
 
 
+@pytest.mark.promise("Scenes", "A scene reads no file of the machine.")
 @pytest.mark.parametrize("way", ['#include "/etc/passwd"', '#fopen F "/etc/passwd" read #read (F, A)'])
 def test_a_scene_cannot_read_the_machines_files(held: Room, way: str) -> None:
     with pytest.raises(SceneError, match="no file '/etc/passwd' in the scene bundle"):
@@ -34,6 +35,7 @@ def test_a_scene_cannot_read_the_machines_files(held: Room, way: str) -> None:
     assert "root:" not in held.log.read_text()
 
 
+@pytest.mark.promise("Scenes", "A scene writes only into the folder of its task.")
 def test_a_scene_cannot_write_outside_its_folder(held: Room, tmp_path: Path) -> None:
     outside = tmp_path / "outside.txt"
     with pytest.raises(SceneError, match="Cannot open user file"):
@@ -41,6 +43,7 @@ def test_a_scene_cannot_write_outside_its_folder(held: Room, tmp_path: Path) -> 
     assert not outside.exists()
 
 
+@pytest.mark.promise("Scenes", "A scene does not change its bundle.")
 @pytest.mark.parametrize("way", ["write", "append"])
 def test_a_scene_cannot_change_its_bundle(held: Room, way: str) -> None:
     shared = held.bundle / "shared.inc"
@@ -56,6 +59,7 @@ def test_a_scene_may_write_into_its_own_folder_and_nothing_of_it_is_kept(held: R
     assert sorted(path.name for path in held.task_dir.iterdir()) == [".povray", "tile.exr", "tile.pov"]
 
 
+@pytest.mark.promise("Scenes", "A scene connects to nothing.")
 def test_nothing_connects_to_the_machines_network(held: Room) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         script = f"exec 3<>/dev/tcp/127.0.0.1/{server.getsockname()[1]}"
@@ -68,12 +72,14 @@ def test_nothing_connects_to_the_machines_network(held: Room) -> None:
             server.accept()
 
 
+@pytest.mark.promise("Scenes", "A scene sees nothing of the environment of the worker.")
 def test_the_environment_is_povrays_and_nothing_of_ours(held: Room, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LIPPMANN_SECRET", "key")
     names = {line.partition("=")[0] for line in _inside(held, "/usr/bin/env").stdout.splitlines()}
     assert names - {"PWD", "SHLVL", "_", "OLDPWD"} == {"PATH", "LANG", "HOME", "POVINI", "POV_TEMP_DIR"}
 
 
+@pytest.mark.promise("Scenes", "A scene has no capabilities, also on a worker of root.")
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root has capabilities to lose")
 def test_root_has_no_capabilities_inside(held: Room) -> None:
     (held.task_dir / "mine").write_text("")
@@ -81,6 +87,7 @@ def test_root_has_no_capabilities_inside(held: Room) -> None:
     assert (held.task_dir / "mine").stat().st_uid != 12345
 
 
+@pytest.mark.promise("Scenes", "A scene reaches no other process.")
 def test_other_processes_are_out_of_reach(held: Room) -> None:
     with subprocess.Popen(["sleep", "60"]) as victim:
         _inside(held, "/bin/sh", "-c", f"kill -9 {victim.pid}")

@@ -61,6 +61,9 @@ def small_server(tmp_path: Path, broker: Broker) -> Iterator[tuple[str, str]]:
         process.stdout.close()  # type: ignore[union-attr]
 
 
+@pytest.mark.promise(
+    "Before login", "Half requests do not keep honest requests, the coordinator or the database from working."
+)
 def test_honest_requests_are_served_while_1200_half_requests_hang(small_server: tuple[str, str]) -> None:
     url, key = small_server
     headers = {"Authorization": f"Bearer {key}"}
@@ -77,6 +80,7 @@ def test_honest_requests_are_served_while_1200_half_requests_hang(small_server: 
             assert [health[part]["ok"] for part in ("database", "broker", "store", "coordinator")] == [True] * 4
 
 
+@pytest.mark.promise("Before login", "Headers and bodies that do not arrive end with 408.")
 def test_headers_and_bodies_that_do_not_arrive_are_answered_with_408(make_service: Callable[..., Service]) -> None:
     service = make_service(request_headers_s=1.0, request_body_s=1.0)
     form = b"Content-Type: application/x-www-form-urlencoded\r\nContent-Length: 50\r\n\r\n"
@@ -104,6 +108,7 @@ def test_a_body_that_arrives_slowly_but_steadily_is_read(make_service: Callable[
     assert made.status_code == 201, made.text
 
 
+@pytest.mark.promise("Before login", "Headers have a largest size.")
 def test_endless_headers_are_refused(service: Service) -> None:
     with connect(service.url) as connection:
         connection.sendall(b"GET / HTTP/1.1\r\nX: " + b"a" * (HEAD_BYTES + 1))
@@ -122,6 +127,7 @@ def test_an_address_with_too_many_connections_loses_its_oldest_idle_one(make_ser
     assert service.server.guard.closed == 1
 
 
+@pytest.mark.promise("Before login", "Only a trusted proxy can say whose request it is.")
 def test_only_a_trusted_proxy_can_say_whose_request_it_is(make_service: Callable[..., Service]) -> None:
     def statuses(service: Service) -> list[int]:
         named = [{"X-Forwarded-For": f"192.0.2.{number}"} for number in range(4)]
@@ -132,6 +138,7 @@ def test_only_a_trusted_proxy_can_say_whose_request_it_is(make_service: Callable
     assert statuses(proxied) == [200] * 4
 
 
+@pytest.mark.promise("People", "The event streams of a key are limited.")
 def test_the_event_streams_of_one_key_are_capped(make_service: Callable[..., Service]) -> None:
     service = make_service(streams_per_key=2)
     other = {"Authorization": f"Bearer {service.new_key(Role.VIEWER)}"}

@@ -258,6 +258,7 @@ def test_orders_travel_as_celery_carries_them(broker: Broker) -> None:
     assert (args, opened) == ([], order)
 
 
+@pytest.mark.promise("Between processes", "Events and presences that are not signed are dropped and counted.")
 def test_presences_that_cannot_be_understood_are_passed_over(broker: Broker, tmp_path: Path) -> None:
     broker.client.set(wire.presence_key("x"), "nonsense")
     for name in ("b", "a"):

@@ -1,24 +1,70 @@
-"""SECURITY.md promises only what a test shows."""
+"""SECURITY.md promises what a test shows, and nothing else: its tables are written from the markers of the tests."""
 
 from __future__ import annotations
 
-import re
-
 import pytest
 
-from tests.repository import ROOT
+from tests.security.promises import (
+    BEGIN,
+    END,
+    PAGE,
+    SECTIONS,
+    Promise,
+    UnclearPromiseError,
+    all_promises,
+    promises_of,
+    tables,
+    with_tables,
+)
 
-PAGE = (ROOT / "SECURITY.md").read_text(encoding="utf-8")
-NAMED = re.findall(r"`(tests/[\w/]+\.py)::(\w+)`", PAGE)
-PROMISES = PAGE.partition("## Promises")[2].partition("## What is not promised")[0]
+MARKER = '@pytest.mark.promise("Scenes", "A scene is held.")\n'
 
 
-@pytest.mark.parametrize(("file", "name"), NAMED)
-def test_every_named_test_exists(file: str, name: str) -> None:
-    assert re.search(rf"^def {name}\(", (ROOT / file).read_text(encoding="utf-8"), re.MULTILINE)
+def test_the_page_is_as_make_promises_writes_it() -> None:
+    page = PAGE.read_text(encoding="utf-8")
+    assert page == with_tables(page, all_promises()), "run `make promises`"
 
 
-def test_every_promise_names_a_test() -> None:
-    rows = [line for line in PROMISES.splitlines() if line.startswith("| ") and not line.startswith("| promise ")]
-    assert len(rows) == len(NAMED)
-    assert all(re.search(r"\| `tests/[^`]+::test_\w+` \|$", row) for row in rows)
+def test_every_section_has_a_promise() -> None:
+    assert {promise.section for promise in all_promises()} == set(SECTIONS)
+
+
+def test_a_marker_is_a_promise_and_every_marker_of_a_test_counts() -> None:
+    other = '@pytest.mark.parametrize("x", [1])\n@pytest.mark.promise("People", "A key ends.")\n'
+    found = list(promises_of(f"{MARKER}{other}def test_a(x): ...\n\ndef test_b(): ...\n", "tests/test_c.py"))
+    assert found == [
+        Promise("Scenes", "A scene is held.", "tests/test_c.py::test_a"),
+        Promise("People", "A key ends.", "tests/test_c.py::test_a"),
+    ]
+
+
+def test_a_promise_that_two_tests_show_is_one_row() -> None:
+    written = tables([Promise("Scenes", "Held.", "a::test_a"), Promise("Scenes", "Held.", "b::test_b")])
+    assert "| Held. | `a::test_a`, `b::test_b` |\n" in written
+
+
+@pytest.mark.parametrize(
+    ("source", "problem"),
+    [
+        ('@pytest.mark.promise("Scene", "Held.")\ndef test_a(): ...', r"^a\.py:1: expected a section .* got 'Scene'"),
+        ("@pytest.mark.promise(SECTION, TEXT)\ndef test_a(): ...", r"^a\.py:1: expected .* two literal texts"),
+        ('@pytest.mark.promise("Scenes")\ndef test_a(): ...', r"^a\.py:1: expected .* two literal texts"),
+        ('@pytest.mark.promise("Scenes", "Held")\ndef test_a(): ...', r"^a\.py:1: expected one sentence"),
+        ('@pytest.mark.promise("Scenes", "a | b.")\ndef test_a(): ...', r"^a\.py:1: expected one sentence"),
+        (f"{MARKER}def helper(): ...", "expected the marker on a test at the top of a module, got it on 'helper'"),
+        (f"class TestA:\n    {MARKER}    def test_a(self): ...", "got it on 'test_a'"),
+        (f"{MARKER}class TestA: ...", "got it on 'TestA'"),
+    ],
+)
+def test_a_marker_that_is_unclear_is_refused_with_its_place(source: str, problem: str) -> None:
+    with pytest.raises(UnclearPromiseError, match=problem):
+        list(promises_of(source, "a.py"))
+
+
+def test_what_stands_around_the_tables_is_kept() -> None:
+    page = f"# Security\n\n{BEGIN}\nold\n{END}\n\n## How to report\n"
+    written = with_tables(page, [Promise("Scenes", "Held.", "a::test_a")])
+    assert (written.startswith("# Security\n"), written.endswith("## How to report\n")) == (True, True)
+    assert "old" not in written
+    with pytest.raises(ValueError, match="expected the lines"):
+        with_tables("# Security\n", [])

@@ -59,6 +59,7 @@ def test_a_file_that_vanishes_or_breaks_leaves_the_keys_that_were_read(
     assert file.keys() == known
 
 
+@pytest.mark.promise("Between processes", "A key file that others may read is refused.")
 @pytest.mark.parametrize("mode", [0o604, 0o620, 0o644, 0o666])
 def test_a_file_that_others_may_read_is_refused(path: Path, mode: int) -> None:
     write(path, OLD, mode)

@@ -41,6 +41,7 @@ def test_nothing_is_answered_without_a_key(anyone: Client, method: str, path: st
     assert answer.headers["WWW-Authenticate"] == "Bearer"
 
 
+@pytest.mark.promise("People", "Only health and the login answer without a key.")
 def test_every_route_but_health_and_login_asks_for_a_key(anyone: Client) -> None:
     paths = json.loads(FILE.read_text(encoding="utf-8"))["paths"]
     assert len(paths) > 15
@@ -129,6 +130,7 @@ def test_keys_are_made_listed_without_secrets_and_revoked(api: Client) -> None:
     assert api.delete(f"/api/v1/keys/{key_id}").status_code == 404
 
 
+@pytest.mark.promise("People", "Of a secret, only its digest is stored.")
 def test_of_a_secret_only_its_digest_is_kept(api_farm: Farm) -> None:
     with api_farm.writing() as session:
         _, key = create_key(session, "n", Role.VIEWER)
@@ -156,6 +158,7 @@ def test_a_login_link_opens_a_session_with_a_cookie_that_scripts_cannot_read(any
     assert anyone.get("/api/v1/session").json() == {"name": "browser", "role": "admin", "owner_id": "admin"}
 
 
+@pytest.mark.promise("People", "A login link works once.")
 def test_a_login_link_works_once(anyone: Client, api_farm: Farm) -> None:
     token = _log_in(anyone, api_farm)
     anyone.cookies.clear()
@@ -188,6 +191,7 @@ def test_a_session_expires(anyone: Client, api_farm: Farm) -> None:
     assert anyone.get(JOBS).status_code == 401
 
 
+@pytest.mark.promise("People", "A browser changes something only for pages of the service.")
 def test_a_browser_changes_things_only_for_our_own_pages(anyone: Client, api_farm: Farm) -> None:
     _log_in(anyone, api_farm)
     refused = anyone.post(JOBS, json=SPEC)

@@ -50,6 +50,7 @@ def test_an_event_of_another_attempt_changes_nothing_and_is_late(say: Any, statu
     assert (batch.touched, batch.late) == (set(), {"j": 1})
 
 
+@pytest.mark.promise("Between processes", "Only the worker that holds an attempt reports on it.")
 @pytest.mark.parametrize("say", [claimed, heartbeat, done, failed, declined])
 @pytest.mark.parametrize("holder", [("w2", None), ("w2", "i2"), ("w1", "i2")])
 def test_an_event_of_a_worker_process_that_does_not_hold_the_attempt_changes_and_stops_nothing(

@@ -25,6 +25,7 @@ from tests.waiting import ENOUGH_S
 PROCESSES, FILES = 4, 6
 
 
+@pytest.mark.promise("People", "Only its user may read the database file.")
 def test_only_its_user_may_read_a_database_file_old_ones_included(tmp_path: Path) -> None:
     path = tmp_path / "farm.db"
     for _ in range(2):

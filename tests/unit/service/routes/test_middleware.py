@@ -42,6 +42,7 @@ def test_browsers_that_came_by_tls_never_use_plain_http_again(
     assert "max-age=" in secure.get("/api/v1/health").headers["Strict-Transport-Security"]
 
 
+@pytest.mark.promise("Before login", "An address that sends too many requests is refused.")
 def test_an_address_that_sends_too_many_requests_is_told_when_to_return(
     make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]
 ) -> None:
@@ -64,6 +65,7 @@ def test_a_key_that_sends_too_many_requests_is_told_when_to_return(
     assert int(answers[-1].headers["Retry-After"]) >= 1
 
 
+@pytest.mark.promise("Before login", "Failed logins are limited.")
 def test_failed_logins_are_limited_and_others_are_not(
     make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]
 ) -> None:

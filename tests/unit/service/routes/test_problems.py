@@ -61,6 +61,7 @@ def test_a_wrong_query_is_named_with_what_was_expected_and_what_came(api: Client
     assert "integer" in error["expected"]
 
 
+@pytest.mark.promise("People", "Errors of the service say nothing of its inside.")
 def test_a_fault_of_ours_says_nothing_of_our_inside(api: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     def fault(*_: Any, **__: Any) -> None:
         raise RuntimeError("secret of ours")
@@ -141,6 +142,7 @@ def _pieces_read(client: Client, path: str, headers: dict[str, str]) -> tuple[in
     return said[0]["status"], read
 
 
+@pytest.mark.promise("Before login", "Of an upload, nothing is read before it is known who sends it.")
 @pytest.mark.parametrize("key", [None, "Bearer lip_0_0"])
 def test_of_an_upload_nothing_is_read_before_it_is_known_who_sends_it(api: Client, key: str | None) -> None:
     headers = {"Content-Type": "multipart/form-data; boundary=x"} | ({"Authorization": key} if key else {})

@@ -44,6 +44,7 @@ def run(test: Callable[[], Any]) -> None:
     asyncio.run(asyncio.wait_for(test(), ENOUGH_S))
 
 
+@pytest.mark.promise("People", "A viewer with many or expensive pictures does not stall others.")
 def test_a_viewer_who_asks_for_many_pictures_stalls_nobody() -> None:
     async def test() -> None:
         pictures = Pictures(at_once=1)

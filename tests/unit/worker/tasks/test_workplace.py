@@ -105,6 +105,9 @@ def test_a_bundle_is_unpacked_once_and_its_folder_exists(tmp_path: Path) -> None
     assert place.bundle_folder(digest) == folder
 
 
+@pytest.mark.promise(
+    "Between processes", "A worker unpacks a scene bundle only if its content is the one that its digest names."
+)
 def test_a_bundle_with_other_content_than_its_name_says_is_refused_and_nothing_is_left(tmp_path: Path) -> None:
     place, digest = _with_bundle(tmp_path)
     other = "0" * 64

@@ -80,6 +80,9 @@ def test_every_key_of_the_file_is_accepted_and_the_first_one_signs() -> None:
     assert opened(both.sealed_order(ORDER, now_s=NOW_S), Seals(lambda: (new,))) == ORDER
 
 
+@pytest.mark.promise(
+    "Between processes", "An order that was changed, is stale, or lies in the envelope of another is refused."
+)
 @pytest.mark.parametrize(
     "change",
     [
