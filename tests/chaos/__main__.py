@@ -16,8 +16,8 @@ from collections.abc import Iterable
 from pathlib import Path
 from statistics import median
 
-from tests.chaos.kinds import KINDS, Kind
-from tests.chaos.trial import Verdict, go_through, undisturbed
+from tests.chaos.kinds import KINDS, Kind, Work
+from tests.chaos.trial import Pixels, Verdict, go_through, undisturbed
 from tests.leftovers import watch_this_run
 
 PAGE = Path("docs/chaos.md")
@@ -46,13 +46,15 @@ def main() -> int:
 
 
 def _try(kinds: Iterable[Kind], seeds: range, out: Path) -> int:
-    work = out / time.strftime("%Y%m%d-%H%M%S")
-    right = undisturbed(work / "undisturbed")
+    work = out / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
+    right: dict[Work, Pixels] = {}
     bad = 0
     for seed in seeds:
         for number, kind in enumerate(kinds):
             folder = work / f"{number:02}-{seed}"
-            verdict = go_through(kind, seed, right, folder)
+            if kind.work not in right:
+                right[kind.work] = undisturbed(kind.work, work / f"undisturbed-{len(right)}")
+            verdict = go_through(kind, seed, right[kind.work], folder)
             bad += bool(verdict.wrong)
             print(
                 f"{verdict.seconds:7.1f} s  {kind.name} (seed {seed}): {'; '.join(verdict.wrong) or 'right'}",

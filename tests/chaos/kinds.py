@@ -14,8 +14,11 @@ from collections.abc import Callable
 from contextlib import closing, suppress
 from dataclasses import dataclass
 from random import Random
-from typing import Literal
+from typing import Any, Literal
 
+from lippmann.job.outputs.videos import CentreVideo
+from lippmann.job.spec import JobSpec
+from lippmann.job.states import ENDED_JOBS
 from tests.builders import small_job
 from tests.chaos.parts import Part, Parts
 from tests.damaging import DAMAGES, Damage
@@ -28,6 +31,26 @@ Injection = Callable[[Parts, str, Random], None]
 
 
 @dataclass(frozen=True)
+class Work:
+    """A job of a trial: so many frames, each of so many lenses in a row and in a column, and of so many tiles."""
+
+    frames: int
+    lenses: int
+    tiles: int
+    compared: int = 1
+    """The step of the frames whose pixels are compared with those of an undisturbed farm."""
+
+    def spec(self, frames: str) -> JobSpec:
+        """Return the job with some of its frames, and with a video."""
+        spec = small_job("fish", count=(self.lenses, self.lenses), frames=frames, tiles=[self.tiles, 1])
+        return spec.model_copy(update={"outputs": (CentreVideo(),)})
+
+
+SHORT = Work(frames=12, lenses=40, tiles=2)
+LONG = Work(frames=1000, lenses=10, tiles=1, compared=37)
+
+
+@dataclass(frozen=True)
 class Kind:
     """One kind of fault."""
 
@@ -37,17 +60,18 @@ class Kind:
     """Whether the broker has its data again after a restart."""
     damages: bool = False
     """Whether it damages an artifact that no task reads again, so that a user has the job repaired."""
+    work: Work = SHORT
 
 
 KINDS: dict[str, Kind] = {}
 
 
-def _add(name: str, inject: Injection, **more: bool) -> None:
+def _add(name: str, inject: Injection, **more: Any) -> None:
     assert name not in KINDS, name
     KINDS[name] = Kind(name, inject, **more)
 
 
-def _kind(name: str, **more: bool) -> Callable[[Injection], Injection]:
+def _kind(name: str, **more: Any) -> Callable[[Injection], Injection]:
     def add(inject: Injection) -> Injection:
         _add(name, inject, **more)
         return inject
@@ -209,6 +233,17 @@ def _kills(parts: Parts, job_id: str, rng: Random) -> None:
         _pause(rng, 0.2, 1.5)
         for part in parts.processes:
             part.start()
+
+
+@_kind("all: a SIGKILL every 10 s, while 1,000 frames render", work=LONG)
+def _kills_all_along(parts: Parts, job_id: str, rng: Random) -> None:
+    while parts.client.job(job_id).status not in ENDED_JOBS:
+        part = rng.choice(parts.processes)
+        _signal(rng.choice([part.pid, *part.pool(), *part.below("povray")]), signal.SIGKILL)
+        _pause(rng, 0.0, 1.0)
+        for part in parts.processes:
+            part.start()
+        _pause(rng, 9.0, 10.0)
 
 
 # The broker

@@ -7,6 +7,7 @@ import json
 import os
 import subprocess
 import time
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -14,20 +15,16 @@ from random import Random
 
 import numpy as np
 
-from lippmann.job.outputs.videos import CentreVideo
-from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names
 from service.schemas.job import Job
-from tests.builders import small_job
-from tests.chaos.kinds import Kind
+from tests.chaos.kinds import Kind, Work
 from tests.chaos.parts import Parts, separate_parts
 from tests.farm import LIPPMANN, ended
 from tests.waiting import until
 from worker.images.read import read_rgb
 
-FRAMES = 12
-JOB_S = 1800.0
-"""A limit for a job of half a minute with a fault of a minute in it."""
+JOB_S = 7200.0
+"""A limit for a job of half a minute with a fault of a minute in it, and for one of a thousand frames."""
 
 Pixels = dict[int, str]
 """The digest of the pixels of each frame."""
@@ -49,19 +46,14 @@ class Verdict:
         return json.dumps(asdict(self))
 
 
-def chaos_job() -> JobSpec:
-    """Return the job of all trials: frames of two tiles, and a video."""
-    spec = small_job("fish", count=(40, 40), frames=f"1-{FRAMES}", tiles=[2, 1])
-    return spec.model_copy(update={"outputs": (CentreVideo(),)})
-
-
-def undisturbed(folder: Path) -> Pixels:
-    """Return the pixels of the job in a farm that nothing disturbs."""
+def undisturbed(work: Work, folder: Path) -> Pixels:
+    """Return the pixels of the compared frames in a farm that nothing disturbs."""
     folder.mkdir(parents=True)
     with separate_parts(folder) as parts:
-        job = ended(parts.client, parts.client.submit(chaos_job()).id, within_s=JOB_S)
+        spec = work.spec(f"1-{work.frames}:{work.compared}")
+        job = ended(parts.client, parts.client.submit(spec).id, within_s=JOB_S)
         assert job.status == "done", job.error
-        return _pixels(parts, job)
+        return _pixels(parts, job, spec.frame_numbers)
 
 
 def go_through(kind: Kind, seed: int, right: Pixels, folder: Path) -> Verdict:
@@ -71,7 +63,7 @@ def go_through(kind: Kind, seed: int, right: Pixels, folder: Path) -> Verdict:
     try:
         with separate_parts(folder, keeps_data=kind.keeps_data) as parts:
             begun_s = time.monotonic()
-            job_id = parts.client.submit(chaos_job()).id
+            job_id = parts.client.submit(kind.work.spec(f"1-{kind.work.frames}")).id
             until(lambda: parts.client.job(job_id).tasks.running == 2, within_s=JOB_S)
             time.sleep(rng.uniform(0.0, 4.0))  # faults come at any moment
             kind.inject(parts, job_id, rng)
@@ -81,7 +73,7 @@ def go_through(kind: Kind, seed: int, right: Pixels, folder: Path) -> Verdict:
             if kind.damages:
                 parts.client.repair(job_id)
                 until(lambda: parts.client.job(job_id).status == "done", within_s=JOB_S)
-            verdict.wrong += _wrong(parts, job, right)
+            verdict.wrong += _wrong(parts, job, kind.work, right)
             verdict.attempts_again = sum(task.attempt_number - 1 for task in parts.client.tasks(job_id))
     except Exception as error:  # a trial that breaks is a verdict, and the next one follows
         verdict.wrong.append(f"{type(error).__name__}: {error}"[:500])
@@ -89,20 +81,20 @@ def go_through(kind: Kind, seed: int, right: Pixels, folder: Path) -> Verdict:
     return verdict
 
 
-def _wrong(parts: Parts, job: Job, right: Pixels) -> list[str]:
+def _wrong(parts: Parts, job: Job, work: Work, right: Pixels) -> list[str]:
     """Return what is wrong with a job that has ended and with its farm."""
     if job.status != "done":
         return [f"the job ended as {job.status}: {job.error}"]
     tasks = list(parts.client.tasks(job.id))
     found = [f"task {task.id} is {task.status}" for task in tasks if task.status != "done"]
-    if job.frames_done != FRAMES:
-        found.append(f"{job.frames_done} of {FRAMES} frames are done")
-    expected = {"probe": 1, "render": 2 * FRAMES, "assemble": FRAMES}
+    if job.frames_done != work.frames:
+        found.append(f"{job.frames_done} of {work.frames} frames are done")
+    expected = {"probe": 1, "render": work.tiles * work.frames, "assemble": work.frames}
     for name, number in expected.items():
         if (there := sum(task.kind == name for task in tasks)) != number:
             found.append(f"{there} tasks of the kind {name} instead of {number}")
-    pixels = _pixels(parts, job)
-    found += [f"frame {frame} has other pixels" for frame in right if pixels.get(frame) != right[frame]]
+    pixels = _pixels(parts, job, right)
+    found += [f"frame {frame} has other pixels" for frame in right if pixels[frame] != right[frame]]
     with suppress(AssertionError):  # what follows says what stays
         until(lambda: not _pending(parts), within_s=90.0)
     found += _pending(parts)
@@ -110,9 +102,9 @@ def _wrong(parts: Parts, job: Job, right: Pixels) -> list[str]:
     return found + _doctor(parts)
 
 
-def _pixels(parts: Parts, job: Job) -> Pixels:
+def _pixels(parts: Parts, job: Job, frames: Iterable[int]) -> Pixels:
     found = {}
-    for frame in range(1, FRAMES + 1):
+    for frame in frames:
         path = parts.data_dir / "artifacts" / names.job_artifact(job.id, names.orthoscopic_name(frame))
         found[frame] = hashlib.sha256(np.ascontiguousarray(read_rgb(path, np.float16)).tobytes()).hexdigest()
     return found
