@@ -89,7 +89,7 @@ def get_session(state: AppStateDep) -> Iterator[Session]:
 SessionDep = Annotated[Session, Depends(get_session, scope="function")]
 
 
-def get_caller_or_none(
+def identify_caller(
     request: Request,
     state: AppStateDep,
     authorization: Annotated[str | None, Header(include_in_schema=False)] = None,
@@ -104,8 +104,6 @@ def get_caller_or_none(
         If the request has an invalid key.
     Forbidden
         If a browser sends a request that changes something without the header of our pages.
-    TooManyRequests
-        If the key sends too many requests.
     """
     with state.database.reading() as session:
         if authorization is not None:
@@ -127,9 +125,23 @@ def with_origin(request: Request, caller: Caller) -> Caller:
 
 
 def _known(request: Request, state: AppState, caller: Caller) -> Caller:
-    state.rates.by_key.check(caller.key_id, "the key sends too many requests")
     state.last_use.note(caller.key_id, state.now_s())
     return with_origin(request, caller)
+
+
+async def get_caller_or_none(
+    state: AppStateDep, caller: Annotated[Caller | None, Depends(identify_caller, scope="function")]
+) -> Caller | None:
+    """Return the caller, whose request is counted; None without credentials.
+
+    Raises
+    ------
+    TooManyRequests
+        If the key sends too many requests.
+    """
+    if caller is not None:
+        await state.rates.by_key.check(caller.key_id, "the key sends too many requests")
+    return caller
 
 
 CallerOrNoneDep = Annotated[Caller | None, Depends(get_caller_or_none, scope="function")]

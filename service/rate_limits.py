@@ -6,39 +6,40 @@ Each process of the service counts by itself and in memory, since no request may
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
 from dataclasses import dataclass
+
+from limits import RateLimitItemPerMinute
+from limits.aio.storage import MemoryStorage
+from limits.aio.strategies import SlidingWindowCounterRateLimiter
 
 from service.errors import TooManyRequests
 
-PRUNED_AT = 10_000
-"""The number of remembered clients at which those are forgotten that have been quiet for long enough."""
+MOST_COUNTERS = 4_096
+"""The largest number of counters of one rate. A client has one for this minute and one for the minute before."""
 
 
 class RateLimit:
     """Allows each client a number of requests a minute, which may come at once.
 
-    It is the generic cell rate algorithm (ITU-T I.371): one number a client, the time at which it has used up nothing.
+    It counts in the event loop, where no two requests count at the same time.
     """
 
-    def __init__(self, per_minute: float, *, steady: Callable[[], float] = time.monotonic) -> None:
-        self._interval_s = 60.0 / per_minute
-        self._steady = steady
-        self._free_s: dict[str, float] = {}
+    def __init__(self, per_minute: int) -> None:
+        self._allowance = RateLimitItemPerMinute(per_minute)
+        self._limiter = SlidingWindowCounterRateLimiter(_BoundedStorage())
 
-    def wait_s(self, client: str) -> float:
+    async def wait_s(self, client: str) -> float:
         """Return the time after which the client may send its next request; 0 if it may now."""
-        now_s = self._steady()
-        return max(0.0, self._free_s.get(client, now_s) + self._interval_s - now_s - 60.0)
+        if await self._limiter.test(self._allowance, client):
+            return 0.0
+        stats = await self._limiter.get_window_stats(self._allowance, client)
+        return max(0.0, stats.reset_time - time.time())
 
-    def count(self, client: str) -> None:
-        """Count a request."""
-        now_s = self._steady()
-        if client not in self._free_s and len(self._free_s) >= PRUNED_AT:
-            self._free_s = {one: free_s for one, free_s in self._free_s.items() if free_s > now_s}
-        self._free_s[client] = max(now_s, self._free_s.get(client, now_s)) + self._interval_s
+    async def count(self, client: str) -> bool:
+        """Count a request if the client may send one now, and return whether it may."""
+        return await self._limiter.hit(self._allowance, client)
 
-    def check(self, client: str, message: str) -> None:
+    async def check(self, client: str, message: str) -> None:
         """Count a request that the client may send now.
 
         Raises
@@ -46,10 +47,22 @@ class RateLimit:
         TooManyRequests
             If the client must wait; the request is not counted.
         """
-        wait_s = self.wait_s(client)
-        if wait_s > 0:
-            raise TooManyRequests(message, retry_after_s=wait_s)
-        self.count(client)
+        if not await self.count(client):
+            raise TooManyRequests(message, retry_after_s=await self.wait_s(client))
+
+
+class _BoundedStorage(MemoryStorage):
+    """Counters in memory, of which the oldest are forgotten when there are too many.
+
+    The library forgets counters that have expired, but keeps one for each address that asks within two minutes.
+    """
+
+    async def incr(self, key: str, expiry: float, amount: int = 1) -> int:
+        """Increase a counter, and make room for a new one."""
+        if key not in self.storage and len(self.storage) >= MOST_COUNTERS:
+            for oldest in list(self.storage)[: MOST_COUNTERS // 8]:
+                await self.clear(oldest)
+        return await super().incr(key, expiry, amount)
 
 
 @dataclass(frozen=True)
@@ -60,8 +73,8 @@ class RateLimits:
     by_address: RateLimit
     failed_logins: RateLimit
 
-    def check_login(self, address: str) -> None:
+    async def check_login(self, address: str) -> None:
         """Raise TooManyRequests if too many logins from an address have failed."""
-        wait_s = self.failed_logins.wait_s(address)
+        wait_s = await self.failed_logins.wait_s(address)
         if wait_s > 0:
             raise TooManyRequests("too many logins from this address have failed", retry_after_s=wait_s)

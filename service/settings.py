@@ -163,11 +163,11 @@ class Settings(BaseSettings):
     """The time in which the headers of a request must arrive."""
     request_body_s: float = Field(default=30.0, gt=0)
     """The time in which each further 100 kB of the body of a request must arrive."""
-    requests_per_minute: float = Field(default=20_000, gt=0)
+    requests_per_minute: int = Field(default=20_000, ge=1)
     """The largest number of requests a minute with one key, in each process of the service."""
-    requests_per_minute_by_address: float = Field(default=40_000, gt=0)
+    requests_per_minute_by_address: int = Field(default=40_000, ge=1)
     """The largest number of requests a minute from one address, with and without a key."""
-    failed_logins_per_minute: float = Field(default=20, gt=0)
+    failed_logins_per_minute: int = Field(default=20, ge=1)
     """The number of failed logins a minute from one address above which logins are refused."""
     streams_per_key: int = Field(default=1000, ge=1)
     """The largest number of open event streams of one key or browser session, in each process of the service."""

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Cookie, Header, Request
 from fastapi.responses import JSONResponse
 
-from service.dependencies import AppStateDep, ViewerDep, get_caller_or_none
+from service.dependencies import AppStateDep, ViewerDep, identify_caller
 from service.schemas.farm import Health
 
 router = APIRouter(tags=["farm"])
@@ -24,7 +24,7 @@ async def get_health(
 
     def is_known() -> bool:
         # This runs with the other checks and not as a dependency, so that a database that hangs delays no answer.
-        return get_caller_or_none(request, state, authorization, None, lippmann_session) is not None
+        return identify_caller(request, state, authorization, None, lippmann_session) is not None
 
     return await state.checks.health(now_s=state.now_s(), is_known=is_known)
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Annotated
 from urllib.parse import urlencode, urlsplit
 
 from fastapi import APIRouter, Cookie, Form, Header, Query, Request, Response
 from fastapi.responses import RedirectResponse
+from starlette.concurrency import run_in_threadpool
 
 from service import auth as keys
 from service.audit import record
@@ -28,7 +28,7 @@ _Spend = Callable[..., tuple[str, Caller]]
 
 
 @router.get("/login", response_class=RedirectResponse, status_code=303)
-def log_in_by_link(
+async def log_in_by_link(
     request: Request, state: AppStateDep, token: Token = None, site: FetchSite = None, old: OldCookie = None
 ) -> Response:
     """Exchange a login link for a browser session; without a token, redirect to the login page.
@@ -40,11 +40,11 @@ def log_in_by_link(
         return RedirectResponse("/", status_code=303)
     if site in ("cross-site", "same-site"):
         return RedirectResponse(f"/?{urlencode({'token': token})}", status_code=303)
-    return _log_in(request, state, keys.spend_login_token, token, old)
+    return await _log_in(request, state, keys.spend_login_token, token, old)
 
 
 @router.post("/login", response_class=RedirectResponse, status_code=303)
-def log_in_by_form(
+async def log_in_by_form(
     request: Request,
     state: AppStateDep,
     key: Annotated[str, Form(max_length=200)] = "",
@@ -62,8 +62,8 @@ def log_in_by_form(
     _check_own_page(request, state, site)
     try:
         if token:
-            return _log_in(request, state, keys.spend_login_token, token, old)
-        return _log_in(request, state, keys.spend_key, key.strip(), old)
+            return await _log_in(request, state, keys.spend_login_token, token, old)
+        return await _log_in(request, state, keys.spend_key, key.strip(), old)
     except Unauthorized:
         if "text/html" in request.headers.get("accept", ""):
             return RedirectResponse("/?refused=1", status_code=303)
@@ -91,15 +91,27 @@ def get_caller(caller: ViewerDep) -> Session:
     return Session(name=caller.name, role=caller.role, owner_id=caller.owner_id)
 
 
-def _log_in(request: Request, state: AppState, spend: _Spend, secret: str, old: str | None) -> Response:
-    """Open a session with a new cookie, and end the one that the browser had before."""
+async def _log_in(request: Request, state: AppState, spend: _Spend, secret: str, old: str | None) -> Response:
+    """Log in, count a login that fails, and refuse one of an address from which too many have failed."""
+    address = address_of(request)
+    await state.rates.check_login(address)
+    try:
+        cookie = await run_in_threadpool(_open_session, request, state, spend, secret, old)
+    except Unauthorized:
+        await state.rates.failed_logins.count(address)
+        raise
+    return _start_session(state, cookie)
+
+
+def _open_session(request: Request, state: AppState, spend: _Spend, secret: str, old: str | None) -> str:
+    """Open a session, end the one that the browser had before, and return the cookie."""
     now_s = state.now_s()
-    with _counted(state, request), state.database.writing() as session:
+    with state.database.writing() as session:
         cookie, caller = spend(session, secret, now_s=now_s, session_s=state.settings.session_s)
         if old is not None:
             keys.end_session(session, old, now_s=now_s)
         record(session, with_origin(request, caller), AuditAction.LOG_IN, caller.id, now_s=now_s)
-    return _start_session(state, cookie)
+    return cookie
 
 
 def _check_own_page(request: Request, state: AppState, site: str | None) -> None:
@@ -115,17 +127,6 @@ def _check_own_page(request: Request, state: AppState, site: str | None) -> None
         is_own = origin is None or urlsplit(origin).netloc in hosts
     if not is_own:
         raise Forbidden("the login form of another site is refused; log in on the page of this service")
-
-
-@contextmanager
-def _counted(state: AppState, request: Request) -> Iterator[None]:
-    """Count a login that fails, and refuse one of an address from which too many have failed."""
-    state.rates.check_login(address_of(request))
-    try:
-        yield
-    except Unauthorized:
-        state.rates.failed_logins.count(address_of(request))
-        raise
 
 
 def _start_session(state: AppState, cookie: str) -> Response:

@@ -70,7 +70,7 @@ class AddressRate:
         if scope["type"] == "http":
             request = Request(scope)
             try:
-                self._rate.check(address_of(request), "this address sends too many requests")
+                await self._rate.check(address_of(request), "this address sends too many requests")
             except TooManyRequests as error:
                 app = await answer(request, error)
         await app(scope, receive, send)

@@ -22,6 +22,7 @@ from tests.broker import Broker
 from tests.builders_service import SPEC
 from tests.farm import LIPPMANN
 from tests.integration.service.conftest import Service
+from tests.minutes import stop_minutes
 from tests.waiting import ENOUGH_S, until
 
 HALF = b"POST /api/v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Le"
@@ -128,13 +129,17 @@ def test_an_address_with_too_many_connections_loses_its_oldest_idle_one(make_ser
 
 
 @pytest.mark.promise("Before login", "Only a trusted proxy can say whose request it is.")
-def test_only_a_trusted_proxy_can_say_whose_request_it_is(make_service: Callable[..., Service]) -> None:
+def test_only_a_trusted_proxy_can_say_whose_request_it_is(
+    make_service: Callable[..., Service], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    stop_minutes(monkeypatch)
+
     def statuses(service: Service) -> list[int]:
         named = [{"X-Forwarded-For": f"192.0.2.{number}"} for number in range(4)]
         return [service.client.get("/health", headers=headers).status_code for headers in named]
 
-    assert statuses(make_service(requests_per_minute_by_address=2.0)) == [200, 200, 429, 429]
-    proxied = make_service(requests_per_minute_by_address=2.0, trusted_proxies="192.0.2.0/28, 127.0.0.1")
+    assert statuses(make_service(requests_per_minute_by_address=2)) == [200, 200, 429, 429]
+    proxied = make_service(requests_per_minute_by_address=2, trusted_proxies="192.0.2.0/28, 127.0.0.1")
     assert statuses(proxied) == [200] * 4
 
 
