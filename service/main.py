@@ -46,7 +46,7 @@ from service.routes import (
     workers,
 )
 from service.routes.json_bodies import JsonBodies
-from service.routes.middleware import AddressRate, BodyLimit, ResponseHeaders
+from service.routes.middleware import AddressRate, BodyLimit, PathPrefix, ResponseHeaders
 from service.scenes import sync_builtin
 from service.schemas.links import API
 from service.settings import Settings
@@ -69,6 +69,7 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
         openapi_url=None,  # The route of `routes.health` returns it to callers with a key.
         docs_url=None,
         redoc_url=None,
+        servers=[{"url": settings.path_prefix}] if settings.path_prefix else None,
         separate_input_output_schemas=False,
     )
     app.state.lippmann = _build_state(settings, parts, clock)
@@ -82,6 +83,8 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
     app.add_middleware(BodyLimit, limit_bytes=int(settings.body_limit_mb * 1e6))
     app.add_middleware(AddressRate, rate=app.state.lippmann.rates.by_address)
     app.add_middleware(ResponseHeaders, is_https=settings.base_url.startswith("https://"))
+    if settings.path_prefix:
+        app.add_middleware(PathPrefix, prefix=settings.path_prefix)
     return app
 
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 from dataclasses import dataclass
 from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 from pydantic import Field, field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
@@ -18,6 +20,11 @@ from lippmann.job.old_names import rename_settings
 from lippmann.key_file import ORDER_KEY_FILE, KeyFile, read_secret
 from lippmann.logs import LogFormat
 from lippmann.plan.artifact_store import RESERVE_MB
+
+PATH = re.compile(r"[A-Za-z0-9_~][A-Za-z0-9._~-]*(/[A-Za-z0-9_~][A-Za-z0-9._~-]*)*")
+"""A path prefix, without the slash at its begin."""
+OWN_PATHS = frozenset({"api", "static", "login", "logout"})
+"""The first parts of the paths of the service. A prefix that begins with one would be ambiguous."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +68,8 @@ class Settings(BaseSettings):
     port: int = Field(default=8080, ge=0, le=65_535)
     """The port to listen on."""
     public_url: str = ""
-    """The URL under which users reach the service; if empty, `http://host:port`."""
+    """The URL under which users reach the service; if empty, `http://host:port`. Its path, such as `/lippmann`, is the
+    one under which a reverse proxy serves it."""
     log_format: LogFormat = "plain"
     """The form of the log: `plain` lines, or `json`, one object a line."""
     coordinator: bool = True
@@ -174,6 +182,16 @@ class Settings(BaseSettings):
     sheets_mb: float = Field(default=256.0, ge=0)
     """The memory for integral images that users view; the latest one is always kept."""
 
+    @field_validator("public_url")
+    @classmethod
+    def _check_path(cls, text: str) -> str:
+        path = text.rstrip("/").partition("://")[2].partition("/")[2]
+        if path and not PATH.fullmatch(path):
+            raise ValueError(f"expected a path of letters, digits, '-', '_', '.' and '~', got {path!r}")
+        if path.split("/")[0] in OWN_PATHS:
+            raise ValueError(f"expected a path that does not begin as one of the service, got {path!r}")
+        return text
+
     @field_validator("trusted_proxies")
     @classmethod
     def _check_networks(cls, text: str) -> str:
@@ -231,3 +249,8 @@ class Settings(BaseSettings):
     def base_url(self) -> str:
         """The URL under which users reach the service."""
         return (self.public_url or f"http://{self.host}:{self.port}").rstrip("/")
+
+    @property
+    def path_prefix(self) -> str:
+        """The path of the public URL, which precedes the path of every link; empty without one."""
+        return urlsplit(self.base_url).path if "://" in self.base_url else ""

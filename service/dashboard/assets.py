@@ -52,11 +52,17 @@ def assets() -> Mapping[str, Asset]:
     return MappingProxyType({asset.name: asset for asset in map(_read, files)})
 
 
-def import_map() -> dict[str, dict[str, str]]:
-    """Return the import map, from bare names and plain URLs of modules to URLs with hashes."""
+def import_map(root: str = "") -> dict[str, dict[str, str]]:
+    """Return the import map, from bare names and plain URLs of modules to URLs with hashes.
+
+    Parameters
+    ----------
+    root
+        The path under which a reverse proxy serves the dashboard.
+    """
     found = assets()
-    plain = {PREFIX + name: asset.url for name, asset in found.items() if name.endswith(".js")}
-    return {"imports": {bare: found[name].url for bare, name in VENDORED.items()} | plain}
+    plain = {root + PREFIX + name: root + asset.url for name, asset in found.items() if name.endswith(".js")}
+    return {"imports": {bare: root + found[name].url for bare, name in VENDORED.items()} | plain}
 
 
 def _read(path: Path) -> Asset:

@@ -12,7 +12,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from service.dashboard.assets import PREFIX, assets, import_map
 from service.dashboard.policy import page_headers
-from service.dependencies import CallerOrNoneDep
+from service.dependencies import AppStateDep, CallerOrNoneDep
 from service.errors import NotFound
 
 KEPT_FOR_A_YEAR = "public, max-age=31536000, immutable"
@@ -27,12 +27,16 @@ _templates = Environment(
 
 @router.get("/", response_class=HTMLResponse)
 def show_page(
+    state: AppStateDep,
     caller: CallerOrNoneDep,
     refused: Annotated[str, Query(max_length=10)] = "",
     token: Annotated[str, Query(max_length=200)] = "",
 ) -> Response:
     """Return the dashboard to a logged-in user, and the login page to anyone else and to who follows a login link."""
-    return _login_page(refused=bool(refused), token=token) if caller is None or token else _dashboard_page()
+    root = state.settings.path_prefix
+    if caller is None or token:
+        return _page("login.html", root, refused=bool(refused), token=token)
+    return _dashboard_page(root)
 
 
 @router.get(PREFIX + "{name:path}", response_class=Response)
@@ -56,21 +60,16 @@ def send_asset(
     return Response(asset.body, media_type=asset.media_type, headers=headers)
 
 
-def _dashboard_page() -> Response:
+def _dashboard_page(root: str) -> Response:
     # An escaped "<" cannot end the script element; the policy contains the hash of exactly this text.
-    inline = json.dumps(import_map(), separators=(",", ":")).replace("<", "\\u003c")
+    inline = json.dumps(import_map(root), separators=(",", ":")).replace("<", "\\u003c")
     modules = [name for name in assets() if name.endswith(".js") and name != "login.js"]
-    return _page("index.html", inline, import_map=inline, modules=modules)
+    return _page("index.html", root, inline, import_map=inline, modules=modules)
 
 
-def _login_page(*, refused: bool, token: str) -> Response:
-    return _page("login.html", "", refused=refused, token=token)
+def _page(template: str, root: str, inline_script: str = "", **values: object) -> Response:
+    def url(name: str) -> str:
+        return root + assets()[name].url
 
-
-def _page(template: str, inline_script: str, **values: object) -> Response:
-    text = _templates.get_template(template).render(url=_url, **values)
+    text = _templates.get_template(template).render(root=root, url=url, **values)
     return HTMLResponse(text, headers=page_headers(inline_script))
-
-
-def _url(name: str) -> str:
-    return assets()[name].url

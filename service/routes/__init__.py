@@ -11,6 +11,6 @@ artifacts   files of a job, whole and in part
 events      the stream of server-sent events
 keys        keys and login links
 login       login and logout of browsers
-middleware  request ids, and the limit of the request size
+middleware  path prefix, request ids, rates, and the limit of the request size
 problems    errors as problem details
 """

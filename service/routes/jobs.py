@@ -79,7 +79,7 @@ def submit_job_file(
     )  # fmt: skip
     state.wakeup.notify()
     response.status_code = 201 if is_new else 200
-    response.headers["Location"] = f"/api/v1/jobs/{row.id}"
+    response.headers["Location"] = f"{state.settings.path_prefix}/api/v1/jobs/{row.id}"
     with state.database.reading() as session:
         return present_job(session, row, state.outlook())
 

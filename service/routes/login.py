@@ -37,9 +37,9 @@ async def log_in_by_link(
     else; the login page asks first.
     """
     if token is None:
-        return RedirectResponse("/", status_code=303)
+        return _redirect(state)
     if site in ("cross-site", "same-site"):
-        return RedirectResponse(f"/?{urlencode({'token': token})}", status_code=303)
+        return _redirect(state, token=token)
     return await _log_in(request, state, keys.spend_login_token, token, old)
 
 
@@ -66,7 +66,7 @@ async def log_in_by_form(
         return await _log_in(request, state, keys.spend_key, key.strip(), old)
     except Unauthorized:
         if "text/html" in request.headers.get("accept", ""):
-            return RedirectResponse("/?refused=1", status_code=303)
+            return _redirect(state, refused="1")
         raise
 
 
@@ -80,8 +80,8 @@ def log_out(request: Request, state: AppStateDep, _caller: CallerOrNoneDep, old:
                 caller = with_origin(request, caller)
                 record(session, caller, AuditAction.LOG_OUT, caller.id, now_s=state.now_s())
         state.hub.check_credentials()
-    response = RedirectResponse("/", status_code=303)
-    response.delete_cookie(COOKIE, path="/")
+    response = _redirect(state)
+    response.delete_cookie(COOKIE, path=_cookie_path(state))
     return response
 
 
@@ -129,13 +129,23 @@ def _check_own_page(request: Request, state: AppState, site: str | None) -> None
         raise Forbidden("the login form of another site is refused; log in on the page of this service")
 
 
+def _redirect(state: AppState, **query: str) -> RedirectResponse:
+    """Return a redirect to the page."""
+    text = f"?{urlencode(query)}" if query else ""
+    return RedirectResponse(f"{state.settings.path_prefix}/{text}", status_code=303)
+
+
+def _cookie_path(state: AppState) -> str:
+    return state.settings.path_prefix or "/"
+
+
 def _start_session(state: AppState, cookie: str) -> Response:
-    response = RedirectResponse("/", status_code=303)
+    response = _redirect(state)
     response.set_cookie(
         COOKIE,
         cookie,
         max_age=int(state.settings.session_s),
-        path="/",
+        path=_cookie_path(state),
         httponly=True,
         samesite="strict",
         secure=state.settings.base_url.startswith("https://"),

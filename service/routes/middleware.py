@@ -1,4 +1,4 @@
-"""The middleware of all requests: request ids, security headers, rates, and the limit of the request size."""
+"""The middleware of all requests: path prefix, request ids, security headers, rates, and limit of the request size."""
 
 from __future__ import annotations
 
@@ -19,6 +19,25 @@ _UPLOAD_PATH = "/api/v1/scenes"
 _UPLOAD_TYPE = b"multipart/form-data"
 STRICT_TRANSPORT = (b"strict-transport-security", b"max-age=31536000")
 _REQUEST_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
+
+
+class PathPrefix:
+    """Accepts paths with and without the prefix of the public URL, whether or not a reverse proxy removes it.
+
+    Routes see the path without the prefix, and URLs that are made of a request have it.
+    """
+
+    def __init__(self, app: ASGIApp, *, prefix: str) -> None:
+        self._app = app
+        self._prefix = prefix
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Handle one request."""
+        if scope["type"] == "http":
+            path = scope["path"]
+            has_prefix = path == self._prefix or path.startswith(f"{self._prefix}/")
+            scope = {**scope, "path": path if has_prefix else self._prefix + path, "root_path": self._prefix}
+        await self._app(scope, receive, send)
 
 
 class ResponseHeaders:
@@ -106,7 +125,6 @@ class BodyLimit:
     def _limit_of(self, scope: Scope) -> int:
         # Only the upload of a scene is read by its route, into a file and after authentication; all others use memory.
         kind = dict(scope.get("headers", ())).get(b"content-type", b"").lower()
-        is_upload = (
-            scope.get("method") == "POST" and scope.get("path") == _UPLOAD_PATH and kind.startswith(_UPLOAD_TYPE)
-        )
+        path = scope.get("path", "").removeprefix(scope.get("root_path", ""))
+        is_upload = scope.get("method") == "POST" and path == _UPLOAD_PATH and kind.startswith(_UPLOAD_TYPE)
         return self._limit_bytes if is_upload else min(self._limit_bytes, TEXT_LIMIT_BYTES)

@@ -81,7 +81,7 @@ async def upload_scene(
             raise Invalid(str(problem), problems=[problem])
         scene, is_new = await anyio.to_thread.run_sync(_store, state, caller, name, bundle.file, limiter=UPLOADS)
     response.status_code = 201 if is_new else 200
-    response.headers["Location"] = f"/api/v1/scenes/{scene.name}"
+    response.headers["Location"] = f"{state.settings.path_prefix}/api/v1/scenes/{scene.name}"
     return scene
 
 

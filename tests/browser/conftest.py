@@ -22,6 +22,7 @@ from tests.browser.studio import SPEC, Studio, parts
 from tests.builders_messages import seals_in
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.needs import missing, need_to_run
+from tests.prefix_proxy import PrefixProxy
 from tests.waiting import ENOUGH_S
 
 CHROMIUM_ARGS = [
@@ -43,10 +44,8 @@ class Farm:
     service: Service
     studio: Studio
     key: str
-
-    @property
-    def url(self) -> str:
-        return self.service.url
+    url: str
+    """Where the browser finds the service."""
 
     def submit(self, **changes: Any) -> str:
         answer = self.service.client.post("/jobs", json=SPEC | changes)
@@ -80,14 +79,25 @@ def broker(tmp_path: Path) -> Iterator[Broker]:
 
 
 @pytest.fixture
-def farm(tmp_path: Path, broker: Broker) -> Iterator[Farm]:
+def proxy() -> PrefixProxy | None:
+    """Return the reverse proxy in front of the service; only one module has one."""
+    return None
+
+
+@pytest.fixture
+def farm(tmp_path: Path, broker: Broker, proxy: PrefixProxy | None) -> Iterator[Farm]:
     given = parts(tmp_path)
-    settings = Settings(data_dir=tmp_path, redis_url=broker.url, reconcile_s=0.2, tick_s=0.05, retry_pause_s=0.0)
+    settings = Settings(
+        data_dir=tmp_path, redis_url=broker.url, reconcile_s=0.2, tick_s=0.05, retry_pause_s=0.0,
+        public_url=proxy.url if proxy else "",
+    )  # fmt: skip
     service = Service(settings, given)
+    if proxy:
+        proxy.upstream = service.url
     studio = Studio(given.store)
     # What it answers is gone through one by one, so it may as well be said one by one.
     worker = FakeWorker(broker, seals_in(tmp_path), cast("Callable[[Order], list[Event]]", studio))
-    yield Farm(service, studio, service.new_key(Role.SUBMITTER))
+    yield Farm(service, studio, service.new_key(Role.SUBMITTER), proxy.url if proxy else service.url)
     studio.let(1000)
     worker.stop()
     if not service.server.should_exit:

@@ -1,6 +1,8 @@
 // The requests to the API; no other module uses HTTP.
 
-const BASE = "/api/v1";
+const ROOT = document.body.dataset.root; // The path under which a reverse proxy serves the dashboard, or nothing.
+const BASE = `${ROOT}/api/v1`;
+const LOGIN = `${ROOT}/login`;
 const PATIENCE_MS = 20_000;
 
 // An error of the API, as problem details of RFC 9457.
@@ -36,16 +38,19 @@ export const getFrameViews = (id, frame, max_px, signal) =>
   answered(pictureUrl(id, frame, "look", { max_px }), { signal });
 export const eventsUrl = `${BASE}/events`;
 
+// The URL of a path in an answer of the API.
+export const link = (path) => ROOT + path;
+
 // Masters are OpenEXR; this is the URL of the same picture as PNG.
-export const asPng = (url) => `${url}?format=png`;
+export const asPng = (path) => `${link(path)}?format=png`;
 
 // The service answers both with a redirect, which the caller follows itself.
 export async function logIn(key) {
-  await answered("/login", { method: "POST", body: new URLSearchParams({ key }), redirect: "manual" });
+  await answered(LOGIN, { method: "POST", body: new URLSearchParams({ key }), redirect: "manual" });
 }
 
 export async function logOut() {
-  await answered("/logout", { method: "POST", headers: { "X-Lippmann-Request": "1" }, redirect: "manual" });
+  await answered(link("/logout"), { method: "POST", headers: { "X-Lippmann-Request": "1" }, redirect: "manual" });
 }
 
 // The URL of a picture of a frame: a view, a refocused picture, the picture of an observer.
@@ -85,7 +90,7 @@ async function answered(url, { signal, ...request }) {
     throw new Unreachable();
   }
   // The session has ended, and the service now shows the login page.
-  if (response.status === 401 && url !== "/login") location.reload();
+  if (response.status === 401 && url !== LOGIN) location.reload();
   if (!response.ok && response.type !== "opaqueredirect") throw new Problem(response.status, body);
   return body;
 }

@@ -1,6 +1,6 @@
 // The failed tasks of a job, each with its log.
 import { useEffect, useState } from "preact/hooks";
-import { getTasks } from "./api.js";
+import { getTasks, link } from "./api.js";
 import { count, many } from "./format.js";
 import { html } from "./html.js";
 
@@ -31,7 +31,7 @@ const Row = ({ task, said }) => html`
   <li>
     <span class="name">${place(task)}</span>
     <span class="quiet">${many(task.attempt_number, "attempt")}${task.worker && `, last on ${task.worker}`}</span>
-    ${task.log_url && html`<a href=${task.log_url} target="_blank">Log</a>`}
+    ${task.log_url && html`<a href=${link(task.log_url)} target="_blank">Log</a>`}
     ${task.error && task.error.message !== said && html`<pre tabindex="0">${task.error.message}</pre>`}
   </li>
 `;

@@ -1,5 +1,6 @@
 // The frames of a job, and the lightbox of one of them.
 import { useEffect, useState } from "preact/hooks";
+import { link } from "./api.js";
 import { count } from "./format.js";
 import { html } from "./html.js";
 import { More } from "./jobs.js";
@@ -37,7 +38,7 @@ function Cell({ item, isOpen, show }) {
     return html`
       <li class="cell done">
         <button onClick=${() => show(frame)} aria-label="Frame ${frame}, show large">
-          <img src=${thumb} alt="" loading="lazy" decoding="async" onLoad=${reveal} />
+          <img src=${link(thumb)} alt="" loading="lazy" decoding="async" onLoad=${reveal} />
           <span class="number">${frame}</span>
         </button>
       </li>

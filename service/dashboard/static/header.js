@@ -1,5 +1,5 @@
 // The header of the page: the name, the health of the farm, and the state of the connection.
-import { logOut } from "./api.js";
+import { link, logOut } from "./api.js";
 import { bytes, many } from "./format.js";
 import { html } from "./html.js";
 import { maySubmit, useKnown } from "./store.js";
@@ -34,7 +34,7 @@ const UNCONFINED = "A worker has no sandbox: it renders only the scenes that com
 const confinement = (sandboxes) => (sandboxes?.length ? `Scenes run in: ${sandboxes.join(", ")}` : "");
 
 function LogOut({ session }) {
-  const leave = () => logOut().finally(() => location.replace("/"));
+  const leave = () => logOut().finally(() => location.replace(link("/")));
   return html`
     <button class="plain" title="Logged in as ${session.name} (${session.role})" onClick=${leave}>Log out</button>
   `;

@@ -1,5 +1,5 @@
 // The login page. The form works without this file; with it, an invalid key is reported at the field.
-import { logIn } from "./api.js";
+import { link, logIn } from "./api.js";
 
 const form = document.querySelector("form");
 const fault = document.getElementById("fault");
@@ -10,7 +10,7 @@ form.addEventListener("submit", async (event) => {
   form.key.removeAttribute("aria-invalid");
   try {
     await logIn(form.key.value.trim());
-    location.replace("/");
+    location.replace(link("/"));
   } catch (error) {
     fault.textContent = error.message;
     form.key.setAttribute("aria-invalid", "true");

@@ -1,7 +1,7 @@
 // One static picture of a frame, scaled to fit or by an integer. Enlarged pixels are squares, so that the cell under
 // each lens is visible.
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
-import { asPng } from "./api.js";
+import { asPng, link } from "./api.js";
 import { Choice } from "./choice.js";
 import { Footer } from "./footer.js";
 import { by } from "./format.js";
@@ -46,7 +46,7 @@ export function StaticPicture({ item, frame, picture, keys, foot }) {
     </div>
     <${Footer} ...${foot} said=${size && state === "ready" && `${by(size.width, size.height)} px`}>
       <a href=${url} download>PNG</a>
-      ${item && html`<a href=${item[picture]} download>EXR</a>`}
+      ${item && html`<a href=${link(item[picture])} download>EXR</a>`}
     <//>
   `;
 }

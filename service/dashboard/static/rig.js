@@ -1,4 +1,5 @@
 // The specification of a job: optics, sequence, and the notes of the check of the optics.
+import { link } from "./api.js";
 import { by, count, duration, quantity } from "./format.js";
 import { html } from "./html.js";
 
@@ -27,7 +28,7 @@ export function Rig({ job }) {
       <dl>${facts.map(pair)}</dl>
       ${parameters.length > 0 && html`<h3>Parameters</h3><dl>${parameters.map(pair)}</dl>`}
       ${job.notes.length > 0 && html`<h3>Notes</h3>${job.notes.map((note) => html`<p class="note">${note}</p>`)}`}
-      <p><a href="/api/v1/jobs/${job.id}" target="_blank">The job as JSON</a></p>
+      <p><a href=${link(`/api/v1/jobs/${job.id}`)} target="_blank">The job as JSON</a></p>
     </aside>
   `;
 }

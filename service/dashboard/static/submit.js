@@ -1,6 +1,6 @@
 // The form for a new job: scene, frames and optics. Errors of the service appear at their fields.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { getScenes, postJob } from "./api.js";
+import { getScenes, link, postJob } from "./api.js";
 import { Design } from "./design.js";
 import { by, many } from "./format.js";
 import { Field, numberOr } from "./field.js";
@@ -116,7 +116,7 @@ function Scenes({ scenes, chosen, choose, faults }) {
         ({ name, title, poster }) => html`
           <label key=${name} class="scene">
             <input type="radio" name="scene" checked=${name === chosen?.name} onChange=${() => choose(name)} />
-            ${poster ? html`<img src=${poster} alt="" loading="lazy" />` : html`<span class="lattice"></span>`}
+            ${poster ? html`<img src=${link(poster)} alt="" loading="lazy" />` : html`<span class="lattice"></span>`}
             <span>${title}</span>
           </label>
         `,

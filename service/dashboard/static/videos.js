@@ -1,6 +1,6 @@
 // The outputs of a job: a player for videos, and links to download all of them.
 import { useEffect, useState } from "preact/hooks";
-import { getSidecar } from "./api.js";
+import { getSidecar, link } from "./api.js";
 import { count, many } from "./format.js";
 import { html } from "./html.js";
 
@@ -22,7 +22,11 @@ const MOST_LINKS = 8;
 export function Videos({ job }) {
   if (!job.outputs.length) return null;
   // The service lists outputs in the order in which the job asked for them.
-  const outputs = job.outputs.map((output, place) => ({ ...output, kind: job.spec.outputs[place].kind }));
+  const outputs = job.outputs.map((output, place) => ({
+    ...output,
+    url: link(output.url),
+    kind: job.spec.outputs[place].kind,
+  }));
   const ready = outputs.filter((output) => output.ready);
   const open = outputs.length - ready.length;
   const word = ENDED.includes(job.status) ? "not made" : "to come";

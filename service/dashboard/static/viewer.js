@@ -1,7 +1,7 @@
 // The interactive view of a frame: look around in its views, refocus it, or see it as an observer does.
 import { useEffect, useRef, useState } from "preact/hooks";
 import { useRequest } from "./request.js";
-import { getFrameViews, getPicture, pictureUrl } from "./api.js";
+import { getFrameViews, getPicture, link, pictureUrl } from "./api.js";
 import { RemotePicture } from "./remote.js";
 import { Footer } from "./footer.js";
 import { html } from "./html.js";
@@ -76,7 +76,7 @@ export function Viewer({ job, frame, mode, stand, change, keys, foot }) {
 // Loads the atlas of a frame as {frameViews, bitmap}. The bitmap that it replaces is closed at once, since it may be
 // large.
 function useAtlas(frameViews, isWanted, isExact) {
-  const url = frameViews && isWanted ? `${frameViews.atlas.url}&format=${isExact ? "png" : "webp"}` : null;
+  const url = frameViews && isWanted ? `${link(frameViews.atlas.url)}&format=${isExact ? "png" : "webp"}` : null;
   const atlas = useRequest(url, async (signal) => ({ frameViews, bitmap: await getPicture(url, signal) }));
   useEffect(() => () => atlas.value?.bitmap.close(), [atlas.value]);
   return atlas;

@@ -1,0 +1,39 @@
+"""The settings that are refused when the service starts."""
+
+from __future__ import annotations
+
+import pytest
+from fastapi.routing import iter_route_contexts
+from pydantic import ValidationError
+
+from service.main import create_app
+from service.settings import OWN_PATHS, Settings
+from tests.builders_service import Farm
+
+
+@pytest.mark.parametrize(
+    ("public_url", "prefix"),
+    [
+        ("", ""),
+        ("https://farm.example", ""),
+        ("https://farm.example/", ""),
+        ("https://farm.example/lippmann", "/lippmann"),
+        ("http://[::1]:8080/lab_2/a.b~c-d/", "/lab_2/a.b~c-d"),
+    ],
+)
+def test_the_path_of_the_public_url_is_the_prefix(public_url: str, prefix: str) -> None:
+    assert Settings(public_url=public_url).path_prefix == prefix
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["?a=b", "#top", "a b", "a//b", "../a", ".", "ä", 'a"b', "a%20b", "a;b", "api", "api/farm", "static", "login"],
+)
+def test_a_path_that_is_not_plain_or_could_be_one_of_the_service_is_refused(path: str) -> None:
+    with pytest.raises(ValidationError, match="public_url"):
+        Settings(public_url=f"https://farm.example/{path}")
+
+
+def test_every_path_of_the_service_is_known_to_the_settings(farm: Farm) -> None:
+    paths = [str(route.path) for route in iter_route_contexts(create_app(farm.settings, farm.parts).routes)]
+    assert {path.split("/")[1] for path in paths} - {""} == OWN_PATHS
