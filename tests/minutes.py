@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-BEGIN_S = 1_900_022_400.0
-"""The beginning of a minute, in seconds since 1970."""
+BEGIN_S = 1_900_022_401.0
+"""A second after the beginning of a minute, in seconds since 1970."""
 
 
 class Clock:
@@ -19,7 +19,7 @@ class Clock:
 
 
 def stop_minutes(monkeypatch: pytest.MonkeyPatch) -> Clock:
-    """Stop the clock of the rates at the beginning of a minute, and return it."""
+    """Stop the clock of the rates soon after the beginning of a minute, and return it."""
     clock = Clock()
     for module in ("service.rate_limits", "limits.aio.strategies", "limits.aio.storage.memory"):
         monkeypatch.setattr(f"{module}.time", clock)

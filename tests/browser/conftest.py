@@ -67,7 +67,7 @@ class Watch:
         page.on("request", self._look_at)
 
     def _look_at(self, request: Request) -> None:
-        if not request.url.startswith(self.origin + "/"):
+        if not f"{request.url}/".startswith(self.origin + "/"):
             self.strangers.append(request.url)
 
 
