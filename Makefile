@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PYTHON3 ?= python3
 
 .DEFAULT_GOAL := help
-.PHONY: help demo up test chaos outages fuzz bare lint types fmt promises bench lock setup setup-test clean
+.PHONY: help demo up test chaos outages fuzz bare lint types fmt promises bench lock sbom audit setup setup-test clean
 
 help: ## Show what there is
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
@@ -59,9 +59,23 @@ promises: setup ## Write the tables of SECURITY.md from the markers of the tests
 bench: setup ## Measure ratios against plain POV-Ray and against the limits
 	$(BIN)/python -m tests.benchmarks $(ARGS)
 
-lock: ## Write requirements.lock anew from pyproject.toml (needs uv)
-	uv pip compile pyproject.toml --universal --python-version 3.11 --all-extras --generate-hashes --no-header \
-		--no-annotate --quiet --upgrade --output-file requirements.lock
+# What the images run. `make lock` keeps the versions that still fit; ARGS=--upgrade takes the newest.
+RUN_EXTRAS := s3 postgresql oidc
+COMPILE := uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --quiet
+
+lock: ## Write the three requirements*.lock from pyproject.toml (needs uv)
+	$(COMPILE) pyproject.toml --all-extras --group build $(ARGS) --output-file requirements.lock
+	$(COMPILE) pyproject.toml $(RUN_EXTRAS:%=--extra %) --constraints requirements.lock \
+		--output-file requirements-run.lock
+	$(COMPILE) --group build --constraints requirements.lock --output-file requirements-build.lock
+
+sbom: setup ## List the parts of the images as CycloneDX 1.6, into out/sbom.json
+	@mkdir -p out
+	@$(BIN)/python -W ignore::UserWarning -m cyclonedx_py requirements requirements-run.lock --pyproject pyproject.toml \
+		--spec-version 1.6 --output-reproducible --validate --output-file out/sbom.json
+
+audit: setup ## Look up the locked packages among known vulnerabilities (needs the network)
+	@deploy/audit
 
 setup: $(VENV)/.installed
 	@deploy/system-packages povray bwrap

@@ -1,14 +1,18 @@
 # The service: API, coordinator and dashboard. PNGs are made from EXR with OpenImageIO, which is in the lock.
 FROM python:3.11-slim-bookworm AS build
 WORKDIR /src
-COPY requirements.lock pyproject.toml README.md LICENSE ./
-RUN python -m venv /opt/lippmann \
- && /opt/lippmann/bin/pip install --no-cache-dir --require-hashes --requirement requirements.lock
+COPY requirements-build.lock requirements-run.lock ./
+# What builds the wheel stays in this stage; what runs gets nothing but its own lock, and no pip.
+RUN python -m venv --without-pip /opt/lippmann \
+ && pip install --no-cache-dir --require-hashes --requirement requirements-build.lock \
+ && pip --python /opt/lippmann install --no-cache-dir --require-hashes --requirement requirements-run.lock
+COPY pyproject.toml README.md LICENSE ./
 COPY lippmann lippmann
 COPY service service
 COPY worker worker
 COPY povtemplates povtemplates
-RUN /opt/lippmann/bin/pip install --no-cache-dir --no-deps --no-build-isolation .
+RUN pip wheel --no-cache-dir --no-deps --no-build-isolation --wheel-dir wheel . \
+ && pip --python /opt/lippmann install --no-cache-dir --no-deps --no-index wheel/*.whl
 
 FROM python:3.11-slim-bookworm
 RUN useradd --system --uid 10001 --create-home lippmann && install -d -o lippmann -g lippmann /data

@@ -27,6 +27,12 @@ def composed() -> dict[str, dict[str, object]]:
     return services
 
 
+def sources_of(dockerfile: Path) -> list[str]:
+    """Return what a Dockerfile copies out of the folder."""
+    copies = [line.split()[1:-1] for line in dockerfile.read_text().splitlines() if line.startswith("COPY ")]
+    return [source for sources in copies if not sources[0].startswith("--from") for source in sources]
+
+
 def test_the_compose_file_is_valid() -> None:
     assert set(composed()) == {"redis", "service", "worker"}
 
@@ -37,10 +43,15 @@ def test_the_compose_file_is_valid() -> None:
 @pytest.mark.parametrize("service", ["redis", "service", "worker"])
 def test_no_container_gains_rights_or_writes_outside_its_volumes(service: str) -> None:
     described = composed()[service]
+    assert described.get("user") == {"redis": "redis"}.get(service), "our images have a user of their own"
     assert described["read_only"] is True
     assert described["cap_drop"] == ["ALL"]
+    # Nothing replaces Docker's own filter of system calls, or its AppArmor profile.
     assert described["security_opt"] == ["no-new-privileges:true"]
-    assert "privileged" not in described
+    assert described["tmpfs"] == ["/tmp:size=1g,mode=1777"]
+    assert described["pids_limit"] == 4096
+    assert not {"privileged", "cap_add", "devices", "pid", "ipc", "userns_mode", "network_mode"} & set(described)
+    assert all(volume["type"] == "volume" for volume in described["volumes"])  # type: ignore[attr-defined]
 
 
 @pytest.mark.promise("Containers", "The images do not run as root.")
@@ -55,6 +66,11 @@ def test_only_the_service_is_reached_from_outside() -> None:
     services = composed()
     assert [name for name, described in services.items() if "ports" in described] == ["service"]
     assert [set(services[name]["networks"]) for name in ("redis", "worker")] == [{"broker"}, {"broker"}]  # type: ignore[call-overload]
+
+
+def test_a_worker_in_a_container_finds_its_sandbox_by_trying() -> None:
+    environment = composed()["worker"]["environment"]
+    assert environment["LIPPMANN_SANDBOX"] == "auto"  # type: ignore[index]
 
 
 @pytest.mark.parametrize("dockerfile", DOCKERFILES, ids=lambda path: path.name)
@@ -72,9 +88,9 @@ def test_a_services_command_is_one_that_lippmann_has(service: str) -> None:
     assert ran.returncode == 0, ran.stderr
 
 
-@pytest.mark.parametrize("dockerfile", DOCKERFILES, ids=lambda path: path.name)
-def test_what_an_image_copies_is_there(dockerfile: Path) -> None:
-    for line in dockerfile.read_text().splitlines():
-        if line.startswith("COPY ") and "--from" not in line:
-            *sources, _ = line.split()[1:]
-            assert all((ROOT / source).exists() for source in sources), line
+def test_the_images_get_what_they_copy_and_nothing_else_of_the_folder() -> None:
+    copied = {source for dockerfile in DOCKERFILES for source in sources_of(dockerfile)}
+    assert all((ROOT / source).exists() for source in copied)
+    lines = (ROOT / ".dockerignore").read_text().splitlines()
+    assert lines[1] == "*"
+    assert {line.removeprefix("!") for line in lines if line.startswith("!")} == copied
