@@ -12,7 +12,7 @@ import shutil
 import signal
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -28,7 +28,7 @@ from worker.images.colour import srgb_codes
 from worker.images.colour_space import colour_space, light_of_codes, linear_space
 from worker.images.convert import MASTER
 from worker.images.header import PictureHeader, read_header
-from worker.images.read import read_rgb
+from worker.images.read import Light
 from worker.images.rows import bands_of_rows
 from worker.sandbox.detect import detect
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
@@ -47,6 +47,7 @@ WAIT = 8.0
 PROGRAM_MB = 1024
 """The address space of Python with its libraries."""
 
+_Shape = tuple[int, int, int]
 _MIB = 1 << 20
 _DECODER = "decoder.py"
 _DTYPES = {"uint8": np.uint8, "uint16": np.uint16, "half": np.float16, "float": np.float32}
@@ -106,6 +107,17 @@ def read_imported(
     return light
 
 
+def read_depth_numbers(path: Path, channels: Sequence[str]) -> NDArray[np.float32]:
+    """Return channels of an EXR that a stranger may have made, by their names, `(rows, cols, channel)`.
+
+    Raises
+    ------
+    ArtifactMissing, ArtifactBroken, SandboxMissing, RenderCrashed
+        See `read_imported`; it may be as large as a frame.
+    """
+    return _numbers_of(path, np.float32, channels)
+
+
 def read_master_light(path: Path) -> NDArray[np.float16]:
     """Return the light of a master that a stranger may have made, in half floats, `(rows, cols, 3)`.
 
@@ -114,11 +126,7 @@ def read_master_light(path: Path) -> NDArray[np.float16]:
     ArtifactMissing, ArtifactBroken, SandboxMissing, RenderCrashed
         See `read_imported`; a master may be as large as a frame.
     """
-    header = read_header(path, at_most_px=MAX_FRAME_PX**2, at_most_side_px=MAX_FRAME_PX)
-    light = np.empty((header.rows, header.cols, 3), dtype=np.float16)
-    for start, band in _decoded(path, header, _own_sandbox()):
-        light[start : start + len(band)] = band
-    return light
+    return _numbers_of(path, np.float16)
 
 
 def picture_codes(path: Path, *, linear: bool = False) -> NDArray[np.uint8]:
@@ -140,7 +148,7 @@ def picture_codes(path: Path, *, linear: bool = False) -> NDArray[np.uint8]:
         See `read_imported`.
     """
     if path.suffix.lower() == MASTER:
-        return srgb_codes(read_rgb(path, np.float32))
+        return srgb_codes(_numbers_of(path, np.float32))
     header = _bounded_header(path, None)
     if linear or colour_space(header).name != "sRGB":
         return srgb_codes(read_imported(path, linear=linear))
@@ -148,6 +156,16 @@ def picture_codes(path: Path, *, linear: bool = False) -> NDArray[np.uint8]:
     for start, band in _decoded(path, header, _own_sandbox()):
         codes[start : start + len(band)] = band if band.dtype == np.uint8 else np.rint(band / np.float32(257))
     return codes
+
+
+def _numbers_of(path: Path, dtype: type[Light], channels: Sequence[str] = ()) -> NDArray[Light]:
+    header = read_header(path, at_most_px=MAX_FRAME_PX**2, at_most_side_px=MAX_FRAME_PX)
+    if header.format != "EXR":
+        raise ArtifactBroken(f"{path.name}: expected EXR, got {header.format}")
+    numbers = np.empty((header.rows, header.cols, len(channels) or 3), dtype=dtype)
+    for start, band in _decoded(path, header, _own_sandbox(), channels=channels):
+        numbers[start : start + len(band)] = band
+    return numbers
 
 
 def _bounded_header(path: Path, at_most_px: int | None) -> PictureHeader:
@@ -166,35 +184,44 @@ def _decoded(
     sandbox: Sandbox,
     scratch: Path | None = None,
     should_stop: Callable[[], bool] = _never,
+    *,
+    channels: Sequence[str] = (),
 ) -> Iterator[tuple[int, NDArray[Any]]]:
     """Yield the numbers of a picture in bands of rows, each with its first row; see `decoder`."""
+    count = len(channels) or 3
     with tempfile.TemporaryDirectory(prefix="lippmann-picture-", dir=scratch) as folder:
         place = Path(folder).resolve()
-        numbers = _decode(path, header, sandbox, place, should_stop)
-        at_most = 4 * 3 * header.rows * header.cols
+        numbers = _decode(path, header, sandbox, place / "work", should_stop, channels)
+        at_most = 4 * count * header.rows * header.cols
         try:
             pixels = take_result(place / "work", decoder.PIXELS, into=place, max_bytes=at_most)
         except RenderFailed as error:
             raise ArtifactBroken(f"{path.name}: {error.message}") from error
         if pixels is None:
             raise ArtifactBroken(f"{path.name}: expected numbers from the decoder, got no file")
-        yield from _numbers(path, pixels, header, np.dtype(_DTYPES[numbers]))
+        yield from _numbers(path, pixels, (header.rows, header.cols, count), np.dtype(_DTYPES[numbers]))
 
 
-def _decode(path: Path, header: PictureHeader, sandbox: Sandbox, place: Path, should_stop: Callable[[], bool]) -> str:
-    """Decode a picture inside the sandbox, in `work` below a folder; return the type of its numbers."""
-    work = place / "work"
+def _decode(
+    path: Path,
+    header: PictureHeader,
+    sandbox: Sandbox,
+    work: Path,
+    should_stop: Callable[[], bool],
+    named: Sequence[str],
+) -> str:
+    """Decode a picture inside the sandbox, in a new folder; return the type of its numbers."""
     work.mkdir()
     name = decoder.NAMES[header.format]
     # The sandbox may run its programs as a user who cannot read the original, and whose rights do not change.
     shutil.copyfile(path, work / name)
     shutil.copyfile(decoder.__file__, work / _DECODER)
-    limits, times = _limits(header, path.stat().st_size)
+    limits, times = _limits(header, path.stat().st_size, len(named) or 3)
     prefix = Path(sys.prefix).resolve()
     python = prefix / "bin" / Path(sys.executable).name
-    argv = [str(python), "-I", "-B", _DECODER, name, str(header.rows), str(header.cols)]
+    argv = [str(python), "-I", "-B", _DECODER, name, str(header.rows), str(header.cols), *named]
     inside = sandbox.wrap(argv, readable=_readable(prefix), writable=work, limits=limits)
-    with AttemptLog(place / "log.txt") as log:
+    with AttemptLog(work.with_name("log.txt")) as log:
         outcome = run(
             inside,
             cwd=work,
@@ -212,11 +239,11 @@ def _decode(path: Path, header: PictureHeader, sandbox: Sandbox, place: Path, sh
     raise _error(path.name, outcome, last, times)
 
 
-def _limits(header: PictureHeader, file_bytes: int) -> tuple[Limits, TimeLimits]:
+def _limits(header: PictureHeader, file_bytes: int, channels: int) -> tuple[Limits, TimeLimits]:
     """Return the limits of the decoder of a picture, from what its header says."""
     # A reader may hold the whole picture, as with an interlaced PNG or a TIFF of one strip, and a copy of it.
     held = max(header.decoded_bytes, header.block_px * header.pixel_bytes)
-    written = header.rows * header.cols * 3 * 4
+    written = header.rows * header.cols * channels * 4
     cpu_s = START_S + held / BYTES_PER_S
     limit = TimeLimit(WAIT * cpu_s, "the size of the picture")
     memory_mb = PROGRAM_MB + math.ceil(3 * held / _MIB)
@@ -251,19 +278,17 @@ def _error(name: str, outcome: Outcome[None], last: str, times: TimeLimits) -> L
     return ArtifactBroken(f"{name}: {last[:300] or f'the decoder ended with {code}'}")
 
 
-def _numbers(
-    path: Path, pixels: Path, header: PictureHeader, dtype: np.dtype[Any]
-) -> Iterator[tuple[int, NDArray[Any]]]:
+def _numbers(path: Path, pixels: Path, shape: _Shape, dtype: np.dtype[Any]) -> Iterator[tuple[int, NDArray[Any]]]:
     """Yield the numbers that the decoder left, which may be anything, in bands of rows with their first row."""
-    rows, cols = header.rows, header.cols
-    row_bytes = cols * 3 * dtype.itemsize
+    rows, cols, channels = shape
+    row_bytes = cols * channels * dtype.itemsize
     size = pixels.stat().st_size
     if size != rows * row_bytes:
         raise ArtifactBroken(f"{path.name}: expected {rows * row_bytes} bytes from the decoder, got {size}")
     with pixels.open("rb") as file:
         for start, stop in bands_of_rows(rows, row_bytes):
             data = file.read((stop - start) * row_bytes)
-            yield start, np.frombuffer(data, dtype=dtype).reshape(stop - start, cols, 3)
+            yield start, np.frombuffer(data, dtype=dtype).reshape(stop - start, cols, channels)
 
 
 @dataclass(frozen=True)

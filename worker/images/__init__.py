@@ -1,6 +1,6 @@
 """Pictures as files; OpenImageIO is used only here.
 
-read          EXR and PNG to arrays, whole or a region, with every read checked; OpenImageIO's threads
+read          EXR and PNG to arrays, with every read checked; OpenImageIO's threads
 header        the headers of pictures of other programs, read by content and bounded
 decoder       the program that decodes one picture inside the sandbox
 colour_space  what the codes of such pictures mean

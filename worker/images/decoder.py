@@ -1,9 +1,10 @@
 """Decode one picture in a process of its own: the program that runs inside the sandbox.
 
-Run as a file of its own (`python -I decoder.py PICTURE ROWS COLS`, in the only folder that can be written), so that
-nothing but NumPy and OpenImageIO must be readable inside. PICTURE is one of `NAMES`. `PIXELS` then holds the numbers of
-red, green and blue, rows from the top, and the last line of output is their type: `uint8`, `uint16`, `half`, `float`. A
-picture that cannot be decoded gives the exit code 3 and the reason as the last line.
+Run as a file of its own (`python -I decoder.py PICTURE ROWS COLS [CHANNEL...]`, in the only folder that can be
+written), so that nothing but NumPy and OpenImageIO must be readable inside. PICTURE is one of `NAMES`. `PIXELS` then
+holds the numbers of these channels, or of red, green and blue, rows from the top, and the last line of output is their
+type: `uint8`, `uint16`, `half`, `float`. A picture that cannot be decoded gives the exit code 3 and the reason as the
+last line.
 
 Whoever starts it believes nothing but the number of bytes that the header of the picture allows.
 """
@@ -60,7 +61,14 @@ def places(names: list[str], alpha: int) -> list[int]:
     raise Refused(f"expected red, green and blue, or grey, got channels {tuple(names[:8])}")
 
 
-def decode(name: str, rows: int, cols: int) -> str:
+def named_places(names: list[str], channels: list[str]) -> list[int]:
+    """Return the indices of channels of these names."""
+    if not set(channels) <= set(names):
+        raise Refused(f"expected channels {tuple(channels)}, got {tuple(names[:8])}")
+    return [names.index(channel) for channel in channels]
+
+
+def decode(name: str, rows: int, cols: int, channels: list[str]) -> str:
     """Write the numbers of a picture in the working directory to `PIXELS` and return their type."""
     import OpenImageIO
 
@@ -79,7 +87,8 @@ def decode(name: str, rows: int, cols: int) -> str:
     numbers = str(spec.format)
     if numbers not in TYPES:
         raise Refused(f"expected 8 or 16 bits, or floating numbers, got {numbers}")
-    wanted = places(list(spec.channelnames), spec.alpha_channel)
+    names = list(spec.channelnames)
+    wanted = named_places(names, channels) if channels else places(names, spec.alpha_channel)
     with open(PIXELS, "xb") as file:
         for band in _bands(picture, max(wanted) + 1, TYPES[numbers]):
             file.write(band[..., wanted].tobytes())
@@ -110,9 +119,9 @@ def _words(trouble: str) -> str:
 
 def main(words: list[str]) -> int:
     """Decode the picture that the command line names; return the exit code."""
-    name, rows, cols = words
+    name, rows, cols, *channels = words
     try:
-        said, code = decode(name, int(rows), int(cols)), 0
+        said, code = decode(name, int(rows), int(cols), channels), 0
     except Refused as error:
         said, code = str(error), REFUSED
     except MemoryError:

@@ -1,4 +1,4 @@
-"""EXR and PNG to arrays, whole or a region.
+"""EXR and PNG to arrays.
 
 Every read is checked: a file cut short opens, and then reads as nothing.
 """
@@ -14,10 +14,9 @@ from typing import Any, TypeVar
 import numpy as np
 import OpenImageIO
 from numpy.typing import NDArray
-from OpenImageIO import ImageInput, ImageSpec, geterror
+from OpenImageIO import ImageInput, geterror
 
 from lippmann.errors import ArtifactBroken
-from lippmann.lightfield.sheet.assemble import TilePlace
 from worker.images.header import read_header
 
 Light = TypeVar("Light", bound=np.floating[Any])
@@ -62,39 +61,6 @@ def read_rgb(path: Path, dtype: type[Light]) -> NDArray[Light]:
     with opened(path) as source:
         check_channels(path, source)
         return checked(path, source, source.read_image(0, 0, 0, 3, _name(dtype)))
-
-
-def read_region(path: Path, place: TilePlace, dtype: type[Light]) -> NDArray[Light]:
-    """Return a region of a linear picture, reading no more rows than it has.
-
-    POV-Ray writes a tile as a picture of full size that is black outside; this is its crop.
-
-    Parameters
-    ----------
-    path
-        An EXR file of the whole frame's size.
-    place
-        The region, pixel rows [row_start, row_stop), likewise cols.
-    dtype
-        See `read_rgb`.
-
-    Returns
-    -------
-    NDArray
-        `(rows, cols, 3)`, contiguous.
-
-    Raises
-    ------
-    ArtifactMissing
-        If there is no such file.
-    ArtifactBroken
-        See `read_rgb`; also if the region is not inside the picture.
-    """
-    with opened(path) as source:
-        check_channels(path, source)
-        _check_inside(path, source.spec(), place)
-        rows = checked(path, source, source.read_scanlines(place.row_start, place.row_stop, 0, 0, 3, _name(dtype)))
-        return np.ascontiguousarray(rows[:, place.col_start : place.col_stop])
 
 
 def read_channels(path: Path, names: Sequence[str]) -> NDArray[np.float32]:
@@ -221,16 +187,6 @@ def check_channels(path: Path, source: ImageInput) -> None:
     names = tuple(source.spec().channelnames)
     if names[:3] != _CHANNELS:
         raise ArtifactBroken(f"{path.name}: expected channels {_CHANNELS}, got {names}")
-
-
-def _check_inside(path: Path, spec: ImageSpec, place: TilePlace) -> None:
-    rows_fit = 0 <= place.row_start < place.row_stop <= spec.height
-    cols_fit = 0 <= place.col_start < place.col_stop <= spec.width
-    if not (rows_fit and cols_fit):
-        raise ArtifactBroken(
-            f"{path.name}: expected a region of {spec.height} x {spec.width} px, got rows {place.row_start} to"
-            f" {place.row_stop}, cols {place.col_start} to {place.col_stop}"
-        )
 
 
 def checked(path: Path, source: ImageInput, pixels: NDArray[Any] | None) -> NDArray[Any]:

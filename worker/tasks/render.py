@@ -14,7 +14,7 @@ from lippmann.lightfield.sheet.supersample import average_in_cells
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import Tile, cut_tiles, frame_size
 from worker.engines.povray.command import PictureFormat, Region
-from worker.images.read import read_region
+from worker.engines.povray.pixels import read_region
 from worker.images.write import write_channels, write_exr
 from worker.sandbox.log import AttemptLog
 from worker.tasks.artifacts import TaskArtifacts
@@ -106,7 +106,7 @@ def render_region(
 def _pixels(picture: RenderedPicture, sheet: ResolvedJob, tile: Tile) -> NDArray[np.float16]:
     """Return a tile's pixels: cropped, and averaged inside their cells if there are more than one for each."""
     k = sheet.spec.capture.supersample
-    fine = read_region(picture.outcome.picture, picture.wanted, np.float16)
+    fine = read_region(picture.outcome.picture, picture.wanted)
     if k == 1:
         return fine
     layout = frame_size(sheet.spec.rig)

@@ -21,8 +21,8 @@ from lippmann.lightfield.sheet.lens_grid import device_grid
 from lippmann.lightfield.sheet.rectify import rectify
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import device_pixels, display_size, frame_size
-from worker.images.read import read_attributes, read_channels
-from worker.untrusted import read_master_light
+from worker.images.read import read_attributes
+from worker.untrusted import read_depth_numbers, read_master_light
 
 INTEGRAL = "integral"
 """The folder of the masters as captured, which are pseudoscopic."""
@@ -99,7 +99,7 @@ def read_depth(path: Path) -> DepthMap:
     ArtifactMissing, ArtifactBroken
         If there is no such file, or it is damaged.
     """
-    return DepthMap(read_channels(path, CHANNELS))
+    return DepthMap(read_depth_numbers(path, CHANNELS))
 
 
 def _rectified(pixels: NDArray[np.float16], layout: CellLayout, rig: Rig, path: Path) -> NDArray[np.float16]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +12,14 @@ import tifffile
 from PIL import Image
 
 from lippmann.errors import ArtifactBroken, ArtifactMissing, Stopped
+from lippmann.lightfield.depth.depth_map import CHANNELS
 from tests.bombs import LIES
 from worker import untrusted
 from worker.images import decoder
 from worker.images.colour import srgb_codes
 from worker.images.read import read_codes_8
 from worker.images.write import write_channels, write_exr
-from worker.untrusted import read_imported
+from worker.untrusted import picture_codes, read_depth_numbers, read_imported, read_master_light
 
 RNG = np.random.default_rng(0)
 CODES_8 = RNG.integers(0, 256, (9, 7, 3), dtype=np.uint8)
@@ -141,6 +143,31 @@ def test_a_decoder_that_was_taken_over_leaves_nothing(
     with pytest.raises(ArtifactBroken, match=r"^a\.png: "):
         read_imported(tmp_path / "a.png")
     assert secret.read_bytes() == bytes(9 * 7 * 3)
+
+
+def test_masters_and_depths_of_others_are_decoded_in_the_sandbox(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    light, depth = RNG.random((5, 6, 3)).astype(np.float32), RNG.random((5, 6, 4)).astype(np.float32)
+    write_exr(tmp_path / "a.exr", light, attributes={})
+    write_channels(tmp_path / "d.exr", [depth], CHANNELS, size=(5, 6), attributes={})
+    assert np.array_equal(picture_codes(tmp_path / "a.exr"), srgb_codes(light.astype(np.float16)))
+    assert np.array_equal(read_depth_numbers(tmp_path / "d.exr", CHANNELS), depth)
+    with pytest.raises(ArtifactBroken, match=r"a\.exr: expected channels \('z_mm', .* got \('R', 'G', 'B'\)"):
+        read_depth_numbers(tmp_path / "a.exr", CHANNELS)
+    evil = tmp_path / "evil.py"
+    evil.write_text("print('half')\n")
+    monkeypatch.setattr(decoder, "__file__", str(evil))
+    for name, read in (("a", picture_codes), ("d", lambda path: read_depth_numbers(path, CHANNELS))):
+        with pytest.raises(ArtifactBroken, match=rf"{name}\.exr: expected numbers from the decoder, got no file"):
+            read(tmp_path / f"{name}.exr")
+
+
+@pytest.mark.parametrize("read", [picture_codes, read_master_light], ids=lambda read: read.__name__)
+def test_a_master_that_is_no_exr_is_named(tmp_path: Path, read: Callable[[Path], object]) -> None:
+    Image.fromarray(CODES_8).save(tmp_path / "a.exr", "png")
+    with pytest.raises(ArtifactBroken, match=r"a\.exr: expected EXR, got PNG"):
+        read(tmp_path / "a.exr")
 
 
 def test_a_stop_is_heard_while_a_picture_is_decoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -9,6 +9,8 @@ environment   the files and variables that POV-Ray finds
 progress      POV-Ray's progress, read from its messages
 messages      POV-Ray's messages and statistics, unwrapped
 diagnosis     what POV-Ray's answers mean and what we do
+picture       what a picture of POV-Ray may be, before it is decoded
+pixels        its pixels, read without OpenEXR
 render        one picture: command, sandbox, process and diagnosis together
 version       the installed version
 software      the version or the digest of all software that makes pixels

@@ -1,13 +1,14 @@
 """What a picture of POV-Ray may be, read from its header before anything decodes it.
 
 A scene may have taken POV-Ray over, so its picture is untrusted. It has to be what POV-Ray writes for this command and
-nothing else: one kind of pixels, one compression, the size that was asked for. Only such a file reaches the decoders.
+nothing else: one kind of pixels, one compression, the size that was asked for. Only such a file is decoded.
 """
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import BinaryIO
 
@@ -48,53 +49,60 @@ def check_picture(picture: Path, command: RenderCommand) -> None:
         If it is anything else.
     """
     check = {"exr": _check_exr, "png16": _check_png}[command.picture_format]
+    with opened(picture) as file:
+        check(file, command)
+
+
+class Unlike(Exception):
+    """A picture is not what POV-Ray writes."""
+
+
+@contextmanager
+def opened(picture: Path) -> Iterator[BinaryIO]:
+    """Yield a picture as a file of bytes; `Unlike` becomes a `RenderFailed` that names the picture."""
     with picture.open("rb") as file:
         try:
-            check(file, command)
-        except _Unlike as fault:
-            raise RenderFailed(f"POV-Ray ended well and left {command.picture} broken: {fault}.") from fault
-
-
-class _Unlike(Exception):
-    """A picture is not what POV-Ray writes."""
+            yield file
+        except Unlike as fault:
+            raise RenderFailed(f"POV-Ray ended well and left {picture.name} broken: {fault}.") from fault
 
 
 def _check_exr(file: BinaryIO, command: RenderCommand) -> None:
     begin = file.read(8)
     if begin != _EXR_MAGIC + _EXR_VERSION:
-        raise _Unlike(f"it begins with {begin!r}")
-    found = dict(_exr_attributes(file))
+        raise Unlike(f"it begins with {begin!r}")
+    found = dict(exr_attributes(file))
     window = struct.pack("<4i", 0, 0, command.cols - 1, command.rows - 1)
     if found.get("channels") != ("chlist", _channels()):
-        raise _Unlike("expected the channels R, G and B in half floats")
+        raise Unlike("expected the channels R, G and B in half floats")
     if found.get("compression") != ("compression", bytes([_ZIP])):
-        raise _Unlike("expected the compression ZIP")
+        raise Unlike("expected the compression ZIP")
     if found.get("lineOrder") != ("lineOrder", b"\0"):
-        raise _Unlike("expected lines from top to bottom")
+        raise Unlike("expected lines from top to bottom")
     if {found.get("dataWindow"), found.get("displayWindow")} != {("box2i", window)}:
-        raise _Unlike(f"expected {command.rows} x {command.cols} px")
+        raise Unlike(f"expected {command.rows} x {command.cols} px")
 
 
-def _exr_attributes(file: BinaryIO) -> Iterator[tuple[str, tuple[str, bytes]]]:
+def exr_attributes(file: BinaryIO) -> Iterator[tuple[str, tuple[str, bytes]]]:
     """Yield the name, the type and the value of every attribute of a header."""
     for _ in range(_MOST_ATTRIBUTES):
         name = _exr_name(file)
         if not name:
             return
         kind = _exr_name(file)
-        (size,) = struct.unpack("<I", _exactly(file, 4))
+        (size,) = struct.unpack("<I", exactly(file, 4))
         if size > _MOST_VALUE_BYTES:
-            raise _Unlike(f"an attribute of {size} bytes")
-        yield name, (kind, _exactly(file, size))
-    raise _Unlike(f"more than {_MOST_ATTRIBUTES} attributes")
+            raise Unlike(f"an attribute of {size} bytes")
+        yield name, (kind, exactly(file, size))
+    raise Unlike(f"more than {_MOST_ATTRIBUTES} attributes")
 
 
 def _exr_name(file: BinaryIO) -> str:
     name = bytearray()
-    while (byte := _exactly(file, 1)) != b"\0":
+    while (byte := exactly(file, 1)) != b"\0":
         name += byte
         if len(name) > _MOST_NAME_BYTES:
-            raise _Unlike("a name without end")
+            raise Unlike("a name without end")
     return name.decode("ascii", errors="replace")
 
 
@@ -105,23 +113,24 @@ def _channels() -> bytes:
 def _check_png(file: BinaryIO, command: RenderCommand) -> None:
     begin = file.read(len(_PNG_MAGIC))
     if begin != _PNG_MAGIC:
-        raise _Unlike(f"it begins with {begin!r}")
+        raise Unlike(f"it begins with {begin!r}")
     expected = struct.pack(">IIBBBBB", command.cols, command.rows, 16, _RGB, 0, 0, 0)
     first = True
     while True:
-        size, kind = struct.unpack(">I4s", _exactly(file, 8))
+        size, kind = struct.unpack(">I4s", exactly(file, 8))
         if first and (kind, size, file.read(len(expected))) != (b"IHDR", len(expected), expected):
-            raise _Unlike(f"expected {command.rows} x {command.cols} px of three times 16 bits")
+            raise Unlike(f"expected {command.rows} x {command.cols} px of three times 16 bits")
         if kind not in _PNG_CHUNKS or size > _MOST_CHUNK_BYTES:
-            raise _Unlike(f"a chunk {kind!r} of {size} bytes")
+            raise Unlike(f"a chunk {kind!r} of {size} bytes")
         if kind == b"IEND":
             return
         file.seek(_CRC_BYTES if first else size + _CRC_BYTES, 1)
         first = False
 
 
-def _exactly(file: BinaryIO, size: int) -> bytes:
+def exactly(file: BinaryIO, size: int) -> bytes:
+    """Return the next bytes of a file, all of them."""
     data = file.read(size)
     if len(data) != size:
-        raise _Unlike("it is cut short")
+        raise Unlike("it is cut short")
     return data

@@ -2,27 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
-from hypothesis import strategies as st
 from OpenImageIO import ImageOutput, ImageSpec
 
 from lippmann.errors import ArtifactBroken, ArtifactMissing, OutputError, StoreFull, StoreUnavailable
 from tests.unit.worker.images.pictures import HALVES, noise
-from worker.images.read import read_attributes, read_channels, read_region, read_rgb
+from worker.images.read import read_attributes, read_channels, read_rgb
 from worker.images.write import write_channels, write_exr
-
-
-@dataclass(frozen=True)
-class Place:
-    row_start: int
-    row_stop: int
-    col_start: int
-    col_stop: int
 
 
 @pytest.fixture(scope="module")
@@ -41,18 +31,6 @@ def test_half_floats_come_back_exactly(folder: Path, light: np.ndarray) -> None:
     write_exr(folder / "a.exr", light, attributes={})
     np.testing.assert_array_equal(read_rgb(folder / "a.exr", np.float16), light)
     np.testing.assert_array_equal(read_rgb(folder / "a.exr", np.float32), light.astype(np.float32))
-
-
-@given(data=st.data())
-def test_a_region_is_that_part_of_the_whole(folder: Path, data: st.DataObject) -> None:
-    path, light = folder / "whole.exr", noise(50, 40)
-    if not path.exists():
-        write_exr(path, light, attributes={})
-    rows = sorted(data.draw(st.tuples(st.integers(0, 49), st.integers(1, 50)).filter(lambda r: r[0] != r[1])))
-    cols = sorted(data.draw(st.tuples(st.integers(0, 39), st.integers(1, 40)).filter(lambda c: c[0] != c[1])))
-    region = read_region(path, Place(*rows, *cols), np.float16)
-    np.testing.assert_array_equal(region, light[slice(*rows), slice(*cols)])
-    assert region.flags.c_contiguous
 
 
 def test_any_strides_are_written_as_they_look(tmp_path: Path) -> None:
@@ -106,25 +84,10 @@ def test_a_file_with_damaged_pixels_is_broken(master: Path, tmp_path: Path) -> N
             read_rgb(damaged, np.float16)
 
 
-def test_a_region_whose_rows_are_cut_off_is_broken(master: Path, tmp_path: Path) -> None:
-    cut = tmp_path / "cut.exr"
-    cut.write_bytes(master.read_bytes()[:-500])
-    with pytest.raises(ArtifactBroken):
-        read_region(cut, Place(40, 50, 0, 40), np.float16)
-
-
 def test_what_is_not_there_is_missing(tmp_path: Path) -> None:
     for path in (tmp_path / "none.exr", tmp_path):
         with pytest.raises(ArtifactMissing, match="got no file"):
             read_rgb(path, np.float16)
-
-
-@pytest.mark.parametrize(
-    "place", [Place(0, 51, 0, 40), Place(0, 50, 0, 41), Place(-1, 5, 0, 5), Place(3, 3, 0, 5), Place(0, 5, 7, 6)]
-)
-def test_a_region_outside_is_refused(master: Path, place: Place) -> None:
-    with pytest.raises(ArtifactBroken, match="expected a region of 50 x 40 px"):
-        read_region(master, place, np.float16)
 
 
 def test_a_picture_without_colours_is_refused(tmp_path: Path) -> None:
