@@ -1,4 +1,4 @@
-"""Files of secrets: the keys with which the service and the workers sign their messages, and passwords.
+"""Files of secrets: the keys that sign messages inside the farm and what leaves it, and passwords.
 
 A file of keys holds one key per line, 64 hexadecimal digits, and comments after `#`. The first key signs, and every key
 is accepted, so a key is replaced by a new one above it, and the old one is removed later. A change needs no restart.
@@ -6,6 +6,7 @@ is accepted, so a key is replaced by a new one above it, and the old one is remo
 
 from __future__ import annotations
 
+import hmac
 import logging
 import os
 import secrets
@@ -17,6 +18,8 @@ from lippmann.errors import BadInput
 
 ORDER_KEY_FILE = "order.key"
 """The name of the file in the data folder, unless a setting names another file."""
+LINK_KEY_FILE = "link.key"
+"""The name of the file in the data folder of the keys for what leaves the farm, unless a setting names another file."""
 KEY_BYTES = 32
 MAX_KEYS = 16
 MAX_BYTES = 16_384
@@ -86,6 +89,15 @@ class KeyFile:
             if not self._keys:
                 raise
             log.warning("the keys that were read before are kept: %s", error.message)
+
+
+def derived_key(key: bytes, purpose: str) -> bytes:
+    """Return the key for one purpose, 32 bytes. It tells nothing about `key` and the keys for other purposes.
+
+    >>> derived_key(bytes(32), "a") == derived_key(bytes(32), "b")
+    False
+    """
+    return hmac.digest(key, f"lippmann {purpose}".encode(), "sha256")
 
 
 def read_secret(path: Path) -> str:

@@ -11,6 +11,7 @@ jobs           the rules of jobs: submission, state machine, planning, commands,
 scenes         the scenes that jobs can use
 health         health checks
 auth           keys, login links and browser sessions
+artifact_links signed links to artifacts
 events         events for subscribers, and the stream of server-sent events
 order_queue    the queue of orders to workers, by Celery
 broker_stream  worker events, presence and stop signals, in Redis

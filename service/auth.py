@@ -140,6 +140,14 @@ def caller_of_key(session: Session, key: str, *, now_s: float) -> Caller | None:
     return _caller(_verify(session, CredentialKind.KEY, _without_prefix(key), now_s=now_s))
 
 
+def caller_of_id(session: Session, credential_id: str, *, now_s: float) -> Caller | None:
+    """Return the owner of a key or a browser session by its id, for something that it signed earlier."""
+    if not access_rows.valid(session, [credential_id], now_s=now_s):
+        return None
+    found = access_rows.credential(session, credential_id)
+    return None if found is None or found.kind is CredentialKind.LOGIN else _as_caller(found)
+
+
 def caller_of_cookie(session: Session, cookie: str, *, now_s: float) -> Caller | None:
     """Return the owner of a browser session."""
     return _caller(_verify(session, CredentialKind.SESSION, cookie, now_s=now_s))

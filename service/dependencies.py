@@ -12,6 +12,7 @@ from sqlalchemy.orm import Session
 
 from service import auth as keys
 from service.api.waits import Outlook
+from service.artifact_links import ArtifactLinks
 from service.auth import Caller
 from service.broker_stream import Stream
 from service.db import jobs as job_rows
@@ -52,6 +53,7 @@ class AppState:
     last_use: LastUse
     rates: RateLimits
     pictures: PictureQueue
+    links: ArtifactLinks
     clock: Callable[[], float] = field(default=time.time)
 
     def now_s(self) -> float:

@@ -17,6 +17,7 @@ from starlette.concurrency import run_in_threadpool
 
 from lippmann.errors import StoreFull, StoreUnavailable
 from service import dashboard
+from service.artifact_links import ArtifactLinks
 from service.broker_stream import Stream
 from service.connections import ConnectionGuard, ConnectionLimits, most_connections, raise_descriptor_limit
 from service.coordinator.coordinator import Coordinator
@@ -38,6 +39,7 @@ from service.routes import (
     health,
     jobs,
     keys,
+    links,
     login,
     problems,
     scenes,
@@ -73,7 +75,7 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
         separate_input_output_schemas=False,
     )
     app.state.lippmann = _build_state(settings, parts, clock)
-    for module in (health, scenes, design, jobs, tasks, viewing, artifacts, events, workers, keys):
+    for module in (health, scenes, design, jobs, tasks, viewing, artifacts, links, events, workers, keys):
         app.include_router(module.router, prefix=API)
     app.include_router(login.api, prefix=API)
     app.include_router(login.router, include_in_schema=False)
@@ -137,6 +139,7 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
         failed_logins=RateLimit(settings.failed_logins_per_minute),
     )
     pictures = PictureQueue()
+    artifact_links = ArtifactLinks(settings.link_keys.keys)
     return AppState(
         settings,
         parts,
@@ -151,6 +154,7 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
         last_use,
         rates,
         pictures,
+        artifact_links,
         clock,
     )
 
@@ -186,6 +190,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     state: AppState = app.state.lippmann
     await run_in_threadpool(migrate, state.database)
     await run_in_threadpool(state.settings.order_keys.ensure)
+    await run_in_threadpool(state.settings.link_keys.ensure)
     await run_in_threadpool(state.database.reserve.keep)
     preparing = None
     if not await run_in_threadpool(_prepare_store, state):

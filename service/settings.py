@@ -17,7 +17,7 @@ from pydantic_settings import BaseSettings, SettingsConfigDict
 from lippmann.job.messages import wire
 from lippmann.job.messages.seals import Seals
 from lippmann.job.old_names import rename_settings
-from lippmann.key_file import ORDER_KEY_FILE, KeyFile, read_secret
+from lippmann.key_file import LINK_KEY_FILE, ORDER_KEY_FILE, KeyFile, read_secret
 from lippmann.logs import LogFormat
 from lippmann.plan.artifact_store import RESERVE_MB
 
@@ -61,6 +61,9 @@ class Settings(BaseSettings):
     order_key_file: Path | None = None
     """The file of the keys that sign orders and events; if empty, `order.key` in `data_dir`. The service writes it if
     it does not exist."""
+    link_key_file: Path | None = None
+    """The file of the keys from which those of links to artifacts are derived; if empty, `link.key` in `data_dir`. The
+    service writes it if it does not exist, and workers have no use for it."""
     accept_unsigned: bool = False
     """True while workers of a version that does not sign its messages are on the farm."""
     host: str = "127.0.0.1"
@@ -152,6 +155,8 @@ class Settings(BaseSettings):
     """The time for which a login link is valid."""
     session_s: float = Field(default=30 * 86_400.0, gt=0)
     """The time for which a browser stays logged in."""
+    link_max_s: float = Field(default=7 * 86_400.0, ge=1)
+    """The longest time for which a link to an artifact is valid."""
     idempotency_s: float = Field(default=7 * 86_400.0, gt=0)
     """The time for which an Idempotency-Key is stored."""
     events_kept: int = Field(default=50_000, ge=1)
@@ -224,6 +229,11 @@ class Settings(BaseSettings):
     def order_keys(self) -> KeyFile:
         """The keys that sign orders and events."""
         return KeyFile(self.order_key_file or self.data_dir / ORDER_KEY_FILE)
+
+    @property
+    def link_keys(self) -> KeyFile:
+        """The keys from which those of links to artifacts are derived."""
+        return KeyFile(self.link_key_file or self.data_dir / LINK_KEY_FILE)
 
     @property
     def seals(self) -> Seals:

@@ -71,6 +71,7 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "tasks": jobs.tasks,
         "watch": jobs.watch,
         "fetch": jobs.fetch,
+        "link": jobs.link,
         "cancel": jobs.cancel,
         "pause": jobs.pause,
         "resume": jobs.resume,

@@ -19,7 +19,7 @@ from lippmann.errors import JobEnded
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import ENDED_JOBS
 from service.schemas.access import AuditEntry, AuditPage, Key, KeyList, LoginLink, NewKey
-from service.schemas.artifact import Artifact, ArtifactPage
+from service.schemas.artifact import Artifact, ArtifactLink, ArtifactPage
 from service.schemas.events import (
     EventTopic,
     JobEvent,
@@ -229,6 +229,11 @@ class Client:
             return self._transport.download(url, path, on_bytes=on_bytes)
         params = {"format": format, "bits": str(bits)}
         return self._transport.download_made(url, path, params=params, on_bytes=on_bytes)
+
+    def artifact_link(self, job_id: str, name: str, *, expires_in_s: float | None = None) -> ArtifactLink:
+        """Create a link with which anybody downloads one file of a job without a key, by default for a day."""
+        body = {"artifact": name, "expires_in_s": expires_in_s}
+        return _parsed(ArtifactLink, self._transport.request("POST", f"{_API}/jobs/{job_id}/links", json=body).json())
 
     # Pictures of a frame
 

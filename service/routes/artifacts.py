@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import partial
 from typing import Annotated, Any, Literal
 
 import anyio
-from fastapi import APIRouter, Header, Path, Query, Request
+from fastapi import APIRouter, Depends, Header, Path, Query, Request
 from fastapi.responses import Response, StreamingResponse
 
 from lippmann.errors import FieldProblem
@@ -21,7 +22,31 @@ from service.schemas.artifact import ArtifactPage
 router = APIRouter(prefix="/jobs/{job_id}/artifacts", tags=["artifacts"])
 
 _Responses = dict[int | str, dict[str, Any]]
-_FILE: _Responses = {200: {"content": {"application/octet-stream": {}}}, 206: {"description": "The requested range."}}
+FILE_RESPONSES: _Responses = {
+    200: {"content": {"application/octet-stream": {}}},
+    206: {"description": "The requested range."},
+}
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """The headers of a request for a file that decide how much of it is sent."""
+
+    if_none_match: str | None
+    if_range: str | None
+    byte_range: str | None
+
+
+def get_conditions(
+    if_none_match: Annotated[str | None, Header(include_in_schema=False)] = None,
+    if_range: Annotated[str | None, Header(include_in_schema=False)] = None,
+    byte_range: Annotated[str | None, Header(alias="Range", include_in_schema=False)] = None,
+) -> Conditions:
+    """Return the headers that decide how much of a file is sent."""
+    return Conditions(if_none_match, if_range, byte_range)
+
+
+ConditionsDep = Annotated[Conditions, Depends(get_conditions)]
 
 
 @router.get("")
@@ -40,7 +65,7 @@ def list_artifacts(
     return artifacts.page_artifacts(state.parts.store, job_id, prefix=prefix, cursor=cursor, limit=limit)
 
 
-@router.get("/{name:path}", response_class=StreamingResponse, responses=_FILE)
+@router.get("/{name:path}", response_class=StreamingResponse, responses=FILE_RESPONSES)
 @router.head("/{name:path}", response_class=Response, include_in_schema=False)
 async def get_artifact(
     job_id: JobId,
@@ -48,11 +73,9 @@ async def get_artifact(
     request: Request,
     state: AppStateDep,
     caller: ViewerDep,
+    conditions: ConditionsDep,
     as_format: Annotated[Literal["png"] | None, Query(alias="format", description="Convert an EXR to PNG.")] = None,
     bits: Annotated[Literal["8", "16"], Query(description="The bit depth of the PNG.")] = "8",
-    if_none_match: Annotated[str | None, Header(include_in_schema=False)] = None,
-    if_range: Annotated[str | None, Header(include_in_schema=False)] = None,
-    byte_range: Annotated[str | None, Header(alias="Range", include_in_schema=False)] = None,
 ) -> Response:
     """Get a file, with a strong ETag, If-None-Match, Range and If-Range.
 
@@ -61,28 +84,42 @@ async def get_artifact(
 
     `format=png` converts an EXR. The size of the PNG is not known in advance, so HEAD sends no Content-Length for it.
     """
-    file = await anyio.to_thread.run_sync(_find, state, job_id, name, request.method)
+    file = await anyio.to_thread.run_sync(find_artifact, state, job_id, name, request.method)
     if as_format == "png":
-        return await _converted(state, caller, job_id, file, int(bits), request.method, if_none_match)
-    if artifacts.is_fresh(if_none_match, file.etag):
-        return Response(status_code=304, headers=_headers(job_id, file.name, file.etag))
-    wanted = byte_range if if_range in (None, file.etag) else None
-    return _stream(state, job_id, file, artifacts.parse_range(wanted, file.size), request.method)
+        return await _converted(state, caller, job_id, file, int(bits), request.method, conditions.if_none_match)
+    return send_artifact(state, job_id, file, conditions, request.method)
 
 
-def _check(state: AppState, job_id: str) -> None:
-    # The session is closed before the store is read: a slow store holds no connection.
-    with state.database.reading() as session:
-        find_job(session, job_id)
+def find_artifact(state: AppState, job_id: str, name: str, method: str) -> File:
+    """Find a file of a job, and verify it unless the request is HEAD.
 
-
-def _find(state: AppState, job_id: str, name: str, method: str) -> File:
+    Raises
+    ------
+    NotFound, ArtifactMissing
+        If there is no such job or file.
+    ArtifactRepairing
+        If the file is damaged.
+    """
     _check(state, job_id)
     stored = artifacts.full_name(job_id, name)
     # The answer to HEAD has no body that could say what is damaged; the GET that follows says it.
     if method != "HEAD" or not state.parts.store.exists(stored):
         state.guard.check(job_id, name)
     return artifacts.find_file(state.parts.store, job_id, name)
+
+
+def send_artifact(state: AppState, job_id: str, file: File, conditions: Conditions, method: str) -> Response:
+    """Return the answer with a file, with a part of it, or with 304."""
+    if artifacts.is_fresh(conditions.if_none_match, file.etag):
+        return Response(status_code=304, headers=_headers(job_id, file.name, file.etag))
+    wanted = conditions.byte_range if conditions.if_range in (None, file.etag) else None
+    return _stream(state, job_id, file, artifacts.parse_range(wanted, file.size), method)
+
+
+def _check(state: AppState, job_id: str) -> None:
+    # The session is closed before the store is read: a slow store holds no connection.
+    with state.database.reading() as session:
+        find_job(session, job_id)
 
 
 def _stream(state: AppState, job_id: str, file: File, part: tuple[int, int] | None, method: str) -> Response:

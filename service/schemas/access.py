@@ -128,6 +128,7 @@ class AuditAction(StrEnum):
     REPAIR_JOB = "repair-job"
     SKIP_FRAMES = "skip-frames"
     REMOVE_JOB = "remove-job"
+    LINK_ARTIFACT = "link-artifact"
     UPLOAD_SCENE = "upload-scene"
     CREATE_KEY = "create-key"
     REVOKE_KEY = "revoke-key"

@@ -10,6 +10,11 @@ def artifact_url(job_id: str, name: str) -> str:
     return f"{API}/jobs/{job_id}/artifacts/{name}"
 
 
+def signed_url(job_id: str, name: str, *, token: str) -> str:
+    """Return the path of an artifact of a job for whoever has the token."""
+    return f"{API}/links/{job_id}/{name}?token={token}"
+
+
 def atlas_url(job_id: str, frame: int, *, max_px: int) -> str:
     """Return the path of the atlas of a frame's views."""
     return f"{API}/jobs/{job_id}/frames/{frame}/views.atlas?max_px={max_px}"

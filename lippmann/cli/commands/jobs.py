@@ -1,4 +1,4 @@
-"""Jobs: submit, list, show their tasks, watch, fetch, cancel, pause, resume, retry, repair, and skip frames of them."""
+"""Jobs: submit, list, show their tasks, watch, fetch, link files, and the actions on jobs."""
 
 from __future__ import annotations
 
@@ -129,6 +129,25 @@ def fetch(
     if result.missing:
         output.note(missing_text(result.missing, out))
         raise typer.Exit(ExitCode.INCOMPLETE)
+
+
+def link(
+    job_id: JobId,
+    artifact: Annotated[
+        str, typer.Argument(metavar="FILE", help="The name of a file of the job, such as video/views.mp4.")
+    ],
+    hours: Annotated[
+        float | None, typer.Option(min=0.001, help="The hours until the link expires. By default a day.")
+    ] = None,
+    *,
+    output: Output,
+    connection: Connection,
+) -> None:
+    """Create a link with which anybody downloads one file of a job without a key, until the link expires."""
+    with connection.client() as client:
+        made = client.artifact_link(job_id, artifact, expires_in_s=None if hours is None else hours * 3600)
+    output.note(f"The link is valid until {made.expires_at:%Y-%m-%d %H:%M:%S} UTC:")
+    output.result(made.model_dump(mode="json"), made.url)
 
 
 def cancel(job_id: JobId, output: Output, connection: Connection) -> None:

@@ -7,6 +7,7 @@ import signal
 import subprocess
 from pathlib import Path
 from typing import Any
+from urllib.request import urlopen
 
 import pytest
 
@@ -68,6 +69,16 @@ def test_fetch_brings_masters_and_single_frames_when_asked(farm: Up, done_job: d
     assert ended.returncode == 0
     assert {path.name for path in tmp_path.rglob("*.exr")} == {"0002.exr"}
     assert (tmp_path / "integral" / "0002.exr").read_bytes()[:4] == b"\x76\x2f\x31\x01"  # OpenEXR's magic number
+
+
+def test_a_link_downloads_a_file_without_a_key(farm: Up, done_job: dict[str, Any]) -> None:
+    ended = _run(farm, "link", done_job["id"], "video/views.mp4", "--hours", "1")
+    assert ended.returncode == 0, ended.stderr
+    with urlopen(ended.stdout.strip(), timeout=ENOUGH_S) as answer:
+        assert answer.read()[4:8] == b"ftyp"
+    assert "link-artifact" in _run(farm, "keys", "audit").stdout
+    beyond = _run(farm, "link", done_job["id"], "video/views.mp4", "--hours", "1000")
+    assert (beyond.returncode, "expires_in_s" in beyond.stderr) == (2, True)
 
 
 def test_what_a_frame_of_a_job_shows_is_what_its_master_shows(

@@ -43,6 +43,7 @@ COMMANDS = dict(_commands(typer.main.get_command(main.app)))
 def test_there_are_the_commands_that_were_promised() -> None:
     farm = {"up", "serve", "worker", "workers", "demo", "keys"}
     jobs = {"submit", "jobs", "show", "tasks", "watch", "fetch", "cancel", "pause", "resume", "retry", "repair", "skip"}
+    jobs |= {"link"}
     integral = {"import", "view", "refocus", "observe", "export", "coding-study", "orthoscopic", "depth"}
     optics = {"design", "lens", "paper", "calibration-sheet"}
     care = {"backup", "restore", "doctor"}
