@@ -15,7 +15,7 @@ from lippmann.key_file import derived_key
 from service.errors import ServiceError, Unauthorized
 
 PURPOSE = "artifact link"
-_TOKEN = re.compile(r"([0-9]{1,12})\.([0-9a-z]{1,32})\.([0-9a-f]{64})", re.ASCII)
+_TOKEN = re.compile(r"([1-9][0-9]{0,11})\.([0-9a-z]{1,32})\.([0-9a-f]{64})", re.ASCII)
 
 
 @dataclass(frozen=True)

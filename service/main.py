@@ -45,6 +45,7 @@ from service.routes import (
     scenes,
     tasks,
     viewing,
+    webhooks,
     workers,
 )
 from service.routes.json_bodies import JsonBodies
@@ -75,9 +76,10 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
         separate_input_output_schemas=False,
     )
     app.state.lippmann = _build_state(settings, parts, clock)
-    for module in (health, scenes, design, jobs, tasks, viewing, artifacts, links, events, workers, keys):
+    for module in (health, scenes, design, jobs, tasks, viewing, artifacts, links, events, workers, keys, webhooks):
         app.include_router(module.router, prefix=API)
     app.include_router(login.api, prefix=API)
+    app.webhooks.include_router(webhooks.messages)
     app.include_router(login.router, include_in_schema=False)
     app.include_router(dashboard.router, include_in_schema=False)
     problems.install(app)

@@ -62,8 +62,8 @@ class Settings(BaseSettings):
     """The file of the keys that sign orders and events; if empty, `order.key` in `data_dir`. The service writes it if
     it does not exist."""
     link_key_file: Path | None = None
-    """The file of the keys from which those of links to artifacts are derived; if empty, `link.key` in `data_dir`. The
-    service writes it if it does not exist, and workers have no use for it."""
+    """The file of the keys from which those of links to artifacts and of webhooks are derived; if empty, `link.key` in
+    `data_dir`. The service writes it if it does not exist, and workers have no use for it."""
     accept_unsigned: bool = False
     """True while workers of a version that does not sign its messages are on the farm."""
     host: str = "127.0.0.1"
@@ -155,6 +155,17 @@ class Settings(BaseSettings):
     """The time for which a login link is valid."""
     session_s: float = Field(default=30 * 86_400.0, gt=0)
     """The time for which a browser stays logged in."""
+    webhook_hosts: str = ""
+    """The hosts of your own network to which webhooks may go, separated by commas; all other hosts must have public
+    addresses."""
+    webhook_http: bool = False
+    """True if webhooks may go to `http://` URLs, whose messages everybody on the way can read."""
+    webhook_attempts: int = Field(default=8, ge=1)
+    """The number of attempts to deliver a webhook."""
+    webhook_pause_s: float = Field(default=10.0, gt=0)
+    """The pause after the first attempt to deliver a webhook; each is four times as long as the last, up to 6 h."""
+    webhook_timeout_s: float = Field(default=10.0, gt=0)
+    """The longest time of one attempt to deliver a webhook."""
     link_max_s: float = Field(default=7 * 86_400.0, ge=1)
     """The longest time for which a link to an artifact is valid."""
     idempotency_s: float = Field(default=7 * 86_400.0, gt=0)
@@ -232,7 +243,7 @@ class Settings(BaseSettings):
 
     @property
     def link_keys(self) -> KeyFile:
-        """The keys from which those of links to artifacts are derived."""
+        """The keys from which those of links to artifacts and of webhooks are derived."""
         return KeyFile(self.link_key_file or self.data_dir / LINK_KEY_FILE)
 
     @property

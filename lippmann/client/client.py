@@ -35,6 +35,7 @@ from service.schemas.job import Job, JobPage
 from service.schemas.scene import Scene, SceneList
 from service.schemas.task import Task, TaskPage
 from service.schemas.viewing import FrameViews
+from service.schemas.webhook import WebhookSecret
 
 _PAGE = 500
 """The largest page that the service returns."""
@@ -92,11 +93,19 @@ class Client:
 
     # Jobs
 
-    def submit(self, job: JobSpec | Mapping[str, Any], *, idempotency_key: str | None = None) -> Job:
-        """Submit a job, as a `JobSpec` or as the JSON of a job file. A retry never creates a second job."""
+    def submit(
+        self, job: JobSpec | Mapping[str, Any], *, idempotency_key: str | None = None, webhook: str | None = None
+    ) -> Job:
+        """Submit a job, as a `JobSpec` or as the JSON of a job file. A retry never creates a second job.
+
+        The URL `webhook` gets a signed message when the job has ended; see docs/webhooks.md.
+        """
         body = job.model_dump(mode="json", exclude_none=True) if isinstance(job, JobSpec) else dict(job)
         headers = {"Idempotency-Key": idempotency_key or uuid.uuid4().hex}
-        answer = self._transport.request("POST", f"{_API}/jobs", json=body, headers=headers, repeatable=True)
+        params = {"webhook": webhook} if webhook else {}
+        answer = self._transport.request(
+            "POST", f"{_API}/jobs", params=params, json=body, headers=headers, repeatable=True
+        )
         return _parsed(Job, answer.json())
 
     def job(self, job_id: str) -> Job:
@@ -304,6 +313,10 @@ class Client:
         options = {"owner_id": owner_id, "expires_in_days": expires_in_days, "limits": limits}
         body = {"name": name, "role": role} | {field: value for field, value in options.items() if value is not None}
         return _parsed(NewKey, self._transport.request("POST", f"{_API}/keys", json=body).json())
+
+    def webhook_secret(self) -> WebhookSecret:
+        """Return the secret with which a receiver verifies the webhooks of the caller's jobs."""
+        return self._get(WebhookSecret, "/webhook-secret")
 
     def revoke_key(self, key_id: str) -> None:
         """Revoke a key. The browser sessions that it opened and their event streams end at once."""

@@ -1,7 +1,7 @@
 """The threads of the coordinator.
 
 They are leader election, event consumer, scheduler, fault monitor, loss monitor, reconciler, artifact repairer, orphan
-sweeper and cache collector.
+sweeper, cache collector and webhook sender.
 
 Each thread is a loop of short rounds. A round that fails is logged, and the next one follows. An unavailable broker or
 a slow disk delays no request, since no request waits for the coordinator.
@@ -43,6 +43,7 @@ from service.order_queue import OrderQueue
 from service.settings import Settings
 from service.store_check import StoreCheck
 from service.store_identity import identify_store
+from service.webhooks.sender import WebhookSender
 
 BATCH = 200
 """The largest number of events in one transaction."""
@@ -64,6 +65,7 @@ FAULT_S = 1.0
 SWEEP_S = 3600.0
 COLLECT_S = 300.0
 REPAIR_S = 1.0
+WEBHOOK_S = 1.0
 SCHEDULER = "scheduler"
 
 log = structlog.get_logger("service.coordinator")
@@ -106,6 +108,7 @@ class Coordinator:
         self._loss_monitor = LossMonitor(database, self._stream, self._reconciler, self._liveness, settings)
         self._checkpoint_s = clock()
         self._stopping = threading.Event()
+        self._webhooks = WebhookSender(database, settings, is_active=self._is_active, clock=clock)
         self._threads: list[threading.Thread] = []
 
     def start(self) -> None:
@@ -120,6 +123,7 @@ class Coordinator:
             "orphan-sweeper": (self.sweep_round, SWEEP_S),
             "cache-collector": (self.collect_round, COLLECT_S),
             "artifact-repairer": (self.repair_round, REPAIR_S),
+            "webhook-sender": (self.webhook_round, WEBHOOK_S),
         }
         for name, (run, pause_s) in loops.items():
             thread = threading.Thread(
@@ -135,6 +139,7 @@ class Coordinator:
         deadline_s = time.monotonic() + JOIN_S
         for thread in self._threads:
             thread.join(max(0.0, deadline_s - time.monotonic()))
+        self._webhooks.join(timeout_s=max(0.0, deadline_s - time.monotonic()))
         # An unavailable database must not prevent the stop; another process leads once the deadline has passed.
         with suppress(SQLAlchemyError):
             self.election.step_down()
@@ -259,6 +264,14 @@ class Coordinator:
         """Remove old entries of the render cache, and those beyond its size."""
         if self.election.is_leader:
             collect_cache(self._store, self._settings, now_s=self._clock())
+
+    def webhook_round(self) -> None:
+        """Send the messages of webhooks that are due, in threads of their own."""
+        if self._is_active():
+            self._webhooks.run_round()
+
+    def _is_active(self) -> bool:
+        return self.election.is_leader and not self._stopping.is_set()
 
     def _slots(self) -> int:
         return sum(worker.slots for worker in self._claiming())

@@ -107,6 +107,9 @@ class Job(Base):
     status: Mapped[JobStatus] = mapped_column(_enum(JobStatus))
     background_job: Mapped[BackgroundJob | None] = mapped_column(_enum(BackgroundJob))
     priority: Mapped[int]
+    webhook_url: Mapped[str | None] = mapped_column(Text)
+    """Where a message goes when the job has ended. A URL may hold a secret, so only its host is shown."""
+    webhook_error: Mapped[str | None] = mapped_column(Text)
     created_s: Mapped[float]
     started_s: Mapped[float | None]
     planned_s: Mapped[float | None]
@@ -236,6 +239,23 @@ class StopRequest(Base):
 
     attempt: Mapped[str] = mapped_column(String(32), primary_key=True)
     requested_s: Mapped[float]
+
+
+class WebhookDelivery(Base):
+    """A message of a webhook that is not delivered yet; see `service.webhooks`."""
+
+    __tablename__ = "webhook_deliveries"
+    __table_args__ = (Index("ix_webhook_deliveries_due", "owner_id", "next_s"),)
+
+    id: Mapped[str] = mapped_column(String(32), primary_key=True)
+    job_id: Mapped[str] = mapped_column(String(32))
+    owner_id: Mapped[str] = mapped_column(String(100))
+    url: Mapped[str] = mapped_column(Text)
+    body: Mapped[str] = mapped_column(Text)
+    created_s: Mapped[float]
+    attempts: Mapped[int]
+    next_s: Mapped[float]
+    """When the next attempt is due; while one is made, when the one after it is."""
 
 
 class CoordinatorRow(Base):

@@ -9,7 +9,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import HELD_TASKS, TaskStatus
-from service.db.tables import CoordinatorRow, StopRequest, Task
+from service.db.tables import CoordinatorRow, StopRequest, Task, WebhookDelivery
 from service.doctor.finding import Check, Finding, Level, tasks_text
 from service.settings import Settings
 
@@ -17,6 +17,9 @@ SILENT_FACTOR = 3.0
 """An attempt that is silent for this many times `lease_ttl_s` while a leader is alive should have been noticed."""
 STOP_S = 600.0
 """The time after which a stop request should have reached the broker."""
+
+WEBHOOK_S = 3600.0
+"""The time after which a webhook that is due should have been tried."""
 
 
 def check_farm(session: Session, settings: Settings, *, now_s: float) -> Iterator[Finding]:
@@ -59,3 +62,6 @@ def _check_watched(session: Session, settings: Settings, now_s: float) -> Iterat
     if pending := session.scalar(select(func.count()).where(StopRequest.requested_s < now_s - STOP_S)):
         message = f"{pending} stop requests have not reached the broker for more than {STOP_S:.0f} s"
         yield Finding(Check.STOPS, Level.WARNING, message)
+    if overdue := session.scalar(select(func.count()).where(WebhookDelivery.next_s < now_s - WEBHOOK_S)):
+        message = f"{overdue} webhooks have been due for more than {WEBHOOK_S:.0f} s; their receivers may be slow"
+        yield Finding(Check.WEBHOOKS, Level.WARNING, message)

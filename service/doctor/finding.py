@@ -44,6 +44,7 @@ class Check(StrEnum):
     IDLE_CLOCK = "idle-clock"
     SILENT = "silent"
     STOPS = "stops"
+    WEBHOOKS = "webhooks"
     BUNDLES = "bundles"
     ARTIFACTS = "artifacts"
     ORPHANS = "orphans"

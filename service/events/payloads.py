@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from urllib.parse import urlsplit
 
 from lippmann.job.states import JobStatus, PausedBy, TaskStatus, actions_for
 from lippmann.plan import artifact_names as names
@@ -60,6 +61,7 @@ def job_data(
         spec=spec,
         notes=tuple(row.notes),
         error=error,
+        webhook=_webhook(row),
         pause=_pause(row),
         wait=wait,
         progress=progress(row, running_px),
@@ -92,6 +94,12 @@ def _pause(row: Job) -> schema.JobPause | None:
     by = row.paused_by or PausedBy.USER  # paused by an earlier release, in which only users did
     since_at = utc_or_none(row.paused_s)
     return schema.JobPause(by=by, code=row.pause_code, reason=row.pause_reason, since_at=since_at)
+
+
+def _webhook(row: Job) -> schema.JobWebhook | None:
+    if row.webhook_url is None:
+        return None
+    return schema.JobWebhook(host=urlsplit(row.webhook_url).netloc, error=row.webhook_error)
 
 
 def progress_data(row: Job, *, running_px: float) -> JobProgress:

@@ -25,6 +25,7 @@ from service.db.tables import Job, Task
 from service.errors import JobNotEnded, NotFound, TransitionNotAllowed
 from service.events.publish import publish_jobs, publish_tasks
 from service.jobs.task_draft import TaskDraft, check_transition
+from service.webhooks.outbox import store_message
 
 RESET = {
     "failures": 0,
@@ -78,7 +79,7 @@ def find_job_for(session: Session, job_id: str, action: JobAction) -> Job:
 
 
 def transition_job(session: Session, row: Job, to: JobStatus, **values: Any) -> Job:
-    """Change the status of a job from the one that was read, and publish it.
+    """Change the status of a job from the one that was read, publish it, and store the message of its webhook.
 
     Raises
     ------
@@ -92,6 +93,7 @@ def transition_job(session: Session, row: Job, to: JobStatus, **values: Any) -> 
         raise TransitionNotAllowed(f"the job is no longer {row.status}, so it cannot become {to}")
     session.refresh(row)
     publish_jobs(session, [row])
+    store_message(session, row)
     return row
 
 

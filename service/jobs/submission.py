@@ -23,7 +23,7 @@ from service.db import access as access_rows
 from service.db import jobs as job_rows
 from service.db.engine import Database
 from service.db.tables import IdempotencyKey, Job
-from service.errors import IdempotencyMismatch, NotFound
+from service.errors import IdempotencyMismatch, Invalid, NotFound
 from service.events.publish import publish_jobs
 from service.ids import new_job_id
 from service.jobs.limits import Limits, check_quota, limited_spec
@@ -32,6 +32,7 @@ from service.ports import Parts
 from service.scenes import find_scene
 from service.schemas.access import AuditAction
 from service.settings import Settings
+from service.webhooks.receiver import ReceiverRefused, parse_receiver, rules_of
 
 OWNER_NAME = 64
 """The length of the name that a job shows of its key; keys of earlier releases may have longer ones."""
@@ -46,9 +47,17 @@ def submit_job(
     idempotency_key: str | None,
     now_s: float,
     settings: Settings,
+    webhook: str | None = None,
 ) -> tuple[Job, bool]:
     """Store a job file as a job of the caller.
 
+    Parameters
+    ----------
+    webhook
+        The URL that gets a message when the job has ended.
+
+    Notes
+    -----
     Without `settings.sharing`, the job uses only scenes that the caller sees, and tiles of the same owner.
 
     Returns
@@ -62,6 +71,8 @@ def submit_job(
         If the job is invalid or beyond a limit. The error names every field at fault.
     QuotaExceeded
         If the owner has too many open jobs.
+    Invalid
+        If the farm may not send to the URL of the webhook.
     IdempotencyMismatch
         If the key was used with another job file.
     StoreFull, StoreUnavailable
@@ -69,7 +80,9 @@ def submit_job(
     """
     limits, sharing = Limits(settings, caller.limits), settings.sharing
     spec = parse_spec(body)
-    fingerprint = hashlib.sha256(json.dumps(body, sort_keys=True).encode()).hexdigest()
+    host = _webhook_host(webhook, settings) if webhook is not None else None
+    asked = body if webhook is None else [body, webhook]
+    fingerprint = hashlib.sha256(json.dumps(asked, sort_keys=True).encode()).hexdigest()
     with database.reading() as session:
         known = _known(session, caller, idempotency_key, fingerprint)
         if known is not None:
@@ -91,8 +104,9 @@ def submit_job(
         if known is not None:
             return known, False
         check_quota(session, caller.owner_id, frames=len(spec.frame_numbers), limits=limits)
-        row = _insert(session, sheet, caller, list(notes), now_s)
-        record(session, caller, AuditAction.SUBMIT_JOB, row.id, now_s=now_s, detail=f"scene {row.scene}")
+        row = _insert(session, sheet, caller, list(notes), now_s, webhook)
+        detail = f"scene {row.scene}" + (f", webhook {host}" if host else "")
+        record(session, caller, AuditAction.SUBMIT_JOB, row.id, now_s=now_s, detail=detail)
         if idempotency_key is not None:
             session.merge(
                 IdempotencyKey(
@@ -104,6 +118,14 @@ def submit_job(
                 )
             )
         return row, True
+
+
+def _webhook_host(url: str, settings: Settings) -> str:
+    try:
+        return parse_receiver(url, rules_of(settings)).place
+    except ReceiverRefused as error:
+        problem = FieldProblem(field="webhook", expected="a URL that the farm may send to", got=str(error))
+        raise Invalid(f"webhook: {error}", problems=[problem]) from error
 
 
 def _known(session: Session, caller: Caller, key: str | None, fingerprint: str) -> Job | None:
@@ -130,7 +152,9 @@ def resolve(session: Session, spec: JobSpec, job_id: str, *, owner_id: str | Non
     return ResolvedJob.of(job_id, spec, SceneManifest.model_validate(scene.card), bundle=scene.digest)
 
 
-def _insert(session: Session, sheet: ResolvedJob, caller: Caller, notes: list[str], now_s: float) -> Job:
+def _insert(
+    session: Session, sheet: ResolvedJob, caller: Caller, notes: list[str], now_s: float, webhook: str | None
+) -> Job:
     spec = sheet.spec
     row = Job(
         id=sheet.job_id,
@@ -142,6 +166,7 @@ def _insert(session: Session, sheet: ResolvedJob, caller: Caller, notes: list[st
         owner_id=caller.owner_id,
         status=JobStatus.QUEUED,
         priority=spec.priority,
+        webhook_url=webhook,
         created_s=now_s,
         frames_total=len(spec.frame_numbers),
     )

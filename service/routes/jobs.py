@@ -44,6 +44,7 @@ from service.jobs.state_machine import find_job
 from service.jobs.submission import submit_job
 from service.schemas.access import AuditAction
 from service.schemas.job import FramesToSkip, Job, JobChange, JobPage
+from service.webhooks.receiver import MAX_URL
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
 
@@ -71,11 +72,16 @@ def submit_job_file(
         Header(min_length=1, max_length=200, description="A key chosen by the client. A repeated request with the same "
                "key and job file returns the job that was submitted first."),
     ] = None,
+    webhook: Annotated[
+        str | None,
+        Query(min_length=1, max_length=MAX_URL, description="A URL that gets a signed `WebhookMessage` when the job is "
+              "done, failed or cancelled."),
+    ] = None,
 ) -> Job:  # fmt: skip
     """Submit a job file. The job is stored and runs as soon as workers are free."""
     row, is_new = submit_job(
         state.database, state.parts, caller, body, idempotency_key=idempotency_key, now_s=state.now_s(),
-        settings=state.settings,
+        settings=state.settings, webhook=webhook,
     )  # fmt: skip
     state.wakeup.notify()
     response.status_code = 201 if is_new else 200

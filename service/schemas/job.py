@@ -41,6 +41,15 @@ class JobPause(Answer):
     since_at: datetime | None
 
 
+class JobWebhook(Answer):
+    """Where a message goes when the job has ended."""
+
+    host: str
+    """The host and the port; the rest of the URL may hold a secret."""
+    error: str | None
+    """Why the latest attempt to deliver the message failed; null if none failed."""
+
+
 class TaskCounts(Answer):
     """The number of tasks in each status."""
 
@@ -102,6 +111,8 @@ class Job(Answer):
     notes: tuple[str, ...]
     """Remarks of the check of the optics."""
     error: JobError | None
+    webhook: JobWebhook | None = None
+    """Where a message goes when the job has ended; null for a job that was submitted without a webhook."""
     pause: JobPause | None = None
     """Who paused the job, and why; null for a job that is not paused."""
     wait: Wait | None = None

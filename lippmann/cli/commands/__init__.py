@@ -3,7 +3,7 @@
 A sub-command imports what it needs when it runs, so that `--help` stays fast.
 
 farm           up, demo, serve, worker
-keys           keys create, list, revoke, link
+keys           keys create, list, revoke, link, webhook-secret, audit
 jobs           submit, jobs, show, watch, fetch, link, cancel, pause, resume, retry, repair
 scenes         scenes list, show, upload; capture
 import_sheets  import

@@ -24,6 +24,10 @@ def submit(
     no_cache: Annotated[
         bool, typer.Option("--no-cache", help="Render every tile, and store none in the render cache.")
     ] = False,
+    webhook: Annotated[
+        str | None,
+        typer.Option(metavar="URL", help="A URL that gets a signed message when the job has ended (docs/webhooks.md)."),
+    ] = None,
     *,
     output: Output,
     connection: Connection,
@@ -37,7 +41,7 @@ def submit(
     parse_spec(job)  # An invalid job is refused at once, with or without a service, and old names are noted.
     old_names = current_job(job)[1]
     with connection.client(patience_s=RECONNECT_S if watching else 3.0) as client:
-        made = client.submit(job)
+        made = client.submit(job, webhook=webhook)
         for note in made.notes:
             if note not in old_names:
                 output.note(f"note: {note}")

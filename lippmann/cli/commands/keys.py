@@ -87,6 +87,15 @@ def link(output: Output, connection: Connection) -> None:
     output.result(made.model_dump(mode="json"), made.url)
 
 
+@app.command("webhook-secret")
+@with_context
+def webhook_secret(output: Output, connection: Connection) -> None:
+    """Show the secret with which a receiver verifies the webhooks of your jobs; a submitter's key is enough."""
+    with connection.client() as client:
+        found = client.webhook_secret()
+    output.result(found.model_dump(mode="json"), found.secret)
+
+
 @app.command()
 @with_context
 def audit(

@@ -64,6 +64,7 @@ def job_text(job: Job) -> str:
             ("CPU", duration_text(job.cpu_s) if job.cpu_s else None),
             ("priority", job.priority),
             ("by", job.owner),
+            ("webhook", _webhook_text(job)),
             ("created", _time(job.created_at)),
             ("ended", _time(job.ended_at) if job.ended_at else None),
             ("outputs", ", ".join(output.name + ("" if output.ready else " (not yet)") for output in job.outputs)),
@@ -120,6 +121,12 @@ def _reason(task: Task) -> str:
     if task.wait is not None:
         return wait_text(task.wait)
     return f"{task.error.message} ({task.error.code})" if task.error is not None else ""
+
+
+def _webhook_text(job: Job) -> str | None:
+    if job.webhook is None:
+        return None
+    return job.webhook.host + (f": {job.webhook.error}" if job.webhook.error else "")
 
 
 def _pause_text(job: Job) -> str | None:
