@@ -41,7 +41,7 @@ def test_nothing_is_answered_without_a_key(anyone: Client, method: str, path: st
     assert answer.headers["WWW-Authenticate"] == "Bearer"
 
 
-@pytest.mark.promise("People", "Only health and the login answer without a key.")
+@pytest.mark.promise("People", "Only health, the login and signed links answer without a key.")
 def test_every_route_but_health_and_login_asks_for_a_key(anyone: Client) -> None:
     paths = json.loads(FILE.read_text(encoding="utf-8"))["paths"]
     assert len(paths) > 15

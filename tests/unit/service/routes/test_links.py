@@ -56,6 +56,7 @@ def test_a_link_gives_one_file_without_a_key_whole_and_in_part(api: Client, job_
     assert _without_a_key(api, url, Range="bytes=1024-").status_code == 416
 
 
+@pytest.mark.promise("People", "A link to a file gives this file only, to whoever has the link.")
 @pytest.mark.parametrize(
     "change",
     [
@@ -75,6 +76,7 @@ def test_a_link_that_was_changed_is_refused(api: Client, job_id: str, change: Ca
     assert (answer.status_code, answer.json()["code"]) == (401, "unauthorized")
 
 
+@pytest.mark.promise("People", "A link to a file expires.")
 def test_a_link_expires(api: Client, api_farm: Farm, job_id: str) -> None:
     url = _link(api, job_id, expires_in_s=60)
     api_farm.now_s += 59
@@ -97,6 +99,7 @@ def test_the_farm_caps_how_long_a_link_is_valid(
     assert datetime.fromisoformat(made["expires_at"]) == datetime.fromtimestamp(farm.now_s + 3600, UTC)
 
 
+@pytest.mark.promise("People", "A link to a file ends when the job is removed.")
 def test_a_link_ends_with_its_job(api: Client, job_id: str) -> None:
     url = _link(api, job_id)
     assert api.post(f"/api/v1/jobs/{job_id}/cancel").status_code == 200
@@ -105,6 +108,7 @@ def test_a_link_ends_with_its_job(api: Client, job_id: str) -> None:
     assert _without_a_key(api, url).status_code == 404
 
 
+@pytest.mark.promise("People", "A link to a file ends with the key that made it.")
 def test_a_link_ends_with_the_key_that_made_it(api: Client, job_id: str) -> None:
     made = api.post("/api/v1/keys", json={"name": "guest", "role": "viewer"}).json()
     url = _link(api, job_id, headers={"Authorization": f"Bearer {made['key']}"})
@@ -124,6 +128,7 @@ def test_a_link_ends_with_the_key_of_the_farm_and_not_before(api: Client, api_fa
     assert _without_a_key(api, _link(api, job_id)).status_code == 200
 
 
+@pytest.mark.promise("People", "A link to a file gives no more than its maker may see.")
 def test_a_link_gives_no_more_than_its_maker_may_see(
     make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]
 ) -> None:

@@ -28,6 +28,10 @@ def test_an_address_that_is_not_public_is_refused_unless_the_farm_names_it(host:
     assert parse_receiver(f"https://{host}:8443/hook", own).port == 8443
 
 
+@pytest.mark.promise(
+    "People",
+    "A webhook goes to no address of the own network that the farm does not name, whatever its URL looks like.",
+)
 @pytest.mark.parametrize("host", ["localhost", "127.1", "0x7f000001", "2130706433", "017700000001", "[::ffff:7f00:1]"])
 def test_what_resolves_to_an_address_that_is_not_public_is_refused(host: str) -> None:
     with pytest.raises(ReceiverRefused, match="not public"):

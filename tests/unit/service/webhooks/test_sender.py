@@ -87,6 +87,7 @@ def is_genuine(secret: str, received: Received, *, now_s: float, monkeypatch: py
         monkeypatch.undo()
 
 
+@pytest.mark.promise("People", "A receiver can verify a webhook, and nobody else's secret is good for it.")
 @pytest.mark.parametrize("database_kind", DATABASES)
 def test_a_job_that_is_done_is_said_once_and_signed(
     hooks: Farm, receiver: Receiver, monkeypatch: pytest.MonkeyPatch
@@ -202,6 +203,7 @@ def test_a_receiver_that_is_gone_is_asked_once(hooks: Farm, receiver: Receiver) 
     assert hooks.job(job_id).webhook_error == "the webhook was not delivered: the receiver answered 410"
 
 
+@pytest.mark.promise("People", "A webhook follows no redirect.")
 def test_a_redirect_is_not_followed(hooks: Farm, receiver: Receiver) -> None:
     with receiving() as inside:
         receiver.answer, receiver.headers = 307, {"Location": inside.url}
@@ -238,6 +240,7 @@ def _interim(handler: BaseHTTPRequestHandler) -> None:
     handler.wfile.write(b"HTTP/1.1 103 Early Hints\r\n\r\nHTTP/1.1 200 OK\r\n\r\n")
 
 
+@pytest.mark.promise("People", "What the receiver of a webhook answers is bounded in size and time.")
 @pytest.mark.parametrize(
     ("answer", "error"),
     [
@@ -272,6 +275,7 @@ def test_a_name_of_this_machine_is_refused_when_it_is_resolved(
     )
 
 
+@pytest.mark.promise("People", "A webhook goes to the address that was checked, also if its name changes.")
 def test_the_connection_goes_to_the_address_that_was_checked(
     make_farm: Callable[..., Farm], receiver: Receiver, monkeypatch: pytest.MonkeyPatch
 ) -> None:
