@@ -108,7 +108,7 @@ class Job(Base):
     background_job: Mapped[BackgroundJob | None] = mapped_column(_enum(BackgroundJob))
     priority: Mapped[int]
     webhook_url: Mapped[str | None] = mapped_column(Text)
-    """Where a message goes when the job has ended. A URL may hold a secret, so only its host is shown."""
+    """The URL that gets a message when the job has ended; it may hold a secret, so only its host is shown."""
     webhook_error: Mapped[str | None] = mapped_column(Text)
     created_s: Mapped[float]
     started_s: Mapped[float | None]

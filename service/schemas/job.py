@@ -42,7 +42,7 @@ class JobPause(Answer):
 
 
 class JobWebhook(Answer):
-    """Where a message goes when the job has ended."""
+    """The receiver of the message that is sent when the job has ended."""
 
     host: str
     """The host and the port; the rest of the URL may hold a secret."""
@@ -112,7 +112,7 @@ class Job(Answer):
     """Remarks of the check of the optics."""
     error: JobError | None
     webhook: JobWebhook | None = None
-    """Where a message goes when the job has ended; null for a job that was submitted without a webhook."""
+    """The receiver of the message at the end of the job; null for a job that was submitted without a webhook."""
     pause: JobPause | None = None
     """Who paused the job, and why; null for a job that is not paused."""
     wait: Wait | None = None

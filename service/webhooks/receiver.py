@@ -103,7 +103,7 @@ def resolve(receiver: Receiver, rules: ReceiverRules) -> tuple[str, ...]:
     Raises
     ------
     ReceiverRefused
-        If any address of the host is not public, and the host is none of the own network.
+        If any address of the host is not public, and no setting names the host.
     OSError
         If the host has no address now.
     """
