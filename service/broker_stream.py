@@ -156,7 +156,7 @@ class Stream:
         self.dropped[kind] += 1
         if self._steady() - self._logged_s >= LOG_S:
             self._logged_s = self._steady()
-            log.warning("messages of workers were dropped", **self.dropped, last=str(error)[:500])
+            log.warning("messages of workers were dropped", dropped=dict(self.dropped), last=str(error)[:500])
 
 
 def attempt_of(message: bytes | None) -> str | None:

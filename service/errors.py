@@ -26,6 +26,7 @@ STATUS_OF_CODE = MappingProxyType(
         "too-large": 413,
         "too-many-requests": 429,
         "quota": 429,
+        "storage-quota": 403,
         "range-not-satisfiable": 416,
         "invalid": 422,
         "bad-input": 422,
@@ -117,6 +118,12 @@ class QuotaExceeded(TooManyRequests):
     """The owner has as many open jobs as the farm or the key allows."""
 
     code = "quota"
+
+
+class StorageQuotaExceeded(ServiceError):
+    """The owner has stored as much as the farm or the key allows."""
+
+    code = "storage-quota"
 
 
 class RangeNotSatisfiable(ServiceError):

@@ -17,7 +17,17 @@ from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.engine import Database
 from service.roster import Roster, read_roster
-from service.schemas.farm import ComponentHealth, CoordinatorHealth, Fault, Health, StoreHealth, Worker, WorkerList
+from service.schemas.access import Role
+from service.schemas.farm import (
+    ComponentHealth,
+    CoordinatorHealth,
+    DroppedMessages,
+    Fault,
+    Health,
+    StoreHealth,
+    Worker,
+    WorkerList,
+)
 
 ANSWER_S = 0.8
 """The longest time of one check."""
@@ -50,8 +60,8 @@ class Checks:
         self._stream = stream
         self._limiter: anyio.CapacityLimiter | None = None
 
-    async def health(self, *, now_s: float, is_known: Callable[[], bool]) -> Health:
-        """Run all checks at once; a caller who is not `is_known` learns which components are healthy and no more."""
+    async def health(self, *, now_s: float, role: Callable[[], Role | None]) -> Health:
+        """Run all checks at once; a caller without a role learns which components are healthy and no more."""
         answers: dict[str, object] = {}
 
         async def ask(name: str, question: Callable[[], object]) -> None:
@@ -62,9 +72,14 @@ class Checks:
             group.start_soon(ask, "workers", self._roster)
             group.start_soon(ask, "free", self._free_bytes)
             group.start_soon(ask, "faults", self._faults)
-            group.start_soon(ask, "known", is_known)
+            group.start_soon(ask, "dropped", self._dropped)
+            group.start_soon(ask, "role", role)
         health = _health(answers["coordinator"], answers["workers"], answers["free"], answers["faults"])
-        return health if answers["known"] is True else _without_details(health)
+        if not isinstance(answers["role"], Role):
+            return _without_details(health)
+        if answers["role"] is not Role.ADMIN:
+            return health
+        return health.model_copy(update={"dropped": _dropped(answers["dropped"], answers["workers"])})
 
     async def workers(self) -> WorkerList:
         """Return the workers that are online, with their running tasks."""
@@ -97,6 +112,10 @@ class Checks:
             return self.monitor.faults
         with self._database.reading() as session:
             return coordinator_rows.faults(session)
+
+    def _dropped(self) -> Mapping[str, int]:
+        with self._database.reading() as session:
+            return coordinator_rows.dropped(session)
 
     def _roster(self) -> Roster:
         return read_roster(self._stream)
@@ -151,6 +170,13 @@ def _without_details(health: Health) -> Health:
         workers=None,
         slots=None,
     )
+
+
+def _dropped(found: object, workers: object) -> DroppedMessages | None:
+    if not isinstance(found, Mapping):
+        return None
+    orders = sum(worker.refused_orders for worker in workers.present) if isinstance(workers, Roster) else None
+    return DroppedMessages(events=found.get("event", 0), presences=found.get("presence", 0), orders=orders)
 
 
 def _all_faults(found: object, workers: object) -> tuple[Fault, ...]:

@@ -13,9 +13,11 @@ from lippmann.job.scene import SceneManifest
 from lippmann.plan import artifact_names as names
 from service.audit import record
 from service.auth import Caller
+from service.db import usage as usage_rows
 from service.db.engine import Database, changed
 from service.db.tables import ADMIN_OWNER, Scene
-from service.errors import Forbidden, Invalid, NotFound, SceneBuiltin
+from service.errors import Forbidden, Invalid, NotFound, SceneBuiltin, StorageQuotaExceeded
+from service.limits import MEGABYTE, Limit, Limits
 from service.ports import CheckedBundle, Parts
 from service.schemas import scene as schema
 from service.schemas.access import AuditAction
@@ -48,8 +50,9 @@ def upload_scene(
     SceneBuiltin
         If the name belongs to a built-in scene.
     Forbidden
-        If the name belongs to the scene of another owner, and the bundle is another one or hidden from the caller; or
-        if the owner has too many scenes.
+        If the name belongs to the scene of another owner, and the bundle is another one or hidden from the caller.
+    StorageQuotaExceeded
+        If the owner has too many scenes or bundles, or too large ones.
     BundleError
         If the bundle is invalid.
     """
@@ -65,13 +68,18 @@ def upload_scene(
     bundle = parts.scenes.check(data)
     if known is not None and known.digest == bundle.digest:
         return _present(known), False
+    limits = Limits(settings, caller.limits)
+    with database.reading() as session:
+        _check_bundles(session, caller.owner_id, bundle.digest, size=len(data), limits=limits)
     _store(parts, bundle.digest, data)
     with database.writing() as session:
         known = session.get(Scene, name)  # Somebody else may have taken the name since.
         if known is not None:
             _check_owner(caller, known)
         else:
-            _check_count(session, caller, settings)
+            _check_count(session, caller, limits)
+        _check_bundles(session, caller.owner_id, bundle.digest, size=len(data), limits=limits)
+        usage_rows.add_bundle(session, caller.owner_id, bundle.digest, len(data))
         owner, owner_id = (caller.name, caller.owner_id) if known is None else (known.owner, known.owner_id)
         row = session.merge(_row(name, bundle, builtin=False, now_s=now_s, owner=owner, owner_id=owner_id))
         record(session, caller, AuditAction.UPLOAD_SCENE, name, now_s=now_s, detail=f"bundle {bundle.digest}")
@@ -127,11 +135,34 @@ def _check_owner(caller: Caller, known: Scene) -> None:
         raise Forbidden(f"the scene {known.name!r} belongs to another owner; choose another name")
 
 
-def _check_count(session: Session, caller: Caller, settings: Settings) -> None:
-    most = min(settings.max_scenes, caller.limits.scenes or settings.max_scenes)
-    count = session.scalar(select(func.count()).where(Scene.owner_id == caller.owner_id, Scene.builtin.is_(False)))
-    if (count or 0) >= most:
-        raise Forbidden(f"{caller.owner_id!r} has {count} scenes, expected fewer than {most}; replace one of them")
+def _check_count(session: Session, caller: Caller, limits: Limits) -> None:
+    query = select(func.count()).where(Scene.owner_id == caller.owner_id, Scene.builtin.is_(False))
+    count = (session.scalar(query) or 0) + 1
+    _check(caller.owner_id, "scenes", limits["scenes"], count, f"{count} scenes", "replace one of them")
+
+
+def _check_bundles(session: Session, owner_id: str, digest: str, *, size: int, limits: Limits) -> None:
+    """Refuse a bundle of `size` bytes if its owner would store more than the limits allow.
+
+    Raises
+    ------
+    StorageQuotaExceeded
+        If the owner would have too many bundles, or too large ones. A bundle that the owner has stored counts once.
+    """
+    if usage_rows.has_bundle(session, owner_id, digest):
+        return
+    count, stored = usage_rows.bundles(session, owner_id)
+    count, stored_mb = count + 1, (stored + size) / MEGABYTE
+    advice = "bundles that were replaced count, because jobs may need them"
+    _check(owner_id, "bundles", limits["bundles"], count, f"{count} scene bundles", advice)
+    _check(owner_id, "bundles_mb", limits["bundles_mb"], stored_mb, f"{stored_mb:.15g} MB of scene bundles", advice)
+
+
+def _check(owner_id: str, field: str, limit: Limit, value: float, have: str, advice: str) -> None:
+    if value > limit.value:
+        problem = FieldProblem(field=field, expected=str(limit), got=f"{value:.15g}")
+        message = f"{owner_id!r} would have {have}, expected {limit}; {advice}"
+        raise StorageQuotaExceeded(message, problems=[problem])
 
 
 def _row(

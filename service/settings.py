@@ -144,8 +144,18 @@ class Settings(BaseSettings):
     """The largest number of jobs of one owner that have not ended; above it, submissions are answered with 429."""
     max_open_frames: int = Field(default=3_000_000, ge=1)
     """The largest number of frames in the open jobs of one owner; above it, submissions are answered with 429."""
+    max_slots: int = Field(default=100_000, ge=1)
+    """The largest number of slots that the jobs of one owner hold at once. An order holds its slot from the time at
+    which it is sent."""
     max_scenes: int = Field(default=1_000, ge=1)
     """The largest number of scenes of one owner."""
+    max_bundles: int = Field(default=10_000, ge=1)
+    """The largest number of scene bundles that one owner stores; bundles that were replaced count."""
+    max_bundles_mb: int = Field(default=100_000, ge=1)
+    """The largest size of the scene bundles that one owner stores, in megabytes."""
+    max_artifacts_mb: int = Field(default=10_000_000, ge=1)
+    """The size of the artifacts of one owner above which the jobs of the owner are paused and others are refused, in
+    megabytes; logs do not count."""
     sharing: bool = True
     """True if everybody with a key sees the jobs and scenes of all owners, which only owners and admins change; if
     False, everybody except admins sees only their own jobs, their own scenes and the built-in ones."""

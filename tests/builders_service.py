@@ -39,7 +39,7 @@ from service.order_queue import OrderQueue
 from service.ports import Parts
 from service.roster import Roster
 from service.scenes import sync_builtin
-from service.schemas.access import Role
+from service.schemas.access import KeyLimits, Role
 from service.settings import Settings
 
 with warnings.catch_warnings():
@@ -52,6 +52,14 @@ Client = TestClient
 T0 = 1_900_000_000.0
 PROBE = ProbeResult(start_s=0.5, s_per_px=1e-5, tileable=True)
 CALLER = Caller(id="k", key_id="k", name="tester", role=Role.SUBMITTER, owner_id="k")
+
+
+def owner(owner_id: str, **limits: int) -> Caller:
+    """Return a submitter whose key has some limits."""
+    limited = KeyLimits.model_validate(limits)
+    return Caller(id=owner_id, key_id=owner_id, name=owner_id, role=Role.SUBMITTER, owner_id=owner_id, limits=limited)
+
+
 CARD = SceneManifest(
     title="A ball",
     stage=Stage(location=(0, 0, -500), look_at=(0, 0, 0), reference_mm=500, near_mm=400, far_mm=600),
@@ -217,9 +225,9 @@ class Farm:
         self.repairer = ArtifactRepairer(self.database, self.store, self.settings)
         self.background_jobs = BackgroundJobs(self.database, self.store, self.settings)
 
-    def submit(self, **changes: Any) -> str:
+    def submit(self, *, caller: Caller = CALLER, **changes: Any) -> str:
         job, _ = submit_job(
-            self.database, self.parts, CALLER, SPEC | changes, idempotency_key=None, now_s=self.now_s,
+            self.database, self.parts, caller, SPEC | changes, idempotency_key=None, now_s=self.now_s,
             settings=self.settings,
         )  # fmt: skip
         return job.id

@@ -14,7 +14,8 @@ from service.db import waiting as waiting_rows
 from service.db.faults import avoided_workers
 from service.db.tables import Job, Task
 from service.ids import task_id
-from service.jobs.fair_share import Claim
+from service.jobs.fair_share import is_at_limit, slots_by_owner
+from service.jobs.limits import claim_of
 from service.jobs.waiting import NAMED, FarmState, JobState, Needs, job_wait, task_wait
 from service.roster import Roster
 from service.schemas.wait import Wait
@@ -72,16 +73,21 @@ def _shared(wait: Wait, outlook: Outlook) -> Wait:
 
 def _farm_state(session: Session, outlook: Outlook) -> FarmState:
     leader = coordinator_rows.current(session)
-    holders = waiting_rows.holders(session)
+    settings = outlook.settings
+    busy = waiting_rows.holders(session)
+    holders = tuple(claim_of(row[:6], settings) for row in busy)
+    held = slots_by_owner(holders)
+    full = {claim.owner_id: held[claim.owner_id] for claim in holders if is_at_limit(claim, held)}
+    line = waiting_rows.line(session, now_s=outlook.now_s, max_slots=settings.max_slots, held=full)
     return FarmState(
         now_s=outlook.now_s,
-        settings=outlook.settings,
+        settings=settings,
         has_leader=leader.leader is not None and leader.leader_until_s >= outlook.now_s,
         faults=coordinator_rows.faults(session),
         roster=outlook.roster,
-        line=tuple(Claim(*row) for row in waiting_rows.line(session, now_s=outlook.now_s)),
-        holders=tuple(Claim(*row[:4]) for row in holders),
-        running=sum(row[4] for row in holders),
+        line=tuple(claim_of(row, settings) for row in line),
+        holders=holders,
+        running=sum(row[6] for row in busy),
     )
 
 

@@ -14,6 +14,7 @@ from service.db import jobs as job_rows
 from service.events.publish import publish_progress
 from service.jobs.completion import settle
 from service.jobs.state_machine import write_drafts
+from service.jobs.storage_quota import pause_beyond_quota
 from service.settings import Settings
 
 
@@ -27,9 +28,10 @@ def write_batch(session: Session, batch: Batch) -> None:
 
 
 def close_jobs(session: Session, job_ids: Collection[str], *, now_s: float, settings: Settings) -> None:
-    """End those jobs whose tasks have ended, and publish the progress of the others."""
+    """End those jobs whose tasks have ended, pause those beyond a quota, and publish the progress of the others."""
     rows = job_rows.jobs(session, job_ids)
     running = [row for row in rows if not settle(session, row, now_s=now_s, limit=settings.failure_limit)]
+    pause_beyond_quota(session, running, now_s=now_s, settings=settings)
     publish_progress(session, running)
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import partial
@@ -39,6 +40,7 @@ from service.db import coordinator as coordinator_rows
 from service.db.engine import Database
 from service.errors import BrokerUnavailable
 from service.events.wakeup import Wakeup
+from service.jobs.storage_quota import resume_within_quota
 from service.order_queue import OrderQueue
 from service.settings import Settings
 from service.store_check import StoreCheck
@@ -107,6 +109,7 @@ class Coordinator:
         self._liveness = Liveness(silence_s=settings.lease_ttl_s, clock=clock, steady=steady)
         self._loss_monitor = LossMonitor(database, self._stream, self._reconciler, self._liveness, settings)
         self._checkpoint_s = clock()
+        self._dropped: Counter[str] = Counter()
         self._stopping = threading.Event()
         self._webhooks = WebhookSender(database, settings, is_active=self._is_active, clock=clock)
         self._threads: list[threading.Thread] = []
@@ -220,7 +223,11 @@ class Coordinator:
             self._present()
         had_faults = bool(self.fault_monitor.faults)
         self.fault_monitor.run(self._workers, now_s=self._clock())
-        if had_faults and not self.fault_monitor.faults:
+        if self.fault_monitor.faults:
+            return
+        self._record_dropped()
+        resumed = resume_within_quota(self._database, now_s=self._clock(), settings=self._settings)
+        if had_faults or resumed:
             self._wakeup.notify()
 
     def reconcile_round(self) -> None:
@@ -300,6 +307,13 @@ class Coordinator:
             self._stream.publish_not_claiming(self._not_claiming)
         if was.keys() != self._not_claiming.keys():
             log.warning("workers that take no orders have changed", not_claiming=sorted(self._not_claiming))
+
+    def _record_dropped(self) -> None:
+        dropped = Counter(self._stream.dropped)
+        if dropped != self._dropped:
+            with self._database.writing() as session:
+                coordinator_rows.add_dropped(session, dropped - self._dropped)
+            self._dropped = dropped
 
     def _signal_stops(self) -> None:
         with self._database.reading() as session:

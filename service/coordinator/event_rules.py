@@ -23,6 +23,9 @@ NO_REASON = Failure(code="unknown", message="the worker gave no reason", permane
 NO_ERROR = dict.fromkeys(("error_code", "error_message", "error_frame", "error_artifact"))
 """The columns of the last error of a task that is done."""
 
+MOST_BYTES = 10**13
+"""The largest size of the artifacts of a task that is counted, which keeps sums finite."""
+
 _AFTER = {
     EventKind.FAILED: (TaskStatus.READY, TaskStatus.WAITING, TaskStatus.FAILED),
     EventKind.DECLINED: (TaskStatus.READY,),
@@ -108,6 +111,8 @@ def finish(
     """Apply that a task is done."""
     values = {"cpu_s": cpu_s, "wall_s": wall_s, "progress": 1.0, "ended_s": now_s, "digests": digests or None}
     values |= {"cached": cached}
+    if digests:
+        values["stored_bytes"] = min(sum(digest.size for digest in digests.values()), MOST_BYTES)
     draft.transition(TaskStatus.DONE, **values, **NO_ERROR)
 
 

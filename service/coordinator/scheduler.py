@@ -5,8 +5,8 @@ The row becomes `dispatched` before the order is sent. A crash in between delays
 
 from __future__ import annotations
 
-from collections import deque
-from collections.abc import Sequence
+from collections import Counter, deque
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from sqlalchemy.orm import Session
@@ -25,7 +25,8 @@ from service.db.faults import avoided_workers
 from service.db.task_state import TaskState
 from service.errors import BrokerUnavailable
 from service.ids import new_attempt, parse_task_id, task_id
-from service.jobs.fair_share import Claim, share_out
+from service.jobs.fair_share import share_out
+from service.jobs.limits import claim_of
 from service.jobs.state_machine import begin_jobs, write_drafts
 from service.jobs.task_draft import TaskDraft
 from service.jobs.verification import input_digests
@@ -79,11 +80,14 @@ def dispatch(
         If the orders cannot be sent. Their tasks are ready again by then.
     """
     with database.reading() as session:
-        room = _room(session, workers, settings, ahead)
+        held = job_rows.outstanding(session)
+        room = _room(held, workers, settings, ahead)
         if room <= 0 or not job_rows.can_dispatch(session, now_s=now_s):
             return 0
     with database.writing() as session:
-        orders = assign(session, workers, now_s=now_s, room=room)
+        # Only the leader sends orders, so that until here an owner can only have come to hold fewer.
+        best = _best(session, settings, held, room, now_s)
+        orders = assign(session, workers, best, now_s=now_s)
     try:
         if orders:
             queue.publish(orders)
@@ -94,12 +98,12 @@ def dispatch(
     return len(orders)
 
 
-def assign(session: Session, workers: Sequence[Presence], *, now_s: float, room: int) -> list[Order]:
-    """Assign ready tasks, at most `room`, to new attempts, by a handful of statements, and return their orders."""
-    coordinator = coordinator_rows.current(session)
-    drafts = [TaskDraft(task) for task in _best(session, room, now_s)]
-    if not drafts:
+def assign(session: Session, workers: Sequence[Presence], ready: Sequence[TaskState], *, now_s: float) -> list[Order]:
+    """Assign ready tasks to new attempts, by a handful of statements, and return their orders."""
+    if not ready:
         return []
+    coordinator = coordinator_rows.current(session)
+    drafts = [TaskDraft(task) for task in ready]
     job_ids = {draft.now.job_id for draft in drafts}
     begin_jobs(session, job_ids, now_s=now_s)
     for draft in drafts:
@@ -136,22 +140,24 @@ def take_back(session: Session, orders: Sequence[Order], *, now_s: float) -> Non
     write_drafts(session, taken)
 
 
-def _room(session: Session, workers: Sequence[Presence], settings: Settings, ahead: int) -> int:
+def _room(held: Mapping[str, int], workers: Sequence[Presence], settings: Settings, ahead: int) -> int:
     slots = sum(worker.slots for worker in workers if worker.fault is None)
     if not slots:
         return 0
-    return min(max(settings.orders_per_slot * slots, ahead) - job_rows.outstanding(session), ROUND)
+    return min(max(settings.orders_per_slot * slots, ahead) - sum(held.values()), ROUND)
 
 
-def _best(session: Session, room: int, now_s: float) -> list[TaskState]:
-    claims = {claim[0]: Claim(*claim) for claim in job_rows.claims(session, now_s=now_s)}
+def _best(session: Session, settings: Settings, held: Mapping[str, int], room: int, now_s: float) -> list[TaskState]:
+    claims = {row[0]: claim_of(row, settings) for row in job_rows.claims(session, now_s=now_s)}
     reached = dict.fromkeys(claims, -1)
+    holds = Counter(held)
     best: list[TaskState] = []
-    while claims and len(best) < room:
-        for job_id, wanted in share_out(claims.values(), room - len(best)).items():
+    while len(best) < room and (shares := share_out(claims.values(), room - len(best), held=holds)):
+        for job_id, wanted in shares.items():
             tasks = task_sets.ready(session, job_id, now_s=now_s, after=reached[job_id], limit=wanted)
             best += tasks
             claim = claims.pop(job_id)
+            holds[claim.owner_id] += len(tasks)
             if len(tasks) == wanted < claim.ready:
                 reached[job_id] = tasks[-1].sequence
                 rest = replace(claim, outstanding=claim.outstanding + wanted, ready=claim.ready - wanted)

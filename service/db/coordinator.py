@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 
 from sqlalchemy import bindparam, delete, or_, select, text, update
 from sqlalchemy.orm import Session
@@ -68,6 +69,16 @@ def set_faults(session: Session, found: Sequence[Fault]) -> None:
     """Store what prevents all work of the farm now."""
     values = [fault.model_dump(mode="json") for fault in found] or None
     changed(session, update(CoordinatorRow).values(faults=values))
+
+
+def dropped(session: Session) -> Mapping[str, int]:
+    """Return the number of messages of workers that the coordinators refused, by their kind."""
+    return current(session).dropped or {}
+
+
+def add_dropped(session: Session, more: Mapping[str, int]) -> None:
+    """Add to the number of messages that the coordinators refused, by their kind."""
+    changed(session, update(CoordinatorRow).values(dropped=dict(Counter(dropped(session)) + Counter(more))))
 
 
 def store_id(session: Session) -> str | None:

@@ -14,8 +14,11 @@ from sqlalchemy.orm import Session
 from lippmann.job.states import JobStatus, TaskStatus
 from service.db.engine import changed
 from service.db.tables import Job, Task
+from service.db.usage import add_artifact_bytes
 
-GAINS = ("frames_done", "total_px", "done_px", "cpu_s", "wall_s", "late_events", "cache_hits", "cached_px")
+GAINS = (
+    "frames_done", "total_px", "done_px", "cpu_s", "wall_s", "late_events", "cache_hits", "cached_px", "artifact_bytes",
+)  # fmt: skip
 """The counters of a job that count no tasks."""
 _COLUMNS = (*(status.value for status in TaskStatus), *GAINS)
 _ADD = (
@@ -29,7 +32,10 @@ Gains = Mapping[str, float]
 
 
 def add_to_counters(session: Session, gains: Mapping[str, Gains]) -> None:
-    """Add to the counters of jobs, by one statement; a job that does not exist is passed over."""
+    """Add to the counters of jobs, by one statement; a job that does not exist is passed over.
+
+    The bytes of artifacts are also added to those of the owners, by another one.
+    """
     rows = [
         {"of_job": job_id, **{f"add_{name}": added.get(name, 0) for name in _COLUMNS}}
         for job_id, added in sorted(gains.items())
@@ -37,6 +43,7 @@ def add_to_counters(session: Session, gains: Mapping[str, Gains]) -> None:
     ]
     if rows:
         session.connection().execute(_ADD, rows)
+        add_artifact_bytes(session, {job_id: int(added.get("artifact_bytes", 0)) for job_id, added in gains.items()})
 
 
 def miscounted(session: Session, statuses: Iterable[JobStatus] = tuple(JobStatus)) -> Sequence[str]:

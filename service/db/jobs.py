@@ -11,6 +11,7 @@ from sqlalchemy.orm import Session
 from lippmann.job.states import JobStatus, PausedBy, TaskStatus
 from service.db.engine import changed
 from service.db.tables import BackgroundJob, Job, Task
+from service.errors import StorageQuotaExceeded
 
 SCHEDULABLE = (JobStatus.QUEUED, JobStatus.PROBING, JobStatus.RUNNING)
 """The statuses in which the tasks of a job may be dispatched."""
@@ -38,8 +39,12 @@ IS_DISPATCHABLE = (
     _due_task().is_not(None),  # not EXISTS, for the reason given in `service.db.tasks.is_blocked`
 )
 """The conditions that some task of a job may be dispatched at the time of the parameter `now_s`."""
-CLAIM = (Job.id, Job.priority, (Job.dispatched + Job.running).label("outstanding"), Job.ready)
-"""The columns of a job that wants slots: id, priority, outstanding orders, ready tasks."""
+CLAIM = (
+    Job.id, Job.priority, (Job.dispatched + Job.running).label("outstanding"), Job.ready, Job.owner_id, Job.max_slots,
+)  # fmt: skip
+"""The columns of a job that wants slots: id, priority, outstanding orders, ready tasks, owner, limit of its key."""
+ClaimRow = tuple[str, int, int, int, str, int | None]
+"""The values of `CLAIM`."""
 
 # Statements that every round executes are made once.
 _JOBS = (
@@ -58,11 +63,16 @@ _BACKGROUND_JOBS = (
 _PAUSED_BY_FARM = (
     select(Job.id, Job.pause_reason)
     .where(Job.status == JobStatus.PAUSED, Job.paused_by == PausedBy.FARM)
+    .where(Job.pause_code.is_distinct_from(StorageQuotaExceeded.code))
     .order_by(Job.id)
 )
 _FIRST_CLAIM = select(Job.id).where(*IS_DISPATCHABLE).limit(1)
 _CLAIMS = select(*CLAIM).where(*IS_DISPATCHABLE).order_by(Job.id)
-_OUTSTANDING = select(func.coalesce(func.sum(Job.dispatched + Job.running), 0)).where(IS_BUSY, Job.status.in_(OPEN))
+_OUTSTANDING = (
+    select(Job.owner_id, func.sum(Job.dispatched + Job.running))
+    .where(IS_BUSY, Job.status.in_(OPEN))
+    .group_by(Job.owner_id)
+)
 
 
 def job(session: Session, job_id: str) -> Job | None:
@@ -127,14 +137,14 @@ def can_dispatch(session: Session, *, now_s: float) -> bool:
     return session.execute(_FIRST_CLAIM, {"now_s": now_s}).first() is not None
 
 
-def claims(session: Session, *, now_s: float) -> Sequence[tuple[str, int, int, int]]:
-    """Return the jobs whose tasks may be dispatched now: (id, priority, outstanding orders, ready tasks)."""
+def claims(session: Session, *, now_s: float) -> Sequence[ClaimRow]:
+    """Return the jobs whose tasks may be dispatched now, by the columns of `CLAIM`."""
     return session.execute(_CLAIMS, {"now_s": now_s}).all()
 
 
-def outstanding(session: Session) -> int:
-    """Return the number of outstanding orders of all jobs."""
-    return int(session.scalar(_OUTSTANDING) or 0)
+def outstanding(session: Session) -> dict[str, int]:
+    """Return the number of outstanding orders, by owner."""
+    return {owner_id: int(count) for owner_id, count in session.execute(_OUTSTANDING)}
 
 
 def busy_ids(session: Session) -> Sequence[str]:
@@ -158,7 +168,7 @@ def workable_ids(session: Session) -> Sequence[str]:
 
 
 def paused_by_farm(session: Session) -> dict[str, str | None]:
-    """Return the reasons of the jobs that the farm has paused, by job."""
+    """Return the reasons of the jobs that a fault has paused, by job; those beyond a quota are not among them."""
     return dict(session.execute(_PAUSED_BY_FARM).all())
 
 

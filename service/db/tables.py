@@ -110,6 +110,10 @@ class Job(Base):
     webhook_url: Mapped[str | None] = mapped_column(Text)
     """The URL that gets a message when the job has ended; it may hold a secret, so only its host is shown."""
     webhook_error: Mapped[str | None] = mapped_column(Text)
+    max_slots: Mapped[int | None]
+    """The limit `slots` of the key that submitted the job; None if the key has none of its own."""
+    max_artifacts_mb: Mapped[int | None]
+    """The limit `artifacts_mb` of that key."""
     created_s: Mapped[float]
     started_s: Mapped[float | None]
     planned_s: Mapped[float | None]
@@ -139,6 +143,8 @@ class Job(Base):
     late_events: Mapped[int] = mapped_column(default=0)
     cache_hits: Mapped[int] = mapped_column(default=0, server_default="0")
     cached_px: Mapped[int] = mapped_column(default=0, server_default="0")
+    artifact_bytes: Mapped[int] = mapped_column(default=0, server_default="0")
+    """The bytes of the artifacts of its tasks."""
 
     @property
     def parsed_spec(self) -> JobSpec:
@@ -197,6 +203,8 @@ class Task(Base):
     digests: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True), deferred=True)
     repairs: Mapped[int] = mapped_column(default=0, server_default="0")
     cached: Mapped[bool] = mapped_column(default=False, server_default=false())
+    stored_bytes: Mapped[int] = mapped_column(default=0, server_default="0")
+    """The bytes of the artifacts that its last successful attempt stored."""
 
     @property
     def tile(self) -> TileIndex | None:
@@ -204,6 +212,25 @@ class Task(Base):
         if self.tile_row is None or self.tile_col is None:
             return None
         return TileIndex(row=self.tile_row, col=self.tile_col)
+
+
+class OwnerUsage(Base):
+    """The bytes of the artifacts of an owner: the sum over the jobs, which the same transactions change."""
+
+    __tablename__ = "owner_usage"
+
+    owner_id: Mapped[str] = mapped_column(String(100), primary_key=True)
+    artifact_bytes: Mapped[int]
+
+
+class StoredBundle(Base):
+    """A scene bundle that an owner has stored. One that was replaced stays, because jobs may need it."""
+
+    __tablename__ = "stored_bundles"
+
+    owner_id: Mapped[str] = mapped_column(String(100), primary_key=True)
+    digest: Mapped[str] = mapped_column(String(64), primary_key=True)
+    bytes: Mapped[int]
 
 
 class WorkerFault(Base):
@@ -272,6 +299,8 @@ class CoordinatorRow(Base):
     """What prevents all work of the farm now, first cause first; see `service.schemas.farm.Fault`."""
     store_id: Mapped[str | None] = mapped_column(String(64))
     """The id of the farm's artifact store; None before its first start, and after a restore without artifacts."""
+    dropped: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    """The number of messages of workers that the coordinators refused, by their kind."""
 
 
 class Credential(Base):

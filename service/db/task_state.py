@@ -39,6 +39,7 @@ class TaskState(NamedTuple):
     instance: str | None
     progress: float | None
     error_code: str | None
+    stored_bytes: int = 0
 
     @property
     def key(self) -> TaskKey:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from types import MappingProxyType
 
-from sqlalchemy import func, select
+from sqlalchemy import func, or_, select
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import TaskStatus
-from service.db.jobs import CLAIM, IS_BUSY, IS_DISPATCHABLE, OPEN
+from service.db.jobs import CLAIM, IS_BUSY, IS_DISPATCHABLE, OPEN, ClaimRow
 from service.db.tables import Job, Task
 from service.db.task_sets import is_due
 from service.db.tasks import UNSATISFIED
@@ -16,18 +17,30 @@ from service.db.tasks import UNSATISFIED
 LINE = 100
 """The largest number of jobs that are looked at to tell which ones come first."""
 
-ClaimRow = tuple[str, int, int, int]
-"""A job that wants slots: id, priority, outstanding orders, ready tasks."""
+HolderRow = tuple[str, int, int, int, str, int | None, int]
+"""The columns of `CLAIM`, and the number of running tasks."""
 
 
-def line(session: Session, *, now_s: float) -> Sequence[ClaimRow]:
-    """Return the first jobs with tasks that may be dispatched now, in the order in which they get slots."""
+def line(
+    session: Session, *, now_s: float, max_slots: int, held: Mapping[str, int] = MappingProxyType({})
+) -> Sequence[ClaimRow]:
+    """Return the first jobs with tasks that may be dispatched now, in the order in which they get slots.
+
+    Parameters
+    ----------
+    max_slots
+        The limit of slots of the farm.
+    held
+        The slots of owners whose jobs are left out where this is as many as their limits allow.
+    """
     query = select(*CLAIM).where(*IS_DISPATCHABLE)
+    for owner_id, slots in held.items():
+        query = query.where(or_(Job.owner_id != owner_id, func.coalesce(Job.max_slots, max_slots) > slots))
     query = query.order_by(Job.priority.desc(), Job.dispatched + Job.running, Job.id).limit(LINE)
     return session.execute(query, {"now_s": now_s}).all()
 
 
-def holders(session: Session) -> Sequence[tuple[str, int, int, int, int]]:
+def holders(session: Session) -> Sequence[HolderRow]:
     """Return the jobs with outstanding orders, the most first, and the number of their running tasks."""
     query = select(*CLAIM, Job.running).where(IS_BUSY, Job.status.in_(OPEN))
     return session.execute(query.order_by((Job.dispatched + Job.running).desc(), Job.id)).all()

@@ -47,6 +47,7 @@ _RESET = {
     "wall_s": None,
     "digests": None,
     "cached": False,
+    "stored_bytes": 0,
 }
 
 
@@ -178,6 +179,7 @@ def take_back(session: Session, store: ArtifactStore, job_id: str, found: Sequen
         "wall_s": -sum(task.wall_s or 0.0 for task in done),
         "cache_hits": -sum(task.cached for task in done),
         "cached_px": -sum(task.weight_px for task in done if task.cached),
+        "artifact_bytes": -sum(task.stored_bytes for task in done),
     }
     add_to_counters(session, {job_id: gains})
     repairs = Task.repairs + 1 if by_itself else 0

@@ -16,6 +16,7 @@ from lippmann.job.states import JobAction, JobStatus, PausedBy, TaskStatus
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
 from service.db import tasks as task_rows
+from service.db.counters import add_to_counters
 from service.db.engine import Database, changed
 from service.db.tables import BackgroundJob, Job, Task, WorkerFault
 from service.events.publish import publish_jobs, publish_removal
@@ -143,6 +144,8 @@ def remove_chunk(database: Database, store: ArtifactStore, job_id: str) -> bool:
     """
     store.delete(names.job_artifact(job_id, ""))
     with database.writing() as session:
+        row = session.get(Job, job_id, populate_existing=True)
+        add_to_counters(session, {job_id: {"artifact_bytes": 0 if row is None else -row.artifact_bytes}})
         chunk = select(Task.sequence).where(Task.job_id == job_id).limit(task_rows.CHUNK).scalar_subquery()
         if changed(session, delete(Task).where(Task.job_id == job_id, Task.sequence.in_(chunk))):
             return True

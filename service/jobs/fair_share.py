@@ -1,37 +1,71 @@
-"""Fair share: the job with the highest priority comes first, and among equals the one with the fewest orders. Pure."""
+"""Fair share: the job with the highest priority comes first, and among equals the one with the fewest orders. Pure.
+
+An owner whose jobs hold as many slots as the limit allows gets no further order, whatever the priority.
+"""
 
 from __future__ import annotations
 
 import heapq
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A job with ready tasks."""
+    """A job with ready tasks, or with outstanding orders."""
 
     job_id: str
     priority: int
     outstanding: int
     ready: int
+    owner_id: str = ""
+    max_slots: int | None = None
+    """The largest number of outstanding orders of all jobs of the owner with which this job gets its next one; None
+    without a limit. An order holds its slot from the time at which it is sent."""
 
 
-def share_out(claims: Iterable[Claim], room: int) -> dict[str, int]:
+def share_out(claims: Iterable[Claim], room: int, *, held: Mapping[str, int] = MappingProxyType({})) -> dict[str, int]:
     """Divide `room` orders between jobs.
+
+    Parameters
+    ----------
+    held
+        The number of outstanding orders of each owner, those of jobs without a claim included.
 
     Examples
     --------
     >>> share_out([Claim("a", 50, 3, 9), Claim("b", 50, 0, 9)], 5)
     {'b': 4, 'a': 1}
+    >>> share_out([Claim("a", 90, 1, 9, "ann", max_slots=2), Claim("b", 50, 0, 9, "bob")], 5, held={"ann": 1})
+    {'a': 1, 'b': 4}
     """
-    heap = [(-claim.priority, claim.outstanding, claim.job_id, claim.ready) for claim in claims if claim.ready > 0]
+    heap = [
+        (-claim.priority, claim.outstanding, claim.job_id, claim.ready, claim) for claim in claims if claim.ready > 0
+    ]
     heapq.heapify(heap)
     given: Counter[str] = Counter()
+    holds = Counter(held)
     while heap and given.total() < room:
-        priority, outstanding, job_id, ready = heapq.heappop(heap)
+        priority, outstanding, job_id, ready, claim = heapq.heappop(heap)
+        if is_at_limit(claim, holds):
+            continue
         given[job_id] += 1
+        holds[claim.owner_id] += 1
         if ready > 1:
-            heapq.heappush(heap, (priority, outstanding + 1, job_id, ready - 1))
+            heapq.heappush(heap, (priority, outstanding + 1, job_id, ready - 1, claim))
     return dict(given)
+
+
+def slots_by_owner(holders: Iterable[Claim]) -> Counter[str]:
+    """Return the number of slots that jobs hold, by owner."""
+    held: Counter[str] = Counter()
+    for claim in holders:
+        held[claim.owner_id] += claim.outstanding
+    return held
+
+
+def is_at_limit(claim: Claim, held: Mapping[str, int]) -> bool:
+    """Return whether a job gets no further order, because its owner holds as many slots as its key allows."""
+    return claim.max_slots is not None and held.get(claim.owner_id, 0) >= claim.max_slots

@@ -7,7 +7,6 @@ for, so it is lowered, and the notes of the job say so.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from sqlalchemy.orm import Session
 
@@ -17,37 +16,14 @@ from lippmann.job.spec import JobSpec
 from lippmann.plan.sampling import frame_size
 from service.db import jobs as job_rows
 from service.errors import QuotaExceeded
-from service.schemas.access import KeyLimits
+from service.jobs.fair_share import Claim
+from service.jobs.storage_quota import check_storage
+from service.limits import Limits
 from service.settings import Settings
 
 RETRY_S = 60.0
 """The time after which a client with too many open jobs may try again; jobs take minutes."""
 LIMITED_TIMES = ("timeout_s", "stall_s", "parse_timeout_s", "photons_timeout_s", "probe_timeout_s")
-
-
-@dataclass(frozen=True)
-class Limit:
-    """The largest value of something, and who sets it."""
-
-    value: float
-    source: str
-
-    def __str__(self) -> str:
-        return f"at most {self.value:.15g} ({self.source})"
-
-
-class Limits:
-    """The limits of a caller: of the farm, or lower ones of the key."""
-
-    def __init__(self, settings: Settings, key: KeyLimits) -> None:
-        self._settings = settings
-        self._key = key
-
-    def __getitem__(self, name: str) -> Limit:
-        of_farm, of_key = getattr(self._settings, f"max_{name}"), getattr(self._key, name)
-        if of_key is not None and of_key < of_farm:
-            return Limit(of_key, f"the limit {name} of the key")
-        return Limit(of_farm, f"LIPPMANN_MAX_{name.upper()} of the farm")
 
 
 def limited_spec(spec: JobSpec, limits: Limits) -> tuple[JobSpec, tuple[str, ...]]:
@@ -86,6 +62,13 @@ def task_count(spec: JobSpec, *, tile_rows: int, tile_cols: int) -> int:
     return 1 + len(spec.frame_numbers) * (tile_rows * tile_cols + 1) + len(spec.outputs)
 
 
+def claim_of(row: job_rows.ClaimRow, settings: Settings) -> Claim:
+    """Return the claim of a job, with the lower one of the limits of slots of the farm and of its key."""
+    job_id, priority, outstanding, ready, owner_id, of_key = row
+    max_slots = settings.max_slots if of_key is None else min(settings.max_slots, of_key)
+    return Claim(job_id, priority, outstanding, ready, owner_id, max_slots)
+
+
 def check_quota(session: Session, owner_id: str, *, frames: int, limits: Limits) -> None:
     """Refuse one more open job with some frames if its owner has as many as the limits allow.
 
@@ -93,7 +76,10 @@ def check_quota(session: Session, owner_id: str, *, frames: int, limits: Limits)
     ------
     QuotaExceeded
         If the owner has too many open jobs, or these have too many frames.
+    StorageQuotaExceeded
+        If the artifacts of the owner are too large.
     """
+    check_storage(session, owner_id, limits=limits)
     jobs, open_frames = job_rows.open_of(session, owner_id)
     for limit, count, what in (
         (limits["open_jobs"], jobs + 1, "open jobs"),

@@ -26,8 +26,9 @@ from service.db.tables import IdempotencyKey, Job
 from service.errors import IdempotencyMismatch, Invalid, NotFound
 from service.events.publish import publish_jobs
 from service.ids import new_job_id
-from service.jobs.limits import Limits, check_quota, limited_spec
+from service.jobs.limits import check_quota, limited_spec
 from service.jobs.planner import insert_tasks
+from service.limits import Limits
 from service.ports import Parts
 from service.scenes import find_scene
 from service.schemas.access import AuditAction
@@ -73,6 +74,8 @@ def submit_job(
         If the owner has too many open jobs.
     Invalid
         If the farm may not send to the URL of the webhook.
+    StorageQuotaExceeded
+        If the artifacts of the owner are too large.
     IdempotencyMismatch
         If the key was used with another job file.
     StoreFull, StoreUnavailable
@@ -167,6 +170,8 @@ def _insert(
         status=JobStatus.QUEUED,
         priority=spec.priority,
         webhook_url=webhook,
+        max_slots=caller.limits.slots,
+        max_artifacts_mb=caller.limits.artifacts_mb,
         created_s=now_s,
         frames_total=len(spec.frame_numbers),
     )

@@ -54,6 +54,7 @@ class TaskDraft:
             gains |= {"done_px": self.now.weight_px, "frames_done": int(self.now.kind is TaskKind.ASSEMBLE)}
             if self.values.get("cached"):
                 gains |= {"cache_hits": 1, "cached_px": self.now.weight_px}
+            gains["artifact_bytes"] = self.now.stored_bytes - self.read.stored_bytes
         return gains
 
 

@@ -9,14 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from lippmann.job.messages.events import Presence
 from lippmann.job.states import ENDED_JOBS, JobStatus, PausedBy, TaskStatus
 from service.claiming import declining_workers
 from service.db.tables import BackgroundJob, Job, Task
 from service.jobs.artifact_repair import CODES as UNREADABLE
-from service.jobs.fair_share import Claim, share_out
+from service.jobs.fair_share import Claim, is_at_limit, share_out, slots_by_owner
+from service.jobs.limits import claim_of
+from service.limits import Limits
 from service.roster import Roster
+from service.schemas.access import KeyLimits
 from service.schemas.answer import utc_or_none
 from service.schemas.farm import Fault
 from service.schemas.wait import WAITS, Wait, WaitCode
@@ -60,6 +64,11 @@ class FarmState:
     def slots(self) -> int:
         """The slots that count."""
         return sum(worker.slots for worker in self.able)
+
+    @cached_property
+    def held(self) -> Mapping[str, int]:
+        """The slots that the jobs of each owner hold."""
+        return slots_by_owner(self.holders)
 
     @property
     def has_free_slot(self) -> bool:
@@ -220,7 +229,7 @@ def _avoidance(job: JobState, failed_on: Collection[str], farm: FarmState) -> Wa
 def _task_turn(task: Task, job: JobState, farm: FarmState) -> Wait:
     """Return what gets the slots before a ready task."""
     turn = _turn(job.row, farm)
-    if turn.code is WaitCode.HIGHER_PRIORITY:
+    if turn.code in (WaitCode.SLOT_LIMIT, WaitCode.HIGHER_PRIORITY):
         return turn
     is_next = job.first_ready is None or task.sequence <= job.first_ready
     if turn.code is WaitCode.STARTING and (is_next or _granted(job.row, farm) >= job.row.ready):
@@ -232,19 +241,22 @@ def _task_turn(task: Task, job: JobState, farm: FarmState) -> Wait:
 def _granted(row: Job, farm: FarmState) -> int:
     """Return how many tasks of a job the next round of the scheduler dispatches."""
     room = farm.settings.orders_per_slot * farm.slots - sum(claim.outstanding for claim in farm.holders)
-    line = [*(claim for claim in farm.line if claim.job_id != row.id), _claim(row)]
-    return share_out(line, max(room, 0)).get(row.id, 0)
+    line = [*(claim for claim in farm.line if claim.job_id != row.id), _claim(row, farm)]
+    return share_out(line, max(room, 0), held=farm.held).get(row.id, 0)
 
 
-def _claim(row: Job) -> Claim:
-    return Claim(row.id, row.priority, row.dispatched + row.running, row.ready)
+def _claim(row: Job, farm: FarmState) -> Claim:
+    outstanding = row.dispatched + row.running
+    return claim_of((row.id, row.priority, outstanding, row.ready, row.owner_id, row.max_slots), farm.settings)
 
 
 def _turn(row: Job, farm: FarmState) -> Wait:
     """Return which jobs get the slots before a job that has tasks which may be dispatched now."""
+    own = _claim(row, farm)
+    if is_at_limit(own, farm.held):
+        return _at_limit(row, farm)
     if _granted(row, farm):
         return _wait(WaitCode.STARTING)
-    own = _claim(row)
     others = {claim.job_id: claim for claim in (*farm.line, *farm.holders) if claim.job_id != row.id}
     higher = sorted((claim for claim in others.values() if claim.priority > row.priority), key=rank)
     if higher:
@@ -261,6 +273,13 @@ def _turn(row: Job, farm: FarmState) -> Wait:
         return _wait(WaitCode.FAIR_SHARE, f"{message}the slots first.", jobs=_names(fewer))
     holders = _names(claim for claim in farm.holders if claim.job_id != row.id)
     return _wait(WaitCode.SLOTS_BUSY, f"It is the next one, but {_busy(farm)}.", jobs=holders)
+
+
+def _at_limit(row: Job, farm: FarmState) -> Wait:
+    limit = Limits(farm.settings, KeyLimits(slots=row.max_slots))["slots"]
+    message = f"The jobs of its owner hold {_many(farm.held[row.owner_id], 'slot')}; expected {limit}."
+    jobs = _names(claim for claim in farm.holders if claim.owner_id == row.owner_id and claim.job_id != row.id)
+    return _wait(WaitCode.SLOT_LIMIT, message, jobs=jobs)
 
 
 def _busy(farm: FarmState) -> str:

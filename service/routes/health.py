@@ -8,6 +8,7 @@ from fastapi import APIRouter, Cookie, Header, Request
 from fastapi.responses import JSONResponse
 
 from service.dependencies import AppStateDep, ViewerDep, identify_caller
+from service.schemas.access import Role
 from service.schemas.farm import Health
 
 router = APIRouter(tags=["farm"])
@@ -22,11 +23,12 @@ async def get_health(
 ) -> Health:
     """Get the health of the farm within a second. Without a key the answer only names the healthy components."""
 
-    def is_known() -> bool:
+    def role() -> Role | None:
         # This runs with the other checks and not as a dependency, so that a database that hangs delays no answer.
-        return identify_caller(request, state, authorization, None, lippmann_session) is not None
+        caller = identify_caller(request, state, authorization, None, lippmann_session)
+        return None if caller is None else caller.role
 
-    return await state.checks.health(now_s=state.now_s(), is_known=is_known)
+    return await state.checks.health(now_s=state.now_s(), role=role)
 
 
 @router.get("/openapi.json", include_in_schema=False)

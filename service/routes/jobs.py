@@ -38,10 +38,12 @@ from service.jobs.commands import (
     retry_job,
     skip_frames,
 )
-from service.jobs.limits import Limits, check_quota
+from service.jobs.limits import check_quota
 from service.jobs.skipping import remove_outputs_without_frames
 from service.jobs.state_machine import find_job
+from service.jobs.storage_quota import check_storage
 from service.jobs.submission import submit_job
+from service.limits import Limits
 from service.schemas.access import AuditAction
 from service.schemas.job import FramesToSkip, Job, JobChange, JobPage
 from service.webhooks.receiver import MAX_URL
@@ -223,9 +225,12 @@ def _command(
     outlook = state.outlook()
 
     def work(session: Session) -> Job:
+        limits = Limits(state.settings, caller.limits)
         if action in _REOPENS:
             was = find_job(session, job_id)
-            check_quota(session, was.owner_id, frames=was.frames_total, limits=Limits(state.settings, caller.limits))
+            check_quota(session, was.owner_id, frames=was.frames_total, limits=limits)
+        if action is AuditAction.RESUME_JOB:
+            check_storage(session, find_job(session, job_id).owner_id, limits=limits)
         row = run(session)
         record(session, caller, action, job_id, now_s=state.now_s(), detail=detail)
         return present_job(session, row, outlook)

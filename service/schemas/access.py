@@ -45,8 +45,17 @@ class KeyLimits(Answer):
     """The largest number of open jobs of the owner with which this key submits another one."""
     open_frames: int | None = Field(default=None, ge=1)
     """The largest number of frames in the open jobs of the owner, the submitted one included."""
+    slots: int | None = Field(default=None, ge=1)
+    """The largest number of slots that the jobs of the owner hold at once while a job of this key gets another one."""
     scenes: int | None = Field(default=None, ge=1)
     """The largest number of scenes of the owner with which this key uploads another one."""
+    bundles: int | None = Field(default=None, ge=1)
+    """The largest number of scene bundles of the owner, replaced ones included, when this key uploads another one."""
+    bundles_mb: int | None = Field(default=None, ge=1)
+    """The largest size of the scene bundles of the owner in megabytes, the uploaded one included."""
+    artifacts_mb: int | None = Field(default=None, ge=1)
+    """The size of the artifacts of the owner in megabytes above which jobs of this key are paused, and this key
+    submits no other ones."""
 
 
 class KeyRequest(Answer):

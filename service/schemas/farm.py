@@ -46,6 +46,18 @@ class CoordinatorHealth(Answer):
     """The process whose coordinator runs; null without a key."""
 
 
+class DroppedMessages(Answer):
+    """The messages of the broker that were refused, because they were not signed or could not be read."""
+
+    events: int
+    """Messages in the stream of events."""
+    presences: int
+    """Messages of workers that are online. One that stays in the broker counts each time it is read, once a second."""
+    orders: int | None
+    """Messages that the workers that are online did not accept as orders since they started; null if the broker does
+    not answer."""
+
+
 class Health(Answer):
     """The health of the farm."""
 
@@ -66,6 +78,8 @@ class Health(Answer):
     faults: tuple[Fault, ...] = ()
     """What prevents work now, first cause first; empty without a key. The farm has paused its running jobs until all
     of them are gone."""
+    dropped: DroppedMessages | None = None
+    """The messages that the coordinator and the workers refused; null unless an admin asks, and without a database."""
 
 
 class Worker(Answer):

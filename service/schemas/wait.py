@@ -26,6 +26,7 @@ class WaitCode(StrEnum):
     RETRY_DELAY = "retry-delay"
     DEFERRED = "deferred"
     WORKERS_AVOIDED = "workers-avoided"
+    SLOT_LIMIT = "slot-limit"
     HIGHER_PRIORITY = "higher-priority"
     FAIR_SHARE = "fair-share"
     EARLIER_TASKS = "earlier-tasks"
@@ -52,6 +53,7 @@ WAITS = MappingProxyType(
         _C.RETRY_DELAY: "An attempt failed, and the next one has to wait until `until_at`.",
         _C.DEFERRED: "A disk, the store, the sandbox or a missing POV-Ray prevented it. It waits until `until_at`.",
         _C.WORKERS_AVOIDED: "It avoids workers on which it or its job failed, and the others have no free slot.",
+        _C.SLOT_LIMIT: "The jobs of its owner hold as many slots as the farm or the key allows.",
         _C.HIGHER_PRIORITY: "Jobs with a higher priority get the slots first.",
         _C.FAIR_SHARE: "Jobs of the same priority with fewer orders get the slots first.",
         _C.EARLIER_TASKS: "Tasks of the same job that come before it get the slots first.",

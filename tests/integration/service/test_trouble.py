@@ -270,6 +270,22 @@ def test_presences_that_cannot_be_understood_are_passed_over(broker: Broker, tmp
     assert stream.dropped == {"presence": 1, "event": 1}
 
 
+def test_health_tells_an_admin_how_many_messages_were_refused(
+    broker: Broker, make_service: Callable[..., Service], tmp_path: Path
+) -> None:
+    service = make_service()
+    broker.client.xadd(wire.EVENTS_STREAM, {"other": "nonsense"})
+    broker.client.set(wire.presence_key("x"), "nonsense")
+    worker = presence("w").model_copy(update={"refused_orders": 4})
+    put_presence(broker.client, worker, seals_in(tmp_path), ex=600)
+
+    def is_told() -> bool:
+        dropped = service.client.get("/health").json()["dropped"]
+        return (dropped["events"], dropped["presences"] > 0, dropped["orders"]) == (1, True, 4)
+
+    until(is_told)
+
+
 def test_a_broker_on_a_unix_socket_is_the_same_broker(broker: Broker) -> None:
     order = Order(kind=TaskKind.PROBE, job_id="j", task_id="j-0", attempt="a", attempt_number=1)
     queue = OrderQueue(broker.unix_url, seals=SEALS, timeout_s=30)

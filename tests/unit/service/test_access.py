@@ -106,7 +106,18 @@ def test_health_without_a_key_names_healthy_components_and_nothing_of_the_inside
         "slots": None,
         "sandboxes": None,
         "faults": [],
+        "dropped": None,
     }
+
+
+def test_only_admins_learn_how_many_messages_were_refused(api: Client, api_farm: Farm) -> None:
+    with api_farm.writing() as session:
+        coordinator_rows.add_dropped(session, {"event": 2})
+        coordinator_rows.add_dropped(session, {"event": 1, "presence": 5})
+    health = "/api/v1/health"
+    assert api.get(health).json()["dropped"] == {"events": 3, "presences": 5, "orders": None}
+    for role in (Role.VIEWER, Role.SUBMITTER):
+        assert api.get(health, headers=_key(api_farm, role)).json()["dropped"] is None
 
 
 def test_health_says_how_much_room_the_store_has_left_and_not_the_disk_of_the_data_folder(

@@ -40,6 +40,7 @@ def test_a_life_in_one_batch_is_one_change_with_all_its_columns() -> None:
     }  # fmt: skip
     assert draft.gains() == {
         "dispatched": -1, "done": 1, "cpu_s": 2.0, "wall_s": 4.0, "done_px": 90, "frames_done": 0,
+        "artifact_bytes": 0,
     }  # fmt: skip
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import pytest
 
 from lippmann.job.messages.orders import Order, TaskKind
@@ -10,7 +12,7 @@ from service.coordinator.retry_policy import DETERMINISTIC, INFRASTRUCTURE, LONG
 from service.jobs.commands import retry_job
 from tests.builders_service import Farm, claimed, done, failed, presence
 
-MANY = {"frames": "1-20", "outputs": []}
+MANY: dict[str, Any] = {"frames": "1-20", "outputs": []}
 
 
 def _again(farm: Farm, task_id: str) -> Order:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from typing import cast
 
 import pytest
@@ -14,9 +15,9 @@ from lippmann.job.states import TaskStatus
 from service.coordinator.scheduler import OrderRate, dispatch
 from service.errors import BrokerUnavailable
 from service.jobs.commands import pause_job, prioritise_job
-from service.jobs.fair_share import Claim, share_out
+from service.jobs.fair_share import Claim, is_at_limit, share_out, slots_by_owner
 from service.order_queue import OrderQueue
-from tests.builders_service import Farm, claimed, done, presence
+from tests.builders_service import Farm, claimed, done, owner, presence
 
 claims = st.lists(
     st.builds(
@@ -55,6 +56,78 @@ def test_among_equals_nobody_who_gained_is_two_ahead_of_a_hungry_one(claims: lis
             if gained.priority == hungry.priority and given_out.get(gained.job_id) and is_hungry:
                 ahead = gained.outstanding + given_out[gained.job_id]
                 assert ahead <= hungry.outstanding + given_out.get(hungry.job_id, 0) + 1
+
+
+@given(
+    claims=st.lists(
+        st.builds(
+            Claim,
+            job_id=st.uuids().map(str),
+            priority=st.integers(0, 3),
+            outstanding=st.integers(0, 5),
+            ready=st.integers(0, 5),
+            owner_id=st.sampled_from("ab"),
+            max_slots=st.none() | st.integers(1, 8),
+        ),
+        max_size=6,
+        unique_by=lambda claim: claim.job_id,
+    ),
+    room=st.integers(0, 12),
+)
+def test_no_owner_gets_an_order_beyond_a_limit_and_no_room_is_left_while_somebody_is_below_it(
+    claims: list[Claim], room: int
+) -> None:
+    held = slots_by_owner(claims)
+    given_out = share_out(claims, room, held=held)
+    after = Counter(held)
+    for claim in claims:
+        after[claim.owner_id] += given_out.get(claim.job_id, 0)
+    for claim in claims:
+        most = claim.max_slots
+        if given_out.get(claim.job_id) and most is not None:
+            mine = [each for each in claims if each.owner_id == claim.owner_id]
+            assert after[claim.owner_id] <= max(each.max_slots or after[claim.owner_id] for each in mine)
+            assert held[claim.owner_id] < most
+    hungry = [claim for claim in claims if given_out.get(claim.job_id, 0) < claim.ready]
+    assert sum(given_out.values()) == room or all(is_at_limit(claim, after) for claim in hungry)
+
+
+def _past_probes(farm: Farm, *job_ids: str) -> list[str]:
+    """Get new jobs past their probes, whoever owns them."""
+    for order in farm.dispatch():
+        assert order.kind is TaskKind.PROBE
+        farm.say(claimed(order), done(order))
+    farm.plan()
+    return [*job_ids]
+
+
+@pytest.mark.promise("People", "An owner holds no more slots at once than the key allows.")
+def test_an_owner_holds_no_more_slots_than_the_key_allows_and_the_others_get_the_rest(farm: Farm) -> None:
+    farm.workers = [presence(slots=5)]
+    ann = owner("ann", slots=3)
+    mine = [farm.submit(caller=ann, frames="1-20", priority=priority) for priority in (90, 80)]
+    _past_probes(farm, *mine, other := farm.submit(frames="1-20"))
+    orders = farm.dispatch()
+    assert Counter(order.job_id for order in orders) == {mine[0]: 3, other: 7}
+    of_ann = [order for order in orders if order.job_id == mine[0]]
+    farm.say(*map(claimed, orders))
+    assert farm.dispatch() == [], "a claimed order holds its slot as well"
+    farm.say(done(of_ann[0]), *(done(order) for order in orders if order.job_id == other))
+    assert Counter(order.job_id for order in farm.dispatch()) == {mine[0]: 1, other: 7}
+
+
+def test_orders_that_nobody_may_have_are_not_looked_for_for_ever(farm: Farm) -> None:
+    farm.workers = [presence(slots=5)]
+    _past_probes(farm, farm.submit(caller=owner("ann", slots=1), frames="1-20"))
+    assert [len(farm.dispatch()) for _ in range(2)] == [1, 0]
+
+
+def test_the_farm_has_a_limit_of_slots_for_every_owner(make_farm: Callable[..., Farm]) -> None:
+    farm = make_farm(max_slots=2)
+    farm.workers = [presence(slots=5)]
+    callers = owner("ann", slots=9), owner("bob")
+    jobs = _past_probes(farm, *(farm.submit(caller=caller, frames="1-20") for caller in callers))
+    assert Counter(order.job_id for order in farm.dispatch()) == dict.fromkeys(jobs, 2)
 
 
 def test_the_queue_is_two_orders_a_slot_deep_and_stays_so(farm: Farm) -> None:

@@ -22,9 +22,10 @@ from service.db import events as event_rows
 from service.db import jobs as job_rows
 from service.db import task_sets
 from service.db import tasks as task_rows
+from service.db import usage as usage_rows
 from service.db import waiting as waiting_rows
 from service.db.migrations import migrate
-from service.db.tables import BackgroundJob, Job, JobEvent, Task
+from service.db.tables import BackgroundJob, Job, JobEvent, OwnerUsage, Task
 from service.schemas.events import EventTopic
 from tests.builders_service import T0, Farm, claimed, done, presence
 
@@ -32,6 +33,7 @@ LARGE = 6_666
 """The frames of the large job: 3 tasks each, one probe, one video."""
 ENDED, OPEN, SMALL = 500, 50, 50
 """The jobs that have ended, the small ones that are open, and the tasks of each."""
+OWNERS = 5_000
 BATCH = 200
 
 Statement = tuple[str, Any]
@@ -41,6 +43,8 @@ PRIMARY = {
     "jobs_pkey": "jobs",
     "sqlite_autoindex_tasks_1": "tasks",
     "tasks_pkey": "tasks",
+    "sqlite_autoindex_owner_usage_1": "owner_usage",
+    "owner_usage_pkey": "owner_usage",
 }
 BY_STATUS = "ix_tasks_job_status"
 
@@ -55,6 +59,8 @@ def farm(url: str, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Farm]:
     with farm.writing() as session:
         progress = {"job_id": large, "topic": EventTopic.PROGRESS, "data": {}}
         session.execute(insert(JobEvent), [progress] * 5_000)
+        owners = [{"owner_id": f"owner{i}", "artifact_bytes": i} for i in range(OWNERS)]
+        session.execute(insert(OwnerUsage), owners)
         session.execute(text("ANALYZE"))
     migrate(farm.database)  # as at every start
     farm.database.dispose()
@@ -188,7 +194,7 @@ HOT: dict[str, tuple[Callable[[Session, str], object], set[str]]] = {
         {"ix_jobs_status"},
     ),
     "the jobs that come first, for a reason to wait": (
-        lambda s, _: waiting_rows.line(s, now_s=T0),
+        lambda s, _: waiting_rows.line(s, now_s=T0, max_slots=9, held={"ann": 3}),
         {"ix_jobs_status", BY_STATUS},
     ),
     "the jobs that hold slots, for a reason to wait": (lambda s, _: waiting_rows.holders(s), {"ix_jobs_busy"}),
@@ -207,6 +213,14 @@ HOT: dict[str, tuple[Callable[[Session, str], object], set[str]]] = {
     "the names of unfinished tasks of small stages": (
         lambda s, job_id: waiting_rows.members(s, job_id, [f"render/{frame:04d}" for frame in range(1, 50)]),
         {"ix_tasks_job_stage"},
+    ),
+    "what owners have stored": (
+        lambda s, _: usage_rows.artifact_bytes(s, ["owner5", "owner6"]),
+        {"owner_usage"},
+    ),
+    "the jobs that wait for room and have it": (
+        lambda s, _: usage_rows.resumable(s, max_artifacts_mb=10),
+        {"ix_jobs_status", "owner_usage"},
     ),
     "the events of a job": (
         lambda s, job_id: event_rows.after(s, 4_000, job_id=job_id[:-1], limit=100),
@@ -234,7 +248,7 @@ def test_no_statement_of_a_round_of_the_coordinator_reads_a_large_table_from_end
         farm.say(*map(done, orders))
         assert {order.kind for order in farm.dispatch()} >= {TaskKind.ASSEMBLE}
         Reconciler(farm.database, farm.store, farm.settings).run(FarmView(now_s=farm.now_s, slots=2, is_live=True))
-    large = tuple(f"SCAN {table}" for table in ("tasks", "jobs", "job_events"))
+    large = tuple(f"SCAN {table}" for table in ("tasks", "jobs", "job_events", "owner_usage"))
     queries = {words: (words, more) for words, more in seen if words.startswith(("SELECT", "UPDATE", "DELETE"))}
     with farm.database.reading() as session:
         for statement in queries.values():

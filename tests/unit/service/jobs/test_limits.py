@@ -10,7 +10,8 @@ import pytest
 from lippmann.errors import SpecError
 from lippmann.job.spec import JobSpec
 from service.auth import create_key
-from service.jobs.limits import Limits, limited_spec, task_count
+from service.jobs.limits import limited_spec, task_count
+from service.limits import Limits
 from service.schemas.access import KeyLimits, Role
 from service.settings import Settings
 from tests.builders_service import SPEC, Client, Farm
@@ -159,6 +160,48 @@ def test_an_owner_has_a_largest_number_of_scenes(api: Client, api_farm: Farm) ->
         return int(api.post(f"{API}/scenes", params={"name": name}, files=files, headers=ann).status_code)
 
     assert [upload("one", b"PK 1"), upload("two", b"PK 2"), upload("one", b"PK 3")] == [201, 403, 201]
+
+
+@pytest.mark.promise("People", "The scene bundles of an owner are limited, replaced ones included.")
+def test_the_bundles_of_an_owner_are_counted_replaced_ones_too_and_each_once(api: Client, api_farm: Farm) -> None:
+    ann = _key(api_farm, "ann", bundles=2)
+
+    def upload(name: str, data: bytes) -> Any:
+        files = {"bundle": ("b.zip", data, "application/zip")}
+        return api.post(f"{API}/scenes", params={"name": name}, files=files, headers=ann)
+
+    assert [upload(*each).status_code for each in (("one", b"PK 1"), ("one", b"PK 2"))] == [201, 201]
+    files = len(api_farm.store.files)
+    refused = upload("one", b"PK 3")
+    assert (refused.status_code, refused.json()["code"]) == (403, "storage-quota")
+    assert "Retry-After" not in refused.headers
+    assert refused.json()["detail"] == (
+        "'ann' would have 3 scene bundles, expected at most 2 (the limit bundles of the key); "
+        "bundles that were replaced count, because jobs may need them"
+    )
+    assert refused.json()["errors"] == [
+        {"field": "bundles", "expected": "at most 2 (the limit bundles of the key)", "got": "3"}
+    ]
+    assert len(api_farm.store.files) == files
+    assert upload("two", b"PK 1").status_code == 201, "a bundle that is stored takes no more room"
+
+
+def test_the_bytes_of_the_bundles_of_an_owner_have_a_limit(
+    make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]
+) -> None:
+    farm = make_farm(**AWAY, max_bundles_mb=2)
+    api, ann = make_client(farm), _key(farm, "ann")
+
+    def upload(name: str, size: int) -> Any:
+        files = {"bundle": ("b.zip", b"PK" + name.encode() + bytes(size - 3), "application/zip")}
+        return api.post(f"{API}/scenes", params={"name": name}, files=files, headers=ann)
+
+    assert [upload("a", 1_500_000).status_code, upload("b", 500_000).status_code] == [201, 201]
+    refused = upload("c", 100_000)
+    assert (refused.status_code, refused.json()["errors"]) == (
+        403,
+        [{"field": "bundles_mb", "expected": "at most 2 (LIPPMANN_MAX_BUNDLES_MB of the farm)", "got": "2.1"}],
+    )
 
 
 def test_a_repeated_submission_is_answered_although_the_quota_is_used_up(

@@ -14,12 +14,13 @@ from lippmann.job.states import TaskStatus
 from service.api.waits import job_waits, task_waits
 from service.db import coordinator as coordinator_rows
 from service.db.tables import BackgroundJob, Job
+from service.db.waiting import LINE
 from service.jobs.commands import cancel_job, pause_job, prioritise_job, repair_job, retry_job
 from service.jobs.farm_pause import pause_for_farm
 from service.schemas.answer import utc
 from service.schemas.farm import Fault
 from service.schemas.wait import Wait, WaitCode
-from tests.builders_service import Farm, claimed, declined, done, failed, presence
+from tests.builders_service import Farm, claimed, declined, done, failed, owner, presence
 from tests.unit.service.coordinator.test_large_jobs import counted
 
 SCRATCH_FULL = PresenceFault(code="disk-full", message="no room in /scratch")
@@ -215,12 +216,12 @@ def test_a_job_waits_for_busy_workers_because_it_avoids_the_free_one(farm: Farm)
     assert of_tasks(farm, job_id)[0].code is not WaitCode.WORKERS_AVOIDED
 
 
-def _submitted(farm: Farm, count: int) -> list[str]:
+def _submitted(farm: Farm, count: int, **changes: Any) -> list[str]:
     """Submit jobs one second after the other, since ids rise with time."""
     job_ids = []
     for _ in range(count):
         farm.now_s += 1
-        job_ids.append(farm.submit())
+        job_ids.append(farm.submit(**changes))
     return job_ids
 
 
@@ -251,6 +252,31 @@ def test_a_job_is_behind_those_of_a_higher_priority(farm: Farm) -> None:
     assert (wait.code, wait.jobs) == (WaitCode.HIGHER_PRIORITY, (higher, busy))
     assert of_job(farm, higher).code is WaitCode.SLOTS_BUSY
     assert of_tasks(farm, job_id)[0].code is WaitCode.HIGHER_PRIORITY
+
+
+def test_a_job_whose_owner_holds_as_many_slots_as_the_key_allows_waits_for_these(farm: Farm) -> None:
+    ann = owner("ann", slots=1)
+    busy = farm.planned(caller=ann, **TEN_FRAMES)
+    (order,) = farm.dispatch()
+    farm.say(claimed(order))
+    job_id = farm.submit(caller=ann, priority=90)
+    wait = of_job(farm, job_id)
+    assert (wait.code, wait.jobs) == (WaitCode.SLOT_LIMIT, (busy,))
+    assert wait.message == "The jobs of its owner hold 1 slot; expected at most 1 (the limit slots of the key)."
+    assert codes([*of_tasks(farm, job_id).values()]) == {"slot-limit"}
+    assert of_job(farm, farm.submit()).code is WaitCode.STARTING, "the limit of another owner is none of this one"
+    farm.say(done(order))
+    assert of_job(farm, job_id).code is WaitCode.STARTING
+
+
+def test_the_many_jobs_of_an_owner_at_the_limit_are_in_nobodys_way(farm: Farm) -> None:
+    ann = owner("ann", slots=1)
+    _submitted(farm, LINE + 1, caller=ann)
+    (order,) = farm.dispatch()
+    farm.say(claimed(order))
+    (job_id,) = _submitted(farm, 1)
+    assert of_job(farm, job_id).code is WaitCode.STARTING
+    assert [order.job_id for order in farm.dispatch()] == [job_id]
 
 
 def test_among_equals_a_job_is_behind_those_with_fewer_orders_or_submitted_before_it(farm: Farm) -> None:
