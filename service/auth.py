@@ -1,4 +1,4 @@
-"""Keys, login links and browser sessions. Only the SHA-256 of a secret is stored."""
+"""Keys and login links, and what they share with browser sessions. Only the SHA-256 of a secret is stored."""
 
 from __future__ import annotations
 
@@ -13,11 +13,13 @@ from sqlalchemy.orm import Session
 
 from service.db import access as access_rows
 from service.db.tables import ADMIN_OWNER, Credential, CredentialKind
-from service.errors import NotFound, Unauthorized
+from service.errors import NotFound
 from service.schemas.access import KeyLimits, Role
 
 KEY_PREFIX = "lip"
 SECRET_BYTES = 32
+MAX_SECRET = 200
+"""The longest credential that is looked at, in characters."""
 NO_LIMITS = KeyLimits()
 """The limits of a key that has those of the farm."""
 
@@ -57,7 +59,7 @@ def create_key(
 ) -> tuple[str, str]:
     """Create a key, and return (id, key); the key cannot be retrieved later. Without an owner it is its own."""
     made_s = time.time() if now_s is None else now_s
-    row, secret = _create(
+    row, secret = create_credential(
         session, CredentialKind.KEY, name, role, owner_id=owner_id, expires_s=expires_s, limits=limits, now_s=made_s
     )
     return row.id, f"{KEY_PREFIX}_{row.id}_{secret}"
@@ -92,68 +94,48 @@ def create_login_token(
 ) -> str:
     """Create a token that opens one browser session through `/login?token=`."""
     made_s = time.time() if now_s is None else now_s
-    row, secret = _create(
+    row, secret = create_credential(
         session, CredentialKind.LOGIN, name, role, owner_id=owner_id, expires_s=made_s + ttl_s, parent=parent,
         now_s=made_s,
     )  # fmt: skip
     return f"{row.id}.{secret}"
 
 
-def spend_login_token(session: Session, token: str, *, now_s: float, session_s: float) -> tuple[str, Caller]:
-    """Exchange a login token, once, for the cookie of a browser session.
-
-    Raises
-    ------
-    Unauthorized
-        If the token was used, has expired or never existed.
-    """
-    found = _verify(session, CredentialKind.LOGIN, token, now_s=now_s)
-    if found is None or not access_rows.spend(session, found.id):
-        raise Unauthorized("this login link was used or has expired; request a new one")
-    return _open_session(session, found, found.parent, now_s=now_s, session_s=session_s)
-
-
-def spend_key(session: Session, key: str, *, now_s: float, session_s: float) -> tuple[str, Caller]:
-    """Exchange a key for the cookie of a browser session; the key stays valid, and the session ends with it.
-
-    Raises
-    ------
-    Unauthorized
-        If the key is unknown.
-    """
-    found = _verify(session, CredentialKind.KEY, _without_prefix(key), now_s=now_s)
-    if found is None:
-        raise Unauthorized("this key is unknown")
-    return _open_session(session, found, found.id, now_s=now_s, session_s=session_s)
-
-
-def end_session(session: Session, cookie: str, *, now_s: float) -> Caller | None:
-    """End a browser session, and return whose it was; None if there is no such session."""
-    found = _verify(session, CredentialKind.SESSION, cookie, now_s=now_s)
-    if found is not None:
-        access_rows.spend(session, found.id)
-    return _caller(found)
-
-
 def caller_of_key(session: Session, key: str, *, now_s: float) -> Caller | None:
     """Return the owner of a key."""
-    return _caller(_verify(session, CredentialKind.KEY, _without_prefix(key), now_s=now_s))
+    found = find_key(session, key, now_s=now_s)
+    return None if found is None else as_caller(found)
 
 
-def caller_of_id(session: Session, credential_id: str, *, now_s: float) -> Caller | None:
+def caller_of_id(session: Session, credential_id: str, *, now_s: float, idle_s: float) -> Caller | None:
     """Return the owner of a key or a browser session by its id, for something that it signed earlier."""
-    if not access_rows.valid(session, [credential_id], now_s=now_s):
+    if not access_rows.valid(session, [credential_id], now_s=now_s, idle_s=idle_s):
         return None
     found = access_rows.credential(session, credential_id)
-    return None if found is None or found.kind is CredentialKind.LOGIN else _as_caller(found)
+    return None if found is None or found.kind is CredentialKind.LOGIN else as_caller(found)
 
 
-def caller_of_cookie(session: Session, cookie: str, *, now_s: float) -> Caller | None:
-    """Return the owner of a browser session."""
-    return _caller(_verify(session, CredentialKind.SESSION, cookie, now_s=now_s))
+def find_key(session: Session, key: str, *, now_s: float) -> Credential | None:
+    """Return the row of a key; None if the key is unknown, was revoked or has expired."""
+    prefix, _, rest = key.partition("_")
+    presented = rest.replace("_", ".", 1) if prefix == KEY_PREFIX else ""
+    return verify(session, CredentialKind.KEY, presented, now_s=now_s)
 
 
-def _create(
+def verify(session: Session, kind: CredentialKind, presented: str, *, now_s: float) -> Credential | None:
+    """Return the row of a credential that was presented as `id.secret`; None if it is not valid."""
+    credential_id, _, secret = presented.partition(".")
+    found = access_rows.credential(session, credential_id) if credential_id and len(presented) <= MAX_SECRET else None
+    # The digests are compared even for an unknown id, so that the response time does not reveal which ids exist.
+    is_right = hmac.compare_digest(
+        digest_of_secret(secret), found.secret_sha256 if found else digest_of_secret("")
+    )  # fmt: skip
+    if found is None or not is_right or found.kind is not kind:
+        return None
+    return None if found.expires_s is not None and found.expires_s < now_s else found
+
+
+def create_credential(
     session: Session,
     kind: CredentialKind,
     name: str,
@@ -165,14 +147,15 @@ def _create(
     limits: KeyLimits | None = None,
     parent: str | None = None,
 ) -> tuple[Credential, str]:
-    secret, credential_id = secrets.token_urlsafe(SECRET_BYTES), secrets.token_hex(6)
+    """Store a credential, and return its row and its secret. Without an owner it is its own."""
+    secret, credential_id = new_secret(), secrets.token_hex(6)
     row = Credential(
         id=credential_id,
         kind=kind,
         name=name,
         role=Role(role).value,
         owner_id=credential_id if owner_id is None else owner_id,
-        secret_sha256=_digest(secret),
+        secret_sha256=digest_of_secret(secret),
         parent=parent,
         created_s=now_s,
         expires_s=expires_s,
@@ -183,40 +166,8 @@ def _create(
     return row, secret
 
 
-def _open_session(
-    session: Session, found: Credential, parent: str | None, *, now_s: float, session_s: float
-) -> tuple[str, Caller]:
-    until_s = now_s + session_s
-    key = access_rows.credential(session, parent) if parent is not None else None
-    if key is not None and key.expires_s is not None:
-        until_s = min(until_s, key.expires_s)
-    row, secret = _create(
-        session, CredentialKind.SESSION, found.name, Role(found.role), owner_id=found.owner_id, expires_s=until_s,
-        limits=limits_of(key or found), parent=parent, now_s=now_s,
-    )  # fmt: skip
-    return f"{row.id}.{secret}", _as_caller(row)
-
-
-def _without_prefix(key: str) -> str:
-    prefix, _, rest = key.partition("_")
-    return rest.replace("_", ".", 1) if prefix == KEY_PREFIX else ""
-
-
-def _verify(session: Session, kind: CredentialKind, presented: str, *, now_s: float) -> Credential | None:
-    credential_id, _, secret = presented.partition(".")
-    found = access_rows.credential(session, credential_id) if credential_id and len(presented) <= 200 else None
-    # The digests are compared even for an unknown id, so that the response time does not reveal which ids exist.
-    is_right = hmac.compare_digest(_digest(secret), found.secret_sha256 if found else _digest(""))
-    if found is None or not is_right or found.kind is not kind:
-        return None
-    return None if found.expires_s is not None and found.expires_s < now_s else found
-
-
-def _caller(found: Credential | None) -> Caller | None:
-    return None if found is None else _as_caller(found)
-
-
-def _as_caller(found: Credential) -> Caller:
+def as_caller(found: Credential) -> Caller:
+    """Return who calls with a credential."""
     is_session = found.kind is CredentialKind.SESSION
     key_id = (found.parent or found.id) if is_session else found.id
     return Caller(
@@ -234,5 +185,11 @@ def limits_of(found: Credential) -> KeyLimits:
     return KeyLimits.model_validate(found.limits or {}, extra="ignore")
 
 
-def _digest(secret: str) -> str:
+def new_secret() -> str:
+    """Return a new secret of 256 bits."""
+    return secrets.token_urlsafe(SECRET_BYTES)
+
+
+def digest_of_secret(secret: str) -> str:
+    """Return what is stored of a secret."""
     return hashlib.sha256(secret.encode()).hexdigest()

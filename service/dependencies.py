@@ -7,14 +7,20 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, replace
 from typing import Annotated, cast
 
-from fastapi import Cookie, Depends, Header, Path, Query, Request
+import structlog
+from fastapi import Cookie, Depends, Header, Path, Query, Request, Response
+from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
 
 from service import auth as keys
+from service import browser_sessions
 from service.api.waits import Outlook
 from service.artifact_links import ArtifactLinks
+from service.audit import record
 from service.auth import Caller
 from service.broker_stream import Stream
+from service.browser_sessions import Found, Lifetimes, TokenAge
+from service.db import access as access_rows
 from service.db import jobs as job_rows
 from service.db.engine import Database
 from service.errors import Forbidden, NotFound, Unauthorized
@@ -26,13 +32,18 @@ from service.last_use import LastUse
 from service.ports import Parts
 from service.rate_limits import RateLimits
 from service.roster import RosterCache
-from service.schemas.access import Role
+from service.schemas.access import AuditAction, Role
 from service.schemas.answer import MAX_LIMIT
 from service.settings import Settings
 from service.viewing.queue import PictureQueue
 from service.viewing.sheet_cache import SheetCache
 
+log = structlog.get_logger("service.access")
+
 COOKIE = "lippmann_session"
+OFFER = "offered_cookie"
+"""The name under which the state of a request holds a new cookie, and when it was made."""
+COPIED = "an old token of the session was sent, so somebody has a copy"
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 
 
@@ -59,6 +70,11 @@ class AppState:
     def now_s(self) -> float:
         """Return seconds since 1970, UTC."""
         return self.clock()
+
+    @property
+    def lifetimes(self) -> Lifetimes:
+        """The times after which browser sessions end, and their tokens are replaced."""
+        return Lifetimes(idle_s=self.settings.session_idle_s, renew_s=self.settings.session_renew_s)
 
     def outlook(self) -> Outlook:
         """Return what decides how long jobs wait and is not in the database."""
@@ -112,12 +128,59 @@ def identify_caller(
             return _known(request, state, _by_header(session, authorization, state.now_s()))
         if lippmann_session is None:
             return None
-        caller = keys.caller_of_cookie(session, lippmann_session, now_s=state.now_s())
-    if caller is None:
+        found = browser_sessions.find_session(session, lippmann_session, now_s=state.now_s(), lifetimes=state.lifetimes)
+    if found is None or not _stays_open(request, state, found):
         return None
     if request.method not in SAFE_METHODS and x_lippmann_request != "1":
         raise Forbidden("requests from a browser that change something need the header 'X-Lippmann-Request: 1'")
-    return _known(request, state, caller)
+    return _known(request, state, found.caller)
+
+
+def _stays_open(request: Request, state: AppState, found: Found) -> bool:
+    """Take the next step of the tokens of a session; return False if it ended because its token was copied."""
+    now_s = state.now_s()
+    try:
+        if found.age in (TokenAge.DUE, TokenAge.NEXT):
+            with state.database.writing() as session:
+                cookie = browser_sessions.renew(session, found, now_s=now_s)
+            if cookie is not None:
+                offer_cookie(request, state, cookie, max_age_s=(found.row.expires_s or now_s) - now_s)
+        elif found.age is TokenAge.COPIED:
+            with state.database.writing() as session:
+                if access_rows.spend(session, found.row.id):
+                    caller = with_origin(request, found.caller)
+                    record(session, caller, AuditAction.END_SESSION, caller.id, now_s=now_s, detail=COPIED)
+            state.hub.check_credentials()
+    except SQLAlchemyError as error:
+        # While the database cannot be written, sessions go on with the tokens that they have.
+        log.warning("the token of a session cannot be replaced", error=repr(error))
+    return found.age is not TokenAge.COPIED
+
+
+def session_cookie(state: AppState, cookie: str, *, max_age_s: float) -> str:
+    """Return the header that gives a browser the cookie of a session."""
+    response = Response()
+    response.set_cookie(
+        COOKIE,
+        cookie,
+        max_age=int(max_age_s),
+        path=cookie_path(state),
+        httponly=True,
+        samesite="strict",
+        secure=state.settings.base_url.startswith("https://"),
+    )
+    return response.headers["set-cookie"]
+
+
+def cookie_path(state: AppState) -> str:
+    """Return the path of the cookie of a session."""
+    return state.settings.path_prefix or "/"
+
+
+def offer_cookie(request: Request, state: AppState, cookie: str, *, max_age_s: float) -> None:
+    """Send a new cookie with the answer to a request, whatever the route answers; see `routes.middleware`."""
+    header = session_cookie(state, cookie, max_age_s=max_age_s).encode("ascii")
+    request.scope.setdefault("state", {})[OFFER] = (header, time.monotonic())
 
 
 def with_origin(request: Request, caller: Caller) -> Caller:
@@ -127,7 +190,7 @@ def with_origin(request: Request, caller: Caller) -> Caller:
 
 
 def _known(request: Request, state: AppState, caller: Caller) -> Caller:
-    state.last_use.note(caller.key_id, state.now_s())
+    state.last_use.note(caller.key_id, caller.id, now_s=state.now_s())
     return with_origin(request, caller)
 
 
@@ -168,7 +231,7 @@ AdminDep = Annotated[Caller, Depends(require(Role.ADMIN))]
 
 
 def get_scope(state: AppStateDep, caller: ViewerDep) -> str | None:
-    """Return the owner whose jobs and scenes the caller sees; None for those of all owners."""
+    """Return the owner whose jobs and scenes the caller sees, besides shared jobs; None for those of all owners."""
     return caller.scope(sharing=state.settings.sharing)
 
 
@@ -196,7 +259,10 @@ def check_visible(state: AppState, job_id: str, scope: str | None) -> None:
     NotFound
         If the job does not exist or is hidden from the caller.
     """
-    if scope is not None and _owner_of(state, job_id) != scope:
+    if scope is None:
+        return
+    found = _owner_of(state, job_id)
+    if found is None or not (found[1] or found[0] == scope):
         raise NotFound(f"there is no job {job_id!r}")
 
 
@@ -210,8 +276,8 @@ def get_own_job(job_id: _JobPath, state: AppStateDep, caller: SubmitterDep, scop
     Forbidden
         If the job belongs to another owner.
     """
-    owner_id = _owner_of(state, job_id)
-    if owner_id is None or scope not in (None, owner_id):
+    owner_id, is_shared = _owner_of(state, job_id) or (None, False)
+    if owner_id is None or not (is_shared or scope in (None, owner_id)):
         raise NotFound(f"there is no job {job_id!r}")
     if not caller.may_change(owner_id):
         raise Forbidden(f"the job belongs to {owner_id!r}, and only its owner and admins change it")
@@ -225,7 +291,7 @@ LimitQuery = Annotated[int, Query(ge=1, le=MAX_LIMIT, description="The largest n
 CursorQuery = Annotated[str | None, Query(max_length=200, description="The `next_cursor` of the page before.")]
 
 
-def _owner_of(state: AppState, job_id: str) -> str | None:
+def _owner_of(state: AppState, job_id: str) -> tuple[str, bool] | None:
     with state.database.reading() as session:
         return job_rows.owner_of(session, job_id)
 

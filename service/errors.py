@@ -40,6 +40,7 @@ STATUS_OF_CODE = MappingProxyType(
         "artifact-broken": 500,
         "artifact-repairing": 503,
         "database-unavailable": 503,
+        "provider-unavailable": 503,
         "store-unavailable": 503,
         "store-full": 507,
     }
@@ -158,6 +159,12 @@ class DatabaseUnavailable(ServiceError):
     """The database does not answer."""
 
     code = "database-unavailable"
+
+
+class ProviderUnavailable(ServiceError):
+    """The OpenID provider does not answer; log in with a key, or try again."""
+
+    code = "provider-unavailable"
 
 
 class BrokerUnavailable(ServiceError):

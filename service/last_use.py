@@ -1,4 +1,4 @@
-"""When keys were used last. Requests only note it in memory, so that none of them waits for a write."""
+"""When keys and sessions were used last. Requests only note it in memory, so that none of them waits for a write."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ class LastUse:
         self._used_s: dict[str, float] = {}
         self._lock = threading.Lock()
 
-    def note(self, key_id: str, now_s: float) -> None:
-        """Note the use of a key."""
+    def note(self, *credential_ids: str, now_s: float) -> None:
+        """Note the use of a key, and of the session that it opened."""
         with self._lock:
-            self._used_s[key_id] = now_s
+            self._used_s |= dict.fromkeys(credential_ids, now_s)
 
     def write(self) -> None:
         """Write the times; if the database cannot be written, they are kept for the next time."""

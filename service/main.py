@@ -15,7 +15,7 @@ from fastapi import FastAPI
 from sqlalchemy.exc import SQLAlchemyError
 from starlette.concurrency import run_in_threadpool
 
-from lippmann.errors import StoreFull, StoreUnavailable
+from lippmann.errors import BadInput, StoreFull, StoreUnavailable
 from service import dashboard
 from service.artifact_links import ArtifactLinks
 from service.broker_stream import Stream
@@ -81,6 +81,8 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
     app.include_router(login.api, prefix=API)
     app.webhooks.include_router(webhooks.messages)
     app.include_router(login.router, include_in_schema=False)
+    if settings.oidc_issuer:
+        _add_openid(app, settings, clock)
     app.include_router(dashboard.router, include_in_schema=False)
     problems.install(app)
     app.add_middleware(JsonBodies)
@@ -90,6 +92,17 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
     if settings.path_prefix:
         app.add_middleware(PathPrefix, prefix=settings.path_prefix)
     return app
+
+
+def _add_openid(app: FastAPI, settings: Settings, clock: Callable[[], float]) -> None:
+    """Add the login with an OpenID provider. Its libraries are an extra, and nobody else waits for their import."""
+    try:
+        from service.oidc.provider import Provider
+        from service.routes import openid
+    except ModuleNotFoundError as error:
+        raise BadInput(f"LIPPMANN_OIDC_ISSUER needs the extra `oidc`: pip install lippmann[oidc] ({error})") from error
+    app.state.openid = Provider(settings, now_s=clock)
+    app.include_router(openid.router, include_in_schema=False)
 
 
 class Server(uvicorn.Server):
@@ -132,7 +145,10 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
     sheets = SheetCache(parts, room_bytes=int(settings.sheets_mb * 1e6))
     guard = ArtifactGuard(database, parts.store)
     wakeup = Wakeup()
-    hub = EventHub(database, wakeup, keepalive_s=settings.keepalive_s, now_s=clock, has_owners=not settings.sharing)
+    hub = EventHub(
+        database, wakeup, keepalive_s=settings.keepalive_s, now_s=clock, has_owners=not settings.sharing,
+        idle_s=settings.session_idle_s,
+    )  # fmt: skip
     roster = RosterCache(stream)
     last_use = LastUse(database)
     rates = RateLimits(

@@ -8,10 +8,10 @@ import re
 from dataclasses import dataclass
 from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 from urllib.parse import urlsplit
 
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from lippmann.job.messages import wire
@@ -20,6 +20,7 @@ from lippmann.job.old_names import rename_settings
 from lippmann.key_file import LINK_KEY_FILE, ORDER_KEY_FILE, KeyFile, read_secret
 from lippmann.logs import LogFormat
 from lippmann.plan.artifact_store import RESERVE_MB
+from service.schemas.access import Role
 
 PATH = re.compile(r"[A-Za-z0-9_~][A-Za-z0-9._~-]*(/[A-Za-z0-9_~][A-Za-z0-9._~-]*)*")
 """A path prefix, without the slash at its begin."""
@@ -41,6 +42,21 @@ class FailureLimit:
         False
         """
         return failed >= self.least and failed > self.share * total
+
+
+def is_secure_url(url: str) -> bool:
+    """Return whether a URL is one of https, or of http on this machine.
+
+    >>> is_secure_url("https://id.example"), is_secure_url("http://id.example"), is_secure_url("http://127.0.0.1:9000")
+    (True, False, True)
+    """
+    try:
+        found = urlsplit(url)
+        host = found.hostname or ""
+    except ValueError:
+        return False
+    is_here = host in ("localhost", "127.0.0.1", "::1")
+    return bool(host) and (found.scheme == "https" or (found.scheme == "http" and is_here))
 
 
 class Settings(BaseSettings):
@@ -164,7 +180,32 @@ class Settings(BaseSettings):
     login_token_s: float = Field(default=900.0, gt=0)
     """The time for which a login link is valid."""
     session_s: float = Field(default=30 * 86_400.0, gt=0)
-    """The time for which a browser stays logged in."""
+    """The time after which a browser must log in again, however much it is used."""
+    session_idle_s: float = Field(default=7 * 86_400.0, ge=120)
+    """The time without a request after which a browser must log in again; a page that is open sends requests."""
+    session_renew_s: float = Field(default=3600.0, gt=0)
+    """The time after which the token in the cookie of a browser is replaced; the old one is accepted for a minute
+    more."""
+    oidc_issuer: str = ""
+    """The URL of the OpenID provider with whose accounts users log in to the dashboard; if empty, there is no such
+    login. It needs the extra `oidc` of the package."""
+    oidc_name: str = "OpenID"
+    """The name of the provider on the login page."""
+    oidc_client_id: str = ""
+    """The id of this service at the provider."""
+    oidc_client_secret_file: Path | None = None
+    """The file of the secret of this service at the provider; if empty, it has none."""
+    oidc_scopes: str = "openid profile email"
+    """The scopes that a login asks for."""
+    oidc_roles_claim: str = "groups"
+    """The claim of the ID token with the groups of an account; dots lead to a claim inside others."""
+    oidc_roles: dict[str, Role] = Field(default={})
+    """The role of each group, as a JSON object such as `{"lab": "submitter", "operators": "admin"}`; of several roles,
+    the highest counts."""
+    oidc_default_role: Role | None = None
+    """The role of accounts without such a group; if empty, they are refused."""
+    oidc_session_s: float = Field(default=12 * 3600.0, gt=0)
+    """The time after which the provider is asked again; until then an account keeps the role it had at login."""
     webhook_hosts: str = ""
     """The hosts of your own network to which webhooks may go, separated by commas; all other hosts must have public
     addresses."""
@@ -224,6 +265,19 @@ class Settings(BaseSettings):
         for part in filter(None, map(str.strip, text.split(","))):
             ip_network(part)
         return text
+
+    @field_validator("oidc_issuer")
+    @classmethod
+    def _check_issuer(cls, url: str) -> str:
+        if url and not is_secure_url(url):
+            raise ValueError(f"expected an https URL, got {url!r}")
+        return url
+
+    @model_validator(mode="after")
+    def _check_client(self) -> Self:
+        if self.oidc_issuer and not self.oidc_client_id:
+            raise ValueError("expected LIPPMANN_OIDC_CLIENT_ID beside LIPPMANN_OIDC_ISSUER, got none")
+        return self
 
     def __init__(self, **values: Any) -> None:
         for note in rename_settings(os.environ):

@@ -148,6 +148,10 @@ class Client:
             Job, self._transport.request("PATCH", f"{_API}/jobs/{job_id}", json={"priority": priority}).json()
         )
 
+    def share(self, job_id: str, *, shared: bool = True) -> Job:
+        """Show a job to everybody with a key, or only to its owner, on a farm that hides jobs from other owners."""
+        return _parsed(Job, self._transport.request("PATCH", f"{_API}/jobs/{job_id}", json={"shared": shared}).json())
+
     def delete(self, job_id: str) -> None:
         """Delete an ended job and its files."""
         self._transport.request("DELETE", f"{_API}/jobs/{job_id}")

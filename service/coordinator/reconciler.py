@@ -178,6 +178,7 @@ class Reconciler:
             access_rows.delete_expired(
                 session,
                 now_s=now_s,
+                idle_s=self.settings.session_idle_s,
                 idempotency_s=self.settings.idempotency_s,
                 audit_s=self.settings.audit_days * 86_400,
             )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from types import MappingProxyType
 from typing import Annotated
 
 from fastapi import APIRouter, Header, Query
@@ -18,6 +19,16 @@ from service.errors import NotFound
 KEPT_FOR_A_YEAR = "public, max-age=31536000, immutable"
 ASK_EVERY_TIME = "no-cache"
 
+REASONS = MappingProxyType(
+    {
+        "1": "This key is unknown, or the link was used or has expired.",
+        "login": "The login with your account has failed. Log in again.",
+        "account": "Your account has no access to this farm. Its administrator can change that.",
+        "provider": "The login of your organisation does not answer. Try again later.",
+    }
+)
+"""Why a login was refused, by the value of `refused`."""
+
 router = APIRouter(tags=["dashboard"])
 
 _templates = Environment(
@@ -31,12 +42,19 @@ def show_page(
     caller: CallerOrNoneDep,
     refused: Annotated[str, Query(max_length=10)] = "",
     token: Annotated[str, Query(max_length=200)] = "",
+    entered: Annotated[str, Query(max_length=10)] = "",
 ) -> Response:
-    """Return the dashboard to a logged-in user, and the login page to anyone else and to who follows a login link."""
-    root = state.settings.path_prefix
-    if caller is None or token:
-        return _page("login.html", root, refused=bool(refused), token=token)
-    return _dashboard_page(root)
+    """Return the dashboard to a logged-in user, and the login page to anyone else and to who follows a login link.
+
+    A browser that comes from a provider has a cookie that it does not send before a page of ours leads it on.
+    """
+    settings = state.settings
+    root = settings.path_prefix
+    if caller is not None and not token:
+        return _dashboard_page(root)
+    provider = settings.oidc_name if settings.oidc_issuer else ""
+    reason = REASONS.get(refused, REASONS["1"]) if refused else ""
+    return _page("login.html", root, reason=reason, token=token, entered=bool(entered), provider=provider)
 
 
 @router.get(PREFIX + "{name:path}", response_class=Response)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from sqlalchemy import bindparam, delete, or_, select, update
+from sqlalchemy import ColumnElement, and_, bindparam, delete, func, or_, select, update
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
@@ -16,9 +16,9 @@ def credential(session: Session, credential_id: str) -> Credential | None:
     return session.get(Credential, credential_id)
 
 
-def valid(session: Session, credential_ids: Iterable[str], *, now_s: float) -> set[str]:
-    """Return those credentials that are still valid: neither revoked, nor ended, nor expired."""
-    query = select(Credential.id).where(Credential.id.in_([*credential_ids]))
+def valid(session: Session, credential_ids: Iterable[str], *, now_s: float, idle_s: float) -> set[str]:
+    """Return those credentials that are still valid: neither revoked, nor ended, nor expired, nor idle."""
+    query = select(Credential.id).where(Credential.id.in_([*credential_ids]), ~_is_idle(now_s - idle_s))
     return set(session.scalars(query.where(or_(Credential.expires_s.is_(None), Credential.expires_s >= now_s))))
 
 
@@ -26,6 +26,13 @@ def keys(session: Session) -> Sequence[Credential]:
     """Return all keys, oldest first; people create them, so there are few."""
     query = select(Credential).where(Credential.kind == CredentialKind.KEY)
     return session.scalars(query.order_by(Credential.created_s).limit(1000)).all()
+
+
+def sessions(session: Session, *, now_s: float, idle_s: float) -> Sequence[Credential]:
+    """Return the open browser sessions, newest first and at most 1000."""
+    query = select(Credential).where(Credential.kind == CredentialKind.SESSION, Credential.expires_s >= now_s)
+    query = query.where(~_is_idle(now_s - idle_s)).order_by(Credential.created_s.desc())
+    return session.scalars(query.limit(1000)).all()
 
 
 def revoke(session: Session, key_id: str) -> bool:
@@ -38,6 +45,24 @@ def revoke(session: Session, key_id: str) -> bool:
 def spend(session: Session, credential_id: str) -> bool:
     """Delete a credential; of several concurrent callers, only one gets True."""
     return changed(session, delete(Credential).where(Credential.id == credential_id)) == 1
+
+
+def offer_token(session: Session, session_id: str, present: str, new: str, *, now_s: float, overlap_s: float) -> bool:
+    """Store the digest of the next token of a session; False if it has another token, or was offered one just now."""
+    is_free = or_(Credential.next_s.is_(None), Credential.next_s <= now_s - overlap_s)
+    statement = update(Credential).where(Credential.id == session_id, Credential.secret_sha256 == present, is_free)
+    return changed(session, statement.values(next_sha256=new, next_s=now_s)) == 1
+
+
+def take_token(session: Session, session_id: str, new: str, *, now_s: float) -> None:
+    """Let the next token of a session, which its browser has sent, replace the present one."""
+    statement = update(Credential).where(Credential.id == session_id, Credential.next_sha256 == new)
+    changed(
+        session,
+        statement.values(
+            old_sha256=Credential.secret_sha256, secret_sha256=new, next_sha256=None, next_s=None, renewed_s=now_s
+        ),
+    )
 
 
 def set_used(session: Session, used_s: Mapping[str, float]) -> None:
@@ -59,12 +84,17 @@ def idempotency(session: Session, caller: str, key: str) -> IdempotencyKey | Non
     return session.get(IdempotencyKey, (caller, key))
 
 
-def delete_expired(session: Session, *, now_s: float, idempotency_s: float, audit_s: float) -> None:
-    """Delete expired login links and sessions, and idempotency keys and audit entries that are older than given.
+def delete_expired(session: Session, *, now_s: float, idle_s: float, idempotency_s: float, audit_s: float) -> None:
+    """Delete login links and sessions that have expired, and idempotency keys and audit entries older than given.
 
     Expired keys stay in the list until somebody revokes them.
     """
-    is_expired = (Credential.expires_s < now_s, Credential.kind != CredentialKind.KEY)
-    changed(session, delete(Credential).where(*is_expired))
+    is_expired = or_(Credential.expires_s < now_s, _is_idle(now_s - idle_s))
+    changed(session, delete(Credential).where(Credential.kind != CredentialKind.KEY, is_expired))
     changed(session, delete(AuditRow).where(AuditRow.at_s < now_s - audit_s))
     changed(session, delete(IdempotencyKey).where(IdempotencyKey.created_s < now_s - idempotency_s))
+
+
+def _is_idle(since_s: float) -> ColumnElement[bool]:
+    used_s = func.coalesce(Credential.used_s, Credential.created_s)
+    return and_(Credential.kind == CredentialKind.SESSION, used_s < since_s)

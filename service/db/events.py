@@ -9,6 +9,7 @@ from sqlalchemy import Text, cast, delete, func, insert, select
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
+from service.db.jobs import is_seen_by
 from service.db.tables import Job, JobEvent
 from service.schemas.events import EventTopic
 
@@ -25,6 +26,8 @@ class StoredEvent(NamedTuple):
     data: str
     owner_id: str | None = None
     """The owner of the job; None if it was not asked for, or the job is gone."""
+    shared: bool | None = None
+    """True if all owners see the job; None as above."""
 
 
 def append(session: Session, events: Iterable[NewEvent]) -> None:
@@ -46,11 +49,11 @@ def after(
 ) -> Sequence[StoredEvent]:
     """Return the events after a position, in order, and none after `until`; with `has_owners`, also whose they are."""
     columns: tuple[Any, ...] = (JobEvent.id, JobEvent.job_id, JobEvent.topic, cast(JobEvent.data, Text))
-    query = select(*columns, *((Job.owner_id,) if has_owners else ())).where(JobEvent.id > position)
+    query = select(*columns, *((Job.owner_id, Job.shared) if has_owners else ())).where(JobEvent.id > position)
     if has_owners:
         query = query.outerjoin(Job, Job.id == JobEvent.job_id)
     if owner_id is not None:
-        query = query.where(Job.owner_id == owner_id)
+        query = query.where(is_seen_by(owner_id))
     if until is not None:
         query = query.where(JobEvent.id <= until)
     if job_id is not None:

@@ -86,10 +86,17 @@ def jobs(session: Session, job_ids: Iterable[str]) -> Sequence[Job]:
     return session.scalars(_JOBS, {"job_ids": [*job_ids]}).all()
 
 
-def owner_of(session: Session, job_id: str) -> str | None:
-    """Return the owner of a job; None if the job does not exist or is being removed."""
-    query = select(Job.owner_id).where(Job.id == job_id, Job.background_job.is_distinct_from(BackgroundJob.REMOVE))
-    return session.scalar(query)
+def owner_of(session: Session, job_id: str) -> tuple[str, bool] | None:
+    """Return the owner of a job, and whether it is shared; None if the job does not exist or is being removed."""
+    query = select(Job.owner_id, Job.shared)
+    query = query.where(Job.id == job_id, Job.background_job.is_distinct_from(BackgroundJob.REMOVE))
+    row = session.execute(query).first()
+    return None if row is None else (row[0], row[1])
+
+
+def is_seen_by(owner_id: str) -> ColumnElement[bool]:
+    """Return the condition that an owner sees a job where jobs are hidden from others."""
+    return or_(Job.owner_id == owner_id, Job.shared.is_(True))
 
 
 def open_of(session: Session, owner_id: str) -> tuple[int, int]:
@@ -121,14 +128,14 @@ def has_row(session: Session, job_id: str) -> bool:
 def page(
     session: Session, *, status: JobStatus | None, before: str | None, limit: int, owner_id: str | None = None
 ) -> Sequence[Job]:
-    """Return jobs with ids below `before`, newest first, only those of an owner if one is given."""
+    """Return jobs with ids below `before`, newest first, only those that an owner sees if one is given."""
     query = select(Job).where(Job.background_job.is_distinct_from(BackgroundJob.REMOVE))
     if status is not None:
         query = query.where(Job.status == status)
     if before is not None:
         query = query.where(Job.id < before)
     if owner_id is not None:
-        query = query.where(Job.owner_id == owner_id)
+        query = query.where(is_seen_by(owner_id))
     return session.scalars(query.order_by(Job.id.desc()).limit(limit)).all()
 
 

@@ -104,6 +104,8 @@ class Job(Base):
     notes: Mapped[list[str]]
     owner: Mapped[str] = mapped_column(String(64))
     owner_id: Mapped[str] = mapped_column(String(100), default=ADMIN_OWNER, server_default=ADMIN_OWNER)
+    shared: Mapped[bool] = mapped_column(default=False, server_default=false())
+    """True if everybody with a key sees the job, also where jobs are hidden from other owners."""
     status: Mapped[JobStatus] = mapped_column(_enum(JobStatus))
     background_job: Mapped[BackgroundJob | None] = mapped_column(_enum(BackgroundJob))
     priority: Mapped[int]
@@ -323,6 +325,14 @@ class Credential(Base):
     expires_s: Mapped[float | None]
     used_s: Mapped[float | None]
     limits: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))
+    next_sha256: Mapped[str | None] = mapped_column(String(64))
+    """The token that replaces the one of a session as soon as the browser has sent it."""
+    next_s: Mapped[float | None]
+    """When that token was made."""
+    old_sha256: Mapped[str | None] = mapped_column(String(64))
+    """The token of a session that was replaced last."""
+    renewed_s: Mapped[float | None]
+    """When it was replaced; None if the session still has its first token."""
 
 
 class AuditRow(Base):

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import math
 import time
 from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -68,7 +69,9 @@ class EventHub:
     now_s
         Returns seconds since 1970, UTC.
     has_owners
-        True if some clients receive only the events of the jobs of their owner.
+        True if some clients receive only the events of the jobs that their owner sees.
+    idle_s
+        The time without a request after which a browser session has ended, and its streams with it.
     """
 
     def __init__(
@@ -79,12 +82,14 @@ class EventHub:
         keepalive_s: float,
         now_s: Callable[[], float] = time.time,
         has_owners: bool = False,
+        idle_s: float = math.inf,
     ) -> None:
         self._database = database
         self._wakeup = wakeup
         self._keepalive_s = keepalive_s
         self._now_s = now_s
         self._has_owners = has_owners
+        self._idle_s = idle_s
         self._clients: set[Subscription] = set()
         self._position: int | None = None
         """All clients have, or have queued, the events up to this one; None while there are no clients."""
@@ -140,7 +145,7 @@ class EventHub:
         position
             The last event that the client has received.
         owner_id
-            The owner whose jobs' events are sent; None for those of all owners.
+            The owner who sees the jobs whose events are sent; None for those of all owners.
         """
         if self._is_closed:
             return
@@ -294,7 +299,7 @@ class EventHub:
 
     def _valid(self, caller_ids: set[str]) -> set[str]:
         with self._database.reading() as session:
-            return access_rows.valid(session, caller_ids, now_s=self._now_s())
+            return access_rows.valid(session, caller_ids, now_s=self._now_s(), idle_s=self._idle_s)
 
 
 def _reset(position: int) -> bytes:

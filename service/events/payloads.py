@@ -53,6 +53,7 @@ def job_data(
         priority=row.priority,
         owner=row.owner,
         owner_id=row.owner_id,
+        shared=row.shared,
         created_at=utc(row.created_s),
         started_at=utc_or_none(row.started_s),
         ended_at=utc_or_none(row.ended_s),

@@ -41,7 +41,7 @@ def job_snapshot(session: Session, row: Job) -> JobSchema:
 
 
 def publish_jobs(session: Session, rows: Sequence[Job]) -> None:
-    """Publish jobs whose status or priority changed."""
+    """Publish jobs whose status or priority changed, or who sees them."""
     _publish(session, [(job.id, job) for job in _snapshots(session, rows)])
 
 

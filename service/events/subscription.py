@@ -30,7 +30,7 @@ class Batch:
         self._joined: dict[tuple[str | None, str | None], bytes] = {}
 
     def of_job(self, job_id: str | None, *, after: int, owner_id: str | None = None) -> bytes:
-        """Return the events of a job, or of all jobs, after a position; only those of an owner if one is given."""
+        """Return the events of a job, or of all jobs, after a position; of an owner only those it sees."""
         if after >= self._first:  # The client came while the events were read, and has some of them.
             return self._join(job_id, owner_id, after)
         wanted = job_id, owner_id
@@ -42,7 +42,8 @@ class Batch:
         return b"".join(
             data
             for event, data in zip(self._events, self._encoded, strict=True)
-            if event.id > after and job_id in (None, event.job_id) and owner_id in (None, event.owner_id)
+            if event.id > after and job_id in (None, event.job_id)
+            if event.shared or owner_id in (None, event.owner_id)
         )
 
     @cached_property
@@ -62,7 +63,7 @@ class Subscription:
     sent
         The position of the client: it has received every event up to this one.
     owner_id
-        The owner whose jobs' events the client receives; None for those of all owners.
+        The owner who sees the jobs whose events the client receives; None for those of all owners.
     """
 
     def __init__(self, *, job_id: str | None, caller_id: str, sent: int, owner_id: str | None = None) -> None:

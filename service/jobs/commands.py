@@ -1,4 +1,4 @@
-"""The actions of users on jobs: cancel, pause, resume, retry, repair, skip, prioritise, remove.
+"""The actions of users on jobs: cancel, pause, resume, retry, repair, skip, prioritise, share, remove.
 
 `lippmann.job.states.JOB_ACTIONS` defines in which statuses each of them is allowed. A request changes what it can in
 one transaction; work on many rows is left to a background job, whose chunks are the functions `*_chunk`.
@@ -23,7 +23,15 @@ from service.events.publish import publish_jobs, publish_removal
 from service.jobs.completion import settle
 from service.jobs.farm_pause import NOT_PAUSED, forget_faults
 from service.jobs.skipping import bring_back, skip
-from service.jobs.state_machine import RESET, find_job_for, release_tasks, set_job, transition_job, transition_tasks
+from service.jobs.state_machine import (
+    RESET,
+    find_job,
+    find_job_for,
+    release_tasks,
+    set_job,
+    transition_job,
+    transition_tasks,
+)
 from service.settings import FailureLimit
 
 _NOT_ENDED = {"ended_s": None, "error_code": None, "error_message": None}
@@ -79,6 +87,13 @@ def resume_job(session: Session, job_id: str, *, now_s: float, limit: FailureLim
 def prioritise_job(session: Session, job_id: str, priority: int) -> Job:
     """Set the priority of a job; orders that were already sent keep their place in the queue."""
     row = set_job(session, find_job_for(session, job_id, JobAction.PRIORITISE), priority=priority)
+    publish_jobs(session, [row])
+    return row
+
+
+def share_job(session: Session, job_id: str, *, shared: bool) -> Job:
+    """Show a job to all owners, or hide it again where jobs are hidden from other owners."""
+    row = set_job(session, find_job(session, job_id), shared=shared)
     publish_jobs(session, [row])
     return row
 

@@ -9,8 +9,9 @@ tasks       tasks, their logs, and frames
 viewing     views of a frame on demand
 artifacts   files of a job, whole and in part
 events      the stream of server-sent events
-keys        keys and login links
+keys        keys, login links, browser sessions and the audit log
 login       login and logout of browsers
+openid      login with an account of an OpenID provider
 middleware  path prefix, request ids, rates, and the limit of the request size
 problems    errors as problem details
 """

@@ -62,14 +62,14 @@ async def subscribe_to_farm(
 
 @router.get("/jobs/{job_id}/events", response_class=EventStream, responses=_STREAM)
 async def subscribe_to_job(
-    job_id: JobId, state: AppStateDep, caller: ViewerDep, last_event_id: LastEventId = None
+    job_id: JobId, state: AppStateDep, caller: ViewerDep, scope: ScopeDep, last_event_id: LastEventId = None
 ) -> EventStream:
     """Subscribe to the events of one job."""
-    return await _subscribe(state, caller, job_id, last_event_id)
+    return await _subscribe(state, caller, job_id, last_event_id, scope)
 
 
 async def _subscribe(
-    state: AppState, caller: Caller, job_id: str | None, last_event_id: str | None, owner_id: str | None = None
+    state: AppState, caller: Caller, job_id: str | None, last_event_id: str | None, owner_id: str | None
 ) -> EventStream:
     if job_id is not None:
         await run_in_threadpool(_check_job, state, job_id)

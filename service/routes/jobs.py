@@ -36,6 +36,7 @@ from service.jobs.commands import (
     repair_job,
     resume_job,
     retry_job,
+    share_job,
     skip_frames,
 )
 from service.jobs.limits import check_quota
@@ -113,15 +114,23 @@ def get_job(job_id: JobId, session: SessionDep, outlook: OutlookDep, _caller: Vi
 
 @router.patch("/{job_id}", responses=_CONFLICT)
 def change_job(job_id: OwnJobId, change: JobChange, state: AppStateDep, caller: SubmitterDep) -> Job:
-    """Change the priority of a job."""
-    return _command(
-        state,
-        caller,
-        AuditAction.PRIORITISE_JOB,
-        job_id,
-        lambda session: prioritise_job(session, job_id, change.priority),
-        f"priority {change.priority}",
-    )
+    """Change the priority of a job, or who sees it."""
+    outlook, now_s = state.outlook(), state.now_s()
+
+    def work(session: Session) -> Job:
+        if change.priority is not None:
+            prioritise_job(session, job_id, change.priority)
+            detail = f"priority {change.priority}"
+            record(session, caller, AuditAction.PRIORITISE_JOB, job_id, now_s=now_s, detail=detail)
+        if change.shared is not None:
+            share_job(session, job_id, shared=change.shared)
+            detail = "seen by all" if change.shared else "seen by its owner"
+            record(session, caller, AuditAction.SHARE_JOB, job_id, now_s=now_s, detail=detail)
+        return present_job(session, find_job(session, job_id), outlook)
+
+    job = state.database.write_in_reserve(work)
+    state.wakeup.notify()
+    return job
 
 
 @router.post("/{job_id}/cancel", responses=_CONFLICT)

@@ -1,14 +1,26 @@
-"""Keys, login links and the audit log."""
+"""Keys, login links, browser sessions and the audit log."""
 
 from __future__ import annotations
 
 from fastapi import APIRouter
 
 from service import auth as keys
+from service import browser_sessions
 from service.api import listings
 from service.audit import record
 from service.dependencies import AdminDep, AppStateDep, CursorQuery, LimitQuery, SessionDep
-from service.schemas.access import AuditAction, AuditPage, Key, KeyList, KeyRequest, LoginLink, NewKey, Role
+from service.schemas.access import (
+    AuditAction,
+    AuditPage,
+    BrowserSession,
+    BrowserSessionList,
+    Key,
+    KeyList,
+    KeyRequest,
+    LoginLink,
+    NewKey,
+    Role,
+)
 from service.schemas.answer import utc, utc_or_none
 
 router = APIRouter(tags=["access"])
@@ -71,6 +83,38 @@ def revoke_key(key_id: str, state: AppStateDep, caller: AdminDep) -> None:
     with state.database.writing() as session:
         keys.revoke_key(session, key_id)
         record(session, caller, AuditAction.REVOKE_KEY, key_id, now_s=state.now_s())
+    state.hub.check_credentials()
+
+
+@router.get("/sessions")
+def list_sessions(state: AppStateDep, _caller: AdminDep) -> BrowserSessionList:
+    """List the open browser sessions."""
+    state.last_use.write()
+    with state.database.reading() as session:
+        rows = browser_sessions.list_sessions(session, now_s=state.now_s(), lifetimes=state.lifetimes)
+    return BrowserSessionList(
+        items=tuple(
+            BrowserSession(
+                id=row.id,
+                name=row.name,
+                role=Role(row.role),
+                owner_id=row.owner_id,
+                key_id=row.parent,
+                created_at=utc(row.created_s),
+                expires_at=utc_or_none(row.expires_s),
+                used_at=utc_or_none(row.used_s),
+            )
+            for row in rows
+        )
+    )
+
+
+@router.delete("/sessions/{session_id}", status_code=204)
+def end_session(session_id: str, state: AppStateDep, caller: AdminDep) -> None:
+    """End a browser session and its event streams at once."""
+    with state.database.writing() as session:
+        browser_sessions.end_session_called(session, session_id)
+        record(session, caller, AuditAction.END_SESSION, session_id, now_s=state.now_s())
     state.hub.check_credentials()
 
 

@@ -68,7 +68,7 @@ async def get_linked_artifact(
 def _check(state: AppState, token: str, job_id: str, name: str) -> None:
     key_id = state.links.maker(token, job_id, name, now_s=state.now_s())
     with state.database.reading() as session:
-        maker = auth.caller_of_id(session, key_id, now_s=state.now_s())
+        maker = auth.caller_of_id(session, key_id, now_s=state.now_s(), idle_s=state.settings.session_idle_s)
     if maker is None:
         raise Unauthorized("the key that made this link was revoked or has expired; ask for a new link")
     check_visible(state, job_id, maker.scope(sharing=state.settings.sharing))

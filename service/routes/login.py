@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import AsyncIterator, Callable
+from contextlib import asynccontextmanager
 from typing import Annotated
 from urllib.parse import urlencode, urlsplit
 
@@ -10,10 +11,20 @@ from fastapi import APIRouter, Cookie, Form, Header, Query, Request, Response
 from fastapi.responses import RedirectResponse
 from starlette.concurrency import run_in_threadpool
 
-from service import auth as keys
+from service import browser_sessions
 from service.audit import record
 from service.auth import Caller
-from service.dependencies import COOKIE, AppState, AppStateDep, CallerOrNoneDep, ViewerDep, with_origin
+from service.dependencies import (
+    COOKIE,
+    OFFER,
+    AppState,
+    AppStateDep,
+    CallerOrNoneDep,
+    ViewerDep,
+    cookie_path,
+    session_cookie,
+    with_origin,
+)
 from service.errors import Forbidden, Unauthorized
 from service.routes.middleware import address_of
 from service.schemas.access import AuditAction, Session
@@ -37,10 +48,10 @@ async def log_in_by_link(
     else; the login page asks first.
     """
     if token is None:
-        return _redirect(state)
+        return redirect(state)
     if site in ("cross-site", "same-site"):
-        return _redirect(state, token=token)
-    return await _log_in(request, state, keys.spend_login_token, token, old)
+        return redirect(state, token=token)
+    return await _log_in(request, state, browser_sessions.spend_login_token, token, old)
 
 
 @router.post("/login", response_class=RedirectResponse, status_code=303)
@@ -62,11 +73,11 @@ async def log_in_by_form(
     _check_own_page(request, state, site)
     try:
         if token:
-            return await _log_in(request, state, keys.spend_login_token, token, old)
-        return await _log_in(request, state, keys.spend_key, key.strip(), old)
+            return await _log_in(request, state, browser_sessions.spend_login_token, token, old)
+        return await _log_in(request, state, browser_sessions.spend_key, key.strip(), old)
     except Unauthorized:
         if "text/html" in request.headers.get("accept", ""):
-            return _redirect(state, refused="1")
+            return redirect(state, refused="1")
         raise
 
 
@@ -75,13 +86,14 @@ def log_out(request: Request, state: AppStateDep, _caller: CallerOrNoneDep, old:
     """End a browser session and its event streams."""
     if old is not None:
         with state.database.writing() as session:
-            caller = keys.end_session(session, old, now_s=state.now_s())
+            caller = browser_sessions.end_session(session, old, now_s=state.now_s(), lifetimes=state.lifetimes)
             if caller is not None:
                 caller = with_origin(request, caller)
                 record(session, caller, AuditAction.LOG_OUT, caller.id, now_s=state.now_s())
         state.hub.check_credentials()
-    response = _redirect(state)
-    response.delete_cookie(COOKIE, path=_cookie_path(state))
+    request.scope.get("state", {}).pop(OFFER, None)
+    response = redirect(state)
+    response.delete_cookie(COOKIE, path=cookie_path(state))
     return response
 
 
@@ -93,14 +105,9 @@ def get_caller(caller: ViewerDep) -> Session:
 
 async def _log_in(request: Request, state: AppState, spend: _Spend, secret: str, old: str | None) -> Response:
     """Log in, count a login that fails, and refuse one of an address from which too many have failed."""
-    address = address_of(request)
-    await state.rates.check_login(address)
-    try:
+    async with counted(state, request):
         cookie = await run_in_threadpool(_open_session, request, state, spend, secret, old)
-    except Unauthorized:
-        await state.rates.failed_logins.count(address)
-        raise
-    return _start_session(state, cookie)
+    return entered(state, cookie, max_age_s=state.settings.session_s)
 
 
 def _open_session(request: Request, state: AppState, spend: _Spend, secret: str, old: str | None) -> str:
@@ -109,7 +116,7 @@ def _open_session(request: Request, state: AppState, spend: _Spend, secret: str,
     with state.database.writing() as session:
         cookie, caller = spend(session, secret, now_s=now_s, session_s=state.settings.session_s)
         if old is not None:
-            keys.end_session(session, old, now_s=now_s)
+            browser_sessions.end_session(session, old, now_s=now_s, lifetimes=state.lifetimes)
         record(session, with_origin(request, caller), AuditAction.LOG_IN, caller.id, now_s=now_s)
     return cookie
 
@@ -129,25 +136,26 @@ def _check_own_page(request: Request, state: AppState, site: str | None) -> None
         raise Forbidden("the login form of another site is refused; log in on the page of this service")
 
 
-def _redirect(state: AppState, **query: str) -> RedirectResponse:
+def redirect(state: AppState, **query: str) -> RedirectResponse:
     """Return a redirect to the page."""
     text = f"?{urlencode(query)}" if query else ""
     return RedirectResponse(f"{state.settings.path_prefix}/{text}", status_code=303)
 
 
-def _cookie_path(state: AppState) -> str:
-    return state.settings.path_prefix or "/"
+@asynccontextmanager
+async def counted(state: AppState, request: Request) -> AsyncIterator[None]:
+    """Count a login that fails, and refuse one of an address from which too many have failed."""
+    address = address_of(request)
+    await state.rates.check_login(address)
+    try:
+        yield
+    except Unauthorized:
+        await state.rates.failed_logins.count(address)
+        raise
 
 
-def _start_session(state: AppState, cookie: str) -> Response:
-    response = _redirect(state)
-    response.set_cookie(
-        COOKIE,
-        cookie,
-        max_age=int(state.settings.session_s),
-        path=_cookie_path(state),
-        httponly=True,
-        samesite="strict",
-        secure=state.settings.base_url.startswith("https://"),
-    )
+def entered(state: AppState, cookie: str, *, max_age_s: float, **query: str) -> RedirectResponse:
+    """Return the answer that gives a browser its session, and leads it to the page."""
+    response = redirect(state, **query)
+    response.headers.append("set-cookie", session_cookie(state, cookie, max_age_s=max_age_s))
     return response

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import re
 import secrets
+import time
 
 import structlog
 from fastapi import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from service.browser_sessions import OVERLAP_S
+from service.dependencies import OFFER
 from service.errors import TooLarge, TooManyRequests
 from service.rate_limits import RateLimit
 from service.routes.problems import answer
@@ -69,11 +72,18 @@ class ResponseHeaders:
                 given = list(message.get("headers", ()))
                 known = {header.lower() for header, _ in given}
                 missing = [(header, value) for header, value in self._fixed if header not in known]
-                message["headers"] = [*given, *missing, (b"x-request-id", name)]
+                message["headers"] = [*given, *missing, *_offered(scope), (b"x-request-id", name)]
             await send(message)
 
         with structlog.contextvars.bound_contextvars(request_id=name.decode()):
             await self._app(scope, receive, send_with_headers)
+
+
+def _offered(scope: Scope) -> list[tuple[bytes, bytes]]:
+    """Return the header of a new session cookie, if the request made one in time for the browser to use it."""
+    header, made_s = scope["state"].pop(OFFER, (b"", 0.0))
+    is_late = time.monotonic() - made_s > OVERLAP_S / 2  # By then another request may have made another one.
+    return [] if not header or is_late else [(b"set-cookie", header)]
 
 
 class AddressRate:

@@ -109,6 +109,28 @@ class KeyList(Answer):
     items: tuple[Key, ...]
 
 
+class BrowserSession(Answer):
+    """An open browser session."""
+
+    id: str
+    name: str
+    """The name of the key that opened it, or of the account."""
+    role: Role
+    owner_id: str
+    key_id: str | None
+    """The key that opened it, with which it ends; null if it was opened by an account or by a link of the farm."""
+    created_at: datetime
+    expires_at: datetime | None
+    used_at: datetime | None
+    """The time of its last request, exact to a minute; null before the first."""
+
+
+class BrowserSessionList(Answer):
+    """The open browser sessions, newest first, at most 1000."""
+
+    items: tuple[BrowserSession, ...]
+
+
 class LoginLink(Answer):
     """A link that logs in one browser, once."""
 
@@ -130,6 +152,7 @@ class AuditAction(StrEnum):
 
     SUBMIT_JOB = "submit-job"
     PRIORITISE_JOB = "prioritise-job"
+    SHARE_JOB = "share-job"
     CANCEL_JOB = "cancel-job"
     PAUSE_JOB = "pause-job"
     RESUME_JOB = "resume-job"
@@ -144,6 +167,7 @@ class AuditAction(StrEnum):
     CREATE_LOGIN_LINK = "create-login-link"
     LOG_IN = "log-in"
     LOG_OUT = "log-out"
+    END_SESSION = "end-session"
 
 
 class AuditEntry(Answer):

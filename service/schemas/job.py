@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from datetime import datetime
-from typing import Annotated
+from typing import Annotated, Self
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from lippmann.job.frames import MAX_FRAME_NUMBER
 from lippmann.job.spec import JobSpec
@@ -101,6 +101,8 @@ class Job(Answer):
     owner_id: str = "admin"
     """The owner of the job, as `GET /session` names the caller: only the owner and admins change the job. Jobs of
     earlier releases belong to `admin`."""
+    shared: bool = False
+    """True if everybody with a key sees the job, also on a farm that hides jobs from other owners."""
     created_at: datetime
     started_at: datetime | None
     ended_at: datetime | None
@@ -156,7 +158,15 @@ class FramesToSkip(Answer):
 
 
 class JobChange(Answer):
-    """A change of a job."""
+    """A change of a job: of its priority, of who sees it, or of both."""
 
-    priority: int = Field(ge=0, le=100)
+    priority: int | None = Field(default=None, ge=0, le=100)
     """The new priority. Tasks of jobs with a higher priority run first."""
+    shared: bool | None = None
+    """True to show the job to everybody with a key, also on a farm that hides jobs from other owners."""
+
+    @model_validator(mode="after")
+    def _check_something(self) -> Self:
+        if self.priority is None and self.shared is None:
+            raise ValueError("expected `priority` or `shared`, got neither")
+        return self

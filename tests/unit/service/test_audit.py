@@ -47,7 +47,7 @@ def test_old_entries_and_expired_sessions_are_deleted_and_expired_keys_stay(api:
     api_farm.now_s += 11
     api.post("/api/v1/login-tokens")
     with api_farm.writing() as session:
-        access_rows.delete_expired(session, now_s=api_farm.now_s, idempotency_s=1, audit_s=10)
+        access_rows.delete_expired(session, now_s=api_farm.now_s, idle_s=1, idempotency_s=1, audit_s=10)
     items = api.get("/api/v1/audit").json()["items"]
     assert [item["action"] for item in items] == [AuditAction.CREATE_LOGIN_LINK]
     assert key_id in [key["id"] for key in api.get("/api/v1/keys").json()["items"]]

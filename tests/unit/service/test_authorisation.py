@@ -15,6 +15,7 @@ from fastapi.routing import iter_route_contexts
 from sqlalchemy import func, select
 
 from service.auth import Caller, create_key, create_login_token
+from service.browser_sessions import open_session
 from service.db.tables import AuditRow
 from service.jobs.submission import submit_job
 from service.main import create_app
@@ -72,11 +73,16 @@ RULES: dict[str, tuple[str, bool]] = {
     "GET /api/v1/keys": (ADMIN, False),
     "POST /api/v1/keys": (ADMIN, True),
     "DELETE /api/v1/keys/{key_id}": (ADMIN, True),
+    "GET /api/v1/sessions": (ADMIN, False),
+    "DELETE /api/v1/sessions/{session_id}": (ADMIN, True),
     "POST /api/v1/login-tokens": (ADMIN, True),
     "GET /api/v1/audit": (ADMIN, False),
     "GET /api/v1/webhook-secret": (SUBMIT, False),
 }
 """The rule of each route, and whether a request that succeeds changes something, which the audit log records."""
+
+OPENID_ROUTES = {"GET /login/oidc", "GET /login/oidc/callback"}
+"""The routes that are there with an OpenID provider only; they are open to all, see `routes/test_openid.py`."""
 
 OWNER = "ann"
 """The owner of the jobs of the requests."""
@@ -127,6 +133,7 @@ class Door:
             _IS_OF_A_JOB: job_id, "{task_id}": f"{job_id}.0", "{frame}": "1", "{name}": "ball",
             "{name:path}": "job.json" if job_id else "base.css",
             "{key_id}": self._new_key(Role.VIEWER, "x")[0] if "{key_id}" in path else "",
+            "{session_id}": self._new_session() if "{session_id}" in path else "",
         }  # fmt: skip
         for placeholder, value in values.items():
             path = path.replace(placeholder, value)
@@ -179,6 +186,11 @@ class Door:
         with self.farm.writing() as session:
             return create_key(session, role.value, role, owner_id=owner_id, now_s=self.farm.now_s)
 
+    def _new_session(self) -> str:
+        with self.farm.writing() as session:
+            _, caller = open_session(session, "x", Role.VIEWER, owner_id="x", now_s=self.farm.now_s, session_s=60.0)
+            return caller.id
+
     def _audited(self) -> int:
         with self.farm.database.reading() as session:
             return session.scalar(select(func.count()).select_from(AuditRow)) or 0
@@ -204,6 +216,11 @@ def _routes(farm: Farm) -> set[str]:
 
 def test_every_route_has_a_rule_and_every_rule_a_route(api_farm: Farm) -> None:
     assert _routes(api_farm) == set(RULES)
+
+
+def test_a_farm_with_a_provider_has_two_more_routes(make_farm: Callable[..., Farm]) -> None:
+    farm = make_farm(oidc_issuer="https://id.example", oidc_client_id="farm")
+    assert _routes(farm) - set(RULES) == OPENID_ROUTES
 
 
 @pytest.mark.parametrize("sharing", [True, False])

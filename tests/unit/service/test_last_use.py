@@ -38,8 +38,7 @@ def test_times_that_cannot_be_written_are_kept_and_a_revoked_key_is_left_out(
     with farm.writing() as session:
         key_id, _ = create_key(session, "lab", Role.VIEWER)
     last_use = LastUse(farm.database)
-    last_use.note(key_id, T0)
-    last_use.note("gone", T0)
+    last_use.note(key_id, "gone", now_s=T0)
 
     def fail(_database: Database) -> None:
         raise OperationalError("UPDATE", {}, Exception("the disk is full"))

@@ -117,3 +117,38 @@ def test_the_render_cache_is_of_one_owner_where_jobs_are_hidden(
     farm = make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0", sharing=sharing)
     job_id = _submit(make_client(farm), _key(farm, "ann"))
     assert json.loads(farm.store.files[names.job_artifact(job_id, names.JOB_FILE)]).get("cache_scope") == scope
+
+
+@pytest.mark.promise(
+    "People", "Where jobs are hidden, others see a job only while its owner shares it, and do not change it."
+)
+def test_a_shared_job_is_seen_by_others_and_changed_by_its_owner(
+    closed: Farm, make_client: Callable[[Farm], Client]
+) -> None:
+    api = make_client(closed)
+    ann, bob = _key(closed, "ann"), _key(closed, "bob")
+    job_id, other = _submit(api, ann), _submit(api, ann)
+    paths = [f"jobs/{job_id}", f"jobs/{job_id}/tasks", f"jobs/{job_id}/artifacts/job.json"]
+
+    def change(headers: Headers, **changes: Any) -> int:
+        return int(api.patch(f"{API}/jobs/{job_id}", json=changes, headers=headers).status_code)
+
+    def seen() -> list[int]:
+        return [api.get(f"{API}/{path}", headers=bob).status_code for path in paths]
+
+    assert change(bob, shared=True) == 404
+    assert seen() == [404] * 3
+    assert change(ann, shared=True) == 200
+    assert seen() == [200] * 3
+    assert api.get(f"{API}/jobs/{other}", headers=bob).status_code == 404
+    (listed,) = api.get(f"{API}/jobs", headers=bob).json()["items"]
+    assert (listed["id"], listed["shared"]) == (job_id, True)
+    assert change(bob, shared=False) == 403
+    assert api.post(f"{API}/jobs/{job_id}/cancel", headers=bob).status_code == 403
+    assert change(ann, shared=False, priority=70) == 200
+    assert seen() == [404] * 3
+    entries = api.get(f"{API}/audit").json()["items"]
+    assert [(entry["action"], entry["detail"]) for entry in entries if entry["subject"] == job_id][:3] == [
+        ("share-job", "seen by its owner"), ("prioritise-job", "priority 70"), ("share-job", "seen by all"),
+    ]  # fmt: skip
+    assert change(ann) == 422

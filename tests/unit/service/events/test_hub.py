@@ -354,17 +354,17 @@ def test_credentials_are_valid_until_they_are_revoked_or_expire(farm: Farm) -> N
         key_id, key = create_key(session, "lab", Role.VIEWER)
         caller = caller_of_key(session, key, now_s=farm.now_s)
         assert caller is not None
-        assert access_rows.valid(session, [caller.id, "none"], now_s=farm.now_s) == {key_id}
+        assert access_rows.valid(session, [caller.id, "none"], now_s=farm.now_s, idle_s=1.0) == {key_id}
         row = access_rows.credential(session, key_id)
         assert row is not None
         row.expires_s = farm.now_s
         session.flush()
-        assert access_rows.valid(session, [key_id], now_s=farm.now_s) == {key_id}
-        assert access_rows.valid(session, [key_id], now_s=farm.now_s + 1) == set()
+        assert access_rows.valid(session, [key_id], now_s=farm.now_s, idle_s=1.0) == {key_id}
+        assert access_rows.valid(session, [key_id], now_s=farm.now_s + 1, idle_s=1.0) == set()
         row.expires_s = None
         session.flush()
         revoke_key(session, key_id)
-        assert access_rows.valid(session, [key_id], now_s=farm.now_s) == set()
+        assert access_rows.valid(session, [key_id], now_s=farm.now_s, idle_s=1.0) == set()
 
 
 def test_streams_stay_open_while_the_database_is_unavailable(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:

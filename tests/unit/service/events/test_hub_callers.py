@@ -13,6 +13,7 @@ from tests.builders_service import Farm
 from tests.unit.service.events.test_hub import Reader, Running, _revoke, _run, _stored, _until
 
 
+@pytest.mark.promise("People", "A revoked key ends its event streams at once.")
 def test_a_stream_ends_at_once_when_this_process_revokes_its_key(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "CHECK_S", 3600.0)
 
@@ -41,5 +42,32 @@ def test_a_client_with_an_owner_receives_only_the_events_of_its_jobs(farm: Farm)
         pushed = await running.append(mine)
         await reader.read_until(pushed)  # from the hub
         assert reader.ids == [*stored, pushed]
+
+    _run(farm, scenario, has_owners=True)
+
+
+def test_a_client_with_an_owner_receives_the_events_of_shared_jobs_until_they_are_hidden(farm: Farm) -> None:
+    job_id = farm.submit()
+
+    def share(*, shared: bool) -> None:
+        with farm.writing() as session:
+            session.execute(update(Job).where(Job.id == job_id).values(owner_id="somebody", shared=shared))
+
+    share(shared=True)
+
+    async def scenario(running: Running) -> None:
+        stream = running.hub.stream(job_id=job_id, caller_id=running.key_id, position=0, owner_id="k")
+        stored = await asyncio.to_thread(_stored, farm, 0, job_id)
+        reader = Reader(stream)
+        await reader.read_until(stored[-1])  # from the database
+        first = await running.append(job_id)
+        await reader.read_until(first)  # from the hub
+        await asyncio.to_thread(share, shared=False)
+        await running.append(job_id)
+        await _until(lambda: running.hub._position == first + 1)
+        await asyncio.to_thread(share, shared=True)
+        last = await running.append(job_id)
+        await reader.read_until(last)
+        assert reader.ids == [*stored, first, last]
 
     _run(farm, scenario, has_owners=True)
