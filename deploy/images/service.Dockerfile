@@ -2,7 +2,7 @@
 FROM python:3.11-slim-bookworm AS build
 WORKDIR /src
 COPY requirements-build.lock requirements-run.lock ./
-# What builds the wheel stays in this stage; what runs gets nothing but its own lock, and no pip.
+# What builds the wheel stays in this stage; what runs gets nothing but its own lock.
 RUN python -m venv --without-pip /opt/lippmann \
  && pip install --no-cache-dir --require-hashes --requirement requirements-build.lock \
  && pip --python /opt/lippmann install --no-cache-dir --require-hashes --requirement requirements-run.lock
@@ -15,7 +15,8 @@ RUN pip wheel --no-cache-dir --no-deps --no-build-isolation --wheel-dir wheel . 
  && pip --python /opt/lippmann install --no-cache-dir --no-deps --no-index wheel/*.whl
 
 FROM python:3.11-slim-bookworm
-RUN useradd --system --uid 10001 --create-home lippmann && install -d -o lippmann -g lippmann /data
+RUN useradd --system --uid 10001 --create-home lippmann && install -d -o lippmann -g lippmann /data \
+ && pip uninstall --yes --root-user-action=ignore setuptools wheel pip
 COPY --from=build /opt/lippmann /opt/lippmann
 ENV PATH=/opt/lippmann/bin:$PATH
 USER 10001

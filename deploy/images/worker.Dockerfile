@@ -2,7 +2,7 @@
 FROM python:3.11-slim-bookworm AS build
 WORKDIR /src
 COPY requirements-build.lock requirements-run.lock ./
-# What builds the wheel stays in this stage; what runs gets nothing but its own lock, and no pip.
+# What builds the wheel stays in this stage; what runs gets nothing but its own lock.
 RUN python -m venv --without-pip /opt/lippmann \
  && pip install --no-cache-dir --require-hashes --requirement requirements-build.lock \
  && pip --python /opt/lippmann install --no-cache-dir --require-hashes --requirement requirements-run.lock
@@ -19,7 +19,8 @@ FROM python:3.11-slim-bookworm
 RUN apt-get update \
  && apt-get install -y --no-install-recommends povray povray-includes bubblewrap \
  && rm -rf /var/lib/apt/lists/* \
- && useradd --system --uid 10001 --create-home lippmann && install -d -o lippmann -g lippmann /data
+ && useradd --system --uid 10001 --create-home lippmann && install -d -o lippmann -g lippmann /data \
+ && pip uninstall --yes --root-user-action=ignore setuptools wheel pip
 COPY --from=build /opt/lippmann /opt/lippmann
 ENV PATH=/opt/lippmann/bin:$PATH
 USER 10001

@@ -108,8 +108,11 @@ def test_the_images_have_what_runs_and_no_tools_for_tests() -> None:
     for dockerfile in (ROOT / "deploy/images").glob("*.Dockerfile"):
         named = set(re.findall(r"\S*requirements\S*", dockerfile.read_text()))
         assert named == {"requirements-run.lock", "requirements-build.lock"}, dockerfile.name
-        installs = re.findall(r"^.*pip .*install.*$", dockerfile.read_text(), re.MULTILINE)
+        installs = re.findall(r"^.*\bpip .*\binstall .*$", dockerfile.read_text(), re.MULTILINE)
+        assert len(installs) == 3
         assert all("--require-hashes" in line or "--no-index" in line for line in installs), installs
+        *_, last_stage = dockerfile.read_text().split("\nFROM ")
+        assert re.search(r"pip uninstall --yes .* pip$", last_stage, re.MULTILINE)
 
 
 def test_the_list_of_parts_has_every_package_of_the_images() -> None:
