@@ -16,6 +16,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import socket
+import ssl
 import struct
 import threading
 from collections.abc import Callable, Iterator
@@ -39,20 +40,25 @@ class _Link:
     def __init__(self, client: asyncio.StreamWriter, upstream: asyncio.StreamWriter) -> None:
         self.is_abandoned = False
         self._writers = client, upstream
+        # A TLS transport that has ended no longer knows its socket.
+        self._sockets = [writer.get_extra_info("socket") for writer in self._writers]
 
     def reset(self) -> None:
-        for writer in self._writers:
+        for writer, sock in zip(self._writers, self._sockets, strict=True):
             with contextlib.suppress(OSError):
-                writer.get_extra_info("socket").setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
+                sock.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))
             writer.transport.abort()
 
 
 class TcpProxy:
     """A proxy to an upstream; `address` is where clients connect."""
 
-    def __init__(self, upstream: Address, *, listen: Address = ("127.0.0.1", 0)) -> None:
+    def __init__(
+        self, upstream: Address, *, listen: Address = ("127.0.0.1", 0), tls: ssl.SSLContext | None = None
+    ) -> None:
         self.address = listen
         self._upstream = upstream
+        self._tls = tls
         self._links: set[_Link] = set()
         self._delay_s = 0.0
         self._held: set[Direction] = set()
@@ -131,7 +137,7 @@ class TcpProxy:
         if isinstance(self.address, Path):
             self._server = await asyncio.start_unix_server(self._serve, self.address)
             return
-        self._server = await asyncio.start_server(self._serve, *self.address)
+        self._server = await asyncio.start_server(self._serve, *self.address, ssl=self._tls)
         self.address = self._server.sockets[0].getsockname()
 
     async def _stop_listening(self) -> None:
@@ -188,9 +194,11 @@ class TcpProxy:
 
 
 @contextmanager
-def tcp_proxy(upstream: Address, *, listen: Address = ("127.0.0.1", 0)) -> Iterator[TcpProxy]:
-    """Run a proxy while the context lasts."""
-    proxy = TcpProxy(upstream, listen=listen)
+def tcp_proxy(
+    upstream: Address, *, listen: Address = ("127.0.0.1", 0), tls: ssl.SSLContext | None = None
+) -> Iterator[TcpProxy]:
+    """Run a proxy while the context lasts; with `tls` it ends the TLS of its clients."""
+    proxy = TcpProxy(upstream, listen=listen, tls=tls)
     try:
         yield proxy
     finally:

@@ -1,6 +1,7 @@
 """The doctor examines a farm's database, store and settings, and repairs what can be repaired.
 
 finding      what an examination finds
+broker       the way to the broker
 schema       whether the database is whole and has the schema of this version
 task_checks  invariants of tasks: who holds them, and when they wait
 job_checks   invariants of jobs: counters, plans, ends

@@ -52,6 +52,7 @@ class Check(StrEnum):
     SPACE = "space"
     STORE = "store"
     SETTINGS = "settings"
+    BROKER = "broker"
     SANDBOX = "sandbox"
 
 

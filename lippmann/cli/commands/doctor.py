@@ -46,6 +46,7 @@ def doctor(
     """
     from lippmann.farm.adapters import ARTIFACTS, make_parts
     from service.db.engine import opened
+    from service.doctor.broker import check_broker
     from service.doctor.examine import Diagnosis, Patient, examine, examine_and_repair
     from service.settings import Settings
     from service.store_identity import adopt_store as adopt
@@ -61,7 +62,7 @@ def doctor(
             found = examine_and_repair(patient, now_s=time.time(), by_content=deep)
         else:
             found = Diagnosis(examine(patient, now_s=time.time(), by_content=deep))
-    found = replace(found, findings=(*found.findings, _sandbox()))
+    found = replace(found, findings=(*found.findings, *check_broker(settings), _sandbox()))
     output.result(_data(found), _text(found))
     if not found.is_healthy:
         raise typer.Exit(ExitCode.FAILED)

@@ -1,0 +1,39 @@
+"""Whether the broker of the settings answers, and to whom."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import closing
+
+from redis.exceptions import AuthenticationError, NoPermissionError, RedisError, ResponseError
+
+from lippmann.errors import BadInput
+from service.broker_stream import Stream
+from service.doctor.finding import Check, Finding, Level
+from service.errors import BrokerUnavailable
+from service.settings import Settings
+
+_REFUSALS = (AuthenticationError, NoPermissionError, ResponseError)
+_INVALID_CERTIFICATE = "CERTIFICATE_VERIFY_FAILED"
+
+
+def check_broker(settings: Settings) -> Iterator[Finding]:
+    """Yield what is wrong with the way to the broker, if the settings name one.
+
+    A broker that does not answer is only a note, since a farm that is examined need not run.
+    """
+    if "redis_url" not in settings.model_fields_set:
+        return
+    try:
+        url, seals = settings.broker, settings.seals
+    except BadInput as error:
+        yield Finding(Check.BROKER, Level.ERROR, error.message)
+        return
+    with closing(Stream(url, seals=seals, timeout_s=settings.broker_timeout_s)) as stream:
+        try:
+            stream.first_order()
+        except BrokerUnavailable as error:
+            cause = error.__cause__
+            is_refused = isinstance(cause, _REFUSALS) or _INVALID_CERTIFICATE in str(cause)
+            level = Level.ERROR if is_refused and isinstance(cause, RedisError) else Level.NOTE
+            yield Finding(Check.BROKER, level, " ".join(error.args[0].split()))
