@@ -1,4 +1,4 @@
-"""Whether the broker of the settings answers, and to whom."""
+"""The way to the broker of the settings: its certificate, the password and the rights of the user."""
 
 from __future__ import annotations
 
