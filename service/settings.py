@@ -169,6 +169,9 @@ class Settings(BaseSettings):
     """The largest number of scene bundles that one owner stores; bundles that were replaced count."""
     max_bundles_mb: int = Field(default=100_000, ge=1)
     """The largest size of the scene bundles that one owner stores, in megabytes."""
+    max_picture_s_per_minute: float = Field(default=120.0, gt=0)
+    """The seconds a minute for which pictures on demand of one key are made, in each process of the service, which
+    makes two at once; above it, requests are answered with 429."""
     max_artifacts_mb: int = Field(default=10_000_000, ge=1)
     """The size of the artifacts of one owner above which the jobs of the owner are paused and others are refused, in
     megabytes; logs do not count."""

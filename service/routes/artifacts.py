@@ -17,6 +17,7 @@ from service.auth import Caller
 from service.dependencies import AppState, AppStateDep, CursorQuery, JobId, LimitQuery, ViewerDep
 from service.errors import Invalid
 from service.jobs.state_machine import find_job
+from service.limits import Limits
 from service.schemas.artifact import ArtifactPage
 
 router = APIRouter(prefix="/jobs/{job_id}/artifacts", tags=["artifacts"])
@@ -151,7 +152,9 @@ async def _converted(
     if method == "HEAD":
         # A plain Response would send a Content-Length of 0.
         return StreamingResponse(iter(()), headers=headers, media_type="image/png")
-    data = await state.pictures.run(caller.key_id, partial(_convert, state, job_id, file, bits))
+    budget = Limits(state.settings, caller.limits)["picture_s_per_minute"]
+    convert = partial(_convert, state, job_id, file, bits)
+    data = await state.pictures.run(caller.key_id, convert, budget=budget)
     return Response(data, headers=headers, media_type="image/png")
 
 

@@ -12,6 +12,7 @@ from lippmann.job.frames import MAX_FRAME_NUMBER
 from lippmann.plan import artifact_names as names
 from service.api.artifact_files import is_fresh
 from service.dependencies import AppStateDep, JobId, ViewerDep
+from service.limits import Limits
 from service.schemas.viewing import AtlasQuery, FrameViews, ObserverQuery, PerspectiveQuery, RefocusQuery, ViewQuery
 from service.viewing import frames, render
 from service.viewing.frames import ViewableFrame
@@ -99,5 +100,6 @@ async def _picture(request: PictureRequest, what: str, query: Any, renderer: ren
         with state.guard.reading(request.job_id, names.orthoscopic_name(frame.frame)):
             return render.picture(state.parts, state.sheets, frame, query, renderer)
 
-    data = await state.pictures.run(request.caller.key_id, make)
+    budget = Limits(state.settings, request.caller.limits)["picture_s_per_minute"]
+    data = await state.pictures.run(request.caller.key_id, make, budget=budget)
     return Response(data, headers=headers, media_type=f"image/{query.format}")

@@ -53,6 +53,8 @@ class KeyLimits(Answer):
     """The largest number of scene bundles of the owner, replaced ones included, when this key uploads another one."""
     bundles_mb: int | None = Field(default=None, ge=1)
     """The largest size of the scene bundles of the owner in megabytes, the uploaded one included."""
+    picture_s_per_minute: float | None = Field(default=None, gt=0)
+    """The seconds a minute for which pictures on demand of the key are made."""
     artifacts_mb: int | None = Field(default=None, ge=1)
     """The size of the artifacts of the owner in megabytes above which jobs of this key are paused, and this key
     submits no other ones."""

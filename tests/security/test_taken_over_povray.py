@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from lippmann.errors import RenderFailed
@@ -12,6 +13,7 @@ from lippmann.job.messages.orders import TaskKind
 from lippmann.plan import artifact_names as names
 from tests.builders import local_place, order_of, small_job, stored_job, tiles_of
 from tests.needs import needs_povray
+from worker.images.write import write_exr
 from worker.sandbox.sandbox import Sandbox
 from worker.tasks.local import JOB_ID
 from worker.tasks.monitor import NullMonitor
@@ -30,6 +32,15 @@ exec "povray", @ARGV;
 BOMB = """#!/bin/bash
 printf 'v/1\\x01\\x02\\0\\0\\0channels\\0chlist\\0\\xff\\xff\\xff\\xff' > lippmann-picture.exr
 """
+
+COPY = """#!/usr/bin/perl
+unlink "../lippmann-frame.pov";
+symlink "{secret}", "lippmann-frame.pov";
+symlink "{outside}", "tile.exr";
+open my $copy, ">", "lippmann-picture.exr"; binmode $copy; print $copy pack "H*", "%s"; close $copy;
+print STDERR "  Trace Time:       0 hours  0 minutes  1 seconds (1.000 seconds)\\n";
+"""
+"""The engine is replaced, and its picture is a whole one of another scene."""
 
 
 @pytest.fixture
@@ -70,4 +81,18 @@ def test_a_picture_that_is_none_of_povrays_fails_the_task_before_it_is_decoded(
 ) -> None:
     with pytest.raises(RenderFailed, match=r"lippmann-picture\.exr broken: an attribute of 4294967295 bytes"):
         _render(place, BOMB, tmp_path)
+    assert list(place.settings.attempts_dir.iterdir()) == []
+
+
+@pytest.mark.promise("Scenes", "A picture of another size or kind than was asked for is not taken.")
+def test_a_whole_picture_of_another_size_in_the_place_of_povrays_fails_the_task(
+    place: Workplace, tmp_path: Path
+) -> None:
+    write_exr(tmp_path / "pic.exr", np.zeros((4, 4, 3), np.float32), attributes={})
+    picture = (tmp_path / "pic.exr").read_bytes().hex()
+    with pytest.raises(RenderFailed, match=r"lippmann-picture\.exr broken: expected 33 x 32 px"):
+        _render(place, COPY % picture, tmp_path)
+    assert not (tmp_path / "outside.exr").exists()
+    stored = [path for path in place.settings.artifacts_dir.rglob("*") if path.is_file()]
+    assert not any(SECRET.encode() in path.read_bytes() for path in stored)
     assert list(place.settings.attempts_dir.iterdir()) == []

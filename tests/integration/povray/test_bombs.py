@@ -26,10 +26,13 @@ BOMBS: dict[str, tuple[str, bytes]] = {
 
 
 @pytest.mark.parametrize("kind", BOMBS)
-def test_a_file_that_lies_ends_its_own_task(best: Room, kind: str) -> None:
+def test_a_file_that_lies_ends_its_own_task(held: Room, kind: str) -> None:
     scene, data = BOMBS[kind]
-    (best.bundle / "bomb").write_bytes(data)
+    (held.bundle / "bomb").write_bytes(data)
     with pytest.raises((SceneError, OutOfMemory, RenderCrashed)) as ended:
-        best.render(scene, limits=Limits(cpu_s=60, memory_mb=MEMORY_MB))
+        held.render(scene, limits=Limits(cpu_s=60, memory_mb=MEMORY_MB))
     assert "tile.pov line 3: " in ended.value.message or f"limit {MEMORY_MB} MB" in ended.value.message
+
+
+def test_a_picture_after_all_this_is_rendered(best: Room) -> None:
     assert best.render(BALL).picture.exists()

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from service.errors import TooManyRequests
+from service.limits import Limit
 from service.viewing.queue import PictureQueue
 from tests.waiting import ENOUGH_S
 
@@ -18,7 +19,8 @@ from tests.waiting import ENOUGH_S
 class Pictures:
     """Pictures of which each is made when the test lets it, in the order in which they were begun."""
 
-    def __init__(self, **limits: int) -> None:
+    def __init__(self, *, budget_s: float = 120.0, **limits: int) -> None:
+        self.budget = Limit(budget_s, "the test")
         self.queue = PictureQueue(**limits)
         self.begun: list[str] = []
         self.gate = threading.Semaphore(0)
@@ -33,7 +35,7 @@ class Pictures:
         return do
 
     def ask(self, key: str, name: str, seconds: float = 0.0) -> asyncio.Task[str]:
-        return asyncio.create_task(self.queue.run(key, self.make(name, seconds)))
+        return asyncio.create_task(self.queue.run(key, self.make(name, seconds), budget=self.budget))
 
     async def until_begun(self, count: int) -> None:
         while len(self.begun) < count:
@@ -79,11 +81,11 @@ def test_the_queue_is_bounded_by_key_and_in_all() -> None:
         waiting = [pictures.ask("a", str(number)) for number in range(3)]
         await pictures.until_begun(1)
         with pytest.raises(TooManyRequests):
-            await pictures.queue.run("a", pictures.make("refused"))
+            await pictures.queue.run("a", pictures.make("refused"), budget=pictures.budget)
         waiting.append(pictures.ask("b", "b"))
         await asyncio.sleep(0)
         with pytest.raises(TooManyRequests):
-            await pictures.queue.run("c", pictures.make("refused"))
+            await pictures.queue.run("c", pictures.make("refused"), budget=pictures.budget)
         pictures.gate.release(4)
         assert len(await asyncio.gather(*waiting)) == 4
         assert "refused" not in pictures.begun
@@ -113,6 +115,34 @@ def test_a_picture_that_fails_frees_its_place() -> None:
 
         for _ in range(3):
             with pytest.raises(ValueError, match="broken"):
-                await queue.run("a", fail)
+                await queue.run("a", fail, budget=Limit(120.0, "the test"))
+
+    run(test)
+
+
+def test_a_key_that_has_used_up_its_seconds_is_told_when_to_return_and_the_others_are_served() -> None:
+    async def test() -> None:
+        pictures = Pictures(budget_s=0.1)
+        pictures.gate.release(100)
+        await pictures.ask("greedy", "first", 0.3)  # three minutes of the budget
+        with pytest.raises(TooManyRequests, match=r"expected at most 0\.1 \(the test\)") as refused:
+            await pictures.ask("greedy", "second")
+        assert 60 < refused.value.retry_after_s < ENOUGH_S
+        assert await pictures.ask("modest", "modest") == "modest"
+        assert pictures.begun == ["first", "modest"]
+
+    run(test)
+
+
+def test_a_picture_that_waited_while_others_used_up_the_seconds_is_not_made() -> None:
+    async def test() -> None:
+        pictures = Pictures(budget_s=0.1, at_once=1)
+        first, second = pictures.ask("greedy", "first", 0.3), pictures.ask("greedy", "second")
+        await pictures.until_begun(1)
+        pictures.gate.release(100)
+        with pytest.raises(TooManyRequests):
+            await second
+        assert (await first, pictures.begun) == ("first", ["first"])
+        assert await pictures.ask("modest", "modest") == "modest"
 
     run(test)
