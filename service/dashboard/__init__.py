@@ -15,6 +15,7 @@ lightbox  one frame in full size: picture (static) and viewer (interactive), wit
 modes     the modes of the viewer; canvas, webgl, shaders and views draw them; remote and request load pictures
 submit    the form for a new job, with field and parameters
 design    the design of a job
+keys      the keys and the browser sessions, for admins
 format    formats of numbers; html is the markup
 vendor/   third-party packages
 """

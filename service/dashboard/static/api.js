@@ -30,6 +30,11 @@ export const getSidecar = (url) => answered(url, {});
 export const getScenes = () => get("/scenes", { limit: 200 });
 export const getHealth = () => get("/health");
 export const getSession = () => get("/session");
+export const getKeys = () => get("/keys");
+export const postKey = (key) => send("POST", "/keys", key);
+export const deleteKey = (id) => send("DELETE", `/keys/${encodeURIComponent(id)}`);
+export const getSessions = () => get("/sessions");
+export const deleteSession = (id) => send("DELETE", `/sessions/${encodeURIComponent(id)}`);
 export const postJob = (spec, key) => send("POST", "/jobs", spec, { "Idempotency-Key": key });
 export const postDesign = (spec) => send("POST", "/design", spec);
 export const postDrawing = (spec) => send("POST", "/design", spec, { Accept: "image/svg+xml" });
@@ -96,6 +101,7 @@ async function answered(url, { signal, ...request }) {
 }
 
 async function bodyOf(response) {
+  if (response.status === 204) return {}; // It says that it is JSON, and has no body.
   const type = response.headers.get("Content-Type") || "";
   if (/json/.test(type)) return response.json();
   if (/svg/.test(type)) return response.text();

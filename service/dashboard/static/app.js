@@ -1,11 +1,12 @@
 // Starts the page. The fragment of the URL selects the view:
-//   #/            the list        #/jobs/<id>   a job        #/new   a new job
+//   #/            the list        #/jobs/<id>   a job        #/new   a new job        #/keys   the keys, for admins
 import { render } from "preact";
 import { useEffect, useState } from "preact/hooks";
 import { html } from "./html.js";
 import { Header } from "./header.js";
 import { Job } from "./job.js";
 import { JobList } from "./jobs.js";
+import { Keys } from "./keys.js";
 import { start } from "./live.js";
 import { getState, newestFirst, useKnown } from "./store.js";
 import { Submit } from "./submit.js";
@@ -14,7 +15,7 @@ const wide = matchMedia("(min-width: 56rem)");
 
 function place() {
   const [, first, second] = location.hash.split("/");
-  if (first === "new") return { view: "new" };
+  if (first === "new" || first === "keys") return { view: first };
   if (first === "jobs" && second) return { view: "job", id: decodeURIComponent(second) };
   return { view: "list" };
 }
@@ -39,6 +40,7 @@ function App() {
       <${JobList} open=${here.id} />
       <main id="main" tabindex="-1">
         ${here.view === "new" && html`<${Submit} />`}
+        ${here.view === "keys" && html`<${Keys} />`}
         ${here.view === "job" && html`<${Job} key=${here.id} id=${here.id} />`}
       </main>
     </div>

@@ -20,6 +20,9 @@ export function Header({ here }) {
     <header class="top">
       <a class="brand" href="#/"><img src=${document.body.dataset.logo} alt="" width="24" height="24" />Lippmann</a>
       <${Health} health=${health} stale=${link === "lost"} />
+      ${session?.role === "admin" && html`
+        <a class="button plain" href="#/keys" aria-current=${here === "keys" ? "page" : null}>Keys</a>
+      `}
       ${session && html`<${LogOut} session=${session} />`}
       ${canSubmit && html`
         <a class="button primary" href="#/new" aria-current=${here === "new" ? "page" : null}>New job</a>
