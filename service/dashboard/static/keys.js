@@ -80,8 +80,9 @@ function NewKey({ done }) {
   const [problem, setProblem] = useState(null);
   const [busy, setBusy] = useState(false);
   const set = (name) => (event) => setValues({ ...values, [name]: event.target.value });
-  const faultsOf = (name) =>
-    (problem?.fields || []).filter(({ field }) => field === name).map(({ expected, got }) => `expected ${expected}, got ${got}`);
+  const faultsOf = (name) => (problem?.fields || [])
+    .filter(({ field }) => field === name)
+    .map(({ expected, got }) => `expected ${expected}, got ${got}`);
   const submit = async (event) => {
     event.preventDefault();
     setBusy(true);
@@ -98,7 +99,8 @@ function NewKey({ done }) {
     setBusy(false);
   };
   const input = (name, label, more = {}) => html`
-    <${Field} name=${name} label=${label} value=${values[name]} onInput=${set(name)} faults=${faultsOf(name)} ...${more} />
+    <${Field} name=${name} label=${label} value=${values[name]} onInput=${set(name)} faults=${faultsOf(name)}
+      ...${more} />
   `;
   return html`
     <form class="new-key" onSubmit=${submit} noValidate aria-label="New key">
