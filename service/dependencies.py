@@ -225,9 +225,12 @@ def require(role: Role) -> Callable[[Caller | None], Caller]:
     return check
 
 
-ViewerDep = Annotated[Caller, Depends(require(Role.VIEWER))]
-SubmitterDep = Annotated[Caller, Depends(require(Role.SUBMITTER))]
-AdminDep = Annotated[Caller, Depends(require(Role.ADMIN))]
+require_viewer = require(Role.VIEWER)
+require_submitter = require(Role.SUBMITTER)
+require_admin = require(Role.ADMIN)
+ViewerDep = Annotated[Caller, Depends(require_viewer)]
+SubmitterDep = Annotated[Caller, Depends(require_submitter)]
+AdminDep = Annotated[Caller, Depends(require_admin)]
 
 
 def get_scope(state: AppStateDep, caller: ViewerDep) -> str | None:

@@ -48,6 +48,7 @@ from service.routes import (
     webhooks,
     workers,
 )
+from service.routes.description import DescribedApp
 from service.routes.json_bodies import JsonBodies
 from service.routes.middleware import AddressRate, BodyLimit, PathPrefix, ResponseHeaders
 from service.scenes import sync_builtin
@@ -65,7 +66,7 @@ log = structlog.get_logger("service.main")
 
 def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] = time.time) -> FastAPI:
     """Create the application; it connects to nothing before it is started."""
-    app = FastAPI(
+    app = DescribedApp(
         title="Lippmann",
         version=package_version(),
         lifespan=_lifespan,

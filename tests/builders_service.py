@@ -211,10 +211,10 @@ class RecordingQueue:
 class Farm:
     """The use cases on a database of their own, with a clock that the test moves and workers that it plays."""
 
-    def __init__(self, url: str, **settings: Any) -> None:
+    def __init__(self, url: str, *, given: Parts | None = None, **settings: Any) -> None:
         self.settings = Settings(database_url=url, **settings)
         self.database = Database(url)
-        self.parts = parts()
+        self.parts = given or parts()
         self.store: DictStore = self.parts.store  # type: ignore[assignment]
         self.queue = RecordingQueue()
         self.workers = [presence()]

@@ -13,5 +13,6 @@ keys        keys, login links, browser sessions and the audit log
 login       login and logout of browsers
 openid      login with an account of an OpenID provider
 middleware  path prefix, request ids, rates, and the limit of the request size
+description the statuses and the keys of each operation, for the OpenAPI description
 problems    errors as problem details
 """

@@ -18,14 +18,17 @@ from service.dependencies import AppState, AppStateDep, CursorQuery, JobId, Limi
 from service.errors import Invalid
 from service.jobs.state_machine import find_job
 from service.limits import Limits
+from service.routes.description import NOT_CHANGED, Responses, problems
 from service.schemas.artifact import ArtifactPage
 
 router = APIRouter(prefix="/jobs/{job_id}/artifacts", tags=["artifacts"])
 
-_Responses = dict[int | str, dict[str, Any]]
-FILE_RESPONSES: _Responses = {
-    200: {"content": {"application/octet-stream": {}}},
-    206: {"description": "The requested range."},
+_ANY_FILE: dict[str, Any] = {"content": {"*/*": {}}}
+FILE_RESPONSES: Responses = {
+    200: _ANY_FILE,
+    206: {"description": "The requested range."} | _ANY_FILE,
+    **NOT_CHANGED,
+    **problems(416),
 }
 
 

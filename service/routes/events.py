@@ -16,6 +16,7 @@ from service.auth import Caller
 from service.dependencies import AppState, AppStateDep, JobId, ScopeDep, ViewerDep, check_visible
 from service.errors import TooManyRequests
 from service.jobs.state_machine import find_job
+from service.routes.description import Responses, problems
 from service.schemas.events import StreamMessage
 
 router = APIRouter(tags=["events"])
@@ -35,8 +36,7 @@ class EventStream(StreamingResponse):
             await super().stream_response(send)
 
 
-_Responses = dict[int | str, dict[str, Any]]
-_STREAM: _Responses = {200: {"model": StreamMessage, "description": "The schema describes one event of the stream."}}
+_STREAM: Responses = {200: {"model": StreamMessage, "description": "The schema describes one event of the stream."}}
 LastEventId = Annotated[
     str | None,
     Header(
@@ -46,7 +46,7 @@ LastEventId = Annotated[
 ]
 
 
-@router.get("/events", response_class=EventStream, responses=_STREAM)
+@router.get("/events", response_class=EventStream, responses=_STREAM | problems(404))
 async def subscribe_to_farm(
     state: AppStateDep,
     caller: ViewerDep,

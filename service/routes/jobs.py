@@ -45,6 +45,7 @@ from service.jobs.state_machine import find_job
 from service.jobs.storage_quota import check_storage
 from service.jobs.submission import submit_job
 from service.limits import Limits
+from service.routes.description import Responses, problems
 from service.schemas.access import AuditAction
 from service.schemas.job import FramesToSkip, Job, JobChange, JobPage
 from service.webhooks.receiver import MAX_URL
@@ -58,10 +59,7 @@ JOB_FILE: dict[str, Any] = {
         "content": {"application/json": {"schema": {"$ref": "#/components/schemas/JobSpec"}}},
     }
 }
-_REPLAY: dict[int | str, dict[str, Any]] = {
-    200: {"model": Job, "description": "Idempotent replay: the job submitted earlier with this key."}
-}
-_CONFLICT: dict[int | str, dict[str, Any]] = {409: {"description": "The action is not allowed in this status."}}
+_REPLAY: Responses = {200: {"model": Job, "description": "Idempotent replay: the job submitted earlier with this key."}}
 
 
 @router.post("", status_code=201, openapi_extra=JOB_FILE, responses=_REPLAY)
@@ -112,7 +110,7 @@ def get_job(job_id: JobId, session: SessionDep, outlook: OutlookDep, _caller: Vi
     return present_job(session, find_job(session, job_id), outlook)
 
 
-@router.patch("/{job_id}", responses=_CONFLICT)
+@router.patch("/{job_id}", responses=problems(409))
 def change_job(job_id: OwnJobId, change: JobChange, state: AppStateDep, caller: SubmitterDep) -> Job:
     """Change the priority of a job, or who sees it."""
     outlook, now_s = state.outlook(), state.now_s()
@@ -133,7 +131,7 @@ def change_job(job_id: OwnJobId, change: JobChange, state: AppStateDep, caller: 
     return job
 
 
-@router.post("/{job_id}/cancel", responses=_CONFLICT)
+@router.post("/{job_id}/cancel", responses=problems(409))
 def cancel(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     """Cancel a job. Running tasks are stopped; finished frames and outputs stay."""
     return _command(
@@ -141,7 +139,7 @@ def cancel(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     )
 
 
-@router.post("/{job_id}/pause", responses=_CONFLICT)
+@router.post("/{job_id}/pause", responses=problems(409))
 def pause(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     """Pause a job. No further tasks are dispatched; running tasks finish."""
     return _command(
@@ -149,7 +147,7 @@ def pause(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     )
 
 
-@router.post("/{job_id}/resume", responses=_CONFLICT)
+@router.post("/{job_id}/resume", responses=problems(409))
 def resume(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     """Resume a paused job."""
     limit = state.settings.failure_limit
@@ -162,7 +160,7 @@ def resume(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     )
 
 
-@router.post("/{job_id}/retry", responses=_CONFLICT)
+@router.post("/{job_id}/retry", responses=problems(409))
 def retry(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     """Retry a failed or cancelled job. Tasks that are not done run again, and so do those with unreadable artifacts.
 
@@ -180,7 +178,7 @@ def retry(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     )
 
 
-@router.post("/{job_id}/repair", responses=_CONFLICT)
+@router.post("/{job_id}/repair", responses=problems(409))
 def repair(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     """Verify every artifact of an ended job, and make the missing and damaged ones again.
 
@@ -189,7 +187,7 @@ def repair(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> Job:
     return _command(state, caller, AuditAction.REPAIR_JOB, job_id, lambda session: repair_job(session, job_id))
 
 
-@router.post("/{job_id}/skip", responses=_CONFLICT)
+@router.post("/{job_id}/skip", responses=problems(409))
 def skip(
     job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep, selection: Annotated[FramesToSkip | None, Body()] = None
 ) -> Job:
@@ -207,7 +205,7 @@ def skip(
     )
 
 
-@router.delete("/{job_id}", status_code=204, responses=_CONFLICT)
+@router.delete("/{job_id}", status_code=204, responses=problems(409))
 def remove(job_id: OwnJobId, state: AppStateDep, caller: SubmitterDep) -> None:
     """Remove an ended job and its artifacts."""
 

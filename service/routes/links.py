@@ -14,6 +14,7 @@ from service.audit import record
 from service.dependencies import AppState, AppStateDep, JobId, ViewerDep, check_visible
 from service.errors import Invalid, Unauthorized
 from service.routes.artifacts import FILE_RESPONSES, ConditionsDep, find_artifact, send_artifact
+from service.routes.description import problems
 from service.schemas.access import AuditAction
 from service.schemas.answer import utc
 from service.schemas.artifact import ArtifactLink, LinkRequest
@@ -49,7 +50,9 @@ def create_link(job_id: JobId, wanted: LinkRequest, state: AppStateDep, caller: 
     return ArtifactLink(artifact=file.name, url=url, expires_at=expires_at)
 
 
-@router.get("/links/{job_id}/{name:path}", response_class=StreamingResponse, responses=FILE_RESPONSES)
+@router.get(
+    "/links/{job_id}/{name:path}", response_class=StreamingResponse, responses=FILE_RESPONSES | problems(401, 503)
+)
 @router.head("/links/{job_id}/{name:path}", response_class=Response, include_in_schema=False)
 async def get_linked_artifact(
     job_id: Annotated[str, Path(description="The id of the job.")],

@@ -13,6 +13,7 @@ from service import scenes
 from service.auth import Caller
 from service.dependencies import AppState, AppStateDep, CursorQuery, LimitQuery, ScopeDep, SessionDep, SubmitterDep
 from service.errors import Invalid
+from service.routes.description import Responses, problems
 from service.schemas.scene import Scene, SceneList
 
 router = APIRouter(prefix="/scenes", tags=["scenes"])
@@ -30,6 +31,7 @@ _BUNDLE = {
         }
     },
 }
+_SAME: Responses = {200: {"model": Scene, "description": "The same bundle is already stored under this name."}}
 _UPLOAD: dict[str, Any] = {
     "requestBody": {"required": True, "content": {"multipart/form-data": {"schema": _BUNDLE}}},
 }
@@ -60,7 +62,7 @@ def get_poster(name: str, session: SessionDep, scope: ScopeDep) -> Response:
 @router.post(
     "",
     status_code=201,
-    responses={200: {"description": "The same bundle is already stored under this name."}},
+    responses=_SAME | problems(400, 409),
     openapi_extra=_UPLOAD,
 )
 async def upload_scene(

@@ -13,13 +13,14 @@ from lippmann.plan import artifact_names as names
 from service.api.artifact_files import is_fresh
 from service.dependencies import AppStateDep, JobId, ViewerDep
 from service.limits import Limits
+from service.routes.description import NOT_CHANGED, Responses
 from service.schemas.viewing import AtlasQuery, FrameViews, ObserverQuery, PerspectiveQuery, RefocusQuery, ViewQuery
 from service.viewing import frames, render
 from service.viewing.frames import ViewableFrame
 
 router = APIRouter(prefix="/jobs/{job_id}/frames/{frame}", tags=["viewing"])
 
-_PICTURE: dict[int | str, dict[str, Any]] = {200: {"content": {"image/png": {}, "image/webp": {}}}}
+_PICTURE: Responses = {200: {"content": {"image/png": {}, "image/webp": {}}}, **NOT_CHANGED}
 
 FrameNumber = Annotated[int, Path(ge=1, le=MAX_FRAME_NUMBER, description="The number of the frame.")]
 
