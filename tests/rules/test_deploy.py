@@ -6,6 +6,7 @@ import json
 import subprocess
 import sysconfig
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -94,3 +95,15 @@ def test_the_images_get_what_they_copy_and_nothing_else_of_the_folder() -> None:
     lines = (ROOT / ".dockerignore").read_text().splitlines()
     assert lines[1] == "*"
     assert {line.removeprefix("!") for line in lines if line.startswith("!")} == copied
+
+
+@pytest.mark.promise("Containers", "In compose, service and worker log in to the broker as users of their own.")
+def test_service_and_worker_have_users_and_passwords_of_their_own_at_the_broker() -> None:
+    services: dict[str, Any] = composed()
+    assert "--aclfile" in services["redis"]["command"]
+    for name in ("service", "worker"):
+        described = services[name]
+        assert f"//lippmann-{name}@" in described["environment"]["LIPPMANN_REDIS_URL"]
+        assert [secret["source"] for secret in described["secrets"]] == [f"broker-{name}"]
+        (target,) = (secret["target"] for secret in described["secrets"])
+        assert described["environment"]["LIPPMANN_REDIS_PASSWORD_FILE"] == f"/run/secrets/{target}"

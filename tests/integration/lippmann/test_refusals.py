@@ -25,7 +25,7 @@ from tests.repository import ROOT
 from tests.waiting import ENOUGH_S, until
 
 PASSWORD = "a/b@c:d?e"
-(RIGHTS,) = re.findall(r"^ACL SETUSER lippmann on >PASSWORD (.*)$", (ROOT / "docs/operations.md").read_text(), re.M)
+(RIGHTS,) = re.findall(r"^user lippmann-worker on #\w+ (.*)$", (ROOT / "deploy/broker-users.acl").read_text(), re.M)
 QUEUE = wire.CARRIER_PREFIX + wire.QUEUE
 CHANGES: tuple[dict[str, Any], ...] = (
     {"task": "celery.map"},
@@ -56,13 +56,13 @@ def publish(broker: Broker, seals: Seals, what: Order) -> None:
 def test_a_worker_drops_and_counts_what_is_no_signed_order_and_goes_on(tmp_path: Path) -> None:
     broker, seals = Broker(tmp_path), seals_in(tmp_path)
     redis: Redis = broker.client
-    redis.execute_command("ACL", "SETUSER", "lippmann", "on", f">{PASSWORD}", *RIGHTS.split())  # type: ignore[no-untyped-call]
+    redis.execute_command("ACL", "SETUSER", "lippmann-worker", "on", f">{PASSWORD}", *RIGHTS.split())  # type: ignore[no-untyped-call]
     password_file = tmp_path / "password"
     password_file.touch(0o600)
     password_file.write_text(PASSWORD + "\n")
     env = {
         **os.environ,
-        "LIPPMANN_REDIS_URL": broker.url.replace("redis://", "redis://lippmann@"),
+        "LIPPMANN_REDIS_URL": broker.url.replace("redis://", "redis://lippmann-worker@"),
         "LIPPMANN_REDIS_PASSWORD_FILE": str(password_file),
         "LIPPMANN_DATA_DIR": str(tmp_path),
         "LIPPMANN_WORKER_NAME": "w1",
@@ -95,6 +95,7 @@ def test_a_worker_drops_and_counts_what_is_no_signed_order_and_goes_on(tmp_path:
         assert [event.attempt for event in done] == ["last"], "only the signed order was attempted"
         assert {event.attempt for event in _events(redis, seals)} == {"last"}
         assert worker.poll() is None
+        assert redis.acl_log() == [], "the user of the workers lacks a right"
         assert PASSWORD not in (tmp_path / "log").read_text()
         assert PASSWORD.encode() not in Path(f"/proc/{worker.pid}/cmdline").read_bytes()
     finally:
