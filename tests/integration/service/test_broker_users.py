@@ -105,7 +105,7 @@ def broker_with(users: Path, folder: Path) -> Iterator[int]:
 def _pings(port: int) -> bool:
     try:
         with Redis(port=port, protocol=2) as client:
-            return bool(client.execute_command("PING"))  # type: ignore[no-untyped-call]
+            return bool(client.execute_command("PING"))
     except RedisError:
         return False
 
