@@ -180,7 +180,9 @@ class GuardedProtocol(HttpToolsProtocol):
         self._received_bytes = 0
         """The bytes of the headers or of the body since then."""
         self._unread_s: float | None = None
-        """The time since when an answer waits for the client to read; None if none does."""
+        """The time since when an answer waits and the client has read nothing; None if no answer waits."""
+        self._unread_bytes = 0
+        """The bytes that waited then."""
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin to wait for a request."""
@@ -218,7 +220,7 @@ class GuardedProtocol(HttpToolsProtocol):
 
     def pause_writing(self) -> None:
         """Begin to wait for the client to read."""
-        self._unread_s = time.monotonic()
+        self._unread_s, self._unread_bytes = time.monotonic(), self.transport.get_write_buffer_size()
         super().pause_writing()
 
     def resume_writing(self) -> None:
@@ -228,8 +230,11 @@ class GuardedProtocol(HttpToolsProtocol):
 
     def check_deadlines(self, now_s: float, limits: ConnectionLimits) -> None:
         """End the connection if its client is over a deadline."""
+        unread_bytes = self.transport.get_write_buffer_size()
         if self.transport.is_closing():
             self._unread_s = self._unread_s or now_s
+        if self._unread_s is not None and unread_bytes != self._unread_bytes:
+            self._unread_s, self._unread_bytes = now_s, unread_bytes
         if self._unread_s is not None and now_s - self._unread_s > STALLED_S:
             self.abort()
         if self.transport.is_closing():

@@ -16,6 +16,7 @@ from typing import Any
 import httpx
 import pytest
 
+from lippmann.plan.artifact_names import job_artifact
 from service.connections import HEAD_BYTES
 from service.schemas.access import Role
 from tests.broker import Broker
@@ -28,6 +29,8 @@ from tests.waiting import ENOUGH_S, until
 HALF = b"POST /api/v1/jobs HTTP/1.1\r\nHost: x\r\nContent-Le"
 DESCRIPTORS = 1024
 HALF_REQUESTS = 1200
+LARGE = 30_000_000
+"""The size of a file that no buffer between the service and a client holds, in bytes."""
 
 
 def connect(url: str) -> socket.socket:
@@ -126,6 +129,41 @@ def test_an_address_with_too_many_connections_loses_its_oldest_idle_one(make_ser
             one.sendall(b"GET /api/v1/health HTTP/1.1\r\nHost: x\r\nConnection: close\r\n\r\n")
             assert answer(one).startswith(b"HTTP/1.1 200")
     assert service.server.guard.closed == 1
+
+
+@pytest.fixture
+def large_file(make_service: Callable[..., Service], monkeypatch: pytest.MonkeyPatch) -> tuple[Service, bytes]:
+    """Return a service that waits a second for its clients to read, and a request for a file of 30 MB."""
+    monkeypatch.setattr("service.connections.STALLED_S", 1.0)
+    service = make_service()
+    job_id = service.client.post("/jobs", json=SPEC).json()["id"]
+    service.parts.store.put_bytes(job_artifact(job_id, "video/large.mp4"), bytes(LARGE))
+    key = service.client.headers["Authorization"]
+    head = f"GET /api/v1/jobs/{job_id}/artifacts/video/large.mp4 HTTP/1.1\r\nHost: x\r\nAuthorization: {key}\r\n"
+    return service, f"{head}Connection: close\r\n\r\n".encode()
+
+
+@pytest.mark.promise("People", "A client that does not read its answer loses its connection.")
+def test_a_client_that_does_not_read_its_answer_loses_its_connection(large_file: tuple[Service, bytes]) -> None:
+    service, request = large_file
+    before = set(service.server.server_state.connections)
+    with connect(service.url) as connection:
+        connection.sendall(request)
+        (held,) = until(lambda: set(service.server.server_state.connections) - before)
+        until(lambda: held not in service.server.server_state.connections)
+        assert len(answer(connection)) < LARGE
+
+
+def test_a_client_that_reads_slowly_gets_its_whole_answer(large_file: tuple[Service, bytes]) -> None:
+    service, request = large_file
+    received, ended_s = 0, time.monotonic() + 2.5
+    with connect(service.url) as connection:
+        connection.sendall(request)
+        while time.monotonic() < ended_s:
+            received += len(connection.recv(100_000))
+            time.sleep(0.02)
+        received += len(answer(connection))
+    assert received > LARGE
 
 
 @pytest.mark.promise("Before login", "Only a trusted proxy can say whose request it is.")
