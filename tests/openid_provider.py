@@ -13,12 +13,13 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from html import escape
 from typing import Any
 from urllib.parse import urlencode
 
 import uvicorn
 from fastapi import FastAPI, Form, Request
-from fastapi.responses import JSONResponse, RedirectResponse, Response
+from fastapi.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
 from joserfc import jwt
 from joserfc.jwk import RSAKey
 
@@ -128,7 +129,10 @@ def _app(provider: Provider) -> FastAPI:
         assert asked["code_challenge_method"] == "S256"
         code = secrets.token_urlsafe(16)
         provider.codes[code] = asked
-        return RedirectResponse(f"{asked['redirect_uri']}?{urlencode({'code': code, 'state': asked['state']})}")
+        url = f"{asked['redirect_uri']}?{urlencode({'code': code, 'state': asked['state']})}"
+        if "text/html" in request.headers.get("accept", ""):
+            return HTMLResponse(f'<link rel="icon" href="data:,"><a href="{escape(url)}">I am Ann</a>')
+        return RedirectResponse(url)
 
     @app.post("/token")
     def exchange(
