@@ -137,6 +137,7 @@ LIES: dict[str, Lies] = {
     "another nonce": Lies({"nonce": "another"}),
     "no nonce": Lies({"nonce": None}),
     "another audience": Lies({"aud": "another"}),
+    "another audience, by this party": Lies({"aud": "another", "azp": CLIENT_ID}),
     "an audience among others for another party": Lies({"aud": [CLIENT_ID, "another"], "azp": "another"}),
     "no audience": Lies({"aud": None}),
     "another issuer": Lies({"iss": "https://another.example"}),
