@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-import logging
-import os
 import re
 from dataclasses import dataclass
 from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
-from typing import Any, Self
+from typing import Self
 from urllib.parse import urlsplit
 
 from pydantic import Field, field_validator, model_validator
-from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from lippmann.broker_settings import BrokerSettings
 from lippmann.job.messages import wire
-from lippmann.job.messages.seals import Seals
-from lippmann.job.old_names import rename_settings
-from lippmann.key_file import LINK_KEY_FILE, ORDER_KEY_FILE, KeyFile, read_secret
-from lippmann.logs import LogFormat
+from lippmann.key_file import LINK_KEY_FILE, KeyFile
 from lippmann.plan.artifact_store import RESERVE_MB
 from service.schemas.access import Role
 
@@ -59,29 +54,14 @@ def is_secure_url(url: str) -> bool:
     return bool(host) and (found.scheme == "https" or (found.scheme == "http" and is_here))
 
 
-class Settings(BaseSettings):
+class Settings(BrokerSettings):
     """The settings of a service."""
 
-    model_config = SettingsConfigDict(env_prefix="LIPPMANN_", frozen=True, use_attribute_docstrings=True)
-
-    data_dir: Path = Path("data")
-    """The folder of the database and the artifacts."""
     database_url: str = ""
     """The database: PostgreSQL as `postgresql+psycopg://...`; if empty, SQLite in `data_dir`."""
-    redis_url: str = "redis://127.0.0.1:6379/0"
-    """The URL of the broker."""
-    redis_password_file: Path | None = None
-    """The file of the password of the broker, which then appears in no environment and in no log."""
-    redis_ca_file: Path | None = None
-    """The certificates that sign the one of a broker at `rediss://`; if empty, those of the system."""
-    order_key_file: Path | None = None
-    """The file of the keys that sign orders and events; if empty, `order.key` in `data_dir`. The service writes it if
-    it does not exist."""
     link_key_file: Path | None = None
     """The file of the keys from which those of links to artifacts and of webhooks are derived; if empty, `link.key` in
     `data_dir`. The service writes it if it does not exist, and workers have no use for it."""
-    accept_unsigned: bool = False
-    """True while workers of a version that does not sign its messages are on the farm."""
     host: str = "127.0.0.1"
     """The address to listen on."""
     port: int = Field(default=8080, ge=0, le=65_535)
@@ -89,8 +69,6 @@ class Settings(BaseSettings):
     public_url: str = ""
     """The URL under which users reach the service; if empty, `http://host:port`. Its path, such as `/lippmann`, is the
     one under which a reverse proxy serves it."""
-    log_format: LogFormat = "plain"
-    """The form of the log: `plain` lines, or `json`, one object a line."""
     coordinator: bool = True
     """True if this process may become the leader and run the coordinator."""
 
@@ -282,11 +260,6 @@ class Settings(BaseSettings):
             raise ValueError("expected LIPPMANN_OIDC_CLIENT_ID beside LIPPMANN_OIDC_ISSUER, got none")
         return self
 
-    def __init__(self, **values: Any) -> None:
-        for note in rename_settings(os.environ):
-            logging.getLogger(__name__).warning(note)
-        super().__init__(**values)
-
     @property
     def failure_limit(self) -> FailureLimit:
         """The number of failed tasks that ends a job."""
@@ -298,25 +271,9 @@ class Settings(BaseSettings):
         return tuple(ip_network(text.strip()) for text in self.trusted_proxies.split(",") if text.strip())
 
     @property
-    def broker(self) -> str:
-        """The URL of the broker with its password and its certificates; it is never logged."""
-        password = read_secret(self.redis_password_file) if self.redis_password_file else ""
-        return wire.full_redis_url(self.redis_url, password=password, ca_file=str(self.redis_ca_file or ""))
-
-    @property
-    def order_keys(self) -> KeyFile:
-        """The keys that sign orders and events."""
-        return KeyFile(self.order_key_file or self.data_dir / ORDER_KEY_FILE)
-
-    @property
     def link_keys(self) -> KeyFile:
         """The keys from which those of links to artifacts and of webhooks are derived."""
         return KeyFile(self.link_key_file or self.data_dir / LINK_KEY_FILE)
-
-    @property
-    def seals(self) -> Seals:
-        """The seals of messages to and from workers."""
-        return Seals(self.order_keys.keys, accept_unsigned=self.accept_unsigned)
 
     @property
     def disk_reserve_bytes(self) -> int:

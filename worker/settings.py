@@ -2,46 +2,28 @@
 
 from __future__ import annotations
 
-import logging
 import os
 import platform
 import secrets
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from pydantic import Field, PrivateAttr
-from pydantic_settings import BaseSettings, SettingsConfigDict
+from pydantic_settings import SettingsConfigDict
 
-from lippmann.job.messages import wire
-from lippmann.job.messages.seals import Seals
-from lippmann.job.old_names import rename_settings
+from lippmann.broker_settings import BrokerSettings
 from lippmann.job.rig import MAX_FRAME_PX
-from lippmann.key_file import ORDER_KEY_FILE, KeyFile, read_secret
-from lippmann.logs import LogFormat
 from lippmann.plan.artifact_store import RESERVE_MB
 
 STOPPING = "stopping-"
 """The prefix of the names of stopping files."""
 
 
-class WorkerSettings(BaseSettings):
+class WorkerSettings(BrokerSettings):
     """Settings of one worker."""
 
-    model_config = SettingsConfigDict(env_prefix="LIPPMANN_", frozen=True, extra="ignore")
+    model_config = SettingsConfigDict(extra="ignore")
 
-    redis_url: str = "redis://127.0.0.1:6379/0"
-    """The broker, which delivers orders and receives events: redis:// or unix:// ."""
-    redis_password_file: Path | None = None
-    """The file of the password of the broker, which then appears in no environment and in no log."""
-    redis_ca_file: Path | None = None
-    """The certificates that sign the one of a broker at `rediss://`; if empty, those of the system."""
-    order_key_file: Path | None = None
-    """The file of the keys that sign orders and events; if empty, `order.key` in `data_dir`, which the service
-    writes."""
-    accept_unsigned: bool = False
-    """True while the service is of a version that does not sign its orders."""
-    data_dir: Path = Path("data")
-    """The folder of the artifacts (artifacts/, shared with the service) and of the scratch folders of this worker."""
     slots: int = Field(default_factory=lambda: os.cpu_count() or 1, ge=1, le=1024)
     """The number of tasks that run at the same time, each with one POV-Ray thread."""
     worker_name: str = Field(default_factory=lambda: f"{platform.node()}-{os.getpid()}", min_length=1, max_length=100)
@@ -62,8 +44,6 @@ class WorkerSettings(BaseSettings):
     """The longest time of a probe, s; a job may only ask for less."""
     disk_reserve_mb: float = Field(default=RESERVE_MB, ge=0)
     """The free space that artifacts and attempts leave on a disk, in megabytes."""
-    log_format: LogFormat = "plain"
-    """The form of the log: `plain` lines, or `json`, one object a line."""
     picture_px: int = Field(default=2**27, ge=1, le=MAX_FRAME_PX**2)
     """The largest picture of another program that is decoded, in pixels; `lippmann import` and its like obey it too."""
     heartbeat_file: Path | None = None
@@ -77,11 +57,6 @@ class WorkerSettings(BaseSettings):
 
     _instance: str = PrivateAttr(default_factory=lambda: secrets.token_hex(8))
 
-    def __init__(self, **values: Any) -> None:
-        for note in rename_settings(os.environ):
-            logging.getLogger(__name__).warning(note)
-        super().__init__(**values)
-
     @property
     def instance(self) -> str:
         """A random name of this start of the worker process; its pool processes inherit it."""
@@ -91,22 +66,6 @@ class WorkerSettings(BaseSettings):
     def processes(self) -> int:
         """The number of pool processes: one of each slot, and with handover one more, for the next attempt."""
         return 2 * self.slots if self.handover else self.slots
-
-    @property
-    def broker(self) -> str:
-        """The URL of the broker with its password and its certificates; it is never logged."""
-        password = read_secret(self.redis_password_file) if self.redis_password_file else ""
-        return wire.full_redis_url(self.redis_url, password=password, ca_file=str(self.redis_ca_file or ""))
-
-    @property
-    def order_keys(self) -> KeyFile:
-        """The keys that sign orders and events."""
-        return KeyFile(self.order_key_file or self.data_dir / ORDER_KEY_FILE)
-
-    @property
-    def seals(self) -> Seals:
-        """The seals of messages to and from the service."""
-        return Seals(self.order_keys.keys, accept_unsigned=self.accept_unsigned)
 
     @property
     def disk_reserve_bytes(self) -> int:

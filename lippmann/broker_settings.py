@@ -1,0 +1,59 @@
+"""The settings that the service and the workers have in common: the broker, the keys of messages, the log."""
+
+from __future__ import annotations
+
+import logging
+import os
+from pathlib import Path
+from typing import Any
+
+from pydantic_settings import BaseSettings, SettingsConfigDict
+
+from lippmann.job.messages import wire
+from lippmann.job.messages.seals import Seals
+from lippmann.job.old_names import rename_settings
+from lippmann.key_file import ORDER_KEY_FILE, KeyFile, read_secret
+from lippmann.logs import LogFormat
+
+
+class BrokerSettings(BaseSettings):
+    """Settings of a process that sends and receives messages; they come from environment variables LIPPMANN_..."""
+
+    model_config = SettingsConfigDict(env_prefix="LIPPMANN_", frozen=True, use_attribute_docstrings=True)
+
+    data_dir: Path = Path("data")
+    """The folder of what the process stores; the store of artifacts in it is common to the service and the workers."""
+    redis_url: str = "redis://127.0.0.1:6379/0"
+    """The URL of the broker: `redis://`, `rediss://` or `unix://`."""
+    redis_password_file: Path | None = None
+    """The file of the password of the broker, which then appears in no environment and in no log."""
+    redis_ca_file: Path | None = None
+    """The certificates that sign the one of a broker at `rediss://`; if empty, those of the system."""
+    order_key_file: Path | None = None
+    """The file of the keys that sign orders and events; if empty, `order.key` in `data_dir`. The service writes it if
+    it does not exist."""
+    accept_unsigned: bool = False
+    """True while the farm has processes of a version that does not sign its messages."""
+    log_format: LogFormat = "plain"
+    """The form of the log: `plain` lines, or `json`, one object a line."""
+
+    def __init__(self, **values: Any) -> None:
+        for note in rename_settings(os.environ):
+            logging.getLogger(__name__).warning(note)
+        super().__init__(**values)
+
+    @property
+    def broker(self) -> str:
+        """The URL of the broker with its password and its certificates; it is never logged."""
+        password = read_secret(self.redis_password_file) if self.redis_password_file else ""
+        return wire.full_redis_url(self.redis_url, password=password, ca_file=str(self.redis_ca_file or ""))
+
+    @property
+    def order_keys(self) -> KeyFile:
+        """The keys that sign orders and events."""
+        return KeyFile(self.order_key_file or self.data_dir / ORDER_KEY_FILE)
+
+    @property
+    def seals(self) -> Seals:
+        """The seals of the messages between the service and the workers."""
+        return Seals(self.order_keys.keys, accept_unsigned=self.accept_unsigned)
