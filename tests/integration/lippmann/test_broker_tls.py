@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -44,8 +45,12 @@ class TlsBroker:
     ca_file: Path
     other_ca_file: Path
 
-    def settings(self, **changes: object) -> Settings:
-        given = {"redis_url": self.url, "redis_ca_file": self.ca_file, "data_dir": self.folder} | changes
+    def settings(self, **changes: Any) -> Settings:
+        given: dict[str, Any] = {
+            "redis_url": self.url,
+            "redis_ca_file": self.ca_file,
+            "data_dir": self.folder,
+        } | changes
         return Settings(**given)
 
     def environment(self, **changes: str) -> dict[str, str]:
@@ -100,7 +105,7 @@ def test_a_service_sends_orders_and_hears_workers_over_tls(tls: TlsBroker) -> No
 )
 @pytest.mark.parametrize("wrong", ["authority", "host", "the certificates of the system"])
 def test_a_broker_with_another_certificate_is_refused(tls: TlsBroker, wrong: str) -> None:
-    changes: dict[str, dict[str, object]] = {
+    changes: dict[str, dict[str, Any]] = {
         "authority": {"redis_ca_file": tls.other_ca_file},
         "host": {"redis_url": tls.other_url},
         "the certificates of the system": {"redis_ca_file": None},
