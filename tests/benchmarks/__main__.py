@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from tests.benchmarks import (
+    bad_clients,
     celery_tasks,
     command,
     coordinator,
@@ -73,6 +74,11 @@ LINES = (
         "500 stream clients on a running job / none: p95 of events and of the job list, tasks, memory (PSS)",
         "<= 1 s, <= 50 ms, -, <= 300 MB",
         listening.with_clients,
+    ),
+    Line(
+        "a healthy client beside slow headers, half requests, a flood, 500 streams, expensive pictures / alone: p95",
+        "<= 3.0",
+        bad_clients.healthy_ratio,
     ),
     Line("the slowest page or list of 10,000 jobs and 1,000,000 tasks: p95", "<= 50 ms", pages.slowest_page),
     Line("a picture on demand, its sheet in memory: wall", "<= 50 ms", looks.slowest_ms),

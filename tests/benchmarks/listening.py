@@ -10,7 +10,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -62,11 +62,11 @@ class RunningService:
 
 def with_clients(folder: Path) -> str:
     """Return p95 of the delay of events, p95 of the job list with clients and without, task rate and memory."""
-    with _service(folder) as service:
-        job_id = _running_job(service.client)
-        alone = _measure(service, job_id)
-        with _clients(service, f"/api/v1/jobs/{job_id}/events", folder / "received.npy") as watch:
-            crowded = _measure(service, job_id)
+    with running_service(folder) as service:
+        job_id = running_job(service.client)
+        alone = measure(service, job_id)
+        with listening_clients(service, f"/api/v1/jobs/{job_id}/events", folder / "received.npy") as watch:
+            crowded = measure(service, job_id)
         delays_s = _delays_s(watch, np.load(folder / "received.npy"))
     lists = [1000 * float(np.percentile(phase.list_s, 95)) for phase in (crowded, alone)]
     return (
@@ -78,7 +78,8 @@ def with_clients(folder: Path) -> str:
 
 
 @contextmanager
-def _service(folder: Path) -> Iterator[RunningService]:
+def running_service(folder: Path, answer: Callable[[Order], list[Event]] | None = None) -> Iterator[RunningService]:
+    """Run a service and its broker; the worker answers orders at the pace of a farm of two slots."""
     data_dir, key_file = folder / "data", folder / "admin.key"
     with ExitStack() as stack:
         broker = Broker(folder)
@@ -93,19 +94,20 @@ def _service(folder: Path) -> Iterator[RunningService]:
         started = json.loads(process.stdout.readline())
         until(lambda: key_file.exists() and key_file.read_text().strip())
         key = key_file.read_text().strip()
-        worker = FakeWorker(broker, seals_in(data_dir), _paced)
+        worker = FakeWorker(broker, seals_in(data_dir), answer or paced)
         stack.callback(worker.stop)
         client = stack.enter_context(Client(started["url"], key, patience_s=ENOUGH_S))
         until(lambda: client.health().workers == 1)
         yield RunningService(client, started["url"], key, started["pid"], data_dir / "lippmann.db")
 
 
-def _paced(order: Order) -> list[Event]:
+def paced(order: Order) -> list[Event]:
+    """Answer an order as a farm of two slots does."""
     time.sleep(1 / TASKS_PER_S)
     return at_once(order)
 
 
-def _running_job(client: Client) -> str:
+def running_job(client: Client) -> str:
     """Submit a page of jobs that are cancelled, and a job that runs for longer than the measurement."""
     spec = {"scene": "fish", "outputs": [], "render": {"tiles": [1, 1]}}
     for _ in range(JOBS_LISTED - 1):
@@ -115,7 +117,8 @@ def _running_job(client: Client) -> str:
     return job_id
 
 
-def _measure(service: RunningService, job_id: str) -> Phase:
+def measure(service: RunningService, job_id: str) -> Phase:
+    """Ask for the list of jobs one time after the other, while a job is running."""
     done, begun_s, used_s = service.client.job(job_id).tasks.done, time.monotonic(), cpu_s(service.pid)
     list_s = _list_s(service, until_s=begun_s + PHASE_S)
     tasks = service.client.job(job_id).tasks.done - done
@@ -160,7 +163,7 @@ class _Watch:
 
 
 @contextmanager
-def _clients(service: RunningService, path: str, file: Path) -> Iterator[_Watch]:
+def listening_clients(service: RunningService, path: str, file: Path) -> Iterator[_Watch]:
     """Open the streams of many clients; they write what they received to `file` at the end."""
     command = [sys.executable, "-m", "tests.benchmarks.stream_clients", service.url, service.key, path]
     process = subprocess.Popen(
