@@ -19,10 +19,10 @@ FROM python:3.11-slim-bookworm
 RUN apt-get update \
  && apt-get install -y --no-install-recommends povray povray-includes bubblewrap \
  && rm -rf /var/lib/apt/lists/* \
- && useradd --system --uid 10001 --create-home lippmann && install -d -o lippmann -g lippmann /data \
+ && useradd --system --uid 10001 --create-home lippmann && install -d -o lippmann -g lippmann /data/artifacts /data/scratch \
  && pip uninstall --yes --root-user-action=ignore setuptools wheel pip
 COPY --from=build /opt/lippmann /opt/lippmann
 ENV PATH=/opt/lippmann/bin:$PATH
 USER 10001
-VOLUME /data
+VOLUME ["/data/artifacts", "/data/scratch"]
 CMD ["lippmann", "worker"]

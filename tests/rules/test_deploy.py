@@ -104,6 +104,20 @@ def test_service_and_worker_have_users_and_passwords_of_their_own_at_the_broker(
     for name in ("service", "worker"):
         described = services[name]
         assert f"//lippmann-{name}@" in described["environment"]["LIPPMANN_REDIS_URL"]
-        assert [secret["source"] for secret in described["secrets"]] == [f"broker-{name}"]
-        (target,) = (secret["target"] for secret in described["secrets"])
+        secrets = {secret["source"]: secret.get("target", secret["source"]) for secret in described["secrets"]}
+        assert secrets.keys() == {f"broker-{name}", "order-key"}
+        target = secrets[f"broker-{name}"]
         assert described["environment"]["LIPPMANN_REDIS_PASSWORD_FILE"] == f"/run/secrets/{target}"
+
+
+@pytest.mark.promise(
+    "Containers", "In compose, a worker has the artifacts and the key of messages; database and other keys it has not."
+)
+def test_a_worker_has_nothing_of_the_service_but_the_artifacts() -> None:
+    services: dict[str, Any] = composed()
+    ours = {volume["source"] for volume in services["service"]["volumes"]}
+    (shared,) = (volume for volume in services["worker"]["volumes"] if volume["source"] in ours)
+    assert shared["volume"]["subpath"] == "artifacts"
+    assert shared["target"] == "/data/artifacts"
+    environments = [services[name]["environment"] for name in ("service", "worker")]
+    assert {one["LIPPMANN_ORDER_KEY_FILE"] for one in environments} == {"/run/secrets/order-key"}

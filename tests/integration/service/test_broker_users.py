@@ -17,7 +17,7 @@ from redis.exceptions import AuthenticationError, NoPermissionError, RedisError
 from lippmann.farm.supervisor.broker import find_server
 from lippmann.farm.supervisor.descendants import dying_with
 from lippmann.job.messages import wire
-from lippmann.key_file import read_secret
+from lippmann.key_file import KeyFile, read_secret
 from tests.broker import Broker, free_port
 from tests.builders_service import SPEC, claimed
 from tests.integration.service.conftest import ORDERS, FakeWorker, Service, at_once
@@ -114,11 +114,12 @@ def test_the_script_makes_users_that_log_in_with_the_passwords_that_it_wrote(tmp
     folder = tmp_path / "secrets"
 
     def make() -> dict[str, str]:
-        subprocess.run([ROOT / "deploy/broker-secrets", folder, str(os.getuid())], check=True, capture_output=True)
-        return {name: read_secret(folder / f"broker-{name}.password") for name in ("service", "worker")}
+        subprocess.run([ROOT / "deploy/secrets", folder, str(os.getuid())], check=True, capture_output=True)
+        (orders,) = KeyFile(folder / "order.key").keys()
+        return {name: read_secret(folder / f"broker-{name}.password") for name in ("service", "worker")}, orders
 
-    passwords = make()
-    assert make() == passwords, "a password that exists is kept"
+    passwords, orders = make()
+    assert make() == (passwords, orders), "what exists is kept"
     assert {len(password) for password in passwords.values()} == {64}
     assert (folder / "broker-service.password").stat().st_mode & 0o777 == 0o600
     assert not any(password in (folder / "broker-users.acl").read_text() for password in passwords.values())
