@@ -2,15 +2,20 @@
 
 The next picture is of the key that has been charged least, so a viewer who asks for many or for expensive pictures
 waits behind the others (start-time fair queueing, Goyal et al. 1996). The queue is bounded, in all and by key, and a
-key has a budget of seconds a minute.
+key has a budget of seconds a minute. The threads that make pictures have a low priority at the scheduler of the system,
+so that requests, which take milliseconds, do not wait for a core.
 """
 
 from __future__ import annotations
 
 import asyncio
+import os
+import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from contextvars import copy_context
 from typing import TypeVar
 
 import anyio
@@ -20,6 +25,8 @@ from service.limits import Limit
 
 AT_ONCE = 2
 """The number of pictures that are made at once. Each takes a core and several times its size in memory."""
+NICENESS = 10
+"""The niceness of the threads that make pictures; that of all others is 0."""
 WAITING = 400
 """The largest number of pictures that wait."""
 WAITING_BY_KEY = 100
@@ -40,7 +47,8 @@ class PictureQueue:
     def __init__(self, *, at_once: int = AT_ONCE, waiting: int = WAITING, by_key: int = WAITING_BY_KEY) -> None:
         self._limits = (waiting, by_key)
         self._free = at_once
-        self._threads = anyio.CapacityLimiter(at_once)
+        self._places = anyio.CapacityLimiter(at_once)
+        self._threads = ThreadPoolExecutor(at_once, "picture", initializer=_give_way)
         self._waiting: dict[str, deque[asyncio.Future[None]]] = {}
         self._charged_s: dict[str, float] = {}
         self._virtual_s = 0.0
@@ -66,7 +74,8 @@ class PictureQueue:
         begun_s = time.monotonic()
         try:
             self._check_budget(key, budget)  # other pictures of the key were made while this one waited
-            return await anyio.to_thread.run_sync(make, limiter=self._threads)
+            made = self._threads.submit(copy_context().run, make)
+            return await anyio.to_thread.run_sync(made.result, limiter=self._places)
         finally:
             used_s = time.monotonic() - begun_s
             self._charge(key, used_s - EXPECTED_S)
@@ -122,3 +131,8 @@ class PictureQueue:
         self._charged_s[key] = self._begins_s(key) + seconds
         if len(self._charged_s) > PRUNED_AT:
             self._charged_s = {one: used_s for one, used_s in self._charged_s.items() if used_s > self._virtual_s}
+
+
+def _give_way() -> None:
+    """Lower the priority of this thread; Linux has one for each thread, and it cannot be raised again."""
+    os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)
