@@ -66,7 +66,7 @@ class KeyRequest(Answer):
     name: str = Field(min_length=1, max_length=64, pattern=PRINTABLE)
     """The name of the key, shown with the jobs that it submits."""
     role: Role = Role.SUBMITTER
-    owner_id: str | None = Field(default=None, min_length=1, max_length=64, pattern=PRINTABLE)
+    owner_id: str | None = Field(default=None, min_length=1, max_length=100, pattern=PRINTABLE)
     """The owner of the jobs and scenes of the key. Keys with the same owner may change each other's; null for a key
     that is its own owner."""
     expires_in_days: float | None = Field(default=None, gt=0, le=36_500)

@@ -10,6 +10,7 @@ import pytest
 from service.auth import create_key, create_login_token
 from service.db import coordinator as coordinator_rows
 from service.db.tables import Credential
+from service.oidc.account import MAX_SUBJECT, OWNER_PREFIX
 from service.openapi import FILE
 from service.schemas.access import Role
 from tests.builders_service import SPEC, T0, Client, Farm
@@ -273,6 +274,12 @@ def test_a_key_expires_with_the_sessions_that_it_opened(api: Client, api_farm: F
 def test_a_key_with_a_wrong_field_is_refused(api: Client, wrong: dict[str, Any]) -> None:
     answer = api.post("/api/v1/keys", json=wrong)
     assert (answer.status_code, answer.json()["code"]) == (422, "invalid")
+
+
+def test_a_key_may_belong_to_any_owner_that_logs_in_with_an_account(api: Client) -> None:
+    owner_id = OWNER_PREFIX + "s" * MAX_SUBJECT
+    answer = api.post("/api/v1/keys", json={"name": "n", "owner_id": owner_id})
+    assert (answer.status_code, answer.json()["owner_id"]) == (201, owner_id)
 
 
 def test_a_login_ends_the_session_that_the_browser_had_before(anyone: Client, api_farm: Farm) -> None:
