@@ -8,6 +8,8 @@ import random
 import signal
 import socket
 import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -62,6 +64,29 @@ class Broker:
             return bool(self.client.ping() and self.client.info("server")["process_id"] == self.process.pid)
         except redis.RedisError:
             return False
+
+
+@contextmanager
+def broker_with_users(users: Path, folder: Path) -> Iterator[int]:
+    """Run a broker with a file of users, and yield its port on loopback."""
+    port = free_port()
+    command = [str(find_server()), "--port", str(port), "--bind", "127.0.0.1", "--save", "", "--aclfile", str(users)]
+    die = dying_with(os.getpid())
+    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=folder, preexec_fn=die)
+    try:
+        until(lambda: _pings(port))
+        yield port
+    finally:
+        process.kill()
+        process.wait()
+
+
+def _pings(port: int) -> bool:
+    try:
+        with redis.Redis(port=port, protocol=2) as client:
+            return bool(client.execute_command("PING"))
+    except redis.RedisError:
+        return False
 
 
 def free_port() -> int:

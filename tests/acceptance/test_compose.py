@@ -7,6 +7,7 @@ import os
 import subprocess
 import sysconfig
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -14,12 +15,13 @@ import httpx
 import pytest
 
 from lippmann.client import Client
-from tests.broker import Broker, free_port
+from tests.broker import broker_with_users, free_port
 from tests.farm import LIPPMANN, ended
 from tests.repository import ROOT
 from tests.waiting import ENOUGH_S, until
 
 COMPOSE = str(Path(sysconfig.get_path("scripts")) / "docker-compose")
+RUN_SECRETS = "/run/secrets/"
 
 
 def composed() -> dict[str, Any]:
@@ -29,37 +31,52 @@ def composed() -> dict[str, Any]:
         text=True,
         check=True,
     )
-    services: dict[str, Any] = json.loads(ran.stdout)["services"]
-    return services
+    described: dict[str, Any] = json.loads(ran.stdout)
+    return described
+
+
+def secrets_of(service: dict[str, Any], files: dict[str, Any], folder: Path) -> dict[str, str]:
+    """Return the files in `folder` that a container sees below /run/secrets."""
+    return {
+        RUN_SECRETS + secret.get("target", secret["source"]): str(folder / Path(files[secret["source"]]["file"]).name)
+        for secret in service["secrets"]
+    }
 
 
 @pytest.fixture
 def started(tmp_path: Path) -> Iterator[Client]:
-    """Every command with the environment the file gives it; only addresses and folders are this machine's."""
-    services, broker, port = composed(), Broker(tmp_path), free_port()
-    here = {"0.0.0.0": "127.0.0.1", "8080": str(port)}
-    processes: list[subprocess.Popen[bytes]] = []
-    for name in ("service", "worker", "worker"):
-        env = services[name]["environment"] | {
-            "LIPPMANN_REDIS_URL": broker.url,
-            "LIPPMANN_DATA_DIR": str(tmp_path / "data"),
-            "LIPPMANN_HEARTBEAT_FILE": str(tmp_path / f"heartbeat-{len(processes)}"),
-            "LIPPMANN_KEY_FILE": str(tmp_path / "key"),
-            "LIPPMANN_SLOTS": "1",
-        }
-        words = [here.get(word, word) for word in services[name]["command"]]
-        processes.append(subprocess.Popen([LIPPMANN, *words[1:]], env=os.environ | env))
-    try:
+    """Every command with the environment and the secrets the file gives it; only addresses and folders are others."""
+    described, port, secrets = composed(), free_port(), tmp_path / "secrets"
+    subprocess.run([ROOT / "deploy/secrets", secrets, str(os.getuid())], check=True)
+    with ExitStack() as stack:
+        broker_port = stack.enter_context(broker_with_users(secrets / "broker-users.acl", tmp_path))
+        here = {"0.0.0.0": "127.0.0.1", "8080": str(port)}
+        processes: list[subprocess.Popen[bytes]] = []
+        for name in ("service", "worker", "worker"):
+            service = described["services"][name]
+            seen = secrets_of(service, described["secrets"], secrets)
+            env = {key: seen.get(value, value) for key, value in service["environment"].items()}
+            env["LIPPMANN_REDIS_URL"] = env["LIPPMANN_REDIS_URL"].replace("redis:6379", f"127.0.0.1:{broker_port}")
+            env |= {
+                "LIPPMANN_DATA_DIR": str(tmp_path / "data"),
+                "LIPPMANN_HEARTBEAT_FILE": str(tmp_path / f"heartbeat-{len(processes)}"),
+                "LIPPMANN_KEY_FILE": str(tmp_path / "key"),
+                "LIPPMANN_SLOTS": "1",
+            }
+            words = [here.get(word, word) for word in service["command"]]
+            processes.append(subprocess.Popen([LIPPMANN, *words[1:]], env=os.environ | env))
+            stack.callback(_end, processes[-1])
         url = f"http://127.0.0.1:{port}"
         until(lambda: answers(url))
         with Client(url, (tmp_path / "key").read_text().strip(), patience_s=ENOUGH_S) as client:
             yield client
-    finally:
-        for process in processes:
-            process.terminate()
-        codes = [process.wait(ENOUGH_S) for process in processes]
-        broker.kill()
-    assert codes[0] == 0, "the service ends well when it is told to"
+        processes[0].terminate()
+        assert processes[0].wait(ENOUGH_S) == 0, "the service ends well when it is told to"
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    process.terminate()
+    process.wait(ENOUGH_S)
 
 
 def answers(url: str) -> bool:

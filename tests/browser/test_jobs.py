@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from playwright.sync_api import Page, expect
+from playwright.sync_api import APIResponse, Page, Route, expect
 
 from lippmann.job.messages.orders import TaskKind
 from tests.browser.conftest import Farm
@@ -112,6 +112,29 @@ def test_failed_frames_are_skipped_and_the_tiles_of_the_cache_are_counted(
     skip.click()
     expect(badge).to_have_text("done")
     expect(facts).to_contain_text("5 tiles from the cache")
+
+
+def test_an_answer_that_is_older_than_an_event_changes_nothing(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    farm.studio.hold()
+    job_id = farm.submit()
+    until(lambda: farm.service.status(job_id) == "running")
+    log_in()
+    late: list[tuple[Route, APIResponse]] = []
+    page.route("**/pause", lambda route: late.append((route, route.fetch())))
+    badge = page.locator(".job > header .badge")
+    page.get_by_role("button", name="Pause").click()
+    expect(badge).to_have_text("paused")  # The event says so; the answer is on its way.
+    farm.service.client.post(f"/jobs/{job_id}/resume")
+    expect(badge).to_have_text("running")
+    ((route, answer),) = late
+    assert answer.json()["status"] == "paused"
+    with page.expect_response("**/pause"):
+        route.fulfill(response=answer)
+    farm.submit(title="later")
+    expect(page.get_by_role("link", name="later")).to_be_visible()  # The page has drawn what came after the answer.
+    assert badge.inner_text() == "running"
 
 
 def test_a_job_that_somebody_removed_leaves_the_list(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import resource
 import signal
 from dataclasses import replace
 from pathlib import Path
@@ -97,7 +98,9 @@ def test_memory_ends_its_own_task_however_many_processes_take_it(task: Task) -> 
     else:
         assert (outcome.ending, outcome.exit_code) == (Ending.EXITED, 1)
         assert "MemoryError" in outcome.lines
-    assert outcome.peak_memory_mb < 400
+    # Linux counts the memory of the process that starts a program as some of the program, and pytest may be large.
+    own_mb = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    assert outcome.peak_memory_mb < max(400, own_mb + 1)
 
 
 @pytest.mark.promise("Scenes", "Processes and threads have a limit.")

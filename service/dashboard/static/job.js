@@ -9,7 +9,7 @@ import { html } from "./html.js";
 import { Ago, Badge, Bar } from "./jobs.js";
 import { loadJob } from "./live.js";
 import { Rig } from "./rig.js";
-import { mayChange, putJobs, useKnown } from "./store.js";
+import { fetchJob, mayChange, useKnown } from "./store.js";
 import { Videos } from "./videos.js";
 import { Wait, WaitingTasks } from "./waits.js";
 
@@ -123,7 +123,7 @@ function Actions({ job }) {
     setBusy(true);
     setFault("");
     try {
-      putJobs([await sendAction(job.id, action)]);
+      await fetchJob(() => sendAction(job.id, action));
     } catch (error) {
       setFault(error.message);
     }

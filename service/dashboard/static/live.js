@@ -1,6 +1,6 @@
 // Keeps the state of the page current by one event stream; while the stream is interrupted, by polling.
 import { eventsUrl, getFrames, getHealth, getJob, getJobs, getSession } from "./api.js";
-import { change, dropJob, getState, putJobs } from "./store.js";
+import { change, dropJob, fetchJob, fetchJobs, getState, hear } from "./store.js";
 
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 30_000;
@@ -53,7 +53,7 @@ function hearJob(job) {
   if (job.removed) return dropJob(job.id);
   const before = getState().jobs[job.id];
   // An event has no reason to wait, since that depends on the whole farm.
-  putJobs([{ ...job, wait: before?.wait ?? null }]);
+  hear({ ...job, wait: before?.wait ?? null });
   if (mayWait(job)) waitsTimer ??= setTimeout(() => renewWaits().catch(() => {}), WAITS_PAUSE_MS);
   const frames = getState().frames;
   // Retry and cancel change many frames without an event for each.
@@ -62,7 +62,7 @@ function hearJob(job) {
 
 function hearProgress(news) {
   const job = getState().jobs[news.id];
-  if (job) putJobs([{ ...job, ...news }]);
+  if (job) hear({ ...job, ...news });
   else loadJob(news.id);
 }
 
@@ -92,21 +92,21 @@ async function refresh() {
 }
 
 async function loadJobs() {
-  const page = await getJobs();
-  putJobs(page.items);
+  const page = await fetchPage();
   // A longer list that the user has loaded stays.
   change(getState().jobsLoaded ? {} : { jobsLoaded: true, jobsCursor: page.next_cursor });
 }
 
 export async function loadMoreJobs() {
-  const page = await getJobs(getState().jobsCursor);
-  putJobs(page.items);
+  const page = await fetchPage(getState().jobsCursor);
   change({ jobsCursor: page.next_cursor });
 }
 
 export async function loadJob(id) {
-  putJobs([await getJob(id)]);
+  await fetchJob(() => getJob(id));
 }
+
+const fetchPage = (cursor) => fetchJobs(() => getJobs(cursor), (page) => page.items);
 
 const mayWait = (job) => !job.ended_at && (!job.tasks.running || job.status === "paused");
 
@@ -116,9 +116,7 @@ async function renewWaits() {
   const { jobs, frames } = getState();
   if (!Object.values(jobs).some(mayWait)) return;
   const open = frames && jobs[frames.job];
-  const pages = [getJobs(), ...(open && mayWait(open) ? [getJob(open.id)] : [])];
-  const [page, ...opened] = await Promise.all(pages);
-  putJobs([...page.items, ...opened]);
+  await Promise.all([fetchPage(), ...(open && mayWait(open) ? [loadJob(open.id)] : [])]);
 }
 
 async function loadHealth() {

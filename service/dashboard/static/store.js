@@ -46,13 +46,34 @@ export function useKnown(select, inputs = []) {
   return select(state);
 }
 
-export function putJobs(jobs) {
-  change({ jobs: { ...state.jobs, ...Object.fromEntries(jobs.map((job) => [job.id, job])) } });
+// An answer may be older than an event that came while it was on its way: it then says nothing of the job of the event.
+const heardOf = {}; // The number of the last event of each job.
+let heard = 0;
+
+// Puts the job of an event.
+export function hear(job) {
+  heardOf[job.id] = ++heard;
+  put([job]);
 }
 
 export function dropJob(id) {
+  heardOf[id] = ++heard;
   const { [id]: _, ...jobs } = state.jobs;
   change({ jobs });
+}
+
+// Sends a request, puts the jobs of its answer, and returns the answer.
+export async function fetchJobs(request, jobsOf) {
+  const asked = heard;
+  const answer = await request();
+  put(jobsOf(answer).filter(({ id }) => !(heardOf[id] > asked)));
+  return answer;
+}
+
+export const fetchJob = (request) => fetchJobs(request, (job) => [job]);
+
+function put(jobs) {
+  change({ jobs: { ...state.jobs, ...Object.fromEntries(jobs.map((job) => [job.id, job])) } });
 }
 
 // A viewer may change nothing, so the buttons that the service would refuse are hidden.

@@ -6,7 +6,7 @@ import { by, many } from "./format.js";
 import { Field, numberOr } from "./field.js";
 import { html } from "./html.js";
 import { fieldsOf, Parameters, valuesOf } from "./parameters.js";
-import { change, putJobs, useKnown } from "./store.js";
+import { change, fetchJob, useKnown } from "./store.js";
 
 // The defaults of the service.
 const DEFAULTS = {
@@ -62,8 +62,7 @@ export function Submit() {
     // The key makes a repeated submission idempotent if no answer arrived.
     if (last.current.text !== text) last.current = { text, key: newKey() };
     try {
-      const job = await postJob(spec, last.current.key);
-      putJobs([job]);
+      const job = await fetchJob(() => postJob(spec, last.current.key));
       location.hash = `#/jobs/${job.id}`;
     } catch (error) {
       setProblem(error);

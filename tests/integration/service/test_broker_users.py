@@ -5,20 +5,17 @@ from __future__ import annotations
 import os
 import re
 import subprocess
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 from redis import Redis
-from redis.exceptions import AuthenticationError, NoPermissionError, RedisError
+from redis.exceptions import AuthenticationError, NoPermissionError
 
-from lippmann.farm.supervisor.broker import find_server
-from lippmann.farm.supervisor.descendants import dying_with
 from lippmann.job.messages import wire
 from lippmann.key_file import KeyFile, read_secret
-from tests.broker import Broker, free_port
+from tests.broker import Broker, broker_with_users
 from tests.builders_service import SPEC, claimed
 from tests.integration.service.conftest import ORDERS, FakeWorker, Service, at_once
 from tests.repository import ROOT
@@ -87,29 +84,6 @@ def test_a_service_does_nothing_at_the_broker_outside_of_the_farm(broker: Broker
     service.close()
 
 
-@contextmanager
-def broker_with(users: Path, folder: Path) -> Iterator[int]:
-    """Run a broker with a file of users."""
-    port = free_port()
-    command = [str(find_server()), "--port", str(port), "--bind", "127.0.0.1", "--save", "", "--aclfile", str(users)]
-    die = dying_with(os.getpid())
-    process = subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=folder, preexec_fn=die)
-    try:
-        until(lambda: _pings(port))
-        yield port
-    finally:
-        process.kill()
-        process.wait()
-
-
-def _pings(port: int) -> bool:
-    try:
-        with Redis(port=port, protocol=2) as client:
-            return bool(client.execute_command("PING"))
-    except RedisError:
-        return False
-
-
 def test_the_script_makes_users_that_log_in_with_the_passwords_that_it_wrote(tmp_path: Path) -> None:
     folder = tmp_path / "secrets"
 
@@ -123,7 +97,7 @@ def test_the_script_makes_users_that_log_in_with_the_passwords_that_it_wrote(tmp
     assert {len(password) for password in passwords.values()} == {64}
     assert (folder / "broker-service.password").stat().st_mode & 0o777 == 0o600
     assert not any(password in (folder / "broker-users.acl").read_text() for password in passwords.values())
-    with broker_with(folder / "broker-users.acl", tmp_path) as port:
+    with broker_with_users(folder / "broker-users.acl", tmp_path) as port:
         for name, password in passwords.items():
             with Redis(port=port, username=f"lippmann-{name}", password=password) as client:
                 assert client.ping()
