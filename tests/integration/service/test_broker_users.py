@@ -87,7 +87,7 @@ def test_a_service_does_nothing_at_the_broker_outside_of_the_farm(broker: Broker
 def test_the_script_makes_users_that_log_in_with_the_passwords_that_it_wrote(tmp_path: Path) -> None:
     folder = tmp_path / "secrets"
 
-    def make() -> dict[str, str]:
+    def make() -> tuple[dict[str, str], bytes]:
         subprocess.run([ROOT / "deploy/secrets", folder, str(os.getuid())], check=True, capture_output=True)
         (orders,) = KeyFile(folder / "order.key").keys()
         return {name: read_secret(folder / f"broker-{name}.password") for name in ("service", "worker")}, orders
