@@ -122,7 +122,7 @@ def worker(data_dir: DataDir = DATA_DIR, slots: Slots = None, *, output: Output)
     from lippmann.local.files.writable import check_writable
     from worker.engines.povray.version import check_povray
 
-    check_writable(data_dir)
+    check_writable(data_dir / "scratch")  # It writes the artifacts too, which may be another volume.
     check_povray(os.environ.get("LIPPMANN_POVRAY", "povray"))
     os.environ["LIPPMANN_DATA_DIR"] = str(data_dir)
     slots = slots or _cores()
