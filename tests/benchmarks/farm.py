@@ -71,7 +71,7 @@ def _wall_ratio(folder: Path, work: Work) -> str:
         until(lambda: farm.client.health().slots == SLOTS)
         for number in range(ROUNDS):
             started_s = time.monotonic()
-            # Followed as `submit --wait` does it: who asks ten times a second takes a tenth of a core.
+            # Followed as `submit --watch` does it: who asks ten times a second takes a tenth of a core.
             *_, job = farm.client.follow(farm.client.submit(work.spec).id)
             assert job.status == "done", job.error
             farm_s.append(time.monotonic() - started_s)
