@@ -30,7 +30,7 @@ CLIENT_ID, CLIENT_SECRET = "lippmann", "a secret: with + and %"
 
 @dataclass
 class Lies:
-    """What the provider does wrong."""
+    """The mistakes that the provider makes."""
 
     claims: dict[str, Any] = field(default_factory=dict)
     """Claims that replace the right ones; None leaves one out."""

@@ -25,7 +25,7 @@ class Received:
 
 @dataclass
 class Receiver:
-    """What a receiver got. `answer` is the status, or what is done with the connection instead."""
+    """The requests that a receiver got. `answer` is the status, or what is done with the connection instead."""
 
     port: int
     answer: int | Callable[[BaseHTTPRequestHandler], None] = 200

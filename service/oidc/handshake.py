@@ -1,4 +1,4 @@
-"""What one login remembers between the request that begins it and the one that completes it.
+"""The values that one login remembers between the request that begins it and the one that completes it.
 
 The browser carries it in a cookie, so that nobody fills the database before login. The state ties the answer of the
 provider to this browser, the nonce ties the ID token to this login, and the verifier ties the code to this login.

@@ -34,7 +34,7 @@ AT_ONCE = 16
 
 @dataclass(frozen=True)
 class Description:
-    """What a provider says of itself (OpenID Connect Discovery 1.0), as far as it is used."""
+    """The description that a provider gives of itself (OpenID Connect Discovery 1.0), as far as it is used."""
 
     authorization_url: str
     token_url: str

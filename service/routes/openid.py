@@ -28,7 +28,7 @@ _REASONS: dict[type[ServiceError], str] = {
     AccountRefused: "account",
     ProviderUnavailable: "provider",
 }
-"""What the login page is told of a failure."""
+"""The value with which the login page is told of a failure."""
 _Text = Annotated[str, Query(max_length=4096)]
 
 

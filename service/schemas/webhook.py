@@ -1,4 +1,4 @@
-"""What a webhook says, and the secret that verifies it."""
+"""The message of a webhook, and the secret that verifies it."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from service.schemas.job import JobError
 
 
 class WebhookType(StrEnum):
-    """What happened to a job."""
+    """The event of a job that a message reports."""
 
     DONE = "job.done"
     FAILED = "job.failed"

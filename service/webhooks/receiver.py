@@ -30,7 +30,7 @@ class ReceiverRefused(Exception):
 
 @dataclass(frozen=True)
 class ReceiverRules:
-    """What the farm allows.
+    """The URLs and addresses that the farm allows.
 
     Parameters
     ----------

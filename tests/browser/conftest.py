@@ -23,7 +23,7 @@ from tests.builders_messages import seals_in
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.needs import missing, need_to_run
 from tests.prefix_proxy import PrefixProxy
-from tests.waiting import ENOUGH_S
+from tests.waiting import ENOUGH_S, until
 
 CHROMIUM_ARGS = [
     "--no-sandbox",  # tests run as root in containers; the page is ours
@@ -45,12 +45,19 @@ class Farm:
     studio: Studio
     key: str
     url: str
-    """Where the browser finds the service."""
+    """The address at which the browser finds the service."""
 
     def submit(self, **changes: Any) -> str:
         answer = self.service.client.post("/jobs", json=SPEC | changes)
         assert answer.status_code == 201, answer.text
         return str(answer.json()["id"])
+
+    def submit_held(self) -> str:
+        """Submit a job whose orders wait for `Studio.let`, and return its id once it is running."""
+        self.studio.hold()
+        job_id = self.submit()
+        until(lambda: self.service.status(job_id) == "running")
+        return job_id
 
 
 @dataclass

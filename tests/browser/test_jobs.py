@@ -60,9 +60,7 @@ def test_povrays_own_message_is_shown_with_the_failed_task_and_its_log(
 
 
 def test_cancel_asks_first_and_then_ends_the_job(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
-    farm.studio.hold()
-    job_id = farm.submit()
-    until(lambda: farm.service.status(job_id) == "running")
+    job_id = farm.submit_held()
     log_in()
     cancel = page.get_by_role("button", name="Cancel", exact=True)
     cancel.click()
@@ -79,9 +77,7 @@ def test_cancel_asks_first_and_then_ends_the_job(page: Page, farm: Farm, log_in:
 def test_a_job_is_paused_resumed_and_when_it_was_cancelled_retried(
     page: Page, farm: Farm, log_in: Callable[[], Page]
 ) -> None:
-    farm.studio.hold()
-    job_id = farm.submit()
-    until(lambda: farm.service.status(job_id) == "running")
+    job_id = farm.submit_held()
     log_in()
     badge = page.locator(".job > header .badge")
     page.get_by_role("button", name="Pause").click()
@@ -96,11 +92,9 @@ def test_a_job_is_paused_resumed_and_when_it_was_cancelled_retried(
 def test_failed_frames_are_skipped_and_the_tiles_of_the_cache_are_counted(
     page: Page, farm: Farm, log_in: Callable[[], Page]
 ) -> None:
-    farm.studio.hold()
     farm.studio.has_cache = True
     farm.studio.faults[TaskKind.RENDER, 2] = POVRAY_SAYS
-    job_id = farm.submit()
-    until(lambda: farm.service.status(job_id) == "running")
+    farm.submit_held()
     log_in()
     badge, facts = page.locator(".job > header .badge"), page.locator(".job .facts").first
     skip = page.get_by_role("button", name="Skip failed frames")
@@ -117,9 +111,7 @@ def test_failed_frames_are_skipped_and_the_tiles_of_the_cache_are_counted(
 def test_an_answer_that_is_older_than_an_event_changes_nothing(
     page: Page, farm: Farm, log_in: Callable[[], Page]
 ) -> None:
-    farm.studio.hold()
-    job_id = farm.submit()
-    until(lambda: farm.service.status(job_id) == "running")
+    job_id = farm.submit_held()
     log_in()
     late: list[tuple[Route, APIResponse]] = []
     page.route("**/pause", lambda route: late.append((route, route.fetch())))

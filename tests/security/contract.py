@@ -49,7 +49,7 @@ CHECKS = [
 JOBS = [JobStatus.RUNNING, JobStatus.PAUSED, JobStatus.FAILED]
 """The jobs of requests that change one."""
 CHEAP = {"rays": 4, "size": 100}
-"""What pictures for an observer have instead of random numbers; a large one takes seconds."""
+"""The numbers that pictures for an observer have instead of random ones; a large picture takes seconds."""
 URL = "http://testserver"
 
 
@@ -61,7 +61,7 @@ class Report:
     statuses: dict[int, int] = field(default_factory=dict)
     """The number of answers with each status."""
     findings: dict[str, str] = field(default_factory=dict)
-    """What went wrong, by its title: the request and the answer."""
+    """The requests and answers that went wrong, by the title of the finding."""
 
     def __str__(self) -> str:
         counts = ", ".join(f"{status}: {count}" for status, count in sorted(self.statuses.items()))

@@ -1,4 +1,4 @@
-"""Where a webhook may go."""
+"""The URLs and addresses to which a webhook may go."""
 
 from __future__ import annotations
 
