@@ -89,17 +89,17 @@ def fill_depth() -> None:
 
 
 def fill_memory() -> None:
-    """Take memory in many processes, or as much as one may have."""
+    """Take memory in many processes; where there are none to be had, as much as one may have."""
     try:
-        for _ in range(30):
+        for _ in range(10):
             if os.fork() == 0:
                 kept = bytes(100) * 2**20
                 time.sleep(3600)
                 print(len(kept))
     except OSError:
-        pass
-    taken = [bytes(2**20) for _ in range(10**6)]
-    print(len(taken))
+        taken = [bytes(2**20) for _ in range(10**6)]
+        print(len(taken))
+    time.sleep(3600)
 
 
 def fill_processes() -> None:

@@ -170,11 +170,11 @@ def test_a_read_only_data_folder_is_refused_by_name(bwrap: list[str], tmp_path: 
     folder.mkdir()
     # Mounted read-only: taking the right to write away does not stop root.
     inside = [*bwrap, "--ro-bind", str(folder), str(folder), "--", *LIPPMANN]
-    for name in ("up", "serve", "worker"):
+    for name, written in {"up": folder, "serve": folder, "worker": folder / "scratch"}.items():
         command = [*inside, name, "--data-dir", str(folder)]
         ended = subprocess.run(command, capture_output=True, text=True, timeout=ENOUGH_S)
         assert ended.returncode == 2, ended.stderr
-        assert re.search(f"folder that can be written, got {folder}: Read-only file system", ended.stderr)
+        assert re.search(f"folder that can be written, got {written}: Read-only file system", ended.stderr)
 
 
 def test_a_disk_that_is_full_is_refused_with_numbers(bwrap: list[str], tmp_path: Path) -> None:
