@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import logging
+import os
 import sys
+import threading
 import traceback
 from collections.abc import Iterator
 from typing import Literal, TextIO
@@ -53,7 +55,7 @@ def configure_logs(file: TextIO, *, log_format: LogFormat = "plain") -> None:
     # The renderer formats no error itself: the text of the traceback is there already.
     plain = structlog.dev.ConsoleRenderer(colors=False, exception_formatter=structlog.dev.plain_traceback)
     render: Processor = structlog.processors.JSONRenderer(default=repr) if log_format == "json" else plain
-    structlog.configure(processors=[*shared, render], logger_factory=structlog.PrintLoggerFactory(file=file))
+    structlog.configure(processors=[*shared, render], logger_factory=lambda *_: _Lines(file))
     handler = logging.StreamHandler(file)
     handler.setFormatter(
         structlog.stdlib.ProcessorFormatter(
@@ -64,6 +66,24 @@ def configure_logs(file: TextIO, *, log_format: LogFormat = "plain") -> None:
     root = logging.getLogger()
     root.handlers[:] = [handler]
     root.setLevel(logging.INFO)
+
+
+_writing = threading.Lock()
+# A worker forks while its threads write; without this, the new process would wait for ever for one of them.
+os.register_at_fork(before=_writing.acquire, after_in_parent=_writing.release, after_in_child=_writing.release)
+
+
+class _Lines:
+    """A logger that writes entries to a file, one at a time, whose lock is free in a process that was forked."""
+
+    def __init__(self, file: TextIO) -> None:
+        self._file = file
+
+    def msg(self, entry: str) -> None:
+        with _writing:
+            print(entry, file=self._file, flush=True)
+
+    debug = info = warning = error = critical = msg
 
 
 def _chain(error: BaseException) -> Iterator[BaseException]:

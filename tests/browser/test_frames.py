@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import Locator, Page, expect
+from playwright.sync_api import APIResponse, Locator, Page, Route, expect
 
 from tests.browser.conftest import Farm
 from tests.browser.studio import LENSES, PX
@@ -40,6 +41,25 @@ def test_thumbnails_appear_as_frames_finish(page: Page, farm: Farm, log_in: Call
     assert pictures.count() < 6
     farm.studio.let(100)
     expect(pictures).to_have_count(6)
+
+
+def test_a_frame_that_ends_while_the_frames_are_on_their_way_is_shown(
+    page: Page, farm: Farm, log_in: Callable[[], Page]
+) -> None:
+    job_id = farm.submit_held()
+    late: list[tuple[Route, APIResponse]] = []
+    page.route("**/frames?*", lambda route: late.append((route, route.fetch())), times=1)
+    log_in()
+    until(lambda: page.evaluate("1") and late)
+    heading = page.get_by_role("heading", name="Frames")
+    farm.studio.let(7)
+    expect(heading).to_contain_text(re.compile("[1-5] of 6"))  # The events came; the answer is on its way.
+    ((route, answer),) = late
+    assert {item["status"] for item in answer.json()["items"]} <= {"waiting", "rendering"}
+    with page.expect_response("**/frames?*"):
+        route.fulfill(response=answer)
+    expect(page.locator(".frames .cell.done img").first).to_be_visible()
+    assert farm.service.status(job_id) == "running"
 
 
 @pytest.mark.usefixtures("done_job")

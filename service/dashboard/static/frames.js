@@ -2,10 +2,10 @@
 import { useEffect, useState } from "preact/hooks";
 import { link } from "./api.js";
 import { count } from "./format.js";
+import { loadMoreFrames, openFrames } from "./frame_pages.js";
 import { html } from "./html.js";
 import { More } from "./jobs.js";
 import { Lightbox } from "./lightbox.js";
-import { loadMoreFrames, openFrames } from "./live.js";
 import { useKnown } from "./store.js";
 
 export function Frames({ job }) {

@@ -1,5 +1,6 @@
 // Keeps the state of the page current by one event stream; while the stream is interrupted, by polling.
-import { eventsUrl, getFrames, getHealth, getJob, getJobs, getSession } from "./api.js";
+import { eventsUrl, getHealth, getJob, getJobs, getSession } from "./api.js";
+import { hearFrame, renewPages } from "./frame_pages.js";
 import { change, dropJob, fetchJob, fetchJobs, getState, hear } from "./store.js";
 
 const FIRST_WAIT_MS = 1000;
@@ -7,13 +8,10 @@ const LONGEST_WAIT_MS = 30_000;
 const HEALTH_MS = 10_000;
 const NOW_MS = 30_000;
 const WAITS_PAUSE_MS = 500; // Reasons to wait are renewed once for a burst of events.
-const FRAMES_PAUSE_MS = 250; // Frames that end at the same time are requested together.
-export const FRAMES_A_PAGE = 120;
 
 let stream = null;
 let wait_ms = FIRST_WAIT_MS;
 let waitsTimer = null;
-const stalePages = new Set();
 
 export function start() {
   connect();
@@ -64,16 +62,6 @@ function hearProgress(news) {
   const job = getState().jobs[news.id];
   if (job) hear({ ...job, ...news });
   else loadJob(news.id);
-}
-
-function hearFrame({ job, frame, status }) {
-  const frames = getState().frames;
-  if (frames?.job !== job) return;
-  const index = frames.pages.findIndex(({ items }) => items.length && items.at(-1).frame >= frame);
-  if (index < 0) return;
-  const items = frames.pages[index].items.map((item) => (item.frame === frame ? { ...item, status } : item));
-  putPage(index, items);
-  if (status === "done") renewPage(job, index);
 }
 
 // Returns whether the service answered.
@@ -137,40 +125,4 @@ function watchHealth() {
       if (getState().link === "live") reconnect();
     }
   }, HEALTH_MS);
-}
-
-export async function openFrames(job) {
-  change({ frames: { job, pages: [], cursor: null } });
-  stalePages.clear();
-  await loadMoreFrames();
-}
-
-export async function loadMoreFrames() {
-  const { job, cursor } = getState().frames;
-  const page = await getFrames(job, cursor, FRAMES_A_PAGE);
-  const frames = getState().frames;
-  if (frames?.job !== job || frames.cursor !== cursor) return; // Another job was opened in the meantime.
-  change({ frames: { job, pages: [...frames.pages, { cursor, items: page.items }], cursor: page.next_cursor } });
-}
-
-function renewPages() {
-  const { job, pages } = getState().frames;
-  pages.forEach((_, index) => renewPage(job, index));
-}
-
-function renewPage(job, index) {
-  if (stalePages.has(index)) return;
-  stalePages.add(index);
-  setTimeout(async () => {
-    stalePages.delete(index);
-    const page = getState().frames?.job === job && getState().frames.pages[index];
-    if (!page) return;
-    const { items } = await getFrames(job, page.cursor, FRAMES_A_PAGE).catch(() => page);
-    if (getState().frames?.job === job) putPage(index, items);
-  }, FRAMES_PAUSE_MS);
-}
-
-function putPage(index, items) {
-  const frames = getState().frames;
-  change({ frames: { ...frames, pages: frames.pages.map((page, at) => (at === index ? { ...page, items } : page)) } });
 }

@@ -5,12 +5,15 @@ from __future__ import annotations
 import io
 import json
 import logging
+import subprocess
+import sys
 from collections.abc import Iterator
 
 import pytest
 import structlog
 
 from lippmann.logs import MAX_CHAIN, MAX_MESSAGE, MAX_TEXT, LogFormat, configure_logs, trace_of
+from tests.waiting import ENOUGH_S
 
 
 @pytest.fixture
@@ -109,3 +112,37 @@ def test_a_json_log_is_one_object_a_line(by_library: bool) -> None:
     assert (entry["event"], entry["level"]) == ("a task failed", "error")
     assert entry["exception"].endswith("ValueError: a fault")
     assert "the key of the admin" not in line
+
+
+_FORKED = """
+import io, os, sys, threading
+import structlog
+from lippmann.logs import configure_logs
+
+class Slow(io.StringIO):
+    def write(self, text):
+        begun.set()
+        free.wait()
+        return sys.stdout.write(text)
+
+begun, free = threading.Event(), threading.Event()
+configure_logs(Slow())
+log = structlog.get_logger()
+threading.Thread(target=log.info, args=("of a thread",)).start()
+begun.wait()
+threading.Timer(0.2, free.set).start()
+child = os.fork()
+if child == 0:
+    free.set()
+    log.info("of the child")
+    sys.stdout.flush()
+    os._exit(0)
+os.waitpid(child, 0)
+"""
+
+
+def test_a_process_that_was_forked_while_a_thread_wrote_can_log() -> None:
+    ended = subprocess.run(
+        [sys.executable, "-c", _FORKED], capture_output=True, text=True, timeout=ENOUGH_S, check=True
+    )
+    assert "of the child" in ended.stdout

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -96,6 +97,19 @@ def test_a_folder_to_which_a_dying_program_still_writes_is_removed_a_little_late
 def test_a_locked_folder_cannot_be_locked_again(tmp_path: Path) -> None:
     with folder_lock(tmp_path), pytest.raises(BlockingIOError), folder_lock(tmp_path):
         pass
+
+
+def test_a_lock_is_free_once_it_was_released_although_a_process_was_forked_meanwhile(tmp_path: Path) -> None:
+    with folder_lock(tmp_path):
+        child = os.fork()
+        if child == 0:
+            signal.pause()
+    try:
+        with folder_lock(tmp_path):
+            pass
+    finally:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
 
 
 def test_a_bundle_is_unpacked_once_and_its_folder_exists(tmp_path: Path) -> None:
