@@ -31,6 +31,7 @@ from tests.benchmarks import (
     sheets,
     videos,
 )
+from tests.ctrl_c import heed_ctrl_c
 from tests.leftovers import watch_this_run
 
 PAGE = Path("docs/benchmarks.md")
@@ -109,6 +110,7 @@ def main() -> int:
     if options.write:
         _write(options.out)
         return 0
+    heed_ctrl_c()
     watch_this_run()
     options.out.mkdir(parents=True, exist_ok=True)
     print(f"{_machine()}, {time.strftime('%Y-%m-%d %H:%M')}")

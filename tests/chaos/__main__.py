@@ -18,6 +18,7 @@ from statistics import median
 
 from tests.chaos.kinds import KINDS, Kind, Work
 from tests.chaos.trial import Pixels, Verdict, go_through, undisturbed
+from tests.ctrl_c import heed_ctrl_c
 from tests.leftovers import watch_this_run
 
 PAGE = Path("docs/chaos.md")
@@ -41,6 +42,7 @@ def main() -> int:
     if options.write:
         _write(options.out)
         return 0
+    heed_ctrl_c()
     watch_this_run()
     return _try(kinds, range(options.seed, options.seed + options.runs), options.out.resolve())
 
