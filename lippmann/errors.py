@@ -177,6 +177,12 @@ class PovrayMissing(Transient):
     code = "povray-missing"
 
 
+class ScratchDamaged(Transient):
+    """Files disappeared from the scratch folder of a worker while it rendered."""
+
+    code = "scratch-damaged"
+
+
 class WorkerOutdated(Transient):
     """This worker does not know a part of the job, because a newer service wrote it."""
 

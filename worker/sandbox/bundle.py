@@ -16,7 +16,7 @@ from lippmann.errors import BundleError, InvalidText
 from lippmann.job.scene import SceneManifest, parse_scene
 from lippmann.untrusted.toml_text import MAX_BYTES as MAX_MANIFEST_BYTES
 from lippmann.untrusted.toml_text import read_toml
-from lippmann.untrusted.zip_archive import Archive, open_archive
+from lippmann.untrusted.zip_archive import MAX_BYTES, Archive, open_archive
 from povtemplates.catalogue import MANIFEST, POSTER
 
 MAX_POSTER_BYTES = 2 * 1024 * 1024
@@ -94,6 +94,12 @@ def unpack(data: bytes, folder: Path) -> None:
         archive.extract(folder)
 
 
+def is_unpacked(data: bytes, folder: Path) -> bool:
+    """Return whether a folder still has all of a bundle's files, with the same bytes."""
+    with open_archive(data) as archive:
+        return all(_has(folder / name, archive.read(name, at_most=MAX_BYTES)) for name in archive.names)
+
+
 def digest_of(data: bytes) -> str:
     """Return the SHA-256 of a bundle, which names it."""
     return hashlib.sha256(data).hexdigest()
@@ -123,6 +129,13 @@ def _check_not_ours(scene: str, names: list[str]) -> None:
     for path in map(PurePosixPath, names):
         if path.parent in searched and path.name.lower().startswith(OURS):
             raise BundleError(f"expected no name beside the scene that begins with {OURS!r}, got {str(path)!r}")
+
+
+def _has(path: Path, content: bytes) -> bool:
+    try:
+        return path.read_bytes() == content
+    except OSError:
+        return False
 
 
 def _some(names: list[str]) -> str:

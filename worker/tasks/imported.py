@@ -36,9 +36,9 @@ def imported_sheet(place: Workplace, sheet: ResolvedJob, frame: int, monitor: Pr
     assert said is not None  # noqa: S101 - its caller's promise
     name = said.files[frame - 1]
     try:
-        with place.task_folder() as scratch:
+        with place.task_folder() as scratch, place.whole_bundle(sheet.bundle) as bundle:
             picture = read_imported(
-                place.bundle_folder(sheet.bundle) / name,
+                bundle / name,
                 linear=said.linear,
                 sandbox=place.sandbox_for(sheet.bundle),
                 at_most_px=place.settings.picture_px,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from lippmann.errors import Stopped
+from lippmann.errors import SceneError, ScratchDamaged, Stopped
 from lippmann.job.render_settings import RenderSettings
 from lippmann.job.resolved import ResolvedJob
 from lippmann.optics.rig.bench import bench
@@ -111,12 +111,9 @@ def run_povray(
     is_probe: bool = False,
 ) -> RenderOutcome:
     """Run a command on a .pov in a folder; it may read our includes and the scene's bundle."""
-    bundle = place.bundle_folder(sheet.bundle)
-    # Our includes first: a bundle may hold copies of them, older ones too.
-    readable = tuple(dict.fromkeys((INCLUDE_FOLDER.resolve(), bundle / Path(sheet.file).parent, bundle)))
     settings = sheet.spec.render
-
     forecast, announced = EndForecast(), False
+    given = list(folder.iterdir())
 
     def progressed(progress: Progress) -> None:
         nonlocal announced
@@ -125,17 +122,26 @@ def run_povray(
             announced = True
             monitor.announce_end()
 
-    return render(
-        replace(command, library_paths=(*readable, SYSTEM_INCLUDE), program=place.settings.povray),
-        task_dir=folder,
-        readable=readable,
-        sandbox=place.sandbox_for(sheet.bundle),
-        limits=process_limits(settings, place.settings),
-        times=time_limits(settings, place.settings, is_probe=is_probe),
-        on_progress=progressed,
-        should_stop=monitor.should_stop,
-        log=log,
-    )
+    with place.whole_bundle(sheet.bundle) as bundle:
+        # Our includes first: a bundle may hold copies of them, older ones too.
+        readable = tuple(dict.fromkeys((INCLUDE_FOLDER.resolve(), bundle / Path(sheet.file).parent, bundle)))
+        try:
+            return render(
+                replace(command, library_paths=(*readable, SYSTEM_INCLUDE), program=place.settings.povray),
+                task_dir=folder,
+                readable=readable,
+                sandbox=place.sandbox_for(sheet.bundle),
+                limits=process_limits(settings, place.settings),
+                times=time_limits(settings, place.settings, is_probe=is_probe),
+                on_progress=progressed,
+                should_stop=monitor.should_stop,
+                log=log,
+            )
+        except SceneError as error:
+            gone = [path.name for path in given if not path.exists()]
+            if not gone:
+                raise
+            raise ScratchDamaged(f"{gone[0]} disappeared from the scratch folder while POV-Ray ran") from error
 
 
 def process_limits(job: RenderSettings, worker: WorkerSettings) -> Limits:

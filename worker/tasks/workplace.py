@@ -19,14 +19,14 @@ from typing import TypeVar
 import structlog
 from pydantic import BaseModel, ValidationError
 
-from lippmann.errors import BundleError, LippmannError, WorkerOutdated
+from lippmann.errors import BundleError, LippmannError, Permanent, ScratchDamaged, WorkerOutdated
 from lippmann.job.messages.orders import Order
 from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
 from povtemplates.catalogue import scene_folders
 from worker.report import BrokerClient
-from worker.sandbox.bundle import digest_of, pack_folder, unpack
+from worker.sandbox.bundle import digest_of, is_unpacked, pack_folder, unpack
 from worker.sandbox.detect import detect
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.results import remove_tree
@@ -130,6 +130,27 @@ class Workplace:
             finally:
                 shutil.rmtree(beside, ignore_errors=True)
         return folder.resolve()
+
+    @contextlib.contextmanager
+    def whole_bundle(self, digest: str) -> Iterator[Path]:
+        """Yield the folder of `bundle_folder`, and do not blame the scene if its files disappear meanwhile.
+
+        Raises
+        ------
+        ScratchDamaged
+            If the work in the folder fails for good, and files there are missing or changed. The folder is removed, so
+            that the next attempt unpacks the bundle again.
+        """
+        folder = self.bundle_folder(digest)
+        try:
+            yield folder
+        except Permanent as error:
+            if is_unpacked(self.store.get_bytes(names.bundle_name(digest)), folder):
+                raise
+            shutil.rmtree(folder, ignore_errors=True)
+            raise ScratchDamaged(
+                "files of the scene disappeared from the scratch folder of the worker while it rendered"
+            ) from error
 
     @contextlib.contextmanager
     def task_folder(self) -> Iterator[Path]:
