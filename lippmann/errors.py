@@ -19,6 +19,10 @@ NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 """What the system answers when there is no room: on the disk, in the quota, below the limit of a file's size."""
 
 
+class InputNote(UserWarning):
+    """What a user should know of a file that was read; no error."""
+
+
 class LippmannError(Exception):
     """The operation failed."""
 

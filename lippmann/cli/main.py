@@ -44,7 +44,7 @@ from lippmann.cli.commands import (
 )
 from lippmann.cli.exit_codes import ExitCode, exit_code_of
 from lippmann.cli.options import with_context
-from lippmann.errors import LippmannError
+from lippmann.errors import InputNote, LippmannError
 from lippmann.job.old_names import rename_settings
 from lippmann.terminal.output import print_any_path
 
@@ -122,7 +122,7 @@ def main() -> None:
 
 def _print_warning(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
     """Print a warning for users as one line, and any other as Python does."""
-    if category is FutureWarning:
+    if issubclass(category, FutureWarning | InputNote):
         print(f"note: {message}", file=sys.stderr)
     else:
         print(warnings.formatwarning(message, category, *where[:2]), file=sys.stderr, end="")

@@ -1,82 +1,21 @@
-"""Optical materials: the refractive index and the Abbe number of common glasses and plastics.
+"""Optical materials: the refractive index and the Abbe number of glasses and plastics, by name.
 
 `index` is nd, at the helium line of 587.6 nm; `abbe` is Vd = (nd - 1) / (nF - nC), with nF at 486.1 nm and nC at
-656.3 nm. The glasses are from Schott's optical glass data sheets (the collection of 2014 and later, which still lists
-the leaded glasses without `N-`). Acrylic, polycarbonate and polystyrene are from the `MISC` catalogue of Zemax.
+656.3 nm. The table and its sources are in optical_glasses.txt.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache, lru_cache
+from pathlib import Path
 from types import MappingProxyType
 
-
-@dataclass(frozen=True)
-class Glass:
-    """The refractive index and the Abbe number of a material."""
-
-    index: float
-    abbe: float
-
-
-GLASSES = MappingProxyType(
-    {
-        "N-FK5": Glass(1.48749, 70.41),
-        "N-FK51A": Glass(1.48656, 84.47),
-        "N-PK51": Glass(1.52855, 76.98),
-        "N-PK52A": Glass(1.49700, 81.61),
-        "N-PSK3": Glass(1.55232, 63.46),
-        "N-BK7": Glass(1.51680, 64.17),
-        "N-K5": Glass(1.52249, 59.48),
-        "K7": Glass(1.51112, 60.41),
-        "K10": Glass(1.50137, 56.41),
-        "N-BAK1": Glass(1.57250, 57.55),
-        "N-BAK2": Glass(1.53996, 59.71),
-        "N-BAK4": Glass(1.56883, 55.98),
-        "N-SK2": Glass(1.60738, 56.65),
-        "N-SK4": Glass(1.61272, 58.63),
-        "N-SK5": Glass(1.58913, 61.27),
-        "N-SK11": Glass(1.56384, 60.80),
-        "N-SK14": Glass(1.60311, 60.60),
-        "N-SK16": Glass(1.62041, 60.32),
-        "N-SSK5": Glass(1.65844, 50.88),
-        "N-SSK8": Glass(1.61773, 49.83),
-        "N-BAF10": Glass(1.67003, 47.11),
-        "N-LAK8": Glass(1.71300, 53.83),
-        "N-LAK9": Glass(1.69100, 54.71),
-        "N-LAK10": Glass(1.72003, 50.62),
-        "N-LAK14": Glass(1.69680, 55.41),
-        "N-LAK21": Glass(1.64049, 60.10),
-        "N-LAK22": Glass(1.65113, 55.89),
-        "N-LAK34": Glass(1.72916, 54.50),
-        "N-LASF9": Glass(1.85025, 32.17),
-        "N-LASF44": Glass(1.80420, 46.50),
-        "LLF1": Glass(1.54814, 45.75),
-        "LF5": Glass(1.58144, 40.85),
-        "F2": Glass(1.62004, 36.37),
-        "N-F2": Glass(1.62005, 36.43),
-        "F5": Glass(1.60342, 38.03),
-        "SF1": Glass(1.71736, 29.51),
-        "N-SF1": Glass(1.71736, 29.62),
-        "SF2": Glass(1.64769, 33.85),
-        "N-SF2": Glass(1.64769, 33.82),
-        "SF5": Glass(1.67270, 32.21),
-        "N-SF5": Glass(1.67271, 32.25),
-        "SF6": Glass(1.80518, 25.43),
-        "N-SF6": Glass(1.80518, 25.36),
-        "SF10": Glass(1.72825, 28.41),
-        "N-SF10": Glass(1.72828, 28.53),
-        "SF11": Glass(1.78472, 25.76),
-        "N-SF11": Glass(1.78472, 25.68),
-        "SF57": Glass(1.84666, 23.83),
-        "N-SF57": Glass(1.84666, 23.78),
-        "FUSED-SILICA": Glass(1.45846, 67.82),
-        "ACRYLIC": Glass(1.49176, 57.44),
-        "POLYCARBONATE": Glass(1.58547, 29.91),
-        "POLYSTYRENE": Glass(1.59048, 30.87),
-    }
-)
-"""The materials by their catalogue names."""
+MAX_NAME = 40
+"""The greatest length of a name that is looked up."""
+SCHOTT = "SCHOTT"
 
 _OTHER_NAMES = MappingProxyType(
     {
@@ -84,23 +23,115 @@ _OTHER_NAMES = MappingProxyType(
         "PLEXIGLAS": "ACRYLIC",
         "SILICA": "FUSED-SILICA",
         "F_SILICA": "FUSED-SILICA",
+        "SIO2": "FUSED-SILICA",
+        "C79-80": "FUSED-SILICA",
         "POLYCARB": "POLYCARBONATE",
         "POLYSTYR": "POLYSTYRENE",
     }
 )
 
 
-def glass(name: str) -> Glass | None:
-    """Return the material of a name, in upper or lower case; None for an unknown name.
+@dataclass(frozen=True)
+class Glass:
+    """The refractive index and the Abbe number of a material."""
 
-    An old name without an entry (`SK16`) selects the lead-free successor (`N-SK16`), which has the same nd, and a Vd
-    within 0.3.
+    index: float
+    abbe: float | None
+    """The Abbe number; None for a material without dispersion."""
 
+
+def glass(name: str, makers: Sequence[str] = ()) -> Glass | None:
+    """Return the material of a name, in upper or lower case, with or without hyphens; None for an unknown name.
+
+    Schott's glass counts if several makers use a name. An old name of Schott without an entry (`SK16`, `SSKN5`)
+    selects the lead-free successor (`N-SK16`, `N-SSK5`), which has nearly the same nd and Vd. `NAME_MAKER`
+    selects the maker.
+
+    Parameters
+    ----------
+    name
+        The name.
+    makers
+        The makers whose glasses count first, in their order.
+
+    Examples
+    --------
     >>> glass("bk7")
     Glass(index=1.5168, abbe=64.17)
+    >>> glass("H-K9L"), glass("NBK7_SCHOTT") == glass("N-BK7"), glass("F2_CDGM")
+    (Glass(index=1.5168, abbe=64.2), True, Glass(index=1.61293, abbe=36.99))
     >>> print(glass("unobtainium"))
     None
     """
-    key = name.strip().upper().replace(" ", "-")
-    key = _OTHER_NAMES.get(key, key)
-    return GLASSES.get(key) or GLASSES.get(f"N-{key}")
+    key = glass_key(name)
+    if len(key) > MAX_NAME:
+        return None
+    table = glasses_by_maker()
+    order = [maker for maker in dict.fromkeys((*makers, SCHOTT, *table)) if maker in table]
+    before, separator, maker = name.strip().upper().rpartition("_")
+    found = _found(key, order)
+    if found is None and separator and maker in table:
+        found = _found(glass_key(before), [maker])
+    return found
+
+
+def known_names() -> Iterator[str]:
+    """Yield the names of all glasses, maker by maker."""
+    for names in glasses_by_maker().values():
+        yield from names
+
+
+def expected_glass(name: str) -> str:
+    """Return what a message expects instead of an unknown name, with the names that are most like it."""
+    like = _names_like(name[:MAX_NAME].upper())
+    hint = f" (did you mean {', '.join(like)}?)" if like else ""
+    makers = ", ".join(maker if maker == "CDGM" else maker.title() for maker in glasses_by_maker() if maker != "MISC")
+    return f"a glass of {makers} by its name{hint}"
+
+
+def glass_key(name: str) -> str:
+    """Return a name as names are compared: in capital letters, without hyphens, spaces and underscores."""
+    return name.strip().upper().replace("-", "").replace(" ", "").replace("_", "")
+
+
+@cache
+def glasses_by_maker() -> Mapping[str, Mapping[str, Glass]]:
+    """Return all glasses by maker and name."""
+    table: dict[str, dict[str, Glass]] = {}
+    names: dict[str, Glass] = {}
+    for line in Path(__file__).with_name("optical_glasses.txt").read_text("utf-8").splitlines():
+        if line.startswith("["):
+            names = table.setdefault(line.strip("[]"), {})
+        elif not line.startswith("#"):
+            name, index, abbe = line.split()
+            names[name] = Glass(float(index), float(abbe))
+    return MappingProxyType(table)
+
+
+def _found(key: str, makers: Sequence[str]) -> Glass | None:
+    for maker in makers:
+        names = _keys()[maker]
+        found = names.get(key)
+        if found is None and maker == SCHOTT:
+            found = names.get(f"N{key}") or names.get(_without_last_n(key))
+        if found is not None:
+            return found
+    return None
+
+
+def _without_last_n(key: str) -> str:
+    """Return the name of today for one such as SSKN5: NSSK5."""
+    letters = key.rstrip("0123456789")
+    return f"N{letters[:-1]}{key[len(letters) :]}" if letters.endswith("N") and letters != key else ""
+
+
+@cache
+def _keys() -> Mapping[str, Mapping[str, Glass]]:
+    keys = {maker: {glass_key(name): one for name, one in names.items()} for maker, names in glasses_by_maker().items()}
+    keys["MISC"].update({glass_key(other): keys["MISC"][glass_key(name)] for other, name in _OTHER_NAMES.items()})
+    return MappingProxyType(keys)
+
+
+@lru_cache(maxsize=256)
+def _names_like(name: str) -> list[str]:
+    return get_close_matches(name, list(dict.fromkeys(known_names())), n=3, cutoff=0.75)

@@ -7,7 +7,7 @@ from typing import Any, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from lippmann.job.glasses import GLASSES, glass
+from lippmann.job.glasses import expected_glass, glass
 from lippmann.job.model import JobModel
 
 MIN_SURFACES = 2
@@ -65,7 +65,7 @@ class LensSurface(JobModel):
     @classmethod
     def _check_material(cls, name: object) -> object:
         if isinstance(name, _UnknownMaterial):
-            raise ValueError(f"one of {', '.join(GLASSES)}, or an index of refraction beside it")
+            raise ValueError(f"{expected_glass(name)}, or an index of refraction beside it")
         return name
 
     @field_validator("index", mode="before")

@@ -1,8 +1,9 @@
 """Optics in millimetres: pure functions on arrays, without input or output.
 
-lens/      imaging lenses: prescriptions, files, ray-transfer matrices and the exact trace
-rig/       the capture geometry: bench, microlens array, camera, display and the exact rays of every pixel
-drawing/   drawings of the optical bench, to scale, as SVG
+lens/        imaging lenses: prescriptions, ray-transfer matrices and the exact trace
+lens_files/  files of imaging lenses and of their glasses
+rig/         the capture geometry: bench, microlens array, camera, display and the exact rays of every pixel
+drawing/     drawings of the optical bench, to scale, as SVG
 
 The rig frame: z is the optical axis and grows from the scene through the imaging lens and the microlens array (MLA) to
 the camera; the vertex of surface 1 of the imaging lens is the origin. Seen by the observer behind the display, who

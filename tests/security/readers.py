@@ -17,7 +17,9 @@ from lippmann.job.messages.events import Event, EventKind, Failure, ProbeResult
 from lippmann.job.messages.seals import Refused, Seals
 from lippmann.job.scene import parse_scene
 from lippmann.job.spec import parse_spec
-from lippmann.local.files.lens import parse_prescription
+from lippmann.local.files.lens import parse_catalogue, parse_lens
+from lippmann.optics.lens_files.glass_search import GlassSearch
+from lippmann.optics.lens_files.lens_file import check_lens_file
 from lippmann.untrusted.json_text import read_json
 from lippmann.untrusted.toml_text import read_toml
 from povtemplates.catalogue import scene_folders
@@ -72,6 +74,18 @@ ZMXS = (
     b"SURF 2\n  TYPE STANDARD\n  CURV -0.0166\n  DISZ 50\n  GLAS ___BLANK 1 0 1.6 40\n  CLAP 0 9\n"
     b"SURF 3\n  TYPE STANDARD\n  CURV -0.01\n  DISZ 5\n  DIAM 15\nSURF 4\n  TYPE STANDARD\n  CURV 0\n  DISZ 0\n",
 )
+SEQS = (
+    b"RDM;LEN 'VERSION'\nTITLE 'A lens'\nEPD 20\nDIM M\nWL 656.3 587.6 486.1\nREF 2\nYAN 0 3\nVUY 0 0.1\nSO 0 1e14\n"
+    b"S 61.47 6 NBK7_SCHOTT\n  STO\n  CIR 12\nS -44.64 2.5 NSF5_SCHOTT\n  CCY 0; THC 0\nS -129.94 96\nSI 0 0\nGO\n",
+    b"rdm n\ndim i\nfno 5\nyim 0 .1\nprv\n pwl 700 500 &\n 400\n 'own' 1.50 1.51 1.52\nend\nso 0 9.\ns 0.4 .2 'own'\n"
+    b"asp\nk -.5; a 1e-3; b 0.\ns -.4 3\nthi s1 .25\ncuy s2 -.3 ! less\nsi 0 0\n",
+)
+AGFS = (
+    b"CC own\nNM N-BK7 2 517642.251 1.5168 64.17 0 1\nED 7.1 8.3 2.51 -0.0009 0\n"
+    b"CD 1.03961212 0.00600069867 0.231792344 0.0200179144 1.01046945 103.560653\n"
+    b"TD 1.86E-06 1.31E-08 -1.37E-11 4.34E-07 6.27E-10 0.17 20\nLD 0.3 2.5\n",
+    b"".join(b"NM G%d %d 0 1.6 50\nCD 1.6 0.012 0.01 0.002 0.003 0.0001\nLD 0.4 0.7\n" % (n, n) for n in range(1, 14)),
+)
 _IDS = {"job_id": "j", "task_id": "j-1", "attempt": "a", "worker": "w", "at_s": 1.9e9}
 EVENTS = (
     Event(kind=EventKind.HEARTBEAT, progress=0.5, **_IDS),
@@ -113,7 +127,17 @@ def _read_bundle(data: bytes) -> object:
 
 
 def _read_lens(suffix: str, data: bytes) -> object:
-    return parse_prescription(Path(f"lens{suffix}"), data).model_dump_json()
+    file = parse_lens(Path(f"lens{suffix}"), data)
+    check_lens_file(file)
+    return file.prescription.model_dump_json()
+
+
+def _read_catalogue(data: bytes) -> object:
+    catalogue = parse_catalogue(Path("own.agf"), data)
+    search = GlassSearch([catalogue])
+    for name in list(catalogue.glasses)[:20]:
+        search.find(name)
+    return search.notes
 
 
 def _read_event(data: bytes) -> object:
@@ -156,6 +180,8 @@ READERS: Mapping[str, tuple[Make, Read]] = {
     "bundle": (_bundle_bytes, _read_bundle),
     "lens.csv": (_bytes_of(CSVS, 1_000_000), partial(_read_lens, ".csv")),
     "lens.zmx": (_bytes_of(ZMXS, 1_000_000), partial(_read_lens, ".zmx")),
+    "lens.seq": (_bytes_of(SEQS, 1_000_000), partial(_read_lens, ".seq")),
+    "glasses.agf": (_bytes_of(AGFS, 1_000_000), _read_catalogue),
     "event": (_event_bytes, _read_event),
 }
 """The makers of inputs and the readers, by name."""

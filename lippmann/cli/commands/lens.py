@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,6 +15,7 @@ from lippmann.terminal.output import Output
 if TYPE_CHECKING:
     from lippmann.optics.lens.field_spots import FieldSpots
     from lippmann.optics.lens.surfaces import ImagingLens
+    from lippmann.optics.lens_files.lens_file import LensFile
 
 
 def lens(
@@ -20,7 +23,7 @@ def lens(
         str | None,
         typer.Argument(
             metavar="[NAME|FILE]",
-            help="The name of a published lens, or a prescription file (.json, .csv, .zmx).",
+            help="The name of a published lens, or a prescription file (.json, .csv, .zmx, .seq).",
         ),
     ] = None,
     focal_length_mm: Annotated[
@@ -31,47 +34,76 @@ def lens(
         float | None,
         typer.Option("--f-number", min=0.001, help="Set the stop to this f-number. The default is full aperture."),
     ] = None,
+    catalogues: Annotated[
+        list[Path] | None,
+        typer.Option(
+            "--catalogue",
+            metavar="FILE.agf",
+            help="A glass catalogue for the glasses of the file; repeat it for several. They count in their order.",
+        ),
+    ] = None,
     *,
     output: Output,
 ) -> None:
     """Show an imaging lens: its surfaces, focal length, f-number and spots. With --json it is ready for a job."""
     from lippmann.cli.text.lens import lens_list, lens_text
     from lippmann.optics.lens.field_spots import field_spots
+    from lippmann.optics.lens.prescription import lens_of
     from lippmann.optics.lens.published import IMAGING_LENSES
 
     if name is None:
-        if focal_length_mm is not None or f_number is not None:
-            raise BadInput("expected --focal-length-mm and --f-number with the name of a lens, got no name")
+        if focal_length_mm is not None or f_number is not None or catalogues:
+            raise BadInput("expected --focal-length-mm, --f-number and --catalogue with a lens, got no lens")
         found = list(IMAGING_LENSES.values())
         output.result([{"name": one.name, "title": one.title, **_numbers(one)} for one in found], lens_list(found))
         return
-    chosen = _lens(name, focal_length_mm=focal_length_mm, f_number=f_number)
+    file = _file(name, catalogues or (), focal_length_mm=focal_length_mm)
+    chosen = _with_stop(_published(name, focal_length_mm) if file is None else lens_of(file.prescription), f_number)
     spots = field_spots(chosen)
-    output.result(_data(chosen, spots), lens_text(chosen, spots))
+    notes = () if file is None else file.notes
+    for note in notes:
+        output.note(f"note: {note}")
+    places = () if file is None else file.places
+    output.result(_data(chosen, spots) | {"notes": list(notes)}, lens_text(chosen, spots, places))
 
 
-def _lens(name: str, *, focal_length_mm: float | None, f_number: float | None) -> ImagingLens:
-    from lippmann.job.lens import NamedLens
-    from lippmann.job.rig import Rig
-    from lippmann.local.files.lens import SUFFIXES, read_prescription
-    from lippmann.optics.lens.check import check_lens
-    from lippmann.optics.lens.prescription import IMAGING_LENSES, chosen_lens, lens_of
-    from lippmann.optics.lens.stop import with_stop
+def _file(name: str, catalogues: Sequence[Path], *, focal_length_mm: float | None) -> LensFile | None:
+    """Return the lens in a file, or None for the name of a published lens."""
+    from lippmann.local.files.lens import CATALOGUE_SUFFIX, SUFFIXES, read_lens
+    from lippmann.optics.lens.published import IMAGING_LENSES
 
-    if Path(name).suffix.lower() in SUFFIXES:
+    path = Path(name)
+    suffix = path.suffix.lower()
+    if suffix in SUFFIXES:
         if focal_length_mm is not None:
             raise BadInput("expected --focal-length-mm with the name of a published lens, got it with a file")
-        chosen = lens_of(read_prescription(Path(name)))
-        check_lens(chosen)
-    else:
-        if name not in IMAGING_LENSES:
-            raise BadInput(
-                f"expected one of {', '.join(sorted(IMAGING_LENSES))}, or a file ({', '.join(SUFFIXES)}), got {name!r}"
-            )
-        chosen = IMAGING_LENSES[name]
-        if focal_length_mm is not None:
-            chosen = chosen_lens(NamedLens(name=name, focal_length_mm=focal_length_mm))
-    return with_stop(chosen, Rig(f_number=f_number))
+        return read_lens(path, catalogues)
+    if name in IMAGING_LENSES:
+        if catalogues:
+            raise BadInput(f"expected --catalogue with a lens file ({', '.join(SUFFIXES)}), got it with {name}")
+        return None
+    if suffix or path.exists():
+        hint = " (a glass catalogue goes with --catalogue)" if suffix == CATALOGUE_SUFFIX else ""
+        raise BadInput(f"expected a lens as {', '.join(SUFFIXES)}, got {path.name or name}{hint}")
+    like = "".join(f" (did you mean {meant}?)" for meant in get_close_matches(name[:100], IMAGING_LENSES, n=1))
+    names = ", ".join(sorted(IMAGING_LENSES))
+    raise BadInput(f"expected one of {names}{like}, or a file ({', '.join(SUFFIXES)}), got {name!r}")
+
+
+def _published(name: str, focal_length_mm: float | None) -> ImagingLens:
+    from lippmann.job.lens import NamedLens
+    from lippmann.optics.lens.prescription import IMAGING_LENSES, chosen_lens
+
+    if focal_length_mm is None:
+        return IMAGING_LENSES[name]
+    return chosen_lens(NamedLens(name=name, focal_length_mm=focal_length_mm))
+
+
+def _with_stop(lens: ImagingLens, f_number: float | None) -> ImagingLens:
+    from lippmann.job.rig import Rig
+    from lippmann.optics.lens.stop import with_stop
+
+    return with_stop(lens, Rig(f_number=f_number))
 
 
 def _data(lens: ImagingLens, spots: FieldSpots) -> dict[str, Any]:

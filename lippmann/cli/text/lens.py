@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from lippmann.optics.lens.matrices import cardinal_points
@@ -24,8 +24,18 @@ def lens_list(lenses: Iterable[ImagingLens]) -> str:
     return table(("name", "efl mm", "f-number", "title"), rows)
 
 
-def lens_text(lens: ImagingLens, spots: FieldSpots) -> str:
-    """Return a lens with its surfaces and its spots."""
+def lens_text(lens: ImagingLens, spots: FieldSpots, places: Sequence[str] = ()) -> str:
+    """Return a lens with its surfaces and its spots.
+
+    Parameters
+    ----------
+    lens
+        The lens.
+    spots
+        Its spots.
+    places
+        The names of the surfaces in the file of the lens, for example `line 12, SURF 3`.
+    """
     points = cardinal_points(lens)
     head = fields(
         [
@@ -43,7 +53,8 @@ def lens_text(lens: ImagingLens, spots: FieldSpots) -> str:
         ]
     )
     columns = ("surface", "radius mm", "thickness mm", "index", "v-no", "sa mm", "conic", "r^4, ...")
-    rows = [(number, *_row(surface)) for number, surface in enumerate(lens.surfaces, start=1)]
+    names = [place.rpartition(", ")[2] for place in places] or range(1, len(lens.surfaces) + 1)
+    rows = [(name, *_row(surface)) for name, surface in zip(names, lens.surfaces, strict=True)]
     return f"{head}\n\n{table(columns, rows)}\n\n{_spots_text(spots)}"
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import sys
+import warnings
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from lippmann.errors import BadInput, InvalidText
+from lippmann.errors import BadInput, InputNote, InvalidText
 from lippmann.untrusted.json_text import LIMITS, read_json
 
 
@@ -37,6 +38,9 @@ def read_job(source: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
 def take_in_lens(job: dict[str, Any], folder: Path) -> None:
     """Replace the name of a lens file beside the job, `{"file": "my-lens.zmx"}`, by the prescription in it.
 
+    Glass catalogues may be named with it, `{"file": "my-lens.zmx", "catalogues": ["my.agf"]}`. What a user should know
+    of the file is an `InputNote`.
+
     Parameters
     ----------
     job
@@ -51,10 +55,21 @@ def take_in_lens(job: dict[str, Any], folder: Path) -> None:
     """
     rig = job.get("rig")
     lens = rig.get("imaging_lens") if isinstance(rig, dict) else None
-    if isinstance(rig, dict) and isinstance(lens, dict) and set(lens) == {"file"}:
-        from lippmann.local.files.lens import read_lens
+    if not (
+        isinstance(rig, dict) and isinstance(lens, dict) and "file" in lens and set(lens) <= {"file", "catalogues"}
+    ):
+        return
+    from lippmann.local.files.lens import read_lens
 
-        rig["imaging_lens"] = read_lens(folder / str(lens["file"]))
+    catalogues = lens.get("catalogues", [])
+    if not isinstance(catalogues, list) or not all(isinstance(name, str) for name in catalogues):
+        raise BadInput(
+            f"rig.imaging_lens.catalogues: expected a list of .agf files, got {json.dumps(catalogues)[:100]}"
+        )
+    file = read_lens(folder / str(lens["file"]), [folder / name for name in catalogues])
+    for note in file.notes:
+        warnings.warn(f"{lens['file']}: {note}", InputNote, stacklevel=2)
+    rig["imaging_lens"] = file.prescription.model_dump(mode="json", exclude_defaults=True)
 
 
 def set_field(job: dict[str, Any], override: str) -> None:

@@ -1,48 +1,118 @@
-"""Files of imaging lenses: a prescription as a job takes it, from JSON, CSV or Zemax .zmx."""
+"""Files of imaging lenses: a prescription as a job takes it, from JSON, CSV, Zemax .zmx or CODE V .seq."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from lippmann.errors import BadInput
+from lippmann.errors import BadInput, OpticsError, SpecError
 from lippmann.untrusted.json_text import read_json
 
 if TYPE_CHECKING:
-    from lippmann.job.lens import Prescription
+    from lippmann.optics.lens_files.agf_files import Catalogue
+    from lippmann.optics.lens_files.lens_file import LensFile
 
-SUFFIXES = (".json", ".csv", ".zmx")
+SUFFIXES = (".json", ".csv", ".zmx", ".seq")
+CATALOGUE_SUFFIX = ".agf"
 MAX_BYTES = 4_000_000
-"""A design of some thousand surfaces: more is another kind of file."""
+"""A design of some thousand surfaces, or a catalogue of some thousand glasses: more is another kind of file."""
+MAX_CATALOGUES = 20
 
 
-def read_lens(path: Path) -> dict[str, Any]:
-    """Return the prescription in a file, as `rig.imaging_lens` of a job takes it.
-
-    Raises
-    ------
-    BadInput
-        If it cannot be read.
-    SpecError
-        If it holds no lens that can be modelled: line, field, what was expected, what came.
-    """
-    return read_prescription(path).model_dump(mode="json", exclude_defaults=True)
-
-
-def read_prescription(path: Path) -> Prescription:
-    """Return the prescription in a file, whose suffix gives the format."""
-    if path.suffix.lower() not in SUFFIXES:
-        raise BadInput(f"expected a lens as {', '.join(SUFFIXES)}, got {path.name}")
-    return parse_prescription(path, _bytes(path))
-
-
-def parse_prescription(path: Path, data: bytes) -> Prescription:
-    """Return the prescription in the content of a file.
+def read_lens(path: Path, catalogues: Sequence[Path] = ()) -> LensFile:
+    """Return the lens in a file, checked as the lens of a job is.
 
     Parameters
     ----------
     path
         The path of the file, whose suffix gives the format.
+    catalogues
+        The paths of glass catalogues (.agf), which count before the built-in table, in their order.
+
+    Raises
+    ------
+    BadInput
+        If a file cannot be read.
+    SpecError
+        If it holds no lens that can be modelled: line, field, what was expected, what came.
+    """
+    from lippmann.optics.lens_files.lens_file import check_lens_file
+
+    if path.suffix.lower() not in SUFFIXES:
+        raise BadInput(f"expected a lens as {', '.join(SUFFIXES)}, got {path.name}")
+    if len(catalogues) > MAX_CATALOGUES:
+        raise BadInput(f"expected at most {MAX_CATALOGUES} catalogues, got {len(catalogues)}")
+    data = _bytes(path, "a lens file")
+    known = [read_catalogue(catalogue) for catalogue in catalogues]
+    try:
+        file = parse_lens(path, data, known)
+        check_lens_file(file)
+    except SpecError as error:
+        raise _of_file(error, path) from error
+    return file
+
+
+def read_catalogue(path: Path) -> Catalogue:
+    """Return the glasses of a catalogue file.
+
+    Parameters
+    ----------
+    path
+        The path of the file.
+
+    Raises
+    ------
+    BadInput, SpecError
+        The same as for `read_lens`.
+    """
+    if path.suffix.lower() != CATALOGUE_SUFFIX:
+        raise BadInput(f"expected a glass catalogue as {CATALOGUE_SUFFIX}, got {path.name}")
+    try:
+        return parse_catalogue(path, _bytes(path, "a glass catalogue"))
+    except SpecError as error:
+        raise _of_file(error, path) from error
+
+
+def parse_lens(path: Path, data: bytes, catalogues: Sequence[Catalogue] = ()) -> LensFile:
+    """Return the lens in the content of a file, not yet checked.
+
+    Parameters
+    ----------
+    path
+        The path of the file, whose suffix gives the format.
+    data
+        The content.
+    catalogues
+        The glass catalogues that count before the built-in table.
+
+    Raises
+    ------
+    BadInput, SpecError
+        The same as for `read_lens`.
+    """
+    from lippmann.optics.lens_files.codev_files import read_lens_seq
+    from lippmann.optics.lens_files.csv_files import read_lens_csv
+    from lippmann.optics.lens_files.glass_search import GlassSearch
+    from lippmann.optics.lens_files.zemax_files import read_lens_zmx
+
+    suffix = path.suffix.lower()
+    if suffix == ".zmx":
+        return read_lens_zmx(_foreign_text(data), GlassSearch(catalogues))
+    if suffix == ".seq":
+        return read_lens_seq(_foreign_text(data), GlassSearch(catalogues))
+    if suffix == ".csv":
+        return read_lens_csv(_text(path, data), GlassSearch(catalogues), title=path.stem)
+    return _read_json(path, data)
+
+
+def parse_catalogue(path: Path, data: bytes) -> Catalogue:
+    """Return the glasses in the content of a catalogue.
+
+    Parameters
+    ----------
+    path
+        The path of the file, whose name is the title of the catalogue.
     data
         The content.
 
@@ -51,36 +121,41 @@ def parse_prescription(path: Path, data: bytes) -> Prescription:
     BadInput, SpecError
         The same as for `read_lens`.
     """
-    from lippmann.optics.lens.csv_files import read_lens_csv
-    from lippmann.optics.lens.zemax_files import read_lens_zmx
+    from lippmann.optics.lens_files.agf_files import read_agf
 
-    suffix = path.suffix.lower()
-    if suffix == ".zmx":
-        return read_lens_zmx(_zmx_text(data))
-    return read_lens_csv(_text(path, data), title=path.stem) if suffix == ".csv" else _read_json(path, data)
+    return read_agf(_foreign_text(data), title=path.name)
 
 
-def _read_json(path: Path, data: bytes) -> Prescription:
+def _read_json(path: Path, data: bytes) -> LensFile:
     from pydantic import ValidationError
 
-    from lippmann.errors import SpecError
     from lippmann.job.lens import Prescription
     from lippmann.job.problems import problems_of
+    from lippmann.optics.lens_files.lens_file import LensFile
 
     try:
-        return Prescription.model_validate(read_json(data, field=str(path)))
+        prescription = Prescription.model_validate(read_json(data, field=str(path)))
     except ValidationError as error:
         raise SpecError.of(problems_of(error)) from error
+    return LensFile(prescription, tuple(f"surfaces.{place}" for place in range(len(prescription.surfaces))))
 
 
-def _bytes(path: Path) -> bytes:
+def _of_file(error: SpecError, path: Path) -> SpecError:
+    """Return the error with the name of the file before its message."""
+    kind = OpticsError if isinstance(error, OpticsError) else SpecError
+    named = kind(f"{path.name}: {error.message}")
+    named.problems = error.problems
+    return named
+
+
+def _bytes(path: Path, what: str) -> bytes:
     try:
         with path.open("rb") as file:
             data = file.read(MAX_BYTES + 1)
     except OSError as error:
-        raise BadInput(f"expected a lens file, got {path}: {error.strerror}") from error
+        raise BadInput(f"expected {what}, got {path}: {error.strerror}") from error
     if len(data) > MAX_BYTES:
-        raise BadInput(f"{path}: expected a lens file of at most {MAX_BYTES:,} bytes, got more")
+        raise BadInput(f"{path}: expected {what} of at most {MAX_BYTES:,} bytes, got more")
     return data
 
 
@@ -91,8 +166,8 @@ def _text(path: Path, data: bytes) -> str:
         raise BadInput(f"{path}: expected text in UTF-8, got {error}") from error
 
 
-def _zmx_text(data: bytes) -> str:
-    """Return the text of a .zmx file: newer ones are UTF-16, older ones the code page of their machine."""
+def _foreign_text(data: bytes) -> str:
+    """Return the text of a design program: newer files are UTF-16, older ones the code page of their machine."""
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return data.decode("utf-16", errors="replace")
     if data[1:2] == b"\0":

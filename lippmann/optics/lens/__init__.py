@@ -1,11 +1,8 @@
-"""Imaging lenses: prescriptions, files, ray-transfer matrices and the exact trace.
+"""Imaging lenses: prescriptions, ray-transfer matrices and the exact trace.
 
 surfaces       the model of an imaging lens: surfaces, media, a stop
 asphere        the sag of conics and even polynomials, and their intersection with rays
 published      published lenses
-csv_files      prescriptions in CSV files
-zemax_files    prescriptions in Zemax files
-rows           the surface rows of both formats
 prescription   the imaging lens of a rig: selected, scaled and checked, with its stop set
 matrices       ray-transfer matrices, cardinal points, conjugates (paraxial)
 stop           the position of the aperture stop, and its diameter for an f-number

@@ -3,7 +3,7 @@ from pathlib import Path
 
 import pytest
 
-from lippmann.errors import BadInput
+from lippmann.errors import BadInput, InputNote
 from lippmann.local.files.job import read_job, set_field
 
 
@@ -75,6 +75,20 @@ def test_a_lens_may_be_a_file_beside_the_job(tmp_path: Path) -> None:
     job.write_text(json.dumps({"scene": "fish", "rig": {"imaging_lens": {"file": "lens.csv"}}}))
     surfaces = read_job(str(job))["rig"]["imaging_lens"]["surfaces"]
     assert [surface["radius_mm"] for surface in surfaces] == [100, -100]
+
+
+def test_a_lens_file_may_have_catalogues_and_its_notes_are_warnings(tmp_path: Path) -> None:
+    (tmp_path / "own.agf").write_text("NM OWN-1 5 0 1.6 50\nCD 1.6\n")
+    (tmp_path / "lens.seq").write_text("RDM\nEPD 20\nSO 0 inf\nS 100 5 OWN-1\nSTO\nS -100 90\nSI 0 0\n")
+    job = tmp_path / "job.json"
+    lens = {"file": "lens.seq", "catalogues": ["own.agf"]}
+    job.write_text(json.dumps({"scene": "fish", "rig": {"imaging_lens": lens}}))
+    with pytest.warns(InputNote, match=r"^lens\.seq: S1, S2: the semi-diameter is computed"):
+        read = read_job(str(job))
+    assert read["rig"]["imaging_lens"]["surfaces"][0]["index"] == 1.6
+    job.write_text(json.dumps({"scene": "fish", "rig": {"imaging_lens": lens | {"catalogues": "own.agf"}}}))
+    with pytest.raises(BadInput, match=r"^rig\.imaging_lens\.catalogues: expected a list of \.agf files"):
+        read_job(str(job))
 
 
 def test_a_lens_file_that_is_not_there_is_named(tmp_path: Path) -> None:

@@ -7,8 +7,10 @@ from collections.abc import Callable
 import pytest
 
 from lippmann.errors import InvalidText
-from lippmann.optics.lens.csv_files import read_lens_csv
-from lippmann.optics.lens.zemax_files import read_lens_zmx
+from lippmann.optics.lens_files.agf_files import read_agf
+from lippmann.optics.lens_files.codev_files import read_lens_seq
+from lippmann.optics.lens_files.csv_files import read_lens_csv
+from lippmann.optics.lens_files.zemax_files import read_lens_zmx
 from lippmann.untrusted.text_lines import MAX_LINE, MAX_LINES, read_lines
 
 
@@ -28,7 +30,7 @@ def test_a_line_that_is_too_long_is_refused_with_its_number() -> None:
         list(read_lines("a\n" + "b" * (MAX_LINE + 1)))
 
 
-@pytest.mark.parametrize("read", [read_lens_csv, read_lens_zmx])
+@pytest.mark.parametrize("read", [read_lens_csv, read_lens_zmx, read_lens_seq, read_agf])
 def test_lens_designs_are_read_by_it(read: Callable[[str], object]) -> None:
     with pytest.raises(InvalidText, match="at most 20,000 lines"):
         read("\n" * (MAX_LINES + 1))

@@ -12,12 +12,12 @@ from lippmann.job.lens import LensSurface, NamedLens, Prescription
 from lippmann.job.rig import Rig
 from lippmann.job.spec import parse_spec
 from lippmann.optics.lens.check import check_lens
-from lippmann.optics.lens.csv_files import read_lens_csv
 from lippmann.optics.lens.field_spots import field_spots
 from lippmann.optics.lens.matrices import cardinal_points
 from lippmann.optics.lens.prescription import chosen_lens, lens_of, rig_lens
 from lippmann.optics.lens.published import IMAGING_LENSES
 from lippmann.optics.lens.stop import f_number, with_stop
+from lippmann.optics.lens_files.csv_files import read_lens_csv
 from tests.repository import DOCS
 
 PAGE = (DOCS / "imaging-lenses.md").read_text("utf-8")
@@ -38,7 +38,7 @@ def test_every_lens_of_the_page_is_one_a_job_takes() -> None:
 
 def test_the_csv_of_the_page_is_a_lens() -> None:
     (text,) = blocks("text")
-    prescription = read_lens_csv(text)
+    prescription = read_lens_csv(text).prescription
     assert len(prescription.surfaces) == 4
     assert prescription.stop_z_mm == pytest.approx(11.76)
     check_lens(lens_of(prescription))

@@ -5,9 +5,12 @@ from __future__ import annotations
 import pytest
 
 from lippmann.errors import SpecError
-from lippmann.optics.lens.csv_files import read_lens_csv
+from lippmann.job.lens import Prescription
 from lippmann.optics.lens.prescription import lens_of
 from lippmann.optics.lens.published import TRONNIER_1954
+from lippmann.optics.lens_files.agf_files import read_agf
+from lippmann.optics.lens_files.csv_files import read_lens_csv
+from lippmann.optics.lens_files.glass_search import GlassSearch
 
 TRONNIER = """\
 # US patent 2,673,491
@@ -26,43 +29,47 @@ inf;4.5;STOP;;;8.55
 """
 
 
+def prescription(text: str) -> Prescription:
+    return read_lens_csv(text).prescription
+
+
 def test_a_published_table_is_the_preset() -> None:
-    lens = lens_of(read_lens_csv(TRONNIER))
+    lens = lens_of(prescription(TRONNIER))
     assert lens.surfaces == TRONNIER_1954.surfaces
     assert lens.stop_z_mm == pytest.approx(16.885)
 
 
 def test_the_header_may_be_left_out_and_may_set_the_order() -> None:
-    assert read_lens_csv("\n".join(TRONNIER.splitlines()[2:])) == read_lens_csv(TRONNIER)
-    turned = read_lens_csv("sa;radius;thickness;material;index;v-no\n10;50;5;BK7;;\n10;-50;;;;")
-    assert turned == read_lens_csv("50;5;BK7;;;10\n-50;;;;;10")
+    assert prescription("\n".join(TRONNIER.splitlines()[2:])) == prescription(TRONNIER)
+    turned = prescription("sa;radius;thickness;material;index;v-no\n10;50;5;BK7;;\n10;-50;;;;")
+    assert turned == prescription("50;5;BK7;;;10\n-50;;;;;10")
 
 
 @pytest.mark.parametrize("plane", ["", "0", "inf", "Infinity", "-inf"])
 def test_a_plane_is_written_in_many_ways(plane: str) -> None:
-    lens = read_lens_csv(f"{plane};5;BK7;;;10\n-50;0;;;;10")
+    lens = prescription(f"{plane};5;BK7;;;10\n-50;0;;;;10")
     assert lens.surfaces[0].radius_mm is None
 
 
 def test_an_unnamed_plane_in_air_is_the_stop_too() -> None:
-    assert read_lens_csv(TRONNIER.replace("STOP", "")) == read_lens_csv(TRONNIER)
+    assert prescription(TRONNIER.replace("STOP", "")) == prescription(TRONNIER)
 
 
 @pytest.mark.parametrize("head", ["", "inf;1000;;;;10\n", ";inf;;;;\n"])
 @pytest.mark.parametrize("tail", ["", "\n;0;;;;10", "\n;5;;;;\n;0;;;;10"])
 def test_object_and_image_are_no_stops(head: str, tail: str) -> None:
-    lens = read_lens_csv(f"{head}50;5;BK7;;;10\n-50;95;;;;10{tail}")
-    assert lens == read_lens_csv("50;5;BK7;;;10\n-50;;;;;10")
+    lens = prescription(f"{head}50;5;BK7;;;10\n-50;95;;;;10{tail}")
+    assert lens == prescription("50;5;BK7;;;10\n-50;;;;;10")
     assert lens.stop_z_mm is None
 
 
 def test_a_named_stop_beside_object_and_image_is_the_stop() -> None:
-    lens = read_lens_csv("inf;inf;;;;\n;3;STOP;;;5\n50;5;BK7;;;10\n-50;95;;;;10\n;0;;;;10")
+    lens = prescription("inf;inf;;;;\n;3;STOP;;;5\n50;5;BK7;;;10\n-50;95;;;;10\n;0;;;;10")
     assert (lens.stop_z_mm, len(lens.surfaces)) == (-3.0, 2)
 
 
 def test_a_stop_before_the_lens_has_a_negative_place() -> None:
-    lens = read_lens_csv(";3;STOP;;;5\n50;5;BK7;;;10\n-50;;;;;10")
+    lens = prescription(";3;STOP;;;5\n50;5;BK7;;;10\n-50;;;;;10")
     assert (lens.stop_z_mm, len(lens.surfaces)) == (-3.0, 2)
 
 
@@ -71,7 +78,10 @@ def test_a_stop_before_the_lens_has_a_negative_place() -> None:
     [
         ("50,5;5;BK7;;;10", "line 1, radius: expected a number with a decimal point, got '50,5' with a comma"),
         ("50;5;BK7;;;", "line 1, semi_aperture_mm: expected a value, got nothing"),
-        ("50;5;XYZ1;;;10", "line 1, material: expected one of N-FK5, N-FK51A"),
+        (
+            "50;5;XYZ1;;;10",
+            "line 1, material: expected a glass of Schott, Ohara, Hoya, CDGM, Hikari, Sumita by its",
+        ),
         ("50;-5;BK7;;;10", "line 1, thickness_mm: expected greater than or equal to 0, got -5.0"),
         ("50;5;BK7;0.9;;10", "line 1, index: expected greater than or equal to 1, got 0.9"),
         ("50;5;BK7;10", "line 1: expected 6 cells, radius;thickness;material;index;v-no;sa, got 4 (50;5;BK7;10)"),
@@ -84,17 +94,24 @@ def test_a_stop_before_the_lens_has_a_negative_place() -> None:
 )
 def test_what_is_wrong_is_named(line: str, problem: str) -> None:
     with pytest.raises(SpecError) as caught:
-        read_lens_csv(f"{line}\n-50;;;;;10")
+        prescription(f"{line}\n-50;;;;;10")
     assert problem in caught.value.message
 
 
 def test_two_stops_are_refused() -> None:
     text = ";1;STOP;;;5\n50;5;BK7;;;10\n-50;2;;;;10\n;1;STOP;;;5"
     with pytest.raises(SpecError, match="line 4: expected one stop; line 1 has it"):
-        read_lens_csv(text)
+        prescription(text)
 
 
 @pytest.mark.parametrize("text", ["", "# nothing", ";5;;;;10", "50;5;BK7;;;10"])
 def test_too_little_is_refused(text: str) -> None:
     with pytest.raises(SpecError):
-        read_lens_csv(text)
+        prescription(text)
+
+
+def test_a_glass_of_a_catalogue_has_its_index() -> None:
+    search = GlassSearch([read_agf("NM MINE 5 0 1.5 50\nCD 1.5 0.01 0.0", title="own.agf")])
+    file = read_lens_csv("50;5;mine;;;10\n-50;;;;;10", search)
+    assert file.prescription.surfaces[0].index == pytest.approx(1.5 + 0.01 / 0.5875618)
+    assert file.places == ("line 1", "line 2")

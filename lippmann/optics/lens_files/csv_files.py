@@ -8,8 +8,9 @@ from dataclasses import replace
 from typing import Any
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.lens import Prescription
-from lippmann.optics.lens.rows import Row, prescription_of_rows
+from lippmann.optics.lens_files.glass_search import GlassSearch
+from lippmann.optics.lens_files.lens_file import LensFile
+from lippmann.optics.lens_files.rows import Row, prescription_of_rows
 from lippmann.untrusted.text_lines import read_lines
 
 COLUMNS = ("radius", "thickness", "material", "index", "v-no", "sa")
@@ -17,8 +18,8 @@ STOP = "STOP"
 AIR = ("", "AIR")
 
 
-def read_lens_csv(text: str, *, title: str = "") -> Prescription:
-    r"""Return the prescription in a CSV file.
+def read_lens_csv(text: str, glasses: GlassSearch | None = None, *, title: str = "") -> LensFile:
+    r"""Return the lens in a CSV file.
 
     A line of column names may come first and set their order. `#` begins a comment. A radius that is blank, 0 or
     `inf` is a plane; a blank index without material is air. The row named STOP in its material, or else the one plane
@@ -29,6 +30,8 @@ def read_lens_csv(text: str, *, title: str = "") -> Prescription:
     ----------
     text
         The content of the file.
+    glasses
+        Where glasses without an index are looked up; by default in the built-in table.
     title
         The title of the lens.
 
@@ -41,11 +44,13 @@ def read_lens_csv(text: str, *, title: str = "") -> Prescription:
 
     Examples
     --------
-    >>> lens = read_lens_csv("50;5;BK7;;;10\n-50;;;;;10")
+    >>> lens = read_lens_csv("50;5;BK7;;;10\n-50;;;;;10").prescription
     >>> lens.surfaces[0].index, lens.surfaces[1].radius_mm
     (1.5168, -50.0)
     """
-    rows = _without_ends([Row(place, _surface(place, cells), _is_stop(cells)) for place, cells in _cells(text)])
+    search = GlassSearch() if glasses is None else glasses
+    found = [Row(place, _surface(place, cells, search), _is_stop(cells)) for place, cells in _cells(text)]
+    rows = _without_ends(found)
     for row in rows:
         if math.isinf(row.surface["thickness_mm"]):
             raise _wrong(f"{row.place}, thickness", "a finite number", repr("inf"))
@@ -55,7 +60,7 @@ def read_lens_csv(text: str, *, title: str = "") -> Prescription:
             raise _wrong(f"{row.place}, material", "a stop as a plane with air on both sides", "a stop elsewhere")
     if not any(row.is_stop for row in rows):
         rows = [replace(row, is_stop=fits) for row, fits in zip(rows, in_air, strict=True)]
-    return prescription_of_rows(rows, title=title)
+    return prescription_of_rows(rows, title=title, notes=search.notes)
 
 
 def _without_ends(rows: list[Row]) -> list[Row]:
@@ -97,7 +102,7 @@ def _header(number: int, cells: list[str]) -> tuple[str, ...]:
     return names
 
 
-def _surface(place: str, cells: Mapping[str, str]) -> dict[str, Any]:
+def _surface(place: str, cells: Mapping[str, str], glasses: GlassSearch) -> dict[str, Any]:
     radius_mm = _number(place, "radius", cells, blank=0.0)
     surface: dict[str, Any] = {
         "radius_mm": None if radius_mm == 0 or math.isinf(radius_mm) else radius_mm,
@@ -108,6 +113,8 @@ def _surface(place: str, cells: Mapping[str, str]) -> dict[str, Any]:
         surface["material"] = material
     if cells["index"] or material.upper() in AIR:
         surface["index"] = _number(place, "index", cells, blank=1.0)
+    elif known := glasses.find(material):
+        surface |= {"index": known.index, "abbe": known.abbe}
     if cells["v-no"]:
         surface["abbe"] = _number(place, "v-no", cells, blank=0.0)
     if cells["sa"]:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from pydantic import ValidationError
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.lens import LensSurface, Prescription
+from lippmann.job.lens import MAX_SURFACES, LensSurface, Prescription
 from lippmann.job.problems import problems_of
 from lippmann.optics.lens.surfaces import Surface
+from lippmann.optics.lens_files.lens_file import LensFile, in_file
 
 
 @dataclass(frozen=True)
@@ -25,8 +26,10 @@ class Row:
     is_stop: bool = False
 
 
-def prescription_of_rows(rows: Sequence[Row], *, title: str = "", source: str = "") -> Prescription:
-    """Return the prescription that the rows of a file describe.
+def prescription_of_rows(
+    rows: Sequence[Row], *, title: str = "", source: str = "", notes: Sequence[str] = ()
+) -> LensFile:
+    """Return the lens that the rows of a file describe.
 
     Planes with air on both sides are no surfaces; their thickness is added to that of the surface before. The row of
     the stop is the position of a variable stop; on a surface of glass, the stop is in the air beside the rim of that
@@ -40,6 +43,8 @@ def prescription_of_rows(rows: Sequence[Row], *, title: str = "", source: str = 
         The title of the lens.
     source
         The publication that the lens is from.
+    notes
+        The notes of the reader.
 
     Raises
     ------
@@ -48,20 +53,34 @@ def prescription_of_rows(rows: Sequence[Row], *, title: str = "", source: str = 
     """
     kept: list[tuple[Row, float]] = []
     stops: list[tuple[Row, float]] = []
-    z_mm, index_before = 0.0, 1.0
-    for row in rows:
-        empty = _is_empty(row, index_before)
-        shape = row if empty else Row(row.place, _surface(row).model_dump(), row.is_stop)
+    z_mm = 0.0
+    for row, empty, index_before in with_media(rows):
+        # Only the distance to the next surface counts: a plane in air between them may lie outside of it.
+        bare = replace(row, surface=row.surface | {"thickness_mm": 0.0})
+        shape = row if empty else replace(row, surface=_surface(bare).model_dump())
         if row.is_stop:
             stops.append((shape, z_mm if empty else z_mm + _beside_rim_mm(shape, index_before)))
         if not empty:
             kept.append((shape, z_mm))
-            index_before = shape.surface["index"]
         z_mm += row.surface.get("thickness_mm", 0.0)
     if len(stops) > 1:
         expected = f"one stop; {stops[0][0].place} has it"
         raise SpecError.of([FieldProblem(field=stops[1][0].place, expected=expected, got="another stop")])
-    return _prescription(kept, stops[0][1] if stops else None, title=title, source=source)
+    prescription = _prescription(kept, stops[0][1] if stops else None, title=title, source=source)
+    return LensFile(prescription, tuple(row.place for row, _ in kept), tuple(notes))
+
+
+def with_media(rows: Sequence[Row]) -> Iterator[tuple[Row, bool, float]]:
+    """Yield every row, whether it is only a plane in air, and the index before it.
+
+    The index behind a row whose glass is only named counts as that of some glass.
+    """
+    index_before = 1.0
+    for row in rows:
+        empty = _is_empty(row, index_before)
+        yield row, empty, index_before
+        if not empty:
+            index_before = row.surface.get("index") or (0.0 if row.surface.get("material") else 1.0)
 
 
 def _is_empty(row: Row, index_before: float) -> bool:
@@ -95,6 +114,8 @@ def _prescription(
 ) -> Prescription:
     if not kept:
         raise SpecError("expected a lens of at least two surfaces, got none")
+    if len(kept) > MAX_SURFACES:
+        raise SpecError(f"expected a lens of at most {MAX_SURFACES} surfaces, got {len(kept)}")
     ends_mm = [z_mm for _, z_mm in kept[1:]] + [kept[-1][1]]
     first_mm = kept[0][1]
     surfaces = [
@@ -105,4 +126,4 @@ def _prescription(
     try:
         return Prescription.model_validate({"title": title, "source": source, "surfaces": surfaces, "stop_z_mm": stop})
     except ValidationError as error:
-        raise SpecError.of(problems_of(error)) from error
+        raise SpecError.of(in_file(problems_of(error), [row.place for row, _ in kept])) from error

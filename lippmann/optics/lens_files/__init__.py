@@ -1,0 +1,15 @@
+"""Files of imaging lenses and of their glasses: text in, a checked prescription out.
+
+csv_files       prescriptions in CSV files
+zemax_files     prescriptions in Zemax files (.zmx)
+zemax_system    the aperture and the field of a Zemax file
+zemax_lines     the lines of a Zemax file
+codev_files     prescriptions in CODE V files (.seq)
+codev_commands  the commands of a CODE V file
+agf_files       glass catalogues (.agf)
+dispersion      the dispersion formulas of glass catalogues
+glass_search    the glass of a name, from catalogues and the built-in table
+rows            the surface rows of all formats
+semi_apertures  the semi-diameters that a file does not give, from its aperture and field
+lens_file       the prescription of a file, the file's names of its surfaces, and notes
+"""

@@ -1,0 +1,134 @@
+"""The glass of a name in a lens file: from catalogues, from the built-in table, or a six-digit code."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from lippmann.errors import FieldProblem, SpecError
+from lippmann.job.glasses import MAX_NAME, Glass, expected_glass, glass, glass_key
+from lippmann.optics.lens_files.agf_files import Catalogue, CatalogueGlass
+
+GAS = 1e-3
+"""The greatest difference of the index from 1 for which a medium is a gas and counts as air."""
+AIR = frozenset({"AIR", "VACUUM"})
+"""The names of media of index 1."""
+CATALOGUE_HINT = "or a catalogue that has it (--catalogue FILE.agf)"
+
+_CODE = re.compile(r"(\d{3})(\d{3})")
+"""A glass as MIL-G-174 writes it: three digits of nd - 1, three of Vd."""
+_DOTTED_CODE = re.compile(r"(\d{3,8})\.(\d{3,8})")
+"""A glass as CODE V writes it: the digits of nd - 1, a point, the digits of Vd / 100."""
+
+
+@dataclass
+class GlassSearch:
+    """A search for glasses by name, which collects what a user should know of them."""
+
+    catalogues: Sequence[Catalogue] = ()
+    """The catalogues of the user, which count first, in their order."""
+    makers: Sequence[str] = ()
+    """The makers whose glasses count first in the built-in table."""
+    notes: list[str] = field(default_factory=list)
+
+    def find(self, name: str) -> Glass | None:
+        """Return the glass of a name; None for an unknown name.
+
+        Raises
+        ------
+        SpecError
+            If a catalogue has the glass, and gives it no index for visible light.
+        """
+        if len(name) > MAX_NAME:
+            return None
+        for catalogue in self.catalogues:
+            found = _in_catalogue(catalogue, name)
+            if found is not None:
+                return self._computed(catalogue, name, found)
+        return glass(name, self.makers) or coded_glass(name)
+
+    def expected(self, name: str) -> str:
+        """Return what a message expects instead of an unknown name."""
+        return f"{expected_glass(name)}, {CATALOGUE_HINT}"
+
+    def medium(self, place: str, name: str, found: Glass) -> dict[str, Any]:
+        """Return the fields of a surface for the medium behind it; a gas is air, and a note says so.
+
+        Parameters
+        ----------
+        place
+            The words that name the surface in the note.
+        name
+            The name of the medium; empty if it has none.
+        found
+            The medium.
+        """
+        if found.index != 1.0 and abs(found.index - 1.0) < GAS:
+            self.note(f"{place}: the medium of index {found.index:g} is taken for air")
+        if abs(found.index - 1.0) < GAS:
+            return {"index": 1.0}
+        named = {"material": name} if name else {}
+        return {**named, "index": found.index, "abbe": found.abbe}
+
+    def note(self, text: str) -> None:
+        """Add a note, once."""
+        if text not in self.notes:
+            self.notes.append(text)
+
+    def _computed(self, catalogue: Catalogue, name: str, entry: CatalogueGlass) -> Glass:
+        if not entry.is_visible:
+            least, most = entry.range_um or (0.0, 0.0)
+            expected = "a glass for visible light: its index is needed at 587.6 nm"
+            got = f"one from {least:g} to {most:g} micrometres"
+            raise SpecError.of([FieldProblem(field=_place(catalogue, entry), expected=expected, got=got)])
+        try:
+            made = entry.glass()
+        except SpecError as error:
+            raise SpecError.of(
+                FieldProblem(field=_place(catalogue, entry), expected=problem.expected, got=problem.got)
+                for problem in error.problems
+            ) from error
+        if entry.has_temperature:
+            self.note(f"{catalogue.title}: the temperature data is ignored; a glass is at the catalogue's temperature")
+        if entry.index > 0 and abs(entry.index - made.index) > 1e-3:
+            self.note(
+                f"{_place(catalogue, entry)}: the index by its formula, {made.index:.5f}, is used, and not the "
+                f"{entry.index:g} beside its name"
+            )
+        return made
+
+
+def coded_glass(code: str) -> Glass | None:
+    """Return the glass of a six-digit code, or of one with a point; None for other texts.
+
+    Parameters
+    ----------
+    code
+        The text.
+
+    Examples
+    --------
+    >>> coded_glass("517642"), coded_glass("517000.520000")
+    (Glass(index=1.517, abbe=64.2), Glass(index=1.517, abbe=52.0))
+    """
+    if found := _CODE.fullmatch(code):
+        index, abbe = 1.0 + int(found[1]) / 1000, int(found[2]) / 10
+    elif found := _DOTTED_CODE.fullmatch(code):
+        index, abbe = 1.0 + float(f"0.{found[1]}"), round(100 * float(f"0.{found[2]}"), 6)
+    else:
+        return None
+    return Glass(index=index, abbe=abbe) if abbe >= 1.0 and index > 1.0 else None
+
+
+def _in_catalogue(catalogue: Catalogue, name: str) -> CatalogueGlass | None:
+    found = catalogue.glasses.get(name.upper()) or catalogue.by_key.get(glass_key(name))
+    before, separator, maker = name.rpartition("_")
+    if found is None and separator and catalogue.title.upper().startswith(maker.upper()):
+        found = catalogue.by_key.get(glass_key(before))
+    return found
+
+
+def _place(catalogue: Catalogue, entry: CatalogueGlass) -> str:
+    return f"{catalogue.title}, {entry.place}"

@@ -1,0 +1,270 @@
+"""The semi-diameters that a lens file does not give, from its aperture and its field.
+
+Paraxial rays find the entrance pupil; exact rays through it, of every field point, give the height at every surface.
+Vignetting factors narrow the bundle of a field point at the stop.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.errors import FieldProblem, SpecError
+from lippmann.optics.lens.matrices import refraction, translation
+from lippmann.optics.lens.surfaces import ImagingLens, Surface
+from lippmann.optics.lens.trace import Rays, steps
+from lippmann.optics.lens_files.rows import Row, with_media
+
+Array = NDArray[np.float64]
+FieldKind = Literal["angle", "object height", "image height"]
+
+MAX_ROWS = 300
+"""The greatest number of rows that are traced."""
+MAX_FIELDS = 50
+SHOWN = 8
+"""The surfaces that a note names."""
+RAYS = 801
+"""The rays of the fan that finds the rim of the stop; rays in between are interpolated to the rim."""
+NEAR_RIM = 1e-4
+"""The part of a semi-diameter by which a ray may miss a rim, since interpolated rays do not meet it exactly."""
+WIDER = 2.0
+"""The half width of the fan in entrance pupils, since the pupil of an oblique bundle differs from the paraxial one."""
+ROUND_UP_MM = 1e-4
+FAR_MM = 1e9
+"""The distance from which an object counts as infinitely far."""
+
+
+@dataclass(frozen=True)
+class Aperture:
+    """The aperture of a whole lens, as design programs define it."""
+
+    kind: Literal["entrance pupil", "f-number", "image aperture", "object aperture", "stop"]
+    value: float = 0.0
+    """A diameter in mm, a ratio, or a numerical aperture; none for the stop, whose semi-diameter is that of its row."""
+
+
+@dataclass(frozen=True)
+class FieldPoint:
+    """A point of the field, and the part of the stop that its light may use."""
+
+    kind: FieldKind
+    value: float
+    """Degrees for an angle, mm for a height."""
+    low: float = -1.0
+    high: float = 1.0
+    """The limits of the bundle in the stop, in semi-diameters."""
+
+
+@dataclass(frozen=True)
+class System:
+    """What a lens file says of the light that it is designed for."""
+
+    aperture: Aperture | None = None
+    fields: tuple[FieldPoint, ...] = ()
+    object_mm: float = math.inf
+    """The distance of the object before the first row."""
+
+
+def with_semi_apertures(rows: Sequence[Row], system: System) -> tuple[list[Row], list[str]]:
+    """Return the rows with the absent semi-diameters computed, and a note if there were any.
+
+    Parameters
+    ----------
+    rows
+        The rows of the file, with the index of every medium.
+    system
+        The aperture, the field and the object of the file.
+
+    Raises
+    ------
+    SpecError
+        If the file gives no aperture, or its rays do not pass the lens.
+    """
+    absent = [
+        place
+        for place, (row, empty, _) in enumerate(with_media(rows))
+        if not empty and "semi_aperture_mm" not in row.surface
+    ]
+    if not absent:
+        return list(rows), []
+    first = rows[absent[0]].place
+    if system.aperture is None:
+        raise _wrong(first, "a semi-diameter, or an aperture of the whole lens from which it follows", "neither")
+    if len(rows) > MAX_ROWS:
+        raise _wrong(first, f"a semi-diameter in a lens of more than {MAX_ROWS} rows", "none")
+    for row in rows:
+        if row.surface.get("index", 1.0) != 1.0 and row.surface["thickness_mm"] < 0:
+            got = f"{row.surface['thickness_mm']:g}"
+            raise _wrong(f"{row.place}, thickness_mm", "glass of a thickness greater than or equal to 0", got)
+    with np.errstate(all="ignore"):
+        heights_mm = _heights_mm(rows, system, first)
+    filled = list(rows)
+    for place in absent:
+        semi_mm = math.ceil(heights_mm[place] / ROUND_UP_MM) * ROUND_UP_MM if heights_mm[place] < 1e6 else math.inf
+        if not 0 < semi_mm < math.inf:
+            raise _wrong(rows[place].place, "a semi-diameter: no ray of the file's aperture arrives here", "none")
+        surface = {**rows[place].surface, "semi_aperture_mm": round(semi_mm, 4)}
+        filled[place] = replace(rows[place], surface=surface)
+    which = ", ".join(rows[place].place.rpartition(", ")[2] for place in absent[:SHOWN])
+    more = f" and {len(absent) - SHOWN} more" if len(absent) > SHOWN else ""
+    field = "" if system.fields else ", for a point on the axis alone, because the file gives no field"
+    return filled, [f"{which}{more}: the semi-diameter is computed from the rays of the file's aperture{field}"]
+
+
+def _heights_mm(rows: Sequence[Row], system: System, first: str) -> Array:
+    """Return the greatest height of a ray at every row, mm."""
+    lens = _lens(rows)
+    stop = next((place for place, row in enumerate(rows) if row.is_stop), 0)
+    pupil = _pupil(lens, stop, system, first)
+    stop_mm = lens.surfaces[stop].semi_aperture_mm
+    greatest: Array = np.zeros(len(rows))
+    if not _is_known_stop(system, stop_mm):
+        greatest = np.abs(_trace(lens, system, pupil, slope=0.0, heights_mm=np.array([pupil.semi_mm]))[0])
+        stop_mm = float(greatest[stop])
+        if not np.isfinite(greatest).all():
+            lost = rows[int(np.argmin(np.isfinite(greatest)))].place
+            raise _wrong(lost, "a surface that the marginal ray of the file's aperture passes", "one that it misses")
+    for point in dict.fromkeys((FieldPoint("angle", 0.0), *system.fields[:MAX_FIELDS])):
+        reached = _field_heights_mm(lens, system, pupil, point, stop=stop, stop_mm=stop_mm)
+        greatest = np.fmax(greatest, reached)
+    return greatest
+
+
+def _is_known_stop(system: System, stop_mm: float) -> bool:
+    return system.aperture is not None and system.aperture.kind == "stop" and math.isfinite(stop_mm)
+
+
+@dataclass(frozen=True)
+class _Pupil:
+    z_mm: float
+    semi_mm: float
+    turned: float
+    """-1 if the image of the stop in object space is inverted, else 1."""
+    focal_mm: float
+
+
+def _pupil(lens: ImagingLens, stop: int, system: System, first: str) -> _Pupil:
+    to_stop, whole, index = np.eye(2), np.eye(2), 1.0
+    for place, surface in enumerate(lens.surfaces):
+        if place == stop:
+            to_stop = whole
+        whole = translation(surface.thickness_mm) @ refraction(surface, index) @ whole
+        index = surface.index_after
+    focal_mm = float(-1.0 / whole[1, 0])
+    a, b = float(to_stop[0, 0]), float(to_stop[0, 1])
+    z_mm = float(np.divide(b, a))
+    semi_mm = _pupil_semi_mm(system, lens, stop, a, z_mm, focal_mm)
+    if not (math.isfinite(z_mm) and 0 < semi_mm < math.inf and abs(z_mm) < FAR_MM):
+        raise _wrong(first, "a semi-diameter: the aperture of the file gives no entrance pupil", "none")
+    return _Pupil(z_mm, semi_mm, math.copysign(1.0, a), focal_mm)
+
+
+def _pupil_semi_mm(
+    system: System, lens: ImagingLens, stop: int, narrowing: float, z_mm: float, focal_mm: float
+) -> float:
+    aperture = system.aperture
+    if aperture is None:
+        return math.nan
+    if aperture.kind == "entrance pupil":
+        return aperture.value / 2
+    if aperture.kind == "f-number":
+        return abs(focal_mm) / (2 * aperture.value) if aperture.value > 0 else math.nan
+    if aperture.kind == "stop":
+        return float(np.abs(np.divide(lens.surfaces[stop].semi_aperture_mm, narrowing)))
+    if not 0 < aperture.value < 1:
+        return math.nan
+    tangent = math.tan(math.asin(aperture.value))
+    return abs(focal_mm if aperture.kind == "image aperture" else system.object_mm + z_mm) * tangent
+
+
+def _lens(rows: Sequence[Row]) -> ImagingLens:
+    return ImagingLens(
+        name="",
+        title="",
+        source="",
+        surfaces=tuple(
+            Surface(
+                radius_mm=row.surface.get("radius_mm") or math.inf,
+                thickness_mm=row.surface.get("thickness_mm", 0.0),
+                index_after=row.surface.get("index", 1.0),
+                semi_aperture_mm=row.surface.get("semi_aperture_mm", math.inf),
+                conic=row.surface.get("conic", 0.0),
+                aspheric=tuple(row.surface.get("aspheric", ())),
+            )
+            for row in rows
+        ),
+    )
+
+
+def _field_heights_mm(
+    lens: ImagingLens, system: System, pupil: _Pupil, point: FieldPoint, *, stop: int, stop_mm: float
+) -> Array:
+    """Return the greatest height of the rays of a field point at every row, mm; NaN if none passes."""
+    slope = _chief_slope(system, pupil, point, lens)
+    if not math.isfinite(slope):
+        return np.full(len(lens.surfaces), np.nan)
+    least_mm, most_mm = (pupil.turned * limit * stop_mm for limit in (max(-1.0, point.low), min(1.0, point.high)))
+    fan_mm = np.linspace(-WIDER, WIDER, RAYS) * pupil.semi_mm
+    fan = _trace(lens, system, pupil, slope=slope, heights_mm=fan_mm)
+    kept = np.isfinite(fan[:, stop])
+    if not kept.any():
+        return np.full(len(lens.surfaces), np.nan)
+    order = np.argsort(fan[kept, stop])
+    at_rims_mm = np.interp([least_mm, most_mm], fan[kept, stop][order], fan_mm[kept][order])
+    rays = np.concatenate((fan, _trace(lens, system, pupil, slope=slope, heights_mm=at_rims_mm)))
+    low_mm, high_mm = sorted((least_mm, most_mm))
+    beyond_mm = NEAR_RIM * stop_mm
+    limits_mm = np.array([surface.semi_aperture_mm for surface in lens.surfaces]) * (1 + NEAR_RIM)
+    passed = (low_mm - beyond_mm <= rays[:, stop]) & (rays[:, stop] <= high_mm + beyond_mm)
+    passed &= np.isfinite(rays).all(axis=1) & (np.abs(rays) <= limits_mm).all(axis=1)
+    if not passed.any():
+        return np.full(len(lens.surfaces), np.nan)
+    greatest: Array = np.abs(rays[passed]).max(axis=0)
+    return greatest
+
+
+def _chief_slope(system: System, pupil: _Pupil, point: FieldPoint, lens: ImagingLens) -> float:
+    """Return dy / dz of the chief ray before the lens (paraxial, except for angles)."""
+    if point.kind == "angle":
+        return math.tan(math.radians(point.value)) if abs(point.value) < 89 else math.nan
+    is_far = system.object_mm >= FAR_MM
+    if point.kind == "image height" and is_far:
+        return float(np.divide(point.value, pupil.focal_mm))
+    height_mm = point.value
+    if point.kind == "image height":
+        matrix, index = translation(system.object_mm), 1.0
+        for surface in lens.surfaces:
+            matrix = translation(surface.thickness_mm) @ refraction(surface, index) @ matrix
+            index = surface.index_after
+        # The magnification of an object plane is 1 / D of the matrix that leaves it, where A D - B C = 1.
+        height_mm = point.value * float(matrix[1, 1])
+    return float(np.divide(-height_mm, system.object_mm + pupil.z_mm)) if not is_far else math.nan
+
+
+def _trace(lens: ImagingLens, system: System, pupil: _Pupil, *, slope: float, heights_mm: Array) -> Array:
+    """Return the heights at every row of rays that meet the entrance pupil at given heights, (ray, row), mm."""
+    start = np.zeros((len(heights_mm), 3))
+    start[:, 1], start[:, 2] = heights_mm, pupil.z_mm
+    direction = np.zeros_like(start)
+    direction[:, 1], direction[:, 2] = slope, 1.0
+    if system.object_mm < FAR_MM:
+        # The rays leave one point of the object; the slope of the chief ray gives its height.
+        away_mm = system.object_mm + pupil.z_mm
+        direction[:, 1] = slope + heights_mm / away_mm if away_mm else np.nan
+    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
+    points = [rays.position for _, rays in steps(Rays(start, direction), lens, stopped=False)]
+    heights, along = (np.stack([one[:, axis] for one in points], axis=1) for axis in (1, 2))
+    # Light does not go back in glass: there the surfaces have crossed. A plane in air may lie before the last surface.
+    is_glass = np.array([surface.index_after != 1.0 for surface in lens.surfaces[:-1]], dtype=bool)
+    back = (np.diff(along, axis=1) < 0) & is_glass
+    heights[back.any(axis=1)] = np.nan
+    return heights
+
+
+def _wrong(field: str, expected: str, got: str) -> SpecError:
+    return SpecError.of([FieldProblem(field=field, expected=expected, got=got)])

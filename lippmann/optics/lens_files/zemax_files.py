@@ -1,0 +1,148 @@
+"""Lens designs of Zemax: the surfaces of a sequential .zmx file.
+
+The reader uses UNIT, NAME, GCAT and, in every SURF, TYPE, CURV, DISZ, GLAS, DIAM, CLAP, CONI, PARM and STOP. Aperture
+and field (ENPD, FNUM, OBNA, FLOA, FTYP, XFLN, YFLN) give the semi-diameters that are absent. It ignores what does not
+affect rays: solves, coatings, merit functions. The first surface is the object and the last one the image. What cannot
+be modelled is refused with its line number.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from lippmann.errors import SpecError
+from lippmann.job.glasses import Glass
+from lippmann.job.rig import MM_PER_INCH
+from lippmann.optics.lens_files.glass_search import AIR, GAS, GlassSearch
+from lippmann.optics.lens_files.lens_file import LensFile
+from lippmann.optics.lens_files.rows import Row, prescription_of_rows
+from lippmann.optics.lens_files.semi_apertures import with_semi_apertures
+from lippmann.optics.lens_files.zemax_lines import Block, Line, read_blocks
+from lippmann.optics.lens_files.zemax_system import notes_of, system_of
+
+MM_PER_UNIT = {"MM": 1.0, "CM": 10.0, "IN": MM_PER_INCH, "METER": 1000.0, "M": 1000.0}
+TYPES = ("STANDARD", "EVENASPH")
+MODEL_GLASS = "___BLANK"
+NO_GLASS = {"MIRROR": "a surface that refracts: mirrors cannot be modelled", "GRIN": "a homogeneous glass"}
+PLACEHOLDERS = ((1.5, 40.0), (0.0, 0.0))
+"""The index and the Abbe number that Zemax writes behind the name of a glass from a catalogue."""
+
+
+def read_lens_zmx(text: str, glasses: GlassSearch | None = None) -> LensFile:
+    """Return the lens in the text of a .zmx file.
+
+    Parameters
+    ----------
+    text
+        The content of the file.
+    glasses
+        Where glasses are looked up; by default in the built-in table.
+
+    Raises
+    ------
+    InvalidText
+        If the text has too many lines.
+    SpecError
+        The error names the line, the field, the expected value and the value received.
+    """
+    head, blocks = read_blocks(text)
+    if len(blocks) < 3:
+        raise SpecError(f"expected a .zmx file with an object, surfaces and an image, got {len(blocks)} SURF blocks")
+    mm = _mm_per_unit(head)
+    search = GlassSearch() if glasses is None else glasses
+    makers = head.first("GCAT")
+    search.makers = (*search.makers, *(name.upper() for name in (makers.values if makers else ())))
+    object_mm = blocks[0].number("DISZ", otherwise=math.inf) * mm
+    # In a few files the stop is the object or the image; its position in the lens is then unknown.
+    rows = [_row(block, mm, search) for block in blocks[1:-1]]
+    rows, computed = with_semi_apertures(rows, system_of(head, object_mm=object_mm, mm=mm))
+    name = head.first("NAME")
+    title = " ".join(name.values)[:200] if name else ""
+    return prescription_of_rows(rows, title=title, notes=[*search.notes, *notes_of(head), *computed])
+
+
+def _mm_per_unit(head: Block) -> float:
+    unit = head.first("UNIT")
+    if unit is None:
+        return 1.0
+    if not unit.values or unit.values[0].upper() not in MM_PER_UNIT:
+        unit.refuse(f"one of {', '.join(MM_PER_UNIT)}")
+    return MM_PER_UNIT[unit.values[0].upper()]
+
+
+def _row(block: Block, mm: float, glasses: GlassSearch) -> Row:
+    kind = block.first("TYPE")
+    if kind is not None and (not kind.values or kind.values[0].upper() not in TYPES):
+        kind.refuse(f"one of {', '.join(TYPES)}; other surfaces cannot be modelled")
+    curvature = block.number("CURV")
+    distance = block.number("DISZ")
+    if math.isinf(distance):
+        block.refuse("DISZ", "a finite distance")
+    surface: dict[str, Any] = {
+        "radius_mm": mm / curvature if curvature else None,
+        "thickness_mm": distance * mm,
+        "conic": block.number("CONI"),
+        "aspheric": _aspheric(block, mm) if kind is not None and kind.values[0].upper() == "EVENASPH" else (),
+        **_medium(block, glasses),
+    }
+    aperture = _semi_aperture(block)
+    if aperture > 0:
+        surface["semi_aperture_mm"] = aperture * mm
+    return Row(block.place, surface, is_stop=block.first("STOP") is not None)
+
+
+def _semi_aperture(block: Block) -> float:
+    """Return the semi-diameter, or else the radius of a circular aperture; 0 if both are unknown."""
+    size = block.number("DIAM")
+    clear = block.first("CLAP")
+    return clear.value(1) if size <= 0 and clear is not None else size
+
+
+def _aspheric(block: Block, mm: float) -> tuple[float, ...]:
+    """Return the coefficients of r^4, r^6, ... in mm; PARM n is that of r^(2n)."""
+    terms = [0.0] * 7
+    for line in block.lines:
+        if line.word != "PARM" or line.value(1) == 0.0:
+            continue
+        order = int(line.value(0))
+        if not 2 <= order <= 8:
+            line.refuse("terms of r^4 to r^16, PARM 2 to 8; a term of r^2 belongs into the curvature")
+        terms[order - 2] = line.value(1) / mm ** (2 * order - 1)
+    while terms and terms[-1] == 0.0:
+        terms.pop()
+    return tuple(terms)
+
+
+def _medium(block: Block, glasses: GlassSearch) -> dict[str, Any]:
+    line = block.first("GLAS")
+    if line is None or not line.values or line.values[0].upper() in AIR:
+        return {"index": 1.0}
+    name = line.values[0].upper()
+    if name in NO_GLASS:
+        line.refuse(NO_GLASS[name], name)
+    is_model = name == MODEL_GLASS or (len(line.values) > 1 and line.values[1] == "1")
+    known = None if name == MODEL_GLASS else glasses.find(name)
+    if known is not None:
+        return glasses.medium(block.place, line.values[0], known)
+    found = Glass(line.value(3), _abbe(line)) if is_model else _glass_of_line(block, line, glasses)
+    return glasses.medium(block.place, "", found)
+
+
+def _glass_of_line(block: Block, line: Line, glasses: GlassSearch) -> Glass:
+    """Return the index and the Abbe number behind an unknown name, unless they are placeholders."""
+    name = line.values[0]
+    numbers = (line.value(3), line.value(4)) if len(line.values) > 4 else (0.0, 0.0)
+    if numbers in PLACEHOLDERS or not numbers[0] > 1.0 - GAS:
+        behind = f"; the numbers behind the name, {numbers[0]:g} {numbers[1]:g}, are placeholders"
+        line.refuse(f"{glasses.expected(name)}", f"{name[:100]}{behind if len(line.values) > 4 else ''}")
+    glasses.note(
+        f"{block.place}: the glass {name[:100]} is unknown; its numbers in the file are used, index {numbers[0]:g} and "
+        f"Abbe number {numbers[1]:g}"
+    )
+    return Glass(numbers[0], _abbe(line))
+
+
+def _abbe(line: Line) -> float | None:
+    abbe = line.value(4) if len(line.values) > 4 else 0.0
+    return abbe if abbe > 0 else None
