@@ -41,6 +41,7 @@ from service.routes import (
     keys,
     links,
     login,
+    outputs,
     problems,
     scenes,
     tasks,
@@ -77,7 +78,21 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
         separate_input_output_schemas=False,
     )
     app.state.lippmann = _build_state(settings, parts, clock)
-    for module in (health, scenes, design, jobs, tasks, viewing, artifacts, links, events, workers, keys, webhooks):
+    for module in (
+        health,
+        scenes,
+        design,
+        jobs,
+        tasks,
+        viewing,
+        artifacts,
+        outputs,
+        links,
+        events,
+        workers,
+        keys,
+        webhooks,
+    ):
         app.include_router(module.router, prefix=API)
     app.include_router(login.api, prefix=API)
     app.webhooks.include_router(webhooks.messages)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from difflib import get_close_matches
 
 from sqlalchemy import delete, func, or_, select
 from sqlalchemy.orm import Session
@@ -24,6 +25,8 @@ from service.schemas.access import AuditAction
 from service.schemas.links import poster_url
 from service.settings import Settings
 
+MOST_COMPARED = 1000
+"""The number of scenes with which an unknown name is compared."""
 _NAME = re.compile(r"[a-z0-9][a-z0-9-]{0,99}")
 
 
@@ -89,6 +92,28 @@ def upload_scene(
     return scene, True
 
 
+def remove_scene(database: Database, caller: Caller, name: str, *, now_s: float, settings: Settings) -> None:
+    """Remove the scene of a user. Its bundle stays in the store, because jobs may need it.
+
+    Raises
+    ------
+    NotFound
+        If the scene does not exist or is hidden from the caller.
+    SceneBuiltin
+        If the scene is built in.
+    Forbidden
+        If the scene belongs to another owner.
+    """
+    with database.writing() as session:
+        row = find_scene(session, name, owner_id=caller.scope(sharing=settings.sharing))
+        if row.builtin:
+            raise SceneBuiltin(f"the scene {name!r} is built in, and only uploaded scenes are removed")
+        if not caller.may_change(row.owner_id):
+            raise Forbidden(f"the scene {name!r} belongs to {row.owner_id!r}, and only its owner and admins remove it")
+        session.delete(row)
+        record(session, caller, AuditAction.REMOVE_SCENE, name, now_s=now_s, detail=f"bundle {row.digest}")
+
+
 def list_scenes(session: Session, *, after: str, limit: int, owner_id: str | None = None) -> Sequence[schema.Scene]:
     """Return the scenes after a name, sorted by name; of the uploaded ones only those of an owner if one is given."""
     query = select(Scene).where(Scene.name > after).order_by(Scene.name).limit(limit)
@@ -120,8 +145,16 @@ def find_scene(session: Session, name: str, *, owner_id: str | None = None) -> S
     """
     row = session.get(Scene, name)
     if row is None or not (owner_id is None or row.builtin or row.owner_id == owner_id):
-        raise NotFound(f"there is no scene {name!r}")
+        raise NotFound(f"there is no scene {name!r}{did_you_mean(session, name, owner_id=owner_id)}")
     return row
+
+
+def did_you_mean(session: Session, name: str, *, owner_id: str | None = None) -> str:
+    """Return a question with the scene that a name may stand for; an empty text if no name is like it."""
+    query = select(Scene.name).order_by(Scene.updated_s.desc()).limit(MOST_COMPARED)
+    if owner_id is not None:
+        query = query.where(or_(Scene.builtin.is_(True), Scene.owner_id == owner_id))
+    return "".join(f" (did you mean {like}?)" for like in get_close_matches(name[:100], session.scalars(query), n=1))
 
 
 def _store(parts: Parts, digest: str, data: bytes) -> None:

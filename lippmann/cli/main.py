@@ -19,7 +19,8 @@ import os
 import sys
 import warnings
 from collections.abc import Callable
-from typing import Any
+from importlib.metadata import version
+from typing import Annotated, Any
 
 import typer
 
@@ -32,7 +33,9 @@ from lippmann.cli.commands import (
     doctor,
     export,
     farm,
+    files,
     import_sheets,
+    job_actions,
     jobs,
     keys,
     lens,
@@ -52,7 +55,7 @@ app = typer.Typer(
     name="lippmann",
     help="A render farm for integral photography and integral videography.",
     no_args_is_help=True,
-    add_completion=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
 COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
@@ -61,6 +64,7 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "demo": farm.demo,
         "serve": farm.serve,
         "worker": farm.worker,
+        "status": farm.status,
         "workers": farm.workers,
     },
     "Keep a farm": {"backup": backup.backup, "restore": backup.restore, "doctor": doctor.doctor},
@@ -69,15 +73,18 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "jobs": jobs.jobs,
         "show": jobs.show,
         "tasks": jobs.tasks,
+        "logs": jobs.logs,
         "watch": jobs.watch,
-        "fetch": jobs.fetch,
-        "link": jobs.link,
-        "cancel": jobs.cancel,
-        "pause": jobs.pause,
-        "resume": jobs.resume,
-        "retry": jobs.retry,
-        "repair": jobs.repair,
-        "skip": jobs.skip,
+        "fetch": files.fetch,
+        "link": files.link,
+        "cancel": job_actions.cancel,
+        "pause": job_actions.pause,
+        "resume": job_actions.resume,
+        "retry": job_actions.retry,
+        "repair": job_actions.repair,
+        "skip": job_actions.skip,
+        "priority": job_actions.priority,
+        "rm": job_actions.remove,
     },
     "Scenes": {"capture": scenes.capture},
     "Integral images": {
@@ -93,6 +100,23 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
     },
     "Optics": {"design": design.design, "lens": lens.lens, "calibration-sheet": design.calibration_sheet},
 }
+
+
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(f"lippmann {version('lippmann')}")
+        raise typer.Exit
+
+
+@app.callback()
+def _root(
+    _version: Annotated[
+        bool, typer.Option("--version", is_eager=True, callback=_print_version, help="Print the version.")
+    ] = False,
+) -> None:
+    """Run one of the commands."""
+
+
 for panel, commands in COMMANDS.items():
     for name, command in commands.items():
         app.command(name, rich_help_panel=panel)(with_context(command))

@@ -10,7 +10,7 @@ import functools
 import inspect
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -32,6 +32,10 @@ DataDir = Annotated[
     Path, typer.Option("--data-dir", envvar="LIPPMANN_DATA_DIR", help="The data folder of the farm on this machine.")
 ]
 JobId = Annotated[str, typer.Argument(help="The id of the job.", metavar="JOB")]
+JobIds = Annotated[list[str], typer.Argument(help="The ids of one or more jobs.", metavar="JOB...")]
+# These are the names in `lippmann.job.states`, whose import would make `--help` slow.
+JobStatusName = Literal["queued", "probing", "running", "paused", "done", "failed", "cancelled"]
+TaskStatusName = Literal["waiting", "ready", "dispatched", "running", "done", "failed", "cancelled", "skipped"]
 Overrides = Annotated[
     list[str] | None,
     typer.Option(

@@ -1,14 +1,16 @@
 """The Python client of the service: `from lippmann import Client`.
 
-client      jobs, scenes, files and keys of a service
-connection  the service that a command works with
-address     where the service is, and the key to it
-transport   HTTP: keys, retries, problem details, resumed downloads
-stream      server-sent events
-errors      refusals of the service
-watch       watch a job until it ends
-fetch       download the files of a job
-missing     what a fetch could not bring, and why
+client        jobs, scenes, files and keys of a service
+connection    the service that a command works with
+address       where the service is, and the key to it
+transport     HTTP: keys, retries, problem details, resumed downloads
+stream        server-sent events
+errors        refusals of the service
+watch         watch a job until it ends
+logs          the logs of the tasks of a job, also as they come
+fetch         download the files of a job
+fetch_record  the job and the files of a folder
+missing       what a fetch could not bring, and why
 """
 
 from __future__ import annotations

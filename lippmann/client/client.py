@@ -48,7 +48,7 @@ Shape = TypeVar("Shape", bound=BaseModel)
 
 
 class Client:
-    """A client of a farm over HTTP. It is a context manager, and one thread may use it at a time.
+    """A client of a farm over HTTP. It is a context manager, and several threads may use it at the same time.
 
     Parameters
     ----------
@@ -163,6 +163,10 @@ class Client:
         params = {name: value for name, value in (("status", status), ("kind", kind)) if value}
         return _first(limit, self._paged(TaskPage, f"/jobs/{job_id}/tasks", params, limit))
 
+    def task(self, job_id: str, task_id: str) -> Task:
+        """Return a task of a job."""
+        return self._get(Task, f"/jobs/{job_id}/tasks/{task_id}")
+
     def log(self, job_id: str, task_id: str, *, attempt: int | None = None) -> str:
         """Return the log of the latest attempt of a task, or of the attempt with the given number."""
         params = {"attempt": str(attempt)} if attempt else {}
@@ -243,6 +247,10 @@ class Client:
         params = {"format": format, "bits": str(bits)}
         return self._transport.download_made(url, path, params=params, on_bytes=on_bytes)
 
+    def download_output(self, job_id: str, name: str, path: Path) -> Download:
+        """Download all files of an output, such as `view_grid.png`, to `path` as one zip, atomically."""
+        return self._transport.download_made(f"{_API}/jobs/{job_id}/outputs/{name}.zip", path, params={})
+
     def artifact_link(self, job_id: str, name: str, *, expires_in_s: float | None = None) -> ArtifactLink:
         """Create a link with which anybody downloads one file of a job without a key, by default for a day."""
         body = {"artifact": name, "expires_in_s": expires_in_s}
@@ -278,6 +286,10 @@ class Client:
     def scene(self, name: str) -> Scene:
         """Return a scene."""
         return self._get(Scene, f"/scenes/{name}")
+
+    def remove_scene(self, name: str) -> None:
+        """Remove an uploaded scene. Jobs that were submitted with it keep it."""
+        self._transport.request("DELETE", f"{_API}/scenes/{name}")
 
     def upload_scene(self, name: str, bundle_zip: bytes) -> Scene:
         """Upload a scene: a zip of scene.toml and the files of the scene."""

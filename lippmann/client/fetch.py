@@ -2,47 +2,36 @@
 
     out/integral/0001.png  orthoscopic/0001.png  views/0001.png  video/views.mp4 ...
 
-The file `.fetched.json` in the same folder records the entity tag and the size of every downloaded file. If the job has
-not made everything, `missing.json` says what is missing and why; see `lippmann.client.missing`.
+Several files are downloaded at the same time. The file `.fetched.json` in the same folder records them; see
+`lippmann.client.fetch_record`. If the job has not made everything, `missing.json` says what is missing and why; see
+`lippmann.client.missing`.
 """
 
 from __future__ import annotations
 
-import json
-import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+import threading
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Literal
 
 from lippmann.client import Client
 from lippmann.client.errors import Refused
+from lippmann.client.fetch_record import MASTERS_ONLY, OUTPUTS, PICTURES, Fetched, FetchRecord, record_of
 from lippmann.client.missing import Missing, find_missing, read_state, write_missing
 from lippmann.errors import ArtifactBroken, ArtifactMissing, BadInput
-from lippmann.job.frames import parse_frames
+from lippmann.job.frames import format_frames, parse_frames
+from lippmann.job.spec import JobSpec
+from lippmann.plan.makers import maker_of
 from lippmann.terminal.progress import ProgressLine, size_text
 from service.schemas.artifact import Artifact
 
-RECORD = ".fetched.json"
-SAVED_EVERY_S = 5.0
-"""The interval at which the record is written while files are downloaded, s."""
-PICTURES = ("integral", "orthoscopic", "device", "views")
-MASTERS_ONLY = ("depth",)
-"""These hold numbers, so no PNG picture is made of them."""
-OUTPUTS = ("video", "exports")
+PARALLEL = 4
+"""The number of files that are downloaded at the same time."""
 _DAMAGED = frozenset({ArtifactBroken.code, ArtifactMissing.code})
 """The codes of refusals that are about one file; the others are fetched nevertheless."""
-
-
-@dataclass(frozen=True)
-class Fetched:
-    """A downloaded file."""
-
-    path: Path
-    etag: str
-    """The entity tag of the artifact on the service."""
-    size: int
 
 
 @dataclass(frozen=True)
@@ -59,42 +48,65 @@ class FetchResult:
     """What could not be brought; false if there is nothing."""
 
 
+@dataclass(frozen=True)
+class _Selection:
+    """The wanted files of a job."""
+
+    kinds: Sequence[str]
+    """The kinds of pictures, such as `integral`."""
+    frames: Collection[int] | None
+    """The frames of these pictures; None for all."""
+    outputs: Collection[str] | None
+    """The outputs by their file names; None for all."""
+    masters: bool
+
+
+class _Interrupted(Exception):
+    """Another download has ended the fetch."""
+
+
 def fetch_job(
-    client: Client, job_id: str, folder: Path, *, frames: str | None = None, masters: bool = False
+    client: Client,
+    job_id: str,
+    folder: Path,
+    *,
+    frames: str | None = None,
+    masters: bool = False,
+    outputs: Collection[str] | None = None,
+    parallel: int = PARALLEL,
+    is_demo: bool = False,
 ) -> FetchResult:
     """Download the finished files of a job into a folder: PNG pictures or EXR masters, and all outputs.
 
     A file that is damaged on the service, or that is not made yet, prevents no other.
 
+    Parameters
+    ----------
+    frames
+        The frames of the pictures, such as `1-48:2, 60`; None for all.
+    masters
+        True for the EXR masters in place of PNG pictures.
+    outputs
+        The file names of the outputs, such as `views.mp4`; then pictures are downloaded only with `frames`. None for
+        all.
+    parallel
+        The number of files that are downloaded at the same time.
+    is_demo
+        True to replace the files of an earlier demo in the folder.
+
     Raises
     ------
     BadInput
-        If the folder cannot be written.
+        If the folder holds the files of another job or cannot be written, or the job has no such frame or output.
     """
-    numbers = set(parse_frames(frames)) if frames else None
-    kinds = (*PICTURES, *MASTERS_ONLY) if masters else PICTURES
     state = read_state(client, job_id)  # before the list of files: what is made in between is not damaged
-    wanted = tuple(_wanted(client, job_id, numbers, kinds))
-    downloaded: list[Fetched] = []
-    damaged: dict[str, str] = {}
-    with _record_of(folder) as record, ProgressLine(f"fetch {job_id}") as line:
-        for number, artifact in enumerate(wanted):
-            path = _place(artifact.name, masters=masters)
-            if not _is_complete(folder, record.known.get(path.as_posix()), artifact):
-                try:
-                    fetched = _download(client, job_id, artifact, folder, path)
-                except Refused as error:
-                    if error.code not in _DAMAGED:
-                        raise
-                    damaged[artifact.name] = error.message
-                else:
-                    downloaded.append(fetched)
-                    record.add(path.as_posix(), fetched)
-            total = size_text(sum(one.size for one in downloaded))
-            count = number + 1
-            line.show(count / len(wanted), f"{count} of {len(wanted)} files, {total}", news=count == len(wanted))
+    chosen = _selected(state.job.spec, frames=frames, masters=masters, outputs=outputs)
+    wanted = tuple(_wanted(client, job_id, state.job.spec, chosen))
+    etags = {_place(artifact.name, masters=masters).as_posix(): artifact.etag for artifact in wanted}
+    with record_of(folder, state.job.id, etags=etags, is_demo=is_demo) as record:
+        downloaded, damaged = _Downloads(client, job_id, record, masters=masters).run(wanted, parallel=parallel)
     whole = [artifact.name for artifact in wanted if artifact.name not in damaged]
-    missing = find_missing(state, set(whole), damaged, frames=numbers, kinds=kinds)
+    missing = find_missing(state, set(whole), damaged, frames=chosen.frames, kinds=chosen.kinds, outputs=chosen.outputs)
     write_missing(folder, missing)
     return FetchResult(
         folder,
@@ -105,14 +117,38 @@ def fetch_job(
     )
 
 
-def _wanted(client: Client, job_id: str, numbers: set[int] | None, kinds: Sequence[str]) -> Iterator[Artifact]:
-    for kind in kinds:
+def _selected(spec: JobSpec, *, frames: str | None, masters: bool, outputs: Collection[str] | None) -> _Selection:
+    numbers = None if frames is None else frozenset(parse_frames(frames))
+    beyond = (numbers or frozenset()) - set(spec.frame_numbers)
+    if beyond:
+        expected = f"frames of the job, which are {format_frames(spec.frame_numbers)}"
+        raise BadInput(f"--frames: expected {expected}, got {format_frames(beyond)}")
+    known = [output.file_name for output in spec.outputs]
+    for name in outputs or ():
+        if name not in known:
+            hint = "".join(f" (did you mean {meant}?)" for meant in get_close_matches(name, known, n=1))
+            listed = f"one of {', '.join(known)}" if known else "none, because the job has no outputs"
+            raise BadInput(f"--outputs: expected {listed}, got {name!r}{hint}")
+    kinds = (*PICTURES, *MASTERS_ONLY) if masters else PICTURES
+    return _Selection(kinds if outputs is None or frames is not None else (), numbers, outputs, masters)
+
+
+def _wanted(client: Client, job_id: str, spec: JobSpec, chosen: _Selection) -> Iterator[Artifact]:
+    for kind in chosen.kinds:
         for artifact in client.artifacts(job_id, prefix=f"{kind}/"):
             stem = Path(artifact.name).stem
-            if artifact.name.endswith(".exr") and (numbers is None or (stem.isdigit() and int(stem) in numbers)):
+            is_wanted = chosen.frames is None or (stem.isdigit() and int(stem) in chosen.frames)
+            if artifact.name.endswith(".exr") and is_wanted:
                 yield artifact
     for folder in OUTPUTS:
-        yield from client.artifacts(job_id, prefix=f"{folder}/")
+        for artifact in client.artifacts(job_id, prefix=f"{folder}/"):
+            if chosen.outputs is None or _output_of(spec, artifact.name) in chosen.outputs:
+                yield artifact
+
+
+def _output_of(spec: JobSpec, name: str) -> str | None:
+    maker = maker_of(spec, name)
+    return None if maker is None else maker.output
 
 
 def _place(name: str, *, masters: bool) -> Path:
@@ -123,6 +159,61 @@ def _place(name: str, *, masters: bool) -> Path:
     return path.with_suffix(".png") if as_picture else path
 
 
+class _Downloads:
+    """The downloads of one fetch, several at the same time."""
+
+    def __init__(self, client: Client, job_id: str, record: FetchRecord, *, masters: bool) -> None:
+        self._client = client
+        self._job_id = job_id
+        self._record = record
+        self._masters = masters
+        self._is_over = threading.Event()
+
+    def run(self, wanted: Sequence[Artifact], *, parallel: int) -> tuple[list[Fetched], Mapping[str, str]]:
+        """Download what is not complete; return that, and the damaged artifacts with the messages of the service."""
+        known, folder = self._record.known, self._record.folder
+        places = {artifact.name: _place(artifact.name, masters=self._masters) for artifact in wanted}
+        todo = [one for one in wanted if not _is_complete(folder, known.get(places[one.name].as_posix()), one)]
+        done: list[Fetched] = []
+        damaged: dict[str, str] = {}
+        with ThreadPoolExecutor(parallel) as pool, ProgressLine(f"fetch {self._job_id}") as line:
+            running = {pool.submit(self._download, one, places[one.name]): one for one in todo}
+            try:
+                for future in as_completed(running):
+                    try:
+                        done.append(future.result())
+                    except Refused as error:
+                        if error.code not in _DAMAGED:
+                            raise
+                        damaged[running[future].name] = error.message
+                    count = len(wanted) - len(todo) + len(done) + len(damaged)
+                    total = size_text(sum(one.size for one in done))
+                    text = f"{count} of {len(wanted)} files, {total}"
+                    line.show(count / len(wanted), text, news=count == len(wanted))
+            except BaseException:
+                self._is_over.set()
+                pool.shutdown(cancel_futures=True)
+                raise
+        return done, damaged
+
+    def _download(self, artifact: Artifact, path: Path) -> Fetched:
+        made: Literal["png"] | None = "png" if path.suffix != Path(artifact.name).suffix else None
+        target = self._record.folder / path
+        try:
+            download = self._client.download(
+                self._job_id, artifact.name, target, format=made, on_bytes=self._check_going_on
+            )
+        except OSError as error:
+            raise BadInput(f"expected a folder to write {target}, got: {error.strerror}") from error
+        fetched = Fetched(path=path, etag=artifact.etag, size=download.size)
+        self._record.add(path.as_posix(), fetched)
+        return fetched
+
+    def _check_going_on(self, _count: int) -> None:
+        if self._is_over.is_set():
+            raise _Interrupted
+
+
 def _is_complete(folder: Path, known: Fetched | None, artifact: Artifact) -> bool:
     if known is None or known.etag != artifact.etag:
         return False
@@ -130,62 +221,6 @@ def _is_complete(folder: Path, known: Fetched | None, artifact: Artifact) -> boo
         return (folder / known.path).stat().st_size == known.size
     except OSError:
         return False
-
-
-def _download(client: Client, job_id: str, artifact: Artifact, folder: Path, path: Path) -> Fetched:
-    made: Literal["png"] | None = "png" if path.suffix != Path(artifact.name).suffix else None
-    try:
-        download = client.download(job_id, artifact.name, folder / path, format=made)
-    except OSError as error:
-        raise BadInput(f"expected a folder to write {folder / path}, got: {error.strerror}") from error
-    return Fetched(path=path, etag=artifact.etag, size=download.size)
-
-
-@dataclass
-class _Record:
-    """The downloaded files by their path in the folder; written every `SAVED_EVERY_S`, because it may be long."""
-
-    folder: Path
-    known: dict[str, Fetched]
-    _saved_s: float
-    _is_saved: bool = True
-
-    def add(self, place: str, fetched: Fetched) -> None:
-        """Record a downloaded file."""
-        self.known[place], self._is_saved = fetched, False
-        if time.monotonic() - self._saved_s > SAVED_EVERY_S:
-            self.save()
-
-    def save(self) -> None:
-        """Write the record to disk if it has changed."""
-        if not self._is_saved:
-            _write_record(self.folder, self.known)
-            self._saved_s, self._is_saved = time.monotonic(), True
-
-
-@contextmanager
-def _record_of(folder: Path) -> Iterator[_Record]:
-    """Yield the record of a folder; it is written however the fetch ends."""
-    record = _Record(folder, _read_record(folder), time.monotonic())
-    try:
-        yield record
-    finally:
-        record.save()
-
-
-def _read_record(folder: Path) -> dict[str, Fetched]:
-    try:
-        data = json.loads((folder / RECORD).read_bytes())
-        return {name: Fetched(Path(name), one["etag"], one["size"]) for name, one in data.items()}
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        return {}  # A lost record costs downloads and nothing else.
-
-
-def _write_record(folder: Path, record: Mapping[str, Fetched]) -> None:
-    beside = folder / f"{RECORD}.part"
-    data = {name: {key: value for key, value in asdict(one).items() if key != "path"} for name, one in record.items()}
-    beside.write_text(json.dumps(data, indent=1, sort_keys=True))
-    beside.replace(folder / RECORD)
 
 
 def fetch_text(result: FetchResult, *, most: int = 8) -> str:

@@ -122,6 +122,7 @@ def find_missing(
     *,
     frames: Collection[int] | None,
     kinds: Sequence[str],
+    outputs: Collection[str] | None = None,
 ) -> Missing:
     """Return what is missing of the wanted files of a job.
 
@@ -135,6 +136,8 @@ def find_missing(
         The wanted frames; None for all.
     kinds
         The wanted kinds of masters, such as `integral`.
+    outputs
+        The wanted outputs by their file names; None for all.
     """
     job = state.job
     wanted = [frame for frame in state.frames if frames is None or frame in frames]
@@ -142,6 +145,7 @@ def find_missing(
     missing_outputs = (
         _missing_output(state, output.file_name, names.output_name(output), fetched, damaged)
         for output in job.spec.outputs
+        if outputs is None or output.file_name in outputs
     )
     return Missing(
         job=job.id,

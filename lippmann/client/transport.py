@@ -4,6 +4,7 @@
 |---|---|
 | no connection | retry with pauses until `patience_s` is over, then `Unreachable` |
 | connection lost after sending, 502, 503, 504 | retry if the request may be repeated, else `Unreachable` |
+| 429 to a download | retry with pauses, as after 503 |
 | 401, 403 | `KeyRefused` |
 | other 4xx, 5xx | `Refused` with the invalid fields |
 | 206 | append the rest of a download |
@@ -35,6 +36,7 @@ SILENCE_S = 45.0
 """A stream that is silent for longer, s, is opened again; the service sends a comment every 15 s."""
 
 _BUSY = frozenset({502, 503, 504})
+_TOO_MANY = 429
 
 
 @dataclass(frozen=True)
@@ -164,7 +166,7 @@ class Transport:
     @contextmanager
     def _streamed(self, path: str, *, whole_at: int = 0, **parts: Any) -> Iterator[httpx.Response]:
         with _utf8_only(), self._http.stream("GET", path, **parts) as response:
-            if response.status_code in _BUSY:
+            if response.status_code in (*_BUSY, _TOO_MANY):
                 raise httpx.RemoteProtocolError(f"the service answered {response.status_code}")
             if response.is_error and not (response.status_code == 416 and _is_whole(response, whole_at)):
                 response.read()

@@ -53,7 +53,7 @@ def run_demo(client: Client, *, frames: str, out: Path, output: Output) -> Demo:
     for note in job.notes:
         output.note(f"note: {note}")
     done = watch_job(client, job.id)
-    return Demo(job=done, fetched=fetch_job(client, job.id, out))
+    return Demo(job=done, fetched=fetch_job(client, job.id, out, is_demo=True))
 
 
 def demo_text(demo: Demo) -> str:

@@ -6,15 +6,18 @@ form stands in brackets in pydantic's error locations; `without_tags` removes it
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import re
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from difflib import get_close_matches
 from typing import Any, get_args
 
 from pydantic import BaseModel, Discriminator, ValidationError
 
 from lippmann.errors import FieldProblem, first_problems
-from lippmann.untrusted.shown import shown
+from lippmann.job.problem_words import expected_words, got_words
 
+_ALTERNATIVES = frozenset({"bool", "int", "float", "str"})
+_TYPE = re.compile(r"(literal|tuple|list|dict)\[.*\]|constrained-\w+", re.DOTALL)
 MAX_NAME = 100
 """The characters of an unknown field that are compared with the known ones, since a sender may write any number."""
 
@@ -46,7 +49,35 @@ def problems_of(error: ValidationError, model: type[BaseModel] | None = None) ->
         The model that was validated, from whose fields the one is suggested that an unknown field may stand for.
     """
     errors = [item for item in error.errors(include_url=False) if item["type"] != "default_factory_not_called"]
-    return first_problems(_problem(item, model) for item in errors)
+    return first_problems(_problem(item, model) for item in _without_alternatives(errors))
+
+
+def _without_alternatives(errors: Sequence[Any]) -> Iterator[Any]:
+    """Yield one error for a value that fits none of several types, of which pydantic reports one error each."""
+    by_value: dict[tuple[Any, ...], list[Any]] = {}
+    for item in errors:
+        by_value.setdefault(_above_alternative(item["loc"]), []).append(item)
+    for place, items in by_value.items():
+        alternatives = [item for item in items if _above_alternative(item["loc"]) == place != item["loc"]]
+        inside = [item for item in alternatives if len(item["loc"]) > len(place) + 1]
+        if not alternatives or inside:
+            # One alternative has the shape of the value: its own errors say more than those of the others.
+            yield from ({**item, "loc": (*place, *item["loc"][len(place) + 1 :])} for item in inside)
+            yield from (item for item in items if item not in alternatives)
+            continue
+        words = list(dict.fromkeys(expected_words(item) for item in alternatives))
+        expected = " or ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+        yield {"loc": place, "type": "alternatives", "msg": expected, "input": alternatives[0]["input"]}
+
+
+def _above_alternative(place: tuple[Any, ...]) -> tuple[Any, ...]:
+    """Return the location of a value whose alternatives pydantic names in the location of the error, such as `int`."""
+    for index, part in enumerate(place):
+        is_last = index == len(place) - 1
+        is_type = _TYPE.fullmatch(part) if isinstance(part, str) else None
+        if is_type or (is_last and part in _ALTERNATIVES):
+            return place[:index]
+    return place
 
 
 def _problem(item: Any, model: type[BaseModel] | None) -> FieldProblem:
@@ -58,14 +89,12 @@ def _problem(item: Any, model: type[BaseModel] | None) -> FieldProblem:
     if kind == "extra_forbidden":
         name, known = str(item["loc"][-1])[:MAX_NAME], [] if model is None else _fields(model, item["loc"][:-1])
         hint = "".join(f" (did you mean {meant}?)" for meant in get_close_matches(name, known, n=1))
-        return FieldProblem(field=field, expected=f"no field of this name{hint}", got=shown(got))
+        return FieldProblem(field=field, expected=f"no field of this name{hint}", got=got_words(got))
     if kind == "missing":
         return FieldProblem(field=field, expected="a value", got="nothing")
-    expected = str(item["msg"]).removeprefix("Value error, ")
-    for prefix in ("Input should be ", "Value should be "):
-        expected = expected.removeprefix(prefix)
+    expected = expected_words(item)
     before, separator, after = expected.rpartition(", got ")
-    return FieldProblem(field=field, expected=before or expected, got=after if separator else shown(got))
+    return FieldProblem(field=field, expected=before or expected, got=after if separator else got_words(got))
 
 
 def _fields(model: type[BaseModel], place: Iterable[Any]) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from datetime import datetime
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
@@ -31,6 +32,16 @@ def duration_text(seconds: float | None) -> str:
     if whole < 100 * 3600:
         return f"{whole // 3600} h {whole % 3600 // 60:02d} min"
     return f"{whole // 86_400} days"
+
+
+def time_text(when: datetime) -> str:
+    """Return a time as text in ISO 8601, in the time zone of this machine.
+
+    >>> from datetime import UTC
+    >>> datetime.fromisoformat(time_text(datetime(2026, 1, 2, 3, 4, 5, tzinfo=UTC))).astimezone(UTC).isoformat()
+    '2026-01-02T03:04:05+00:00'
+    """
+    return when.astimezone().isoformat(timespec="seconds")
 
 
 def size_text(count: float) -> str:

@@ -54,6 +54,11 @@ class Check(StrEnum):
     SETTINGS = "settings"
     BROKER = "broker"
     SANDBOX = "sandbox"
+    POVRAY = "povray"
+    DISK = "disk"
+    GPU = "gpu"
+    PACKAGES = "packages"
+    FARM = "farm"
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from service.ids import task_id
 from service.schemas import job as schema
 from service.schemas.answer import utc, utc_or_none
 from service.schemas.events import JobProgress, TaskChange
-from service.schemas.links import artifact_url
+from service.schemas.links import archive_url, artifact_url
 from service.schemas.wait import Wait
 
 
@@ -78,6 +78,7 @@ def job_data(
             schema.OutputLink(
                 name=output.file_name,
                 url=artifact_url(row.id, names.output_name(output)),
+                archive_url=archive_url(row.id, output.file_name),
                 ready=output.file_name in done_outputs,
             )
             for output in spec.outputs

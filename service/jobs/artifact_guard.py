@@ -111,6 +111,12 @@ class ArtifactGuard:
         """
         task = self._task(job_id, name)
         expected = reported(task).get(name) if task is not None and task.status is TaskStatus.DONE else None
+        yield from self.verified_chunks(job_id, name, expected, chunks)
+
+    def verified_chunks(
+        self, job_id: str, name: str, expected: Digest | None, chunks: Iterator[bytes]
+    ) -> Iterator[bytes]:
+        """Yield the chunks of a whole artifact whose digest is known or not; see `checked_chunks`."""
         if expected is None or self._is_whole(job_id, name):
             yield from chunks
             return

@@ -30,7 +30,7 @@ from service.jobs.limits import check_quota, limited_spec
 from service.jobs.planner import insert_tasks
 from service.limits import Limits
 from service.ports import Parts
-from service.scenes import find_scene
+from service.scenes import did_you_mean, find_scene
 from service.schemas.access import AuditAction
 from service.settings import Settings
 from service.webhooks.receiver import ReceiverRefused, parse_receiver, rules_of
@@ -150,7 +150,8 @@ def resolve(session: Session, spec: JobSpec, job_id: str, *, owner_id: str | Non
     try:
         scene = find_scene(session, spec.scene, owner_id=owner_id)
     except NotFound as error:
-        problem = FieldProblem(field="scene", expected="a scene of GET /api/v1/scenes", got=repr(spec.scene))
+        hint = did_you_mean(session, spec.scene, owner_id=owner_id)
+        problem = FieldProblem(field="scene", expected=f"the name of a scene on this farm{hint}", got=repr(spec.scene))
         raise SpecError.of([problem]) from error
     return ResolvedJob.of(job_id, spec, SceneManifest.model_validate(scene.card), bundle=scene.digest)
 

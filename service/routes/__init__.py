@@ -8,6 +8,7 @@ jobs        submit, list, get, change, cancel, pause, resume, retry and remove j
 tasks       tasks, their logs, and frames
 viewing     views of a frame on demand
 artifacts   files of a job, whole and in part
+outputs     outputs of a job with all their files in one zip
 events      the stream of server-sent events
 keys        keys, login links, browser sessions and the audit log
 login       login and logout of browsers

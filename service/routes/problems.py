@@ -15,8 +15,8 @@ from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.exceptions import HTTPException
 
 from lippmann.errors import FieldProblem, LippmannError, StoreFull, first_problems
+from lippmann.job.problem_words import expected_words, got_words
 from lippmann.logs import trace_of
-from lippmann.untrusted.shown import shown
 from service.errors import (
     ArtifactRepairing,
     DatabaseUnavailable,
@@ -122,7 +122,7 @@ def _field_problem(item: Any) -> FieldProblem:
     field = ".".join(where[1:] or where)
     if item["type"] == "missing":
         return FieldProblem(field=field, expected="a value", got="nothing")
-    got = shown(item.get("input"))
+    got = got_words(item.get("input"))
     if item["type"] == "extra_forbidden":
         return FieldProblem(field=field, expected="no field of this name", got=got)
-    return FieldProblem(field=field, expected=str(item["msg"]).removeprefix("Input should be "), got=got)
+    return FieldProblem(field=field, expected=expected_words(item), got=got)

@@ -87,6 +87,12 @@ async def upload_scene(
     return scene
 
 
+@router.delete("/{name}", status_code=204, responses=problems(403, 409))
+def remove_scene(name: str, state: AppStateDep, caller: SubmitterDep) -> None:
+    """Remove an uploaded scene. Only its owner and admins do; jobs that were submitted with it keep it."""
+    scenes.remove_scene(state.database, caller, name, now_s=state.now_s(), settings=state.settings)
+
+
 def _store(state: AppState, caller: Caller, name: str, file: BinaryIO) -> tuple[Scene, bool]:
     return scenes.upload_scene(
         state.database, state.parts, caller, name, file.read(), now_s=state.now_s(), settings=state.settings

@@ -164,6 +164,7 @@ class AuditAction(StrEnum):
     REMOVE_JOB = "remove-job"
     LINK_ARTIFACT = "link-artifact"
     UPLOAD_SCENE = "upload-scene"
+    REMOVE_SCENE = "remove-scene"
     CREATE_KEY = "create-key"
     REVOKE_KEY = "revoke-key"
     CREATE_LOGIN_LINK = "create-login-link"

@@ -69,6 +69,8 @@ class OutputLink(Answer):
     name: str
     url: str
     """The path of the video, or of the JSON file that lists the files of any other output."""
+    archive_url: str = ""
+    """The path of a zip with all files of the output, which exists when it is done."""
     ready: bool
     """True if the output is done."""
 

@@ -10,6 +10,11 @@ def artifact_url(job_id: str, name: str) -> str:
     return f"{API}/jobs/{job_id}/artifacts/{name}"
 
 
+def archive_url(job_id: str, output: str) -> str:
+    """Return the path of the zip with all files of an output."""
+    return f"{API}/jobs/{job_id}/outputs/{output}.zip"
+
+
 def signed_url(job_id: str, name: str, *, token: str) -> str:
     """Return the path of an artifact of a job for whoever has the token."""
     return f"{API}/links/{job_id}/{name}?token={token}"

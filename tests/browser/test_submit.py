@@ -54,7 +54,7 @@ def test_what_the_service_refuses_is_said_beside_its_field(
     px_per_lens.fill("1")
     offset.fill("far")
     page.get_by_role("button", name="Submit").click()
-    for field, says in ((frames, "a range that counts up"), (px_per_lens, "got 1"), (offset, "valid number")):
+    for field, says in ((frames, "a range that counts up"), (px_per_lens, "got 1"), (offset, "a number")):
         expect(field).to_have_attribute("aria-invalid", "true")
         described_by = field.get_attribute("aria-describedby")
         expect(page.locator(f"[id='{described_by}']")).to_contain_text(says)

@@ -2,10 +2,13 @@
 
 A sub-command imports what it needs when it runs, so that `--help` stays fast.
 
-farm           up, demo, serve, worker
+farm           up, demo, serve, worker, status, workers
 keys           keys create, list, revoke, link, webhook-secret, audit
-jobs           submit, jobs, show, watch, fetch, link, cancel, pause, resume, retry, repair
-scenes         scenes list, show, upload; capture
+doctor         doctor
+jobs           submit, jobs, show, tasks, logs, watch
+files          fetch, link
+job_actions    cancel, pause, resume, retry, repair, skip, priority, rm
+scenes         scenes list, show, upload, rm; capture
 import_sheets  import
 orthoscopic    orthoscopic
 views          view, refocus

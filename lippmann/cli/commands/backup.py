@@ -19,8 +19,8 @@ WithArtifacts = Annotated[
     bool,
     typer.Option(
         "--artifacts/--no-artifacts",
-        help="Include the artifacts. Without them, only the database is written, for those who back the store up "
-        "themselves.",
+        help="Include the artifacts, the files that jobs made. Without them, only the database is written, for "
+        "those who back the store up themselves.",
     ),
 ]
 

@@ -28,7 +28,8 @@ def compare(
         ),
     ] = None,
     linear: Annotated[
-        bool, typer.Option("--linear", help="The codes of PNG files are linear light, whatever the files say.")
+        bool,
+        typer.Option("--linear", help="The pixels of PNG files are linear light and not sRGB, whatever the files say."),
     ] = False,
     *,
     output: Output,

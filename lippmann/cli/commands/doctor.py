@@ -1,17 +1,18 @@
-"""The examination of a farm."""
+"""The examination of this machine and of a farm."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from lippmann.cli.exit_codes import ExitCode
 from lippmann.cli.options import DATA_DIR, DataDir
-from lippmann.errors import BadInput, SandboxMissing
+from lippmann.errors import BadInput
 from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
@@ -39,20 +40,40 @@ def doctor(
     *,
     output: Output,
 ) -> None:
-    """Examine the database, the store and the settings of a farm, also while it runs.
+    """Examine this machine, and the database, the store and the settings of a farm, also while it runs.
 
-    LIPPMANN_DATABASE_URL names the database if it is not in the data folder. The exit code is 0 when nothing is wrong,
-    and 1 when there are errors or warnings, after the repair if there was one.
+    Without a farm, only the machine is examined: what it has, what it lacks, and how to get that. LIPPMANN_DATABASE_URL
+    names the database if it is not in the data folder. The exit code is 0 when nothing is wrong, and 1 when there are
+    errors or warnings, after the repair if there was one.
     """
-    from lippmann.farm.adapters import ARTIFACTS, make_parts
+    from lippmann.farm.adapters import ARTIFACTS
+    from lippmann.farm.this_machine import examine_machine
+    from service.doctor.examine import Diagnosis
+    from service.doctor.finding import Check, Finding, Level
+
+    has_farm = (data_dir / ARTIFACTS).is_dir()
+    if has_farm:
+        found = _farm(data_dir, repair=repair, deep=deep, adopt_store=adopt_store)
+    elif data_dir != DATA_DIR or repair or deep or adopt_store:
+        raise BadInput(f"expected the data folder of a farm, got {data_dir} without {ARTIFACTS}/")
+    else:
+        text = f"there is no farm in {data_dir}/; `lippmann up` starts one, and --data-dir names another folder"
+        found = Diagnosis((Finding(Check.FARM, Level.NOTE, text),))
+    found = replace(found, findings=(*found.findings, *examine_machine(data_dir, has_farm=has_farm)))
+    output.result(_data(found), _text(found))
+    if not found.is_healthy:
+        raise typer.Exit(ExitCode.FAILED)
+
+
+def _farm(data_dir: Path, *, repair: bool, deep: bool, adopt_store: bool) -> Diagnosis:
+    """Examine a farm, and repair it if wanted."""
+    from lippmann.farm.adapters import make_parts
     from service.db.engine import opened
     from service.doctor.broker import check_broker
     from service.doctor.examine import Diagnosis, Patient, examine, examine_and_repair
     from service.settings import Settings
     from service.store_identity import adopt_store as adopt
 
-    if not (data_dir / ARTIFACTS).is_dir():
-        raise BadInput(f"expected the data folder of a farm, got {data_dir} without {ARTIFACTS}/")
     settings = Settings(data_dir=data_dir)
     with opened(settings.database) as database:
         patient = Patient(database, make_parts(data_dir).store, settings)
@@ -62,29 +83,7 @@ def doctor(
             found = examine_and_repair(patient, now_s=time.time(), by_content=deep)
         else:
             found = Diagnosis(examine(patient, now_s=time.time(), by_content=deep))
-    found = replace(found, findings=(*found.findings, *check_broker(settings), _sandbox()))
-    output.result(_data(found), _text(found))
-    if not found.is_healthy:
-        raise typer.Exit(ExitCode.FAILED)
-
-
-def _sandbox() -> Finding:
-    """Return the sandbox in which a worker on this machine, with these settings, would run scenes."""
-    from service.doctor.finding import Check, Finding, Level
-    from worker.sandbox.detect import detect
-    from worker.settings import WorkerSettings
-
-    wanted = WorkerSettings().sandbox
-    try:
-        mode = detect(wanted).mode
-    except SandboxMissing as error:
-        return Finding(Check.SANDBOX, Level.WARNING, error.message)
-    if mode != "none":
-        return Finding(Check.SANDBOX, Level.NOTE, f"a worker on this machine runs scenes in {mode}")
-    if wanted == "none":
-        message = "LIPPMANN_SANDBOX is none: a worker with it renders only the scenes that come with the project"
-        return Finding(Check.SANDBOX, Level.WARNING, message)
-    return Finding(Check.SANDBOX, Level.NOTE, "neither bwrap nor Landlock works here, so no worker can on this machine")
+    return replace(found, findings=(*found.findings, *check_broker(settings)))
 
 
 def _data(found: Diagnosis) -> dict[str, Any]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from lippmann.cli.exit_codes import ExitCode
 from lippmann.cli.options import DATA_DIR, DataDir, OutputFolder
 from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
@@ -64,12 +65,14 @@ def demo(
 ) -> None:
     """Render the integral video of the paper on this machine: start a farm, run a job and fetch its files."""
     from lippmann.client import Client
+    from lippmann.client.fetch_record import check_folder
     from lippmann.farm.demo import demo_data, demo_text, run_demo
     from lippmann.job.frames import parse_frames
     from lippmann.local.files.writable import check_writable
 
     parse_frames(frames)
     check_writable(out)
+    check_folder(out, job_id=None, is_demo=True)
     with _farm(data_dir, host, port, slots, "", output) as farm:
         with Client(farm.address.url, farm.address.key, patience_s=60.0) as client:
             made = run_demo(client, frames=frames, out=out, output=output)
@@ -135,14 +138,33 @@ def workers(output: Output, connection: Connection) -> None:
     """List the workers that are online, and name those that take no orders."""
     import time
 
-    from lippmann.cli.text.jobs import worker_table
+    from lippmann.cli.text.farm import worker_table, workers_data
     from lippmann.errors import FarmFailed
 
     with connection.client() as client:
         found = client.workers()
     if not found.known:
         raise FarmFailed("expected the broker to name the workers, got no answer from it")
-    output.result([one.model_dump(mode="json") for one in found.items], worker_table(found.items, now_s=time.time()))
+    output.result(workers_data(found.items), worker_table(found.items, now_s=time.time()))
+
+
+def status(output: Output, connection: Connection) -> None:
+    """Show the state of the farm in some lines: health, workers, space and open jobs.
+
+    The exit code is 0 when everything works, and 1 when something does not.
+    """
+    from lippmann.cli.text.farm import COUNTED, FarmState, status_data, status_text
+    from lippmann.job.states import ENDED_JOBS, JobStatus
+
+    with connection.client() as client:
+        health = client.health()
+        workers = client.workers()
+        open_jobs = [status for status in JobStatus if status not in ENDED_JOBS]
+        jobs = {status.value: tuple(client.jobs(status=status, limit=COUNTED + 1)) for status in open_jobs}
+        farm = FarmState(client.address.url, health, workers.items if workers.known else None, jobs)
+    output.result(status_data(farm), status_text(farm))
+    if health.status != "ok":
+        raise typer.Exit(ExitCode.FAILED)
 
 
 @contextmanager

@@ -1,19 +1,21 @@
-"""Jobs: submit, list, show their tasks, watch, fetch, link files, and the actions on jobs."""
+"""Jobs: submit, list, show, watch, their tasks and logs."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
-from pathlib import Path
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from lippmann.cli.exit_codes import ExitCode
-from lippmann.cli.options import RECONNECT_S, JobId, OutputFolder, Overrides
+from lippmann.cli.options import RECONNECT_S, JobId, JobIds, JobStatusName, Overrides, TaskStatusName
+from lippmann.cli.several import act_on_each, status_of
 from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
+    from lippmann.client.client import Client
     from service.schemas.job import Job
 
 
@@ -46,15 +48,13 @@ def submit(
             if note not in old_names:
                 output.note(f"note: {note}")
         if watching:
-            from lippmann.client.watch import watch_job
-
             output.note(f"{made.id} {made.status}")
-            made = watch_job(client, made.id)
-    _print_status(made, output)
+            made = _watch(client, made.id, output)
+    output.result(*status_of(made))
 
 
 def jobs(
-    status: Annotated[str | None, typer.Option(help="List only the jobs with this status.")] = None,
+    status: Annotated[JobStatusName | None, typer.Option(help="List only the jobs with this status.")] = None,
     limit: Annotated[int, typer.Option(min=1, max=100_000, help="The largest number of jobs to list.")] = 20,
     *,
     output: Output,
@@ -68,18 +68,22 @@ def jobs(
     output.result([job.model_dump(mode="json") for job in found], job_table(found))
 
 
-def show(job_id: JobId, output: Output, connection: Connection) -> None:
-    """Show a job, and why it waits if no task of it runs."""
+def show(job_ids: JobIds, output: Output, connection: Connection) -> None:
+    """Show jobs, and why a job waits if no task of it runs."""
     from lippmann.cli.text.jobs import job_text
 
     with connection.client() as client:
-        job = client.job(job_id)
-    output.result(job.model_dump(mode="json"), job_text(job))
+
+        def shown(job_id: str) -> tuple[object, str]:
+            job = client.job(job_id)
+            return job.model_dump(mode="json"), job_text(job) + ("\n" if len(job_ids) > 1 else "")
+
+        act_on_each(job_ids, shown, output)
 
 
 def tasks(
     job_id: JobId,
-    status: Annotated[str | None, typer.Option(help="List only the tasks with this status.")] = None,
+    status: Annotated[TaskStatusName | None, typer.Option(help="List only the tasks with this status.")] = None,
     limit: Annotated[int, typer.Option(min=1, max=1_000_000, help="The largest number of tasks to list.")] = 100,
     *,
     output: Output,
@@ -93,116 +97,70 @@ def tasks(
     output.result([task.model_dump(mode="json") for task in found], task_table(found))
 
 
+def logs(
+    job_id: JobId,
+    follow: Annotated[
+        bool, typer.Option("--follow", help="Print further logs as attempts end, until the job ends.")
+    ] = False,
+    task: Annotated[
+        str | None,
+        typer.Option(metavar="TASK", help="Print only the log of this task, whose id `lippmann tasks` lists."),
+    ] = None,
+    status: Annotated[
+        TaskStatusName | None, typer.Option(help="Print only the logs of the tasks with this status.")
+    ] = None,
+    limit: Annotated[
+        int, typer.Option(min=1, max=1_000_000, help="The largest number of logs without --follow.")
+    ] = 100,
+    *,
+    output: Output,
+    connection: Connection,
+) -> None:
+    """Print the logs of the tasks of a job, each of the latest attempt. POV-Ray's own messages are in them."""
+    from lippmann.cli.text.jobs import log_data, log_text
+    from lippmann.client.logs import follow_logs, read_logs
+
+    kept, count = [], 0
+    with connection.client(patience_s=RECONNECT_S if follow else 3.0) as client, _job_goes_on(job_id, output):
+        if follow:
+            found = follow_logs(client, job_id, status=status, task_id=task)
+        else:
+            found = read_logs(client, job_id, status=status, task_id=task, limit=limit)
+        for one in found:
+            count += 1
+            if output.as_json:
+                kept.append(log_data(one))
+            else:
+                output.result(None, log_text(one))
+    if output.as_json:
+        output.result(kept, "")
+    if not count:
+        output.note("No attempt has ended yet, so there is no log.")
+    elif count == limit and not follow:
+        output.note(f"These are the first {limit} logs; --limit, --status and --task select others.")
+
+
 def watch(job_id: JobId, output: Output, connection: Connection) -> None:
     """Watch a job until it ends. The exit code is 0 when it is done and 1 when it failed or was cancelled."""
+    with connection.client(patience_s=RECONNECT_S) as client:
+        job = _watch(client, job_id, output)
+    output.result(*status_of(job))
+
+
+def _watch(client: Client, job_id: str, output: Output) -> Job:
     from lippmann.client.watch import watch_job
 
-    with connection.client(patience_s=RECONNECT_S) as client:
+    with _job_goes_on(job_id, output):
         job = watch_job(client, job_id)
-    _print_status(job, output)
+    output.note(f"`lippmann fetch {job_id}` brings its files to out/{job_id}/.")
+    return job
 
 
-def fetch(
-    job_id: JobId,
-    out: OutputFolder = Path("out"),
-    frames: Annotated[
-        str | None, typer.Option(help="Fetch only the pictures of these frames, for example 1-48:2,60.")
-    ] = None,
-    masters: Annotated[bool, typer.Option("--masters", help="Fetch the EXR masters instead of PNG pictures.")] = False,
-    *,
-    output: Output,
-    connection: Connection,
-) -> None:
-    """Fetch the pictures and outputs of a job. Files that are complete in the folder are not fetched again.
-
-    If the job has not made everything, missing.json in the folder says what is missing and why, and the exit code is 5.
-    """
-    from lippmann.client.fetch import fetch_job, fetch_text
-    from lippmann.client.missing import missing_text
-
-    with connection.client(patience_s=RECONNECT_S) as client:
-        result = fetch_job(client, job_id, out, frames=frames, masters=masters)
-    data = {
-        "folder": str(result.folder),
-        "files": [str(path) for path in result.files],
-        "brought": result.fetched,
-        "bytes_brought": result.fetched_bytes,
-        "missing": asdict(result.missing) if result.missing else None,
-    }
-    output.result(data, fetch_text(result))
-    if result.missing:
-        output.note(missing_text(result.missing, out))
-        raise typer.Exit(ExitCode.INCOMPLETE)
-
-
-def link(
-    job_id: JobId,
-    artifact: Annotated[
-        str, typer.Argument(metavar="FILE", help="The name of a file of the job, such as video/views.mp4.")
-    ],
-    hours: Annotated[
-        float | None, typer.Option(min=0.001, help="The hours until the link expires. By default a day.")
-    ] = None,
-    *,
-    output: Output,
-    connection: Connection,
-) -> None:
-    """Create a link with which anybody downloads one file of a job without a key, until the link expires."""
-    with connection.client() as client:
-        made = client.artifact_link(job_id, artifact, expires_in_s=None if hours is None else hours * 3600)
-    output.note(f"The link is valid until {made.expires_at:%Y-%m-%d %H:%M:%S} UTC:")
-    output.result(made.model_dump(mode="json"), made.url)
-
-
-def cancel(job_id: JobId, output: Output, connection: Connection) -> None:
-    """Cancel a job. Its finished frames and outputs are kept."""
-    with connection.client() as client:
-        _print_status(client.cancel(job_id), output)
-
-
-def pause(job_id: JobId, output: Output, connection: Connection) -> None:
-    """Pause a job. Running tasks finish, and no new task starts."""
-    with connection.client() as client:
-        _print_status(client.pause(job_id), output)
-
-
-def resume(job_id: JobId, output: Output, connection: Connection) -> None:
-    """Resume a paused job."""
-    with connection.client() as client:
-        _print_status(client.resume(job_id), output)
-
-
-def retry(job_id: JobId, output: Output, connection: Connection) -> None:
-    """Run the failed and cancelled tasks of an ended job again."""
-    with connection.client() as client:
-        _print_status(client.retry(job_id), output)
-
-
-def repair(job_id: JobId, output: Output, connection: Connection) -> None:
-    """Verify every file of an ended job, and make the missing and damaged ones again."""
-    with connection.client() as client:
-        _print_status(client.repair(job_id), output)
-
-
-def skip(
-    job_id: JobId,
-    frames: Annotated[
-        str | None,
-        typer.Option(help="The frames to leave out, for example 7,12-14. By default, those that failed."),
-    ] = None,
-    *,
-    output: Output,
-    connection: Connection,
-) -> None:
-    """Leave frames of a failed or cancelled job out and continue it; its outputs are made without them.
-
-    A retry of the job brings them back.
-    """
-    from lippmann.job.frames import parse_frames
-
-    with connection.client() as client:
-        _print_status(client.skip(job_id, parse_frames(frames) if frames else None), output)
-
-
-def _print_status(job: Job, output: Output) -> None:
-    output.result(job.model_dump(mode="json"), f"{job.id} {job.status}")
+@contextmanager
+def _job_goes_on(job_id: str, output: Output) -> Iterator[None]:
+    """End the command after Ctrl-C, and say that the job goes on."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        output.note(f"The job goes on. `lippmann watch {job_id}` comes back to it, `lippmann cancel {job_id}` ends it.")
+        raise typer.Exit(ExitCode.INTERRUPTED) from None

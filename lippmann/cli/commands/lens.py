@@ -124,7 +124,7 @@ def _numbers(lens: ImagingLens) -> dict[str, float]:
     points = cardinal_points(lens)
     return {
         "efl_mm": points.effective_focal_length_mm,
-        "back_focal_mm": points.back_focal_distance_mm,
-        "front_focal_mm": points.front_focal_distance_mm,
+        "back_focal_distance_mm": points.back_focal_distance_mm,
+        "front_focal_distance_mm": points.front_focal_distance_mm,
         "f_number": f_number(lens),
     }

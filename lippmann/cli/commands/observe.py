@@ -74,9 +74,11 @@ def observe(
         ),
     ] = None,
     bare: Annotated[
-        Literal["clear", "black"], typer.Option(help="The areas of the display that no lens covers.")
+        Literal["clear", "black"], typer.Option(help="How the areas of the display look that no lens covers.")
     ] = "clear",
-    surround: Annotated[Literal["black", "white"], typer.Option(help="The area outside the pixels.")] = "black",
+    surround: Annotated[
+        Literal["black", "white"], typer.Option(help="How the area around the pixels looks.")
+    ] = "black",
     frame: Frame = None,
     *,
     output: Output,

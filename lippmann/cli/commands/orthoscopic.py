@@ -81,12 +81,18 @@ def orthoscopic(
         Literal["8", "16"] | None, typer.Option(help="The bits of each channel of a PNG or TIFF made from an EXR.")
     ] = None,
     linear: Annotated[
-        bool, typer.Option("--linear", help="The codes of the PNG or TIFF are linear light, whatever the file says.")
+        bool,
+        typer.Option(
+            "--linear", help="The pixels of the PNG or TIFF are linear light and not sRGB, whatever the file says."
+        ),
     ] = False,
     *,
     output: Output,
 ) -> None:
-    """Convert a pseudoscopic integral image to an orthoscopic one, by half-turns or by SPOC for another display."""
+    """Convert a pseudoscopic integral image to an orthoscopic one, by half-turns of its elemental images.
+
+    The options of another display convert it for that display, by SPOC (smart pseudoscopic-to-orthoscopic conversion).
+    """
     from lippmann.cli.option_values import layout_of
     from lippmann.local.orthoscopic import CaptureOptions, display_of, write_orthoscopic
 

@@ -1,4 +1,4 @@
-"""Scenes: list, show and upload them, and capture one frame without a farm."""
+"""Scenes: list, show, upload and remove them, and capture one frame without a farm."""
 
 from __future__ import annotations
 
@@ -8,10 +8,11 @@ from typing import Annotated
 import typer
 
 from lippmann.cli.options import OutputFolder, Overrides, with_context
+from lippmann.cli.several import act_on_each
 from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
 
-app = typer.Typer(help="List, show and upload scenes.", no_args_is_help=True)
+app = typer.Typer(help="List, show, upload and remove scenes.", no_args_is_help=True)
 
 
 @app.command("list")
@@ -58,6 +59,23 @@ def upload(
     with connection.client() as client:
         scene = client.upload_scene(name or bundle.resolve().stem, data)
     output.result(scene.model_dump(mode="json"), f"The scene {scene.name} is uploaded ({scene.digest[:12]}).")
+
+
+@app.command("rm")
+@with_context
+def remove(
+    names: Annotated[list[str], typer.Argument(metavar="NAME...", help="The names of one or more uploaded scenes.")],
+    output: Output,
+    connection: Connection,
+) -> None:
+    """Remove uploaded scenes from the service. Jobs that were submitted with them keep them."""
+    with connection.client() as client:
+
+        def delete(name: str) -> tuple[object, str]:
+            client.remove_scene(name)
+            return {"name": name, "removed": True}, f"The scene {name} is removed."
+
+        act_on_each(names, delete, output)
 
 
 def capture(

@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from lippmann.terminal.progress import time_text
 from lippmann.terminal.table import table
 
 if TYPE_CHECKING:
-    from datetime import datetime
-
     from service.schemas.access import AuditEntry, Key
 
 
@@ -19,9 +18,9 @@ def key_table(keys: Iterable[Key]) -> str:
         (
             key.id,
             key.role,
-            _time(key.created_at),
-            "never" if key.expires_at is None else _time(key.expires_at),
-            "never" if key.used_at is None else _time(key.used_at),
+            time_text(key.created_at),
+            "never" if key.expires_at is None else time_text(key.expires_at),
+            "never" if key.used_at is None else time_text(key.used_at),
             "itself" if key.owner_id == key.id else key.owner_id,
             key.name,
         )
@@ -32,9 +31,7 @@ def key_table(keys: Iterable[Key]) -> str:
 
 def audit_table(entries: Iterable[AuditEntry]) -> str:
     """Return changes, one a line."""
-    rows = [(_time(one.at), one.name, one.key_id, one.action, one.subject, one.detail, one.address) for one in entries]
+    rows = [
+        (time_text(one.at), one.name, one.key_id, one.action, one.subject, one.detail, one.address) for one in entries
+    ]
     return table(("when", "who", "key", "what", "of", "detail", "from"), rows) if rows else "No changes."
-
-
-def _time(when: datetime) -> str:
-    return when.astimezone().strftime("%Y-%m-%d %H:%M:%S")

@@ -1,17 +1,16 @@
-"""Jobs, workers and scenes as text."""
+"""Jobs, tasks, logs and scenes as text."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any
 
-from lippmann.terminal.progress import duration_text
+from lippmann.terminal.progress import duration_text, time_text
 from lippmann.terminal.table import fields, table
 
 if TYPE_CHECKING:
-    from datetime import datetime
-
-    from service.schemas.farm import Worker
+    from lippmann.client.logs import TaskLog
     from service.schemas.job import Job
     from service.schemas.scene import Scene
     from service.schemas.task import Task
@@ -65,8 +64,8 @@ def job_text(job: Job) -> str:
             ("priority", job.priority),
             ("by", job.owner),
             ("webhook", _webhook_text(job)),
-            ("created", _time(job.created_at)),
-            ("ended", _time(job.ended_at) if job.ended_at else None),
+            ("created", time_text(job.created_at)),
+            ("ended", time_text(job.ended_at) if job.ended_at else None),
             ("outputs", ", ".join(output.name + ("" if output.ready else " (not yet)") for output in job.outputs)),
         ]
     )
@@ -84,31 +83,19 @@ def wait_text(wait: Wait) -> str:
     return f"{wait.message} ({ids})" if ids else wait.message
 
 
-def worker_table(workers: Iterable[Worker], *, now_s: float) -> str:
-    """Return workers, one a line, with those that take no orders marked."""
-    rows = [
-        (
-            worker.name,
-            f"{worker.running}/{worker.slots}",
-            _claiming_text(worker, now_s),
-            "none: scenes of Lippmann only" if worker.sandbox == "none" else worker.sandbox,
-            worker.host,
-            worker.version,
-        )
-        for worker in workers
-    ]
-    return table(("name", "running", "orders", "sandbox", "host", "version"), rows) if rows else "No workers."
+def log_text(log: TaskLog) -> str:
+    """Return the log of a task under a head that names the task."""
+    of = " ".join(filter(None, (log.kind, _subject(log))))
+    return f"==> {of}, attempt {log.attempt}, {log.status} ({log.task})\n{log.log.rstrip()}\n"
 
 
-def _claiming_text(worker: Worker, now_s: float) -> str:
-    if worker.fault is not None:
-        return worker.fault
-    if worker.not_claiming_since_s is None:
-        return "takes orders"
-    return f"has taken none for {duration_text(now_s - worker.not_claiming_since_s)}"
+def log_data(log: TaskLog) -> dict[str, Any]:
+    """Return the log of a task as data."""
+    tile = None if log.tile is None else log.tile.model_dump(mode="json")
+    return asdict(replace(log, tile=None)) | {"tile": tile}
 
 
-def _subject(task: Task) -> str:
+def _subject(task: Task | TaskLog) -> str:
     """Return what a task is about: a frame, a tile of it, or an output."""
     if task.output is not None:
         return task.output
@@ -150,8 +137,8 @@ def scene_text(scene: Scene) -> str:
     stage, sheets = scene.stage, scene.sheets
     shows = ("stage", f"reference at {stage.reference_mm:g} mm, sharp from {stage.near_mm:g} to {stage.far_mm:g} mm")
     if sheets is not None:
-        rows_cols = " x ".join(map(str, sheets.count or ()))
-        shows = ("sheets", f"{len(sheets.files)} frames of {rows_cols} lenses, {sheets.pitch_px:g} px each")
+        cols_rows = " x ".join(map(str, reversed(sheets.count or ())))
+        shows = ("sheets", f"{len(sheets.files)} frames of {cols_rows} lenses, {sheets.pitch_px:g} px each")
     head = fields(
         [
             ("name", scene.name),
@@ -170,7 +157,3 @@ def _bounds(minimum: float | None, maximum: float | None) -> str:
     if minimum is None and maximum is None:
         return ""
     return f"{'' if minimum is None else f'{minimum:g}'}..{'' if maximum is None else f'{maximum:g}'}"
-
-
-def _time(when: datetime) -> str:
-    return when.astimezone().strftime("%Y-%m-%d %H:%M:%S")

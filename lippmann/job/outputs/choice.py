@@ -7,6 +7,7 @@ its file, `views.mp4`: the kind, and a suffix that stands for options.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from importlib import import_module
 from pkgutil import iter_modules
 from typing import TYPE_CHECKING, Annotated, Any
@@ -43,13 +44,15 @@ def spelled_out(written: Any) -> Any:
         kind, dot, suffix = written.partition(".")
         options = KINDS[kind].SPELLINGS.get(dot + suffix) if kind in KINDS else None
         if options is None:
-            raise ValueError(
-                f"an object with a kind, or one of {', '.join(map(repr, spellings()))}, got {shown(written)}"
-            )
+            hint = "".join(f" (did you mean {one}?)" for one in get_close_matches(written[:100], spellings(), n=1))
+            known = ", ".join(map(repr, spellings()))
+            raise ValueError(f"an object with a kind, or one of {known}{hint}, got {shown(written)}")
         return {"kind": kind, **options}
     if isinstance(written, Mapping) and not (isinstance(written.get("kind"), str) and written["kind"] in KINDS):
         kinds = ", ".join(sorted(KINDS))
         got = shown(written["kind"]) if "kind" in written else "nothing"
+        if isinstance(written.get("kind"), str):
+            kinds += "".join(f" (did you mean {one}?)" for one in get_close_matches(written["kind"][:100], KINDS, n=1))
         raise FieldError("kind", expected=f"one of {kinds}", got=got)
     if not isinstance(written, Mapping | OutputOptions):
         raise ValueError(f"an object with a kind, or the name of a file, got {shown(written)}")

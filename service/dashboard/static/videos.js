@@ -25,6 +25,7 @@ export function Videos({ job }) {
   const outputs = job.outputs.map((output, place) => ({
     ...output,
     url: link(output.url),
+    archive: output.archive_url && link(output.archive_url),
     kind: job.spec.outputs[place].kind,
   }));
   const ready = outputs.filter((output) => output.ready);
@@ -61,7 +62,7 @@ const player = (output) => html`
 `;
 
 // The sidecar of an output of several files lists them.
-function Files({ name, url }) {
+function Files({ name, url, archive }) {
   const [files, setFiles] = useState([]);
   useEffect(() => {
     getSidecar(url).then((told) => setFiles(told.files), () => setFiles([]));
@@ -70,6 +71,7 @@ function Files({ name, url }) {
   return html`
     <p class="downloads" role="group" aria-label=${name}>
       <a href=${url} download>${name}</a>
+      ${archive && html`<a class="button" href=${archive} download>↓ All files (.zip)</a>`}
       ${files.length > MOST_LINKS && html`<span class="quiet">${many(files.length, "file")}</span>`}
       ${files.length <= MOST_LINKS &&
       files.map((file) => {

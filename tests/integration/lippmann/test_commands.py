@@ -180,6 +180,7 @@ def test_ctrl_c_ends_watch_with_130_and_leaves_the_job_alone(farm: Up) -> None:
         assert watching.stderr.readline()
         watching.send_signal(signal.SIGINT)
         assert watching.wait(ENOUGH_S) == 130
+        assert f"The job goes on. `lippmann watch {job.id}` comes back to it" in watching.stderr.read()
         watching.stderr.close()
         assert client.job(job.id).status in ("queued", "probing", "running")
         client.cancel(job.id)

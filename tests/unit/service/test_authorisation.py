@@ -16,7 +16,7 @@ from sqlalchemy import func, select
 
 from service.auth import Caller, create_key, create_login_token
 from service.browser_sessions import open_session
-from service.db.tables import AuditRow
+from service.db.tables import AuditRow, Scene
 from service.jobs.submission import submit_job
 from service.main import create_app
 from service.schemas.access import Role
@@ -42,6 +42,7 @@ RULES: dict[str, tuple[str, bool]] = {
     "GET /api/v1/scenes/{name}": (SEE, False),
     "GET /api/v1/scenes/{name}/poster.png": (SEE, False),
     "POST /api/v1/scenes": (SUBMIT, True),
+    "DELETE /api/v1/scenes/{name}": (CHANGE, True),
     "GET /api/v1/jobs": (SEE, False),
     "POST /api/v1/jobs": (SUBMIT, True),
     "GET /api/v1/jobs/{job_id}": (SEE, False),
@@ -67,6 +68,7 @@ RULES: dict[str, tuple[str, bool]] = {
     "GET /api/v1/jobs/{job_id}/artifacts": (SEE, False),
     "GET /api/v1/jobs/{job_id}/artifacts/{name:path}": (SEE, False),
     "HEAD /api/v1/jobs/{job_id}/artifacts/{name:path}": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/outputs/{name}.zip": (SEE, False),
     "POST /api/v1/jobs/{job_id}/links": (SEE, True),
     "GET /api/v1/links/{job_id}/{name:path}": (SIGNED, False),
     "HEAD /api/v1/links/{job_id}/{name:path}": (SIGNED, False),
@@ -85,7 +87,9 @@ OPENID_ROUTES = {"GET /login/oidc", "GET /login/oidc/callback"}
 """The routes that are there with an OpenID provider only; they are open to all, see `routes/test_openid.py`."""
 
 OWNER = "ann"
-"""The owner of the jobs of the requests."""
+"""The owner of the jobs and of the scene of the requests."""
+SCENE = "anns"
+"""A scene of that owner."""
 CALLERS: dict[str, tuple[Role, str] | None] = {
     "nobody": None,
     "viewer, own": (Role.VIEWER, OWNER),
@@ -95,6 +99,11 @@ CALLERS: dict[str, tuple[Role, str] | None] = {
     "admin, other": (Role.ADMIN, "bob"),
 }
 _IS_OF_A_JOB = "{job_id}"
+REMOVE_SCENE = "DELETE /api/v1/scenes/{name}"
+
+
+def _has_owner(route: str) -> bool:
+    return _IS_OF_A_JOB in route or route == REMOVE_SCENE
 
 
 def _expected(route: str, who: str, *, sharing: bool) -> int | str:
@@ -107,7 +116,7 @@ def _expected(route: str, who: str, *, sharing: bool) -> int | str:
     needed = {SEE: Role.VIEWER, SUBMIT: Role.SUBMITTER, CHANGE: Role.SUBMITTER, ADMIN: Role.ADMIN}[rule]
     if not role.allows(needed):
         return NO_ROLE
-    if _IS_OF_A_JOB in route and owner_id != OWNER and role is not Role.ADMIN:
+    if _has_owner(route) and owner_id != OWNER and role is not Role.ADMIN:
         return HIDDEN if not sharing else NO_ROLE if rule == CHANGE else ALLOWED
     return ALLOWED
 
@@ -130,7 +139,8 @@ class Door:
         method, _, path = route.partition(" ")
         job_id = "" if _IS_OF_A_JOB not in path else self.job_id if method in ("GET", "HEAD") else self._job()
         values = {
-            _IS_OF_A_JOB: job_id, "{task_id}": f"{job_id}.0", "{frame}": "1", "{name}": "ball",
+            _IS_OF_A_JOB: job_id, "{task_id}": f"{job_id}.0", "{frame}": "1",
+            "{name}": self._scene() if route == REMOVE_SCENE else "ball",
             "{name:path}": "job.json" if job_id else "base.css",
             "{key_id}": self._new_key(Role.VIEWER, "x")[0] if "{key_id}" in path else "",
             "{session_id}": self._new_session() if "{session_id}" in path else "",
@@ -145,7 +155,8 @@ class Door:
         assert self._audited() - before == int(changes), (route, who, answer.text)
         if answer.status_code in (NO_KEY, NO_ROLE):
             return int(answer.status_code)
-        is_hidden = answer.status_code == HIDDEN and f"there is no job '{job_id}'" in answer.text
+        hidden = (f"there is no job '{job_id}'", f"there is no scene '{SCENE}'")
+        is_hidden = answer.status_code == HIDDEN and any(text in answer.text for text in hidden)
         return HIDDEN if is_hidden or (method == "HEAD" and answer.status_code == HIDDEN) else ALLOWED
 
     def _body(self, route: str) -> dict[str, Any]:
@@ -181,6 +192,17 @@ class Door:
             settings=self.farm.settings,
         )
         return job.id
+
+    def _scene(self) -> str:
+        with self.farm.writing() as session:
+            ball = session.get_one(Scene, "ball")
+            session.merge(
+                Scene(
+                    name=SCENE, digest=ball.digest, card=ball.card, builtin=False, owner=OWNER, owner_id=OWNER,
+                    poster=None, updated_s=self.farm.now_s,
+                )
+            )  # fmt: skip
+        return SCENE
 
     def _new_key(self, role: Role, owner_id: str) -> tuple[str, str]:
         with self.farm.writing() as session:
@@ -227,8 +249,8 @@ def test_a_farm_with_a_provider_has_two_more_routes(make_farm: Callable[..., Far
 def test_every_role_may_do_what_the_rules_say_and_no_more(make_farm: Callable[..., Farm], *, sharing: bool) -> None:
     farm = make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0", sharing=sharing)
     with _door(farm) as door:
-        # Sharing is about jobs, so the other routes are asked only once.
-        asked = [(route, who) for route in RULES if sharing or _IS_OF_A_JOB in route for who in CALLERS]
+        # Sharing is about jobs and scenes of users, so the other routes are asked only once.
+        asked = [(route, who) for route in RULES if sharing or _has_owner(route) for who in CALLERS]
         found = {(route, who): door.ask(route, who) for route, who in asked}
     expected = {(route, who): _expected(route, who, sharing=sharing) for route, who in asked}
     assert {case: (found[case], expected[case]) for case in asked if found[case] != expected[case]} == {}

@@ -76,3 +76,27 @@ def test_an_upload_without_a_bundle_is_refused(api: Client) -> None:
     assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "bundle")
     answer = api.post(SCENES, params={"name": "mine"}, data={"bundle": "text"})
     assert (answer.status_code, answer.json()["errors"][0]["field"]) == (422, "bundle")
+
+
+def test_a_scene_is_removed_by_its_owner_and_its_jobs_keep_it(api: Client, api_farm: Farm) -> None:
+    digest = _upload(api, "mine").json()["digest"]
+    job_id = api.post("/api/v1/jobs", json=SPEC | {"scene": "mine"}).json()["id"]
+    assert api.delete(f"{SCENES}/mine").status_code == 204
+    assert [scene["name"] for scene in api.get(SCENES).json()["items"]] == ["ball"]
+    assert api.get(f"/api/v1/jobs/{job_id}").json()["scene"] == "mine"
+    assert f"scenes/{digest}.zip" in api_farm.store.files
+    assert api.delete(f"{SCENES}/mine").json()["code"] == "not-found"
+
+
+def test_a_built_in_scene_is_not_removed(api: Client) -> None:
+    answer = api.delete(f"{SCENES}/ball")
+    assert (answer.status_code, answer.json()["code"]) == (409, "scene-builtin")
+    assert api.get(f"{SCENES}/ball").status_code == 200
+
+
+def test_an_unknown_scene_is_answered_with_the_one_that_is_meant(api: Client) -> None:
+    _upload(api, "my-orchard")
+    assert api.get(f"{SCENES}/my-orchad").json()["detail"] == "there is no scene 'my-orchad' (did you mean my-orchard?)"
+    (error,) = api.post("/api/v1/jobs", json=SPEC | {"scene": "bal"}).json()["errors"]
+    assert error["expected"] == "the name of a scene on this farm (did you mean ball?)"
+    assert api.get(f"{SCENES}/zzz").json()["detail"] == "there is no scene 'zzz'"

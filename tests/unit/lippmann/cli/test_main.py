@@ -8,17 +8,20 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 import typer.main
+from typer.testing import CliRunner
 
 from lippmann import errors
-from lippmann.cli import main
+from lippmann.cli import main, options
 from lippmann.cli.exit_codes import ExitCode
 from lippmann.client.errors import refusal
 from lippmann.errors import BundleError, RenderFailed, SpecError
+from lippmann.job.states import JobStatus, TaskStatus
 from tests.repository import ROOT
 
 HEAVY = (
@@ -41,9 +44,9 @@ COMMANDS = dict(_commands(typer.main.get_command(main.app)))
 
 
 def test_there_are_the_commands_that_were_promised() -> None:
-    farm = {"up", "serve", "worker", "workers", "demo", "keys"}
+    farm = {"up", "serve", "worker", "workers", "status", "demo", "keys"}
     jobs = {"submit", "jobs", "show", "tasks", "watch", "fetch", "cancel", "pause", "resume", "retry", "repair", "skip"}
-    jobs |= {"link"}
+    jobs |= {"link", "logs", "rm", "priority"}
     integral = {"import", "view", "refocus", "observe", "export", "coding-study", "orthoscopic", "depth"}
     optics = {"design", "lens", "paper", "calibration-sheet"}
     care = {"backup", "restore", "doctor"}
@@ -148,6 +151,11 @@ def test_an_answer_that_is_no_problem_says_its_status() -> None:
     ("arguments", "code", "said"),
     [
         (["nonsense"], 2, "nonsense"),
+        (["shwo"], 2, "Did you mean 'show'"),
+        (["scenes", "shwo"], 2, "Did you mean 'show'"),
+        (["jobs", "--limits", "3"], 2, "--limit"),
+        (["rm"], 2, "JOB..."),
+        (["priority", "a", "b", "101"], 2, "PRIORITY"),
         (["jobs", "--limit", "0"], 2, "--limit"),
         (["up", "--port", "99999"], 2, "--port"),
         (["demo", "--frames", "6-1"], 2, "expected a range that counts up"),
@@ -179,6 +187,28 @@ def test_what_cannot_be_is_said_with_the_right_exit_code(
     assert said in " ".join(capsys.readouterr().err.split())
     left = {path.name for path in tmp_path.rglob("*")}
     assert left <= {"out"}, "nothing half-written"
+
+
+def test_the_statuses_that_the_command_takes_are_all_there_are() -> None:
+    assert get_args(options.JobStatusName) == tuple(JobStatus)
+    assert get_args(options.TaskStatusName) == tuple(TaskStatus)
+
+
+@pytest.mark.parametrize("arguments", [["-h"], ["scenes", "-h"], ["keys", "list", "-h"], ["fetch", "-h"]], ids=" ".join)
+def test_the_short_option_of_help_works_everywhere(arguments: list[str]) -> None:
+    ended = CliRunner().invoke(main.app, arguments)
+    assert (ended.exit_code, "Usage:" in ended.stdout) == (0, True)
+
+
+def test_the_command_tells_its_version() -> None:
+    ended = CliRunner().invoke(main.app, ["--version"])
+    assert (ended.exit_code, ended.stdout) == (0, f"lippmann {version('lippmann')}\n")
+
+
+def test_a_shell_gets_the_commands_that_begin_as_the_word() -> None:
+    asked = {"_LIPPMANN_COMPLETE": "complete_bash", "COMP_WORDS": "lippmann pri", "COMP_CWORD": "1"}
+    ended = CliRunner().invoke(main.app, [], env=asked, prog_name="lippmann")
+    assert ended.stdout.split() == ["priority"]
 
 
 def test_old_names_of_a_job_file_and_of_a_command_are_noted_on_stderr(tmp_path: Path) -> None:

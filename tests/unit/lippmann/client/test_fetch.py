@@ -3,18 +3,21 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping, Sequence
+import threading
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
-from lippmann.client import fetch as fetching
-from lippmann.client.fetch import RECORD, fetch_job
+from lippmann.client import fetch_record
+from lippmann.client.fetch import fetch_job
+from lippmann.client.fetch_record import RECORD, FetchRecord
 from lippmann.errors import BadInput
 from lippmann.job.spec import parse_spec
 from lippmann.job.states import FrameStatus, JobStatus
+from tests.waiting import ENOUGH_S
 
 FILES = (
     "depth/0001.exr",
@@ -31,9 +34,12 @@ class Service:
     def __init__(self, files: Sequence[str] = FILES, *, interrupted_at: str | None = None) -> None:
         self.files, self.interrupted_at = files, interrupted_at
         self.asked: list[str] = []
+        self.at_once, self.most_at_once = 0, 0
+        self.meeting: threading.Barrier | None = None
+        self.outputs: list[Any] = []
 
     def job(self, job_id: str) -> Any:
-        spec = parse_spec({"scene": "fish", "frames": "1-2", "outputs": []})
+        spec = parse_spec({"scene": "fish", "frames": "1-2", "outputs": self.outputs})
         return SimpleNamespace(id=job_id, spec=spec, status=JobStatus.DONE, error=None)
 
     def frames(self, job_id: str) -> Iterator[Any]:
@@ -47,8 +53,13 @@ class Service:
 
     def download(self, job_id: str, name: str, path: Path, **how: Any) -> Any:
         self.asked.append(name)
+        self.at_once += 1
+        self.most_at_once = max(self.most_at_once, self.at_once)
         if name == self.interrupted_at:
             raise KeyboardInterrupt
+        if self.meeting is not None:
+            self.meeting.wait(ENOUGH_S)
+        self.at_once -= 1
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(f"{how['format']}")
         return SimpleNamespace(size=path.stat().st_size)
@@ -68,31 +79,111 @@ def test_depth_comes_with_the_masters_and_never_as_a_picture(tmp_path: Path, mas
 EXPORTS = tuple(f"exports/npz/{frame:04d}.npz" for frame in range(1, 301))
 
 
-def test_a_fetch_that_was_interrupted_brings_only_what_is_missing(tmp_path: Path) -> None:
+@pytest.mark.parametrize("parallel", [1, 4])
+def test_a_fetch_that_was_interrupted_brings_only_what_is_missing(tmp_path: Path, parallel: int) -> None:
     service: Any = Service(EXPORTS, interrupted_at=EXPORTS[200])
     with pytest.raises(KeyboardInterrupt):
-        fetch_job(service, "j", tmp_path)
+        fetch_job(service, "j", tmp_path, parallel=parallel)
+    assert 200 < len(service.asked) < len(EXPORTS)
     again: Any = Service(EXPORTS)
-    assert fetch_job(again, "j", tmp_path).fetched == 100
-    assert again.asked == list(EXPORTS[200:])
+    assert fetch_job(again, "j", tmp_path).fetched == len(EXPORTS) - len(service.asked) + 1
+    assert sorted(again.asked) == sorted({*EXPORTS} - {*service.asked} | {EXPORTS[200]})
     assert fetch_job(again, "j", tmp_path).fetched == 0
+
+
+def test_as_many_files_are_fetched_at_the_same_time_as_the_caller_says(tmp_path: Path) -> None:
+    service: Any = Service(EXPORTS)
+    service.meeting = threading.Barrier(3)  # It lets three downloads pass when three have come.
+    assert fetch_job(service, "j", tmp_path, parallel=3).fetched == 300
+    assert service.most_at_once == 3
 
 
 def test_what_a_fetch_writes_down_grows_with_its_files_and_not_with_their_square(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     written: list[int] = []
-    really = fetching._write_record
+    really = fetch_record.write_record
 
-    def counted(folder: Path, known: Mapping[str, fetching.Fetched]) -> None:
-        written.append(len(known))
-        really(folder, known)
+    def counted(record: FetchRecord) -> None:
+        written.append(len(record.known))
+        really(record)
 
-    monkeypatch.setattr(fetching, "_write_record", counted)
+    monkeypatch.setattr(fetch_record, "write_record", counted)
     service: Any = Service(EXPORTS)
     fetch_job(service, "j", tmp_path)
     assert 1 <= len(written) < 10
-    assert len(json.loads((tmp_path / RECORD).read_bytes())) == len(EXPORTS)
+    assert len(json.loads((tmp_path / RECORD).read_bytes())["files"]) == len(EXPORTS)
+
+
+def test_a_folder_belongs_to_one_job(tmp_path: Path) -> None:
+    service: Any = Service()
+    fetch_job(service, "one", tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(
+        BadInput, match=r"expected a new folder or the one of job two, got .* with the files of job one"
+    ):
+        fetch_job(service, "two", tmp_path)
+    assert sorted(tmp_path.rglob("*")) == before
+    assert fetch_job(service, "one", tmp_path, masters=True).fetched == 4
+
+
+def test_a_folder_with_pictures_that_no_fetch_has_brought_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "integral").mkdir()
+    (tmp_path / "notes.txt").write_text("mine")
+    service: Any = Service()
+    with pytest.raises(BadInput, match=r"with integral/, which no fetch has brought"):
+        fetch_job(service, "j", tmp_path)
+    (tmp_path / "integral").rmdir()
+    assert fetch_job(service, "j", tmp_path).fetched == 2
+
+
+def test_the_record_of_an_earlier_release_is_that_of_the_job_whose_files_it_names(tmp_path: Path) -> None:
+    service: Any = Service()
+    fetch_job(service, "j", tmp_path)
+    files = json.loads((tmp_path / RECORD).read_bytes())["files"]
+    (tmp_path / RECORD).write_text(json.dumps(files))
+    assert fetch_job(service, "j", tmp_path).fetched == 0
+    (tmp_path / RECORD).write_text(json.dumps({name: one | {"etag": "other"} for name, one in files.items()}))
+    with pytest.raises(BadInput, match="with the files of another job"):
+        fetch_job(service, "j", tmp_path)
+
+
+def test_a_demo_replaces_the_files_of_the_demo_before_and_no_others(tmp_path: Path) -> None:
+    first: Any = Service(("orthoscopic/0001.exr", "exports/npz/0001.npz"))
+    fetch_job(first, "one", tmp_path, is_demo=True)
+    (tmp_path / "notes.txt").write_text("mine")
+    second: Any = Service(("orthoscopic/0002.exr",))
+    fetch_job(second, "two", tmp_path, is_demo=True)
+    names = {str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*") if path.is_file()}
+    assert names == {"orthoscopic/0002.png", "notes.txt", RECORD, "missing.json"}
+    with pytest.raises(BadInput, match="the files of job two"):
+        fetch_job(second, "three", tmp_path)
+
+
+def test_frames_beyond_the_job_and_unknown_outputs_are_refused_by_name(tmp_path: Path) -> None:
+    service: Any = Service()
+    with pytest.raises(BadInput, match=r"--frames: expected frames of the job, which are 1-2, got 3-4, 9"):
+        fetch_job(service, "j", tmp_path, frames="2-4,9")
+    with pytest.raises(BadInput, match="--outputs: expected none, because the job has no outputs, got 'x'"):
+        fetch_job(service, "j", tmp_path, outputs=["x"])
+    service.outputs = ["views.mp4", "view_grid.png"]
+    with pytest.raises(
+        BadInput, match=r"expected one of views.mp4, view_grid.png, got 'view.mp4' \(did you mean views"
+    ):
+        fetch_job(service, "j", tmp_path, outputs=["view.mp4"])
+    assert service.asked == []
+    assert not list(tmp_path.iterdir())
+
+
+def test_chosen_outputs_come_alone_and_with_the_pictures_of_frames(tmp_path: Path) -> None:
+    grid = ("exports/view_grid.png.json", "exports/view_grid/0001.png")
+    service: Any = Service((*FILES, *grid, "video/views.mp4"))
+    service.outputs = ["views.mp4", "view_grid.png"]
+    result = fetch_job(service, "j", tmp_path, outputs=["view_grid.png"])
+    assert sorted(service.asked) == sorted(grid)
+    assert not result.missing
+    fetch_job(service, "j", tmp_path, outputs=["views.mp4"], frames="2")
+    assert sorted(service.asked) == sorted((*grid, "video/views.mp4", "orthoscopic/0002.exr"))
 
 
 @pytest.mark.parametrize("name", ["../x", "exports/../../x", "/tmp/x", ""])

@@ -30,11 +30,11 @@ def test_the_short_spellings_are_the_names_of_folders_and_files() -> None:
         ),
         ({"kind": "hci", "disparity": "truth"}, {}, "outputs.1.disparity", "a job with capture.depth true"),
         ({"kind": "hci"}, {"px_per_lens": 40}, "outputs.1.views", "at most 1000 views"),
-        ({"kind": "mpeg_lenslet", "sequence": "a/b"}, {}, "outputs.1.sequence", "match pattern"),
-        ({"kind": "mpeg_lenslet", "sequence": "../up"}, {}, "outputs.1.sequence", "match pattern"),
+        ({"kind": "mpeg_lenslet", "sequence": "a/b"}, {}, "outputs.1.sequence", "letters, digits and dashes"),
+        ({"kind": "mpeg_lenslet", "sequence": "../up"}, {}, "outputs.1.sequence", "letters, digits and dashes"),
         ({"kind": "mpeg_lenslet", "convention": "upside-down"}, {}, "outputs.1.convention", "orthoscopic"),
         ({"kind": "npz", "dtype": "float64"}, {}, "outputs.1.dtype", "float16"),
-        ({"kind": "hci", "name": "a b"}, {}, "outputs.1.name", "match pattern"),
+        ({"kind": "hci", "name": "a b"}, {}, "outputs.1.name", "lower-case letters, digits, dashes"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(

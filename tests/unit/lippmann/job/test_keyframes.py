@@ -104,7 +104,12 @@ def test_surfaces_of_a_lens_may_move() -> None:
             "at least 1 item",
             "[]",
         ),
-        ({"lens_array": {"offset_mm": {"keyframes": "fast"}}}, "rig.lens_array.offset_mm.keyframes", "tuple", "'fast'"),
+        (
+            {"lens_array": {"offset_mm": {"keyframes": "fast"}}},
+            "rig.lens_array.offset_mm.keyframes",
+            "a list",
+            "'fast'",
+        ),
         (
             {"lens_array": {"count": [{"keyframes": [[1, 8], [2, 9]]}, 8]}},
             "rig.lens_array.count.0",

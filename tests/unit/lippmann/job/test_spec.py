@@ -65,7 +65,7 @@ def test_writing_and_reading_a_job_are_inverse() -> None:
         ({"frames": "7-3"}, "frames", "a range that counts up", "'7-3'"),
         ({"outputs": ["views.gif"]}, "outputs.0", "'views.mp4'", "'views.gif'"),
         ({"outputs": ["views.mp4", "views.mp4"]}, "outputs.1.name", "a name of its own", "'views'"),
-        ({"scene": "../fish"}, "scene", "pattern", "'../fish'"),
+        ({"scene": "../fish"}, "scene", "lower-case letters", "'../fish'"),
         ({"fps": 0}, "fps", "greater than 0", "0"),
         (
             {"rig": {"lens_array": {"count": [4000, 90]}, "px_per_lens": 20}},
@@ -87,7 +87,7 @@ def test_writing_and_reading_a_job_are_inverse() -> None:
         ({"rig": {"f_number": 2, "stop_mm": 50}}, "rig.f_number", "stop_mm", "both"),
         ({"rig": {"imaging_lens": None, "f_number": 2}}, "rig.f_number", "an imaging lens for the stop", "null"),
         ({"rig": {"imaging_lens": {"name": "x"}}}, "rig.imaging_lens.focal_length_mm", "a value", "nothing"),
-        ({"rig": {"imaging_lens": 3}}, "rig.imaging_lens", "string", "3"),
+        ({"rig": {"imaging_lens": 3}}, "rig.imaging_lens", "text", "3"),
         ({"capture": {"supersample": 9}}, "capture.supersample", "less than or equal to 8", "9"),
         ({"capture": {"method": "magic"}}, "capture.method", "'ray_camera'", "'magic'"),
         ({"render": {"antialias": "on"}}, "render.antialias", "'off'", "'on'"),

@@ -79,7 +79,7 @@ def test_a_lens_is_shown_as_a_job_takes_it(capsys: pytest.CaptureFixture[str], n
     lens(name, output=Output(as_json=True))
     shown = json.loads(capsys.readouterr().out)
     assert job_lens(shown["imaging_lens"]) is not None
-    assert {"efl_mm", "back_focal_mm", "front_focal_mm", "f_number"} < shown.keys()
+    assert {"efl_mm", "back_focal_distance_mm", "front_focal_distance_mm", "f_number"} < shown.keys()
 
 
 def test_a_lens_is_shown_surface_by_surface(capsys: pytest.CaptureFixture[str]) -> None:

@@ -63,7 +63,7 @@ def test_a_job_with_an_old_name_is_taken_and_keeps_a_note_of_the_new_one(api: Cl
         ({"colour": 1}, "colour", "no field of this name"),
         ({"rig": {"lens_array": {"pich": 1}}}, "rig.lens_array.pich", "no field of this name (did you mean pitch_mm?)"),
         ({"frames": "4-1"}, "frames", "a range that counts up"),
-        ({"scene": "nowhere"}, "scene", "a scene of GET /api/v1/scenes"),
+        ({"scene": "nowhere"}, "scene", "the name of a scene on this farm"),
         ({"parameters": {"hue": 1}}, "parameters.hue", "no parameters"),
         ({"priority": 101}, "priority", "less than or equal to 100"),
     ],

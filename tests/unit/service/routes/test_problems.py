@@ -58,7 +58,7 @@ def test_a_wrong_cursor_is_named(api: Client, api_farm: Farm) -> None:
 def test_a_wrong_query_is_named_with_what_was_expected_and_what_came(api: Client) -> None:
     (error,) = api.get("/api/v1/jobs?limit=many").json()["errors"]
     assert (error["field"], error["got"]) == ("limit", "'many'")
-    assert "integer" in error["expected"]
+    assert "a whole number" in error["expected"]
 
 
 @pytest.mark.promise("People", "Errors of the service say nothing of its inside.")

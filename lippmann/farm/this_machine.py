@@ -1,0 +1,115 @@
+"""What this machine has for a farm, a worker and the other commands, and how to get what it lacks."""
+
+from __future__ import annotations
+
+import importlib.util
+import os
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+from lippmann.errors import FarmFailed, PovrayMissing, SandboxMissing
+from lippmann.farm.supervisor.broker import find_server
+from lippmann.terminal.progress import size_text
+from service.doctor.finding import Check, Finding, Level
+from worker.engines.povray.version import check_povray, povray_version
+from worker.sandbox.detect import detect
+from worker.settings import WorkerSettings
+
+LITTLE_BYTES = 2e9
+"""The free space below which a disk is named as nearly full; a job of some frames needs some hundred megabytes."""
+_EXTRAS = (
+    ("matplotlib", "plots", "`lippmann paper` and `lippmann coding-study` draw no plots"),
+    ("boto3", "s3", "a farm cannot keep its artifacts in S3"),
+    ("psycopg", "postgresql", "a farm cannot use PostgreSQL"),
+)
+"""Packages that are optional: the package, the extra that installs it, and what is not possible without it."""
+_GPU_DEVICES = ("/dev/nvidiactl", "/dev/kfd", "/dev/dri/renderD128")
+
+
+def examine_machine(data_dir: Path, *, has_farm: bool) -> Iterator[Finding]:
+    """Yield what is found on this machine, and what is missing with the way to get it.
+
+    Parameters
+    ----------
+    data_dir
+        The data folder of a farm that runs here or that would be started here.
+    has_farm
+        Whether there is one. Then what only a worker or a new farm needs may be on other machines, so it is noted and
+        no warning.
+    """
+    missing = Level.NOTE if has_farm else Level.WARNING
+    yield _povray(missing)
+    yield _sandbox(missing)
+    yield from _broker(missing)
+    if not has_farm:  # The space of a farm's store is a check of its own.
+        yield _disk(data_dir)
+    yield _cores_and_gpu()
+    yield from _extras()
+
+
+def _povray(missing: Level) -> Finding:
+    command = os.environ.get("LIPPMANN_POVRAY", "povray")
+    try:
+        check_povray(command)
+        text = f"POV-Ray {povray_version(command)} is {shutil.which(command)}"
+    except PovrayMissing as error:
+        return Finding(Check.POVRAY, missing, f"{error.message}; without it, nothing is rendered on this machine")
+    return Finding(Check.POVRAY, Level.NOTE, text)
+
+
+def _sandbox(missing: Level) -> Finding:
+    """Return the sandbox in which a worker on this machine, with these settings, would run scenes."""
+    wanted = WorkerSettings().sandbox
+    try:
+        mode = detect(wanted).mode
+    except SandboxMissing as error:
+        return Finding(Check.SANDBOX, Level.WARNING, error.message)
+    if mode != "none":
+        return Finding(Check.SANDBOX, Level.NOTE, f"a worker on this machine runs scenes in {mode}")
+    if wanted == "none":
+        message = "LIPPMANN_SANDBOX is none: a worker with it renders only the scenes that come with the project"
+        return Finding(Check.SANDBOX, Level.WARNING, message)
+    message = (
+        "neither bubblewrap nor Landlock works here, so no worker can on this machine; install bubblewrap (Debian: "
+        "apt-get install bubblewrap), or use Linux 5.13 or later with Landlock"
+    )
+    return Finding(Check.SANDBOX, missing, message)
+
+
+def _broker(missing: Level) -> Iterator[Finding]:
+    if os.environ.get("LIPPMANN_REDIS_URL"):
+        return  # The way to the broker that this setting names is another check.
+    try:
+        yield Finding(Check.BROKER, Level.NOTE, f"`lippmann up` starts {find_server()}")
+    except FarmFailed as error:
+        yield Finding(Check.BROKER, missing, f"{error.message}; `lippmann up` starts no farm without it")
+
+
+def _disk(data_dir: Path) -> Finding:
+    folder = data_dir.absolute()
+    while not folder.exists():
+        folder = folder.parent
+    if not os.access(folder, os.W_OK):
+        return Finding(Check.DISK, Level.WARNING, f"expected a folder that can be written, got {folder}")
+    free = shutil.disk_usage(folder).free
+    text = f"{size_text(free)} are free for {data_dir}"
+    if free < LITTLE_BYTES:
+        return Finding(Check.DISK, Level.WARNING, f"only {text}; --data-dir takes another disk")
+    return Finding(Check.DISK, Level.NOTE, text)
+
+
+def _cores_and_gpu() -> Finding:
+    cores = len(os.sched_getaffinity(0))
+    gpu = next((device for device in _GPU_DEVICES if Path(device).exists()), None)
+    text = "there is no GPU" if gpu is None else f"there is a GPU ({gpu})"
+    return Finding(
+        Check.GPU, Level.NOTE, f"{cores} cores render with POV-Ray; {text}, and no engine of this release uses one"
+    )
+
+
+def _extras() -> Iterator[Finding]:
+    for package, extra, without in _EXTRAS:
+        if importlib.util.find_spec(package) is None:
+            message = f"{package} is not installed, so {without}; `pip install 'lippmann[{extra}]'` installs it"
+            yield Finding(Check.PACKAGES, Level.NOTE, message)

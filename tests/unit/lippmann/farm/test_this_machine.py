@@ -1,0 +1,79 @@
+"""What a machine has and lacks for a farm."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+from collections import namedtuple
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from lippmann.cli import main
+from lippmann.errors import FarmFailed
+from lippmann.farm import this_machine
+from lippmann.farm.this_machine import examine_machine
+from service.doctor.finding import Check, Finding, Level
+
+Usage = namedtuple("Usage", "total used free")
+
+
+def _found(data_dir: Path, *, has_farm: bool = False) -> dict[Check, Finding]:
+    return {one.check: one for one in examine_machine(data_dir, has_farm=has_farm)}
+
+
+@pytest.fixture(autouse=True)
+def no_trial(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The trial of the sandbox has tests of its own."""
+    monkeypatch.setattr(this_machine, "_sandbox", lambda _: Finding(Check.SANDBOX, Level.NOTE, "a sandbox"))
+    monkeypatch.delenv("LIPPMANN_REDIS_URL", raising=False)
+
+
+@pytest.mark.parametrize(("has_farm", "level"), [(False, Level.WARNING), (True, Level.NOTE)])
+def test_what_is_missing_comes_with_the_way_to_get_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, has_farm: bool, level: Level
+) -> None:
+    def find_server() -> Path:
+        raise FarmFailed("expected a server, got none: install one")
+
+    monkeypatch.setenv("LIPPMANN_POVRAY", "povray-of-the-future")
+    monkeypatch.setattr(this_machine, "find_server", find_server)
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    found = _found(tmp_path, has_farm=has_farm)
+    assert (found[Check.POVRAY].level, found[Check.BROKER].level) == (level, level)
+    assert "apt-get install povray povray-includes" in found[Check.POVRAY].message
+    assert "install one; `lippmann up` starts no farm without it" in found[Check.BROKER].message
+    assert "`pip install 'lippmann[postgresql]'`" in found[Check.PACKAGES].message
+
+
+def test_a_disk_that_is_nearly_full_and_one_that_cannot_be_written_are_warned_about(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert _found(tmp_path / "not" / "there")[Check.DISK].level in (Level.NOTE, Level.WARNING)
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: Usage(1, 1, 1_500_000_000))
+    assert "only 1.5 GB are free" in _found(tmp_path)[Check.DISK].message
+    monkeypatch.setattr(shutil, "disk_usage", lambda _: Usage(1, 1, 10**12))
+    assert _found(tmp_path)[Check.DISK] == Finding(Check.DISK, Level.NOTE, f"1.0 TB are free for {tmp_path}")
+    monkeypatch.setattr("os.access", lambda *_: False)
+    assert _found(tmp_path)[Check.DISK].level is Level.WARNING
+
+
+def test_the_broker_of_the_settings_needs_no_program_here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LIPPMANN_REDIS_URL", "redis://elsewhere")
+    assert Check.BROKER not in _found(tmp_path)
+
+
+def test_the_doctor_examines_a_machine_without_a_farm_and_refuses_a_folder_that_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    ended = CliRunner().invoke(main.app, ["doctor"])
+    assert ended.stdout.startswith("note: farm: there is no farm in data/; `lippmann up` starts one")
+    assert "povray: " in ended.stdout
+    assert not list(tmp_path.iterdir())
+    for arguments in (["--data-dir", "elsewhere"], ["--repair"]):
+        monkeypatch.setattr(sys, "argv", ["lippmann", "doctor", *arguments])
+        with pytest.raises(SystemExit) as refused:
+            main.main()
+        assert (refused.value.code, "without artifacts/" in capsys.readouterr().err) == (2, True)
