@@ -35,7 +35,7 @@ chaos: setup-test ## Try every kind of fault five times with seeds, which takes 
 outages: setup-test ## Run the long tests of outages of the broker, which take hours
 	$(BIN)/pytest -m long $(if $(ARGS),$(ARGS),tests/chaos)
 
-fuzz: setup-test ## Fuzz the readers of foreign text with 100,000 inputs each, and the API with 1,500 requests a route
+fuzz: setup-test ## Fuzz the readers of foreign texts, pictures and names with 100,000 inputs each, and the API with 1,500 requests a route
 	$(BIN)/python -m tests.security.fuzz $(if $(ARGS),$(ARGS),--inputs 100000)
 	$(BIN)/python -m tests.security.contract --examples 500
 

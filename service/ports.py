@@ -33,6 +33,10 @@ class CheckedBundle(Protocol):
     def poster(self) -> bytes | None:
         """The poster of the scene, a PNG."""
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the zip file has that is not in the bundle."""
+
 
 class Pictures(Protocol):
     """Reads masters and encodes pictures for browsers."""

@@ -70,7 +70,7 @@ def upload_scene(
             _check_owner(caller, known)
     bundle = parts.scenes.check(data)
     if known is not None and known.digest == bundle.digest:
-        return _present(known), False
+        return _present(known, notes=bundle.notes), False
     limits = Limits(settings, caller.limits)
     with database.reading() as session:
         _check_bundles(session, caller.owner_id, bundle.digest, size=len(data), limits=limits)
@@ -86,7 +86,7 @@ def upload_scene(
         owner, owner_id = (caller.name, caller.owner_id) if known is None else (known.owner, known.owner_id)
         row = session.merge(_row(name, bundle, builtin=False, now_s=now_s, owner=owner, owner_id=owner_id))
         record(session, caller, AuditAction.UPLOAD_SCENE, name, now_s=now_s, detail=f"bundle {bundle.digest}")
-        scene = _present(row)
+        scene = _present(row, notes=bundle.notes)
     # The bundle is stored again, because an unused bundle may have been deleted before the row existed.
     _store(parts, bundle.digest, data)
     return scene, True
@@ -219,7 +219,7 @@ def _row(
     )
 
 
-def _present(row: Scene) -> schema.Scene:
+def _present(row: Scene, *, notes: tuple[str, ...] = ()) -> schema.Scene:
     card = SceneManifest.model_validate(row.card)
     return schema.Scene(
         name=row.name,
@@ -235,4 +235,5 @@ def _present(row: Scene) -> schema.Scene:
         owner=row.owner,
         owner_id=row.owner_id,
         poster=poster_url(row.name) if row.poster is not None else None,
+        notes=notes,
     )

@@ -171,6 +171,7 @@ class Bundle:
     card: SceneManifest
     digest: str
     poster: bytes | None = b"poster"
+    notes: tuple[str, ...] = ("a note",)
 
 
 class FakeScenes:

@@ -34,6 +34,8 @@ class ResolvedJob(_Part):
     """The stage of the scene with the changes of the job. Animated numbers have their first values; see `at`."""
     file: str = SCENE_FILE
     """The scene file of the bundle."""
+    include: tuple[str, ...] = ()
+    """The folders of the bundle in which POV-Ray also looks for files."""
     clock: Clock
     parameters: dict[str, ParameterValue]
     """The value of every parameter of the scene, defaults included."""
@@ -80,6 +82,7 @@ class ResolvedJob(_Part):
             bundle=bundle,
             stage=changed_stage(manifest.stage, spec.stage),
             file=manifest.file,
+            include=manifest.include,
             clock=spec.clock or manifest.clock,
             parameters=manifest.resolve(spec.parameters),
             sheets=manifest.sheets,

@@ -19,8 +19,9 @@ from lippmann.job.spec import MAX_PARAMETERS, Clock, ParameterValue
 from lippmann.job.stage import Stage
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
-_FILE = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.+-]*/)*[A-Za-z0-9_][A-Za-z0-9_. +-]*\.(?:pov|inc)", re.IGNORECASE)
-"""A path below the bundle that needs no escapes in POV-Ray; only the name of the file itself may contain spaces."""
+_FOLDER = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_. +-]*(?:/|\Z))+")
+_FILE = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_. +-]*/)*[A-Za-z0-9_][A-Za-z0-9_. +-]*\.(?:pov|inc)", re.IGNORECASE)
+"""Paths below the bundle that need no escapes in POV-Ray."""
 
 SCENE_FILE = "scene.inc"
 """The default scene file of a bundle."""
@@ -90,6 +91,8 @@ class SceneManifest(JobModel):
 
     file: str = Field(default=SCENE_FILE, max_length=200)
     """The scene file, .inc or .pov; the camera of the rig replaces the camera of a .pov file."""
+    include: tuple[str, ...] = Field(default=(), max_length=16)
+    """The folders of the bundle in which POV-Ray also looks for files, as `Library_Path` in an .ini names them."""
     title: str = Field(default_factory=lambda given: given["file"], min_length=1, max_length=200)
     """The title of the scene; by default the name of the file."""
     description: str = Field(default="", max_length=20_000)
@@ -118,9 +121,20 @@ class SceneManifest(JobModel):
     def _check_file(cls, file: str) -> str:
         if not _FILE.fullmatch(file):
             raise ValueError(
-                "a .pov or .inc inside the bundle, its path of letters, digits and _ . + - between slashes"
+                "a .pov or .inc inside the bundle, its path of letters, digits, spaces and _ . + - between slashes"
             )
         return file
+
+    @field_validator("include")
+    @classmethod
+    def _check_include(cls, folders: tuple[str, ...]) -> tuple[str, ...]:
+        for folder in folders:
+            if len(folder) > 200 or not _FOLDER.fullmatch(folder):
+                raise ValueError(
+                    "folders inside the bundle, their paths of letters, digits, spaces and _ . + - between slashes"
+                    f", got {folder[:80]!r}"
+                )
+        return tuple(folder.rstrip("/") for folder in folders)
 
     @field_validator("parameters")
     @classmethod

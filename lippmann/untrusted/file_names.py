@@ -24,6 +24,19 @@ _INVISIBLE = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
 _DEVICE = re.compile(r"(?:con|prn|aux|nul|conin\$|conout\$|com\d|lpt\d)(?:\..*)?", re.IGNORECASE | re.DOTALL)
 
 
+CLUTTER = frozenset({"__macosx", ".ds_store", "thumbs.db", "ehthumbs.db", "desktop.ini", ".git", ".svn", ".hg"})
+"""The names of files and folders that an operating system or a version control puts among a person's own."""
+
+
+def is_clutter(name: str) -> bool:
+    """Return whether a name is that of a file that no person made, such as `__MACOSX/._scene.pov`.
+
+    >>> is_clutter("wood/.DS_Store"), is_clutter("._wood.png"), is_clutter("wood.png")
+    (True, True, False)
+    """
+    return any(part.startswith("._") or part.casefold() in CLUTTER for part in name.split("/"))
+
+
 def check_names(files: Sequence[str], folders: Sequence[str] = ()) -> None:
     """Check the names of the files of an archive, and of the folders that it lists.
 
@@ -72,7 +85,7 @@ def _check_no_conflict(names: Sequence[str], folders: set[str]) -> None:
         raise BundleError("expected every name once, and none both as a file and as a folder")
     plain: dict[str, str] = {}
     for name in (*names, *folders):
-        other = plain.setdefault(_plain(name), name)
+        other = plain.setdefault(plain_name(name), name)
         if other != name and not (other in folders and name in folders):
             raise BundleError(
                 "expected names that differ by more than case and the composition of accents, "
@@ -80,7 +93,12 @@ def _check_no_conflict(names: Sequence[str], folders: set[str]) -> None:
             )
 
 
-def _plain(name: str) -> str:
+def plain_name(name: str) -> str:
+    """Return what names have in common that a file system of Windows or macOS takes for one.
+
+    >>> plain_name("Maps/WOOD.PNG")
+    'maps/wood.png'
+    """
     return unicodedata.normalize("NFC", unicodedata.normalize("NFC", name).casefold())
 
 

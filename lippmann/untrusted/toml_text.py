@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import tomllib
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from typing import Any, NoReturn
 
 from lippmann.errors import FieldProblem, InvalidText
@@ -50,8 +51,10 @@ def read_toml(data: bytes, *, field: str) -> dict[str, Any]:
     """
     if len(data) > MAX_BYTES:
         _refuse(field, f"at most {MAX_BYTES:,} bytes", f"{len(data):,}")
+    if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        _refuse(field, "TOML in UTF-8", "UTF-16")
     try:
-        text = data.decode("utf-8").replace("\r\n", "\n")
+        text = data.decode("utf-8-sig").replace("\r\n", "\n")
         _scan(text, field)
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from lippmann.errors import BundleError
-from lippmann.untrusted.file_names import check_names
+from lippmann.untrusted.file_names import check_names, is_clutter
 
 MAX_BYTES = 256 * 1024 * 1024
 """The limit of all files together, unpacked."""
@@ -34,17 +34,36 @@ _FAULTS = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, Valu
 
 
 class Archive:
-    """A zip file whose list of entries was checked."""
+    """A zip file whose list of entries was checked.
+
+    Names are those of the entries with slashes: PowerShell writes backslashes. Files that an operating system adds are
+    left out.
+    """
 
     def __init__(self, file: zipfile.ZipFile) -> None:
         self._file = file
         if not all(entry.filename for entry in file.infolist()):
             _refuse("a name for every entry", "an entry without one")
-        entries = [entry for entry in file.infolist() if not entry.is_dir()]
-        _check_entries(file.infolist(), entries)
-        self.names = [entry.filename for entry in entries]
+        named = [(entry.filename.replace("\\", "/"), entry) for entry in file.infolist()]
+        files = [(name, entry) for name, entry in named if not name.endswith("/")]
+        kept = [(name, entry) for name, entry in files if not is_clutter(name)]
+        _check_entries(file.infolist(), [entry for _, entry in kept])
+        check_names([name for name, _ in files], [name[:-1] for name, _ in named if name.endswith("/")])
+        self._entries = dict(kept)
+        self.ignored = [name for name, _ in files if is_clutter(name)]
+        """The names of the files that are left out."""
+
+    @property
+    def names(self) -> list[str]:
         """The names of the files."""
-        check_names(self.names, [entry.filename[:-1] for entry in file.infolist() if entry.is_dir()])
+        return list(self._entries)
+
+    def enter(self, folder: str) -> None:
+        """Leave out everything outside a folder; from now on, names are relative to it."""
+        above = f"{folder}/"
+        self._entries = {
+            name.removeprefix(above): entry for name, entry in self._entries.items() if name.startswith(above)
+        }
 
     def read(self, name: str, *, at_most: int) -> bytes:
         """Return the content of a file.
@@ -64,12 +83,13 @@ class Archive:
         BundleError
             The same as for `read`.
         """
-        declared = self._file.getinfo(name).file_size
+        entry = self._entries[name]
+        declared = entry.file_size
         if declared > at_most:
             raise BundleError(f"{name}: expected at most {at_most} bytes, got {declared}")
         size = 0
         try:
-            with self._file.open(name) as file:
+            with self._file.open(entry) as file:
                 while chunk := file.read(_CHUNK):
                     size += len(chunk)
                     if size > declared:

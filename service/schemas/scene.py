@@ -31,6 +31,8 @@ class Scene(Answer):
     """The owner of the scene: only the owner and admins replace it. Scenes of earlier releases belong to `admin`."""
     poster: str | None
     """The path of the poster, a PNG."""
+    notes: tuple[str, ...] = ()
+    """In the answer to an upload: what the zip file has that is not in the bundle."""
 
 
 class SceneList(Answer):

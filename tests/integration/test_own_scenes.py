@@ -226,7 +226,7 @@ def test_nothing_that_a_scene_says_reaches_the_rig(tmp_path: Path, said: str) ->
     assert small_capture(tmp_path, text) == pytest.approx(np.mean([0.5, 0.25, 1]), abs=0.001)
 
 
-@pytest.mark.parametrize("file", ["frame.pov", "sub/scene with blanks.pov"])
+@pytest.mark.parametrize("file", ["frame.pov", "two words/scene with blanks.pov"])
 def test_a_scene_may_have_any_name_and_includes_beside_it(tmp_path: Path, file: str) -> None:
     bundle = tmp_path / "bundle" / Path(file).parent
     bundle.mkdir(parents=True)

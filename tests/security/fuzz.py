@@ -18,12 +18,20 @@ from random import Random
 
 from lippmann.errors import LippmannError
 from lippmann.logs import trace_of
+from tests.security.file_readers import DECODER, FILE_READERS
 from tests.security.readers import READERS, Make, Read, job_bytes, request_reader
 
 MAX_CPU_S = 1.0
 MAX_GROWTH_BYTES = 200_000_000
 MAX_FINDINGS = 20
 """The number of findings after which a reader is given up."""
+
+
+DIRECT = {**READERS, **FILE_READERS, "decoder": DECODER}
+"""The readers that need nothing else."""
+ALL = (*DIRECT, "request")
+SLOWER = {"decoder": 200}
+"""The readers that get fewer inputs, because each input starts a process."""
 
 
 @dataclass
@@ -88,14 +96,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.security.fuzz", description=__doc__)
     parser.add_argument("--inputs", type=int, default=1000, help="the number of inputs of each reader")
     parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--reader", action="append", choices=(*READERS, "request"), help="only this reader")
+    parser.add_argument("--reader", action="append", choices=ALL, help="only this reader")
     parser.add_argument("--keep", type=Path, help="a folder for the inputs of the findings")
     options = parser.parse_args(arguments)
     found = 0
     with ExitStack() as stack:
-        for name in options.reader or (*READERS, "request"):
-            make, read = (job_bytes, stack.enter_context(request_reader())) if name == "request" else READERS[name]
-            report = fuzz(name, make, read, inputs=options.inputs, seed=options.seed)
+        for name in options.reader or ALL:
+            make, read = (job_bytes, stack.enter_context(request_reader())) if name == "request" else DIRECT[name]
+            inputs = options.inputs // SLOWER.get(name, 1)
+            report = fuzz(name, make, read, inputs=inputs, seed=options.seed)
             print(report, *report.findings, sep="\n", flush=True)
             found += len(report.findings)
             if options.keep:

@@ -7,13 +7,17 @@ from __future__ import annotations
 
 import hashlib
 import io
+import posixpath
 import zipfile
+from codecs import BOM_UTF8
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 
 from lippmann.errors import BundleError, InvalidText
 from lippmann.job.scene import SceneManifest, parse_scene
+from lippmann.untrusted.file_names import is_clutter
 from lippmann.untrusted.toml_text import MAX_BYTES as MAX_MANIFEST_BYTES
 from lippmann.untrusted.toml_text import read_toml
 from lippmann.untrusted.zip_archive import MAX_BYTES, Archive, open_archive
@@ -35,10 +39,12 @@ class CheckedBundle:
     digest: str
     poster: bytes | None
     """PNG."""
+    notes: tuple[str, ...] = ()
+    """What the zip contains that is not in the bundle."""
 
 
 def pack_folder(folder: Path) -> bytes:
-    """Return the bundle in a folder as a deterministic zip; hidden files and byte code stay out.
+    """Return the bundle in a folder as a deterministic zip; hidden files, byte code and files of systems stay out.
 
     Raises
     ------
@@ -75,28 +81,57 @@ def check_bundle(data: bytes) -> CheckedBundle:
     BundleError
         If it is not a zip, is too large, has names outside its folder, or lacks a valid scene.toml or its scene.
     """
-    with open_archive(data) as archive:
+    with _opened(data) as (archive, notes):
         card = _card(archive)
         poster = archive.read(POSTER, at_most=MAX_POSTER_BYTES) if POSTER in archive.names else None
         archive.verify()
-    return CheckedBundle(card=card, digest=digest_of(data), poster=poster)
+    return CheckedBundle(card=card, digest=digest_of(data), poster=poster, notes=notes)
 
 
 def unpack(data: bytes, folder: Path) -> None:
-    """Write a checked bundle's files into an empty folder.
+    """Write a checked bundle's files into an empty folder, without the byte order marks of texts.
+
+    POV-Ray skips the mark of the file that it is started with, and refuses that of an include file.
 
     Raises
     ------
     BundleError
         The same as for `check_bundle`.
     """
-    with open_archive(data) as archive:
+    with _opened(data) as (archive, _):
         archive.extract(folder)
+        names = archive.names
+    for path in (folder / name for name in names):
+        with path.open("rb") as file:
+            is_marked = file.read(len(BOM_UTF8)) == BOM_UTF8
+        if is_marked:
+            path.write_bytes(path.read_bytes().removeprefix(BOM_UTF8))
+
+
+@contextmanager
+def _opened(data: bytes) -> Iterator[tuple[Archive, tuple[str, ...]]]:
+    """Yield the archive of a bundle, and notes: a top folder that holds all files is the bundle."""
+    with open_archive(data) as archive:
+        notes = [f"the zip also has files that no scene uses: {_some(archive.ignored)}"] if archive.ignored else []
+        top = _top_folder(archive.names)
+        if top:
+            archive.enter(top)
+            notes.append(f"the bundle is the folder {top!r} of the zip")
+        yield archive, tuple(notes)
+
+
+def _top_folder(names: list[str]) -> str:
+    """Return the deepest folder that holds all files, or nothing if that is the top of the zip.
+
+    >>> _top_folder(["fish-main/scene.toml", "fish-main/maps/a.png"]), _top_folder(["scene.toml", "maps/a.png"])
+    ('fish-main', '')
+    """
+    return posixpath.commonpath([posixpath.dirname(name) for name in names]) if names else ""
 
 
 def is_unpacked(data: bytes, folder: Path) -> bool:
     """Return whether a folder still has all of a bundle's files, with the same bytes."""
-    with open_archive(data) as archive:
+    with _opened(data) as (archive, _):
         return all(_has(folder / name, archive.read(name, at_most=MAX_BYTES)) for name in archive.names)
 
 
@@ -108,24 +143,45 @@ def digest_of(data: bytes) -> str:
 def _card(archive: Archive) -> SceneManifest:
     names = archive.names
     if MANIFEST not in names:
-        raise BundleError(f"expected {MANIFEST} at the top of the bundle, got {_some(names) or 'no file'}")
+        raise BundleError(f"expected {MANIFEST} at the top of the bundle, got {_manifest_elsewhere(names)}")
     try:
         card = parse_scene(read_toml(archive.read(MANIFEST, at_most=MAX_MANIFEST_BYTES), field=MANIFEST))
     except InvalidText as error:
         raise BundleError(error.message) from error
     if card.sheets is not None:
         return card.model_copy(update={"sheets": card.sheets.with_files(names)})
-    if card.file not in names:
-        raise BundleError(
-            f"{MANIFEST}: file: expected one that is in the bundle, got {card.file!r}; there are {_some(names)}"
-        )
-    _check_not_ours(card.file, names)
+    folders = sorted({str(folder) for name in names for folder in PurePosixPath(name).parents} - {"."})
+    card = card.model_copy(
+        update={
+            "file": _present(card.file, names, field="file"),
+            "include": tuple(_present(folder, folders, field="include") for folder in card.include),
+        }
+    )
+    _check_not_ours(card, names)
     return card
 
 
-def _check_not_ours(scene: str, names: list[str]) -> None:
+def _present(wanted: str, names: list[str], *, field: str) -> str:
+    """Return the name in the bundle that the manifest means, which may have another case."""
+    if wanted in names:
+        return wanted
+    for name in names:
+        if name.isascii() and name.lower() == wanted.lower():
+            return name
+    kind = "a folder" if field == "include" else "one"
+    there = f"there are {_some(names)}" if names else "there is none"
+    raise BundleError(f"{MANIFEST}: {field}: expected {kind} that is in the bundle, got {wanted!r}; {there}")
+
+
+def _manifest_elsewhere(names: list[str]) -> str:
+    """Return where in a bundle without a manifest at its top there is one, for a message."""
+    below = sorted(name for name in names if posixpath.basename(name).lower() == MANIFEST)
+    return f"it at {', '.join(map(repr, below[:3]))}" if below else _some(names) or "no file"
+
+
+def _check_not_ours(card: SceneManifest, names: list[str]) -> None:
     """Refuse a file with the prefix of the worker's own files in a folder that POV-Ray searches."""
-    searched = {PurePosixPath(scene).parent, PurePosixPath()}
+    searched = {PurePosixPath(card.file).parent, PurePosixPath(), *map(PurePosixPath, card.include)}
     for path in map(PurePosixPath, names):
         if path.parent in searched and path.name.lower().startswith(OURS):
             raise BundleError(f"expected no name beside the scene that begins with {OURS!r}, got {str(path)!r}")
@@ -133,7 +189,7 @@ def _check_not_ours(scene: str, names: list[str]) -> None:
 
 def _has(path: Path, content: bytes) -> bool:
     try:
-        return path.read_bytes() == content
+        return path.read_bytes() == content.removeprefix(BOM_UTF8)
     except OSError:
         return False
 
@@ -147,8 +203,9 @@ def _some(names: list[str]) -> str:
 def _files_of(folder: Path) -> Iterator[Path]:
     inside = folder.resolve()
     for path in sorted(folder.rglob("*")):
-        parts = path.relative_to(folder).parts
-        if not path.is_file() or any(part.startswith(".") or part == "__pycache__" for part in parts):
+        name = path.relative_to(folder)
+        is_hidden = any(part.startswith(".") or part == "__pycache__" for part in name.parts)
+        if not path.is_file() or is_hidden or is_clutter(name.as_posix()):
             continue
         if not path.resolve().is_relative_to(inside):
             raise BundleError(f"expected files inside the bundle, got a link that leads out: {path}")

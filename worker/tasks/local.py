@@ -58,7 +58,7 @@ def capture_frame(
         # The store is removed with the folder, and its cache with it.
         render = spec.render.model_copy(update={"cache": False})
         sheet = local_job(place, spec.model_copy(update={"frames": str(frame), "render": render}), bundle)
-        notes = check_job(sheet)
+        notes = (*check_bundle(bundle).notes, *check_job(sheet))
         on_progress("probe", 0.0)
         store_plan(place, _probed_plan(place, sheet))
         if sheet.sheets is None:

@@ -18,6 +18,7 @@ from worker.engines.povray.progress import Phase, Progress
 from worker.engines.povray.ray_camera import Scaffold, ray_camera_region, ray_camera_text, scaffold
 from worker.engines.povray.render import RenderOutcome, render
 from worker.engines.povray.scene import RAYS_FILE, pov_text
+from worker.engines.povray.scene_files import LINKS_FOLDER, SceneFiles
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.settings import WorkerSettings
@@ -123,19 +124,24 @@ def run_povray(
             monitor.announce_end()
 
     with place.whole_bundle(sheet.bundle) as bundle:
+        scene = SceneFiles(bundle, sheet.file, sheet.include)
+        links = folder / LINKS_FOLDER
+        scene.make_links(links)
         # Our includes first: a bundle may hold copies of them, older ones too.
-        readable = tuple(dict.fromkeys((INCLUDE_FOLDER.resolve(), bundle / Path(sheet.file).parent, bundle)))
+        ours = INCLUDE_FOLDER.resolve()
+        searched = tuple(dict.fromkeys((ours, *scene.folders, SYSTEM_INCLUDE, links)))
         try:
             return render(
-                replace(command, library_paths=(*readable, SYSTEM_INCLUDE), program=place.settings.povray),
+                replace(command, library_paths=searched, program=place.settings.povray),
                 task_dir=folder,
-                readable=readable,
+                readable=(ours, scene.bundle),
                 sandbox=place.sandbox_for(sheet.bundle),
                 limits=process_limits(settings, place.settings),
                 times=time_limits(settings, place.settings, is_probe=is_probe),
                 on_progress=progressed,
                 should_stop=monitor.should_stop,
                 log=log,
+                scene=scene,
             )
         except SceneError as error:
             gone = [path.name for path in given if not path.exists()]

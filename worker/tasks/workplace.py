@@ -42,6 +42,10 @@ BUNDLE_KEPT_S = 14 * 86_400.0
 """An unpacked bundle that no attempt has used for this long is removed at the next start: twice the longest attempt."""
 
 
+UNPACKED = "2"
+"""The version of what `unpack` makes of a bundle. It is in the name of the folder, so that a worker of another version
+unpacks the bundle anew."""
+
 REMOVE_PAUSES_S = (0.1, 1.0, 5.0)
 """The pauses before a folder that is still written to is removed again."""
 
@@ -112,7 +116,7 @@ class Workplace:
         OSError
             If it cannot be unpacked: a folder is returned only when it is complete.
         """
-        folder = self.settings.bundles_dir / digest
+        folder = self.settings.bundles_dir / f"{digest}-{UNPACKED}"
         if folder.is_dir():
             os.utime(folder)
         else:

@@ -58,6 +58,8 @@ def upload(
     data = read_bundle(bundle)
     with connection.client() as client:
         scene = client.upload_scene(name or bundle.resolve().stem, data)
+    for note in scene.notes:
+        output.note(f"note: {note}")
     output.result(scene.model_dump(mode="json"), f"The scene {scene.name} is uploaded ({scene.digest[:12]}).")
 
 

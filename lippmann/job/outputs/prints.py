@@ -14,6 +14,12 @@ from lippmann.job.rig import MAX_FRAME_PX, MM_PER_INCH, Rig
 
 PrintFormat = Literal["pdf", "tiff", "png"]
 
+PageSize = Literal["array", "a4", "letter"]
+"""The size of a page: that of the array with its margin, or that of a sheet of paper."""
+
+PAPERS_MM: Mapping[PageSize, tuple[float, float]] = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
+"""The width and height of sheets of paper (ISO 216, ANSI/ASME Y14.1)."""
+
 MARKS_MM = 7.5
 """The distance from the array to the outer ends of crop and registration marks."""
 
@@ -94,13 +100,17 @@ class Print(PaperOptions):
     name: Name = "print"
     bits: Literal[8, 16] = 8
     margin_mm: float = Field(default=12.0, ge=0, le=1000)
-    """White paper around the array, rounded up to whole pixels."""
+    """White paper around the array, rounded up to whole pixels; the least on a sheet of paper."""
+    page: PageSize = "array"
+    """The size of the page. On a sheet of paper the array is in the middle; the sheet lies upright if there is room."""
     crop_marks: bool = True
     """Marks at the corners of the array."""
     registration_marks: bool = True
     """A ring and a cross at the lens edges nearest to the middle of each side."""
     label: bool = True
-    """A line of text: job, frame, pitch, dpi, and that it is to be printed at 100 %."""
+    """A line of text: job, frame, gap, pitch, dpi, and that it is to be printed at 100 %."""
+    mounting_sheet: bool = True
+    """A page that says in mm what goes where when the print is mounted under the array."""
     mirrored: bool = False
     """True to exchange left and right, for the back of a transparent array."""
     orientation_deg: Literal[0, 90, 180, 270] = 0
@@ -118,12 +128,37 @@ class Print(PaperOptions):
             raise FieldError("margin_mm", expected=expected, got=f"{self.margin_mm:g}")
         return self
 
+    def paper_mm(self, wide_mm: float, high_mm: float) -> tuple[float, float] | None:
+        """Return the width and height of the sheet of paper for an array as it lies on the page; None for its own size.
+
+        Raises
+        ------
+        FieldError
+            If the array and its margin are larger than the sheet.
+        """
+        if self.page == "array":
+            return None
+        paper = PAPERS_MM[self.page]
+        needed = wide_mm + 2 * self.margin_mm, high_mm + 2 * self.margin_mm
+        for width_mm, height_mm in (paper, paper[::-1]):
+            if needed[0] <= width_mm and needed[1] <= height_mm:
+                return width_mm, height_mm
+        expected = "array, or fewer or smaller lenses or margins"
+        got = (
+            f"{self.page} for {needed[0]:.1f} x {needed[1]:.1f} mm, of which {self.margin_mm:g} mm are margin on a side"
+        )
+        raise FieldError("page", expected=expected, got=got)
+
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse a print of unknown pixels, and one that is too large."""
         pixel_mm = self.pixel_mm(rig)
-        side_mm = max(rig.layout.lenses_of_pitch(self.real_pitch_mm(rig)).extent)
+        high_mm, wide_mm = rig.layout.lenses_of_pitch(self.real_pitch_mm(rig)).extent
+        side_mm = max(high_mm, wide_mm)
         self.check_page(side_mm, pixel_mm, field="dpi" if self.pitch_um is None else "pitch_um")
         self.check_page(side_mm + 2 * self.margin_mm, pixel_mm, field="margin_mm")
+        paper_mm = self.paper_mm(*((high_mm, wide_mm) if self.orientation_deg in (90, 270) else (wide_mm, high_mm)))
+        if paper_mm is not None:
+            self.check_page(max(paper_mm), pixel_mm, field="page")
 
 
 @output_kind

@@ -10,7 +10,7 @@ from lippmann.job.viewing import Bare, GapUse, Surround
 from lippmann.lightfield.observer.display import LensDisplay
 from lippmann.optics.rig.display import reduced_gap_mm
 from lippmann.plan.design.designer import bench_as_written
-from lippmann.plan.design.gaps import contact_gap_mm, gaps
+from lippmann.plan.design.gaps import Gap, contact_gap_mm, gaps
 from lippmann.plan.sampling import display_size
 
 
@@ -97,6 +97,33 @@ def used_gap_mm(rig: Rig, shown: Display, use: GapUse, *, stage: Stage | None) -
     if use != "collimated" and given_mm is None:
         raise LayoutError(f"expected display.gap_{use}_mm, as no scene says which depths to serve, got none")
     return rig.lens_array.focal_length_mm if given_mm is None else reduced_mm(rig.lens_array, given_mm)
+
+
+def gap_in_use(rig: Rig, shown: Display, *, stage: Stage | None) -> tuple[GapUse, Gap]:
+    """Return the gap to build a display with: for real images if the reference plane is in front, else for virtual.
+
+    Parameters
+    ----------
+    stage
+        The stage of the scene; None if it is unknown. Then a gap that the job names is used, or one focal length.
+
+    Raises
+    ------
+    OpticsError, SpecError
+        If the rig cannot be built.
+    """
+    array = rig.lens_array
+    near_mm = far_mm = 0.0
+    use: GapUse = "collimated"
+    if stage is not None:
+        optical_bench = bench_as_written(rig, stage)
+        near_mm, far_mm = optical_bench.s_mm(stage.near_mm), optical_bench.s_mm(stage.far_mm)
+        use = "real" if optical_bench.s_mm(stage.reference_mm) >= 0 else "virtual"
+    elif shown.gap_real_mm is not None:
+        use = "real"
+    elif shown.gap_virtual_mm is not None:
+        use = "virtual"
+    return use, gaps(array, shown, near_mm=near_mm, far_mm=far_mm)[use]
 
 
 def _check_buildable(array: LensArray, gap_mm: float) -> None:

@@ -38,9 +38,15 @@ class PrintPage:
     """The rows of the whole page."""
     array_rows: int
     array_cols: int
-    margin_px: int
-    """The distance from the edge of the page to the pixels of the array, on every side."""
+    top_px: int
+    left_px: int
+    """The place of the pixels of the array on the page."""
     pixel_mm: float
+    width_mm: float
+    height_mm: float
+    """The size of the page: that of its pixels, or that of the sheet of paper."""
+    lenses: Bar
+    """The outline of the lenses on the page."""
     shapes: tuple[Shape, ...]
     """The marks and the label, which lie in the margin."""
 
@@ -68,9 +74,15 @@ def print_page(layout: CellLayout, output: Print, *, lens_pitch_mm: float, pixel
         edge_x = -edge_x
     for _ in range(output.orientation_deg // 90):
         rows, cols, high_mm, wide_mm, edge_x, edge_y = cols, rows, wide_mm, high_mm, -edge_y, edge_x
-    margin_px = math.ceil(output.margin_mm / pixel_mm - 1e-9)
-    page_rows, page_cols = rows + 2 * margin_px, cols + 2 * margin_px
-    centre = (page_cols * pixel_mm / 2, page_rows * pixel_mm / 2)
+    least_px = math.ceil(output.margin_mm / pixel_mm - 1e-9)
+    paper_mm = output.paper_mm(wide_mm, high_mm)
+    if paper_mm is None:
+        page_rows, page_cols = rows + 2 * least_px, cols + 2 * least_px
+        paper_mm = page_cols * pixel_mm, page_rows * pixel_mm
+    else:
+        page_cols, page_rows = (max(1, round(side / pixel_mm)) for side in paper_mm)
+    top_px, left_px = (page_rows - rows) // 2, (page_cols - cols) // 2
+    centre = ((left_px + cols / 2) * pixel_mm, (top_px + rows / 2) * pixel_mm)
     marks = _Marks(*centre, wide_mm / 2, high_mm / 2, max(LINE_MM, pixel_mm))
     shapes: list[Shape] = []
     if output.crop_marks:
@@ -80,7 +92,10 @@ def print_page(layout: CellLayout, output: Print, *, lens_pitch_mm: float, pixel
     if output.label:
         bottom_mm = centre[1] + high_mm / 2 + output.needed_margin_mm
         shapes.append(_label(label, width_mm=page_cols * pixel_mm, bottom_mm=bottom_mm))
-    return PrintPage(page_rows, page_cols, rows, cols, margin_px, pixel_mm, tuple(shapes))
+    lenses = Bar(centre[0] - wide_mm / 2, centre[1] - high_mm / 2, wide_mm, high_mm)
+    return PrintPage(
+        page_rows, page_cols, rows, cols, top_px, left_px, pixel_mm, *paper_mm, lenses=lenses, shapes=tuple(shapes)
+    )
 
 
 def middle_edges(layout: CellLayout) -> tuple[float, float]:
@@ -138,7 +153,9 @@ def _label(text: str, *, width_mm: float, bottom_mm: float) -> TextLine:
     return TextLine(width_mm / 2, bottom_mm - LABEL_MM / 3, size_mm, text, centred=True)
 
 
-def label_of(facts: str, output: Print, page_mm: tuple[float, float], *, lens_pitch_mm: float, pixel_mm: float) -> str:
+def label_of(
+    facts: str, output: Print, page_mm: tuple[float, float], *, gap_mm: float, lens_pitch_mm: float, pixel_mm: float
+) -> str:
     """Return the label of a print.
 
     Parameters
@@ -149,6 +166,8 @@ def label_of(facts: str, output: Print, page_mm: tuple[float, float], *, lens_pi
         The options of the print.
     page_mm
         Width and height of the array.
+    gap_mm
+        The distance from the print to the lenses, with the substrate.
     lens_pitch_mm, pixel_mm
         See `print_page`.
     """
@@ -156,6 +175,7 @@ def label_of(facts: str, output: Print, page_mm: tuple[float, float], *, lens_pi
     said = [
         facts,
         f"array {page_mm[0]:.2f} x {page_mm[1]:.2f} mm{', mirrored' if output.mirrored else ''}{turned}",
+        f"gap {gap_mm:.2f} mm",
         f"lens pitch {lens_pitch_mm:.6g} mm",
         f"{MM_PER_INCH / pixel_mm:.6g} dpi",
         "print at 100 %",

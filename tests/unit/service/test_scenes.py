@@ -41,6 +41,12 @@ def test_the_same_bundle_again_is_no_new_scene(api: Client) -> None:
     assert _upload(api, "mine").status_code == 200
 
 
+def test_the_answer_to_an_upload_has_the_notes_on_the_bundle(api: Client) -> None:
+    assert _upload(api, "mine").json()["notes"] == ["a note"]
+    assert _upload(api, "mine").json()["notes"] == ["a note"]
+    assert api.get(f"{SCENES}/mine").json()["notes"] == []
+
+
 def test_another_bundle_under_a_users_name_replaces_it_and_old_jobs_keep_theirs(api: Client, api_farm: Farm) -> None:
     old = _upload(api, "mine").json()["digest"]
     job_id = api.post("/api/v1/jobs", json=SPEC | {"scene": "mine"}).json()["id"]

@@ -100,7 +100,7 @@ def povray_argv(command: RenderCommand) -> list[str]:
         f"+WT{command.threads}",
         f"+K{_number(command.clock)}",
         *(f"Declare={name}={_number(value)}" for name, value in sorted(command.declares.items())),
-        *(f"+L{path}" for path in command.library_paths),
+        *(f"+L{_quoted(path)}" for path in command.library_paths),
     ]
 
 
@@ -120,6 +120,11 @@ def _antialias_options(antialias: Antialias | None) -> list[str]:
     if antialias is None:
         return ["-A"]
     return [f"+A{_number(antialias.threshold)}", f"+AM{antialias.method}", f"+R{antialias.depth}", "-J"]
+
+
+def _quoted(path: Path) -> str:
+    """Return a path as POV-Ray reads it, which takes a blank for the end of an option."""
+    return f'"{path}"' if " " in str(path) else str(path)
 
 
 def _number(value: float) -> str:

@@ -56,6 +56,7 @@ from lippmann.errors import (
     Stopped,
 )
 from worker.engines.povray.messages import Message, MessageKind, read_messages, relative
+from worker.engines.povray.places import ScenePlaces
 from worker.engines.povray.progress import Phase, Progress
 from worker.sandbox.limits import Limits, TimeLimits
 from worker.sandbox.process import Ending, Outcome
@@ -80,11 +81,14 @@ class Case:
     times: TimeLimits
     roots: tuple[Path, ...]
     free_bytes: int
+    places: ScenePlaces | None = None
+    """The files of the scene; None for a .pov without one."""
 
     @property
     def messages(self) -> list[Message]:
         """POV-Ray's messages about the scene."""
-        return read_messages(self.outcome.lines, roots=self.roots)
+        messages = read_messages(self.outcome.lines, roots=self.roots)
+        return list(map(self.places.translate, messages)) if self.places else messages
 
     def has_line_with(self, text: str) -> bool:
         """Return whether a line of POV-Ray's output contains a text."""
@@ -197,7 +201,10 @@ def _scene(case: Case) -> LippmannError | None:
     for hint in case.messages:
         here = hint.kind is MessageKind.HINT and (hint.file, hint.line) == (error.file, error.line)
         if here and (missing := _MISSING.search(hint.text)):
-            return SceneError(str(replace(hint, text=f"no file {missing[1]!r} in the scene bundle")))
+            text = (
+                case.places.scene.missing(missing[1]) if case.places else f"no file {missing[1]!r} in the scene bundle"
+            )
+            return SceneError(str(replace(hint, text=text)))
     return SceneError(str(error))
 
 

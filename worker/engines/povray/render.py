@@ -11,9 +11,11 @@ from lippmann.errors import PovrayMissing, RenderFailed
 from worker.engines.povray.command import RenderCommand, povray_argv
 from worker.engines.povray.diagnosis import Case, diagnose, is_startup_fault
 from worker.engines.povray.environment import ascii_path, prepare
-from worker.engines.povray.messages import MessageKind, Statistics, read_messages, read_statistics
+from worker.engines.povray.messages import MessageKind, Statistics, read_statistics
 from worker.engines.povray.picture import check_picture, max_picture_bytes
+from worker.engines.povray.places import ScenePlaces
 from worker.engines.povray.progress import PovrayProgressReader, Progress
+from worker.engines.povray.scene_files import SceneFiles
 from worker.sandbox.limits import Limits, TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.process import Outcome, run
@@ -57,10 +59,12 @@ def render(
     on_progress: Callable[[Progress], None],
     should_stop: Callable[[], bool],
     log: AttemptLog,
+    scene: SceneFiles | None = None,
 ) -> RenderOutcome:
     """Render one picture into `task_dir`, which has the .pov.
 
-    POV-Ray can read `task_dir` and write only a folder in it, from which nothing but the picture is taken.
+    POV-Ray can read `task_dir` and write only a folder in it, from which nothing but the picture is taken. Messages
+    name places in the files of `scene`, which the .pov includes.
 
     Raises
     ------
@@ -84,6 +88,7 @@ def render(
             on_progress=on_progress,
             should_stop=should_stop,
             log=log,
+            scene=scene,
         )
 
 
@@ -99,6 +104,7 @@ def _render(
     on_progress: Callable[[Progress], None],
     should_stop: Callable[[], bool],
     log: AttemptLog,
+    scene: SceneFiles | None,
 ) -> RenderOutcome:
     program = _found(command.program)
     # POV-Ray sees no links from outside the sandbox. The folder of the task, which has the .pov, comes first.
@@ -128,15 +134,21 @@ def _render(
         )
 
     outcome, spent_cpu_s = _start_until_it_starts(start, log)
-    roots = (*readable, *libraries, task_dir)
-    case = Case(outcome, limits, times, roots, free_bytes=shutil.disk_usage(task_dir).free)
+    case = Case(
+        outcome,
+        limits,
+        times,
+        # A file of a bundle is named from the top of the bundle, which is readable, even if its folder is searched.
+        roots=tuple(path for path in (*readable, *libraries, task_dir) if not _is_below(path, readable)),
+        free_bytes=shutil.disk_usage(task_dir).free,
+        places=ScenePlaces(task_dir / command.pov_file, scene) if scene else None,
+    )
     if error := diagnose(case):
         raise error
     picture = take_result(work_dir, command.picture, into=task_dir, max_bytes=max_picture_bytes(command))
     if picture is None:
         raise RenderFailed(f"POV-Ray ended well and left no picture {command.picture}.")
     check_picture(picture, command)
-    messages = read_messages(outcome.lines, roots=roots)
     statistics = read_statistics(outcome.lines) or Statistics()
     return RenderOutcome(
         picture=picture,
@@ -146,7 +158,9 @@ def _render(
         statistics=statistics.at_most(wall_s=outcome.wall_s, cpu_s=outcome.cpu_s),
         radiosity_seen=outcome.progress.radiosity,
         photons_seen=outcome.progress.photons,
-        warnings=tuple(str(message) for message in messages if message.kind is MessageKind.WARNING)[:_KEPT_WARNINGS],
+        warnings=tuple(str(message) for message in case.messages if message.kind is MessageKind.WARNING)[
+            :_KEPT_WARNINGS
+        ],
     )
 
 
@@ -159,6 +173,10 @@ def _start_until_it_starts(start: Callable[[], Outcome[Progress]], log: AttemptL
             break
         log.write(f"POV-Ray did not start ({number} of {STARTS}); this is a fault of its own.")
     return outcome, cpu_s
+
+
+def _is_below(path: Path, folders: Sequence[Path]) -> bool:
+    return any(folder in path.parents for folder in folders)
 
 
 def _found(program: str) -> str:

@@ -6,6 +6,7 @@ POV-Ray gives a scene no number of the frame: `frame_number` and its kind are 0,
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -32,16 +33,23 @@ class SceneVariables:
 def scene_variables(bundle: Path) -> SceneVariables:
     """Return which variables a scene may read; `bundle` is a folder that never changes.
 
-    Every file counts that may be SDL, since POV-Ray includes files of any name. A picture has a zero byte soon.
+    Every file counts that may be SDL.
     """
     has_clock = has_now = False
-    for path in filter(Path.is_file, bundle.rglob("*")):
-        data = b"" if path.suffix.lower() in _NO_SDL else path.read_bytes()
-        if (b"clock" in data or b"now" in data) and b"\0" not in data[:_HEAD_BYTES]:
+    for data in texts(bundle):
+        if b"clock" in data or b"now" in data:
             code = _COMMENT.sub(_without_comment, data)
             has_clock |= _CLOCK.search(code) is not None
             has_now |= _NOW.search(code) is not None
     return SceneVariables(clock=has_clock, now=has_now)
+
+
+def texts(bundle: Path) -> Iterator[bytes]:
+    """Yield the files of a bundle that may be SDL: POV-Ray includes files of any name. A picture has a zero soon."""
+    for path in filter(Path.is_file, bundle.rglob("*")):
+        data = b"" if path.suffix.lower() in _NO_SDL else path.read_bytes()
+        if b"\0" not in data[:_HEAD_BYTES]:
+            yield data
 
 
 def _without_comment(found: re.Match[bytes]) -> bytes:

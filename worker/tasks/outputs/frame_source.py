@@ -118,6 +118,6 @@ def job_frames(artifacts: TaskArtifacts, sheet: ResolvedJob, *, skipped: Collect
         display=spec.display,
         facts={"job": sheet.job_id, "scene": spec.scene, "title": spec.title, "bundle": sheet.bundle},
         master=artifacts.opened,
-        stage=lambda frame: sheet.at(frame).stage,
+        stage=_unknown if sheet.sheets is not None else lambda frame: sheet.at(frame).stage,
         has_depth=spec.capture.depth,
     )

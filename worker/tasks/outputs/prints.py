@@ -19,7 +19,9 @@ from lippmann.job.outputs.prints import CalibrationSheet, Print
 from lippmann.job.rig import Rig
 from lippmann.lightfield.sheet.device import device_bands
 from lippmann.plan import artifact_names as names
+from lippmann.plan.design.observed_display import gap_in_use
 from lippmann.plan.printing.calibration_sheet import DIRECTIONS, CalibrationPage, Strip, calibration_page, moire_mm
+from lippmann.plan.printing.mounting import Mounting, mounting_sheet
 from lippmann.plan.printing.page import PrintPage, label_of, print_page
 from lippmann.plan.printing.shapes import Shape
 from worker.exports.pdf import Page, Picture, write_pdf
@@ -35,26 +37,36 @@ from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.registry import describes, makes
 from worker.whole_file import new_file
 
+MOUNTING = "mounting.pdf"
+"""The mounting sheet of a print, in the folder of the output."""
+
 
 @makes(Print)
 def make_print(context: OutputContext, output: Print) -> None:
-    """Make a page of every frame."""
+    """Make a page of every frame, and a mounting sheet."""
     frames = context.source.frames
     for number, frame in enumerate(context.with_progress(frames, len(frames))):
         part = context.part(number, len(frames))
         context.store_file(
             names.frame_stem(frame) + output.suffix, partial(_write, context=part, output=output, frame=frame)
         )
+    if output.mounting_sheet:
+        context.store_file(MOUNTING, partial(_write_mounting_sheet, source=context.source, output=output))
 
 
 @describes(Print)
 def about_print(source: FrameSource, output: Print) -> dict[str, Any]:
     """Describe the place of the array on the page for the sidecar."""
     page, label = _page(source, output, source.frames[0])
+    mounting = _mounting(source, source.frames[0])
     return {
         "page_px": [page.rows, page.cols],
+        "page_mm": [page.height_mm, page.width_mm],
         "array_px": [page.array_rows, page.array_cols],
-        "margin_px": page.margin_px,
+        "array_top_px": page.top_px,
+        "array_left_px": page.left_px,
+        "gap_mm": mounting.gap_mm,
+        "gap_use": mounting.use,
         "pixel_mm": page.pixel_mm,
         "lens_pitch_mm": output.real_pitch_mm(source.rig(source.frames[0])),
         "label": label,
@@ -79,10 +91,32 @@ def _page(source: FrameSource, output: Print, frame: int) -> tuple[PrintPage, st
     rig, layout = source.rig(frame), source.layout
     pixel_mm, lens_pitch_mm = output.pixel_mm(rig), output.real_pitch_mm(rig)
     high, wide = layout.lenses_of_pitch(lens_pitch_mm).extent
-    origin = " ".join(source.facts[fact] for fact in ("scene", "job") if source.facts.get(fact))
     sizes = {"lens_pitch_mm": lens_pitch_mm, "pixel_mm": pixel_mm}
-    label = label_of(f"{origin} frame {frame}", output, (wide, high), **sizes)
+    label = label_of(_origin(source, frame), output, (wide, high), gap_mm=_mounting(source, frame).gap_mm, **sizes)
     return print_page(layout, output, label=label, **sizes), label
+
+
+def _origin(source: FrameSource, frame: int) -> str:
+    origin = " ".join(source.facts[fact] for fact in ("scene", "job") if source.facts.get(fact))
+    return f"{origin} frame {frame}"
+
+
+def _mounting(source: FrameSource, frame: int) -> Mounting:
+    """Return how the print of a frame is mounted."""
+    rig = source.rig(frame)
+    use, gap = gap_in_use(rig, source.display, stage=source.stage(frame))
+    return Mounting(gap.physical_mm, use, rig.lens_array.substrate_mm, source.display.viewing_distance_mm)
+
+
+def _write_mounting_sheet(path: Path, *, source: FrameSource, output: Print) -> None:
+    """Write the mounting sheet of the first frame."""
+    first, rig = source.frames[0], source.rig(source.frames[0])
+    page, _ = _page(source, output, first)
+    others = "; the label of every other frame has its own gap" if len(source.frames) > 1 else ""
+    facts = _origin(source, first) + others
+    (width_mm, height_mm), shapes = mounting_sheet(page, output, rig, _mounting(source, first), facts=facts)
+    with new_file(path) as file:
+        write_pdf(file, [Page(width_mm, height_mm, shapes)], title=f"Mounting sheet: {facts}")
 
 
 def _array_bands(context: OutputContext, output: Print, frame: int, page: PrintPage) -> Iterator[NDArray[Any]]:
@@ -101,25 +135,25 @@ def _array_bands(context: OutputContext, output: Print, frame: int, page: PrintP
 def _page_bands(page: PrintPage, codes: Iterator[NDArray[Any]], bits: int) -> Iterator[NDArray[Any]]:
     """Yield the page in bands: the array with paper and marks around it."""
     around = partial(paper_bands, page.shapes, pixel_mm=page.pixel_mm, cols=page.cols, bits=bits)
-    top = page.margin_px
+    top = page.top_px
     yield from around(first=0, stop=top)
     for band in codes:
         rows = np.concatenate(list(around(first=top, stop=top + len(band))))
-        rows[:, page.margin_px : page.margin_px + page.array_cols] = band
+        rows[:, page.left_px : page.left_px + page.array_cols] = band
         yield rows
         top += len(band)
     yield from around(first=top, stop=page.rows)
 
 
 def _pdf_page(page: PrintPage) -> Page:
-    return Page(page.cols * page.pixel_mm, page.rows * page.pixel_mm, page.shapes)
+    return Page(page.width_mm, page.height_mm, page.shapes)
 
 
 def _pdf_picture(page: PrintPage, codes: Iterator[NDArray[Any]], bits: int) -> Picture:
     rows, cols, k = page.array_rows, page.array_cols, page.pixel_mm
     return Picture(
-        left_mm=page.margin_px * k,
-        top_mm=page.margin_px * k,
+        left_mm=page.left_px * k,
+        top_mm=page.top_px * k,
         width_mm=cols * k,
         height_mm=rows * k,
         rows=rows,

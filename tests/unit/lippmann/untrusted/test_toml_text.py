@@ -36,6 +36,12 @@ def test_a_text_below_a_limit_passes_and_one_above_is_refused(below: str, above:
         read_toml(above.encode(), field="scene.toml")
 
 
+def test_a_byte_order_mark_is_skipped_and_utf_16_is_named() -> None:
+    assert read_toml("a = 1".encode("utf-8-sig"), field="scene.toml") == {"a": 1}
+    with pytest.raises(InvalidText, match=r"^scene.toml: expected TOML in UTF-8, got UTF-16"):
+        read_toml("a = 1".encode("utf-16"), field="scene.toml")
+
+
 @pytest.mark.parametrize(
     "text",
     [

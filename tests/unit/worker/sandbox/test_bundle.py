@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import re
 import stat
 import tracemalloc
 import zipfile
@@ -13,7 +14,7 @@ import pytest
 from lippmann.errors import BundleError
 from lippmann.untrusted.zip_archive import MAX_BYTES, MAX_FILES
 from povtemplates.catalogue import scene_folders
-from worker.sandbox.bundle import check_bundle, pack_folder, unpack
+from worker.sandbox.bundle import check_bundle, is_unpacked, pack_folder, unpack
 
 SCENE_TOML = (scene_folders()["target-white"] / "scene.toml").read_bytes()
 
@@ -33,8 +34,8 @@ def test_a_right_zip_is_taken() -> None:
 @pytest.mark.promise("Scenes", "A name in a bundle does not lead out of its folder.")
 @pytest.mark.parametrize(
     "name",
-    ["../out", "/etc/passwd", "a/../../out", "a\\b", f"{'x' * 201}.png"],
-    ids=["up", "root", "in", "back", "long"],
+    ["../out", "/etc/passwd", "a/../../out", "..\\out", "\\etc\\passwd", f"{'x' * 201}.png"],
+    ids=["up", "root", "in", "back", "back root", "long"],
 )
 def test_a_name_that_leads_out_or_does_not_fit_is_refused(name: str) -> None:
     with pytest.raises(BundleError, match="expected names"):
@@ -124,6 +125,100 @@ near_mm = 1000
 far_mm = 2000
 mm_per_unit = 50
 """
+
+
+def zipped_as_they_are(files: dict[str, bytes]) -> bytes:
+    data = io.BytesIO()
+    with zipfile.ZipFile(data, "w") as archive:
+        for name, content in files.items():
+            archive.writestr(name, content)
+    return data.getvalue()
+
+
+WRAPPED = {"scene-main/scene.toml": SCENE_TOML, "scene-main/scene.inc": b"", "scene-main/maps/a.png": b"a"}
+CLUTTER = {
+    "__MACOSX/scene-main/._scene.inc": b"\0",
+    "scene-main/.DS_Store": b"\0",
+    "scene-main/maps/Thumbs.db": b"",
+    "scene-main/.git/config": b"",
+}
+
+
+@pytest.mark.parametrize(
+    ("files", "notes"),
+    [
+        (WRAPPED, ["the bundle is the folder 'scene-main' of the zip"]),
+        ({"scene-main/": b""} | WRAPPED, ["the bundle is the folder 'scene-main' of the zip"]),
+        (
+            WRAPPED | CLUTTER,
+            [
+                "the zip also has files that no scene uses: __MACOSX/.*",
+                "the bundle is the folder 'scene-main' of the zip",
+            ],
+        ),
+        ({f"a/{name}": content for name, content in WRAPPED.items()}, ["the bundle is the folder 'a/scene-main' .*"]),
+        ({name.replace("/", "\\"): content for name, content in WRAPPED.items()}, ["the bundle .* 'scene-main' .*"]),
+        ({name.removeprefix("scene-main/"): content for name, content in WRAPPED.items()}, []),
+    ],
+    ids=["one folder", "listed folder", "macOS and Windows", "folder in folder", "backslashes", "none"],
+)
+def test_the_only_top_folder_of_a_zip_is_the_bundle(tmp_path: Path, files: dict[str, bytes], notes: list[str]) -> None:
+    data = zipped_as_they_are(files)
+    checked = check_bundle(data)
+    assert checked.card.file == "scene.inc"
+    assert len(checked.notes) == len(notes)
+    assert all(re.fullmatch(expected, note) for expected, note in zip(notes, checked.notes, strict=True))
+    unpack(data, tmp_path)
+    found = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
+    assert found == {"scene.toml", "scene.inc", "maps/a.png"}
+
+
+def test_files_of_systems_count_for_no_limit() -> None:
+    beside = {f"__MACOSX/scene-main/._{number}.inc": b"" for number in range(MAX_FILES - 3)}
+    files = {f"scene-main/{number}.inc": b"" for number in range(MAX_FILES - 3)}
+    check_bundle(zipped_as_they_are(WRAPPED | files | beside))
+
+
+def test_a_manifest_in_one_of_several_folders_is_refused_with_its_place() -> None:
+    files = WRAPPED | {"readme.txt": b""}
+    with pytest.raises(BundleError, match=r"at the top of the bundle, got it at 'scene-main/scene\.toml'"):
+        check_bundle(zipped_as_they_are(files))
+
+
+def test_what_systems_put_into_a_folder_stays_out(tmp_path: Path) -> None:
+    scene = {name.removeprefix("scene-main/"): content for name, content in WRAPPED.items()}
+    clutter = {"Thumbs.db": b"", "maps/desktop.ini": b"", "._a.inc": b""}
+    assert packed(tmp_path / "with", scene | clutter) == packed(tmp_path / "without", scene)
+
+
+def packed(folder: Path, files: dict[str, bytes]) -> bytes:
+    for name, content in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(content)
+    return pack_folder(folder)
+
+
+def test_texts_are_unpacked_without_their_byte_order_mark(tmp_path: Path) -> None:
+    mark = b"\xef\xbb\xbf"
+    data = zipped({"a.pov": mark + b"#version 3.7;", "b.inc": b"//" + mark, "c.inc": mark[:2]})
+    unpack(data, tmp_path)
+    assert is_unpacked(data, tmp_path)
+    found = {name: (tmp_path / name).read_bytes() for name in ("a.pov", "b.inc", "c.inc")}
+    assert found == {"a.pov": b"#version 3.7;", "b.inc": b"//" + mark, "c.inc": mark[:2]}
+
+
+def test_a_manifest_may_have_a_byte_order_mark_and_name_a_file_and_folders_in_another_case() -> None:
+    manifest = b'\xef\xbb\xbfinclude = ["Models/Trees/", "fonts"]\n' + OWN
+    files = {"scene.toml": manifest, "Old/Wood Box.POV": b"", "models/trees/a.inc": b"", "fonts/b.ttf": b""}
+    card = check_bundle(zipped(files)).card
+    assert (card.file, card.include) == ("Old/Wood Box.POV", ("models/trees", "fonts"))
+
+
+def test_an_include_folder_that_is_not_in_the_bundle_is_refused_with_those_that_are() -> None:
+    manifest = b'include = ["models"]\n' + OWN
+    message = r"include: expected a folder that is in the bundle, got 'models'; there are maps, maps/wood, old"
+    with pytest.raises(BundleError, match=message):
+        check_bundle(zipped({"scene.toml": manifest, "old/wood box.pov": b"", "maps/wood/a.png": b""}))
 
 
 def test_a_scene_toml_may_name_any_file_of_the_bundle(tmp_path: Path) -> None:

@@ -25,7 +25,7 @@ from tests.needs import need_to_run
 from tests.waiting import ENOUGH_S
 from worker.sandbox.bundle import digest_of, pack_folder
 from worker.settings import WorkerSettings
-from worker.tasks.workplace import Workplace, folder_lock, sweep_scratch
+from worker.tasks.workplace import UNPACKED, Workplace, folder_lock, sweep_scratch
 
 SCENE = """
 title = "A ball"
@@ -142,10 +142,11 @@ def test_a_bundle_that_cannot_be_published_is_an_error_and_nothing_is_left(tmp_p
     place, digest = _with_bundle(tmp_path)
     bundles = place.settings.bundles_dir
     bundles.mkdir(parents=True)
-    (bundles / digest).write_bytes(b"a file in the way")
+    folder = f"{digest}-{UNPACKED}"
+    (bundles / folder).write_bytes(b"a file in the way")
     with pytest.raises(NotADirectoryError):
         place.bundle_folder(digest)
-    assert [path.name for path in bundles.iterdir()] == [digest]
+    assert [path.name for path in bundles.iterdir()] == [folder]
 
 
 def test_attempts_that_unpack_one_bundle_at_the_same_time_all_get_its_folder(tmp_path: Path) -> None:
@@ -158,8 +159,9 @@ def test_attempts_that_unpack_one_bundle_at_the_same_time_all_get_its_folder(tmp
 
     with ThreadPoolExecutor(8) as pool:
         folders = set(pool.map(unpacked, range(8)))
-    assert [path.name for path in place.settings.bundles_dir.iterdir()] == [digest]
-    assert folders == {place.settings.bundles_dir / digest}
+    folder = f"{digest}-{UNPACKED}"
+    assert [path.name for path in place.settings.bundles_dir.iterdir()] == [folder]
+    assert folders == {place.settings.bundles_dir / folder}
 
 
 def test_one_scratch_folder_that_cannot_be_removed_keeps_no_other_and_is_logged(

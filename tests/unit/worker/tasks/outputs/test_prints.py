@@ -19,6 +19,7 @@ from lippmann.job.spec import parse_spec
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.device import to_device
 from lippmann.plan import artifact_names as names
+from lippmann.plan.design import designer
 from lippmann.plan.printing.page import PrintPage, middle_edges, print_page
 from lippmann.plan.printing.shapes import Bar, Ring
 from tests.builders_outputs import GivenJob, given_job
@@ -61,7 +62,7 @@ def test_lenses_of_1_mm_at_600_dpi_are_as_many_pixels_as_come_nearest(lenses: in
     page = page_of(CellLayout(lenses, lenses, 24), pixel_mm=25.4 / 600)
     assert (page.array_rows, page.array_cols) == (px, px)
     assert px == round(lenses * 600 / 25.4)
-    assert page.rows == px + 2 * page.margin_px
+    assert page.rows == px + 2 * page.top_px
     # Where the lenses end is told from the middle, and differs from where the pixels end.
     left = next(shape for shape in page.shapes if isinstance(shape, Bar) and shape.height_mm > shape.width_mm)
     middle_mm = page.cols * page.pixel_mm / 2
@@ -166,6 +167,7 @@ def test_a_pdf_places_each_pixel_on_one_of_the_devices(tmp_path: Path, bits: int
     assert "/FontFile2" in fonts[0]["/FontDescriptor"].get_object()  # embedded
     assert "frame 1" in text
     assert "lens pitch 1 mm" in text
+    assert f"gap {job.sidecar('print.pdf')['format']['gap_mm']:.2f} mm" in text
     assert "print at 100 %" in text
 
 
@@ -190,7 +192,8 @@ def test_a_page_without_marks_and_margin_is_the_array(tmp_path: Path) -> None:
     job = made(tmp_path, "print.tif", file_format="tiff", **bare)
     np.testing.assert_array_equal(tiff_of(job)[0], array_of(job, 8))
     about = job.sidecar("print.tif")["format"]
-    assert (about["page_px"], about["array_px"], about["margin_px"]) == ([61, 51], [61, 51], 0)
+    assert (about["page_px"], about["array_px"]) == ([61, 51], [61, 51])
+    assert (about["array_top_px"], about["array_left_px"]) == (0, 0)
 
 
 @pytest.mark.parametrize(("mirrored", "orientation_deg"), [(True, 0), (False, 90), (True, 180), (True, 270)])
@@ -266,7 +269,7 @@ def test_crosses_turn_with_the_array(orientation_deg: int, mirrored: bool) -> No
 
 def test_marks_and_label_keep_off_the_array_and_on_the_page() -> None:
     page = page_of(CellLayout(5, 7, 4), margin_mm=11.5)
-    margin_mm = page.margin_px * page.pixel_mm
+    margin_mm = page.left_px * page.pixel_mm
     for shape in page.shapes:
         if not isinstance(shape, Bar):
             continue
@@ -284,12 +287,119 @@ def test_marks_and_label_keep_off_the_array_and_on_the_page() -> None:
 
 
 @pytest.mark.parametrize(
+    ("paper", "count", "orientation_deg", "page_mm"),
+    [
+        ("a4", (90, 90), 0, (210.0, 297.0)),
+        ("letter", (90, 90), 0, (215.9, 279.4)),
+        ("a4", (100, 200), 0, (297.0, 210.0)),
+        ("a4", (100, 200), 90, (210.0, 297.0)),
+        ("letter", (255, 101), 0, (215.9, 279.4)),
+    ],
+)
+def test_on_a_sheet_of_paper_the_array_is_in_the_middle_on_whole_pixels(
+    paper: str, count: tuple[int, int], orientation_deg: int, page_mm: tuple[float, float]
+) -> None:
+    pixel_mm = 25.4 / 600
+    page = page_of(CellLayout(*count, 8), pixel_mm=pixel_mm, page=paper, orientation_deg=orientation_deg)
+    assert (page.width_mm, page.height_mm) == page_mm
+    assert (page.cols, page.rows) == tuple(round(side / pixel_mm) for side in page_mm)
+    wide, high = count if orientation_deg else count[::-1]
+    assert (page.lenses.width_mm, page.lenses.height_mm) == (wide, high)
+    aside = page_mm[0] - 2 * page.lenses.left_mm - wide, page_mm[1] - 2 * page.lenses.top_mm - high
+    assert np.abs(aside).max() < 2 * pixel_mm
+    assert page.lenses.left_mm == pytest.approx(page.left_px * pixel_mm, abs=pixel_mm)
+
+
+def test_a_pdf_on_paper_is_exactly_as_large_and_has_the_array_in_its_middle(tmp_path: Path) -> None:
+    job = made(tmp_path, "print.pdf", page="letter")
+    with job.file("exports/print/0001.pdf") as path:
+        page = pypdf.PdfReader(path, strict=True).pages[0]
+        contents = page.get_contents()
+        assert contents is not None
+        drawn = contents.get_data().decode("latin-1")
+        assert [float(side) for side in page.mediabox.upper_right] == pytest.approx([612, 792], abs=0.01)
+    matrix = re.search(r"([\d. ]+) cm\s+/FormXob", drawn)
+    assert matrix is not None
+    wide, _, _, high, left, bottom = (float(number) for number in matrix[1].split())
+    assert (left + wide / 2, bottom + high / 2) == pytest.approx((306, 396), abs=PIXEL_MM / POINT_MM)
+
+
+def test_a_tiff_on_paper_has_the_array_where_the_sidecar_puts_it(tmp_path: Path) -> None:
+    job = made(tmp_path, "print.tif", file_format="tiff", page="a4")
+    codes, _ = tiff_of(job)
+    about = job.sidecar("print.tif")["format"]
+    assert codes.shape[:2] == tuple(about["page_px"]) == (round(297 / PIXEL_MM), round(210 / PIXEL_MM))
+    top, left = about["array_top_px"], about["array_left_px"]
+    np.testing.assert_array_equal(codes[top : top + 61, left : left + 51], array_of(job, 8))
+
+
+def test_the_mounting_sheet_says_in_mm_what_goes_where(tmp_path: Path) -> None:
+    array = {"substrate_mm": 1.5}
+    job = made(tmp_path, "print.tif", file_format="tiff", page="letter", lens_array=array)
+    about = job.sidecar("print.tif")["format"]
+    with job.file("exports/print/mounting.pdf") as path:
+        page = pypdf.PdfReader(path, strict=True).pages[0]
+        assert [float(side) for side in page.mediabox.upper_right] == pytest.approx([612, 792], abs=0.01)
+        text = page.extract_text()
+    left_mm, top_mm = (
+        (about[place] + px / 2) * PIXEL_MM - lenses / 2
+        for place, px, lenses in (("array_left_px", 51, 5), ("array_top_px", 61, 6))
+    )
+    for expected in (
+        "Page: 215.9 mm wide, 279.4 mm high",
+        "Array: 5.00 mm wide, 6.00 mm high",
+        f"{left_mm:.2f} mm from the left edge",
+        f"{top_mm:.2f} mm from its upper edge",
+        f"gap {about['gap_mm']:.2f} mm",
+        f"spacers of {about['gap_mm'] - 1.5:.2f} mm",
+        "1.50 mm",
+    ):
+        assert expected in text
+
+
+@pytest.mark.parametrize(
+    ("offset_mm", "display", "use", "gap_mm"),
+    [
+        (40.0, {}, "real", None),
+        (-40.0, {}, "virtual", None),
+        (40.0, {"gap_real_mm": 4.8}, "real", 4.8),
+    ],
+)
+def test_the_gap_of_a_print_is_that_of_the_design(
+    tmp_path: Path, offset_mm: float, display: dict[str, float], use: str, gap_mm: float | None
+) -> None:
+    asked = [{"kind": "print", "dpi": DPI, "file_format": "png"}]
+    job = given_job(tmp_path, outputs=asked, lens_array={"offset_mm": offset_mm}, display=display)
+    job.make("print.png")
+    about = job.sidecar("print.png")["format"]
+    numbers = designer.design(job.sheet)
+    assert about["gap_use"] == use
+    assert about["gap_mm"] == getattr(numbers, f"gap_{use}_physical_mm")
+    if gap_mm is not None:
+        assert about["gap_mm"] == gap_mm
+
+
+def test_a_print_without_a_mounting_sheet_has_none(tmp_path: Path) -> None:
+    job = made(tmp_path, "print.tif", file_format="tiff", mounting_sheet=False)
+    assert not any("mounting" in name for name in job.sidecar("print.tif")["files"])
+
+
+@pytest.mark.parametrize(
     ("output", "rig", "field", "expected", "got"),
     [
         ({}, {}, "dpi", "this or pitch_um, as there is no rig.device", "neither"),
         ({"dpi": 600, "pitch_um": 42}, {}, "dpi", "either this or pitch_um", "both"),
         ({"dpi": 600, "margin_mm": 5}, {}, "margin_mm", "at least 11.5 mm", "5"),
         ({"dpi": 600, "margin_mm": 5, "label": False}, {}, "margin_mm", "at least 7.5 mm", "5"),
+        ({"dpi": 600, "page": "a3"}, {}, "page", "'array', 'a4' or 'letter'", "a3"),
+        ({"dpi": 600, "page": "a4", "margin_mm": 61}, {}, "page", "array, or fewer", "a4 for 212.0 x 212.0 mm"),
+        (
+            {"dpi": 600, "page": "a4", "orientation_deg": 90},
+            {"lens_array": {"count": [280, 100]}, "px_per_lens": 8},
+            "page",
+            "array, or fewer",
+            "a4 for 304.0 x 124.0 mm",
+        ),
         ({"dpi": 600, "orientation_deg": 45}, {}, "orientation_deg", "0, 90, 180 or 270", "45"),
         ({"dpi": 50_000}, {}, "dpi", "at most 32768 px a side", "177166 px, 90 mm of pixels of 0.508 um"),
         ({"pitch_um": 1}, {}, "pitch_um", "at most 32768 px a side", "90000 px"),

@@ -1,0 +1,98 @@
+"""Names of files in a scene: links for those in another case, and what is said of a file that is not found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from worker.engines.povray.command import SYSTEM_INCLUDE
+from worker.engines.povray.scene_files import SceneFiles
+
+FILES = ("Parts.inc", "maps/wood.png", "models/trees/oak.inc", "models/Leaf.png")
+
+
+def scene(folder: Path, text: str, *, include: tuple[str, ...] = ()) -> SceneFiles:
+    """Return the files of a bundle with a scene in a folder of its own."""
+    bundle = folder / "bundle"
+    for name in FILES:
+        (bundle / name).parent.mkdir(parents=True, exist_ok=True)
+        (bundle / name).write_bytes(b"\0")
+    (bundle / "old").mkdir()
+    (bundle / "old" / "s.pov").write_bytes(text.encode())
+    return SceneFiles(bundle, "old/s.pov", include)
+
+
+def links(folder: Path, text: str, *, include: tuple[str, ...] = ()) -> dict[str, str]:
+    """Return the links that are made for a scene, with the files behind them from the top of the bundle."""
+    made = folder / "links"
+    scene(folder, text, include=include).make_links(made)
+    found = {path.relative_to(made).as_posix(): path.readlink() for path in made.rglob("*") if path.is_symlink()}
+    assert all(path.is_file() for path in found.values())
+    return {
+        name: str(path.relative_to(folder / "bundle" if SYSTEM_INCLUDE not in path.parents else SYSTEM_INCLUDE.parent))
+        for name, path in found.items()
+    }
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ('#include "PARTS.INC"', {"PARTS.INC": "Parts.inc"}),
+        ('#include "parts"', {"parts": "Parts.inc"}),
+        (r'png "Maps\WOOD.PNG"', {r"Maps\WOOD.PNG": "maps/wood.png"}),
+        (r'#declare F = "maps\\wood.png";', {r"maps\\wood.png": "maps/wood.png", r"maps\wood.png": "maps/wood.png"}),
+        ('png "./Maps//Wood.png"', {"Maps/Wood.png": "maps/wood.png"}),
+        ('// 6" long\n// 6" wide, see "Maps/Wood.png"', {"Maps/Wood.png": "maps/wood.png"}),
+        ('#include "Parts.inc" png "maps/wood.png"', {}),
+        ('png "wood.png"', {}),
+        ('png "../Maps/wood.png" png "/etc/HOSTNAME" png "" png "Maps"', {}),
+        ('png "LEAF.PNG"', {}),
+    ],
+)
+def test_a_name_in_another_case_or_with_backslashes_is_a_link(
+    tmp_path: Path, text: str, expected: dict[str, str]
+) -> None:
+    assert links(tmp_path, text) == expected
+
+
+def test_a_name_is_looked_for_in_the_folders_of_the_manifest(tmp_path: Path) -> None:
+    text = 'png "LEAF.PNG" #include "Trees/Oak.inc"'
+    assert links(tmp_path, text, include=("models",)) == {
+        "LEAF.PNG": "models/Leaf.png",
+        "Trees/Oak.inc": "models/trees/oak.inc",
+    }
+
+
+@pytest.mark.skipif(not SYSTEM_INCLUDE.is_dir(), reason="POV-Ray is not installed")
+def test_an_include_of_povray_is_found_in_another_case(tmp_path: Path) -> None:
+    assert links(tmp_path, '#include "Colors.INC"\n#include "colors.inc"') == {"Colors.INC": "include/colors.inc"}
+
+
+def test_links_are_made_once(tmp_path: Path) -> None:
+    files = scene(tmp_path, '"PARTS.INC" "PARTS.INC/a"')
+    for _ in range(2):
+        files.make_links(tmp_path / "links")
+    assert [path.name for path in (tmp_path / "links").iterdir()] == ["PARTS.INC"]
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("oak.inc", "the bundle has 'models/trees/oak.inc': add include = [\"models/trees\"] to scene.toml"),
+        ("trees/oak.inc", "the bundle has 'models/trees/oak.inc': add include = [\"models\"] to scene.toml"),
+        ("Trees/OAK.inc", "the bundle has 'models/trees/oak.inc': add include = [\"models\"] to scene.toml"),
+        ("PARTS.inc", "the bundle has 'Parts.inc': name the file so in the scene"),
+        ("textures/wood.png", "the bundle has 'maps/wood.png': name the file so in the scene"),
+        (r"C:\scenes\wood.png", "the bundle has 'maps/wood.png': name the file so in the scene"),
+        ("leaf", "no file 'leaf' in the scene bundle"),
+        ("elm.inc", "no file 'elm.inc' in the scene bundle"),
+    ],
+)
+def test_a_file_that_is_not_found_is_named_with_the_one_that_is_there(tmp_path: Path, name: str, expected: str) -> None:
+    assert expected in scene(tmp_path, "").missing(name)
+
+
+def test_a_link_has_the_name_of_its_file_in_messages(tmp_path: Path) -> None:
+    files = scene(tmp_path, '#include "PARTS.INC"')
+    assert [files.own_name(name) for name in ("PARTS.INC", "old/s.pov")] == ["Parts.inc", "old/s.pov"]
