@@ -27,9 +27,11 @@ from worker.images import decoder
 from worker.images.colour import srgb_codes
 from worker.images.colour_space import colour_space, light_of_codes, linear_space
 from worker.images.convert import MASTER
-from worker.images.header import PictureHeader, read_header
+from worker.images.header import read_header
+from worker.images.headers.picture import PictureHeader
 from worker.images.read import Light
 from worker.images.rows import bands_of_rows
+from worker.images.upright import upright
 from worker.sandbox.detect import detect
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
@@ -60,7 +62,9 @@ def _never() -> bool:
 def read_imported(
     path: Path,
     *,
+    page: int | None = None,
     linear: bool = False,
+    white_level: int | None = None,
     sandbox: Sandbox | None = None,
     at_most_px: int | None = None,
     scratch: Path | None = None,
@@ -69,14 +73,20 @@ def read_imported(
     """Return a picture of any program as linear light, `(rows, cols, 3)`.
 
     Whole numbers are decoded by the file's colour space; floating ones are linear light. Alpha is left out, and what it
-    covers is not darkened by it. Grey becomes three equal channels.
+    covers is not darkened by it. Grey becomes three equal channels. A picture whose header says that it is stored
+    sideways or mirrored is turned upright.
 
     Parameters
     ----------
     path
-        PNG, TIFF, EXR, JPEG or PFM, whatever its suffix.
+        PNG, TIFF, EXR, JPEG, PFM or PNM, whatever its suffix.
+    page
+        The number of the page of a TIFF, from 0; None refuses a file of several pages.
     linear
         Read codes as linear light, whatever colour space the file names.
+    white_level
+        The number that is white, and above which everything is; by default the highest code of the file, or 1.0 of
+        floating numbers. Cameras with 12 bits write 4095 into files with 16.
     sandbox
         The sandbox of the decoder; by default the best one of this machine, or only limits where no sandbox works.
     at_most_px
@@ -91,7 +101,8 @@ def read_imported(
     ArtifactMissing
         If there is no such file.
     ArtifactBroken
-        If it is no such picture, is cut short, too large, or has other channels than red, green and blue, or grey.
+        If it is no such picture, is cut short, too large, has other channels than red, green and blue, or grey, or
+        has several pages of which none is named.
     SandboxMissing
         If the sandbox does not start.
     RenderCrashed
@@ -99,12 +110,15 @@ def read_imported(
     Stopped
         If `should_stop` returned True.
     """
-    header = _bounded_header(path, at_most_px)
+    header = _bounded_header(path, at_most_px, page)
     space = linear_space(None) if linear else colour_space(header)
     light = np.empty((header.rows, header.cols, 3), dtype=np.float32)
     for start, band in _decoded(path, header, sandbox or _own_sandbox(), scratch, should_stop):
-        light[start : start + len(band)] = band if band.dtype.kind == "f" else light_of_codes(band, space)
-    return light
+        if band.dtype.kind == "f":
+            light[start : start + len(band)] = band if white_level is None else band / np.float32(white_level)
+        else:
+            light[start : start + len(band)] = light_of_codes(band, space, white_level=white_level)
+    return upright(light, header.orientation)
 
 
 def read_depth_numbers(path: Path, channels: Sequence[str]) -> NDArray[np.float32]:
@@ -149,13 +163,13 @@ def picture_codes(path: Path, *, linear: bool = False) -> NDArray[np.uint8]:
     """
     if path.suffix.lower() == MASTER:
         return srgb_codes(_numbers_of(path, np.float32))
-    header = _bounded_header(path, None)
+    header = _bounded_header(path, None, None)
     if linear or colour_space(header).name != "sRGB":
         return srgb_codes(read_imported(path, linear=linear))
     codes = np.empty((header.rows, header.cols, 3), dtype=np.uint8)
     for start, band in _decoded(path, header, _own_sandbox()):
         codes[start : start + len(band)] = band if band.dtype == np.uint8 else np.rint(band / np.float32(257))
-    return codes
+    return upright(codes, header.orientation)
 
 
 def _numbers_of(path: Path, dtype: type[Light], channels: Sequence[str] = ()) -> NDArray[Light]:
@@ -168,9 +182,12 @@ def _numbers_of(path: Path, dtype: type[Light], channels: Sequence[str] = ()) ->
     return numbers
 
 
-def _bounded_header(path: Path, at_most_px: int | None) -> PictureHeader:
+def _bounded_header(path: Path, at_most_px: int | None, page: int | None) -> PictureHeader:
     at_most_px = at_most_px or WorkerSettings().picture_px
-    return read_header(path, at_most_px=at_most_px, at_most_side_px=MAX_FRAME_PX)
+    header = read_header(path, page=page or 0, at_most_px=at_most_px, at_most_side_px=MAX_FRAME_PX)
+    if page is None and len(header.pages) > 1:
+        raise ArtifactBroken(f"{path.name}: expected one picture, got {len(header.pages)} pages")
+    return header
 
 
 @cache
@@ -219,7 +236,8 @@ def _decode(
     limits, times = _limits(header, path.stat().st_size, len(named) or 3)
     prefix = Path(sys.prefix).resolve()
     python = prefix / "bin" / Path(sys.executable).name
-    argv = [str(python), "-I", "-B", _DECODER, name, str(header.rows), str(header.cols), *named]
+    argv = [str(python), "-I", "-B", _DECODER, name]
+    argv += [str(header.pages[header.page]), str(header.rows), str(header.cols), *named]
     inside = sandbox.wrap(argv, readable=_readable(prefix), writable=work, limits=limits)
     with AttemptLog(work.with_name("log.txt")) as log:
         outcome = run(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 from fnmatch import fnmatchcase
 from typing import Annotated, Any, Self
@@ -74,7 +75,27 @@ class SheetGeometry(JobModel):
         return self
 
 
-SUFFIXES = (".png", ".tif", ".tiff", ".exr")
+SUFFIXES = (".png", ".tif", ".tiff", ".exr", ".jpg", ".jpeg", ".pfm", ".ppm", ".pgm")
+"""The suffixes of pictures that can be imported."""
+
+_PAGE = re.compile(r"(.+)#([1-9][0-9]{0,4})")
+
+
+def file_and_page(name: str) -> tuple[str, int | None]:
+    """Return the file of a picture that a bundle lists, and the number of its page, from 0; None if no page is named.
+
+    >>> file_and_page("frames/0001.tif#2"), file_and_page("frames/0002.png")
+    (('frames/0001.tif', 1), ('frames/0002.png', None))
+    """
+    found = _PAGE.fullmatch(name)
+    return (found[1], int(found[2]) - 1) if found else (name, None)
+
+
+def _is_picture(name: str, names: frozenset[str]) -> bool:
+    """Return whether a name, which may name a page, is that of a picture of the bundle."""
+    file, _ = file_and_page(name)
+    return file in names and file.lower().endswith(SUFFIXES)
+
 
 RENDER_FIELDS = ("capture", "render", "stage", "animation", "clock")
 """The fields of a job that apply only if a scene is rendered."""
@@ -88,9 +109,13 @@ class ImportedSheets(SheetGeometry):
 
     files: Annotated[str, Field(min_length=1, max_length=200)] | tuple[str, ...]
     """The pictures of frames 1, 2, ..., in the order of their names: a pattern as `frames/*.png`, or their names, which
-    replace the pattern when the bundle is checked."""
+    replace the pattern when the bundle is checked. `frames/0001.tif#2` is the second page of a file."""
     linear: bool = False
     """True if the codes of the pictures are linear light, whatever their files declare."""
+    white_level: int | None = Field(default=None, ge=1, le=65_535)
+    """The code of white, as 4095 of a camera with 12 bits; by default the highest code of the file."""
+    white: Annotated[str, Field(min_length=1, max_length=200)] | None = None
+    """The picture of an evenly lit white surface by which the pictures are divided."""
 
     @model_validator(mode="after")
     def _check_size_is_given(self) -> Self:
@@ -115,17 +140,21 @@ class ImportedSheets(SheetGeometry):
         BundleError
             If the bundle has no such pictures, or not all that are listed.
         """
+        known = frozenset(names)
+        if self.white is not None and not _is_picture(self.white, known):
+            raise BundleError(f"scene.toml: sheets.white: expected a picture of the bundle, got {shown(self.white)}")
         pattern = self.files
         if not isinstance(pattern, str):
-            known = set(names)
-            invalid = [name for name in pattern if name not in known or not name.lower().endswith(SUFFIXES)]
+            invalid = [name for name in pattern if not _is_picture(name, known)]
             if invalid or not pattern:
                 got = shown(invalid[0]) if invalid else "none"
                 raise BundleError(
                     f"scene.toml: sheets.files: expected pictures ({', '.join(SUFFIXES)}) of the bundle, got {got}"
                 )
             return self
-        found = tuple(sorted(n for n in names if fnmatchcase(n, pattern) and n.lower().endswith(SUFFIXES)))
+        found = tuple(
+            sorted(n for n in names if fnmatchcase(n, pattern) and n.lower().endswith(SUFFIXES) and n != self.white)
+        )
         if not found:
             raise BundleError(f"scene.toml: sheets.files: expected pictures ({', '.join(SUFFIXES)}) as {pattern!r}")
         return self.model_copy(update={"files": found})

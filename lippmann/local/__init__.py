@@ -4,6 +4,8 @@ image               `IntegralImage` of the Python API: open, views, refocus, dep
 capture             one frame of a scene rendered
 design              what a job will give, without rendering
 import_sheets       integral images from elsewhere imported as masters
+import_views        views from elsewhere imported as masters: quilts and folders
+import_bundle       imported images as a bundle for a job
 orthoscopic         a pseudoscopic image on disk converted, in bands
 view                views and perspectives written as PNG
 refocus             refocused pictures written as PNG

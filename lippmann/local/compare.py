@@ -12,8 +12,8 @@ from lippmann.lightfield.quality.compare import Similarity, ViewSimilarity, comp
 from lippmann.local.files.master import ORTHOSCOPIC, OTHER_MASTERS, naming, rig_in, whole_picture
 from lippmann.plan.sampling import display_size
 from lippmann.terminal.progress import ProgressLine
-from worker.images.colour_space import colour_notes
 from worker.images.convert import MASTER, SHOWN
+from worker.images.notes import picture_notes
 from worker.untrusted import picture_codes
 
 _OPTIONS = "--px-per-lens and --lens-count"
@@ -70,9 +70,22 @@ def compare_files(
     return tuple(compared)
 
 
-def colour_notes_of(compared: Sequence[Comparison]) -> tuple[str, ...]:
-    """Return what the user should know about the colour spaces of the compared files."""
-    return colour_notes([path for one in compared for path in (one.pair.first, one.pair.second)])
+def notes_of(compared: Sequence[Comparison], *, linear: bool) -> tuple[str, ...]:
+    """Return what the user should know about the compared files.
+
+    Parameters
+    ----------
+    compared
+        The comparisons.
+    linear
+        True if codes are read as linear light, whatever the files say.
+
+    Raises
+    ------
+    ArtifactMissing, ArtifactBroken
+        See `picture_notes`.
+    """
+    return picture_notes([path for one in compared for path in (one.pair.first, one.pair.second)], linear=linear)
 
 
 def find_pairs(first: Path, second: Path) -> tuple[Pair, ...]:

@@ -95,14 +95,14 @@ class IntegralImage(lightfield.IntegralImage):
     ) -> Self:
         """Open an integral image.
 
-        The header of a master (EXR) names its lenses. Every other picture is an EXR of linear light, or a PNG or TIFF,
-        and needs a layout. The colour space of a PNG or TIFF is the one that the file names, else sRGB.
+        The header of a master (EXR) names its lenses. Every other picture needs a layout: an EXR or PFM of linear
+        light, or a PNG, TIFF, JPEG or PPM, whose colour space is the one that the file names, else sRGB.
 
         Parameters
         ----------
         path
             A master as `orthoscopic/0001.exr`, `integral/0001.exr` (pseudoscopic) or `device/0001.exr` (resampled to
-            whole cells), or another EXR, PNG or TIFF.
+            whole cells), or another picture.
         layout
             The lenses over a picture whose header names no rig.
         pitch_mm, focal_length_mm
@@ -110,7 +110,7 @@ class IntegralImage(lightfield.IntegralImage):
         pseudoscopic, inverted
             Whether such a picture is pseudoscopic, and whether an imaging lens turned it upside down.
         linear
-            True to take the codes of a PNG or TIFF for linear light, whatever the file says.
+            True to take the codes of such a picture for linear light, whatever the file says.
         with_depth
             True to read the depth of the pixels too, if it is stored beside the master as `depth/0001.exr`.
 

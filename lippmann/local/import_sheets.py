@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import json
-import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,25 +12,35 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from lippmann.errors import BadInput
-from lippmann.job.imported_sheets import SUFFIXES, SheetGeometry
+from lippmann.job.imported_sheets import SheetGeometry
 from lippmann.job.problems import problems_of
 from lippmann.job.rig import Rig
 from lippmann.lightfield.calibrate.calibrate import Calibration, calibrate_picture, calibrate_white_image
+from lippmann.lightfield.calibrate.flat_field import divided_by_white
 from lippmann.lightfield.calibrate.imported import orthoscopic_of
 from lippmann.lightfield.sheet.device import device_size
 from lippmann.lightfield.sheet.lens_grid import LensGrid, device_grid, layout_grid
 from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import centre, view, views_grid
-from lippmann.local.files.master import naming, rig_in, whole_picture
+from lippmann.local.files.master import naming, rig_in
+from lippmann.local.files.source_pictures import (
+    Decoding,
+    SourcePicture,
+    page_notes,
+    read_picture,
+    source_pictures,
+    unused_bits_note,
+)
 from lippmann.local.files.writable import check_writable
 from lippmann.plan import artifact_names as names
 from lippmann.plan.imported import imported_rig, lens_grid, upright_first
 from lippmann.plan.sampling import device_pixels, display_size, frame_size
 from lippmann.terminal.progress import ProgressLine
-from worker.images.colour_space import NOT_NAMED, colour_notes
+from worker.images.colour_space import NOT_NAMED
+from worker.images.notes import picture_notes
+from worker.images.read import Light
 from worker.images.write import write_exr, write_png, write_thumbnail
 from worker.tasks.assemble import THUMB_PX
-from worker.untrusted import read_imported
 
 FITS = 0.002
 """The largest relative difference between a given pitch and the calibrated one: 0.2 lenses in a hundred."""
@@ -44,12 +52,14 @@ class ImportOptions:
 
     fields: Mapping[str, Any]
     """The given fields of `SheetGeometry`; the others are calibrated, or have their defaults."""
-    white: Path | None = None
+    find_from: Path | None = None
     """The white image from which the lenses are calibrated."""
     find: bool = False
     """True to calibrate the lenses from the first picture."""
-    linear: bool = False
-    """True to take the codes of the pictures for linear light, whatever their files say."""
+    decoding: Decoding = Decoding()  # noqa: RUF009 - it is frozen
+    """The way in which the numbers of the pictures become light."""
+    white: Path | None = None
+    """The white image by which the pictures are divided."""
 
 
 @dataclass(frozen=True)
@@ -92,22 +102,35 @@ def import_sheets(files: Sequence[Path], options: ImportOptions, *, out: Path) -
     BadInput
         If a picture is not there or not whole, the lenses are not known, or do not fit.
     """
-    for path in files:
-        _check_suffix(path)
-    first = _read(files[0], options)
+    sources = source_pictures(files)
+    stored = read_picture(sources[0], options.decoding)
+    unused_bits = unused_bits_note(sources[0], stored, options.decoding)
+    white = None if options.white is None else read_picture(SourcePicture(options.white), options.decoding)
+    first = _divided(stored, white, options)
     lenses = find_lenses(files[0], first, options)
     check_writable(out)
     written: list[Path] = []
     with ProgressLine("import") as line:
-        for place, path in enumerate(files):
-            picture = first if place == 0 else _read(path, options)
+        for place, source in enumerate(sources):
+            picture = first if place == 0 else read_picture(source, options.decoding)
             if picture.shape != first.shape:
-                got = f"{picture.shape[0]} x {picture.shape[1]} px in {path}"
+                got = f"{picture.shape[0]} x {picture.shape[1]} px in {source}"
                 raise BadInput(f"expected frames of {first.shape[0]} x {first.shape[1]} px as {files[0]}, got {got}")
-            written += _write_frame(picture, lenses, path, frame=place + 1, out=out)
-            line.show((place + 1) / len(files), path.name)
-    notes = () if options.linear else tuple(map(_with_override, colour_notes(files)))
-    return ImportResult(lenses=lenses, files=tuple(written), notes=(*lenses.notes, *notes))
+            divided = picture if place == 0 else _divided(picture, white, options)
+            written += write_frame(divided, lenses, source.name, frame=place + 1, out=out)
+            line.show((place + 1) / len(sources), source.name)
+    read = picture_notes(files, linear=options.decoding.linear)
+    notes = (*lenses.notes, *page_notes(sources), *map(_with_override, read), *filter(None, [unused_bits]))
+    return ImportResult(lenses=lenses, files=tuple(written), notes=notes)
+
+
+def _divided(
+    picture: NDArray[np.float32], white: NDArray[np.float32] | None, options: ImportOptions
+) -> NDArray[np.float32]:
+    if white is None or options.white is None:
+        return picture
+    with naming(options.white):
+        return divided_by_white(picture, white)
 
 
 def find_lenses(path: Path, picture: NDArray[np.float32], options: ImportOptions) -> Lenses:
@@ -142,64 +165,12 @@ def find_lenses(path: Path, picture: NDArray[np.float32], options: ImportOptions
         placed = lens_grid(geometry, picture.shape[:2])
         kept = upright_first(placed, inverted=geometry.inverted)
         dropped = ("The first lens row is left out, as a sheet begins with one that is not shifted.",)
-        notes = _scale_notes(geometry) + (dropped if kept is not placed else ())
-        by: Literal["said", "white", "picture"] = "said" if found is None else "white" if options.white else "picture"
+        notes = scale_notes(geometry) + (dropped if kept is not placed else ())
+        by: Literal["said", "white", "picture"] = (
+            "said" if found is None else "white" if options.find_from else "picture"
+        )
         agreement = found.agreement if found else None
         return Lenses(geometry, kept, imported_rig(geometry, kept), by, agreement, notes)
-
-
-def write_bundle(files: Sequence[Path], lenses: Lenses, folder: Path, *, title: str, linear: bool = False) -> None:
-    """Write pictures and their geometry as a bundle, for a job that renders nothing.
-
-    Parameters
-    ----------
-    files
-        The pictures, in the order of the frames.
-    lenses
-        The lenses over every picture.
-    folder
-        The folder to write.
-    title
-        The title of the scene.
-    linear
-        True if the codes of the pictures are linear light, whatever their files say.
-
-    Raises
-    ------
-    BadInput
-        If the folder cannot be written.
-    """
-    check_writable(folder)
-    frames = folder / "frames"
-    frames.mkdir(exist_ok=True)
-    # The frames are listed, so that files of an earlier import are not taken for frames.
-    listed = [f"frames/{place + 1:04d}{path.suffix.lower()}" for place, path in enumerate(files)]
-    for name, path in zip(listed, files, strict=True):
-        shutil.copyfile(path, folder / name)
-    # Numbers, texts, lists and booleans are written in TOML as in JSON.
-    lines = (f"{name} = {json.dumps(value)}" for name, value in geometry_data(lenses).items())
-    colour = ("linear = true",) if linear else ()
-    text = (f"title = {json.dumps(title)}", "", "[sheets]", f"files = {json.dumps(listed)}", *lines, *colour, "")
-    (folder / "scene.toml").write_text("\n".join(text))
-
-
-def geometry_data(lenses: Lenses) -> dict[str, Any]:
-    """Return the lenses as `--json` and a bundle name them, with every number."""
-    grid, geometry = lenses.grid, lenses.geometry
-    return {
-        "pitch_px": round(grid.pitch_px, 6),
-        "lattice": grid.lattice,
-        "row_pitch_px": round(grid.row_px, 6),
-        "rotation_deg": round(grid.turn_deg, 6),
-        "offset_px": [round(at, 4) for at in grid.offset_px],
-        "count": [grid.lens_rows, grid.lens_cols],
-        "first_row_shifted": grid.first_row_shifted,
-        "px_per_lens": lenses.rig.px_per_lens,
-        "pseudoscopic": geometry.pseudoscopic,
-        "inverted": geometry.inverted,
-        "pitch_mm": lenses.rig.lens_array.pitch_mm,
-        "focal_length_mm": lenses.rig.lens_array.focal_length_mm,
-    }
 
 
 def _of_master(path: Path, rig: Rig, picture: NDArray[np.float32], options: ImportOptions) -> Lenses:
@@ -228,12 +199,12 @@ def _of_master(path: Path, rig: Rig, picture: NDArray[np.float32], options: Impo
 
 
 def _found(picture: NDArray[np.float32], options: ImportOptions) -> Calibration | None:
-    if options.white is not None:
-        white = _read(options.white, options)
+    if options.find_from is not None:
+        white = read_picture(SourcePicture(options.find_from), options.decoding)
         if white.shape != picture.shape:
             raise BadInput(
                 f"expected a white image of {picture.shape[0]} x {picture.shape[1]} px as the picture, got"
-                f" {white.shape[0]} x {white.shape[1]} px in {options.white}"
+                f" {white.shape[0]} x {white.shape[1]} px in {options.find_from}"
             )
         return calibrate_white_image(white)
     return calibrate_picture(picture, near_px=options.fields.get("pitch_px")) if options.find else None
@@ -266,7 +237,8 @@ def _check_fit(fields: Mapping[str, Any], found: Calibration) -> None:
         raise BadInput(f"expected --lattice {grid.lattice}, which fits the picture, got {fields['lattice']}")
 
 
-def _scale_notes(geometry: SheetGeometry) -> tuple[str, ...]:
+def scale_notes(geometry: SheetGeometry) -> tuple[str, ...]:
+    """Return a note if lengths in mm are assumed."""
     unknown = [
         option
         for option, value in (("--pitch-mm", geometry.pitch_mm), ("--focal-length-mm", geometry.focal_length_mm))
@@ -277,12 +249,27 @@ def _scale_notes(geometry: SheetGeometry) -> tuple[str, ...]:
     return (f"Depths in mm are right only if {' and '.join(unknown)} are given; the lens of the paper is assumed.",)
 
 
-def _write_frame(picture: NDArray[np.float32], lenses: Lenses, source: Path, *, frame: int, out: Path) -> list[Path]:
+def write_frame(picture: NDArray[Light], lenses: Lenses, source: str, *, frame: int, out: Path) -> list[Path]:
+    """Write the masters of a picture, and return their paths.
+
+    Parameters
+    ----------
+    picture
+        `(rows, cols, 3)`, linear light.
+    lenses
+        The lenses over it.
+    source
+        The name of the picture, for the headers of the masters.
+    frame
+        The number of the frame.
+    out
+        The folder to write.
+    """
     layout = lenses.grid.layout(lenses.rig.px_per_lens)
     sense = {"pseudoscopic": lenses.geometry.pseudoscopic, "inverted": lenses.geometry.inverted}
     shown = orthoscopic_of(picture, lenses.grid, layout, **sense)
     display = display_size(lenses.rig)
-    attributes = {"rig": lenses.rig.model_dump_json(), "frame": str(frame), "source": source.name}
+    attributes = {"rig": lenses.rig.model_dump_json(), "frame": str(frame), "source": source}
     written = []
     for name, pixels in ((names.orthoscopic_name(frame), shown), (names.views_name(frame), views_grid(shown, display))):
         path = out / name
@@ -294,19 +281,6 @@ def _write_frame(picture: NDArray[np.float32], lenses: Lenses, source: Path, *, 
     thumb.parent.mkdir(parents=True, exist_ok=True)
     write_thumbnail(thumb, as_square(view(shown, display, *centre(display)), display), longest_px=THUMB_PX)
     return [*written, thumb]
-
-
-def _check_suffix(path: Path) -> None:
-    if path.suffix.lower() not in SUFFIXES:
-        raise BadInput(f"expected a picture as {', '.join(SUFFIXES)}, got {path}")
-    if not path.is_file():
-        raise BadInput(f"expected a picture at {path}, got no file")
-
-
-def _read(path: Path, options: ImportOptions) -> NDArray[np.float32]:
-    _check_suffix(path)
-    with whole_picture(path):
-        return read_imported(path, linear=options.linear)
 
 
 def _with_override(note: str) -> str:

@@ -25,7 +25,10 @@ from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size, frame_size
 from lippmann.terminal.progress import ProgressLine
 from worker.images.colour import linear_light, srgb_codes
-from worker.images.colour_space import ColourSpace, colour_notes, file_colour_space, light_of_codes, linear_space
+from worker.images.colour_space import ColourSpace, file_colour_space, light_of_codes, linear_space
+from worker.images.header import read_header
+from worker.images.headers.picture import UPRIGHT
+from worker.images.notes import picture_notes
 from worker.images.read import read_attributes
 from worker.images.rows import BAND_PX, open_rows
 from worker.images.write import write_code_rows, write_exr_rows
@@ -103,6 +106,7 @@ def write_orthoscopic(
     layout = _layout(file, rig, capture)
     known = _known_rig(rig, layout, capture, display)
     turn = capture.turn_sheet if capture.turn_sheet is not None else rig is not None and rig.imaging_lens is not None
+    _check_header(file)
     with naming(file), whole_picture(file), open_rows(file, dtype=_numbers(file), scratch=out.parent) as picture:
         made = _made(SheetOfRows(picture, layout), turn, known, display)
         space = linear_space(None) if linear else file_colour_space(file)
@@ -110,7 +114,7 @@ def write_orthoscopic(
         header = _header(file, made, shown)
         _write(out, made, picture.dtype, space=space, header=header, bits=bits, shown=shown)
     method = "half-turn" if display is None else "spoc"
-    notes = () if linear else colour_notes([file])
+    notes = picture_notes([file], linear=linear)
     return Conversion(
         file=out, method=method, captured=layout, layout=made.layout, sheet_turned=turn, notes=notes
     )  # fmt: skip
@@ -154,6 +158,16 @@ def _check_files(file: Path, out: Path) -> None:
     if out.exists() and out.samefile(file):
         raise BadInput(f"expected another file in --out than the sheet itself, got {out}")
     check_writable(out.parent)
+
+
+def _check_header(file: Path) -> None:
+    """Refuse a picture that is not one upright one, which bands of rows cannot be made of."""
+    with whole_picture(file):
+        header = read_header(file)
+    if header.orientation != UPRIGHT:
+        raise BadInput(f"expected a picture that is stored upright, got the orientation {header.orientation} in {file}")
+    if len(header.pages) > 1:
+        raise BadInput(f"expected one picture, got {len(header.pages)} pages in {file}")
 
 
 def _layout(file: Path, rig: Rig | None, capture: CaptureOptions) -> CellLayout:

@@ -2,6 +2,9 @@
 
 read          EXR and PNG to arrays, with every read checked; OpenImageIO's threads
 header        the headers of pictures of other programs, read by content and bounded
+headers       the headers of single formats
+notes         what the user should know of such pictures
+upright       a picture turned as its orientation tag says
 decoder       the program that decodes one picture inside the sandbox
 colour_space  what the codes of such pictures mean
 write         linear EXR masters; sRGB PNG and WebP for people

@@ -8,7 +8,7 @@ Floating numbers are linear light. Primaries are not converted.
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from worker.images.colour import decoded_srgb
-from worker.images.header import PictureHeader, read_header
+from worker.images.header import read_header
+from worker.images.headers.picture import PictureHeader
 from worker.images.icc import profile_curve
 
 Decode = Callable[[NDArray[np.float64]], NDArray[np.float64]]
@@ -55,7 +56,7 @@ def linear_space(known_by: str | None) -> ColourSpace:
     return ColourSpace("linear", _same, known_by)
 
 
-def light_of_codes(codes: NDArray[Any], space: ColourSpace) -> NDArray[np.float32]:
+def light_of_codes(codes: NDArray[Any], space: ColourSpace, *, white_level: int | None = None) -> NDArray[np.float32]:
     """Return the linear light of codes of a colour space, by a table of all codes.
 
     Parameters
@@ -64,15 +65,17 @@ def light_of_codes(codes: NDArray[Any], space: ColourSpace) -> NDArray[np.float3
         Any shape, uint8 or uint16.
     space
         Their colour space.
+    white_level
+        The code of white, which higher ones are too; by default the highest one.
     """
-    table = _table(space.decode, 8 * codes.dtype.itemsize)
+    table = _table(space.decode, 8 * codes.dtype.itemsize, white_level)
     light: NDArray[np.float32] = table[codes]
     return light
 
 
 @lru_cache(maxsize=4)
-def _table(decode: Decode, bits: int) -> NDArray[np.float32]:
-    return decode(np.arange(2**bits) / (2**bits - 1)).astype(np.float32)
+def _table(decode: Decode, bits: int, white_level: int | None) -> NDArray[np.float32]:
+    return decode(np.minimum(np.arange(2**bits) / (white_level or 2**bits - 1), 1)).astype(np.float32)
 
 
 def file_colour_space(path: Path) -> ColourSpace:
@@ -103,27 +106,6 @@ def colour_space(header: PictureHeader) -> ColourSpace:
         (scaled,) = struct.unpack(">I", chunks[b"gAMA"])
         return _gamma(100_000 / scaled, "gAMA chunk")
     return _srgb(None, NOT_NAMED)
-
-
-def colour_notes(paths: Sequence[Path]) -> tuple[str, ...]:
-    """Return the notes about the colour spaces of some pictures: each note once, with the first file.
-
-    Raises
-    ------
-    ArtifactMissing, ArtifactBroken
-        See `file_colour_space`.
-    """
-    files: dict[str, list[Path]] = {}
-    for path in paths:
-        note = file_colour_space(path).note
-        if note is not None:
-            files.setdefault(note, []).append(path)
-    return tuple(f"{_named(noted)}: {note}." for note, noted in files.items())
-
-
-def _named(paths: Sequence[Path]) -> str:
-    others = len(paths) - 1
-    return f"{paths[0].name} and {others} more" if others else paths[0].name
 
 
 def _of_cicp(content: bytes) -> ColourSpace:

@@ -1,10 +1,10 @@
 """Decode one picture in a process of its own: the program that runs inside the sandbox.
 
-Run as a file of its own (`python -I decoder.py PICTURE ROWS COLS [CHANNEL...]`, in the only folder that can be
-written), so that nothing but NumPy and OpenImageIO must be readable inside. PICTURE is one of `NAMES`. `PIXELS` then
-holds the numbers of these channels, or of red, green and blue, rows from the top, and the last line of output is their
-type: `uint8`, `uint16`, `half`, `float`. A picture that cannot be decoded gives the exit code 3 and the reason as the
-last line.
+Run as a file of its own (`python -I decoder.py PICTURE PAGE ROWS COLS [CHANNEL...]`, in the only folder that can be
+written), so that nothing but NumPy and OpenImageIO must be readable inside. PICTURE is one of `NAMES`, and PAGE the
+place of the picture in the file. `PIXELS` then holds the numbers of these channels, or of red, green and blue, rows
+from the top, and the last line of output is their type: `uint8`, `uint16`, `half`, `float`. A picture that cannot be
+decoded gives the exit code 3 and the reason as the last line.
 
 Whoever starts it believes nothing but the number of bytes that the header of the picture allows.
 """
@@ -28,6 +28,7 @@ NAMES = {
     "EXR": "picture.exr",
     "JPEG": "picture.jpg",
     "PFM": "picture.pfm",
+    "PNM": "picture.pnm",
 }
 """The name of the picture by its format: OpenImageIO chooses the reader by the suffix."""
 
@@ -68,8 +69,8 @@ def named_places(names: list[str], channels: list[str]) -> list[int]:
     return [names.index(channel) for channel in channels]
 
 
-def decode(name: str, rows: int, cols: int, channels: list[str]) -> str:
-    """Write the numbers of a picture in the working directory to `PIXELS` and return their type."""
+def decode(name: str, page: int, rows: int, cols: int, channels: list[str]) -> str:
+    """Write the numbers of a page of a picture in the working directory to `PIXELS` and return their type."""
     import OpenImageIO
 
     # No other reader is tried than the one for the suffix.
@@ -81,6 +82,8 @@ def decode(name: str, rows: int, cols: int, channels: list[str]) -> str:
     picture = OpenImageIO.ImageInput.open(name, ask)
     if picture is None:
         raise Refused(_words(OpenImageIO.geterror()))
+    if page and not picture.seek_subimage(page, 0):
+        raise Refused(_words(picture.geterror()))
     spec = picture.spec()
     if (spec.height, spec.width, spec.depth) != (rows, cols, 1):
         raise Refused(f"expected {rows} x {cols} x 1 px, got {spec.height} x {spec.width} x {spec.depth} px")
@@ -119,9 +122,9 @@ def _words(trouble: str) -> str:
 
 def main(words: list[str]) -> int:
     """Decode the picture that the command line names; return the exit code."""
-    name, rows, cols, *channels = words
+    name, page, rows, cols, *channels = words
     try:
-        said, code = decode(name, int(rows), int(cols), channels), 0
+        said, code = decode(name, int(page), int(rows), int(cols), channels), 0
     except Refused as error:
         said, code = str(error), REFUSED
     except MemoryError:

@@ -27,6 +27,7 @@ SUFFIXES = {
     "EXR": (".exr",),
     "JPEG": (".jpg", ".jpeg"),
     "PFM": (".pfm",),
+    "PNM": (".pnm", ".ppm", ".pgm"),
 }
 """The suffixes by which OpenImageIO knows a format."""
 

@@ -37,9 +37,9 @@ def compare(
     """Compare two orthoscopic integral images: PSNR and SSIM of the whole image and of its views."""
     from lippmann.cli.option_values import layout_of
     from lippmann.cli.text.compare import compared_data, compared_text
-    from lippmann.local.compare import colour_notes_of, compare_files
+    from lippmann.local.compare import compare_files, notes_of
 
     compared = compare_files(first, second, layout=layout_of(px_per_lens, lens_count), linear=linear)
-    for note in () if linear else colour_notes_of(compared):
+    for note in notes_of(compared, linear=linear):
         output.note(f"note: {note}")
     output.result(compared_data(compared), compared_text(compared))

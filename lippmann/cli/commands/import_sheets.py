@@ -14,13 +14,18 @@ from lippmann.errors import BadInput
 from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
+    from lippmann.local.files.source_pictures import Decoding
     from lippmann.local.import_sheets import ImportResult
 
 
 def import_sheets(
     files: Annotated[
         list[Path],
-        typer.Argument(metavar="FILE...", help="PNG, TIFF or EXR files. Several files are the frames of a sequence."),
+        typer.Argument(
+            metavar="FILE...",
+            help="PNG, TIFF, JPEG, EXR, PFM or PPM files, or with --views also folders. Several files, and the pages of"
+            " a TIFF, are the frames of a sequence.",
+        ),
     ],
     out: OutputFolder = Path("out"),
     pitch_px: Annotated[
@@ -63,6 +68,24 @@ def import_sheets(
     linear: Annotated[
         bool, typer.Option("--linear", help="The codes of the pictures are linear light, whatever the files say.")
     ] = False,
+    white_level: Annotated[
+        int | None, typer.Option(help="The code of white, as 4095 of 12 bits that are stored in 16.", min=1, max=65_535)
+    ] = None,
+    white: Annotated[
+        Path | None,
+        typer.Option(help="Divide the pictures by this white image through the same lenses, which removes vignetting."),
+    ] = None,
+    views: Annotated[
+        Literal["row", "grid"] | None,
+        typer.Option(
+            help="The files are quilts or folders of views: one row of views from the left to the right, or rows and"
+            " columns."
+        ),
+    ] = None,
+    view_names: Annotated[
+        Literal["column_row", "row_column"] | None,
+        typer.Option(help="What two numbers in the names of views are. JPEG Pleno has column_row."),
+    ] = None,
     bundle: Annotated[
         Path | None, typer.Option(help="Also write a scene bundle for a job, for `lippmann scenes upload`.")
     ] = None,
@@ -70,7 +93,9 @@ def import_sheets(
     output: Output,
 ) -> None:
     """Import integral images from elsewhere: rectify them, and write an orthoscopic master and all views."""
-    from lippmann.local.import_sheets import ImportOptions, geometry_data, import_sheets, write_bundle
+    from lippmann.local.files.source_pictures import Decoding
+    from lippmann.local.import_bundle import geometry_data
+    from lippmann.local.import_sheets import ImportOptions, import_sheets
 
     options: dict[str, Any] = {
         "pitch_px": pitch_px,
@@ -87,15 +112,58 @@ def import_sheets(
         "focal_length_mm": focal_length_mm,
     }
     fields = {name: value for name, value in options.items() if value is not None}
-    imported = import_sheets(files, ImportOptions(fields, white=find_from, find=find, linear=linear), out=out)
+    decoding = Decoding(linear=linear, white_level=white_level)
+    if views is not None:
+        if find or find_from is not None or white is not None:
+            raise BadInput("expected no --find, --find-from and --white with --views, in which nothing is left to find")
+        imported = _import_views(files, fields, views, view_names, decoding, out=out)
+    elif view_names is not None:
+        raise BadInput("expected --view-names with --views only")
+    else:
+        chosen = ImportOptions(fields, find_from=find_from, find=find, decoding=decoding, white=white)
+        imported = import_sheets(files, chosen, out=out)
     if bundle is not None:
-        title = os.fsencode(files[0].stem).decode("utf-8", "replace")
-        write_bundle(files, imported.lenses, bundle, title=title, linear=linear)
+        _write_bundle(files, imported, bundle, decoding=decoding, white=white, of_views=views is not None)
     for note in imported.notes:
         output.note(f"note: {note}")
     lenses = imported.lenses
     data = {"known_by": lenses.known_by, "agreement": lenses.agreement, "geometry": geometry_data(lenses)}
     output.result(data | {"files": [str(path) for path in imported.files]}, _text(imported))
+
+
+def _import_views(
+    files: list[Path],
+    fields: dict[str, Any],
+    parallax: Literal["row", "grid"],
+    order: Literal["column_row", "row_column"] | None,
+    decoding: Decoding,
+    *,
+    out: Path,
+) -> ImportResult:
+    """Import views, whose names and number say where the lenses are."""
+    from lippmann.local.import_views import ViewsOptions, import_views
+
+    known = ("px_per_lens", "pseudoscopic", "pitch_mm", "focal_length_mm")
+    others = [name for name in fields if name not in known]
+    if others:
+        raise BadInput(f"expected no --{others[0].replace('_', '-')} with --views: every pixel of a view is a lens")
+    return import_views(files, ViewsOptions(parallax, order, decoding=decoding, **fields), out=out)
+
+
+def _write_bundle(
+    files: list[Path], imported: ImportResult, bundle: Path, *, decoding: Decoding, white: Path | None, of_views: bool
+) -> None:
+    from lippmann.local.files.source_pictures import SourcePicture, source_pictures
+    from lippmann.local.import_bundle import write_bundle
+
+    title = os.fsencode(files[0].stem).decode("utf-8", "replace")
+    if of_views:
+        # A job takes integral images: those that were made of the views, in linear light.
+        sheets = [SourcePicture(path) for path in imported.files if path.parent.name == "orthoscopic"]
+        pictures = [sheet for sheet in sheets if sheet.path.suffix == ".exr"]
+        write_bundle(pictures, imported.lenses, bundle, title=title)
+    else:
+        write_bundle(source_pictures(files), imported.lenses, bundle, title=title, decoding=decoding, white=white)
 
 
 @functools.wraps(import_sheets)

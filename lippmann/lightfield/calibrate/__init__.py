@@ -1,5 +1,6 @@
 """Calibrate the lenses of a picture from elsewhere from its pixels.
 
+flat_field     a picture divided by a white image
 evidence       the evidence of lenses: light in a white image, edges in any other picture
 periods        white images: the two shortest steps from lens to lens, roughly, by autocorrelation
 phases         pitch, rotation and position to a fraction of a pixel, by the phases of the waves of the lattice

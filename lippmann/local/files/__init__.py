@@ -10,5 +10,7 @@ bundle           scene bundles
 lens             imaging lenses
 displayed_image  the pixels and the lenses of a display, from a master
 picture_size     the size of a written picture
+source_pictures  pictures of other programs as frames
+view_files       views of other programs: quilts and folders
 writable         whether a folder can be written
 """

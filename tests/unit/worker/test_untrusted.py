@@ -85,7 +85,7 @@ def test_the_content_chooses_the_reader_and_a_format_that_is_not_read_is_named(t
     tifffile.imwrite(tmp_path / "a.png", CODES_16, photometric="rgb")
     assert np.array_equal(srgb_codes(read_imported(tmp_path / "a.png"), bits=16), CODES_16)
     Image.fromarray(CODES_8).save(tmp_path / "b.png", "gif")
-    with pytest.raises(ArtifactBroken, match=r"b\.png: expected PNG, TIFF, EXR, JPEG or PFM, got GIF"):
+    with pytest.raises(ArtifactBroken, match=r"b\.png: expected PNG, TIFF, EXR, JPEG, PFM or PNM, got GIF"):
         read_imported(tmp_path / "b.png")
 
 
@@ -186,5 +186,5 @@ def test_what_is_read_without_a_sandbox_has_one_reader_too(tmp_path: Path) -> No
     Image.fromarray(CODES_8).save(tmp_path / "a.exr", "png")
     assert np.array_equal(read_codes_8(tmp_path / "a.exr"), CODES_8)
     Image.fromarray(CODES_8).save(tmp_path / "b.exr", "gif")
-    with pytest.raises(ArtifactBroken, match=r"b\.exr: expected PNG, TIFF, EXR, JPEG or PFM, got GIF"):
+    with pytest.raises(ArtifactBroken, match=r"b\.exr: expected PNG, TIFF, EXR, JPEG, PFM or PNM, got GIF"):
         read_codes_8(tmp_path / "b.exr")

@@ -14,8 +14,9 @@ import tifffile
 from PIL import Image, ImageCms
 
 from lippmann.errors import ArtifactBroken
-from worker.images.colour_space import colour_notes, file_colour_space
+from worker.images.colour_space import file_colour_space
 from worker.images.icc import profile_curve, srgb_profile
+from worker.images.notes import picture_notes
 from worker.images.write import write_png
 from worker.untrusted import picture_codes, read_imported
 
@@ -136,7 +137,7 @@ def test_what_cannot_be_told_is_srgb_with_a_note(tmp_path: Path, name: str) -> N
     chunks, note = UNKNOWN[name]
     path = png(tmp_path / "a.png", *chunks)
     assert file_colour_space(path).known_by is None
-    (said,) = colour_notes([path])
+    (said,) = picture_notes([path])
     assert said.startswith("a.png: ")
     assert re.search(note, said)
     assert said.endswith("so the codes are read as sRGB.")
@@ -153,7 +154,7 @@ def test_linear_overrides_what_a_file_says(tmp_path: Path) -> None:
 def test_primaries_other_than_those_of_srgb_are_noted_and_not_converted(tmp_path: Path) -> None:
     wide = png(tmp_path / "wide.png", iccp(profile(curv(), primaries=WIDE)))
     display_p3 = png(tmp_path / "p3.png", cicp(13, primaries=12))
-    notes = colour_notes([wide, display_p3])
+    notes = picture_notes([wide, display_p3])
     assert notes == (
         "wide.png: its primaries (ICC profile) are not those of sRGB and are not converted.",
         "p3.png: its primaries (cICP chunk, primaries 12) are not those of sRGB and are not converted.",
@@ -164,7 +165,7 @@ def test_primaries_other_than_those_of_srgb_are_noted_and_not_converted(tmp_path
 
 def test_a_note_is_given_once_for_all_files(tmp_path: Path) -> None:
     files = [png(tmp_path / f"{number}.png") for number in range(3)]
-    assert colour_notes(files) == ("0.png and 2 more: no colour space is named, so the codes are read as sRGB.",)
+    assert picture_notes(files) == ("0.png and 2 more: no colour space is named, so the codes are read as sRGB.",)
 
 
 @pytest.mark.parametrize(
@@ -176,14 +177,14 @@ def test_a_tiff_is_read_by_its_icc_profile(tmp_path: Path, icc: bytes | None, li
     path = tmp_path / "a.tif"
     tifffile.imwrite(path, np.full((2, 3, 3), 0x8000, dtype=np.uint16), photometric="rgb", iccprofile=icc)
     np.testing.assert_allclose(read_imported(path), light, atol=2e-4)
-    assert bool(colour_notes([path])) == (icc is None)
+    assert bool(picture_notes([path])) == (icc is None)
 
 
 def test_floating_numbers_are_linear_and_need_no_note(tmp_path: Path) -> None:
     path = tmp_path / "a.tif"
     tifffile.imwrite(path, np.full((2, 3, 3), 0.5, dtype=np.float32), photometric="rgb")
     assert file_colour_space(path).name == "linear"
-    assert colour_notes([path]) == ()
+    assert picture_notes([path]) == ()
 
 
 def test_pictures_of_ours_and_of_pillow_s_srgb_profile_name_srgb(tmp_path: Path) -> None:

@@ -14,7 +14,8 @@ from PIL import Image, ImageCms
 
 from lippmann.errors import ArtifactBroken, ArtifactMissing
 from tests.bombs import BOMBS, chunk, exr, jpeg, png, tiff
-from worker.images.header import PROFILE_BYTES_AT_MOST, read_header
+from worker.images.header import read_header
+from worker.images.headers.picture import PROFILE_BYTES_AT_MOST
 from worker.images.write import write_channels, write_exr
 
 LIMITS = {"at_most_px": 2**27, "at_most_side_px": 32_768}

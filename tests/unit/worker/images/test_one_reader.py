@@ -28,7 +28,7 @@ def disguised(tmp_path: Path) -> Path:
 @pytest.mark.promise("Scenes", "Of the readers of OpenImageIO, one sees a picture of a stranger: that of its content.")
 def test_the_decoder_tries_one_reader(disguised: Path) -> None:
     shutil.copyfile(decoder.__file__, disguised.parent / "decoder.py")
-    line = [sys.executable, "-I", "-B", "decoder.py", disguised.name, "9", "7"]
+    line = [sys.executable, "-I", "-B", "decoder.py", disguised.name, "0", "9", "7"]
     ran = subprocess.run(line, cwd=disguised.parent, capture_output=True, text=True, check=False)
     assert ran.returncode == decoder.REFUSED, ran.stdout + ran.stderr
     assert not (disguised.parent / decoder.PIXELS).exists()

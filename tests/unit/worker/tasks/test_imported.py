@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import tifffile
 from PIL import Image
 from typer.testing import CliRunner
 
@@ -46,6 +47,27 @@ def bundle(tmp_path: Path) -> Path:
     ran = CliRunner().invoke(app, words)
     assert ran.exit_code == 0, ran.output
     return tmp_path / "bundle"
+
+
+def test_pages_a_white_level_and_a_white_frame_give_what_the_command_gives(tmp_path: Path) -> None:
+    sheet = numbered_sheet(LAYOUT)
+    codes = (4095 * sheet / sheet.max()).astype(np.uint16)
+    with tifffile.TiffWriter(tmp_path / "raw.tif") as file:
+        for number in (1, 2):
+            file.write(codes // number, photometric="rgb", metadata=None)
+    fall = np.linspace(0.5, 1, sheet.shape[1])[:, np.newaxis] * np.full(sheet.shape, 3000)
+    tifffile.imwrite(tmp_path / "white.tif", fall.astype(np.uint16), photometric="rgb")
+    words = ["import", "raw.tif", "--white", "white.tif", "--out", "out", "--bundle", "bundle"]
+    words = [str(tmp_path / word) if word in ("raw.tif", "white.tif", "out", "bundle") else word for word in words]
+    words += ["--pitch-px", "6", "--row-pitch-px", "6", "--lattice", "hexagonal", "--linear", "--white-level", "4095"]
+    ran = CliRunner().invoke(app, words)
+    assert ran.exit_code == 0, ran.output
+    place = _place(tmp_path, tmp_path / "bundle")
+    for frame in (1, 2):
+        assemble_frame(place, order_of(TaskKind.ASSEMBLE, frame=frame), NullMonitor())
+        shown = stored_picture(place, names.orthoscopic_name(frame))
+        assert np.array_equal(shown, read_imported(tmp_path / f"out/orthoscopic/{frame:04d}.exr"))
+        assert shown.max() > 1 / (2 * frame)
 
 
 def _place(folder: Path, bundle: Path) -> Workplace:

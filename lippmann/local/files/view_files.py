@@ -1,0 +1,167 @@
+"""The views of a light field in files of other programs: a quilt, or a folder with a file for every view.
+
+=========================== ============================================================================
+names                       views
+=========================== ============================================================================
+`..._qs8x6a0.75.png`        a quilt of 8 columns and 6 rows of tiles, the first tile at the lower left
+`input_Cam000.png`          row by row from the upper left (HCI benchmark); `parameters.cfg` may tell their number
+`003_012.ppm`               column and row (JPEG Pleno, and the output `subaperture_ppm`)
+`out_03_12_-381.9_.png`     row and column (Stanford archive), whatever follows
+=========================== ============================================================================
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from configparser import ConfigParser, Error
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from lippmann.errors import BadInput
+from lippmann.job.imported_sheets import SUFFIXES
+
+Parallax = Literal["row", "grid"]
+"""`row` if views differ along one row, as in most quilts, `grid` if along rows and columns."""
+
+NameOrder = Literal["column_row", "row_column"]
+"""What the two numbers in the names of views are."""
+
+VIEWS_AT_MOST = 65_536
+"""The largest number of files of a folder that are taken for views."""
+
+_QUILT = re.compile(r"_qs(\d{1,3})x(\d{1,3})a(\d{1,3}(?:\.\d{1,9})?)(?=\.[A-Za-z]+$)")
+_HCI = re.compile(r"input_Cam(\d{1,6})")
+_TWO_NUMBERS = re.compile(r"(\d{1,5})_(\d{1,5})")
+_NAMED_TWO = re.compile(r".*?(?<!\d)(\d{1,5})_(\d{1,5})(?:_.*)?")
+_CAMERAS_FILE, _CAMERAS_BYTES = "parameters.cfg", 1 << 16
+
+
+@dataclass(frozen=True)
+class QuiltName:
+    """What the name of a quilt says."""
+
+    columns: int
+    rows: int
+    aspect: float
+    """Width by height of a view."""
+
+
+@dataclass(frozen=True)
+class ViewFiles:
+    """The files of views by their places."""
+
+    rows: int
+    cols: int
+    files: Mapping[tuple[int, int], Path]
+    """The files by (row, column) of the view: down and to the right as the eye moves."""
+
+
+def quilt_name(path: Path) -> QuiltName:
+    """Return what the name of a quilt says.
+
+    Raises
+    ------
+    BadInput
+        If it does not name columns, rows and aspect.
+
+    Examples
+    --------
+    >>> quilt_name(Path("0001_qs8x6a0.75.png"))
+    QuiltName(columns=8, rows=6, aspect=0.75)
+    """
+    found = _QUILT.search(path.name)
+    columns, rows, aspect = (int(found[1]), int(found[2]), float(found[3])) if found else (0, 0, 0.0)
+    if not (columns and rows and aspect):
+        raise BadInput(
+            "expected a folder of views, or a quilt whose name ends like _qs8x6a0.75 (columns, rows, aspect), got"
+            f" {path}"
+        )
+    return QuiltName(columns, rows, aspect)
+
+
+def view_files(folder: Path, parallax: Parallax, *, order: NameOrder | None = None) -> ViewFiles:
+    """Return the files of the views in a folder.
+
+    Parameters
+    ----------
+    folder
+        The folder; files that are no pictures, and pictures that are no views, are left out.
+    parallax
+        `grid` for rows and columns of views, `row` for one row from the leftmost to the rightmost.
+    order
+        What the two numbers in the names are; by default `column_row`, and `row_column` after other words.
+
+    Raises
+    ------
+    BadInput
+        If there are no views, or some are missing.
+    """
+    pictures = sorted(path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and path.is_file())
+    if len(pictures) > VIEWS_AT_MOST:
+        raise BadInput(f"expected at most {VIEWS_AT_MOST} views in {folder}, got {len(pictures)} pictures")
+    numbered = {int(found[1]): path for path in pictures if (found := _HCI.fullmatch(path.stem))}
+    if numbered:
+        return _hci(folder, numbered, parallax)
+    placed = _by_two_numbers(pictures, order)
+    if placed:
+        return _whole(folder, placed)
+    if parallax == "row" and pictures:
+        return ViewFiles(1, len(pictures), {(0, place): path for place, path in enumerate(pictures)})
+    raise BadInput(
+        f"expected views in {folder} named as input_Cam000.png, 000_000.ppm or out_00_00.png, got"
+        f" {pictures[0].name if pictures else 'no picture'}"
+    )
+
+
+def _hci(folder: Path, numbered: Mapping[int, Path], parallax: Parallax) -> ViewFiles:
+    count = max(numbered) + 1
+    rows, cols = (1, count) if parallax == "row" else _cameras(folder / _CAMERAS_FILE) or (math.isqrt(count),) * 2
+    if rows * cols != count:
+        raise BadInput(
+            f"expected as many rows of views as columns in {folder}, or their number as num_cams_x and num_cams_y in"
+            f" {_CAMERAS_FILE}, got {count} views"
+        )
+    return _whole(folder, {divmod(number, cols): path for number, path in numbered.items()})
+
+
+def _cameras(path: Path) -> tuple[int, int] | None:
+    """Return the (rows, columns) of cameras that an HCI folder tells; None if it does not."""
+    parser = ConfigParser(interpolation=None)
+    try:
+        with path.open("rb") as file:
+            parser.read_string(file.read(_CAMERAS_BYTES).decode("utf-8", "replace"))
+        rows, cols = (int(parser["extrinsics"][f"num_cams_{axis}"]) for axis in "yx")
+    except (OSError, Error, KeyError, ValueError):
+        return None
+    return (rows, cols) if min(rows, cols) > 0 else None
+
+
+def _by_two_numbers(pictures: list[Path], order: NameOrder | None) -> dict[tuple[int, int], Path]:
+    placed: dict[tuple[int, int], Path] = {}
+    for path in pictures:
+        alone, named = _TWO_NUMBERS.fullmatch(path.stem), _NAMED_TWO.fullmatch(path.stem)
+        found = alone or named
+        if found is None:
+            continue
+        numbers = int(found[1]), int(found[2])
+        is_column_first = (order or ("column_row" if alone else "row_column")) == "column_row"
+        place = numbers[::-1] if is_column_first else numbers
+        if place in placed:
+            raise BadInput(f"expected one view of row {place[0]} and column {place[1]}, got {placed[place]} and {path}")
+        placed[place] = path
+    return placed
+
+
+def _whole(folder: Path, placed: Mapping[tuple[int, int], Path]) -> ViewFiles:
+    """Return views by their places from 0, if none is missing."""
+    tops = [min(place[axis] for place in placed) for axis in (0, 1)]
+    rows, cols = (max(place[axis] for place in placed) - tops[axis] + 1 for axis in (0, 1))
+    if len(placed) != rows * cols:
+        missing = rows * cols - len(placed)
+        raise BadInput(
+            f"expected {rows} x {cols} views (rows x columns) in {folder}, got {len(placed)}: {missing} are missing"
+        )
+    return ViewFiles(rows, cols, {(row - tops[0], col - tops[1]): path for (row, col), path in placed.items()})

@@ -1,0 +1,115 @@
+"""Pictures as cameras and other programs write them, through the command: pages, JPEG, sensors, white frames."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import tifffile
+from PIL import Image
+from typer.testing import CliRunner
+
+from lippmann.cli.main import app
+from lippmann.lattice.layout import CellLayout
+from lippmann.local.image import open_orthoscopic
+from tests.unit.lippmann.lightfield.sheets import numbered_sheet
+from worker.images.colour import srgb_codes
+from worker.sandbox.bundle import check_bundle, pack_folder
+
+LAYOUT = CellLayout(5, 6, 8)
+SIZE = (LAYOUT.rows, LAYOUT.cols)
+GRID = ("--pitch-px", 8)
+
+
+def _run(*words: object) -> Any:
+    ran = CliRunner().invoke(app, ["import", *map(str, words)])
+    assert ran.exit_code == 0, f"{ran.output} {ran.exception}"
+    return ran
+
+
+def _light(out: Path, frame: int = 1) -> np.ndarray[Any, Any]:
+    return np.asarray(open_orthoscopic(out / f"orthoscopic/{frame:04d}.exr").pixels).astype(np.float32)
+
+
+def _codes(part: float = 1.0) -> np.ndarray[Any, Any]:
+    sheet = numbered_sheet(LAYOUT)
+    return np.asarray(srgb_codes((part * sheet / sheet.max()).astype(np.float32)))
+
+
+def test_the_pages_of_a_tiff_are_frames_here_and_in_the_bundle(tmp_path: Path) -> None:
+    pages = [_codes(part) for part in (1.0, 0.6, 0.3)]
+    with tifffile.TiffWriter(tmp_path / "several.tif") as file:
+        for page in pages:
+            file.write(page, photometric="rgb", metadata=None)
+    Image.fromarray(pages[0]).save(tmp_path / "one.png")
+    out, bundle = tmp_path / "out", tmp_path / "bundle"
+    ran = _run(tmp_path / "several.tif", tmp_path / "one.png", *GRID, "--out", out, "--bundle", bundle)
+    assert "several.tif: its 3 pages are the frames 1 to 3." in ran.stderr
+    for frame, page in enumerate([*pages, pages[0]], start=1):
+        assert np.array_equal(srgb_codes(_light(out, frame)), page)
+    listed = tomllib.loads((bundle / "scene.toml").read_text())["sheets"]["files"]
+    assert listed == ["frames/0001.tif#1", "frames/0001.tif#2", "frames/0001.tif#3", "frames/0002.png"]
+    sheets = check_bundle(pack_folder(bundle)).card.sheets
+    assert sheets is not None
+    assert list(sheets.files) == listed
+
+
+def test_a_jpeg_is_imported_and_its_quality_is_said(tmp_path: Path) -> None:
+    Image.fromarray(np.full((*SIZE, 3), 100, np.uint8)).save(tmp_path / "photo.JPG", quality=85)
+    ran = _run(tmp_path / "photo.JPG", *GRID, "--out", tmp_path / "out")
+    assert "photo.JPG: it is a JPEG of quality 85 with 4:2:0 chroma" in ran.stderr
+    assert np.array_equal(srgb_codes(_light(tmp_path / "out")), np.full((*SIZE, 3), 100, np.uint8))
+
+
+def test_a_picture_that_is_stored_sideways_is_imported_upright(tmp_path: Path) -> None:
+    Image.fromarray(np.rot90(_codes())).save(tmp_path / "o6.tif", tiffinfo={274: 6})
+    ran = _run(tmp_path / "o6.tif", *GRID, "--out", tmp_path / "out")
+    assert "its orientation tag is 6, so it is turned upright" in ran.stderr
+    assert np.array_equal(srgb_codes(_light(tmp_path / "out")), _codes())
+
+
+def test_twelve_bits_in_sixteen_are_noted_and_read_with_their_white_level(tmp_path: Path) -> None:
+    tifffile.imwrite(tmp_path / "raw.tif", np.full(SIZE, 4095, np.uint16), photometric="minisblack")
+    ran = _run(tmp_path / "raw.tif", *GRID, "--out", tmp_path / "dark", "--linear")
+    assert "none is above 4095. If a sensor of 12 bits wrote them, give --white-level 4095" in ran.stderr
+    np.testing.assert_allclose(_light(tmp_path / "dark"), 4095 / 65535, rtol=1e-3)
+    words = ("--out", tmp_path / "out", "--linear", "--white-level", 4095, "--bundle", tmp_path / "bundle")
+    ran = _run(tmp_path / "raw.tif", *GRID, *words)
+    assert "--white-level" not in ran.stderr
+    assert np.array_equal(_light(tmp_path / "out"), np.ones((*SIZE, 3)))
+    sheets = tomllib.loads((tmp_path / "bundle/scene.toml").read_text())["sheets"]
+    assert (sheets["white_level"], sheets["linear"]) == (4095, True)
+
+
+def test_a_white_frame_takes_the_vignetting_away(tmp_path: Path) -> None:
+    rows, cols = (np.arange(side) / side - 0.5 for side in SIZE)
+    fall = (1 - rows[:, np.newaxis] ** 2 - cols**2)[..., np.newaxis] * np.array([0.9, 0.8, 0.5])
+    shown = numbered_sheet(LAYOUT) / numbered_sheet(LAYOUT).max() / 2
+    for name, light in (("white", fall), ("dim", fall / fall.max(axis=(0, 1)) * shown)):
+        tifffile.imwrite(tmp_path / f"{name}.tif", light.astype(np.float32), photometric="rgb")
+    words = ("--white", tmp_path / "white.tif", "--out", tmp_path / "out", "--bundle", tmp_path / "bundle")
+    _run(tmp_path / "dim.tif", *GRID, *words)
+    np.testing.assert_allclose(_light(tmp_path / "out"), shown, rtol=0.01, atol=1e-4)
+    sheets = tomllib.loads((tmp_path / "bundle/scene.toml").read_text())["sheets"]
+    assert sheets["white"] == "white.tif"
+    assert (tmp_path / "bundle/white.tif").is_file()
+
+
+@pytest.mark.parametrize(
+    ("white", "said"),
+    [
+        (np.ones((4, 4, 3), np.float32), "expected a white image of 40 x 48 px as the picture, got 4 x 4 px"),
+        (np.zeros((*SIZE, 3), np.float32), "expected a white image, got one without light"),
+    ],
+)
+def test_a_white_frame_that_cannot_be_is_refused(tmp_path: Path, white: np.ndarray[Any, Any], said: str) -> None:
+    tifffile.imwrite(tmp_path / "white.tif", white, photometric="rgb")
+    Image.fromarray(_codes()).save(tmp_path / "a.png")
+    words = (tmp_path / "a.png", *GRID, "--white", tmp_path / "white.tif", "--out", tmp_path / "out")
+    ran = CliRunner().invoke(app, ["import", *map(str, words)])
+    assert ran.exit_code != 0
+    assert said in str(ran.exception)
+    assert not (tmp_path / "out").exists()

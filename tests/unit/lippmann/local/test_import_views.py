@@ -1,0 +1,164 @@
+"""Views as integral images: back from our own exports, and from names of other programs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+from typer.testing import CliRunner
+
+from lippmann.cli.main import app
+from lippmann.job.rig import LensArray, Rig
+from lippmann.lattice.layout import CellLayout
+from lippmann.local.export import export_outputs, parse_outputs
+from lippmann.local.files.frame_source import files_frames
+from lippmann.local.image import IntegralImage, open_orthoscopic
+from worker.images.colour import srgb_codes
+from worker.images.write import write_exr
+
+COUNT = (6, 9)
+N = 5
+RNG = np.random.default_rng(2)
+LIGHT = RNG.random((COUNT[0] * N, COUNT[1] * N, 3)).astype(np.float16)
+
+
+@pytest.fixture
+def master(tmp_path: Path) -> Path:
+    rig = Rig(imaging_lens=None, lens_array=LensArray(count=COUNT, offset_mm=0.0), px_per_lens=N)
+    path = tmp_path / "ours/orthoscopic/0001.exr"
+    path.parent.mkdir(parents=True)
+    write_exr(path, LIGHT, attributes={"rig": rig.model_dump_json(), "frame": "1"})
+    return path
+
+
+def _export(master: Path, written: str, out: Path) -> Path:
+    """Return the one file of an export, or its folder."""
+    source = files_frames(master.parent.parent, fps=8.0)
+    (made,) = export_outputs(source, parse_outputs([written], source), out)
+    assert made.error is None
+    files = made.files[1:]
+    return files[0] if len(files) == 1 else files[0].parent
+
+
+def _import(*words: object) -> Any:
+    ran = CliRunner().invoke(app, ["import", *map(str, words)])
+    assert ran.exit_code == 0, f"{ran.output} {ran.exception}"
+    return ran
+
+
+def _views(path: Path) -> np.ndarray[Any, Any]:
+    """Return the sRGB codes of all views of a master, `(v, u, lens_row, lens_col, 3)`."""
+    views = open_orthoscopic(path).views()
+    codes = srgb_codes(np.asarray(views).reshape(-1, *views.shape[3:]), bits=16)
+    return np.asarray(codes).reshape(views.shape).astype(int)
+
+
+@pytest.mark.parametrize(
+    ("written", "parallax", "off"),
+    [
+        ('{"kind": "quilt", "views": "all", "bits": 16}', "grid", 1),
+        ('{"kind": "quilt", "views": "all"}', "grid", 129),
+        ('{"kind": "hci", "disparity": "none"}', "grid", 129),
+        ("subaperture_ppm", "grid", 33),
+    ],
+)
+def test_our_own_exports_come_back_as_the_same_image(
+    tmp_path: Path, master: Path, written: str, parallax: str, off: int
+) -> None:
+    source = _export(master, written, tmp_path / "made")
+    _import(source, "--views", parallax, "--out", tmp_path / "back")
+    back = tmp_path / "back/orthoscopic/0001.exr"
+    assert open_orthoscopic(back).layout == CellLayout(*COUNT, N)
+    # Half a step of the codes of the export, in codes of 16 bits, and what half floats round.
+    assert np.abs(_views(back) - _views(master)).max() <= off + 16
+
+
+def test_a_quilt_of_one_row_gives_these_views_in_every_row(tmp_path: Path, master: Path) -> None:
+    quilt = _export(master, '{"kind": "quilt", "bits": 16}', tmp_path / "made")
+    _import(quilt, "--views", "row", "--out", tmp_path / "back")
+    back, ours = _views(tmp_path / "back/orthoscopic/0001.exr"), _views(master)
+    for v in range(N):
+        assert np.abs(back[v] - ours[N // 2]).max() <= 17
+    again = _export(tmp_path / "back/orthoscopic/0001.exr", '{"kind": "quilt", "bits": 16}', tmp_path / "again")
+    assert again.name == quilt.name
+    with Image.open(again) as second, Image.open(quilt) as first:
+        assert np.abs(np.asarray(second).astype(int) - np.asarray(first).astype(int)).max() <= 1
+
+
+def test_fewer_views_are_taken_evenly_from_the_first_to_the_last(tmp_path: Path, master: Path) -> None:
+    quilt = _export(master, '{"kind": "quilt", "views": "all"}', tmp_path / "made")
+    _import(quilt, "--views", "grid", "--px-per-lens", 3, "--out", tmp_path / "back")
+    assert np.abs(_views(tmp_path / "back/orthoscopic/0001.exr") - _views(master)[::2, ::2]).max() <= 145
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("out_{v:02d}_{u:02d}_-381.9_776.3_.png", ()),
+        ("{u:03d}_{v:03d}.png", ()),
+        ("{v:03d}_{u:03d}.png", ("--view-names", "row_column")),
+        ("input_Cam{number:03d}.png", ()),
+    ],
+)
+def test_names_of_views_of_other_programs_are_understood(tmp_path: Path, name: str, words: tuple[str, ...]) -> None:
+    codes = RNG.integers(0, 256, (4, 4, 6, 7, 3), dtype=np.uint8)
+    (tmp_path / "views").mkdir()
+    for v, u in np.ndindex(4, 4):
+        Image.fromarray(codes[v, u]).save(tmp_path / "views" / name.format(u=u, v=v, number=4 * v + u))
+    _import(tmp_path / "views", "--views", "grid", *words, "--out", tmp_path / "out")
+    image = IntegralImage.open(tmp_path / "out/orthoscopic/0001.exr")
+    for v, u in np.ndindex(4, 4):
+        assert np.array_equal(srgb_codes(np.asarray(image.view(u, v), dtype=np.float32)), codes[v, u])
+
+
+def test_views_become_a_bundle_of_their_integral_image(tmp_path: Path, master: Path) -> None:
+    quilt = _export(master, '{"kind": "quilt", "views": "all"}', tmp_path / "made")
+    _import(quilt, "--views", "grid", "--out", tmp_path / "out", "--bundle", tmp_path / "bundle")
+    made = IntegralImage.open(tmp_path / "out/orthoscopic/0001.exr").pixels
+    packed = IntegralImage.open(tmp_path / "bundle/frames/0001.exr").pixels
+    assert np.array_equal(made, packed)
+
+
+@pytest.mark.parametrize(
+    ("files", "words", "said"),
+    [
+        (("a.png",), (), "named as input_Cam000.png, 000_000.ppm or out_00_00.png, got a.png"),
+        ((), (), "got no picture"),
+        (("000_000.png", "001_001.png"), (), "expected 2 x 2 views (rows x columns)"),
+        (("input_Cam000.png", "input_Cam002.png"), (), "expected as many rows of views as columns"),
+        (("input_Cam000.png",), (), "expected at least 2 views in a row, got 1"),
+        (("000_000.png",), ("--find",), "expected no --find"),
+        (("000_000.png",), ("--lens-count", 3, 4), "expected no --count with --views"),
+    ],
+)
+def test_views_that_cannot_be_are_refused(
+    tmp_path: Path, files: tuple[str, ...], words: tuple[object, ...], said: str
+) -> None:
+    (tmp_path / "views").mkdir()
+    for name in files:
+        Image.new("RGB", (4, 4)).save(tmp_path / "views" / name)
+    words = (tmp_path / "views", "--views", "grid", "--out", tmp_path / "out", *words)
+    ran = CliRunner().invoke(app, ["import", *map(str, words)])
+    assert ran.exit_code != 0
+    assert said in str(ran.exception)
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("name", "size", "said"),
+    [
+        ("a.png", (12, 12), "whose name ends like _qs8x6a0.75"),
+        ("a_qs0x6a1.png", (12, 12), "whose name ends like _qs8x6a0.75"),
+        ("a_qs5x2a1.png", (12, 12), "expected a quilt that 5 x 2 tiles"),
+        ("a_qs100x99a1.png", (3200, 3168), "give --px-per-lens"),
+    ],
+)
+def test_a_quilt_that_cannot_be_is_refused(tmp_path: Path, name: str, size: tuple[int, int], said: str) -> None:
+    Image.new("RGB", size).save(tmp_path / name)
+    words = (tmp_path / name, "--views", "row", "--out", tmp_path / "out")
+    ran = CliRunner().invoke(app, ["import", *map(str, words)])
+    assert ran.exit_code != 0
+    assert said in str(ran.exception)
