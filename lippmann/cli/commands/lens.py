@@ -85,7 +85,9 @@ def _file(name: str, catalogues: Sequence[Path], *, focal_length_mm: float | Non
     if suffix or path.exists():
         hint = " (a glass catalogue goes with --catalogue)" if suffix == CATALOGUE_SUFFIX else ""
         raise BadInput(f"expected a lens as {', '.join(SUFFIXES)}, got {path.name or name}{hint}")
-    like = "".join(f" (did you mean {meant}?)" for meant in get_close_matches(name[:100], IMAGING_LENSES, n=1))
+    like = "".join(
+        f" (did you mean {meant}?)" for meant in get_close_matches(name[:100].lower(), IMAGING_LENSES, n=1, cutoff=0.5)
+    )
     names = ", ".join(sorted(IMAGING_LENSES))
     raise BadInput(f"expected one of {names}{like}, or a file ({', '.join(SUFFIXES)}), got {name!r}")
 

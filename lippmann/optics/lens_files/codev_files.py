@@ -195,7 +195,7 @@ class _Reader:
         as_radius = self._as_radius(lenses)
         rows = [self._row(place, surface, as_radius) for place, surface in enumerate(lenses, start=1)]
         system = self.system.system(object_mm=self.surfaces[0].thickness * self.mm, mm=self.mm)
-        rows, computed = with_semi_apertures(rows, system)
+        rows, computed = with_semi_apertures(rows, system, words="CIR; EPD, FNO, NA, NAO")
         notes = [*self.glasses.notes, *self.system.notes(), *computed]
         return prescription_of_rows(rows, title=self.title, notes=notes)
 

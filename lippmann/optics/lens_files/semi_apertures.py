@@ -70,7 +70,7 @@ class System:
     """The distance of the object before the first row."""
 
 
-def with_semi_apertures(rows: Sequence[Row], system: System) -> tuple[list[Row], list[str]]:
+def with_semi_apertures(rows: Sequence[Row], system: System, *, words: str) -> tuple[list[Row], list[str]]:
     """Return the rows with the absent semi-diameters computed, and a note if there were any.
 
     Parameters
@@ -79,6 +79,8 @@ def with_semi_apertures(rows: Sequence[Row], system: System) -> tuple[list[Row],
         The rows of the file, with the index of every medium.
     system
         The aperture, the field and the object of the file.
+    words
+        The words with which a file of the format gives a semi-diameter or an aperture, for messages.
 
     Raises
     ------
@@ -94,7 +96,7 @@ def with_semi_apertures(rows: Sequence[Row], system: System) -> tuple[list[Row],
         return list(rows), []
     first = rows[absent[0]].place
     if system.aperture is None:
-        raise _wrong(first, "a semi-diameter, or an aperture of the whole lens from which it follows", "neither")
+        raise _wrong(first, f"a semi-diameter, or an aperture of the whole lens ({words})", "neither")
     if len(rows) > MAX_ROWS:
         raise _wrong(first, f"a semi-diameter in a lens of more than {MAX_ROWS} rows", "none")
     for row in rows:

@@ -56,7 +56,9 @@ def read_lens_zmx(text: str, glasses: GlassSearch | None = None) -> LensFile:
     object_mm = blocks[0].number("DISZ", otherwise=math.inf) * mm
     # In a few files the stop is the object or the image; its position in the lens is then unknown.
     rows = [_row(block, mm, search) for block in blocks[1:-1]]
-    rows, computed = with_semi_apertures(rows, system_of(head, object_mm=object_mm, mm=mm))
+    rows, computed = with_semi_apertures(
+        rows, system_of(head, object_mm=object_mm, mm=mm), words="DIAM; ENPD, FNUM, OBNA, FLOA"
+    )
     name = head.first("NAME")
     title = " ".join(name.values)[:200] if name else ""
     return prescription_of_rows(rows, title=title, notes=[*search.notes, *notes_of(head), *computed])

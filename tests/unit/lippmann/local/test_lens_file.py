@@ -179,9 +179,19 @@ def test_what_is_no_lens_file_is_named(tmp_path: Path, name: str, problem: str) 
         lens(str(tmp_path / name), output=Output(as_json=False))
 
 
-def test_a_name_that_is_nearly_right_is_suggested() -> None:
+def test_a_lens_without_semi_diameters_and_aperture_is_told_the_words(tmp_path: Path) -> None:
+    path = stored(tmp_path, "lens.seq", SEQ.replace("EPD 20\n", "").encode())
+    with pytest.raises(SpecError, match=r"line 5, S1: expected a semi-diameter, or .* \(CIR; EPD, FNO, NA, NAO\)"):
+        read_lens(path)
+    path = stored(tmp_path, "lens.zmx", ZMX.replace("  DIAM 15\n", "").encode())
+    with pytest.raises(SpecError, match=r"line 8, SURF 1: expected a .* \(DIAM; ENPD, FNUM, OBNA, FLOA\)"):
+        read_lens(path)
+
+
+@pytest.mark.parametrize("name", ["cook-triplet", "cooke", "Cooke-Triplet"])
+def test_a_name_that_is_nearly_right_is_suggested(name: str) -> None:
     with pytest.raises(BadInput, match=r"\(did you mean cooke-triplet\?\), or a file \(.json, .csv, .zmx, .seq\)"):
-        lens("cook-triplet", output=Output(as_json=False))
+        lens(name, output=Output(as_json=False))
 
 
 def test_catalogues_belong_to_files(tmp_path: Path) -> None:

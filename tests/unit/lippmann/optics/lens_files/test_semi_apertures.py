@@ -30,7 +30,7 @@ def plano_convex() -> list[Row]:
 
 
 def semis(rows: list[Row], system: System) -> list[float]:
-    return [one.surface.get("semi_aperture_mm", math.nan) for one in with_semi_apertures(rows, system)[0]]
+    return [one.surface.get("semi_aperture_mm", math.nan) for one in with_semi_apertures(rows, system, words="DIAM")[0]]
 
 
 def height_behind(height_mm: float, slope: float) -> float:
@@ -108,7 +108,9 @@ def test_a_lens_with_computed_semi_diameters_passes_its_light_and_no_more() -> N
             rows[-1] = row("S5", one.radius_mm, 5.705, 1.0)
             rows.append(row("stop", None, 4.5, is_stop=True))
     angle_deg = 10.0
-    filled, notes = with_semi_apertures(rows, System(Aperture("f-number", 2.8), (FieldPoint("angle", angle_deg),)))
+    filled, notes = with_semi_apertures(
+        rows, System(Aperture("f-number", 2.8), (FieldPoint("angle", angle_deg),)), words="DIAM"
+    )
     assert notes == [
         "S1, S2, S3, S4, S5, S6, S7, S8 and 2 more: the semi-diameter is computed from the rays of the file's aperture"
     ]
@@ -124,13 +126,17 @@ def test_a_lens_with_computed_semi_diameters_passes_its_light_and_no_more() -> N
 
 def test_rows_with_semi_diameters_stay_as_they_are() -> None:
     rows = [row("S1", 50, 5, N, semi_aperture_mm=10), row("S2", -50, 90, semi_aperture_mm=10)]
-    assert with_semi_apertures(rows, System()) == (rows, [])
+    assert with_semi_apertures(rows, System(), words="DIAM") == (rows, [])
 
 
 @pytest.mark.parametrize(
     ("rows", "system", "problem"),
     [
-        (plano_convex(), System(), "S2: expected a semi-diameter, or an aperture of the whole lens"),
+        (
+            plano_convex(),
+            System(),
+            "S2: expected a semi-diameter, or an aperture of the whole lens (DIAM), got neither",
+        ),
         (plano_convex(), System(Aperture("entrance pupil", 200.0)), "S3: expected a surface that the marginal ray"),
         (plano_convex(), System(Aperture("entrance pupil", -8.0)), "gives no entrance pupil"),
         (plano_convex(), System(Aperture("object aperture", 0.1)), "gives no entrance pupil"),
