@@ -20,6 +20,11 @@ def write_lens_image(**fields: Any) -> str:
     return _environment().get_template("lens_image.pov.j2").render(fields)
 
 
+def write_camera_report(**fields: Any) -> str:
+    """Return the text of rigs/camera_report.pov.j2, a picture in which POV-Ray reports the camera of a scene."""
+    return _environment().get_template("camera_report.pov.j2").render(fields)
+
+
 @cache
 def _environment() -> Environment:
     # SDL is not HTML and needs no escaping. The fields are numbers and checked names.

@@ -12,11 +12,13 @@ from typing import Self
 from pydantic import BaseModel, ConfigDict
 
 from lippmann.errors import FieldProblem, SpecError
+from lippmann.job.clock import Clock
 from lippmann.job.imported_sheets import ImportedSheets
 from lippmann.job.problems import FieldError
 from lippmann.job.scene import SCENE_FILE, SceneManifest
-from lippmann.job.spec import Clock, JobSpec, ParameterValue
-from lippmann.job.stage import Stage, changed_stage
+from lippmann.job.scene_camera import SceneCamera
+from lippmann.job.spec import JobSpec, ParameterValue
+from lippmann.job.stage import Stage, StageChange, changed_stage
 
 
 class _Part(BaseModel):
@@ -46,7 +48,7 @@ class ResolvedJob(_Part):
     """The owner with whose jobs this one shares the render cache; empty for the cache of the whole farm."""
 
     @classmethod
-    def of(cls, job_id: str, spec: JobSpec, manifest: SceneManifest, *, bundle: str) -> Self:
+    def of(cls, job_id: str, spec: JobSpec, manifest: SceneManifest, *, bundle: str, frames: int | None = None) -> Self:
         """Resolve a job against the manifest of its scene.
 
         Parameters
@@ -59,6 +61,9 @@ class ResolvedJob(_Part):
             The manifest of the scene.
         bundle
             The SHA-256 digest of the scene bundle.
+        frames
+            The number of frames of the animation if neither the job nor its scene has one; by default the job's last
+            frame.
 
         Raises
         ------
@@ -83,10 +88,15 @@ class ResolvedJob(_Part):
             stage=changed_stage(manifest.stage, spec.stage),
             file=manifest.file,
             include=manifest.include,
-            clock=spec.clock or manifest.clock,
+            clock=_whole_clock(spec.clock or manifest.clock, frames or spec.frame_numbers[-1]),
             parameters=manifest.resolve(spec.parameters),
             sheets=manifest.sheets,
         )
+
+    def placed(self, stage: Stage, frame: int) -> ResolvedJob:
+        """Return the job at a frame with a stage that nothing changes any more."""
+        there = self.at(frame)
+        return there.model_copy(update={"stage": stage, "spec": there.spec.model_copy(update={"stage": StageChange()})})
 
     def at(self, frame: int) -> ResolvedJob:
         """Return the job at a frame: its rig, stage and parameters have the values of that frame."""
@@ -97,6 +107,11 @@ class ResolvedJob(_Part):
             "parameters": self.parameters | at_frame.parameters,
         }
         return self.model_copy(update=update)
+
+
+def _whole_clock(clock: Clock, frames: int) -> Clock:
+    """Return a clock that knows the number of frames of the animation, which is `frames` unless it has one."""
+    return clock if clock.frames else clock.model_copy(update={"frames": frames})
 
 
 def _check_outputs(spec: JobSpec) -> None:
@@ -143,5 +158,7 @@ class StoredPlan(_Part):
     probe_s_per_px: float
     renders: bool = True
     """True if the job renders something; a job on imported sheets does not."""
+    camera: SceneCamera | None = None
+    """The scene's own camera at frame 1, if the probe has read one that the stage depends on."""
     previews: tuple[int, ...] = ()
     """The frames that come before the others; none in plans of earlier releases."""

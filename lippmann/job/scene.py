@@ -12,10 +12,11 @@ from typing import Any, Literal, Self
 from pydantic import Field, ValidationError, field_validator, model_validator
 
 from lippmann.errors import BundleError, FieldProblem, SpecError
+from lippmann.job.clock import Clock
 from lippmann.job.imported_sheets import ImportedSheets
 from lippmann.job.model import JobModel
 from lippmann.job.problems import problems_of
-from lippmann.job.spec import MAX_PARAMETERS, Clock, ParameterValue
+from lippmann.job.spec import MAX_PARAMETERS, ParameterValue
 from lippmann.job.stage import Stage
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
@@ -33,7 +34,8 @@ RESERVED = frozenset(
     (
         *("keyframes", "clock", "version", "pi", "tau", "x", "y", "z", "t", "u", "v"),
         *("red", "green", "blue", "filter", "transmit"),
-        *("image_width", "image_height", "frame_number", "initial_clock", "final_clock", "clock_delta"),
+        *("image_width", "image_height", "frame_number", "initial_frame", "final_frame"),
+        *("initial_clock", "final_clock", "clock_delta", "clock_on"),
     )
 )
 """The names that POV-Ray or a job reserves, which no parameter may have."""

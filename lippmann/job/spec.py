@@ -20,7 +20,8 @@ from pydantic import (
 )
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.frames import MAX_FRAME_NUMBER, FrameList, parse_frames
+from lippmann.job.clock import Clock
+from lippmann.job.frames import FrameList, parse_frames
 from lippmann.job.keyframes import ANIMATED_PARTS, MAX_KEYS, Keyframes, lift, put
 from lippmann.job.model import JobModel
 from lippmann.job.old_names import current_job
@@ -55,26 +56,6 @@ class Display(JobModel):
     """The physical gap between pixels and lenses, substrate included, for images behind the display."""
     viewing_distance_mm: float = Field(default=1000.0, gt=0, le=1e6)
     """The distance of the observer from the display."""
-
-
-class Clock(JobModel):
-    """The clock of POV-Ray at each frame: first + (frame - 1) * per_frame, from the start again after each repeat."""
-
-    first: float = 0.0
-    """The clock at frame 1."""
-    per_frame: float = 1.0
-    """The increment from one frame to the next."""
-    repeat_frames: int | None = Field(default=None, ge=1, le=MAX_FRAME_NUMBER)
-    """The number of frames after which the clock starts again, for a motion that repeats; null if it never does."""
-
-    def at(self, frame: int) -> float:
-        """Return the clock at a frame; frames are counted from 1.
-
-        >>> Clock(repeat_frames=45).at(46)
-        0.0
-        """
-        frames = frame - 1 if self.repeat_frames is None else (frame - 1) % self.repeat_frames
-        return self.first + frames * self.per_frame
 
 
 class JobSpec(JobModel):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, ValidationError, model_validator
 
@@ -39,6 +39,11 @@ class Stage(JobModel):
     """The distance from surface 1 to the far plane, the farthest point that should be sharp."""
     reference_mm: Mm = Field(default_factory=lambda given: given["near_mm"])
     """The distance from surface 1 to the reference plane of the scene; by default `near_mm`."""
+    handedness: Literal["auto", "left", "right"] = "auto"
+    """The handedness of the scene's axes: `right` mirrors the rig, so that text is readable; `auto` takes that of the
+    scene's own camera."""
+    follow_camera: bool = False
+    """True if the rig moves from frame to frame as the scene's own camera does; the stage is that of frame 1 then."""
 
     @model_validator(mode="after")
     def _check_directions(self) -> Self:
@@ -73,6 +78,10 @@ class StageChange(JobModel):
     """The distance from surface 1 to the near plane."""
     far_mm: Mm | None = None
     """The distance from surface 1 to the far plane."""
+    handedness: Literal["left", "right"] | None = None
+    """The handedness of the scene's axes."""
+    follow_camera: bool | None = None
+    """True if the rig moves from frame to frame as the scene's own camera does."""
 
 
 def changed_stage(stage: Stage, change: StageChange) -> Stage:

@@ -82,7 +82,9 @@ class CacheEntry(BaseModel):
     """The digests of the files of the entry."""
 
 
-def tile_key(job: ResolvedJob, frame: int, tile: Tile, software: RenderSoftware, *, reads_clock: bool) -> str:
+def tile_key(
+    job: ResolvedJob, frame: int, tile: Tile, software: RenderSoftware, *, reads_clock: bool, reads_frames: bool
+) -> str:
     """Return the key of a tile in the render cache, 64 hexadecimal digits.
 
     Parameters
@@ -90,17 +92,20 @@ def tile_key(job: ResolvedJob, frame: int, tile: Tile, software: RenderSoftware,
     job
         The job; its animated numbers are taken at the frame.
     frame
-        The number of the frame. It is not in the key itself, since no scene can read it.
+        The number of the frame.
     tile
         The tile; its pixels count and its index does not.
     software
         The software that renders.
     reads_clock
         True if the scene reads the clock. Frames at different clocks are different frames only then.
+    reads_frames
+        True if the scene reads `frame_number` or another variable of the animation. They are in the key only then.
     """
     definition = {
         "job": job.at(frame).model_dump(mode="json", exclude=UNSEEN),
         "clock": job.clock.at(frame) if reads_clock else None,
+        "animation": job.clock.variables(frame) if reads_frames else None,
         "tile": (tile.row_start, tile.row_stop, tile.col_start, tile.col_stop),
         "software": asdict(software),
     }

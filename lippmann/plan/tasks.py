@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
+from lippmann.job.clock import Clock
 from lippmann.job.messages.events import ProbeResult
 from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.resolved import StoredPlan
-from lippmann.job.spec import Clock, JobSpec
+from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names
 from lippmann.plan.cost import tile_grid
 from lippmann.plan.sampling import cut_tiles, frame_size
@@ -66,6 +67,7 @@ def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int, clock: Clock | 
         probe_start_s=probe.start_s,
         probe_s_per_px=probe.s_per_px,
         renders=probe.renders,
+        camera=probe.camera,
         previews=previews(spec.frame_numbers, clock),
     )
 

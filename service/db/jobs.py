@@ -112,12 +112,17 @@ def statuses(session: Session, job_ids: Iterable[str]) -> Sequence[tuple[str, Jo
 
 
 def set_probes(session: Session, probes: Mapping[str, dict[str, Any]]) -> None:
-    """Store the measurements of probes, by job, and leave the planning to a background job."""
+    """Store the measurements of probes, by job, and leave the planning to a background job.
+
+    The notes of a probe are added to those of its job.
+    """
     statement = update(Job).where(Job.id == bindparam("of_job"))
     statement = statement.values(probe=bindparam("measured"), background_job=BackgroundJob.PLAN)
     if probes:
         rows = [{"of_job": job_id, "measured": measured} for job_id, measured in probes.items()]
         session.connection().execute(statement, rows)
+    for row in jobs(session, [job_id for job_id, measured in probes.items() if measured["notes"]]):
+        row.notes = list(dict.fromkeys((*row.notes, *probes[row.id]["notes"])))
 
 
 def has_row(session: Session, job_id: str) -> bool:

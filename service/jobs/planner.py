@@ -73,8 +73,10 @@ class Planner:
 
     def _store_sheet(self, job_id: str, sheet: StoredPlan) -> None:
         # It is written from the row, so that a process that no longer leads writes the same, and before the first task.
-        # Workers need no previews, and those of an earlier release refuse a field that they do not know.
-        text = sheet.model_dump_json(indent=2, exclude={"previews"})
+        # Workers need no previews, and those of an earlier release refuse a field that they do not know. They have to
+        # refuse a job whose rig depends on the scene's camera.
+        unneeded = {"previews"} if sheet.camera else {"previews", "camera"}
+        text = sheet.model_dump_json(indent=2, exclude=unneeded)
         self._store.put_bytes(names.job_artifact(job_id, names.PLAN_FILE), text.encode())
 
     def _next_chunk(self, job_id: str, reached: int, spec: JobSpec, sheet: StoredPlan) -> list[PlannedTask]:

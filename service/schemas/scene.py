@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
+from lippmann.job.clock import Clock
 from lippmann.job.imported_sheets import ImportedSheets
 from lippmann.job.scene import Parameter
-from lippmann.job.spec import Clock
 from lippmann.job.stage import Stage
 from service.schemas.answer import Answer
 

@@ -32,6 +32,7 @@ from worker.tasks.attempt import TaskResult
 from worker.tasks.imported import imported_sheet
 from worker.tasks.masters import Masters
 from worker.tasks.monitor import ProgressMonitor
+from worker.tasks.scene_camera import assembled_job
 from worker.tasks.workplace import Workplace
 
 THUMB_PX = 256
@@ -45,6 +46,7 @@ def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> 
     thumb, artifacts = names.thumb_name(frame), TaskArtifacts(place.store, order)
     if artifacts.exists(thumb) and all(artifacts.exists(name) for name in names.masters(sheet.spec, frame)):
         return TaskResult(digests=artifacts.stored)
+    sheet = assembled_job(place, order, artifacts)
     rig = sheet.at(frame).spec.rig
     with_depth = sheet.spec.capture.depth
     count = 3 + with_depth + (rig.device is not None)

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import SceneError, Stopped
+from lippmann.job.clock import Clock
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.stage import Stage
 from lippmann.lightfield.depth.depth_map import DepthMap
@@ -74,18 +75,18 @@ def depth_of_tile(
     def codes(depth: DepthPass) -> NDArray[np.uint16]:
         nonlocal spent_s
         (folder / DEPTH_POV_FILE).write_text(pov_text(there, "ray_camera", depth=depth))
-        command = _command(tile, clock=sheet.clock.at(frame))
+        command = _command(tile, sheet.clock, frame)
         outcome = run_povray(place, there, command, folder=folder, log=log, monitor=monitor)
         spent_s += outcome.cpu_s
         return read_codes(outcome.picture)[LEADING_ROWS:]
 
     near_mm = _scale_mm(there.stage, optical_bench)
     first = DepthPass(outside=(0, 0, 0), cols=tile.cols, near_mm=near_mm)
-    light = found_light(codes, first, there.stage, foggy=_has_fog(place.bundle_folder(sheet.bundle)))
+    light = found_light(codes, first, there.stage, foggy=has_fog(place.bundle_folder(sheet.bundle)))
     return _depth_map(light.distance_mm(near_mm=near_mm), optical_bench, tile, shared, monitor), spent_s
 
 
-def _command(tile: Tile, *, clock: float) -> RenderCommand:
+def _command(tile: Tile, clock: Clock, frame: int) -> RenderCommand:
     rows = tile.rows + LEADING_ROWS
     return RenderCommand(
         pov_file=DEPTH_POV_FILE,
@@ -94,7 +95,8 @@ def _command(tile: Tile, *, clock: float) -> RenderCommand:
         rows=rows,
         picture_format="png16",
         region=Region(FIRST_ROW, rows, 0, tile.cols),
-        clock=clock,
+        clock=clock.at(frame),
+        declares=clock.variables(frame),
     )
 
 
@@ -133,7 +135,7 @@ def _outside(stage: Stage) -> Iterator[tuple[float, float, float]]:
         yield float(x), float(y), float(z)
 
 
-def _has_fog(bundle: Path) -> bool:
+def has_fog(bundle: Path) -> bool:
     """Return whether a scene has fog of its own; separating it from ours takes three pictures instead of one."""
     return any(FOG.search(path.read_bytes()) for path in bundle.rglob("*") if path.suffix.lower() in SDL)
 

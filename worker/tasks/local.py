@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lippmann.errors import SpecError
+from lippmann.job.messages.events import ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.job.spec import JobSpec
@@ -57,10 +58,12 @@ def capture_frame(
         place = workplace(settings.model_copy(update={"data_dir": Path(folder)}), own_files=True)
         # The store is removed with the folder, and its cache with it.
         render = spec.render.model_copy(update={"cache": False})
-        sheet = local_job(place, spec.model_copy(update={"frames": str(frame), "render": render}), bundle)
+        one = spec.model_copy(update={"frames": str(frame), "render": render})
+        sheet = local_job(place, one, bundle, frames=max(frame, spec.frame_numbers[-1]))
         notes = (*check_bundle(bundle).notes, *check_job(sheet))
         on_progress("probe", 0.0)
-        store_plan(place, _probed_plan(place, sheet))
+        probe = _probed(place)
+        store_plan(place, plan_sheet(sheet.spec, probe, slots=place.settings.slots))
         if sheet.sheets is None:
             _render(place, sheet, frame, on_progress)
         on_progress("assemble", 0.0)
@@ -72,13 +75,19 @@ def capture_frame(
         if spec.capture.depth:
             pictures.append(_keep_master(place, names.depth_name(frame), out))
         on_progress("assemble", 1.0)
-    return CapturedFrame(pictures=tuple(pictures), notes=notes)
+    return CapturedFrame(pictures=tuple(pictures), notes=(*notes, *probe.notes))
 
 
-def local_job(place: Workplace, spec: JobSpec, bundle: bytes) -> ResolvedJob:
-    """Store a job and its scene as the service would, and return the job."""
+def local_job(place: Workplace, spec: JobSpec, bundle: bytes, *, frames: int | None = None) -> ResolvedJob:
+    """Store a job and its scene as the service would, and return the job.
+
+    Parameters
+    ----------
+    frames
+        The number of frames of the animation if neither the job nor its scene has one; by default the job's last frame.
+    """
     checked = check_bundle(bundle)
-    sheet = ResolvedJob.of(JOB_ID, spec, checked.card, bundle=checked.digest)
+    sheet = ResolvedJob.of(JOB_ID, spec, checked.card, bundle=checked.digest, frames=frames)
     place.store.put_bytes(names.bundle_name(checked.digest), bundle)
     place.store.put_bytes(names.job_artifact(JOB_ID, names.JOB_FILE), sheet.model_dump_json().encode())
     return sheet
@@ -89,10 +98,10 @@ def store_plan(place: Workplace, plan: StoredPlan) -> None:
     place.store.put_bytes(names.job_artifact(JOB_ID, names.PLAN_FILE), plan.model_dump_json().encode())
 
 
-def _probed_plan(place: Workplace, sheet: ResolvedJob) -> StoredPlan:
+def _probed(place: Workplace) -> ProbeResult:
     work = probe_job(place, _order(TaskKind.PROBE, None), NullMonitor())
     assert work.probe is not None  # noqa: S101 - what a probe is for
-    return plan_sheet(sheet.spec, work.probe, slots=place.settings.slots)
+    return work.probe
 
 
 def _render(place: Workplace, sheet: ResolvedJob, frame: int, on_progress: OnProgress) -> None:

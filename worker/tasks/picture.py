@@ -91,6 +91,7 @@ def render_picture(
             picture_format=picture_format,
             region=region,
             clock=sheet.clock.at(frame),
+            declares=sheet.clock.variables(frame),
             antialias=None if settings.antialias == "off" else settings.antialias,
         ),
         folder=folder,

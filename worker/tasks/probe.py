@@ -12,6 +12,7 @@ from worker.tasks.attempt import TaskResult
 from worker.tasks.imported import probe_imported
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.picture import render_picture
+from worker.tasks.scene_notes import examine_scene
 from worker.tasks.workplace import Workplace, kept_log
 
 PROBE_PX = 20_000
@@ -38,11 +39,14 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
             monitor=monitor,
             is_probe=True,
         )
+        seen = examine_scene(place, sheet, folder=folder, log=log, monitor=monitor)
     outcome = picture.outcome
     result = ProbeResult(
         start_s=max(0.0, outcome.wall_s - outcome.statistics.trace_s),
         s_per_px=outcome.statistics.trace_cpu_s / (rows * cols) * sheet.spec.capture.supersample**2,
         tileable=not outcome.radiosity_seen,
+        camera=seen.camera,
+        notes=seen.notes,
     )
     return TaskResult(cpu_s=outcome.cpu_s, probe=result)
 

@@ -23,6 +23,7 @@ from worker.tasks.depth_pass import depth_of_tile
 from worker.tasks.monitor import PartMonitor, ProgressMonitor
 from worker.tasks.picture import POV_FILE, RenderedPicture, render_picture
 from worker.tasks.render_cache import tile_cache
+from worker.tasks.scene_camera import rendered_job
 from worker.tasks.workplace import Workplace, kept_log
 
 
@@ -33,6 +34,7 @@ def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Tas
     sheet, artifacts = place.job_sheet(order.job_id), TaskArtifacts(place.store, order)
     if all(artifacts.exists(name) for name in names.tile_artifacts(sheet.spec, order.frame, order.tile)):
         return TaskResult(digests=artifacts.stored)
+    sheet = rendered_job(place, order, monitor)
     tile = tile_of(sheet, place.plan_sheet(order.job_id), order.tile)
     cache = tile_cache(place, sheet, order, tile, artifacts)
     if cache is not None and cache.take():

@@ -130,5 +130,5 @@ def tile_cache(
         return None
     assert order.frame is not None  # noqa: S101 - the order is for a tile
     software = render_software(place.settings.povray)
-    key = tile_key(sheet, order.frame, tile, software, reads_clock=variables.clock)
+    key = tile_key(sheet, order.frame, tile, software, reads_clock=variables.clock, reads_frames=variables.frames)
     return TileCache(place, order, artifacts, key, entry_files(sheet.spec, order.frame, tile))

@@ -1,4 +1,4 @@
-"""Scenes: list, show, upload and remove them, and capture one frame without a farm."""
+"""Scenes: list, show, prepare, upload and remove them, and capture one frame without a farm."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from lippmann.cli.several import act_on_each
 from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
 
-app = typer.Typer(help="List, show, upload and remove scenes.", no_args_is_help=True)
+app = typer.Typer(help="List, show, prepare, upload and remove scenes.", no_args_is_help=True)
 
 
 @app.command("list")
@@ -78,6 +78,23 @@ def remove(
             return {"name": name, "removed": True}, f"The scene {name} is removed."
 
         act_on_each(names, delete, output)
+
+
+@app.command()
+@with_context
+def init(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="The .pov file of a scene with a camera.")],
+    *,
+    output: Output,
+) -> None:
+    """Write a scene.toml beside a scene, from the scene's own camera."""
+    from lippmann.local.scene_init import init_scene
+
+    made = init_scene(file)
+    for note in made.notes:
+        output.note(f"note: {note}")
+    data = {"file": str(made.file), "notes": list(made.notes)}
+    output.result(data, f"{made.file} is written. `lippmann capture {file.parent}` shows a frame.")
 
 
 def capture(

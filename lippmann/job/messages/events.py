@@ -14,6 +14,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from lippmann.digest import Digest
 from lippmann.job.frames import MAX_FRAME_NUMBER
+from lippmann.job.scene_camera import SceneCamera
 
 MAX_EVENT_BYTES = 32_000_000
 """The limit of an event; the digests of a data set of 100,000 files have 20 MB."""
@@ -87,6 +88,10 @@ LONGEST_PROBE_S = 1e6
 finite."""
 
 
+MAX_PROBE_NOTES = 20
+"""The greatest number of notes of a probe."""
+
+
 class ProbeResult(BaseModel):
     """The measurements of the probe, which renders the first frame at low resolution."""
 
@@ -100,6 +105,10 @@ class ProbeResult(BaseModel):
     """True if tiles are equal to the same pixels of the whole frame; with radiosity they differ."""
     renders: bool = True
     """True if the job renders something; a job on imported sheets does not."""
+    camera: SceneCamera | None = None
+    """The scene's own camera at frame 1, if the stage of the job depends on it."""
+    notes: Annotated[tuple[Text, ...], Field(max_length=MAX_PROBE_NOTES)] = ()
+    """Notes on the scene for the people of the job, which are added to those that it has."""
 
 
 class Event(BaseModel):

@@ -5,8 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 from lippmann.errors import BadInput
-from povtemplates.catalogue import scene_folders
+from lippmann.job.scene import SCENE_FILE
+from lippmann.untrusted.toml_text import read_toml
+from povtemplates.catalogue import MANIFEST, scene_folders
 from worker.sandbox.bundle import check_bundle, pack_folder
+
+_SCENE_SUFFIXES = (".pov", ".inc")
 
 
 def read_bundle(path: Path) -> bytes:
@@ -39,6 +43,22 @@ def find_bundle(scene: str) -> tuple[str, bytes]:
     if scene in folders:
         return scene, pack_folder(folders[scene])
     path = Path(scene)
+    if path.suffix.lower() in _SCENE_SUFFIXES and path.is_file():
+        path = _folder_of(path)
     if not path.exists():
         raise BadInput(f"expected a folder, a zip or one of {', '.join(folders)}, got {scene!r}")
     return path.resolve().stem, read_bundle(path)
+
+
+def _folder_of(file: Path) -> Path:
+    """Return the folder of a scene file, which has to have a scene.toml that names it."""
+    manifest = file.parent / MANIFEST
+    if not manifest.is_file():
+        raise BadInput(
+            f"expected a {MANIFEST} beside {file}, which places the rig, got none; "
+            f"`lippmann scenes init {file}` writes one from the scene's own camera"
+        )
+    named = read_toml(manifest.read_bytes(), field=MANIFEST).get("file", SCENE_FILE)
+    if named != file.name:
+        raise BadInput(f"expected {file.name} as `file` of {manifest}, got {named!r}")
+    return file.parent

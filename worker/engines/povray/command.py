@@ -52,6 +52,8 @@ class RenderCommand:
     declares: Mapping[str, float] = field(default_factory=dict)
     library_paths: tuple[Path, ...] = (SYSTEM_INCLUDE,)
     antialias: Antialias | None = None
+    quality: int | None = None
+    """The option +Q; None for the best. Up to 8, there is neither radiosity, nor photons, nor media."""
     threads: int = 1
     program: str = "povray"
 
@@ -96,6 +98,7 @@ def povray_argv(command: RenderCommand) -> list[str]:
         "-D",
         "-P",
         *_antialias_options(command.antialias),
+        *([] if command.quality is None else [f"+Q{command.quality}"]),
         "+V",
         f"+WT{command.threads}",
         f"+K{_number(command.clock)}",

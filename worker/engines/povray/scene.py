@@ -59,7 +59,8 @@ def pov_text(sheet: ResolvedJob, method: Method, *, depth: DepthPass | None = No
         title=f"Scene {sheet.spec.scene}",
         file=sheet.file.rpartition("/")[2],
         as_itself=sheet.file.lower().endswith(".pov"),
-        parameters=[(name, _literal(value)) for name, value in sorted(sheet.parameters.items())],
+        parameters=parameter_literals(sheet),
+        mirrored=sheet.stage.handedness == "right",
         colours=any(isinstance(value, str) for value in sheet.parameters.values()),
         trace_level=TRACE_LEVEL + max(0, len(surfaces) - 6),
         surfaces=len(surfaces),
@@ -73,6 +74,11 @@ def pov_text(sheet: ResolvedJob, method: Method, *, depth: DepthPass | None = No
         stage=_stage(sheet.stage),
         depth=_depth(depth, sheet.stage) if depth else None,
     )
+
+
+def parameter_literals(sheet: ResolvedJob) -> list[tuple[str, str]]:
+    """Return the names of the scene's parameters with their values as SDL."""
+    return [(name, _literal(value)) for name, value in sorted(sheet.parameters.items())]
 
 
 def _literal(value: bool | int | float | str) -> str:

@@ -114,7 +114,7 @@ def _files_in(folder: Path) -> Mapping[str, Path]:
 def _quoted(bundle: Path) -> Iterator[str]:
     """Yield the quoted texts of a scene that may be relative names of files, each once."""
     seen: set[bytes] = set()
-    found = (match[1] for data in texts(bundle) for match in _QUOTED.finditer(data))
+    found = (match[1] for _, data in texts(bundle) for match in _QUOTED.finditer(data))
     for quoted in islice(found, _MOST_QUOTED):
         if quoted in seen:
             continue

@@ -1,7 +1,4 @@
-"""The variables of POV-Ray that a scene reads and that no parameter of a job decides: the clock and the time of day.
-
-POV-Ray gives a scene no number of the frame: `frame_number` and its kind are 0, because the clock is set by `+K`.
-"""
+"""What the files of a scene name: the clock, the variables of an animation, the time of day, files that it writes."""
 
 from __future__ import annotations
 
@@ -13,7 +10,14 @@ from pathlib import Path
 
 _COMMENT = re.compile(rb"//[^\r\n]*|/\*.*?\*/", re.DOTALL)
 _CLOCK = re.compile(rb"\bclock\b")
+_FRAMES = re.compile(rb"\b(?:frame_number|initial_frame|final_frame|initial_clock|final_clock|clock_delta|clock_on)\b")
 _NOW = re.compile(rb"\bnow\b")
+_WRITES = re.compile(rb"#\s*fopen\b[^#]{0,2000}?\b(?:write|append)\b|\bsave_file\b")
+_CAMERA = re.compile(rb"\bcamera\b|(?i:\b(?:screen|stdcam)\.inc\b)")
+"""The word, or an include of POV-Ray that has a camera."""
+_POV_FILE = re.compile(rb'([^"/\\\r\n]{1,200}\.pov)"', re.IGNORECASE)
+_WORDS = (b"#", b"clock", b"frame", b"now", b"save_file", b"camera")
+"""One of these is in every file that counts; directives, such as #include and #fopen, begin with the first."""
 _HEAD_BYTES = 8192
 _NO_SDL = frozenset({".toml", ".md", ".html", ".json", ".py"})
 """The suffixes of text in other languages, such as that of the manifest, which names the clock."""
@@ -27,6 +31,24 @@ class SceneVariables:
     """True if the scene may read `clock`, so that frames at different clocks may differ."""
     now: bool
     """True if the scene may read `now`, the time of day, so that two renders of the same frame may differ."""
+    frames: bool = False
+    """True if the scene may read `frame_number` or another variable of an animation."""
+    writes: tuple[str, ...] = ()
+    """The files of the bundle that may open a file for writing, sorted."""
+    cameras: tuple[str, ...] = ()
+    """The files of the bundle that may have a camera, sorted."""
+    included: frozenset[str] = frozenset()
+    """The names of .pov files, in lower case and without folders, that stand in the text of another file."""
+
+    def has_camera(self, file: str) -> bool:
+        """Return whether a scene may have a camera of its own: in its file, or in one that it may include.
+
+        A .pov file that no other file names is another scene.
+        """
+        return any(
+            name == file or not name.lower().endswith(".pov") or name.lower().rpartition("/")[2] in self.included
+            for name in self.cameras
+        )
 
 
 @lru_cache(maxsize=64)
@@ -35,21 +57,40 @@ def scene_variables(bundle: Path) -> SceneVariables:
 
     Every file counts that may be SDL.
     """
-    has_clock = has_now = False
-    for data in texts(bundle):
-        if b"clock" in data or b"now" in data:
-            code = _COMMENT.sub(_without_comment, data)
-            has_clock |= _CLOCK.search(code) is not None
-            has_now |= _NOW.search(code) is not None
-    return SceneVariables(clock=has_clock, now=has_now)
+    has_clock = has_now = has_frames = False
+    writes, cameras, included = [], [], set[str]()
+    for path, data in texts(bundle):
+        if not any(word in data for word in _WORDS):
+            continue
+        code = _COMMENT.sub(_without_comment, data)
+        name = path.relative_to(bundle).as_posix()
+        has_clock |= _CLOCK.search(code) is not None
+        has_now |= _NOW.search(code) is not None
+        has_frames |= _FRAMES.search(code) is not None
+        included |= {found.decode(errors="replace").lower() for found in _POV_FILE.findall(code)}
+        if _WRITES.search(code):
+            writes.append(name)
+        if _CAMERA.search(code):
+            cameras.append(name)
+    return SceneVariables(
+        clock=has_clock,
+        now=has_now,
+        frames=has_frames,
+        writes=tuple(sorted(writes)),
+        cameras=tuple(sorted(cameras)),
+        included=frozenset(included),
+    )
 
 
-def texts(bundle: Path) -> Iterator[bytes]:
-    """Yield the files of a bundle that may be SDL: POV-Ray includes files of any name. A picture has a zero soon."""
+def texts(bundle: Path) -> Iterator[tuple[Path, bytes]]:
+    """Yield the files of a bundle that may be SDL, with their bytes: POV-Ray includes files of any name.
+
+    A picture has a zero soon.
+    """
     for path in filter(Path.is_file, bundle.rglob("*")):
         data = b"" if path.suffix.lower() in _NO_SDL else path.read_bytes()
         if b"\0" not in data[:_HEAD_BYTES]:
-            yield data
+            yield path, data
 
 
 def _without_comment(found: re.Match[bytes]) -> bytes:

@@ -7,10 +7,11 @@ from typing import Any
 
 import pytest
 
+from lippmann.job.clock import Clock
 from lippmann.job.messages.orders import TileIndex
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scene import Parameter, SceneManifest
-from lippmann.job.spec import Clock, parse_spec
+from lippmann.job.spec import parse_spec
 from lippmann.job.stage import Stage
 from lippmann.plan.render_cache import DEPTH, POV, TILE, RenderSoftware, entry_files, tile_key
 from lippmann.plan.sampling import Tile
@@ -38,8 +39,14 @@ def key(
     software: RenderSoftware = SOFTWARE,
     *,
     reads_clock: bool = False,
+    reads_frames: bool = False,
 ) -> str:
-    return tile_key(job or resolved(), frame, tile, software, reads_clock=reads_clock)
+    return tile_key(job or resolved(), frame, tile, software, reads_clock=reads_clock, reads_frames=reads_frames)
+
+
+def test_the_number_of_a_frame_counts_if_the_scene_reads_it() -> None:
+    assert len({key(frame=frame, reads_frames=True) for frame in range(1, 9)}) == 8
+    assert key(reads_frames=True) != key(resolved(frames="1-9"), reads_frames=True), "final_frame differs"
 
 
 def test_a_key_is_the_same_in_every_job() -> None:

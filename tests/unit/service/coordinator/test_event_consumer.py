@@ -16,7 +16,7 @@ from service.db.coordinator import current, delete_stops, pending_stops
 from service.db.tables import JobEvent
 from service.jobs.commands import cancel_job, pause_job
 from service.schemas.events import EventTopic
-from tests.builders_service import T0, Farm, canonical, claimed, declined, done, event, failed, heartbeat
+from tests.builders_service import PROBE, T0, Farm, canonical, claimed, declined, done, event, failed, heartbeat
 
 
 def test_claimed_beats_and_done_write_worker_progress_and_times(farm: Farm) -> None:
@@ -128,6 +128,15 @@ def test_a_declined_order_rests_and_is_no_failure(farm: Farm) -> None:
     farm.say(declined(order))
     task = farm.task(order)
     assert (task.status, task.failures, task.not_before_s) == (TaskStatus.READY, 0, T0 + farm.settings.decline_pause_s)
+
+
+def test_the_notes_of_a_probe_are_added_to_those_of_its_job(farm: Farm) -> None:
+    job_id = farm.submit()
+    before = list(farm.job(job_id).notes)
+    (order,) = farm.dispatch()
+    noted = PROBE.model_copy(update={"notes": ("The scene writes files.",)})
+    farm.say(claimed(order), event(order, EventKind.DONE, probe=noted))
+    assert farm.job(job_id).notes == [*before, "The scene writes files."]
 
 
 def test_a_probe_without_a_measurement_has_failed(farm: Farm) -> None:

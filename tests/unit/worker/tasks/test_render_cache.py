@@ -134,13 +134,16 @@ def test_a_field_that_changes_what_povray_reads_changes_the_key(
     place = local_place(tmp_path)
     sheet = stored_job(place, small_job("fish", count=(4, 4), px_per_lens=4, frames="1-5", **deepcopy(JOBS[name])))
     tile = tiles_of(sheet.spec)[0]
-    was, was_key = written(place, sheet, tile, monkeypatch), tile_key(sheet, FRAME, tile, SOFTWARE, reads_clock=True)
+    was, was_key = (
+        written(place, sheet, tile, monkeypatch),
+        tile_key(sheet, FRAME, tile, SOFTWARE, reads_clock=True, reads_frames=True),
+    )
     assert was is not None
     seen: set[str] = set()
     for path, other in changed_jobs(sheet):
         now = written(place, other, tile, monkeypatch)
         if now is not None and now != was:
             seen.add(path)
-            key = tile_key(other, FRAME, tile, SOFTWARE, reads_clock=True)
+            key = tile_key(other, FRAME, tile, SOFTWARE, reads_clock=True, reads_frames=True)
             assert key != was_key, f"{path} changes what POV-Ray reads and not the key"
     assert seen >= CHANGING

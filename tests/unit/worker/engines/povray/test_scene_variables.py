@@ -66,10 +66,40 @@ def test_the_time_of_day_is_told_from_the_clock(tmp_path: Path) -> None:
     assert variables(tmp_path, "#declare S = seed(now * 1e6);") == SceneVariables(clock=False, now=True)
 
 
+@pytest.mark.parametrize("name", ["frame_number", "final_frame", "initial_clock", "clock_delta"])
+def test_the_variables_of_an_animation_are_told_from_the_clock(tmp_path: Path, name: str) -> None:
+    assert variables(tmp_path, f"sphere {{ 0, {name} }}") == SceneVariables(clock=False, now=False, frames=True)
+
+
+@pytest.mark.parametrize(
+    "text",
+    ['#fopen F "state.txt" write', '# fopen F concat("a", "b")\nappend', 'photons { save_file "a.ph" }'],
+)
+def test_a_scene_that_opens_files_for_writing_is_known_by_the_files_that_do(tmp_path: Path, text: str) -> None:
+    assert variables(tmp_path, text, "parts/state.inc").writes == ("parts/state.inc",)
+
+
+def test_reading_a_file_and_writing_in_a_comment_count_as_no_writing(tmp_path: Path) -> None:
+    text = '#fopen F "state.txt" read\n#read (F, Append)\n// #fopen F Name write\n#declare write_it = 1;'
+    assert variables(tmp_path, text).writes == ()
+
+
+@pytest.mark.parametrize("text", ["camera { location 0 }", '#include "Screen.inc"', "#declare C = camera { Eye }"])
+def test_a_scene_that_may_have_a_camera_is_known(tmp_path: Path, text: str) -> None:
+    assert variables(tmp_path, text).has_camera("scene.inc")
+    assert not variables(tmp_path, "#declare Camera_Angle = 3; // camera").has_camera("scene.inc")
+
+
+def test_the_camera_of_a_scene_file_that_nothing_includes_does_not_count(tmp_path: Path) -> None:
+    variables(tmp_path, "camera { location 0 }", "preview.pov")
+    assert not variables(tmp_path, "sphere { 0, 1 }").has_camera("scene.inc")
+    assert variables(tmp_path, '#include "preview.pov"').has_camera("scene.inc")
+
+
 def test_the_fish_reads_the_clock_and_the_targets_and_our_includes_read_nothing() -> None:
     scene_variables.cache_clear()
     found = {name: scene_variables(folder) for name, folder in scene_folders().items()}
-    assert found.pop("fish") == SceneVariables(clock=True, now=False)
-    nothing = SceneVariables(clock=False, now=False)
-    assert set(found.values()) == {nothing}
-    assert scene_variables(INCLUDE_FOLDER) == nothing
+    fish = found.pop("fish")
+    assert (fish.clock, fish.now, fish.has_camera("scene.inc")) == (True, False, False)
+    for nothing in (*found.values(), scene_variables(INCLUDE_FOLDER)):
+        assert (nothing.clock, nothing.now, nothing.has_camera("scene.inc")) == (False, False, False)

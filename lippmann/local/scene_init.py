@@ -1,0 +1,213 @@
+"""Write the scene.toml of an own scene from the scene's own camera, by the rule of docs/own-scenes.md."""
+
+from __future__ import annotations
+
+import math
+import shutil
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from lippmann.errors import BadInput
+from lippmann.job.scene_camera import SceneCamera
+from lippmann.job.spec import parse_spec
+from povtemplates.catalogue import MANIFEST
+from worker.engines.povray.scene_variables import SceneVariables, scene_variables
+from worker.engines.povray.version import check_povray
+from worker.sandbox.bundle import pack_folder
+from worker.sandbox.log import AttemptLog
+from worker.settings import WorkerSettings
+from worker.tasks.local import local_job
+from worker.tasks.monitor import NullMonitor
+from worker.tasks.own_view import OwnView, own_view
+from worker.tasks.scene_camera import read_scene_camera
+from worker.tasks.workplace import workplace
+
+RIG_TANGENT = 0.15
+"""The tangent of half the angle of view of a rig with 90 x 90 lenses of 1 mm."""
+NEAR_MM = 1000.0
+"""The distance from which the lens of the paper works."""
+RIG_LENGTH_MM = 600.0
+"""The length of a rig of glass behind surface 1."""
+DEEPEST = 10.0
+"""The largest ratio of the far depth to the near one that is written; a horizon is farther."""
+_MOVING_FRAMES = 9
+"""The frames of the clock from 0 to 1 among which the camera is searched for movement."""
+_LOOK = (1, 4, _MOVING_FRAMES)
+
+_PLACEHOLDER = "[stage]\nlocation = [0, 0, -1]\nlook_at = [0, 0, 0]\nnear_mm = 1\nfar_mm = 1\n"
+
+
+@dataclass(frozen=True)
+class DraftScene:
+    """A scene.toml that was written."""
+
+    file: Path
+    text: str
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PlacedRig:
+    """The stage of a rig that sees what a camera sees."""
+
+    location: tuple[float, float, float]
+    look_at: tuple[float, float, float]
+    factor: float
+    """The factor by which the rig is farther from the middle of the scene than the camera."""
+    mm_per_unit: float
+    far_mm: float
+    free: float | None
+    """The units behind the rig's surface 1 that are missing to an object in the way of the rig; None if none is."""
+
+
+def init_scene(file: Path) -> DraftScene:
+    """Write a scene.toml beside a scene.
+
+    Raises
+    ------
+    BadInput
+        If there is no such scene, there is a scene.toml already, or the scene shows no camera or no objects.
+    LippmannError
+        Whatever the scene fails with, or that POV-Ray is missing.
+    """
+    if not file.is_file() or file.suffix.lower() not in (".pov", ".inc"):
+        raise BadInput(f"expected a .pov or .inc file, got {file}")
+    target = file.parent / MANIFEST
+    if target.exists():
+        raise BadInput(f"expected a folder without {MANIFEST}, got {target}; remove or rename it to write a new one")
+    settings = WorkerSettings()
+    check_povray(settings.povray)
+    camera, view, moves, variables = _examined(file, settings)
+    text = _manifest_text(file.name, camera, view, moves=moves, is_animated=variables.clock or variables.frames)
+    try:
+        target.write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise BadInput(f"expected a folder that can be written to, got {file.parent}: {error.strerror}") from error
+    return DraftScene(file=target, text=text, notes=tuple(_notes(camera, view, moves=moves)))
+
+
+def _examined(file: Path, settings: WorkerSettings) -> tuple[SceneCamera, OwnView, bool, SceneVariables]:
+    with tempfile.TemporaryDirectory(prefix="lippmann-init-") as scratch:
+        bundle = Path(scratch) / "bundle"
+        shutil.copytree(file.parent, bundle, ignore=shutil.ignore_patterns(".*"))
+        (bundle / MANIFEST).write_text(f'file = "{file.name}"\n{_PLACEHOLDER}')
+        place = workplace(settings.model_copy(update={"data_dir": Path(scratch) / "data"}), own_files=True)
+        clock = {"last": 1.0, "frames": _MOVING_FRAMES}
+        spec = parse_spec({"scene": "scene", "frames": f"1-{_MOVING_FRAMES}", "clock": clock})
+        sheet = local_job(place, spec, pack_folder(bundle))
+        variables = scene_variables(place.bundle_folder(sheet.bundle))
+        with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
+            frames = _LOOK if variables.clock or variables.frames else _LOOK[:1]
+            cameras = [
+                read_scene_camera(place, sheet, frame, folder=folder, log=log, monitor=NullMonitor())
+                for frame in frames
+            ]
+            camera = cameras[0]
+            if camera is None:
+                raise BadInput(f"expected a scene with a camera, got none in {file.name}")
+            view = own_view(place, sheet, camera, folder=folder, log=log)
+            if view is None:
+                raise BadInput(f"expected a camera that sees objects, got one that sees none, in {file.name}")
+        moves = any(other is not None and not other.is_at(camera) for other in cameras)
+        return camera, view, moves, variables
+
+
+def _placed_rig(camera: SceneCamera, view: OwnView) -> PlacedRig:
+    """Return the stage of a rig that sees what a camera sees, from farther away.
+
+    The camera sees half of its picture's width at tan(a / 2) of the distance and the rig at `RIG_TANGENT`, so the rig
+    is farther from the middle of the scene by their ratio.
+    """
+    factor = max(1.0, math.tan(math.radians(camera.angle_deg) / 2) / RIG_TANGENT)
+    back = (factor - 1.0) * view.middle
+    mm_per_unit = _rounded(NEAR_MM / (view.near + back))
+    location = _along(camera, -back, view.middle)
+    look_at = _along(camera, view.middle, view.middle)
+    far = min(view.far + back, DEEPEST * (view.near + back))
+    missing = None if view.behind is None else back + RIG_LENGTH_MM / mm_per_unit - view.behind
+    return PlacedRig(
+        location=location,
+        look_at=look_at,
+        factor=factor,
+        mm_per_unit=mm_per_unit,
+        far_mm=max(NEAR_MM, math.ceil(far * mm_per_unit / 50) * 50.0),
+        free=missing if missing is not None and missing > 0 else None,
+    )
+
+
+def _along(camera: SceneCamera, way: float, middle: float) -> tuple[float, float, float]:
+    """Return the point on the axis of a camera at a distance from it."""
+    pairs = zip(camera.location, camera.axes()[2], strict=True)
+    x, y, z = (_rounded(start + way * share, middle=middle) for start, share in pairs)
+    return x, y, z
+
+
+def _manifest_text(name: str, camera: SceneCamera, view: OwnView, *, moves: bool, is_animated: bool) -> str:
+    """Return the text of a scene.toml with its reasons as comments."""
+    rig = _placed_rig(camera, view)
+    lines = [
+        f'file = "{name}"',
+        "",
+        "[stage]",
+        f"# The camera of the scene is at {_vector(camera.location)} and sees {camera.angle_deg:.3g} degrees.",
+        f"# The rig sees 17 degrees, so it is {rig.factor:.3g} times as far from the middle of what the camera sees.",
+        f"location = {_vector(rig.location)}",
+        f"look_at = {_vector(rig.look_at)}",
+        f"up = {_vector(_up(camera))}",
+        "# The nearest objects are to be 1000 mm from the rig.",
+        f"mm_per_unit = {rig.mm_per_unit:.6g}",
+        f"near_mm = {NEAR_MM:g}.0",
+        f"far_mm = {rig.far_mm:.1f}",
+    ]
+    if rig.free is not None:
+        lines += [
+            f"# CHECK: an object {view.behind:.4g} units behind the camera is in the way of the rig, which shows white",
+            "# or that object. Move location nearer to look_at, or turn the line of sight.",
+        ]
+    if camera.handedness == "right":
+        lines.append("# The camera is mirror-imaged, as in scenes with right-handed axes, and so is the rig.")
+    if moves:
+        lines += ["# The camera moves with the clock, and the rig moves with it:", "follow_camera = true"]
+    if is_animated:
+        lines += [
+            "",
+            '# The options of the animation\'s .ini. A job of all frames has "frames": "1-30".',
+            "[clock]",
+            "first = 0.0                       # Initial_Clock",
+            "last = 1.0                        # Final_Clock",
+            "frames = 30                       # Final_Frame",
+            "cyclic = false                    # Cyclic_Animation",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _notes(camera: SceneCamera, view: OwnView, *, moves: bool) -> list[str]:
+    rig = _placed_rig(camera, view)
+    notes = []
+    if rig.free is not None:
+        notes.append(f"an object {view.behind:.4g} units behind the camera is in the way of the rig; see the comment")
+    if camera.handedness == "right":
+        notes.append("the camera is mirror-imaged, as in scenes with right-handed axes, and so is the rig")
+    if moves:
+        notes.append("the camera moves with the clock, and follow_camera moves the rig with it")
+    return notes
+
+
+def _up(camera: SceneCamera) -> tuple[float, float, float]:
+    """Return the axis of the scene that is upward in the picture, or else the camera's own direction."""
+    right, up, _ = camera.axes()
+    for index in (1, 2, 0):
+        if abs(right[index]) < 1e-4 and up[index] > 0.1:
+            return (float(index == 0), float(index == 1), float(index == 2))
+    return up
+
+
+def _vector(vector: tuple[float, float, float]) -> str:
+    return f"[{', '.join(repr(round(float(share), 6) + 0.0) for share in vector)}]"
+
+
+def _rounded(number: float, *, middle: float = 0.0) -> float:
+    """Return a number of four digits, or one that differs by less than a ten-thousandth of `middle`."""
+    size = max(abs(number), middle)
+    return 0.0 if size == 0 else round(number, 3 - math.floor(math.log10(size)))

@@ -1,0 +1,62 @@
+"""`lippmann scenes init`: a scene.toml from the scene's own camera, with which the scene is captured."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lippmann.errors import BadInput
+from lippmann.job.scene import parse_scene
+from lippmann.local.files.bundle import find_bundle
+from lippmann.local.scene_init import init_scene
+
+BALLS = """#version 3.7; global_settings { assumed_gamma 1 }
+camera { location <0, 0, -10> right -x * 4/3 up y angle 45 look_at 0 rotate 90 * clock * y }
+light_source { <10, 20, -30> 1 }
+sphere { 0, 1 pigment { rgb <1, 0, 0> } } box { <-9, -9, 4>, <9, 9, 5> pigment { rgb 1 } }
+"""
+
+
+def test_a_scene_toml_says_where_the_rig_sees_what_the_camera_sees(tmp_path: Path) -> None:
+    (tmp_path / "balls.pov").write_text(BALLS)
+    made = init_scene(tmp_path / "balls.pov")
+    scene = parse_scene(tomllib.loads(made.file.read_text()))
+    stage = scene.stage
+    assert (scene.file, stage.up, stage.follow_camera, scene.clock.last) == ("balls.pov", (0, 1, 0), True, 1.0)
+    # The middle of what the camera sees is the wall, 14 units away, and the wall or ball begins at 9 units.
+    assert np.array(stage.look_at) == pytest.approx(np.array([0, 0, 4]), abs=0.05)
+    back = 14 * (np.tan(np.radians(22.5)) / 0.15 - 1)
+    assert np.array(stage.location) == pytest.approx(np.array([0, 0, -10 - back]), abs=0.2)
+    assert stage.mm_per_unit == pytest.approx(1000 / (back + 9.5), rel=0.05)
+    assert stage.far_mm >= 1000
+    assert any("mirror-imaged" in note for note in made.notes)
+    name, _ = find_bundle(str(tmp_path / "balls.pov"))
+    assert name == tmp_path.name
+
+
+def test_a_rig_that_would_stand_below_the_ground_is_pointed_out(tmp_path: Path) -> None:
+    text = BALLS.replace("location <0, 0, -10>", "location <0, -1, -10>") + "plane { y, -2 pigment { rgb 0.5 } }"
+    (tmp_path / "low.pov").write_text(text.replace("look_at 0", "look_at <0, 2, 0>"))
+    made = init_scene(tmp_path / "low.pov")
+    assert "# CHECK: an object" in made.text
+    assert any("in the way of the rig" in note for note in made.notes)
+
+
+def test_a_scene_toml_is_not_overwritten_and_a_capture_without_one_says_how_to_get_it(tmp_path: Path) -> None:
+    (tmp_path / "balls.pov").write_text(BALLS)
+    with pytest.raises(BadInput, match=r"lippmann scenes init .*balls\.pov"):
+        find_bundle(str(tmp_path / "balls.pov"))
+    (tmp_path / "scene.toml").write_text('file = "other.pov"\n')
+    with pytest.raises(BadInput, match=r"expected a folder without scene\.toml"):
+        init_scene(tmp_path / "balls.pov")
+    with pytest.raises(BadInput, match=r"expected balls\.pov as `file` of .*got 'other\.pov'"):
+        find_bundle(str(tmp_path / "balls.pov"))
+
+
+def test_a_scene_without_a_camera_is_named(tmp_path: Path) -> None:
+    (tmp_path / "parts.inc").write_text("sphere { 0, 1 }")
+    with pytest.raises(BadInput, match="expected a scene with a camera"):
+        init_scene(tmp_path / "parts.inc")

@@ -1,0 +1,109 @@
+"""What the scene's own camera sees: how far away the objects are, and what stands behind the camera."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.job.resolved import ResolvedJob
+from lippmann.job.scene_camera import SceneCamera
+from worker.engines.povray.command import RenderCommand
+from worker.engines.povray.depth_codes import FOGGY, FogLight, fog_light, fog_light_among_others
+from worker.engines.povray.scene_camera import COLS, ROWS, along_axis, distances_text
+from worker.images.read import read_codes
+from worker.sandbox.log import AttemptLog
+from worker.tasks.depth_pass import has_fog
+from worker.tasks.monitor import NullMonitor
+from worker.tasks.picture import run_povray
+from worker.tasks.workplace import Workplace
+
+DISTANCES_FILE = "lippmann-distances.pov"
+
+_FIRST_SCALES = (10.0, 1e4, 1e-2)
+"""The scales of distances that are tried until something is seen, scene units."""
+_NARROW = 0.02
+"""The width of the picture at distance 1 when looking backward."""
+
+
+@dataclass(frozen=True)
+class OwnView:
+    """The depths of what a camera sees, in scene units along its axis."""
+
+    near: float
+    """The depth that a twentieth of the visible points are nearer than."""
+    middle: float
+    far: float
+    """The depth that a twentieth of the visible points are farther than."""
+    behind: float | None
+    """The distance of the nearest object behind the camera on its axis; None without such an object."""
+
+
+def own_view(
+    place: Workplace, sheet: ResolvedJob, camera: SceneCamera, *, folder: Path, log: AttemptLog
+) -> OwnView | None:
+    """Measure what a camera sees at frame 1; None if it sees no object, or stands inside one.
+
+    Raises
+    ------
+    LippmannError
+        Whatever the scene fails with.
+    """
+    room = _Room(place, sheet, folder, log)
+    seen = room.distances(camera)
+    if seen is None:
+        return None
+    depths = along_axis(seen, camera)
+    near, middle, far = (float(value) for value in np.nanpercentile(depths, (5, 50, 95)))
+    x, y, z = camera.direction
+    backward = camera.model_copy(
+        update={
+            "direction": (-x, -y, -z),
+            "right": tuple(_NARROW * share for share in camera.right),
+            "up": tuple(_NARROW * share for share in camera.up),
+        }
+    )
+    behind = room.distances(backward)
+    return OwnView(near, middle, far, None if behind is None else float(np.nanmin(behind)))
+
+
+@dataclass(frozen=True)
+class _Room:
+    place: Workplace
+    sheet: ResolvedJob
+    folder: Path
+    log: AttemptLog
+
+    def distances(self, camera: SceneCamera) -> NDArray[np.float64] | None:
+        """Return the distances along the rays of a camera, NaN for nothing; None if no ray meets an object."""
+        for scale in _FIRST_SCALES:
+            found = self._light(camera, scale).distance_mm(near_mm=scale)
+            if not np.isfinite(found).any():
+                continue
+            middle = float(np.nanmedian(found))
+            if scale / 20 < middle < 20 * scale:
+                return found
+            return self._light(camera, middle).distance_mm(near_mm=middle)
+        return None
+
+    def _light(self, camera: SceneCamera, scale: float) -> FogLight:
+        if has_fog(self.place.bundle_folder(self.sheet.bundle)):
+            return fog_light_among_others(*(self._codes(camera, scale, amount) for amount in (0.0, FOGGY, -FOGGY)))
+        return fog_light(self._codes(camera, scale, 1.0))
+
+    def _codes(self, camera: SceneCamera, scale: float, amplitude: float) -> NDArray[np.uint16]:
+        text = distances_text(self.sheet, near=scale, amplitude=amplitude, camera=camera)
+        (self.folder / DISTANCES_FILE).write_text(text)
+        command = RenderCommand(
+            pov_file=DISTANCES_FILE,
+            picture="lippmann-distances.png",
+            cols=COLS,
+            rows=ROWS,
+            picture_format="png16",
+            clock=self.sheet.clock.at(1),
+            declares=self.sheet.clock.variables(1),
+        )
+        outcome = run_povray(self.place, self.sheet, command, folder=self.folder, log=self.log, monitor=NullMonitor())
+        return read_codes(outcome.picture)
