@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import re
+import warnings
 
 from lippmann.errors import BadInput, LayoutError
 from lippmann.lattice.cell import Lattice
@@ -93,23 +95,95 @@ def depths_of(text: str) -> tuple[float, ...]:
     return tuple(round(first + index * step, 6) for index in range(count))
 
 
+def count_of(
+    text: str | None, old: tuple[int, int] | None = None, *, option: str = "--lenses", old_option: str = "--lens-count"
+) -> tuple[int, int] | None:
+    """Parse a number of lenses, "COLSxROWS", and return rows and columns as a job file has them; None without a text.
+
+    Parameters
+    ----------
+    old
+        Rows and columns, as the old name of the option takes them.
+
+    Raises
+    ------
+    BadInput
+        If these are not two whole numbers.
+
+    Warns
+    -----
+    FutureWarning
+        If the option has its old name.
+
+    Examples
+    --------
+    >>> count_of("115x100")
+    (100, 115)
+    """
+    if old is not None:
+        rows, cols = old
+        note = f"{old_option} {rows} {cols} is now {option} {cols}x{rows}; the next release drops the old name"
+        warnings.warn(note, FutureWarning, stacklevel=2)
+        return old
+    if text is None:
+        return None
+    found = re.fullmatch(r"(\d{1,6})[x*](\d{1,6})", text.replace(" ", "").lower(), re.ASCII)
+    if found is None:
+        raise BadInput(f"{option}: expected lenses across and down as COLSxROWS, such as 115x100, got {text!r}")
+    return int(found[2]), int(found[1])
+
+
+def first_lens_of(text: str | None, old: str | None = None) -> tuple[float, float] | None:
+    """Parse the place of the first lens, "RIGHT,DOWN" in px, and return px down and to the right; None without a text.
+
+    Parameters
+    ----------
+    old
+        The place as the old name of the option takes it, "DOWN,RIGHT".
+
+    Raises
+    ------
+    BadInput
+        If these are not two numbers.
+
+    Warns
+    -----
+    FutureWarning
+        If the option has its old name.
+
+    Examples
+    --------
+    >>> first_lens_of("11.5,4")
+    (4.0, 11.5)
+    """
+    if old is not None:
+        down, right = numbers_of(old, ",", count=2, expected="--offset-px as DOWN,RIGHT in px")
+        note = f"--offset-px {old} is now --first-lens-px {right:g},{down:g}; the next release drops the old name"
+        warnings.warn(note, FutureWarning, stacklevel=2)
+        return down, right
+    if text is None:
+        return None
+    right, down = numbers_of(text, ",", count=2, expected="--first-lens-px as RIGHT,DOWN in px")
+    return down, right
+
+
 def layout_of(
     px_per_lens: int | None, lens_count: tuple[int, int] | None, lattice: Lattice | None = None
 ) -> CellLayout | None:
-    """Return the layout that --px-per-lens, --lens-count and --lattice describe; None if none of them is given.
+    """Return the layout that --px-per-lens, --lenses and --lattice describe; None if none of them is given.
 
     Raises
     ------
     BadInput
         If one of the first two is missing, or they describe no lattice.
     """
-    options = {"--px-per-lens": px_per_lens, "--lens-count": lens_count, "--lattice": lattice}
+    options = {"--px-per-lens": px_per_lens, "--lenses": lens_count, "--lattice": lattice}
     given = [option for option, value in options.items() if value is not None]
     if not given:
         return None
     if px_per_lens is None or lens_count is None:
-        raise BadInput(f"expected both --px-per-lens and --lens-count, or neither, got only {' and '.join(given)}")
+        raise BadInput(f"expected both --px-per-lens and --lenses, or neither, got only {' and '.join(given)}")
     try:
         return CellLayout(*lens_count, px_per_lens=px_per_lens, lattice=lattice or "square")
     except LayoutError as error:
-        raise BadInput(f"--lens-count and --px-per-lens: {error.message}") from error
+        raise BadInput(f"--lenses and --px-per-lens: {error.message}") from error

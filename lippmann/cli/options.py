@@ -44,6 +44,12 @@ Overrides = Annotated[
         metavar="FIELD=VALUE",
     ),
 ]
+Lenses = Annotated[
+    str | None,
+    typer.Option("--lenses", metavar="COLSxROWS", help="The number of lenses across and down, for example 115x100."),
+]
+LensCount = Annotated[tuple[int, int] | None, typer.Option("--lens-count", hidden=True, metavar="ROWS COLS")]
+"""The old name of `--lenses`, with the rows first."""
 OutputFolder = Annotated[Path, typer.Option(help="The folder to write to.")]
 
 Source = Annotated[

@@ -48,7 +48,7 @@ class CellLayout:
             raise LayoutError(f"expected a shifted row among several hexagonal ones only, got {self}")
 
     def __str__(self) -> str:
-        return f"{self.lens_rows} x {self.lens_cols} {self.cell.plural} of {self.px_per_lens} px"
+        return f"{self.lens_cols} x {self.lens_rows} {self.cell.plural} of {self.px_per_lens} px"
 
     @property
     def cell(self) -> Cell:
@@ -261,7 +261,7 @@ def check_size(rows: int, cols: int, layout: CellLayout) -> None:
         The layout whose size it should be.
     """
     if (rows, cols) != (layout.rows, layout.cols):
-        raise LayoutError(f"{rows} x {cols} px do not divide among {layout}{_fitting(rows, cols, layout)}")
+        raise LayoutError(f"{cols} x {rows} px do not divide among {layout}{_fitting(rows, cols, layout)}")
 
 
 def _fitting(rows: int, cols: int, layout: CellLayout) -> str:

@@ -16,7 +16,7 @@ from worker.images.convert import MASTER, SHOWN
 from worker.images.notes import picture_notes
 from worker.untrusted import picture_codes
 
-_OPTIONS = "--px-per-lens and --lens-count"
+_OPTIONS = "--px-per-lens and --lenses"
 _NAMED_AT_MOST = 8
 
 

@@ -234,8 +234,8 @@ class IntegralImage(lightfield.IntegralImage):
         found = layout or CellLayout(lens_rows, lens_cols, us)
         if (vs, us, lens_rows, lens_cols) != (found.cell_rows, found.cell_cols, found.lens_rows, found.lens_cols):
             raise LayoutError(
-                f"expected {found.cell_rows} x {found.cell_cols} views of {found.lens_rows} x {found.lens_cols} lenses"
-                f" for {found}, got {vs} x {us} of {lens_rows} x {lens_cols}"
+                f"expected {found.cell_cols} x {found.cell_rows} views of {found.lens_cols} x {found.lens_rows} lenses"
+                f" for {found}, got {us} x {vs} of {lens_cols} x {lens_rows}"
             )
         grid = views.transpose(0, 2, 1, 3, 4).reshape(vs * lens_rows, us * lens_cols, channels)
         return cls(pixels=interlace(grid, found), layout=found, pitch_mm=pitch_mm, focal_length_mm=focal_length_mm)

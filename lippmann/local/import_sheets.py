@@ -114,8 +114,8 @@ def import_sheets(files: Sequence[Path], options: ImportOptions, *, out: Path) -
         for place, source in enumerate(sources):
             picture = first if place == 0 else read_picture(source, options.decoding)
             if picture.shape != first.shape:
-                got = f"{picture.shape[0]} x {picture.shape[1]} px in {source}"
-                raise BadInput(f"expected frames of {first.shape[0]} x {first.shape[1]} px as {files[0]}, got {got}")
+                got = f"{picture.shape[1]} x {picture.shape[0]} px in {source}"
+                raise BadInput(f"expected frames of {first.shape[1]} x {first.shape[0]} px as {files[0]}, got {got}")
             divided = picture if place == 0 else _divided(picture, white, options)
             written += write_frame(divided, lenses, source.name, frame=place + 1, out=out)
             line.show((place + 1) / len(sources), source.name)
@@ -185,8 +185,8 @@ def _of_master(path: Path, rig: Rig, picture: NDArray[np.float32], options: Impo
         pixels = device_pixels(rig.device, pitch_mm=rig.lens_array.pitch_mm)
         grid, size = device_grid(layout, **pixels), device_size(layout, **pixels)
     if picture.shape[:2] != size:
-        got = f"{picture.shape[0]} x {picture.shape[1]} px"
-        raise BadInput(f"{path}: expected {size[0]} x {size[1]} px for {layout}, as its header says, got {got}")
+        got = f"{picture.shape[1]} x {picture.shape[0]} px"
+        raise BadInput(f"{path}: expected {size[1]} x {size[0]} px for {layout}, as its header says, got {got}")
     turned = {"pseudoscopic": captured, "inverted": captured and inverted}
     geometry = SheetGeometry(
         pitch_px=grid.pitch_px, lattice=grid.lattice, row_pitch_px=grid.row_px, offset_px=grid.offset_px,
@@ -203,8 +203,8 @@ def _found(picture: NDArray[np.float32], options: ImportOptions) -> Calibration 
         white = read_picture(SourcePicture(options.find_from), options.decoding)
         if white.shape != picture.shape:
             raise BadInput(
-                f"expected a white image of {picture.shape[0]} x {picture.shape[1]} px as the picture, got"
-                f" {white.shape[0]} x {white.shape[1]} px in {options.find_from}"
+                f"expected a white image of {picture.shape[1]} x {picture.shape[0]} px as the picture, got"
+                f" {white.shape[1]} x {white.shape[0]} px in {options.find_from}"
             )
         return calibrate_white_image(white)
     return calibrate_picture(picture, near_px=options.fields.get("pitch_px")) if options.find else None

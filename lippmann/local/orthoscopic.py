@@ -140,9 +140,11 @@ def display_of(options: Mapping[str, Any]) -> Spoc | None:
 def option_of(field: str) -> str:
     """Return the option of a field of a display.
 
-    >>> option_of("pitch_mm"), option_of("reference_mm")
-    ('--display-pitch-mm', '--reference-mm')
+    >>> option_of("pitch_mm"), option_of("reference_mm"), option_of("count")
+    ('--display-pitch-mm', '--reference-mm', '--display-lenses')
     """
+    if field == "count":
+        return "--display-lenses"
     is_depth = field in ("distance_mm", "reference_mm")
     return f"--{'' if is_depth else 'display-'}{field.replace('_', '-')}"
 
@@ -177,8 +179,7 @@ def _layout(file: Path, rig: Rig | None, capture: CaptureOptions) -> CellLayout:
     layout = found or capture.layout
     if layout is None:
         raise BadInput(
-            f"expected --px-per-lens and --lens-count, or a master (EXR) whose header names its rig, got neither for"
-            f" {file}"
+            f"expected --px-per-lens and --lenses, or a master (EXR) whose header names its rig, got neither for {file}"
         )
     return layout
 

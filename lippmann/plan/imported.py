@@ -49,7 +49,7 @@ def lens_grid(geometry: SheetGeometry, size: tuple[int, ...]) -> LensGrid:
     placed = place(said, size)
     if not are_whole(placed, size):
         raise LayoutError(
-            f"expected {placed} to lie on the picture of {size[0]} x {size[1]} px; {_advice(said, size, place)}"
+            f"expected {placed} to lie on the picture of {size[1]} x {size[0]} px; {_advice(said, size, place)}"
         )
     return placed
 
@@ -73,7 +73,7 @@ def _advice(asked: LensGrid, size: tuple[int, ...], place: Placement) -> str:
         room, where = lenses_in_middle(asked, size), "it"
     else:
         room, where = lenses_from_first(asked, size), "from this first lens it"
-    fits = [f"{where} has room for {room.lens_rows} x {room.lens_cols}"]
+    fits = [f"{where} has room for {room.lens_cols} x {room.lens_rows}"]
     pitch_px = fitting_pitch_px(asked, size, place)
     if pitch_px is not None:
         fits.append(f"as many with a pitch of {pitch_px:.2f} px")

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from lippmann.cli.options import LensCount, Lenses
 from lippmann.terminal.output import Output
 
 
@@ -21,12 +22,8 @@ def compare(
         int | None,
         typer.Option(min=1, help="The pixels across a square lens. It is needed if no EXR header gives the lenses."),
     ] = None,
-    lens_count: Annotated[
-        tuple[int, int] | None,
-        typer.Option(
-            metavar="ROWS COLS", help="The number of lens rows and columns. It is needed if no EXR header gives them."
-        ),
-    ] = None,
+    lenses: Lenses = None,
+    lens_count: LensCount = None,
     linear: Annotated[
         bool,
         typer.Option("--linear", help="The pixels of PNG files are linear light and not sRGB, whatever the files say."),
@@ -35,11 +32,11 @@ def compare(
     output: Output,
 ) -> None:
     """Compare two orthoscopic integral images: PSNR and SSIM of the whole image and of its views."""
-    from lippmann.cli.option_values import layout_of
+    from lippmann.cli.option_values import count_of, layout_of
     from lippmann.cli.text.compare import compared_data, compared_text
     from lippmann.local.compare import compare_files, notes_of
 
-    compared = compare_files(first, second, layout=layout_of(px_per_lens, lens_count), linear=linear)
+    compared = compare_files(first, second, layout=layout_of(px_per_lens, count_of(lenses, lens_count)), linear=linear)
     for note in notes_of(compared, linear=linear):
         output.note(f"note: {note}")
     output.result(compared_data(compared), compared_text(compared))

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
-from lippmann.cli.options import OutputFolder
+from lippmann.cli.options import LensCount, Lenses, OutputFolder
 from lippmann.errors import BadInput
 from lippmann.terminal.output import Output
 
@@ -39,15 +39,17 @@ def import_sheets(
     rotation_deg: Annotated[
         float | None, typer.Option(help="The rotation of the lens rows, degrees clockwise.")
     ] = None,
-    offset_px: Annotated[
+    first_lens_px: Annotated[
         str | None,
         typer.Option(
-            metavar="DOWN,RIGHT", help="The centre of the first whole lens, px from the top left corner of the picture."
+            "--first-lens-px",
+            metavar="RIGHT,DOWN",
+            help="The centre of the first whole lens, px to the right and down from the top left corner.",
         ),
     ] = None,
-    lens_count: Annotated[
-        tuple[int, int] | None, typer.Option(metavar="ROWS COLS", help="The number of lens rows and columns.")
-    ] = None,
+    offset_px: Annotated[str | None, typer.Option("--offset-px", hidden=True, metavar="DOWN,RIGHT")] = None,
+    wanted_lenses: Lenses = None,
+    lens_count: LensCount = None,
     first_row_shifted: Annotated[
         bool,
         typer.Option("--first-row-shifted", help="The first row of a hexagonal lattice is shifted to the right."),
@@ -93,6 +95,7 @@ def import_sheets(
     output: Output,
 ) -> None:
     """Import integral images from elsewhere: rectify them, and write an orthoscopic master and all views."""
+    from lippmann.cli.option_values import count_of, first_lens_of
     from lippmann.local.files.source_pictures import Decoding
     from lippmann.local.import_bundle import geometry_data
     from lippmann.local.import_sheets import ImportOptions, import_sheets
@@ -102,8 +105,8 @@ def import_sheets(
         "lattice": lattice,
         "row_pitch_px": row_pitch_px,
         "rotation_deg": rotation_deg,
-        "offset_px": None if offset_px is None else _pair(offset_px),
-        "count": lens_count,
+        "offset_px": first_lens_of(first_lens_px, offset_px),
+        "count": count_of(wanted_lenses, lens_count),
         "first_row_shifted": first_row_shifted or None,
         "px_per_lens": px_per_lens,
         "pseudoscopic": pseudoscopic,
@@ -146,7 +149,8 @@ def _import_views(
     known = ("px_per_lens", "pseudoscopic", "pitch_mm", "focal_length_mm")
     others = [name for name in fields if name not in known]
     if others:
-        raise BadInput(f"expected no --{others[0].replace('_', '-')} with --views: every pixel of a view is a lens")
+        option = {"count": "lenses", "offset_px": "first-lens-px"}.get(others[0], others[0].replace("_", "-"))
+        raise BadInput(f"expected no --{option} with --views: every pixel of a view is a lens")
     return import_views(files, ViewsOptions(parallax, order, decoding=decoding, **fields), out=out)
 
 
@@ -171,14 +175,6 @@ def views(**values: Any) -> None:
     """Import integral images; this is the old name of `lippmann import`."""
     values["output"].note("note: `lippmann views` is now `lippmann import`; the next release drops the old name")
     import_sheets(**values)
-
-
-def _pair(text: str) -> tuple[float, float]:
-    try:
-        down, right = map(float, text.split(","))
-    except ValueError as error:
-        raise BadInput(f"expected --offset-px as DOWN,RIGHT in px, got {text!r}") from error
-    return down, right
 
 
 def _text(imported: ImportResult) -> str:

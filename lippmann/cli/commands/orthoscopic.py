@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 
 import typer
 
+from lippmann.cli.options import LensCount, Lenses
 from lippmann.terminal.output import Output
 
 Lattice = Literal["square", "hexagonal"]
@@ -21,14 +22,10 @@ def orthoscopic(
     px_per_lens: Annotated[
         int | None, typer.Option(help="The pixels across a lens. It is needed if no header gives it.")
     ] = None,
-    lens_count: Annotated[
-        tuple[int, int] | None,
-        typer.Option(
-            metavar="ROWS COLS", help="The number of lens rows and columns. It is needed if no header gives it."
-        ),
-    ] = None,
+    lenses: Lenses = None,
+    lens_count: LensCount = None,
     lattice: Annotated[
-        Lattice | None, typer.Option(help="The lattice for --px-per-lens and --lens-count. The default is square.")
+        Lattice | None, typer.Option(help="The lattice for --px-per-lens and --lenses. The default is square.")
     ] = None,
     turn_sheet: Annotated[
         bool | None,
@@ -49,12 +46,16 @@ def orthoscopic(
         ),
     ] = None,
     display_lattice: Annotated[Lattice | None, typer.Option(help="The lattice of the other display.")] = None,
-    display_count: Annotated[
-        tuple[int, int] | None,
+    display_lenses: Annotated[
+        str | None,
         typer.Option(
-            metavar="ROWS COLS",
-            help="The number of lens rows and columns of the other display. The default covers the same area.",
+            "--display-lenses",
+            metavar="COLSxROWS",
+            help="The number of lenses of the other display, across and down. The default covers the same area.",
         ),
+    ] = None,
+    display_count: Annotated[
+        tuple[int, int] | None, typer.Option("--display-count", hidden=True, metavar="ROWS COLS")
     ] = None,
     display_pitch_mm: Annotated[
         float | None, typer.Option("--display-pitch-mm", help="The lens pitch of the other display, mm.")
@@ -93,13 +94,13 @@ def orthoscopic(
 
     The options of another display convert it for that display, by SPOC (smart pseudoscopic-to-orthoscopic conversion).
     """
-    from lippmann.cli.option_values import layout_of
+    from lippmann.cli.option_values import count_of, layout_of
     from lippmann.local.orthoscopic import CaptureOptions, display_of, write_orthoscopic
 
     display = display_of(
         {
             "lattice": display_lattice,
-            "count": display_count,
+            "count": count_of(display_lenses, display_count, option="--display-lenses", old_option="--display-count"),
             "pitch_mm": display_pitch_mm,
             "px_per_lens": display_px_per_lens,
             "gap_mm": display_gap_mm,
@@ -108,7 +109,10 @@ def orthoscopic(
         }
     )
     capture = CaptureOptions(
-        layout=layout_of(px_per_lens, lens_count, lattice), pitch_mm=pitch_mm, gap_mm=gap_mm, turn_sheet=turn_sheet
+        layout=layout_of(px_per_lens, count_of(lenses, lens_count), lattice),
+        pitch_mm=pitch_mm,
+        gap_mm=gap_mm,
+        turn_sheet=turn_sheet,
     )
     code_bits = None if bits is None else int(bits)
     made = write_orthoscopic(file, out, capture=capture, display=display, bits=code_bits, linear=linear)

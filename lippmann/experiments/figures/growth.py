@@ -59,7 +59,7 @@ def _plot(
     chosen: Sequence[int], runs: Sequence[RenderTime], line: Line, request: FigureRequest, files: tuple[Path, ...]
 ) -> None:
     size = frame_size(settings.pixels_per_lens(chosen[-1], quick=request.quick, camera=request.camera).rig)
-    lenses = f"{size.lens_rows} x {size.lens_cols} lenses"
+    lenses = f"{size.lens_cols} x {size.lens_rows} lenses"
     with axes(
         title=f"Rendering time and pixels per lens: {lenses}, antialiasing off",
         x="pixels across a lens",

@@ -42,7 +42,7 @@ def _sample(request: FigureRequest, lattice: Literal["square", "hexagonal"]) -> 
     whole, part = request.file("-integral.png"), cut(captured, middle=_busiest(captured, n), side_px=CELLS_SHOWN * n)
     write_png(whole, captured)
     figure = request.file(".png")
-    size = f"{layout.lens_rows} x {layout.lens_cols} {lattice} lenses, {layout.cols} x {layout.rows} px"
+    size = f"{layout.lens_cols} x {layout.lens_rows} {lattice} lenses, {layout.cols} x {layout.rows} px"
     panels = [
         Panel(fitted(captured, WHOLE_PX), f"The integral image as captured: {size}"),
         Panel(enlarged(part, max(1, WHOLE_PX // part.shape[1])), f"Enlarged: {CELLS_SHOWN} lenses across, {n} px each"),

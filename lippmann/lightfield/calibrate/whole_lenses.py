@@ -45,7 +45,7 @@ def whole_lenses(one: LensGrid, size: tuple[int, ...]) -> LensGrid:
     blocks = [_block(replace(start, first_row_shifted=False), size) for start in starts]
     largest = max((block for block in blocks if block is not None), key=_count, default=None)
     if largest is None:
-        raise LayoutError(f"expected a whole lens of {one.pitch_px:g} px on {size[0]} x {size[1]} px, got none")
+        raise LayoutError(f"expected a whole lens of {one.pitch_px:g} px on {size[1]} x {size[0]} px, got none")
     return largest
 
 
@@ -68,8 +68,8 @@ def lenses_from_first(first: LensGrid, size: tuple[int, ...]) -> LensGrid:
     if block is None:
         down, right = first.offset_px
         raise LayoutError(
-            f"expected the first lens, of {first.pitch_px:g} px, whole on {size[0]} x {size[1]} px, got its centre at"
-            f" ({down:g}, {right:g}) px"
+            f"expected the first lens, of {first.pitch_px:g} px, whole on {size[1]} x {size[0]} px, got its centre at"
+            f" ({right:g}, {down:g}) px"
         )
     return block
 

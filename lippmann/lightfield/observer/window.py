@@ -27,7 +27,7 @@ class Window:
     def __post_init__(self) -> None:
         """Refuse a window without a size."""
         if not (1 <= self.rows <= MAX_SIZE_PX and 1 <= self.cols <= MAX_SIZE_PX):
-            raise LayoutError(f"expected a picture of 1 to {MAX_SIZE_PX} px a side, got {self.rows} x {self.cols}")
+            raise LayoutError(f"expected a picture of 1 to {MAX_SIZE_PX} px a side, got {self.cols} x {self.rows}")
         place = (self.wide_mm, self.high_mm, self.right_mm, self.up_mm)
         if not all(map(math.isfinite, place)) or min(self.wide_mm, self.high_mm) <= 0:
             raise LayoutError(f"expected a window of a positive width and height in mm, got {self}")

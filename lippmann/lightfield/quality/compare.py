@@ -234,4 +234,4 @@ def _check_pictures(first: Codes, second: Codes) -> None:
             raise LayoutError(f"expected 8-bit codes (rows, cols, 3), got {picture.dtype} {picture.shape}")
     if first.shape != second.shape:
         (rows, cols, _), (other_rows, other_cols, _) = first.shape, second.shape
-        raise LayoutError(f"expected the same size twice, got {rows} x {cols} px and {other_rows} x {other_cols} px")
+        raise LayoutError(f"expected the same size twice, got {cols} x {rows} px and {other_cols} x {other_rows} px")

@@ -37,7 +37,7 @@ class LensGrid:
     def __post_init__(self) -> None:
         """Refuse numbers that describe no lattice."""
         if min(self.lens_rows, self.lens_cols) < 1:
-            raise LayoutError(f"expected at least one lens, got {self.lens_rows} x {self.lens_cols}")
+            raise LayoutError(f"expected at least one lens, got {self.lens_cols} x {self.lens_rows}")
         numbers = (self.pitch_px, self.row_px, self.turn_deg, *self.offset_px)
         if not all(map(math.isfinite, numbers)) or min(self.pitch_px, self.row_px) <= 0:
             raise LayoutError(
@@ -49,8 +49,8 @@ class LensGrid:
         turned = f", turned by {self.turn_deg:g} degrees" if self.turn_deg else ""
         down, right = self.offset_px
         return (
-            f"{self.lens_rows} x {self.lens_cols} {self.cell.plural} of {self.pitch_px:g} px,"
-            f" {self.row_px:g} px from row to row, the first at ({down:g}, {right:g}) px{turned}"
+            f"{self.lens_cols} x {self.lens_rows} {self.cell.plural} of {self.pitch_px:g} px,"
+            f" {self.row_px:g} px from row to row, the first at ({right:g}, {down:g}) px{turned}"
         )
 
     @property

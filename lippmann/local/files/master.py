@@ -80,8 +80,8 @@ def read_master(path: Path) -> Master:
         pixels = _rectified(pixels, layout, rig, path)
     if pixels.shape[:2] != (layout.rows, layout.cols):
         raise BadInput(
-            f"{path}: expected a master of {layout.rows} x {layout.cols} px for {layout}, got"
-            f" {pixels.shape[0]} x {pixels.shape[1]} px"
+            f"{path}: expected a master of {layout.cols} x {layout.rows} px for {layout}, got"
+            f" {pixels.shape[1]} x {pixels.shape[0]} px"
         )
     return Master(pixels=pixels, layout=layout, rig=rig, pseudoscopic=pseudoscopic)
 
@@ -109,8 +109,8 @@ def _rectified(pixels: NDArray[np.float16], layout: CellLayout, rig: Rig, path: 
     rows, cols = device_size(layout, **device)
     if pixels.shape[:2] != (rows, cols):
         raise BadInput(
-            f"{path}: expected a master of {rows} x {cols} px on its device, got"
-            f" {pixels.shape[0]} x {pixels.shape[1]} px"
+            f"{path}: expected a master of {cols} x {rows} px on its device, got"
+            f" {pixels.shape[1]} x {pixels.shape[0]} px"
         )
     with naming(path):
         return rectify(pixels, device_grid(layout, **device), layout)

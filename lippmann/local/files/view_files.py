@@ -162,6 +162,6 @@ def _whole(folder: Path, placed: Mapping[tuple[int, int], Path]) -> ViewFiles:
     if len(placed) != rows * cols:
         missing = rows * cols - len(placed)
         raise BadInput(
-            f"expected {rows} x {cols} views (rows x columns) in {folder}, got {len(placed)}: {missing} are missing"
+            f"expected {cols} x {rows} views (columns x rows) in {folder}, got {len(placed)}: {missing} are missing"
         )
     return ViewFiles(rows, cols, {(row - tops[0], col - tops[1]): path for (row, col), path in placed.items()})

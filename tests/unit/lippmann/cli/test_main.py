@@ -162,7 +162,7 @@ def test_an_answer_that_is_no_problem_says_its_status() -> None:
         (["submit", "nowhere.json"], 2, "expected a job file, got nowhere.json"),
         (["capture"], 2, "expected a SCENE"),
         (["compare", "a.exr", "b.exr"], 2, "expected a picture or a folder of pictures, got a.exr"),
-        (["compare", "a.exr", "b.exr", "--lens-count", "9", "9"], 2, "or neither, got only --lens-count"),
+        (["compare", "a.exr", "b.exr", "--lenses", "9x9"], 2, "or neither, got only --lenses"),
         (["capture", "nowhere"], 2, "one of fish, "),
         (["capture", "fish", "--set", "rig.px_per_lens=1"], 2, "rig.px_per_lens"),
         (["capture", "fish", "--out", "/proc/out"], 2, "expected a folder that can be written, got /proc/out"),

@@ -42,7 +42,7 @@ CASES: Sequence[tuple[str, ExitCode]] = (
     ("depth {master} --out {odd}/depth.exr", ExitCode.DONE),
     ("export {master} quilt.png npz.npz --out {odd}/exports", ExitCode.DONE),
     ("compare {master} {master}", ExitCode.DONE),
-    ("orthoscopic {capture} --px-per-lens 8 --lens-count 21 20 --out {odd}/upright.exr", ExitCode.DONE),
+    ("orthoscopic {capture} --px-per-lens 8 --lenses 20x21 --out {odd}/upright.exr", ExitCode.DONE),
     ("import {capture} --pitch-px 8 --out {odd}/imported --bundle {odd}/bundle", ExitCode.DONE),
     ("import {capture} --find-from {odd}/white.png --out {odd}/imported", ExitCode.BAD_INPUT),
     ("design {job} --svg {odd}/bench.svg", ExitCode.DONE),

@@ -65,7 +65,7 @@ def test_cells_never_copy(order: str) -> None:
 
 def test_a_sheet_of_another_size_is_refused_with_both_sizes() -> None:
     layout = CellLayout(lens_rows=4, lens_cols=5, px_per_lens=8)
-    with pytest.raises(LayoutError, match=r"^20 x 12 px do not divide among 4 x 5 lenses of 8 px$"):
+    with pytest.raises(LayoutError, match=r"^12 x 20 px do not divide among 5 x 4 lenses of 8 px$"):
         cells(np.zeros((20, 12, 3)), layout)
 
 
@@ -76,7 +76,7 @@ def test_a_sheet_without_channels_is_refused() -> None:
 
 @pytest.mark.parametrize("shape", [(2, 3, 4, 4), (2, 3, 4, 5, 3), (3, 2, 4, 4, 3)])
 def test_an_array_that_is_not_cells_makes_no_sheet(shape: tuple[int, ...]) -> None:
-    with pytest.raises(LayoutError, match="expected cells of 2 x 3 lenses of 4 px"):
+    with pytest.raises(LayoutError, match="expected cells of 3 x 2 lenses of 4 px"):
         sheet_of(np.zeros(shape), TWO_BY_THREE)
 
 

@@ -24,7 +24,7 @@ from worker.images.write import write_exr, write_png
 
 SQUARE = Rig.model_validate({"lens_array": {"count": [12, 13]}, "px_per_lens": 4})
 HEXAGONAL = Rig.model_validate({"lens_array": {"count": [13, 12], "lattice": "hexagonal"}, "px_per_lens": 4})
-LENSES = ("--px-per-lens", "4", "--lens-count", "12", "13")
+LENSES = ("--px-per-lens", "4", "--lenses", "13x12")
 
 Light = NDArray[np.float32]
 
@@ -138,7 +138,7 @@ def test_the_table_names_the_worst_view(
     code, said = run(monkeypatch, capsys, first, second)
     lines = said.splitlines()
     assert code == 0
-    assert lines[0] == "12 x 13 lenses of 4 px, 16 views"
+    assert lines[0] == "13 x 12 lenses of 4 px, 16 views"
     assert lines[2].split("  ")[-1].strip() == "SSIM"
     assert [line.split("  ")[0] for line in lines[3:6]] == ["whole sheet", "views, mean", "views, standard deviation"]
     assert lines[7].split("  ")[-1] == "(3, 1)"
@@ -173,7 +173,7 @@ def test_frames_that_are_missing_are_named_with_their_folder(refused: Any) -> No
 def test_sizes_that_differ_are_named(refused: Any) -> None:
     master(Path("a.exr"))
     write_png(Path("b.png"), light(CellLayout(12, 12, 4)))
-    assert "a.exr and b.png: expected the same size twice, got 48 x 52 px and 48 x 48 px" in refused("a.exr", "b.png")
+    assert "a.exr and b.png: expected the same size twice, got 52 x 48 px and 48 x 48 px" in refused("a.exr", "b.png")
 
 
 def test_lenses_that_nobody_says_or_that_do_not_fit_are_named(refused: Any) -> None:
@@ -182,19 +182,19 @@ def test_lenses_that_nobody_says_or_that_do_not_fit_are_named(refused: Any) -> N
     write_png(Path("a.png"), picture)
     write_exr(Path("bare.exr"), picture, attributes={})
     for name in ("a.png", "bare.exr"):
-        assert "expected --px-per-lens and --lens-count, or a master (EXR)" in refused(name, name)
+        assert "expected --px-per-lens and --lenses, or a master (EXR)" in refused(name, name)
     assert "or neither, got only --px-per-lens" in refused("a.png", "a.png", "--px-per-lens", 4)
-    assert "at least one lens" in refused("a.png", "a.png", "--px-per-lens", 4, "--lens-count", 0, 13)
-    said = refused("a.png", "a.png", "--px-per-lens", 4, "--lens-count", 13, 12)
-    assert "48 x 52 px do not divide among 13 x 12 lenses of 4 px" in said
-    said = refused("a.exr", "a.png", "--px-per-lens", 2, "--lens-count", 24, 26)
-    assert "12 x 13 lenses of 4 px by a.exr; 24 x 26 lenses of 2 px by --px-per-lens and --lens-count" in said
+    assert "at least one lens" in refused("a.png", "a.png", "--px-per-lens", 4, "--lenses", "13x0")
+    said = refused("a.png", "a.png", "--px-per-lens", 4, "--lenses", "12x13")
+    assert "52 x 48 px do not divide among 12 x 13 lenses of 4 px" in said
+    said = refused("a.exr", "a.png", "--px-per-lens", 2, "--lenses", "26x24")
+    assert "13 x 12 lenses of 4 px by a.exr; 26 x 24 lenses of 2 px by --px-per-lens and --lenses" in said
 
 
 def test_masters_of_other_lenses_are_refused(refused: Any) -> None:
     master(Path("a.exr"))
     master(Path("b.exr"), HEXAGONAL)
-    assert "expected the same lenses over both, got 12 x 13 lenses" in refused("a.exr", "b.exr")
+    assert "expected the same lenses over both, got 13 x 12 lenses" in refused("a.exr", "b.exr")
     write_exr(Path("c.exr"), light(display_size(SQUARE)), attributes={"rig": '{"px_per_lens": 1}'})
     assert "c.exr: expected a rig in the header" in refused("a.exr", "c.exr")
 

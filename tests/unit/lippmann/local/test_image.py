@@ -175,7 +175,7 @@ def test_a_notebook_shows_a_small_picture() -> None:
     png = image_of(CellLayout(150, 200, 8))._repr_png_()
     assert png.startswith(b"\x89PNG")
     assert (int.from_bytes(png[16:20], "big"), int.from_bytes(png[20:24], "big")) == (640, 480)
-    assert "6 x 7 lenses of 4 px" in str(image_of(SQUARE))
+    assert "7 x 6 lenses of 4 px" in str(image_of(SQUARE))
     assert "array" not in repr(image_of(SQUARE))
 
 

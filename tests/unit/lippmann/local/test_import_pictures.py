@@ -101,7 +101,7 @@ def test_a_white_frame_takes_the_vignetting_away(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("white", "said"),
     [
-        (np.ones((4, 4, 3), np.float32), "expected a white image of 40 x 48 px as the picture, got 4 x 4 px"),
+        (np.ones((4, 4, 3), np.float32), "expected a white image of 48 x 40 px as the picture, got 4 x 4 px"),
         (np.zeros((*SIZE, 3), np.float32), "expected a white image, got one without light"),
     ],
 )

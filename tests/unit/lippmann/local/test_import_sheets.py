@@ -88,7 +88,7 @@ def test_a_hexagonal_row_that_would_come_out_shifted_is_left_out_and_said(tmp_pa
     layout = CellLayout(5, 4, 8, "hexagonal", first_row_shifted=True)
     file = _exr(tmp_path / "a.exr", _sheet(layout))
     options = ("--pitch-px", 8, "--row-pitch-px", 7, "--lattice", "hexagonal", "--first-row-shifted")
-    ran = _run(file, *options, "--offset-px", "5.5,8", "--lens-count", 5, 4, "--out", tmp_path / "out")
+    ran = _run(file, *options, "--first-lens-px", "8,5.5", "--lenses", "4x5", "--out", tmp_path / "out")
     assert ran.exit_code == 0, ran.output
     assert "The first lens row is left out" in ran.output
     assert open_orthoscopic(tmp_path / "out/orthoscopic/0001.exr").layout == CellLayout(4, 4, 8, "hexagonal")
@@ -115,9 +115,9 @@ def test_lenses_are_found_from_white_and_a_wrong_pitch_is_put_right(tmp_path: Pa
     ("options", "said"),
     [
         ((), "expected --pitch-px, or --find, or --find-from"),
-        (("--pitch-px", 8, "--lens-count", 6, 8), "has room for 6 x 7, or as many with a pitch of 7.00 px"),
+        (("--pitch-px", 8, "--lenses", "8x6"), "has room for 7 x 6, or as many with a pitch of 7.00 px"),
         (("--pitch-px", 1), "pitch_px: expected greater than or equal to 2, got 1.0"),
-        (("--pitch-px", 8, "--offset-px", "1"), "expected --offset-px as DOWN,RIGHT"),
+        (("--pitch-px", 8, "--first-lens-px", "1"), "expected --first-lens-px as RIGHT,DOWN"),
         (("--find",), "give the pitch"),
     ],
 )

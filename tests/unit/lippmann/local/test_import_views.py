@@ -127,11 +127,11 @@ def test_views_become_a_bundle_of_their_integral_image(tmp_path: Path, master: P
     [
         (("a.png",), (), "named as input_Cam000.png, 000_000.ppm or out_00_00.png, got a.png"),
         ((), (), "got no picture"),
-        (("000_000.png", "001_001.png"), (), "expected 2 x 2 views (rows x columns)"),
+        (("000_000.png", "001_001.png"), (), "expected 2 x 2 views (columns x rows)"),
         (("input_Cam000.png", "input_Cam002.png"), (), "expected as many rows of views as columns"),
         (("input_Cam000.png",), (), "expected at least 2 views in a row, got 1"),
         (("000_000.png",), ("--find",), "expected no --find"),
-        (("000_000.png",), ("--lens-count", 3, 4), "expected no --count with --views"),
+        (("000_000.png",), ("--lenses", "4x3"), "expected no --lenses with --views"),
     ],
 )
 def test_views_that_cannot_be_are_refused(

@@ -106,7 +106,7 @@ def test_codes_from_elsewhere_stay_as_they_are(
     monkeypatch.setattr(rows, "BAND_BYTES", 1000)
     layout = CellLayout(*COUNT, px_per_lens=8, lattice=lattice)
     codes = picture_of(here / f"a.{suffix}", layout, bits)
-    said = ["--px-per-lens", "8", "--lens-count", "5", "4", "--lattice", lattice, *["--turn-sheet"] * turn]
+    said = ["--px-per-lens", "8", "--lenses", "4x5", "--lattice", lattice, *["--turn-sheet"] * turn]
     made(f"a.{suffix}", "--out", "b.tif", *said, monkeypatch=monkeypatch, capsys=capsys)
     expected = turn_sheet(half_turn_cells(codes, layout)) if turn else half_turn_cells(codes, layout)
     np.testing.assert_array_equal(read_tiff("b.tif"), expected)
@@ -122,7 +122,7 @@ def test_light_becomes_codes_and_codes_light(
     np.testing.assert_array_equal(read_codes_8(here / "a.png"), srgb_codes(upright))
     made(str(path), "--out", "a.tif", "--bits", "16", monkeypatch=monkeypatch, capsys=capsys)
     np.testing.assert_array_equal(read_tiff("a.tif"), srgb_codes(upright, bits=16))
-    said = ["--px-per-lens", "8", "--lens-count", "5", "4"]
+    said = ["--px-per-lens", "8", "--lenses", "4x5"]
     made("a.png", "--out", "b.exr", *said, monkeypatch=monkeypatch, capsys=capsys)
     turned = half_turn_cells(linear_light(srgb_codes(upright)), frame_size(rig_of()))
     np.testing.assert_array_equal(read_rgb(here / "b.exr", np.float16), turned)
@@ -176,7 +176,7 @@ def test_the_header_names_the_new_display(
     assert said["size_px"] == list(found.pixels.shape[:2])
     # A sheet from elsewhere has one too, if its lengths are said.
     picture_of(here / "p.png", frame_size(rig_of()))
-    lenses = ["--px-per-lens", "8", "--lens-count", "5", "4", "--pitch-mm", "1", "--gap-mm", "3.3"]
+    lenses = ["--px-per-lens", "8", "--lenses", "4x5", "--pitch-mm", "1", "--gap-mm", "3.3"]
     made("p.png", "--out", "b.exr", *lenses, monkeypatch=monkeypatch, capsys=capsys)
     assert open_orthoscopic(here / "b.exr").focal_length_mm == 3.3
     made("p.png", "--out", "c.exr", *lenses, *display, "--reference-mm", "9", monkeypatch=monkeypatch, capsys=capsys)
@@ -187,7 +187,7 @@ NO_LENS = "expected at least one lens of at least one px"
 
 
 def lenses_of(px_per_lens: int) -> list[str]:
-    return ["--px-per-lens", str(px_per_lens), "--lens-count", "5", "4"]
+    return ["--px-per-lens", str(px_per_lens), "--lenses", "4x5"]
 
 
 @pytest.mark.parametrize(
@@ -196,20 +196,20 @@ def lenses_of(px_per_lens: int) -> list[str]:
         (["none.exr"], "expected a pseudoscopic integral image, got none.exr: there is no such file"),
         (["a.gif"], "expected an EXR, a PNG or a TIFF as FILE, got a.gif"),
         (["p.png", *lenses_of(8), "--out", "b.jpg"], "expected an EXR, a PNG or a TIFF as --out, got b.jpg"),
-        (["p.png"], "expected --px-per-lens and --lens-count, or a master (EXR) whose header names its rig"),
+        (["p.png"], "expected --px-per-lens and --lenses, or a master (EXR) whose header names its rig"),
         (["p.png", "--px-per-lens", "8"], "or neither, got only --px-per-lens"),
         (["p.png", "--lattice", "square"], "or neither, got only --lattice"),
         (["p.png", "--lattice", "round"], "'round' is not one of 'square', 'hexagonal'"),
         (["p.png", *lenses_of(0)], NO_LENS),
-        (["p.png", "--px-per-lens", "8", "--lens-count", "-5", "4"], NO_LENS),
-        (["p.png", *lenses_of(7)], "40 x 32 px do not divide among 5 x 4 lenses of 7 px"),
-        (["MASTER", *lenses_of(4)], "that the header of MASTER names, 5 x 4 lenses of 8"),
+        (["p.png", "--px-per-lens", "8", "--lenses", "4x0"], NO_LENS),
+        (["p.png", *lenses_of(7)], "32 x 40 px do not divide among 4 x 5 lenses of 7 px"),
+        (["MASTER", *lenses_of(4)], "that the header of MASTER names, 4 x 5 lenses of 8"),
         (["MASTER", "--pitch-mm", "1"], "expected no --pitch-mm: the header names pitch and focal length"),
         (["MASTER", "--out", "MASTER"], "expected another file in --out than the sheet itself"),
         (["MASTER", "--display-pitch-mm", "-1"], "--display-pitch-mm: expected greater than 0, got -1"),
         (["MASTER", "--display-gap-mm", "nan"], "--display-gap-mm: expected a finite number, got nan"),
         (["MASTER", "--display-px-per-lens", "1"], "--display-px-per-lens: expected greater than or equal to 2, got 1"),
-        (["MASTER", "--display-count", "0", "4"], "--display-count: expected greater than or equal to 1, got 0"),
+        (["MASTER", "--display-lenses", "4x0"], "--display-lenses: expected greater than or equal to 1, got 0"),
         (["MASTER", "--display-lattice", "hexagonal", "--display-px-per-lens", "7"], "px-per-lens: expected an even"),
         (["MASTER", "--reference-mm", "0"], "--reference-mm: expected a depth other than 0"),
         (["MASTER", "--bits", "12"], "'12' is not one of '8', '16'"),
@@ -266,7 +266,7 @@ def test_codes_of_another_colour_space_become_light_or_srgb(
     expected = half_turn_cells((codes / np.float32(255)).astype(np.float32), layout)
     out = here / f"out.{suffix}"
     for source, options, noted in (("linear.png", (), False), ("unnamed.png", ("--linear",), False)):
-        lenses = ("--px-per-lens", "4", "--lens-count", "3", "4")
+        lenses = ("--px-per-lens", "4", "--lenses", "4x3")
         code, _, err = run(source, *lenses, "--out", str(out), *options, monkeypatch=monkeypatch, capsys=capsys)
         assert not code, err
         assert ("no colour space" in err) == noted
@@ -280,7 +280,7 @@ def test_codes_without_a_colour_space_are_noted(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     Image.new("RGB", (16, 12)).save(here / "unnamed.png")
-    lenses = ("--px-per-lens", "4", "--lens-count", "3", "4")
+    lenses = ("--px-per-lens", "4", "--lenses", "4x3")
     code, _, err = run("unnamed.png", *lenses, "--out", "a.png", monkeypatch=monkeypatch, capsys=capsys)
     assert not code, err
     assert "unnamed.png: no colour space is named" in err

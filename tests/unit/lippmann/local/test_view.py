@@ -141,7 +141,7 @@ def test_other_masters_of_the_same_size_are_refused(folder: str, tmp_path: Path)
 
 def test_a_picture_of_another_size_than_its_lenses_is_refused(tmp_path: Path) -> None:
     master = master_of(tmp_path, rig_of(), said=rig_of().model_copy(update={"px_per_lens": 9}).model_dump_json())
-    with pytest.raises(BadInput, match=r"189 x 180 px for 21 x 20 lenses of 9 px, got 168 x 160 px"):
+    with pytest.raises(BadInput, match=r"180 x 189 px for 20 x 21 lenses of 9 px, got 160 x 168 px"):
         open_orthoscopic(master)
 
 

@@ -17,7 +17,7 @@ from lippmann.plan.imported import lens_grid
 SIZE = (64, 72)
 
 ADVICE = re.compile(
-    r"has room for (?P<rows>\d+) x (?P<cols>\d+)(, or as many with a pitch of (?P<pitch>[\d.]+) px)?"
+    r"has room for (?P<cols>\d+) x (?P<rows>\d+)(, or as many with a pitch of (?P<pitch>[\d.]+) px)?"
     r"(?P<middle>, or as many in the middle of the picture, without an offset)?$"
 )
 
@@ -28,7 +28,7 @@ def test_the_advice_knows_of_the_offset() -> None:
     with pytest.raises(LayoutError) as refused:
         lens_grid(SheetGeometry.model_validate(asked), SIZE)
     assert refused.value.message.endswith(
-        "; from this first lens it has room for 6 x 7, or as many with a pitch of 6.80 px,"
+        "; from this first lens it has room for 7 x 6, or as many with a pitch of 6.80 px,"
         " or as many in the middle of the picture, without an offset"
     )
 
@@ -58,7 +58,7 @@ def test_all_advice_is_accepted_when_it_is_taken(
         message = error.message
     advice = ADVICE.search(message)
     if advice is None:
-        assert re.search(r"expected (the first lens, of .* px, whole|a whole lens of .* px) on 64 x 72 px", message)
+        assert re.search(r"expected (the first lens, of .* px, whole|a whole lens of .* px) on 72 x 64 px", message)
         return
     counts = (int(advice["rows"]), int(advice["cols"]))
     assert counts != count, "what was asked for is not suggested"

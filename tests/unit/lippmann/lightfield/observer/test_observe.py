@@ -238,7 +238,7 @@ def test_an_eye_that_cannot_see_is_refused(how: dict[str, Any], said: str) -> No
 
 
 def test_a_sheet_of_another_size_is_refused() -> None:
-    with pytest.raises(LayoutError, match="66 x 77 px do not divide among"):
+    with pytest.raises(LayoutError, match="77 x 66 px do not divide among"):
         observe(np.ones((66, 77, 3)), display_of(SQUARE), Eye(0, 0, 500))
     with pytest.raises(LayoutError, match="expected a window of at least 260 x 307 px"):
         observe(np.ones((66, 77, 3)), display_of(SQUARE, device_px_mm=25.4 / 600), Eye(0, 0, 500))

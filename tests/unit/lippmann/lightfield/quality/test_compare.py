@@ -200,7 +200,7 @@ def test_identical_views_do_not_hide_the_others() -> None:
 @pytest.mark.parametrize(
     ("first", "second", "said"),
     [
-        (noise(4, 5), noise(4, 6), "same size twice, got 4 x 5 px and 4 x 6 px"),
+        (noise(4, 5), noise(4, 6), "same size twice, got 5 x 4 px and 6 x 4 px"),
         (noise(4, 5), noise(4, 5).astype(np.float32), "8-bit codes .*, got float32"),
         (noise(4, 5), noise(4, 5)[..., :2], r"got uint8 \(4, 5, 2\)"),
         (noise(0, 5), noise(0, 5), r"got uint8 \(0, 5, 3\)"),
@@ -213,5 +213,5 @@ def test_what_cannot_be_compared_is_refused(first: Codes, second: Codes, said: s
 
 
 def test_sheets_of_other_lenses_are_refused() -> None:
-    with pytest.raises(LayoutError, match="20 x 12 px do not divide among 4 x 5 lenses of 4 px"):
+    with pytest.raises(LayoutError, match="12 x 20 px do not divide among 5 x 4 lenses of 4 px"):
         compare_views(noise(20, 12), noise(20, 12), CellLayout(4, 5, 4))

@@ -152,7 +152,7 @@ def test_no_light_comes_from_another_cell(layout: CellLayout, patch: float, px: 
         ({"depth_mm": 10.0, "direction": (8, 4)}, r"a view under a lens, from \(0, 0\) to \(7, 7\), got \(8, 4\)"),
         ({"depth_mm": 10.0, "direction": (math.nan, 4)}, r"a view under a lens, from \(0, 0\) to \(7, 7\), got \(nan"),
         ({"depth_mm": 10.0, "px_per_lens": 0}, "at least one pixel a lens, got 0"),
-        ({"depth_mm": 1000.0}, "neighbouring views of 12 x 14 lenses of 8 px overlap"),
+        ({"depth_mm": 1000.0}, "neighbouring views of 14 x 12 lenses of 8 px overlap"),
         ({"depth_mm": math.nan}, "expected a depth"),
     ],
     ids=str,

@@ -163,7 +163,7 @@ def test_what_is_no_lattice_is_refused(wrong: dict[str, Any]) -> None:
 
 
 def test_no_lenses_and_other_lenses_are_refused() -> None:
-    with pytest.raises(LayoutError, match="expected at least one lens, got 0 x 2"):
+    with pytest.raises(LayoutError, match="expected at least one lens, got 2 x 0"):
         LensGrid(0, 2, 4.0, (2.0, 2.0))
     with pytest.raises(LayoutError, match="expected a layout of the same lenses as 2 x 2 lenses of 4 px"):
         rectify(np.zeros((8, 8, 1)), LensGrid(2, 2, 4.0, (2.0, 2.0)), CellLayout(2, 3, 4))
