@@ -8,7 +8,8 @@ const PAUSE_MS = 250; // Frames that end at the same time are requested together
 const stale = new Set(); // The pages that are about to be requested.
 let asked = 0; // The number of the last request.
 let put = {}; // The request that each page shows.
-let heard = {}; // The last event of each frame, {status, asked}: it is newer than the answers to requests up to `asked`.
+// The last event of each frame, {status, asked}: it is newer than the answers to requests up to `asked`.
+let heard = {};
 
 export async function openFrames(job) {
   stale.clear();
@@ -23,7 +24,8 @@ export async function loadMoreFrames() {
   const request = ++asked;
   const page = await getFrames(job, cursor, FRAMES_A_PAGE);
   const frames = getState().frames;
-  if (frames?.job !== job || frames.cursor !== cursor || frames.pages.length !== pages.length) return; // Another was opened.
+  // Another job was opened.
+  if (frames?.job !== job || frames.cursor !== cursor || frames.pages.length !== pages.length) return;
   change({ frames: { job, pages: [...frames.pages, { cursor, items: [] }], cursor: page.next_cursor } });
   putAnswer(job, pages.length, page, request);
 }
