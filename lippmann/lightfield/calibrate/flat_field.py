@@ -50,4 +50,4 @@ def divided_by_white(picture: NDArray[np.float32], white: NDArray[np.float32]) -
 
 
 def _size(picture: NDArray[Any]) -> str:
-    return f"{picture.shape[0]} x {picture.shape[1]} px"
+    return f"{picture.shape[1]} x {picture.shape[0]} px"

@@ -195,7 +195,7 @@ def test_a_picture_is_saved_with_its_pixels_repeated(tmp_path: Path) -> None:
         (lambda: image_of(SQUARE, inverted=True), "expected inverted only of a pseudoscopic image"),
         (lambda: IntegralImage.from_array(noise(SQUARE), layout=SQUARE, pitch_mm=0.0), "positive pitch in mm, got 0"),
         (lambda: IntegralImage.from_views(noise(SQUARE)), "expected views (v, u, lens_row, lens_col, channel)"),
-        (lambda: IntegralImage.from_views(np.ones((2, 3, 4, 5, 3))), "expected 3 x 3 views of 4 x 5 lenses"),
+        (lambda: IntegralImage.from_views(np.ones((2, 3, 4, 5, 3))), "expected 3 x 3 views of 5 x 4 lenses"),
         (lambda: image_of(SQUARE).view(1), "expected both u and v"),
         (lambda: image_of(SQUARE).view(4, 0), "expected a view from (0, 0) to (3, 3), got (4, 0)"),
         (lambda: image_of(SQUARE).epi(), "expected either lens_row or lens_col"),
