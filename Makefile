@@ -6,15 +6,23 @@ BIN := $(VENV)/bin
 PYTHON3 ?= python3
 
 .DEFAULT_GOAL := help
-.PHONY: help demo up test chaos outages fuzz bare lint types fmt promises bench lock sbom audit setup setup-test clean
+.PHONY: help setup demo up test chaos outages fuzz bare lint types fmt promises bench lock sbom audit installed setup-test \
+	clean
+
+HOW_TO_CALL := The command is $(BIN)/lippmann. For this terminal, \`source $(BIN)/activate\` makes it \`lippmann\`.
 
 help: ## Show what there is
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | awk -F ':.*## ' '{printf "  make %-8s %s\n", $$1, $$2}'
+	@echo "After \`make setup\`: $(HOW_TO_CALL)"
 
-demo: setup ## Render the paper's integral video on this machine, into out/
+setup: installed ## Install what is missing, and say how to call the command
+	@echo "Lippmann is installed. $(HOW_TO_CALL)"
+	@echo "Begin with \`lippmann up --open\` or \`lippmann docs getting-started\`."
+
+demo: installed ## Render the paper's integral video on this machine, into out/
 	$(BIN)/lippmann demo $(ARGS)
 
-up: setup ## Start the one-machine farm; Ctrl-C ends it
+up: installed ## Start the one-machine farm; Ctrl-C ends it
 	$(BIN)/lippmann up $(ARGS)
 
 # Two files at a time. The quick tests run first, so that a plain mistake shows early.
@@ -42,22 +50,22 @@ fuzz: setup-test ## Fuzz the readers of foreign texts, pictures and names with 1
 bare: ## Run the demo and the tests in an empty Debian 12 (needs root)
 	deploy/bare $(ARGS)
 
-lint: setup ## Check style and the order of imports
+lint: installed ## Check style and the order of imports
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
 
-types: setup ## Check types
+types: installed ## Check types
 	$(BIN)/mypy
 
-fmt: setup ## Format the code
+fmt: installed ## Format the code
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
 
-promises: setup ## Write the tables of SECURITY.md from the markers of the tests
+promises: installed ## Write the tables of SECURITY.md from the markers of the tests
 	$(BIN)/python -m tests.security.promises
 
-bench: setup ## Measure ratios against plain POV-Ray and against the limits
+bench: installed ## Measure ratios against plain POV-Ray and against the limits
 	$(BIN)/python -m tests.benchmarks $(ARGS)
 
 # What the images run. `make lock` keeps the versions that still fit; ARGS=--upgrade takes the newest.
@@ -70,19 +78,19 @@ lock: ## Write the three requirements*.lock from pyproject.toml (needs uv)
 		--output-file requirements-run.lock
 	$(COMPILE) --group build --constraints requirements.lock --output-file requirements-build.lock
 
-sbom: setup ## List the parts of the images as CycloneDX 1.6, into out/sbom.json
+sbom: installed ## List the parts of the images as CycloneDX 1.6, into out/sbom.json
 	@mkdir -p out
 	@$(BIN)/python -W ignore::UserWarning -m cyclonedx_py requirements requirements-run.lock --pyproject pyproject.toml \
 		--spec-version 1.6 --output-reproducible --validate --output-file out/sbom.json
 
-audit: setup ## Look up the locked packages among known vulnerabilities (needs the network)
+audit: installed ## Look up the locked packages among known vulnerabilities (needs the network)
 	@deploy/audit
 
-setup: $(VENV)/.installed
+installed: $(VENV)/.installed
 	@deploy/system-packages povray bwrap
 
 setup-test: $(VENV)/.installed
-	@deploy/system-packages povray bwrap chromium libatomic ffprobe examples
+	@deploy/system-packages povray bwrap chromium libatomic ffprobe examples curl
 
 $(VENV)/.installed: requirements.lock pyproject.toml
 	@deploy/system-packages venv

@@ -20,6 +20,7 @@ optics        millimetres: lenses, rigs, drawings
 lightfield    integral images in pixels: views, refocus, depth, observer, quality, calibration
 plan          a job into tasks, tiles and artifact names; the designer; printing
 terminal      progress and output on a terminal
+documentation the pages of docs/ as HTML
 client        the HTTP client
 local         the work of a farm on this machine, without a farm
 farm          a farm on this machine

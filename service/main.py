@@ -7,6 +7,7 @@ import socket
 import time
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager, suppress
+from functools import partial
 from typing import Any
 
 import structlog
@@ -100,7 +101,7 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
     if settings.oidc_issuer:
         _add_openid(app, settings, clock)
     app.include_router(dashboard.router, include_in_schema=False)
-    problems.install(app)
+    problems.install(app, page=partial(dashboard.problem_page, settings.path_prefix))
     app.add_middleware(JsonBodies)
     app.add_middleware(BodyLimit, limit_bytes=int(settings.body_limit_mb * 1e6))
     app.add_middleware(AddressRate, rate=app.state.lippmann.rates.by_address)

@@ -6,7 +6,8 @@ COPY requirements-build.lock requirements-run.lock ./
 RUN python -m venv --without-pip /opt/lippmann \
  && pip install --no-cache-dir --require-hashes --requirement requirements-build.lock \
  && pip --python /opt/lippmann install --no-cache-dir --require-hashes --requirement requirements-run.lock
-COPY pyproject.toml README.md LICENSE ./
+COPY pyproject.toml hatch_build.py README.md LICENSE ./
+COPY docs docs
 COPY lippmann lippmann
 COPY service service
 COPY worker worker

@@ -30,6 +30,7 @@ from lippmann.cli.commands import (
     compare,
     depth,
     design,
+    docs,
     doctor,
     export,
     farm,
@@ -99,6 +100,7 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "coding-study": coding_study.coding_study,
     },
     "Optics": {"design": design.design, "lens": lens.lens, "calibration-sheet": design.calibration_sheet},
+    "Help": {"docs": docs.docs},
 }
 
 

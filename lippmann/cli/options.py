@@ -14,13 +14,14 @@ from typing import Annotated, Any, Literal
 
 import typer
 
+from lippmann.client import address
 from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
 
 RECONNECT_S = 60.0
 """The time for which a command that waits for a job tries to reach the service, s."""
 
-DATA_DIR = Path("data")
+DATA_DIR = address.DATA_DIR
 
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON on stdout.")]
 Url = Annotated[

@@ -14,6 +14,8 @@ from pathlib import Path
 from lippmann.errors import BadInput, NotAllowed, Unreachable
 
 FARM_FILE = "farm.json"
+DATA_DIR = Path("data")
+"""The data folder of the farm on this machine, unless `LIPPMANN_DATA_DIR` names another one."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ def find_address(*, url: str | None, key: str | None, data_dir: Path) -> Address
     NotAllowed
         If there is a URL but no key.
     """
-    farm = read_farm_file(data_dir)
+    farm = None if url is not None and key is not None else read_farm_file(data_dir)
     if url is None:
         if farm is None:
             raise Unreachable(
@@ -51,6 +53,23 @@ def find_address(*, url: str | None, key: str | None, data_dir: Path) -> Address
     if key is None:
         raise NotAllowed(f"expected a key to {url} in --key or LIPPMANN_KEY, got none")
     return Address(url=url, key=key)
+
+
+def environment_address(*, url: str | None, key: str | None, data_dir: Path | None) -> Address:
+    """Return the service that the arguments name, or the environment, or the farm of the data folder.
+
+    An empty `key` sends no key; only the health of a farm and signed links need none.
+
+    Raises
+    ------
+    BadInput, NotAllowed, Unreachable
+        As in `find_address`.
+    """
+    url = url or os.environ.get("LIPPMANN_URL") or None
+    if key is None:
+        key = os.environ.get("LIPPMANN_KEY") or None
+    data_dir = data_dir or Path(os.environ.get("LIPPMANN_DATA_DIR") or DATA_DIR)
+    return find_address(url=url, key=key, data_dir=data_dir)
 
 
 def read_farm_file(data_dir: Path) -> Address | None:

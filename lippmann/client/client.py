@@ -7,18 +7,18 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from http import HTTPStatus
 from pathlib import Path
 from types import TracebackType
-from typing import Any, Literal, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
 
 from pydantic import BaseModel
 
-from lippmann.client.address import Address, find_address
+from lippmann.client.address import environment_address
 from lippmann.client.errors import Refused
 from lippmann.client.stream import ServerEvent
 from lippmann.client.transport import PATIENCE_S, Download, Transport
 from lippmann.errors import JobEnded
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import ENDED_JOBS
-from service.schemas.access import AuditEntry, AuditPage, Key, KeyList, LoginLink, NewKey
+from service.schemas.access import AuditEntry, AuditPage, Key, KeyList, LoginLink, NewKey, Session
 from service.schemas.artifact import Artifact, ArtifactLink, ArtifactPage
 from service.schemas.events import (
     EventTopic,
@@ -37,6 +37,9 @@ from service.schemas.task import Task, TaskPage
 from service.schemas.viewing import FrameViews
 from service.schemas.webhook import WebhookSecret
 
+if TYPE_CHECKING:
+    from service.schemas.design import Design
+
 _PAGE = 500
 """The largest page that the service returns."""
 _API = "/api/v1"
@@ -53,16 +56,17 @@ class Client:
     Parameters
     ----------
     url, key
-        The service and a key to it. The default is the farm that `lippmann up` runs on `data_dir`.
+        The service and a key to it. They are found as the command finds them: the defaults are `LIPPMANN_URL` and
+        `LIPPMANN_KEY`, and without a URL the farm that `lippmann up` runs on `data_dir`.
     data_dir
-        The data folder of such a farm.
+        The data folder of such a farm. The default is `LIPPMANN_DATA_DIR`, or `data`.
     patience_s
         How long the client retries a service that does not answer, s.
 
     Raises
     ------
     lippmann.errors.Unreachable
-        In every method, if the service does not answer.
+        If there is neither a URL nor a farm; and in every method, if the service does not answer.
     lippmann.client.Refused
         In every method, if the service refuses; `problems` names the invalid fields.
     """
@@ -72,10 +76,10 @@ class Client:
         url: str | None = None,
         key: str | None = None,
         *,
-        data_dir: Path = Path("data"),
+        data_dir: Path | None = None,
         patience_s: float = PATIENCE_S,
     ) -> None:
-        address = Address(url, key or "") if url else find_address(url=None, key=key, data_dir=data_dir)
+        address = environment_address(url=url, key=key, data_dir=data_dir)
         self.address = address
         self._transport = Transport(address, patience_s=patience_s)
 
@@ -100,13 +104,20 @@ class Client:
 
         The URL `webhook` gets a signed message when the job has ended; see docs/webhooks.md.
         """
-        body = job.model_dump(mode="json", exclude_none=True) if isinstance(job, JobSpec) else dict(job)
         headers = {"Idempotency-Key": idempotency_key or uuid.uuid4().hex}
         params = {"webhook": webhook} if webhook else {}
         answer = self._transport.request(
-            "POST", f"{_API}/jobs", params=params, json=body, headers=headers, repeatable=True
+            "POST", f"{_API}/jobs", params=params, json=_job_file(job), headers=headers, repeatable=True
         )
         return _parsed(Job, answer.json())
+
+    def design(self, job: JobSpec | Mapping[str, Any], *, frame: int | None = None) -> Design:
+        """Return what a job will give, without storing it, for a frame or for the first one; see docs/designer.md."""
+        from service.schemas.design import Design  # on first use: it imports NumPy
+
+        params = {} if frame is None else {"frame": str(frame)}
+        answer = self._transport.request("POST", f"{_API}/design", params=params, json=_job_file(job), repeatable=True)
+        return _parsed(Design, answer.json())
 
     def job(self, job_id: str) -> Job:
         """Return the current state of a job."""
@@ -304,6 +315,10 @@ class Client:
         """Return the health of the farm."""
         return self._get(Health, "/health")
 
+    def caller(self) -> Session:
+        """Return the name, the role and the owner of the key."""
+        return self._get(Session, "/session")
+
     def workers(self) -> WorkerList:
         """Return the connected workers."""
         return self._get(WorkerList, "/workers")
@@ -367,6 +382,10 @@ def _first(limit: int | None, items: Iterator[Shape]) -> Iterator[Shape]:
         if count == limit:
             return
         yield item
+
+
+def _job_file(job: JobSpec | Mapping[str, Any]) -> dict[str, Any]:
+    return job.model_dump(mode="json", exclude_none=True) if isinstance(job, JobSpec) else dict(job)
 
 
 def _parsed(shape: type[Shape], data: Any) -> Shape:

@@ -1,10 +1,11 @@
-"""The dashboard: one page, its static files, and the login page. There is no build step.
+"""The dashboard: one page, its static files, and the pages for login, problems and the API. There is no build step.
 
-assets   the static files, with hashes in their URLs
-policy   the security headers of pages
-pages    the two pages and the router
+assets         the static files, with hashes in their URLs
+policy         the security headers of pages
+api_reference  the description of the API as the sections of a page
+pages          the pages and the router
 
-`templates/` contains the two documents. `static/` contains:
+`templates/` contains the documents. `static/` contains:
 
 app       starts the page; login is the script of the login page
 api       the requests to the API
@@ -20,6 +21,6 @@ format    formats of numbers; html is the markup
 vendor/   third-party packages
 """
 
-from service.dashboard.pages import router
+from service.dashboard.pages import problem_page, router
 
-__all__ = ["router"]
+__all__ = ["problem_page", "router"]

@@ -1,4 +1,4 @@
-"""The two pages of the dashboard, and the static files that they load."""
+"""The pages of the dashboard, and the static files that they load."""
 
 from __future__ import annotations
 
@@ -7,14 +7,16 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated
 
-from fastapi import APIRouter, Header, Query
+from fastapi import APIRouter, Header, Query, Request
 from fastapi.responses import HTMLResponse, Response
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
+from service.dashboard.api_reference import reference_of
 from service.dashboard.assets import PREFIX, assets, import_map
 from service.dashboard.policy import page_headers
-from service.dependencies import AppStateDep, CallerOrNoneDep
+from service.dependencies import AppStateDep, CallerOrNoneDep, ViewerDep
 from service.errors import NotFound
+from service.schemas.problem import Problem
 
 KEPT_FOR_A_YEAR = "public, max-age=31536000, immutable"
 ASK_EVERY_TIME = "no-cache"
@@ -32,7 +34,11 @@ REASONS = MappingProxyType(
 router = APIRouter(tags=["dashboard"])
 
 _templates = Environment(
-    loader=FileSystemLoader(Path(__file__).parent / "templates"), undefined=StrictUndefined, autoescape=True
+    loader=FileSystemLoader(Path(__file__).parent / "templates"),
+    undefined=StrictUndefined,
+    autoescape=True,
+    trim_blocks=True,
+    lstrip_blocks=True,
 )
 
 
@@ -55,6 +61,25 @@ def show_page(
     provider = settings.oidc_name if settings.oidc_issuer else ""
     reason = REASONS.get(refused, REASONS["1"]) if refused else ""
     return _page("login.html", root, reason=reason, token=token, entered=bool(entered), provider=provider)
+
+
+@router.get("/docs", response_class=HTMLResponse)
+def show_api(request: Request, state: AppStateDep, _caller: ViewerDep) -> Response:
+    """Return the page of the API: every operation and every shape of openapi.json, without a script."""
+    return _page("api.html", state.settings.path_prefix, reference=reference_of(request.app.openapi()))
+
+
+def problem_page(root: str, problem: Problem) -> Response:
+    """Return the page that shows a problem to the user of a browser.
+
+    Parameters
+    ----------
+    root
+        The path under which a reverse proxy serves the dashboard.
+    """
+    response = _page("problem.html", root, problem=problem)
+    response.status_code = problem.status
+    return response
 
 
 @router.get(PREFIX + "{name:path}", response_class=Response)

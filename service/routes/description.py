@@ -76,6 +76,9 @@ def _describe(described: dict[str, Any], app: FastAPI) -> None:
             operation = described["paths"][route.path_format].get(method.lower())
             if operation is not None:
                 _describe_operation(operation, method, route)
+    for methods in described.get("webhooks", {}).values():
+        for operation in methods.values():
+            operation["responses"].pop("422")  # the answers are those of the receiver, which its description gives
     components = described["components"]
     components["responses"] = {_PROBLEMS[status][0]: _response(status) for status in _PROBLEMS}
     components["securitySchemes"] = {

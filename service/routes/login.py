@@ -27,6 +27,7 @@ from service.dependencies import (
 )
 from service.errors import Forbidden, Unauthorized
 from service.routes.middleware import address_of
+from service.routes.problems import wants_page
 from service.schemas.access import AuditAction, Session
 
 router = APIRouter(tags=["access"])
@@ -76,7 +77,7 @@ async def log_in_by_form(
             return await _log_in(request, state, browser_sessions.spend_login_token, token, old)
         return await _log_in(request, state, browser_sessions.spend_key, key.strip(), old)
     except Unauthorized:
-        if "text/html" in request.headers.get("accept", ""):
+        if wants_page(request):
             return redirect(state, refused="1")
         raise
 

@@ -17,7 +17,7 @@ from service.oidc.handshake import LASTS_S, Handshake
 from service.oidc.provider import Provider
 from service.routes.login import counted, entered, redirect
 from service.routes.middleware import address_of
-from service.routes.problems import answer
+from service.routes.problems import answer, wants_page
 from service.schemas.access import AuditAction
 
 router = APIRouter(tags=["access"])
@@ -102,7 +102,7 @@ def _log_in(request: Request, state: AppState, account: Account) -> Response:
 
 async def _refused(request: Request, state: AppState, error: ServiceError) -> Response:
     """Lead a browser to the login page, which gives the reason; other clients get the error itself."""
-    if "text/html" in request.headers.get("accept", ""):
+    if wants_page(request):
         return redirect(state, refused=_REASONS[type(error)])
     return await answer(request, error)
 

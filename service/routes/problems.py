@@ -1,15 +1,16 @@
-"""Errors become problem details (RFC 9457), by one handler and one table."""
+"""Errors become problem details (RFC 9457), by one handler and one table. A browser gets them as a page."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from typing import Any
 
 import structlog
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
-from fastapi.responses import JSONResponse
+from fastapi.responses import JSONResponse, Response
 from sqlalchemy.exc import DataError, InterfaceError, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.exceptions import HTTPException
@@ -32,13 +33,18 @@ from service.schemas.problem import FieldError, Problem
 MEDIA_TYPE = "application/problem+json"
 REPAIR_S = "10"
 """The seconds after which a client may ask again for an artifact that is made again."""
+NOTHING_HERE = "there is nothing at this address"
 _CODE_OF_STATUS = {404: "not-found", 405: "method-not-allowed", 400: "bad-request", 413: "too-large"}
 
 log = structlog.get_logger("service.problems")
 
+ProblemPage = Callable[[Problem], Response]
+"""Makes the page that shows a problem to the user of a browser."""
 
-def install(app: FastAPI) -> None:
-    """Install the handler of all errors of an application."""
+
+def install(app: FastAPI, *, page: ProblemPage) -> None:
+    """Install the handler of all errors of an application, and the page that shows them in a browser."""
+    app.state.problem_page = page
     ours = (ServiceError, LippmannError)
     theirs = (RequestValidationError, HTTPException, DataError, OperationalError, InterfaceError, PoolTimeout)
     for kind in (*ours, *theirs):
@@ -46,7 +52,7 @@ def install(app: FastAPI) -> None:
     app.add_exception_handler(Exception, answer_unexpected)
 
 
-async def answer_unexpected(request: Request, error: Exception) -> JSONResponse:
+async def answer_unexpected(request: Request, error: Exception) -> Response:
     """Answer a request that failed for an unknown reason; no middleware adds headers to this answer."""
     request_id = request.scope.get("state", {}).get("request_id", "")
     with structlog.contextvars.bound_contextvars(request_id=request_id):
@@ -56,13 +62,14 @@ async def answer_unexpected(request: Request, error: Exception) -> JSONResponse:
     return response
 
 
-async def answer(request: Request, error: Exception) -> JSONResponse:
+async def answer(request: Request, error: Exception) -> Response:
     """Answer a request that failed."""
     if isinstance(error, HTTPException) and isinstance(error.__cause__, ServiceError | LippmannError):
         error = error.__cause__  # raised while FastAPI read the body
     if isinstance(error, HTTPException):
         code = _CODE_OF_STATUS.get(error.status_code, "bad-request")
-        return problem_response(request, error.status_code, code, str(error.detail), headers=error.headers)
+        detail = NOTHING_HERE if code == "not-found" else str(error.detail)
+        return problem_response(request, error.status_code, code, detail, headers=error.headers)
     known = translate(error)
     status = status_of(known.code)
     if status >= 500 and not isinstance(known, ArtifactRepairing):
@@ -101,9 +108,9 @@ def problem_response(
     detail: str,
     problems: tuple[FieldProblem, ...] = (),
     *,
-    headers: Any = None,
-) -> JSONResponse:
-    """Return problem details as a response."""
+    headers: Mapping[str, str] | None = None,
+) -> Response:
+    """Return problem details as a response: a page for a browser that opens an address, and JSON for all others."""
     problem = Problem(
         type=f"urn:lippmann:problem:{code}",
         title=HTTPStatus(status).phrase,
@@ -114,7 +121,17 @@ def problem_response(
         request_id=request.scope.get("state", {}).get("request_id", ""),
         errors=tuple(FieldError(field=item.field, expected=item.expected, got=item.got) for item in problems),
     )
-    return JSONResponse(problem.model_dump(), status_code=status, media_type=MEDIA_TYPE, headers=headers)
+    if wants_page(request):
+        response: Response = request.app.state.problem_page(problem)
+    else:
+        response = JSONResponse(problem.model_dump(), status_code=status, media_type=MEDIA_TYPE)
+    response.headers.update({"Vary": "Accept", **(headers or {})})
+    return response
+
+
+def wants_page(request: Request) -> bool:
+    """Return whether a request asks for a page, as browsers do for the address of a window and for a form."""
+    return "text/html" in request.headers.get("accept", "")
 
 
 def _field_problem(item: Any) -> FieldProblem:

@@ -18,6 +18,7 @@ from lippmann.terminal.output import Output
 
 if TYPE_CHECKING:
     from lippmann.farm.supervisor.farm import Farm
+    from lippmann.farm.supervisor.plan import FarmPlan
 
 Host = Annotated[str, typer.Option(envvar="LIPPMANN_HOST", help="The address to listen on.")]
 Port = Annotated[
@@ -44,12 +45,19 @@ def up(
     port: Port = 8080,
     slots: Slots = None,
     public_url: PublicUrl = "",
+    open_browser: Annotated[bool, typer.Option("--open", help="Open the dashboard in a browser, logged in.")] = False,
     *,
     output: Output,
 ) -> None:
     """Start a farm on this machine: broker, service and workers. Ctrl-C stops it, and the next start continues."""
-    with _farm(data_dir, host, port, slots, public_url, output) as farm:
-        _stay_up(farm, data_dir, output)
+    from lippmann.farm.supervisor.plan import FarmPlan
+
+    renders = _may_render(output)
+    plan = FarmPlan(
+        data_dir, host=host, port=port, slots=slots or _cores(), public_url=public_url, without_povray=not renders
+    )
+    with _farm(plan, output) as farm:
+        _stay_up(farm, data_dir, output, open_browser=open_browser)
 
 
 def demo(
@@ -67,13 +75,15 @@ def demo(
     from lippmann.client import Client
     from lippmann.client.fetch_record import check_folder
     from lippmann.farm.demo import demo_data, demo_text, run_demo
+    from lippmann.farm.supervisor.plan import FarmPlan
     from lippmann.job.frames import parse_frames
     from lippmann.local.files.writable import check_writable
 
     parse_frames(frames)
     check_writable(out)
     check_folder(out, job_id=None, is_demo=True)
-    with _farm(data_dir, host, port, slots, "", output) as farm:
+    _check_povray()
+    with _farm(FarmPlan(data_dir, host=host, port=port, slots=slots or _cores()), output) as farm:
         with Client(farm.address.url, farm.address.key, patience_s=60.0) as client:
             made = run_demo(client, frames=frames, out=out, output=output)
         output.result(demo_data(made), demo_text(made))
@@ -119,14 +129,22 @@ def serve(
         raise FarmFailed("the service did not start")
 
 
-def worker(data_dir: DataDir = DATA_DIR, slots: Slots = None, *, output: Output) -> None:
+def worker(
+    data_dir: DataDir = DATA_DIR,
+    slots: Slots = None,
+    without_povray: Annotated[
+        bool, typer.Option("--without-povray", hidden=True, help="Start without POV-Ray; scenes then wait.")
+    ] = False,
+    *,
+    output: Output,
+) -> None:
     """Start only a worker. LIPPMANN_REDIS_URL names the broker. The data folder is that of the service."""
     from lippmann.farm.worker import run_worker, worker_name
     from lippmann.local.files.writable import check_writable
-    from worker.engines.povray.version import check_povray
 
     check_writable(data_dir / "scratch")  # It writes the artifacts too, which may be another volume.
-    check_povray(os.environ.get("LIPPMANN_POVRAY", "povray"))
+    if not without_povray:
+        _check_povray()
     os.environ["LIPPMANN_DATA_DIR"] = str(data_dir)
     slots = slots or _cores()
     if output.as_json:
@@ -168,13 +186,9 @@ def status(output: Output, connection: Connection) -> None:
 
 
 @contextmanager
-def _farm(data_dir: Path, host: str, port: int, slots: int | None, public_url: str, output: Output) -> Iterator[Farm]:
+def _farm(plan: FarmPlan, output: Output) -> Iterator[Farm]:
     from lippmann.farm.supervisor.farm import running_farm
-    from lippmann.farm.supervisor.plan import FarmPlan
-    from worker.engines.povray.version import check_povray
 
-    check_povray(os.environ.get("LIPPMANN_POVRAY", "povray"))
-    plan = FarmPlan(data_dir, host=host, port=port, slots=slots or _cores(), public_url=public_url)
     for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         # A signal that is ignored from the start stays ignored: SIGHUP under nohup, SIGINT in a script's background.
         if signal.getsignal(number) is not signal.SIG_IGN:
@@ -184,10 +198,31 @@ def _farm(data_dir: Path, host: str, port: int, slots: int | None, public_url: s
         yield farm
 
 
-def _stay_up(farm: Farm, data_dir: Path, output: Output) -> None:
+def _check_povray() -> None:
+    from worker.engines.povray.version import check_povray
+
+    check_povray(os.environ.get("LIPPMANN_POVRAY", "povray"))
+
+
+def _may_render(output: Output) -> bool:
+    """Return whether POV-Ray is there; a farm without it says what it can do."""
+    from lippmann.errors import PovrayMissing
+
+    try:
+        _check_povray()
+    except PovrayMissing as error:
+        output.note(f"note: {error.message}")
+        output.note("note: without it, scenes wait; integral images that exist are imported, viewed and exported")
+        return False
+    return True
+
+
+def _stay_up(farm: Farm, data_dir: Path, output: Output, *, open_browser: bool = False) -> None:
     """Print the address of the farm, and wait until the user stops it."""
     try:
         _print_address(farm, data_dir, output)
+        if open_browser:
+            _open_browser(farm, output)
         farm.wait()
     except KeyboardInterrupt:
         return  # The user stops the farm, which is a success.
@@ -203,13 +238,27 @@ def _print_address(farm: Farm, data_dir: Path, output: Output) -> None:
     text = "\n".join(
         [
             "Lippmann is up.",
-            f"  open   {link.url}",
-            f"         (The link works once, until {until}; `lippmann keys link` makes another one.)",
             f"  data   {data_dir.resolve()}   (The logs are in log/, and the admin key is in admin.key.)",
             "  Ctrl-C stops the farm. The next start continues where it stopped.",
+            "",
+            f"Open this link in a browser. It works once, until {until}; `lippmann keys link` makes another one.",
+            "",
+            f"    {link.url}",
         ]
     )
     output.result(data, text)
+
+
+def _open_browser(farm: Farm, output: Output) -> None:
+    """Open the dashboard by a link of its own, so that the printed link still works."""
+    import webbrowser
+
+    from lippmann.client import Client
+
+    with Client(farm.address.url, farm.address.key) as client:
+        link = client.login_link()
+    if not webbrowser.open(link.url):
+        output.note("note: expected a browser for --open, got none; open the link above")
 
 
 _EVENTS: Mapping[str, Callable[[Mapping[str, Any]], str]] = {

@@ -45,7 +45,7 @@ def child_plans(plan: FarmPlan, *, server: Path, socket: Path, listen_fd: int, u
         ),
         ChildPlan(
             name=WORKER,
-            command=(*_LIPPMANN, "worker"),
+            command=(*_LIPPMANN, "worker", *(("--without-povray",) if plan.without_povray else ())),
             ready_text=WORKER_READY,
             grace_s=12.0,
             environment={**environment, "LIPPMANN_WORKER_NAME": name},

@@ -18,6 +18,8 @@ class FarmPlan:
     """The port of the service; 0 takes a free port."""
     slots: int = 1
     public_url: str = ""
+    without_povray: bool = False
+    """True if this machine has no POV-Ray; the worker then starts all the same."""
 
     def to_json(self) -> str:
         """Return the plan as text; the inverse of `from_json`."""

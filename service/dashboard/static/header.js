@@ -23,6 +23,7 @@ export function Header({ here }) {
       ${session?.role === "admin" && html`
         <a class="button plain" href="#/keys" aria-current=${here === "keys" ? "page" : null}>Keys</a>
       `}
+      ${session && html`<${ApiPage} />`}
       ${session && html`<${LogOut} session=${session} />`}
       ${canSubmit && html`
         <a class="button primary" href="#/new" aria-current=${here === "new" ? "page" : null}>New job</a>
@@ -35,6 +36,8 @@ export function Header({ here }) {
 const UNCONFINED = "A worker has no sandbox: it renders only the scenes that come with Lippmann.";
 
 const confinement = (sandboxes) => (sandboxes?.length ? `Scenes run in: ${sandboxes.join(", ")}` : "");
+
+const ApiPage = () => html`<a class="button plain" href=${link("/docs")}>API</a>`;
 
 function LogOut({ session }) {
   const leave = () => logOut().finally(() => location.replace(link("/")));

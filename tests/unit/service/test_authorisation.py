@@ -29,6 +29,7 @@ NO_KEY, NO_ROLE, HIDDEN, ALLOWED = 401, 403, 404, "allowed"
 RULES: dict[str, tuple[str, bool]] = {
     "GET /": (OPEN, False),
     "GET /static/{name:path}": (OPEN, False),
+    "GET /docs": (SEE, False),
     "GET /login": (OPEN, True),
     "POST /login": (OPEN, True),
     "POST /logout": (OPEN, True),

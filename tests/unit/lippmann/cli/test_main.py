@@ -222,11 +222,11 @@ def test_old_names_of_a_job_file_and_of_a_command_are_noted_on_stderr(tmp_path: 
     assert imported.stderr.startswith("note: `lippmann views` is now `lippmann import`; ")
 
 
-def test_a_machine_without_povray_cannot_start_a_farm_and_is_told_why(
+def test_a_machine_without_povray_renders_nothing_and_is_told_why(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setenv("LIPPMANN_POVRAY", "povray-of-the-future")
-    for arguments in (["up"], ["worker"], ["capture", "fish"], ["demo"]):
+    for arguments in (["worker"], ["capture", "fish"], ["demo"]):
         monkeypatch.chdir(tmp_path)
         monkeypatch.setattr(sys, "argv", ["lippmann", *arguments])
         with pytest.raises(SystemExit) as ended:

@@ -3,6 +3,7 @@ from pathlib import Path
 
 import pytest
 
+from lippmann import Client
 from lippmann.client.address import FARM_FILE, Address, find_address, read_farm_file, remove_farm_file, write_farm_file
 from lippmann.errors import BadInput, NotAllowed, Unreachable
 
@@ -51,3 +52,35 @@ def test_a_farm_file_that_is_none_is_refused_by_name(tmp_path: Path, text: str) 
 def test_a_url_that_is_none_is_refused(tmp_path: Path) -> None:
     with pytest.raises(BadInput, match="expected http:// or https://, got 'farm:8080'"):
         find_address(url="farm:8080", key="k", data_dir=tmp_path)
+
+
+def test_a_client_without_arguments_finds_the_farm_as_the_command_does(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("URL", "KEY", "DATA_DIR"):
+        monkeypatch.delenv(f"LIPPMANN_{name}", raising=False)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(Unreachable, match="LIPPMANN_URL or a running farm"):
+        Client()
+    here, named = Address("http://127.0.0.1:1", "here"), Address("http://127.0.0.1:2", "named")
+    for folder, farm in (("data", here), ("other", named)):
+        (tmp_path / folder).mkdir()
+        write_farm_file(tmp_path / folder, farm)
+    assert Client().address == here
+    monkeypatch.setenv("LIPPMANN_DATA_DIR", "other")
+    assert Client().address == named
+    assert Client(data_dir=tmp_path / "data").address == here
+    monkeypatch.setenv("LIPPMANN_KEY", "own")
+    assert Client().address == Address(named.url, "own")
+    monkeypatch.setenv("LIPPMANN_URL", "https://farm.example")
+    assert Client().address == Address("https://farm.example", "own")
+    assert Client("https://elsewhere.example", "k").address == Address("https://elsewhere.example", "k")
+
+
+def test_a_client_with_an_empty_key_sends_none_and_one_that_lacks_a_key_says_so(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("LIPPMANN_KEY", raising=False)
+    assert Client("https://farm.example", "", data_dir=tmp_path).address.key == ""
+    with pytest.raises(NotAllowed, match=r"expected a key to https://farm\.example in --key"):
+        Client("https://farm.example", data_dir=tmp_path)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 from pydantic import ValidationError
@@ -30,6 +31,13 @@ def test_what_is_served_is_what_is_committed_but_for_the_version(api: Client) ->
     served["info"].pop("version")
     committed["info"].pop("version")
     assert served == committed
+
+
+def test_every_reference_of_the_contract_leads_to_something() -> None:
+    text = FILE.read_text(encoding="utf-8")
+    described = json.loads(text)
+    for kind, name in set(re.findall(r'"#/components/(\w+)/(\w+)"', text)):
+        assert name in described["components"][kind], name
 
 
 def test_the_contract_describes_every_event_of_the_stream() -> None:

@@ -1,0 +1,98 @@
+"""One page of Markdown as HTML. No other module imports the Markdown library."""
+
+from __future__ import annotations
+
+import posixpath
+import re
+from collections.abc import Collection
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import PurePosixPath
+
+from markdown_it import MarkdownIt
+from markdown_it.token import Token
+
+_PICTURES = frozenset({".png", ".webp", ".svg", ".gif"})
+
+
+@dataclass(frozen=True)
+class Rendered:
+    """A page as HTML."""
+
+    body: str
+    headings: tuple[tuple[str, str], ...]
+    """The anchor and the text of each heading of the second level."""
+
+
+def render_page(text: str, *, name: str, pages: Collection[str]) -> Rendered:
+    """Return a page of Markdown as HTML.
+
+    Parameters
+    ----------
+    text
+        The Markdown. HTML in it is shown as text.
+    name
+        The name of the page, from which its links count.
+    pages
+        The names of all pages; a link to anything else that is no picture and no URL becomes plain text.
+    """
+    parser = MarkdownIt("commonmark", {"html": False}).enable("table")
+    tokens = parser.parse(text)
+    headings = _anchor_headings(tokens)
+    folder = PurePosixPath(name).parent
+    for token in tokens:
+        if token.children:
+            token.children = _lead_links(token.children, folder, pages)
+    return Rendered(parser.renderer.render(tokens, parser.options, {}), headings)
+
+
+def anchor_of(heading: str) -> str:
+    """Return the anchor of a heading, as GitHub makes it.
+
+    Examples
+    --------
+    >>> anchor_of("Links to files, 2 ways (`link`)")
+    'links-to-files-2-ways-link'
+    """
+    return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+
+
+def _anchor_headings(tokens: list[Token]) -> tuple[tuple[str, str], ...]:
+    seen, found = dict[str, int](), list[tuple[str, str]]()
+    for token, inline in pairwise(tokens):
+        if token.type != "heading_open":
+            continue
+        words = "".join(child.content for child in inline.children or ())
+        anchor = anchor_of(words)
+        seen[anchor] = seen.get(anchor, -1) + 1
+        anchor = f"{anchor}-{seen[anchor]}" if seen[anchor] else anchor
+        token.attrSet("id", anchor)
+        if token.tag == "h2":
+            found.append((anchor, words))
+    return tuple(found)
+
+
+def _lead_links(tokens: list[Token], folder: PurePosixPath, pages: Collection[str]) -> list[Token]:
+    """Return inline tokens whose links lead to the HTML of the other pages, without links that lead nowhere."""
+    kept, is_open = list[Token](), list[bool]()
+    for token in tokens:
+        if token.type == "link_open":
+            target = _target(str(token.attrGet("href") or ""), folder, pages)
+            is_open.append(target is not None)
+            if target is None:
+                continue
+            token.attrSet("href", target)
+        elif token.type == "link_close" and not is_open.pop():
+            continue
+        kept.append(token)
+    return kept
+
+
+def _target(href: str, folder: PurePosixPath, pages: Collection[str]) -> str | None:
+    path, mark, anchor = href.partition("#")
+    if not path or path.startswith(("http://", "https://")):
+        return href
+    if path.endswith("/") or not path.endswith(".md"):
+        return href if PurePosixPath(path).suffix in _PICTURES else None
+    name = posixpath.normpath(folder / path.removesuffix(".md"))
+    return f"{path.removesuffix('.md')}.html{mark}{anchor}" if name in pages else None
