@@ -1,4 +1,4 @@
-"""What the wheel has besides the packages: the pages of the documentation, which `lippmann docs` shows."""
+"""The wheel holds the pages of the documentation besides the packages; `lippmann docs` shows them."""
 
 from __future__ import annotations
 

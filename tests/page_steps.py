@@ -1,4 +1,4 @@
-"""What a page of the documentation asks its reader to do: files to write, and lines to type."""
+"""The steps of a page of the documentation: files to write, and lines to type."""
 
 from __future__ import annotations
 

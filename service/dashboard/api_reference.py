@@ -36,7 +36,7 @@ class Row:
     name: str
     type: Markup
     note: str
-    """Where a parameter is sent, and whether the value is required."""
+    """The place of a parameter in the request, and `required` if there is no default."""
     text: Markup
 
 
@@ -81,7 +81,7 @@ class Reference:
     groups: Mapping[str, tuple[Operation, ...]]
     """The operations by their tag."""
     messages: tuple[Operation, ...]
-    """What the farm sends to the receiver of a webhook."""
+    """The messages of the farm to the receiver of a webhook."""
     shapes: tuple[Shape, ...]
 
 
