@@ -31,8 +31,7 @@ def steps_of(text: str) -> Steps:
         kind, body = block.groups()
         if kind == "sh":
             commands.append(body)
-        else:
-            *_, name = re.findall(rf"`([\w./-]+\.{kind})`", text[end : block.start()])
-            files[name] = body
+        elif named := re.findall(rf"`([\w./-]+\.{kind})`", text[end : block.start()]):
+            files[named[-1]] = body
         end = block.end()
     return Steps(files, tuple(commands))

@@ -68,8 +68,11 @@ class Wire:
 
 
 def schema_of(media: dict[str, Any]) -> dict[str, Any]:
+    """Return the schema of a body; one that may be left out is that or null."""
     schema: dict[str, Any] = media["schema"]
-    return CONTRACT["components"]["schemas"][name_of(schema)] if "$ref" in schema else schema  # type: ignore[no-any-return]
+    schema = schema.get("anyOf", [schema])[0]
+    found: dict[str, Any] = CONTRACT["components"]["schemas"][name_of(schema)] if "$ref" in schema else schema
+    return found
 
 
 def name_of(schema: dict[str, Any]) -> str:
