@@ -115,7 +115,7 @@ def test_without_povray_pictures_are_imported_and_viewed(installed: Installed, w
     installed.run("import", "sheet.png", "--pitch-px", "4", "--out", "out", path=without_povray)
     installed.run("view", "out/orthoscopic/0001.exr", "--centre", "--out", "centre.png", path=without_povray)
     installed.run("refocus", "out/orthoscopic/0001.exr", "--depth-mm", "1", "--out", "near.png", path=without_povray)
-    python = [installed.environment / "bin" / "python", "-c", LIBRARY]
+    python = [str(installed.environment / "bin" / "python"), "-c", LIBRARY]
     ran = subprocess.run(
         python, cwd=installed.folder, env=installed.variables(without_povray), capture_output=True, text=True
     )
