@@ -28,7 +28,7 @@ from tests.needs import needs_povray
 pytestmark = needs_povray
 
 CONTRACT: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))
-SMALL = {"scene": "target-white", "rig": {"px_per_lens": 2, "lens_array": {"count": [4, 4]}}, "outputs": []}
+SMALL = {"scene": "target-white", "rig": {"px_per_lens": 2, "lens_array": {"count": [4, 4]}}, "outputs": ["view_grid.png"]}
 NOT_NEEDED = {
     "GET /api/v1/links/{job_id}/{name}": "whoever has the URL opens it without a key",
     "GET /api/v1/scenes/{name}/poster.png": "a picture for the lists of the dashboard",
@@ -131,6 +131,7 @@ def calls(client: Client, job_id: str, out: Path) -> Iterator[Callable[[], Any]]
     yield lambda: client.artifacts(job_id, prefix="orthoscopic")
     yield lambda: client.download(job_id, "orthoscopic/0001.exr", out / "1.exr")
     yield lambda: client.download(job_id, "orthoscopic/0001.exr", out / "1.png", format="png", bits=16)
+    yield lambda: client.download_output(job_id, "view_grid.png", out / "grid.zip")
     yield lambda: client.artifact_link(job_id, "job.json", expires_in_s=60)
     yield lambda: client.frame_views(job_id, 1)
     yield lambda: client.download_picture(job_id, 1, "view", out / "v.png", u=0, v=1, format="png")
