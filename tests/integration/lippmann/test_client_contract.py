@@ -28,7 +28,8 @@ from tests.needs import needs_povray
 pytestmark = needs_povray
 
 CONTRACT: dict[str, Any] = json.loads(FILE.read_text(encoding="utf-8"))
-SMALL = {"scene": "target-white", "rig": {"px_per_lens": 2, "lens_array": {"count": [4, 4]}}, "outputs": ["view_grid.png"]}
+RIG = {"px_per_lens": 2, "lens_array": {"count": [4, 4]}}
+SMALL = {"scene": "target-white", "rig": RIG, "outputs": ["view_grid.png"]}
 NOT_NEEDED = {
     "GET /api/v1/links/{job_id}/{name}": "whoever has the URL opens it without a key",
     "GET /api/v1/scenes/{name}/poster.png": "a picture for the lists of the dashboard",
