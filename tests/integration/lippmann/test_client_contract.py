@@ -114,6 +114,7 @@ def calls(client: Client, job_id: str, out: Path) -> Iterator[Callable[[], Any]]
     yield client.scenes
     yield lambda: client.scene("fish")
     yield lambda: client.upload_scene("mine", bundle())
+    yield lambda: client.remove_scene("mine")
     yield lambda: client.design(SMALL, frame=1)
     yield lambda: client.submit(SMALL, webhook=None)
     yield lambda: client.job(job_id)
