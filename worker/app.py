@@ -69,6 +69,8 @@ def make_app(settings: WorkerSettings) -> Celery:
         visibility_timeout=REDELIVERY_S,
         broker_connection_max_retries=None,
         broker_connection_retry_on_startup=True,
+        # A broker that answers with an error (READONLY, NOREPLICAS, LOADING) may soon do so no longer.
+        broker_channel_error_retry=True,
         task_queues=[Queue(wire.QUEUE, no_ack=True)],  # type: ignore[no-untyped-call]  # kombu has few types
         task_default_queue=wire.QUEUE,
         task_ignore_result=True,

@@ -91,9 +91,9 @@ def test_a_worker_drops_and_counts_what_is_no_signed_order_and_goes_on(tmp_path:
         redis.lpush(QUEUE, *poison)
         publish(broker, seals, order("last"))
         until(lambda: (seen := presence()) is not None and seen.refused_orders == len(poison) + 1)
-        done = until(lambda: [event for event in _events(redis, seals) if event.kind is EventKind.FAILED])
+        done = until(lambda: [event for event in events(redis, seals) if event.kind is EventKind.FAILED])
         assert [event.attempt for event in done] == ["last"], "only the signed order was attempted"
-        assert {event.attempt for event in _events(redis, seals)} == {"last"}
+        assert {event.attempt for event in events(redis, seals)} == {"last"}
         assert worker.poll() is None
         assert redis.acl_log() == [], "the user of the workers lacks a right"
         assert PASSWORD not in (tmp_path / "log").read_text()
@@ -106,7 +106,7 @@ def test_a_worker_drops_and_counts_what_is_no_signed_order_and_goes_on(tmp_path:
         broker.kill()
 
 
-def _events(redis: Any, seals: Any) -> list[Any]:
+def events(redis: Any, seals: Any) -> list[Any]:
     return [seals.open_event(fields[b"event"]) for _, fields in redis.xrange(wire.EVENTS_STREAM)]
 
 
