@@ -91,6 +91,10 @@ BOMBS: dict[str, tuple[bytes, str]] = {
         b"II+\0\x08\0\0\0" + struct.pack("<Q", 2**64 - 1),
         "expected a whole header of a TIFF picture, got no directory",
     ),
+    "BigTIFF that begins farther than a file system reaches": (
+        b"II+\0\x08\0\0\0" + struct.pack("<Q", 2**45),
+        "expected a whole header of a TIFF picture, got no directory",
+    ),
     "EXR of the largest window": (
         exr((-(2**31), -(2**31), 2**31 - 1, 2**31 - 1)),
         "px a side, got 4294967296 x 4294967296 px",
@@ -107,6 +111,8 @@ BOMBS: dict[str, tuple[bytes, str]] = {
     "JPEG 65500 x 65500": (jpeg(65500, 65500), "expected at most 32768 px a side, got 65500 x 65500 px"),
     "JPEG of 255 channels": (jpeg(8000, 16000, channels=255), "bytes when decoded, got"),
     "JPEG of segments without end": (b"\xff\xd8" + b"\xff\xe0\0\x02" * 2000, "more than 1000 segments"),
+    "JPEG with a segment of no bytes": (b"\xff\xd8\xff\xc0\0\0" + bytes(40), "got a segment of 0 bytes"),
+    "JPEG with a segment of one byte": (b"\xff\xd8\xff\xc0\0\1" + bytes(40), "got a segment of 1 bytes"),
     "PFM that lies": (b"PF\n32768 32768\n-1.0\n", "expected at most 134217728 px, got 32768 x 32768 px"),
     "PFM of many digits": (b"PF\n" + b"9" * 90 + b" 1\n-1\n", "expected a whole header of a PFM picture"),
     "GIF": (b"GIF89a\4\0\4\0" + bytes(20), "expected PNG, TIFF, EXR, JPEG, PFM or PNM, got GIF"),

@@ -7,10 +7,11 @@ import struct
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, partial
 from io import BytesIO
 from pathlib import Path
 from random import Random
+from typing import Any
 
 from PIL import Image
 
@@ -43,40 +44,48 @@ NAMES = (b"wood.png", b"Wood \xc3\xa9.inc", b"._a", b"NUL", b"a\\b", b"lippmann-
 
 
 @cache
-def pictures() -> tuple[bytes, ...]:
-    """Return small pictures of every format that is read, whole ones and ones without pixels."""
-    small = Image.linear_gradient("L").resize((6, 5))
-    whole = []
-    for options in (
-        {"format": "PNG"},
-        {"format": "TIFF"},
-        {"format": "JPEG"},
-        {"format": "TIFF", "compression": "lzw"},
-    ):
+def pictures() -> Mapping[str, tuple[bytes, ...]]:
+    """Return small pictures by their format: whole ones, and ones without pixels."""
+    small = Image.linear_gradient("L").resize((6, 5)).convert("RGB")
+    exif = Image.Exif()
+    exif[0x0112] = 6  # the orientation
+
+    def saved(kind: str, **options: Any) -> bytes:
         file = BytesIO()
-        small.convert("RGB").save(file, **options)
-        whole.append(file.getvalue())
-    pfm = b"PF\n3 2\n-1.0\n" + bytes(72)
+        small.save(file, kind, **options)
+        return file.getvalue()
+
+    pages = saved("TIFF", save_all=True, append_images=[small, small])
     tiled = bombs.tiff({322: 16, 323: 16, 324: 8, 325: 16})
-    return (*whole, pfm, bombs.png(6, 5), bombs.exr(), bombs.exr(tile=(8, 8)), bombs.jpeg(6, 5), tiled)
+    return {
+        "png": (saved("PNG"), saved("PNG", icc_profile=bytes(200)), bombs.png(6, 5)),
+        "tiff": (saved("TIFF"), saved("TIFF", compression="tiff_lzw"), saved("TIFF", big_tiff=True), pages, tiled),
+        "jpeg": (saved("JPEG"), saved("JPEG", exif=exif, icc_profile=bytes(200)), bombs.jpeg(6, 5)),
+        "exr": (bombs.exr(), bombs.exr(tile=(8, 8))),
+        "pnm": (
+            b"P6\n3 2\n255\n" + bytes(18),
+            b"P5 # a comment\n3 2\n65535\n" + bytes(12),
+            b"PF\n3 2\n-1.0\n" + bytes(72),
+        ),
+    }
 
 
-def _picture_bytes(random: Random) -> bytes:
-    data = bytearray(
-        mutated_bytes(random, pictures(), most=100_000) if random.random() < 0.5 else random.choice(pictures())
-    )
+def _picture_bytes(kind: str, random: Random) -> bytes:
+    seeds = pictures()[kind]
+    data = bytearray(mutated_bytes(random, seeds, most=100_000) if random.random() < 0.5 else random.choice(seeds))
     for _ in range(random.randint(1, 4)):
-        width, sign = random.choice(((2, "H"), (4, "I"), (8, "Q"))), random.choice("<>")
-        number = random.choice(_NUMBERS) % (1 << 8 * width[0])
+        width, form = random.choice(((2, "H"), (4, "I"), (8, "Q")))
+        number = random.choice(_NUMBERS) % (1 << 8 * width)
         # Headers are short, and most of what they say is at their beginning.
         place = random.randrange(min(len(data), random.choice((32, 300, 100_000))) or 1)
-        data[place : place + width[0]] = struct.pack(f"{sign}{width[1]}", number)
+        data[place : place + width] = struct.pack(f"{random.choice('<>')}{form}", number)
     return bytes(data)
 
 
 def _decodable_bytes(random: Random) -> bytes:
     """Return a picture whose header is whole, and whose pixels are not."""
-    data = bytearray(random.choice(pictures()[:4]))
+    kind = random.choice(("png", "tiff", "jpeg"))
+    data = bytearray(random.choice(pictures()[kind][:2]))
     for _ in range(random.randint(0, 3)):
         data[random.randrange(len(data) // 2, len(data))] = random.randrange(256)
     return bytes(data[: len(data) - random.choice((0, 0, 0, 5, 40))])
@@ -84,7 +93,8 @@ def _decodable_bytes(random: Random) -> bytes:
 
 def _read_header(data: bytes) -> object:
     with _file(data) as path:
-        return read_header(path)
+        header = read_header(path)
+        return [read_header(path, page=page) for page in range(len(header.pages))]
 
 
 def _decode(data: bytes) -> object:
@@ -94,10 +104,10 @@ def _decode(data: bytes) -> object:
 
 @contextmanager
 def _file(data: bytes) -> Iterator[Path]:
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder, "0001.png")
-        path.write_bytes(data)
-        yield path
+    with tempfile.NamedTemporaryFile(suffix=".png") as file:
+        file.write(data)
+        file.flush()
+        yield Path(file.name)
 
 
 def _name_bytes(random: Random) -> bytes:
@@ -143,7 +153,10 @@ def _read_output(data: bytes) -> object:
 
 
 FILE_READERS: Mapping[str, tuple[Make, Read]] = {
-    "picture": (_picture_bytes, _read_header),
+    **{
+        f"picture.{kind}": (partial(_picture_bytes, kind), _read_header)
+        for kind in ("png", "tiff", "jpeg", "exr", "pnm")
+    },
     "file name": (_name_bytes, _read_name),
     "scene text": (lambda random: mutated_bytes(random, SCENES, most=300_000), _read_scene),
     "output": (lambda random: mutated_bytes(random, OUTPUTS, most=300_000), _read_output),

@@ -52,6 +52,8 @@ def jpeg_header(file: BinaryIO) -> PictureHeader:
         if kind == 0x01 or kind in _RESTARTS_AND_ENDS:
             continue
         (length,) = struct.unpack(">H", read_bytes(file, 2))
+        if length < 2:
+            raise DamagedHeader(f"a segment of {length} bytes")
         after = file.tell() + length - 2
         if kind in _FRAMES:
             return _header(read_bytes(file, length - 2), b"".join(profile) or None, tables, orientation)

@@ -31,8 +31,8 @@ _TILE_COLS, _TILE_ROWS, _NUMBERS, _PROFILE = 322, 323, 339, 34675
 _PALETTE, _INKS, _FLOATING = 3, 5, 3
 _REDUCED, _MASK = 1, 4
 _TYPES = {1: "B", 3: "H", 4: "I", 16: "Q"}
-_NOWHERE = 1 << 62
-"""The first place that no file has."""
+_NOWHERE = 1 << 40
+"""A place beyond the end of every picture; ext4 takes none from 2^44 on."""
 
 
 @dataclass(frozen=True)
