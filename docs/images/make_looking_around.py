@@ -1,7 +1,7 @@
 """Draw looking-around.webp, the README's picture: an eye moves before an integral image of 240 x 240 lenses.
 
-Run it as `python docs/images/make_looking_around.py`. It renders the integral image into out/looking-around first, if it
-is not there, which takes some minutes.
+Run it as `python docs/images/make_looking_around.py`. It renders the integral image into out/looking-around first, if
+it is not there, which takes some minutes.
 On the left is what the eye sees through the lenses, on the right the integral image itself with a part enlarged.
 """
 
@@ -53,7 +53,8 @@ def main() -> None:
         frame.paste(beside, (SIDE_PX + GAP_PX, 0))
     frames[0].save(PICTURE, save_all=True, append_images=frames[1:], duration=FRAME_MS, loop=0, quality=72, method=6)
     size = PICTURE.stat().st_size
-    assert size < MAX_BYTES, f"expected less than {MAX_BYTES} bytes, got {size}"
+    if size >= MAX_BYTES:
+        sys.exit(f"expected less than {MAX_BYTES} bytes, got {size}")
 
 
 def sheet_picture(pixels: NDArray[np.floating]) -> Image.Image:
