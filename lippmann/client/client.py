@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from http import HTTPStatus
@@ -15,7 +16,7 @@ from lippmann.client.address import environment_address
 from lippmann.client.errors import Refused
 from lippmann.client.stream import ServerEvent
 from lippmann.client.transport import PATIENCE_S, Download, Transport
-from lippmann.errors import JobEnded
+from lippmann.errors import BadInput, JobEnded
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import ENDED_JOBS
 from service.schemas.access import AuditEntry, AuditPage, Key, KeyList, LoginLink, NewKey, Session
@@ -43,6 +44,7 @@ if TYPE_CHECKING:
 _PAGE = 500
 """The largest page that the service returns."""
 _API = "/api/v1"
+_PLAIN = re.compile(r"(?!\.+$)[\w.-]{1,200}")
 
 FramePicture = Literal["view", "perspective", "refocus", "observer", "views.atlas"]
 """A picture that the service makes of a frame on demand."""
@@ -121,7 +123,7 @@ class Client:
 
     def job(self, job_id: str) -> Job:
         """Return the current state of a job."""
-        return self._get(Job, f"/jobs/{job_id}")
+        return self._get(Job, f"/jobs/{_plain(job_id)}")
 
     def jobs(self, *, status: str | None = None, limit: int | None = None) -> Iterator[Job]:
         """Yield the jobs, newest first, at most `limit` of them."""
@@ -151,41 +153,45 @@ class Client:
     def skip(self, job_id: str, frames: Iterable[int] | None = None) -> Job:
         """Leave frames of a failed or cancelled job out, by default those that failed, and continue the job."""
         body = {"frames": None if frames is None else list(frames)}
-        return _parsed(Job, self._transport.request("POST", f"{_API}/jobs/{job_id}/skip", json=body).json())
+        return _parsed(Job, self._transport.request("POST", f"{_API}/jobs/{_plain(job_id)}/skip", json=body).json())
 
     def prioritise(self, job_id: str, priority: int) -> Job:
         """Set the priority of a job, 0 to 100."""
         return _parsed(
-            Job, self._transport.request("PATCH", f"{_API}/jobs/{job_id}", json={"priority": priority}).json()
+            Job, self._transport.request("PATCH", f"{_API}/jobs/{_plain(job_id)}", json={"priority": priority}).json()
         )
 
     def share(self, job_id: str, *, shared: bool = True) -> Job:
         """Show a job to everybody with a key, or only to its owner, on a farm that hides jobs from other owners."""
-        return _parsed(Job, self._transport.request("PATCH", f"{_API}/jobs/{job_id}", json={"shared": shared}).json())
+        return _parsed(
+            Job, self._transport.request("PATCH", f"{_API}/jobs/{_plain(job_id)}", json={"shared": shared}).json()
+        )
 
     def delete(self, job_id: str) -> None:
         """Delete an ended job and its files."""
-        self._transport.request("DELETE", f"{_API}/jobs/{job_id}")
+        self._transport.request("DELETE", f"{_API}/jobs/{_plain(job_id)}")
 
     def tasks(
         self, job_id: str, *, status: str | None = None, kind: str | None = None, limit: int | None = None
     ) -> Iterator[Task]:
         """Yield the tasks of a job in order, at most `limit` of them, only those of a status or a kind if given."""
         params = {name: value for name, value in (("status", status), ("kind", kind)) if value}
-        return _first(limit, self._paged(TaskPage, f"/jobs/{job_id}/tasks", params, limit))
+        return _first(limit, self._paged(TaskPage, f"/jobs/{_plain(job_id)}/tasks", params, limit))
 
     def task(self, job_id: str, task_id: str) -> Task:
         """Return a task of a job."""
-        return self._get(Task, f"/jobs/{job_id}/tasks/{task_id}")
+        return self._get(Task, f"/jobs/{_plain(job_id)}/tasks/{_plain(task_id)}")
 
     def log(self, job_id: str, task_id: str, *, attempt: int | None = None) -> str:
         """Return the log of the latest attempt of a task, or of the attempt with the given number."""
         params = {"attempt": str(attempt)} if attempt else {}
-        return self._transport.request("GET", f"{_API}/jobs/{job_id}/tasks/{task_id}/log", params=params).text
+        return self._transport.request(
+            "GET", f"{_API}/jobs/{_plain(job_id)}/tasks/{_plain(task_id)}/log", params=params
+        ).text
 
     def frames(self, job_id: str, *, limit: int | None = None) -> Iterator[Frame]:
         """Yield the frames of a job in order, at most `limit` of them."""
-        return _first(limit, self._paged(FramePage, f"/jobs/{job_id}/frames", {}, limit))
+        return _first(limit, self._paged(FramePage, f"/jobs/{_plain(job_id)}/frames", {}, limit))
 
     # Events
 
@@ -239,7 +245,7 @@ class Client:
     def artifacts(self, job_id: str, *, prefix: str = "") -> Iterator[Artifact]:
         """Yield the files of a job whose names begin with `prefix`, in the order of their names."""
         params = {"prefix": prefix} if prefix else {}
-        return self._paged(ArtifactPage, f"/jobs/{job_id}/artifacts", params, None)
+        return self._paged(ArtifactPage, f"/jobs/{_plain(job_id)}/artifacts", params, None)
 
     def download(
         self,
@@ -252,7 +258,7 @@ class Client:
         on_bytes: Callable[[int], None] | None = None,
     ) -> Download:
         """Download a file of a job to `path`, atomically; `format="png"` converts a master to sRGB."""
-        url = f"{_API}/jobs/{job_id}/artifacts/{name}"
+        url = f"{_API}/jobs/{_plain(job_id)}/artifacts/{name}"
         if format is None:
             return self._transport.download(url, path, on_bytes=on_bytes)
         params = {"format": format, "bits": str(bits)}
@@ -260,18 +266,22 @@ class Client:
 
     def download_output(self, job_id: str, name: str, path: Path) -> Download:
         """Download all files of an output, such as `view_grid.png`, to `path` as one zip, atomically."""
-        return self._transport.download_made(f"{_API}/jobs/{job_id}/outputs/{name}.zip", path, params={})
+        return self._transport.download_made(
+            f"{_API}/jobs/{_plain(job_id)}/outputs/{_plain(name)}.zip", path, params={}
+        )
 
     def artifact_link(self, job_id: str, name: str, *, expires_in_s: float | None = None) -> ArtifactLink:
         """Create a link with which anybody downloads one file of a job without a key, by default for a day."""
         body = {"artifact": name, "expires_in_s": expires_in_s}
-        return _parsed(ArtifactLink, self._transport.request("POST", f"{_API}/jobs/{job_id}/links", json=body).json())
+        return _parsed(
+            ArtifactLink, self._transport.request("POST", f"{_API}/jobs/{_plain(job_id)}/links", json=body).json()
+        )
 
     # Pictures of a frame
 
     def frame_views(self, job_id: str, frame: int) -> FrameViews:
         """Return the views of a frame."""
-        return self._get(FrameViews, f"/jobs/{job_id}/frames/{frame}/look")
+        return self._get(FrameViews, f"/jobs/{_plain(job_id)}/frames/{frame}/look")
 
     def download_picture(
         self, job_id: str, frame: int, what: FramePicture, path: Path, **parameters: str | float
@@ -285,7 +295,7 @@ class Client:
         parameters
             Its parameters in the API, for example `u=3, v=4`, `depth_mm=20`, `scale=4`, `format="webp"`.
         """
-        url = f"{_API}/jobs/{job_id}/frames/{frame}/{what}"
+        url = f"{_API}/jobs/{_plain(job_id)}/frames/{frame}/{what}"
         return self._transport.download_made(url, path, params={name: f"{one}" for name, one in parameters.items()})
 
     # Scenes
@@ -296,11 +306,11 @@ class Client:
 
     def scene(self, name: str) -> Scene:
         """Return a scene."""
-        return self._get(Scene, f"/scenes/{name}")
+        return self._get(Scene, f"/scenes/{_plain(name)}")
 
     def remove_scene(self, name: str) -> None:
         """Remove an uploaded scene. Jobs that were submitted with it keep it."""
-        self._transport.request("DELETE", f"{_API}/scenes/{name}")
+        self._transport.request("DELETE", f"{_API}/scenes/{_plain(name)}")
 
     def upload_scene(self, name: str, bundle_zip: bytes) -> Scene:
         """Upload a scene: a zip of scene.toml and the files of the scene."""
@@ -351,7 +361,7 @@ class Client:
 
     def revoke_key(self, key_id: str) -> None:
         """Revoke a key. The browser sessions that it opened and their event streams end at once."""
-        self._transport.request("DELETE", f"{_API}/keys/{key_id}")
+        self._transport.request("DELETE", f"{_API}/keys/{_plain(key_id)}")
 
     def audit(self, *, limit: int | None = None) -> Iterator[AuditEntry]:
         """Yield the changes that were made through the API, newest first, at most `limit` of them."""
@@ -365,7 +375,7 @@ class Client:
         return _parsed(shape, self._transport.request("GET", _API + path).json())
 
     def _act(self, job_id: str, action: str) -> Job:
-        return _parsed(Job, self._transport.request("POST", f"{_API}/jobs/{job_id}/{action}").json())
+        return _parsed(Job, self._transport.request("POST", f"{_API}/jobs/{_plain(job_id)}/{action}").json())
 
     def _paged(self, page: type[BaseModel], path: str, params: Mapping[str, str], limit: int | None) -> Iterator[Any]:
         query = dict(params) | {"limit": str(min(limit or _PAGE, _PAGE))}
@@ -386,6 +396,17 @@ def _first(limit: int | None, items: Iterator[Shape]) -> Iterator[Shape]:
 
 def _job_file(job: JobSpec | Mapping[str, Any]) -> dict[str, Any]:
     return job.model_dump(mode="json", exclude_none=True) if isinstance(job, JobSpec) else dict(job)
+
+
+def _plain(name: str) -> str:
+    """Return an id or a name that is one part of a path; the service would read another one as another request.
+
+    >>> _plain("01k-3")
+    '01k-3'
+    """
+    if not _PLAIN.fullmatch(name):
+        raise BadInput(f"expected an id or a name of letters, digits, dots and dashes, got {name[:100]!r}")
+    return name
 
 
 def _parsed(shape: type[Shape], data: Any) -> Shape:

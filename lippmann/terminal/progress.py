@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
-from datetime import datetime
+from datetime import UTC, datetime
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
@@ -42,6 +42,15 @@ def time_text(when: datetime) -> str:
     '2026-01-02T03:04:05+00:00'
     """
     return when.astimezone().isoformat(timespec="seconds")
+
+
+def utc_text(seconds: float) -> str:
+    """Return a time in seconds since 1970 as text in ISO 8601, in UTC, for programs.
+
+    >>> utc_text(0.5)
+    '1970-01-01T00:00:00Z'
+    """
+    return datetime.fromtimestamp(seconds, UTC).strftime("%Y-%m-%dT%H:%M:%SZ")
 
 
 def size_text(count: float) -> str:

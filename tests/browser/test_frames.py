@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import zipfile
 from collections.abc import Callable
 
 import pytest
@@ -106,8 +107,15 @@ def test_videos_of_every_kind_play_and_files_of_other_outputs_can_be_taken_home(
         video.evaluate("video => video.play()")
         until(lambda video=video: video.evaluate("video => video.currentTime > 0 && video.videoWidth") == 240)
     files = page.get_by_role("group", name="view_grid.png").get_by_role("link")
-    expect(files).to_have_count(7)
+    expect(files).to_have_count(8)
     expect(files.first).to_have_text("view_grid.png")
+    with page.expect_download() as taken:
+        page.get_by_role("link", name="All files (.zip)").click()
+    assert taken.value.suggested_filename == f"{job_id}-view_grid.png.zip"
+    with zipfile.ZipFile(taken.value.path()) as archive:
+        assert archive.testzip() is None
+        pictures = [f"view_grid/{frame:04d}.png" for frame in range(1, 7)]
+        assert archive.namelist() == ["view_grid.png.json", *pictures]
     with page.expect_download() as taken:
         page.get_by_role("link", name="0003.png").click()
     assert taken.value.path().read_bytes()[:4] == b"\x89PNG"

@@ -11,6 +11,7 @@ import typer
 from lippmann.cli.options import DATA_DIR, DataDir
 from lippmann.errors import BadInput
 from lippmann.terminal.output import Output
+from lippmann.terminal.progress import utc_text
 
 if TYPE_CHECKING:
     from service.backup.manifest import Manifest
@@ -84,7 +85,7 @@ def restore(
 def _data(manifest: Manifest) -> dict[str, object]:
     part = manifest.artifacts
     return {
-        "created_s": manifest.created_s,
+        "created_at": utc_text(manifest.created_s),
         "revision": manifest.revision,
         "rows": {name: max(0, lines.lines - 1) for name, lines in manifest.tables.items()},
         "artifacts": None if part is None else {"count": part.count, "bytes": part.bytes},

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Any
 
-from lippmann.terminal.progress import duration_text, size_text, time_text
+from lippmann.terminal.progress import duration_text, size_text, time_text, utc_text
 from lippmann.terminal.table import fields, table
 
 if TYPE_CHECKING:
@@ -85,8 +85,7 @@ def with_iso_times(data: Any) -> Any:
 def _iso(name: str, value: Any) -> tuple[str, Any]:
     if name not in _EPOCH_FIELDS:
         return name, with_iso_times(value)
-    at = None if value is None else datetime.fromtimestamp(value, UTC).isoformat(timespec="seconds")
-    return f"{name.removesuffix('_s')}_at", at and at.replace("+00:00", "Z")
+    return f"{name.removesuffix('_s')}_at", None if value is None else utc_text(value)
 
 
 def _epoch_text(seconds: float) -> str:
