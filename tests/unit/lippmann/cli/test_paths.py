@@ -56,6 +56,8 @@ CASES: Sequence[tuple[str, ExitCode]] = (
     ("capture {odd}/broken-scene --out {odd}/captured", ExitCode.BAD_INPUT),
     ("capture --job {odd}/none.json", ExitCode.BAD_INPUT),
     ("submit {job} {nowhere}", ExitCode.UNREACHABLE),
+    ("scenes init {odd}/none.pov", ExitCode.BAD_INPUT),
+    ("docs --no-open --out {odd}/pages", ExitCode.DONE),
     ("scenes upload {odd}/scene {nowhere}", ExitCode.UNREACHABLE),
     ("scenes upload {odd}/broken-scene {nowhere}", ExitCode.BAD_INPUT),
     ("scenes upload {odd}/scene --name {name} {nowhere}", ExitCode.BAD_INPUT),
