@@ -5,7 +5,6 @@ Every exchange has a timeout and no exchange is repeated here; the callers try a
 
 from __future__ import annotations
 
-import json
 import math
 import time
 from collections import Counter
@@ -16,14 +15,13 @@ from typing import Any
 
 import redis
 import structlog
-from pydantic import TypeAdapter, ValidationError
 from redis.backoff import NoBackoff
 from redis.exceptions import RedisError, ResponseError
 from redis.retry import Retry
 
 from lippmann.errors import InvalidText
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import Event, Lease, Presence
+from lippmann.job.messages.events import Event, Lease, NotClaiming, Presence
 from lippmann.job.messages.seals import Refused, Seals
 from lippmann.untrusted.json_text import JsonLimits, read_json
 from service.errors import BrokerUnavailable
@@ -40,11 +38,8 @@ log = structlog.get_logger("service.broker_stream")
 
 Entry = tuple[str, Event | None]
 
-_UNREADABLE = Lease(worker="", at_s=math.inf)
-"""A lease in a form that is unknown here: somebody holds it."""
 _MESSAGE = JsonLimits(size_bytes=64_000_000)
 """The limits of an order in the queue; the order itself is one text in it."""
-_NOT_CLAIMING = TypeAdapter(dict[str, float])
 
 
 class Stream:
@@ -82,19 +77,20 @@ class Stream:
             return first  # type: ignore[no-any-return]
 
     def leases(self, attempts: Sequence[str]) -> Mapping[str, Lease | None]:
-        """Return the leases of attempts; None for one that has expired or was released."""
+        """Return the leases of attempts; None for one that has expired, was released, or is refused."""
         if not attempts:
             return {}
         with _translated():
             texts: Any = self._quick.mget([wire.lease_key(attempt) for attempt in attempts])
-        return {attempt: _lease(text) for attempt, text in zip(attempts, texts, strict=True)}
+        return {attempt: self._lease(attempt, text) for attempt, text in zip(attempts, texts, strict=True)}
 
     def publish_not_claiming(self, since_s: Mapping[str, float]) -> None:
         """Publish which workers take no orders, with the time since when, to every process of the service."""
         with _translated():
             if since_s:
                 ttl_ms = math.ceil(1000 * wire.NOT_CLAIMING_TTL_S)
-                self._quick.set(wire.NOT_CLAIMING, json.dumps(dict(since_s)), px=ttl_ms)
+                text = self._seals.sealed_not_claiming(NotClaiming(since_s=dict(since_s)))
+                self._quick.set(wire.NOT_CLAIMING, text, px=ttl_ms)
             else:
                 self._quick.delete(wire.NOT_CLAIMING)
 
@@ -102,14 +98,18 @@ class Stream:
         """Return which workers take no orders, with the time since when."""
         with _translated():
             text: Any = self._quick.get(wire.NOT_CLAIMING)
-        return _not_claiming(text)
+        try:
+            return {} if text is None else self._seals.open_not_claiming(text).since_s
+        except Refused as error:
+            self._drop("not-claiming", error)
+            return {}
 
     def stop(self, attempts: Sequence[str], *, ttl_s: float) -> None:
         """Signal attempts to stop."""
         with _translated():
             pipe = self._slow.pipeline(transaction=False)
             for attempt in attempts:
-                pipe.set(wire.stop_key(attempt), "1", ex=math.ceil(ttl_s))
+                pipe.set(wire.stop_key(attempt), self._seals.sealed_stop(attempt), ex=math.ceil(ttl_s))
             pipe.execute()
 
     def is_new(self) -> bool:
@@ -152,6 +152,13 @@ class Stream:
             self._drop("presence", error)
             return None
 
+    def _lease(self, attempt: str, text: bytes | None) -> Lease | None:
+        try:
+            return None if text is None else self._seals.open_lease(text, attempt=attempt)
+        except Refused as error:
+            self._drop("lease", error)
+            return None
+
     def _drop(self, kind: str, error: Refused) -> None:
         self.dropped[kind] += 1
         if self._steady() - self._logged_s >= LOG_S:
@@ -185,17 +192,3 @@ def _client(url: str, timeout_s: float) -> redis.Redis:
     return redis.Redis.from_url(
         url, protocol=2, socket_timeout=timeout_s, socket_connect_timeout=timeout_s, retry=Retry(NoBackoff(), 0)
     )
-
-
-def _lease(text: bytes | None) -> Lease | None:
-    try:
-        return None if text is None else Lease.model_validate_json(text)
-    except ValidationError:
-        return _UNREADABLE
-
-
-def _not_claiming(text: bytes | None) -> Mapping[str, float]:
-    try:
-        return {} if text is None else _NOT_CLAIMING.validate_json(text)
-    except ValidationError:
-        return {}

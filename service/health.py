@@ -176,7 +176,8 @@ def _dropped(found: object, workers: object) -> DroppedMessages | None:
     if not isinstance(found, Mapping):
         return None
     orders = sum(worker.refused_orders for worker in workers.present) if isinstance(workers, Roster) else None
-    return DroppedMessages(events=found.get("event", 0), presences=found.get("presence", 0), orders=orders)
+    counts = {name: found.get(name.removesuffix("s"), 0) for name in ("events", "presences", "leases")}
+    return DroppedMessages(**counts, orders=orders)
 
 
 def _all_faults(found: object, workers: object) -> tuple[Fault, ...]:

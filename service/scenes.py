@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from difflib import get_close_matches
 
-from sqlalchemy import delete, func, or_, select
+from sqlalchemy import delete, or_, select
 from sqlalchemy.orm import Session
 
 from lippmann.errors import FieldProblem
@@ -169,8 +169,7 @@ def _check_owner(caller: Caller, known: Scene) -> None:
 
 
 def _check_count(session: Session, caller: Caller, limits: Limits) -> None:
-    query = select(func.count()).where(Scene.owner_id == caller.owner_id, Scene.builtin.is_(False))
-    count = (session.scalar(query) or 0) + 1
+    count = usage_rows.scene_count(session, caller.owner_id) + 1
     _check(caller.owner_id, "scenes", limits["scenes"], count, f"{count} scenes", "replace one of them")
 
 
@@ -186,7 +185,7 @@ def _check_bundles(session: Session, owner_id: str, digest: str, *, size: int, l
         return
     count, stored = usage_rows.bundles(session, owner_id)
     count, stored_mb = count + 1, (stored + size) / MEGABYTE
-    advice = "bundles that were replaced count, because jobs may need them"
+    advice = "bundles that were replaced count while jobs need them; remove jobs"
     _check(owner_id, "bundles", limits["bundles"], count, f"{count} scene bundles", advice)
     _check(owner_id, "bundles_mb", limits["bundles_mb"], stored_mb, f"{stored_mb:.15g} MB of scene bundles", advice)
 

@@ -187,6 +187,8 @@ class Settings(BrokerSettings):
     """The role of accounts without such a group; if empty, they are refused."""
     oidc_session_s: float = Field(default=12 * 3600.0, gt=0)
     """The time after which the provider is asked again; until then an account keeps the role it had at login."""
+    webhook_url: str = ""
+    """The URL that gets a message about every job that ends, besides the one that a job names; if empty, none."""
     webhook_hosts: str = ""
     """The hosts of your own network to which webhooks may go, separated by commas; all other hosts must have public
     addresses."""

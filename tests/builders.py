@@ -16,7 +16,8 @@ from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import Tile, cut_tiles, frame_size
 from povtemplates.catalogue import scene_folders
-from worker.images.read import read_codes, read_rgb
+from worker.engines.povray.pixels import read_codes
+from worker.images.read import read_rgb
 from worker.sandbox.bundle import pack_folder
 from worker.sandbox.log import AttemptLog
 from worker.settings import WorkerSettings
@@ -89,7 +90,7 @@ def rendered(place: Workplace, sheet: ResolvedJob, *, tile: Tile | None, **more:
 
 def rendered_codes(place: Workplace, sheet: ResolvedJob, *, tile: Tile | None = None) -> NDArray[np.uint16]:
     """Return 16-bit linear codes of a tile or the whole frame, `(rows, cols, 3)`."""
-    with rendered(place, sheet, tile=tile, picture_format="png16") as picture:
+    with rendered(place, sheet, tile=tile, picture_format="ppm16") as picture:
         row_start, row_stop, col_start, col_stop = picture.wanted
         return read_codes(picture.outcome.picture)[row_start:row_stop, col_start:col_stop]
 

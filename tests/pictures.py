@@ -25,6 +25,13 @@ def read_tiff(path: Path | str) -> NDArray[Any]:
     return numbers
 
 
+def read_png_16(path: Path) -> NDArray[np.uint16]:
+    """Return the codes of a 16-bit PNG as they are stored, `(rows, cols, 3)`."""
+    codes = read_tiff(path)
+    assert codes.dtype == np.uint16
+    return codes
+
+
 def tags_of_tiff(path: Path | str) -> dict[str, Any]:
     """Return the tags of a TIFF by name, as Pillow reads them; a fraction has a numerator and a denominator."""
     with Image.open(path) as picture:

@@ -1,4 +1,4 @@
-"""The count of the messages in the queue that this worker did not accept as orders."""
+"""The count of the messages of the broker that this worker did not accept: orders, stop signals and leases."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Refusals:
             if now_s - self._logged_s.value < LOG_S:
                 return
             self._logged_s.value = now_s
-        log.warning("a message in the queue was refused", refused=self.count, reason=str(reason)[:500])
+        log.warning("a message of the broker was refused", refused=self.count, reason=str(reason)[:500])
 
 
 refusals = Refusals()

@@ -22,9 +22,18 @@ from redis.retry import Retry
 
 from lippmann.digest import Digest
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import Event, EventKind, Failure, Lease, Presence, ProbeResult
+from lippmann.job.messages.events import (
+    MAX_LEASE_BYTES,
+    Event,
+    EventKind,
+    Failure,
+    Lease,
+    Presence,
+    ProbeResult,
+)
 from lippmann.job.messages.orders import Order
-from lippmann.job.messages.seals import Seals
+from lippmann.job.messages.seals import Refused, Seals
+from worker.refusals import refusals
 
 START_S = 60.0
 """The time for which an attempt waits for Redis before it begins; the service takes the order back about then."""
@@ -37,15 +46,33 @@ QUICK_S = 1.0
 JOIN_S = 2.0
 """The time that the last heartbeat has to end. One that ends later comes after the final event and changes nothing."""
 
-_CLAIM = """
-if redis.call('EXISTS', KEYS[1]) == 1 then return 0 end
-if not redis.call('SET', KEYS[2], ARGV[1], 'NX', 'PX', ARGV[2]) and redis.call('GET', KEYS[2]) ~= ARGV[1] then
-  return 0
+MOST_TRIES = 10
+"""The number of forged stop signals and leases that are refused while one attempt is claimed."""
+
+_TEXT = f"""
+local function text(key)
+  local value = redis.pcall('GET', key)
+  if type(value) == 'table' then return 'no text' end
+  return value and string.sub(value, 1, {MAX_LEASE_BYTES + 1})
 end
-redis.call('XADD', KEYS[3], 'MAXLEN', '~', ARGV[3], '*', 'event', ARGV[4])
-return 1
 """
-"""The script of `BrokerClient.claim`: the keys of stop request, lease and stream; lease, its time, length, event."""
+"""The beginning of the scripts: the value of a key that anybody may have written, which is cut."""
+_CLAIM = f"""{_TEXT}
+local stop = text(KEYS[1])
+if stop and stop ~= ARGV[5] then return {{'stop', stop}} end
+local lease = text(KEYS[2])
+if lease and lease ~= ARGV[1] and lease ~= ARGV[6] then return {{'lease', lease}} end
+redis.call('SET', KEYS[2], ARGV[1], 'PX', ARGV[2])
+redis.call('XADD', KEYS[3], 'MAXLEN', '~', ARGV[3], '*', 'event', ARGV[4])
+return {{}}
+"""
+"""The script of `BrokerClient.claim`: the keys of stop signal, lease and stream; lease, its time, length, event, and a
+stop signal and a lease that were refused. It returns what is in the way, if anything is."""
+_RENEW = f"""{_TEXT}
+redis.call('SET', KEYS[1], ARGV[1], 'PX', ARGV[2])
+return text(KEYS[2])
+"""
+"""The script of `BrokerClient.renew_lease`: the keys of lease and signal; lease, its time. It returns the signal."""
 
 T = TypeVar("T")
 
@@ -67,12 +94,13 @@ class BrokerClient:
             retry=Retry(ExponentialBackoff(cap=0.5, base=0.05), 1),
         )
         self._claim = self._redis.register_script(_CLAIM)
+        self._renew = self._redis.register_script(_RENEW)
 
     def claim(self, order: Order, lease: str) -> bool:
         """Acquire the lease of an attempt and publish that it is claimed, in one exchange.
 
         Return False, and publish nothing, if the service has requested a stop, or if another delivery of the order
-        holds the lease.
+        holds the lease. A stop signal or a lease that is not signed is counted and does not hinder.
 
         Parameters
         ----------
@@ -83,18 +111,35 @@ class BrokerClient:
         """
         keys = (wire.stop_key(order.attempt), wire.lease_key(order.attempt), wire.EVENTS_STREAM)
         claimed = self._seals.sealed_event(event_of(order, EventKind.CLAIMED, self))
-        return bool(self._claim(keys=keys, args=(lease, _ms(wire.LEASE_TTL_S), wire.EVENTS_KEPT, claimed)))
+        refused = {b"stop": b"", b"lease": b""}
+        for _ in range(MOST_TRIES):
+            found = self._claim(
+                keys=keys, args=(lease, _ms(wire.LEASE_TTL_S), wire.EVENTS_KEPT, claimed, *refused.values())
+            )
+            if not found:
+                return True
+            kind, text = found
+            if self._is_stop(order.attempt, text) if kind == b"stop" else self._is_lease(order.attempt, text):
+                return False
+            refused[kind] = text
+        return False
 
     def renew_lease(self, attempt: str) -> bool:
         """Renew the lease of an attempt for another `LEASE_TTL_S`; return whether the attempt is requested to stop."""
-        pipe = self._redis.pipeline(transaction=False)
-        pipe.set(wire.lease_key(attempt), self.new_lease(), px=_ms(wire.LEASE_TTL_S))
-        pipe.exists(wire.stop_key(attempt))
-        return bool(pipe.execute()[1])
+        keys = (wire.lease_key(attempt), wire.stop_key(attempt))
+        stop = self._renew(keys=keys, args=(self.new_lease(attempt), _ms(wire.LEASE_TTL_S)))
+        return stop is not None and self._is_stop(attempt, stop)
 
-    def new_lease(self) -> str:
+    def new_lease(self, attempt: str) -> str:
         """Return the text of a lease of this worker from now on."""
-        return Lease(worker=self.worker, instance=self.instance, at_s=time.time()).model_dump_json(exclude_none=True)
+        lease = Lease(attempt=attempt, worker=self.worker, instance=self.instance, at_s=time.time())
+        return self._seals.sealed_lease(lease)
+
+    def _is_stop(self, attempt: str, text: bytes) -> bool:
+        return _is_accepted(lambda: self._seals.check_stop(text, attempt=attempt))
+
+    def _is_lease(self, attempt: str, text: bytes) -> bool:
+        return _is_accepted(lambda: self._seals.open_lease(text, attempt=attempt))
 
     def publish(self, event: Event) -> None:
         """Publish an event on the stream."""
@@ -285,6 +330,15 @@ def event_of(
         digests=dict(digests or {}),
         cached=cached,
     )
+
+
+def _is_accepted(open_message: Callable[[], object]) -> bool:
+    try:
+        open_message()
+    except Refused as error:
+        refusals.record(error)
+        return False
+    return True
 
 
 def _ms(seconds: float) -> int:

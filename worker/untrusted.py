@@ -13,6 +13,7 @@ import signal
 import sys
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -31,6 +32,7 @@ from worker.images.header import read_header
 from worker.images.headers.picture import PictureHeader
 from worker.images.read import Light
 from worker.images.rows import bands_of_rows
+from worker.images.scratch import ScratchRows, scratch_rows
 from worker.images.upright import upright
 from worker.sandbox.detect import detect
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
@@ -172,14 +174,51 @@ def picture_codes(path: Path, *, linear: bool = False) -> NDArray[np.uint8]:
     return upright(codes, header.orientation)
 
 
+@contextmanager
+def decoded_rows(path: Path, *, is_master: bool, scratch: Path | None = None) -> Iterator[ScratchRows]:
+    """Yield a picture of any program whose rows can be read in any order, as numbers of its own type.
+
+    Parameters
+    ----------
+    is_master
+        True for an EXR, which is read in half floats.
+    scratch
+        A folder for its decoded numbers, which are there twice for a moment; by default that of the system.
+
+    Raises
+    ------
+    ArtifactMissing, ArtifactBroken, SandboxMissing, RenderCrashed
+        See `read_imported`; it may be as large as a frame.
+    DiskFull, DiskUnavailable
+        If its numbers cannot be written.
+    """
+    header = _own_header(path, must_be_exr=is_master)
+    with ExitStack() as kept:
+        rows: ScratchRows | None = None
+        for start, band in _decoded(path, header, _own_sandbox(), scratch):
+            if rows is None:
+                dtype = np.float16 if is_master else band.dtype
+                aside = scratch_rows(scratch, rows=header.rows, cols=header.cols, channels=3, dtype=dtype)
+                rows = kept.enter_context(aside)
+            rows.write(start, band)
+        assert rows is not None  # noqa: S101 - a picture has at least one row
+        yield rows
+
+
 def _numbers_of(path: Path, dtype: type[Light], channels: Sequence[str] = ()) -> NDArray[Light]:
-    header = read_header(path, at_most_px=MAX_FRAME_PX**2, at_most_side_px=MAX_FRAME_PX)
-    if header.format != "EXR":
-        raise ArtifactBroken(f"{path.name}: expected EXR, got {header.format}")
+    header = _own_header(path, must_be_exr=True)
     numbers = np.empty((header.rows, header.cols, len(channels) or 3), dtype=dtype)
     for start, band in _decoded(path, header, _own_sandbox(), channels=channels):
         numbers[start : start + len(band)] = band
     return numbers
+
+
+def _own_header(path: Path, *, must_be_exr: bool) -> PictureHeader:
+    """Return the header of a picture that may be as large as a frame of ours."""
+    header = read_header(path, at_most_px=MAX_FRAME_PX**2, at_most_side_px=MAX_FRAME_PX)
+    if must_be_exr and header.format != "EXR":
+        raise ArtifactBroken(f"{path.name}: expected EXR, got {header.format}")
+    return header
 
 
 def _bounded_header(path: Path, at_most_px: int | None, page: int | None) -> PictureHeader:

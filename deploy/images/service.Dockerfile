@@ -16,7 +16,7 @@ RUN pip wheel --no-cache-dir --no-deps --no-build-isolation --wheel-dir wheel . 
  && pip --python /opt/lippmann install --no-cache-dir --no-deps --no-index wheel/*.whl
 
 FROM python:3.11-slim-bookworm
-RUN useradd --system --uid 10001 --create-home lippmann && install -d -o lippmann -g lippmann /data \
+RUN useradd --system --uid 10001 --create-home lippmann && install -d -m 0700 -o lippmann -g lippmann /data \
  && pip uninstall --yes --root-user-action=ignore setuptools wheel pip
 COPY --from=build /opt/lippmann /opt/lippmann
 ENV PATH=/opt/lippmann/bin:$PATH

@@ -20,7 +20,7 @@ FROM python:3.11-slim-bookworm
 RUN apt-get update \
  && apt-get install -y --no-install-recommends povray povray-includes bubblewrap \
  && rm -rf /var/lib/apt/lists/* \
- && useradd --system --uid 10001 --create-home lippmann && install -d -o lippmann -g lippmann /data/artifacts /data/scratch \
+ && useradd --system --uid 10001 --create-home lippmann && install -d -m 0700 -o lippmann -g lippmann /data/artifacts /data/scratch \
  && pip uninstall --yes --root-user-action=ignore setuptools wheel pip
 COPY --from=build /opt/lippmann /opt/lippmann
 ENV PATH=/opt/lippmann/bin:$PATH

@@ -35,6 +35,7 @@ from service.schemas.frame import Frame, FramePage
 from service.schemas.job import Job, JobPage
 from service.schemas.scene import Scene, SceneList
 from service.schemas.task import Task, TaskPage
+from service.schemas.usage import Usage
 from service.schemas.viewing import FrameViews
 from service.schemas.webhook import WebhookSecret
 
@@ -354,6 +355,10 @@ class Client:
         options = {"owner_id": owner_id, "expires_in_days": expires_in_days, "limits": limits}
         body = {"name": name, "role": role} | {field: value for field, value in options.items() if value is not None}
         return _parsed(NewKey, self._transport.request("POST", f"{_API}/keys", json=body).json())
+
+    def usage(self) -> Usage:
+        """Return what the owner of the key uses of the farm, and the limits of the key."""
+        return self._get(Usage, "/usage")
 
     def webhook_secret(self) -> WebhookSecret:
         """Return the secret with which a receiver verifies the webhooks of the caller's jobs."""

@@ -16,7 +16,7 @@ from lippmann.optics.lens.surfaces import Surface
 from lippmann.untrusted.toml_text import read_toml
 from povtemplates import literals, write
 from povtemplates.catalogue import INCLUDE_FOLDER, MANIFEST, scene_folders
-from worker.engines.povray.command import SYSTEM_INCLUDE, PictureFormat, RenderCommand
+from worker.engines.povray.command import SUFFIXES, SYSTEM_INCLUDE, PictureFormat, RenderCommand
 from worker.engines.povray.render import render
 from worker.sandbox.limits import Limits
 from worker.sandbox.log import AttemptLog
@@ -96,7 +96,7 @@ def pov_text(camera: PlainCamera, picture: Picture) -> str:
 def _command(picture: Picture, bundle: Path, povray: str) -> RenderCommand:
     return RenderCommand(
         pov_file="view.pov",
-        picture="view.exr" if picture.picture_format == "exr" else "view.png",
+        picture=f"view{SUFFIXES[picture.picture_format]}",
         cols=picture.side_px,
         rows=picture.side_px,
         picture_format=picture.picture_format,

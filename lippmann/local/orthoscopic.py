@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -30,10 +31,12 @@ from worker.images.header import read_header
 from worker.images.headers.picture import UPRIGHT
 from worker.images.notes import picture_notes
 from worker.images.read import read_attributes
-from worker.images.rows import BAND_PX, open_rows
+from worker.images.rows import BAND_PX
+from worker.images.scratch import ScratchRows
 from worker.images.write import write_code_rows, write_exr_rows
 from worker.tasks.outputs.pictures import sheet_density
 from worker.tasks.outputs.spoc import spoc_sheet
+from worker.untrusted import decoded_rows
 
 MASTER = ".exr"
 PICTURES = (".png", ".tif", ".tiff")
@@ -107,7 +110,7 @@ def write_orthoscopic(
     known = _known_rig(rig, layout, capture, display)
     turn = capture.turn_sheet if capture.turn_sheet is not None else rig is not None and rig.imaging_lens is not None
     _check_header(file)
-    with naming(file), whole_picture(file), open_rows(file, dtype=_numbers(file), scratch=out.parent) as picture:
+    with naming(file), whole_picture(file), _opened(file, out.parent) as picture:
         made = _made(SheetOfRows(picture, layout), turn, known, display)
         space = linear_space(None) if linear else file_colour_space(file)
         shown = known if known is None or display is None else display.display(known)
@@ -233,8 +236,8 @@ def _header(file: Path, made: Sheet, shown: Rig | None) -> dict[str, str]:
     return {**kept, "rig": shown.model_dump_json()} if shown is not None and named else kept
 
 
-def _numbers(file: Path) -> type[np.float16] | None:
-    return np.float16 if file.suffix.lower() == MASTER else None
+def _opened(file: Path, scratch: Path) -> AbstractContextManager[ScratchRows]:
+    return decoded_rows(file, is_master=file.suffix.lower() == MASTER, scratch=scratch)
 
 
 def _write(

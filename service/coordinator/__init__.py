@@ -15,5 +15,6 @@ reconciler       repairs rows that events left wrong or incomplete
 background_jobs  work on many rows, in chunks
 artifact_repairer  verifies artifacts and takes back the tasks that made damaged ones
 orphan_sweeper   deletes the artifacts of removed jobs
+bundle_collector  deletes scene bundles that were replaced and that no job needs
 cache_collector  removes old entries of the render cache
 """

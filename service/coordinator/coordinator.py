@@ -26,6 +26,7 @@ from service.broker_stream import Stream, attempt_of
 from service.claiming import ClaimWatch
 from service.coordinator.artifact_repairer import ArtifactRepairer
 from service.coordinator.background_jobs import BackgroundJobs
+from service.coordinator.bundle_collector import BundleCollector
 from service.coordinator.cache_collector import collect_cache, drop_cache
 from service.coordinator.event_consumer import consume_events
 from service.coordinator.fault_monitor import FaultMonitor
@@ -97,6 +98,7 @@ class Coordinator:
         )  # fmt: skip
         self.fault_monitor = FaultMonitor(database, self._stream, store_check, settings)
         self._repairer = ArtifactRepairer(database, store, settings)
+        self._bundles = BundleCollector(database, store)
         self._background_jobs = BackgroundJobs(database, store, settings)
         self._workers: tuple[Presence, ...] = ()
         self._workers_s = float("-inf")
@@ -268,9 +270,10 @@ class Coordinator:
             sweep_orphans(self._database, self._store, now_s=self._clock())
 
     def collect_round(self) -> None:
-        """Remove old entries of the render cache, and those beyond its size."""
+        """Remove old entries of the render cache and those beyond its size, and scene bundles that nobody needs."""
         if self.election.is_leader:
             collect_cache(self._store, self._settings, now_s=self._clock())
+            self._bundles.run(now_s=self._clock())
 
     def webhook_round(self) -> None:
         """Send the messages of webhooks that are due, in threads of their own."""

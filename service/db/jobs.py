@@ -125,6 +125,19 @@ def set_probes(session: Session, probes: Mapping[str, dict[str, Any]]) -> None:
         row.notes = list(dict.fromkeys((*row.notes, *probes[row.id]["notes"])))
 
 
+def without_bundle(session: Session, *, limit: int) -> Sequence[str]:
+    """Return jobs of an earlier release whose scene bundles are not known yet."""
+    return session.scalars(select(Job.id).where(Job.bundle.is_(None)).order_by(Job.id).limit(limit)).all()
+
+
+def set_bundles(session: Session, bundles: Mapping[str, str]) -> None:
+    """Store the digests of the scene bundles of jobs, by job."""
+    statement = update(Job).where(Job.id == bindparam("of_job")).values(bundle=bindparam("digest"))
+    if bundles:
+        rows = [{"of_job": job_id, "digest": digest} for job_id, digest in bundles.items()]
+        session.connection().execute(statement, rows)
+
+
 def has_row(session: Session, job_id: str) -> bool:
     """Return whether a job has a row; a job that is being removed still has one."""
     return session.execute(select(Job.id).where(Job.id == job_id)).first() is not None

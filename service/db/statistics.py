@@ -16,6 +16,7 @@ STATISTICS: dict[tuple[str, str], str] = {
     ("jobs", "sqlite_autoindex_jobs_1"): "10000 1",
     ("jobs", "ix_jobs_status"): "10000 50 1",
     ("jobs", "ix_jobs_background_job"): "10 5",
+    ("jobs", "ix_jobs_bundle"): "10000 100",
     ("jobs", "ix_jobs_busy"): "20 5 1",
     ("tasks", "sqlite_autoindex_tasks_1"): "1000000 100000 1",
     ("tasks", "ix_tasks_job_status"): "1000000 100000 5000 1",

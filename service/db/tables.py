@@ -94,12 +94,15 @@ class Job(Base):
     __table_args__ = (
         Index("ix_jobs_status", "status", "id"),
         _partial_index("ix_jobs_background_job", "background_job", where="background_job IS NOT NULL"),
+        Index("ix_jobs_bundle", "bundle"),
         _partial_index("ix_jobs_busy", "status", "id", where="dispatched + running > 0"),
     )
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
     title: Mapped[str] = mapped_column(String(200))
     scene: Mapped[str] = mapped_column(String(100))
+    bundle: Mapped[str | None] = mapped_column(String(64))
+    """The digest of the scene bundle; None for a job of an earlier release until the job file was read."""
     spec: Mapped[dict[str, Any]]
     notes: Mapped[list[str]]
     owner: Mapped[str] = mapped_column(String(64))
@@ -112,6 +115,8 @@ class Job(Base):
     webhook_url: Mapped[str | None] = mapped_column(Text)
     """The URL that gets a message when the job has ended; it may hold a secret, so only its host is shown."""
     webhook_error: Mapped[str | None] = mapped_column(Text)
+    farm_webhook_url: Mapped[str | None] = mapped_column(Text)
+    """The URL of the farm that gets a message too, as the setting was when the job was submitted."""
     max_slots: Mapped[int | None]
     """The limit `slots` of the key that submitted the job; None if the key has none of its own."""
     max_artifacts_mb: Mapped[int | None]
@@ -226,7 +231,7 @@ class OwnerUsage(Base):
 
 
 class StoredBundle(Base):
-    """A scene bundle that an owner has stored. One that was replaced stays, because jobs may need it."""
+    """A scene bundle that an owner has stored. One that was replaced stays while jobs need it."""
 
     __tablename__ = "stored_bundles"
 

@@ -42,7 +42,10 @@ def remove(session: Session, delivery_id: str) -> None:
     changed(session, delete(WebhookDelivery).where(WebhookDelivery.id == delivery_id))
 
 
-def set_error(session: Session, job_id: str, error: str | None) -> bool:
-    """Store why the webhook of a job failed, or that it did not; return whether this changed the job."""
-    other = Job.webhook_error.is_distinct_from(error)
-    return changed(session, update(Job).where(Job.id == job_id, other).values(webhook_error=error)) == 1
+def set_error(session: Session, job_id: str, error: str | None, *, url: str) -> bool:
+    """Store why the webhook of a job failed, or that it did not; return whether this changed the job.
+
+    A message that went to another URL, which is the one of the farm, changes nothing.
+    """
+    other = (Job.webhook_url == url, Job.webhook_error.is_distinct_from(error))
+    return changed(session, update(Job).where(Job.id == job_id, *other).values(webhook_error=error)) == 1

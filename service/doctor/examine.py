@@ -19,6 +19,7 @@ from service.doctor.schema import check_integrity, check_schema
 from service.doctor.settings import check_settings
 from service.doctor.store import check_store
 from service.doctor.task_checks import check_attempts, check_dependents, check_domains, check_held
+from service.doctor.usage_checks import check_usage
 from service.settings import Settings
 
 _UNREADABLE = frozenset({Check.INTEGRITY, Check.FOREIGN_KEYS, Check.SCHEMA, Check.STATUS_DOMAIN})
@@ -102,4 +103,5 @@ def _check_rows(connection: Connection, settings: Settings, now_s: float) -> Ite
         yield from check_attempts(session)
         yield from check_dependents(session)
         yield from check_jobs(session, settings)
+        yield from check_usage(session)
         yield from check_farm(session, settings, now_s=now_s)

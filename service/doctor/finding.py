@@ -35,6 +35,7 @@ class Check(StrEnum):
     TOO_EARLY = "too-early"
     COUNTERS = "counters"
     PROGRESS = "progress"
+    USAGE = "usage"
     PLAN = "plan"
     UNPLANNED = "unplanned"
     NOT_ENDED = "not-ended"

@@ -17,6 +17,7 @@ from lippmann.job.states import ENDED_JOBS, HELD_TASKS, JobStatus, TaskStatus
 from lippmann.plan.artifact_store import ArtifactStore
 from service.coordinator.orphan_sweeper import sweep_orphans
 from service.db import coordinator as coordinator_rows
+from service.db import usage as usage_rows
 from service.db.counters import recount
 from service.db.engine import Database, changed
 from service.db.migrations import migrate
@@ -26,6 +27,7 @@ from service.doctor.finding import Check, Finding
 from service.doctor.job_checks import check_jobs, count_tasks
 from service.doctor.store import PARTIAL_S, LeavesPartialFiles
 from service.doctor.task_checks import check_attempts, check_dependents, check_held
+from service.doctor.usage_checks import check_usage
 from service.errors import NotFound
 from service.jobs import artifact_repair
 from service.jobs.completion import settle
@@ -112,6 +114,12 @@ def _set_progress(place: Place, finding: Finding) -> None:
     set_job(place.session, _job(place, finding), **values)
 
 
+def _recount_bytes(place: Place, finding: Finding) -> None:
+    if finding.job_id is not None:
+        usage_rows.recount_job(place.session, finding.job_id)
+    usage_rows.recount_owners(place.session)
+
+
 def _plan(place: Place, finding: Finding) -> None:
     """Let the planner plan a job, after another probe if its measurements are missing."""
     row = _job(place, finding)
@@ -155,6 +163,7 @@ _ROUNDS: tuple[tuple[Examine, Mapping[Check, Repair]], ...] = (
     (lambda place: check_dependents(place.session), {Check.STUCK: _free, Check.TOO_EARLY: _hold_back}),
     (_jobs, {Check.COUNTERS: _recount, Check.PROGRESS: _set_progress}),
     (_jobs, {Check.UNPLANNED: _plan}),
+    (lambda place: check_usage(place.session), {Check.USAGE: _recount_bytes}),
     (_jobs, {Check.NOT_ENDED: _settle}),
 )
 """The rounds of a repair. Ends come last, since they follow from the counters."""

@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from lippmann.job.messages.wire import HEARTBEAT_S
 from service.doctor.finding import Check, Finding, Level
 from service.settings import Settings
+from service.webhooks.receiver import ReceiverRefused, parse_receiver, rules_of
 
 
 def check_settings(settings: Settings) -> Iterator[Finding]:
@@ -25,6 +26,11 @@ def check_settings(settings: Settings) -> Iterator[Finding]:
     if not settings.base_url.startswith(("http://", "https://")):
         message = f"LIPPMANN_PUBLIC_URL: expected http:// or https://, got {settings.base_url!r}"
         yield Finding(Check.SETTINGS, Level.ERROR, message)
+    if settings.webhook_url:
+        try:
+            parse_receiver(settings.webhook_url, rules_of(settings))
+        except ReceiverRefused as error:
+            yield Finding(Check.SETTINGS, Level.ERROR, f"LIPPMANN_WEBHOOK_URL: {error}")
     unused = settings.data_dir / "lippmann.db"
     if settings.database_url and not settings.database_url.endswith(str(unused)) and unused.exists():
         message = f"LIPPMANN_DATABASE_URL names another database, so {unused} is not used"

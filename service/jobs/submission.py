@@ -107,7 +107,7 @@ def submit_job(
         if known is not None:
             return known, False
         check_quota(session, caller.owner_id, frames=len(spec.frame_numbers), limits=limits)
-        row = _insert(session, sheet, caller, list(notes), now_s, webhook)
+        row = _insert(session, sheet, caller, list(notes), now_s, webhook, settings.webhook_url or None)
         detail = f"scene {row.scene}" + (f", webhook {host}" if host else "")
         record(session, caller, AuditAction.SUBMIT_JOB, row.id, now_s=now_s, detail=detail)
         if idempotency_key is not None:
@@ -157,13 +157,15 @@ def resolve(session: Session, spec: JobSpec, job_id: str, *, owner_id: str | Non
 
 
 def _insert(
-    session: Session, sheet: ResolvedJob, caller: Caller, notes: list[str], now_s: float, webhook: str | None
-) -> Job:
+    session: Session, sheet: ResolvedJob, caller: Caller, notes: list[str], now_s: float, webhook: str | None,
+    farm_webhook: str | None,
+) -> Job:  # fmt: skip
     spec = sheet.spec
     row = Job(
         id=sheet.job_id,
         title=spec.title or spec.scene,
         scene=spec.scene,
+        bundle=sheet.bundle,
         spec=spec.model_dump(mode="json"),
         notes=notes,
         owner=caller.name[:OWNER_NAME],
@@ -171,6 +173,7 @@ def _insert(
         status=JobStatus.QUEUED,
         priority=spec.priority,
         webhook_url=webhook,
+        farm_webhook_url=farm_webhook,
         max_slots=caller.limits.slots,
         max_artifacts_mb=caller.limits.artifacts_mb,
         created_s=now_s,

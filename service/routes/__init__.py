@@ -10,7 +10,7 @@ viewing     views of a frame on demand
 artifacts   files of a job, whole and in part
 outputs     outputs of a job with all their files in one zip
 events      the stream of server-sent events
-keys        keys, login links, browser sessions and the audit log
+keys        keys, usage, login links, browser sessions and the audit log
 login       login and logout of browsers
 openid      login with an account of an OpenID provider
 middleware  path prefix, request ids, rates, and the limit of the request size

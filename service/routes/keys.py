@@ -1,4 +1,4 @@
-"""Keys, login links, browser sessions and the audit log."""
+"""Keys, limits and usage, login links, browser sessions and the audit log."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from fastapi import APIRouter
 from service import auth as keys
 from service import browser_sessions
 from service.api import listings
+from service.api.usage import usage_of
 from service.audit import record
-from service.dependencies import AdminDep, AppStateDep, CursorQuery, LimitQuery, SessionDep
+from service.dependencies import AdminDep, AppStateDep, CursorQuery, LimitQuery, SessionDep, ViewerDep
 from service.schemas.access import (
     AuditAction,
     AuditPage,
@@ -22,6 +23,7 @@ from service.schemas.access import (
     Role,
 )
 from service.schemas.answer import utc, utc_or_none
+from service.schemas.usage import Usage
 
 router = APIRouter(tags=["access"])
 
@@ -84,6 +86,12 @@ def revoke_key(key_id: str, state: AppStateDep, caller: AdminDep) -> None:
         keys.revoke_key(session, key_id)
         record(session, caller, AuditAction.REVOKE_KEY, key_id, now_s=state.now_s())
     state.hub.check_credentials()
+
+
+@router.get("/usage")
+def get_usage(state: AppStateDep, session: SessionDep, caller: ViewerDep) -> Usage:
+    """Get what the owner of the key uses of the farm, and the limits of the key."""
+    return usage_of(session, caller, state.settings)
 
 
 @router.get("/sessions")

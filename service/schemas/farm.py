@@ -53,9 +53,11 @@ class DroppedMessages(Answer):
     """Messages in the stream of events."""
     presences: int
     """Messages of workers that are online. One that stays in the broker counts each time it is read, once a second."""
+    leases: int = 0
+    """Leases of attempts."""
     orders: int | None
-    """Messages that the workers that are online did not accept as orders since they started; null if the broker does
-    not answer."""
+    """Orders, stop signals and leases that the workers that are online did not accept since they started; null if the
+    broker does not answer."""
 
 
 class Health(Answer):
@@ -104,7 +106,8 @@ class Worker(Answer):
     fault: str | None = None
     """The reason why it can do no work now, such as a scratch disk without room."""
     refused_orders: int = 0
-    """The number of messages that it did not accept as orders, because they were not signed or could not be read."""
+    """The number of orders, stop signals and leases that it did not accept, because they were not signed or could not
+    be read."""
     not_claiming_since_s: float | None
     """The time since when it takes no orders although it has a free slot, in seconds since 1970; null if it does."""
 

@@ -144,7 +144,7 @@ class WebhookSender:
         with self._database.writing() as session:
             if is_last:
                 rows.remove(session, delivery.id)
-            if rows.set_error(session, delivery.job_id, error):
+            if rows.set_error(session, delivery.job_id, error, url=delivery.url):
                 row = job_rows.job(session, delivery.job_id)
                 if row is not None:
                     publish_jobs(session, [row])

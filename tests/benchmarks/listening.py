@@ -10,7 +10,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -163,9 +163,11 @@ class _Watch:
 
 
 @contextmanager
-def listening_clients(service: RunningService, path: str, file: Path) -> Iterator[_Watch]:
+def listening_clients(
+    service: RunningService, path: str, file: Path, *, prefix: Sequence[str] = ()
+) -> Iterator[_Watch]:
     """Open the streams of many clients; they write what they received to `file` at the end."""
-    command = [sys.executable, "-m", "tests.benchmarks.stream_clients", service.url, service.key, path]
+    command = [*prefix, sys.executable, "-m", "tests.benchmarks.stream_clients", service.url, service.key, path]
     process = subprocess.Popen(
         [*command, str(CLIENTS), str(file)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )

@@ -80,25 +80,6 @@ def read_channels(path: Path, names: Sequence[str]) -> NDArray[np.float32]:
         return np.ascontiguousarray(pixels[..., places])
 
 
-def read_codes(path: Path) -> NDArray[np.uint16]:
-    """Return the codes of a 16-bit PNG exactly as they are stored, `(rows, cols, 3)`.
-
-    For targets whose colours are numbers, not light.
-
-    Raises
-    ------
-    ArtifactMissing
-        If there is no such file.
-    ArtifactBroken
-        If it is not whole, or does not have three channels of 16 bits.
-    """
-    with opened(path) as source:
-        check_channels(path, source)
-        if str(source.spec().format) != "uint16":
-            raise ArtifactBroken(f"{path.name}: expected codes of 16 bits, got {source.spec().format}")
-        return checked(path, source, source.read_image(0, 0, 0, 3, "uint16"))
-
-
 def read_codes_8(path: Path) -> NDArray[np.uint8]:
     """Return the codes of a PNG in 8 bits, `(rows, cols, 3)`: 8 as they are stored, 16 rounded.
 

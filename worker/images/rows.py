@@ -9,7 +9,7 @@ from __future__ import annotations
 import errno
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,7 +20,6 @@ from OpenImageIO import ImageInput, ImageOutput, ImageSpec, geterror
 
 from lippmann.errors import ArtifactBroken, LippmannError, OutputError
 from worker.images.read import channel_places, check_channels, checked, opened, utf8_path
-from worker.images.scratch import ScratchRows, scratch_rows
 from worker.whole_file import new_file
 
 BAND_BYTES = 40_000_000
@@ -30,8 +29,6 @@ BAND_PX = BAND_BYTES // 6
 """The same in pixels of a master, which have three half floats each."""
 
 _DTYPES = {"half": np.float16, "float": np.float32, "uint8": np.uint8, "uint16": np.uint16}
-_SEQUENTIAL = ("png",)
-"""Formats in which an earlier row can be read only by starting again at the first."""
 _PROBE_BYTES = 1 << 24
 
 
@@ -44,11 +41,7 @@ class PictureRows:
     dtype: np.dtype[Any]
     _path: Path
     _source: ImageInput
-    _scratch: Path | None
     _channels: list[int]
-    _open: ExitStack
-    _next: int = 0
-    _unrolled: ScratchRows | None = None
 
     def read(self, start: int, stop: int) -> NDArray[Any]:
         """Return the pixel rows [start, stop), `(rows, cols, channel)`, in the picture's dtype.
@@ -60,13 +53,6 @@ class PictureRows:
         """
         if not 0 <= start < stop <= self.rows:
             raise ArtifactBroken(f"{self._path.name}: expected rows within {self.rows}, got {start} to {stop}")
-        backward = start < self._next and self._source.format_name() in _SEQUENTIAL
-        if backward and self._unrolled is None:
-            self._unrolled = self._unroll()
-        self._next = stop
-        return self._unrolled.read(start, stop) if self._unrolled is not None else self._decoded(start, stop)
-
-    def _decoded(self, start: int, stop: int) -> NDArray[Any]:
         source, spec, count = self._source, self._source.spec(), max(self._channels) + 1
         name = next(name for name, dtype in _DTYPES.items() if dtype == self.dtype)
         x, y = spec.x, spec.y  # other programs' pictures need not begin at 0
@@ -80,31 +66,21 @@ class PictureRows:
         in_order = self._channels == [*range(count)]
         return pixels if in_order else np.ascontiguousarray(pixels[..., self._channels])
 
-    def _unroll(self) -> ScratchRows:
-        """Decode the picture once into a scratch file, of which any row can be read."""
-        kept = scratch_rows(self._scratch, rows=self.rows, cols=self.cols, channels=3, dtype=self.dtype)
-        unrolled = self._open.enter_context(kept)
-        for start, stop in bands_of_rows(self.rows, self.cols * 3 * self.dtype.itemsize):
-            unrolled.write(start, self._decoded(start, stop))
-        return unrolled
-
 
 @contextmanager
 def open_rows(
-    path: Path, *, dtype: type[Any] | None = None, channels: Sequence[str] | None = None, scratch: Path | None = None
+    path: Path, *, dtype: type[Any] | None = None, channels: Sequence[str] | None = None
 ) -> Iterator[PictureRows]:
-    """Yield a picture whose rows can be read in any order, a few at a time.
+    """Yield a picture of ours whose rows can be read in any order, a few at a time.
 
     Parameters
     ----------
     path
-        EXR, PNG or TIFF.
+        EXR or TIFF, whose rows can be found without those before them; see `worker.untrusted.decoded_rows` for others.
     channels
         Their names; without them red, green and blue, which must be the first ones.
     dtype
         The type of the numbers, as in `read_rgb`; by default that of the file: half floats, floats or codes.
-    scratch
-        A folder for the file into which a PNG is unrolled when rows are read backward; by default that of the system.
 
     Raises
     ------
@@ -113,7 +89,7 @@ def open_rows(
     ArtifactBroken
         If it is not a picture, does not have the three channels, or has numbers of another kind.
     """
-    with opened(path) as source, ExitStack() as kept:
+    with opened(path) as source:
         places = [0, 1, 2] if channels is None else channel_places(path, source, channels)
         if channels is None:
             check_channels(path, source)
@@ -122,7 +98,7 @@ def open_rows(
             raise ArtifactBroken(f"{path.name}: expected numbers of {' or '.join(_DTYPES)}, got {stored}")
         spec = source.spec()
         numbers: np.dtype[Any] = np.dtype(dtype or _DTYPES[stored])
-        yield PictureRows(spec.height, spec.width, numbers, path, source, scratch, places, kept)
+        yield PictureRows(spec.height, spec.width, numbers, path, source, places)
 
 
 def all_rows(picture: PictureRows) -> Iterator[NDArray[Any]]:

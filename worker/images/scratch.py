@@ -22,12 +22,12 @@ class ScratchRows:
         self.rows, self.cols = rows, cols
         self._file = file
         self._row = (cols, channels)
-        self._dtype = np.dtype(dtype)
-        self._row_bytes = cols * channels * self._dtype.itemsize
+        self.dtype = np.dtype(dtype)
+        self._row_bytes = cols * channels * self.dtype.itemsize
 
     def write(self, start: int, pixels: NDArray[Any]) -> None:
         """Write rows from row `start` on, `(rows, cols, channel)`."""
-        rest = np.ascontiguousarray(pixels, dtype=self._dtype).reshape(-1).view(np.uint8).data
+        rest = np.ascontiguousarray(pixels, dtype=self.dtype).reshape(-1).view(np.uint8).data
         with _room_asked_for():
             self._file.seek(start * self._row_bytes)
             while rest:
@@ -35,7 +35,7 @@ class ScratchRows:
 
     def read(self, start: int, stop: int) -> NDArray[Any]:
         """Return the rows [start, stop), which were written before."""
-        pixels = np.empty((stop - start, *self._row), dtype=self._dtype)
+        pixels = np.empty((stop - start, *self._row), dtype=self.dtype)
         rest = pixels.reshape(-1).view(np.uint8).data
         with _room_asked_for():
             self._file.seek(start * self._row_bytes)

@@ -75,7 +75,7 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
         begin(lambda: broker.publish(event_of(order, EventKind.DECLINED, broker)))
         time.sleep(DECLINE_PAUSE_S)
         return
-    lease = broker.new_lease()
+    lease = broker.new_lease(order.attempt)
     if not begin(lambda: broker.claim(order, lease)):
         return
     place.store.expect(order.store_id)

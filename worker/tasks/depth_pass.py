@@ -26,9 +26,9 @@ from lippmann.optics.rig.pixel_rays import front_mm, ray_bands
 from lippmann.plan.sampling import Tile
 from worker.engines.povray.command import Region, RenderCommand
 from worker.engines.povray.depth_codes import FOGGY, FogLight, fog_light, fog_light_among_others
+from worker.engines.povray.pixels import read_codes
 from worker.engines.povray.ray_camera import FIRST_ROW, Scaffold, starts_mm
 from worker.engines.povray.scene import RAYS_FILE, DepthPass, pov_text
-from worker.images.read import read_codes
 from worker.sandbox.log import AttemptLog
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.picture import run_povray, write_rays
@@ -90,10 +90,10 @@ def _command(tile: Tile, clock: Clock, frame: int) -> RenderCommand:
     rows = tile.rows + LEADING_ROWS
     return RenderCommand(
         pov_file=DEPTH_POV_FILE,
-        picture="lippmann-depth.png",
+        picture="lippmann-depth.ppm",
         cols=tile.cols,
         rows=rows,
-        picture_format="png16",
+        picture_format="ppm16",
         region=Region(FIRST_ROW, rows, 0, tile.cols),
         clock=clock.at(frame),
         declares=clock.variables(frame),

@@ -12,8 +12,8 @@ from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scene_camera import SceneCamera
 from worker.engines.povray.command import RenderCommand
 from worker.engines.povray.depth_codes import FOGGY, FogLight, fog_light, fog_light_among_others
+from worker.engines.povray.pixels import read_codes
 from worker.engines.povray.scene_camera import COLS, ROWS, along_axis, distances_text
-from worker.images.read import read_codes
 from worker.sandbox.log import AttemptLog
 from worker.tasks.depth_pass import has_fog
 from worker.tasks.monitor import NullMonitor
@@ -98,10 +98,10 @@ class _Room:
         (self.folder / DISTANCES_FILE).write_text(text)
         command = RenderCommand(
             pov_file=DISTANCES_FILE,
-            picture="lippmann-distances.png",
+            picture="lippmann-distances.ppm",
             cols=COLS,
             rows=ROWS,
-            picture_format="png16",
+            picture_format="ppm16",
             clock=self.sheet.clock.at(1),
             declares=self.sheet.clock.variables(1),
         )

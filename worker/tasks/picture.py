@@ -12,7 +12,7 @@ from lippmann.optics.rig.bench import bench
 from lippmann.optics.rig.method import capture_method
 from lippmann.optics.rig.pixel_rays import front_mm, outer_rays, ray_bands
 from povtemplates.catalogue import INCLUDE_FOLDER
-from worker.engines.povray.command import SYSTEM_INCLUDE, PictureFormat, Region, RenderCommand
+from worker.engines.povray.command import SUFFIXES, SYSTEM_INCLUDE, PictureFormat, Region, RenderCommand
 from worker.engines.povray.forecast import EndForecast
 from worker.engines.povray.progress import Phase, Progress
 from worker.engines.povray.ray_camera import Scaffold, ray_camera_region, ray_camera_text, scaffold
@@ -65,7 +65,7 @@ def render_picture(
     log
         Where POV-Ray's words go.
     picture_format
-        EXR half floats, or PNG of 16 bits in linear light, for targets that code positions.
+        EXR half floats, or PPM of 16 bits in linear light, for targets that code positions.
     is_probe
         True if the limit of the probe counts too.
     """
@@ -85,7 +85,7 @@ def render_picture(
         there,
         RenderCommand(
             pov_file=POV_FILE,
-            picture=f"lippmann-picture.{'exr' if picture_format == 'exr' else 'png'}",
+            picture=f"lippmann-picture{SUFFIXES[picture_format]}",
             cols=cols,
             rows=rows,
             picture_format=picture_format,

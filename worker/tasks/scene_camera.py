@@ -16,6 +16,7 @@ from lippmann.job.stage import Stage
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import cut_tiles, frame_size
 from worker.engines.povray.command import RenderCommand
+from worker.engines.povray.pixels import read_codes
 from worker.engines.povray.scene_camera import (
     COLS,
     QUALITY,
@@ -27,7 +28,7 @@ from worker.engines.povray.scene_camera import (
     scene_camera,
 )
 from worker.engines.povray.scene_variables import scene_variables
-from worker.images.read import read_attributes, read_codes
+from worker.images.read import read_attributes
 from worker.sandbox.log import AttemptLog
 from worker.tasks.artifacts import TaskArtifacts, naming_artifact
 from worker.tasks.monitor import PartMonitor, ProgressMonitor
@@ -61,10 +62,10 @@ def read_scene_camera(
         (folder / REPORT_FILE).write_text(report_text(there, what, scale=scale))
         command = RenderCommand(
             pov_file=REPORT_FILE,
-            picture="lippmann-camera.png",
+            picture="lippmann-camera.ppm",
             cols=COLS,
             rows=ROWS,
-            picture_format="png16",
+            picture_format="ppm16",
             clock=sheet.clock.at(frame),
             declares=sheet.clock.variables(frame),
             quality=QUALITY,

@@ -24,6 +24,7 @@ from lippmann.job.messages.orders import Order
 from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
+from lippmann.private_files import make_passable
 from povtemplates.catalogue import scene_folders
 from worker.report import BrokerClient
 from worker.sandbox.bundle import digest_of, is_unpacked, pack_folder, unpack
@@ -120,16 +121,16 @@ class Workplace:
         if folder.is_dir():
             os.utime(folder)
         else:
-            folder.parent.mkdir(parents=True, exist_ok=True)
+            make_passable(folder.parent)
             beside = Path(tempfile.mkdtemp(prefix=f".{digest[:8]}-", dir=folder.parent))
             try:
                 data = self.store.get_bytes(names.bundle_name(digest))
                 if digest_of(data) != digest:
                     raise BundleError(f"expected the bundle {digest[:12]} in the store, got other content there")
                 unpack(data, beside)
-                # A program in the sandbox may run as another user.
-                for path in (beside, *beside.rglob("*")):
-                    path.chmod(0o755 if path.is_dir() else 0o644)
+                if os.geteuid() == 0:  # Programs in the sandbox run as users of their own.
+                    for path in (beside, *beside.rglob("*")):
+                        path.chmod(0o755 if path.is_dir() else 0o644)
                 _publish(beside, folder)
             finally:
                 shutil.rmtree(beside, ignore_errors=True)
@@ -160,7 +161,7 @@ class Workplace:
     def task_folder(self) -> Iterator[Path]:
         """Yield an empty folder that is removed afterwards, by `sweep_attempts` if the process is killed meanwhile."""
         root = self.settings.attempts_dir
-        root.mkdir(parents=True, exist_ok=True)
+        make_passable(root)
         with contextlib.ExitStack() as stack:
             with folder_lock(root, wait=True):  # a folder that is not locked yet is not swept
                 name = stack.enter_context(tempfile.TemporaryDirectory(dir=root, ignore_cleanup_errors=True))

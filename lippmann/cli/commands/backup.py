@@ -65,10 +65,12 @@ def restore(
     """Restore a backup into an empty data folder, and into an empty database if LIPPMANN_DATABASE_URL names one."""
     from lippmann.farm.adapters import make_parts
     from lippmann.farm.supervisor.folder import data_folder
+    from lippmann.private_files import keep_private
     from service.backup.restore import check_backup, check_folder, restore_backup
     from service.db.engine import opened
     from service.settings import Settings
 
+    keep_private()
     check_backup(source, artifacts=artifacts)
     check_folder(data_dir, artifacts=artifacts)
     # The lock keeps `lippmann up` from starting a farm on a part of the backup.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -116,10 +116,9 @@ def serve(
 
     from lippmann.errors import FarmFailed
     from lippmann.farm.serve import run_service
-    from lippmann.local.files.writable import check_writable
     from service.settings import Settings
 
-    check_writable(data_dir)
+    _prepare_folder(data_dir, data_dir)
     settings = Settings(
         data_dir=data_dir, host=host, port=bound_port, public_url=os.environ.get("LIPPMANN_PUBLIC_URL") or url
     )
@@ -140,9 +139,8 @@ def worker(
 ) -> None:
     """Start only a worker. LIPPMANN_REDIS_URL names the broker. The data folder is that of the service."""
     from lippmann.farm.worker import run_worker, worker_name
-    from lippmann.local.files.writable import check_writable
 
-    check_writable(data_dir / "scratch")  # It writes the artifacts too, which may be another volume.
+    _prepare_folder(data_dir, data_dir / "scratch")  # It writes the artifacts too, which may be another volume.
     if not without_povray:
         _check_povray()
     os.environ["LIPPMANN_DATA_DIR"] = str(data_dir)
@@ -183,6 +181,18 @@ def status(output: Output, connection: Connection) -> None:
     output.result(status_data(farm), status_text(farm))
     if health.status != "ok":
         raise typer.Exit(ExitCode.FAILED)
+
+
+def _prepare_folder(data_dir: Path, written: Path) -> None:
+    """Close the data folder to other users of the machine, and check that a folder of it can be written."""
+    from lippmann.local.files.writable import check_writable
+    from lippmann.private_files import close_parts, keep_private, make_passable
+
+    keep_private()
+    with suppress(OSError):  # the check says what is wrong
+        make_passable(written)
+    close_parts(data_dir)
+    check_writable(written)
 
 
 @contextmanager

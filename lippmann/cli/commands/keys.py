@@ -11,7 +11,7 @@ from lippmann.client.connection import Connection
 from lippmann.errors import BadInput
 from lippmann.terminal.output import Output
 
-app = typer.Typer(help="Manage the keys to the service. An admin key is needed.", no_args_is_help=True)
+app = typer.Typer(help="Manage the keys to the service. Most commands need an admin key.", no_args_is_help=True)
 
 
 @app.command()
@@ -85,6 +85,17 @@ def link(output: Output, connection: Connection) -> None:
     with connection.client() as client:
         made = client.login_link()
     output.result(made.model_dump(mode="json"), made.url)
+
+
+@app.command()
+@with_context
+def usage(output: Output, connection: Connection) -> None:
+    """Show what you use of the farm, and the limits of your key; every key may ask."""
+    from lippmann.cli.text.access import usage_table
+
+    with connection.client() as client:
+        found = client.usage()
+    output.result(found.model_dump(mode="json"), usage_table(found))
 
 
 @app.command("webhook-secret")

@@ -1,4 +1,4 @@
-"""Keys and the audit log as text."""
+"""Keys, usage and the audit log as text."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from lippmann.terminal.table import table
 
 if TYPE_CHECKING:
     from service.schemas.access import AuditEntry, Key
+    from service.schemas.usage import Usage
 
 
 def key_table(keys: Iterable[Key]) -> str:
@@ -35,3 +36,12 @@ def audit_table(entries: Iterable[AuditEntry]) -> str:
         (time_text(one.at), one.name, one.key_id, one.action, one.subject, one.detail, one.address) for one in entries
     ]
     return table(("when", "who", "key", "what", "of", "detail", "from"), rows) if rows else "No changes."
+
+
+def usage_table(found: Usage) -> str:
+    """Return the limits of a key, one a line, with what its owner uses of them."""
+    rows = [
+        (item.name, "" if item.used is None else f"{item.used:.12g}", f"{item.limit:.12g}", item.source)
+        for item in found.items
+    ]
+    return table(("limit", "used", "of", "set by"), rows)

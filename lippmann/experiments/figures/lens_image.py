@@ -24,7 +24,8 @@ from lippmann.job.render_settings import Antialias
 from lippmann.job.rig import PAPER_CAMERA_ANGLE_DEG
 from lippmann.optics.lens.matrices import Conjugate, cardinal_points, conjugate
 from lippmann.optics.lens.prescription import ImagingLens, rig_lens
-from worker.images.read import read_codes, read_rgb
+from worker.engines.povray.pixels import read_codes
+from worker.images.read import read_rgb
 from worker.images.write import write_png
 
 SIDE_PX, QUICK_PX = 720, 120
@@ -116,7 +117,7 @@ def image_size(window_mm: Places, seen_mm: Places) -> dict[str, float]:
 def _measured_points_mm(job: LocalJob, camera: PlainCamera) -> tuple[Places, Places]:
     """Return x in the window and the x of the reference plane that it shows, from a plane whose colour codes x, mm."""
     parameters = {"half_width_mm": CODED_HALF_WIDTH_MM}
-    picture = Picture("target-position", CODED_PX, parameters=parameters, picture_format="png16")
+    picture = Picture("target-position", CODED_PX, parameters=parameters, picture_format="ppm16")
     with job.place.task_folder() as folder:
         codes = read_codes(render_picture(job, camera, picture, folder=folder))
     x_mm = codes[CODED_PX // 2, :, 0] / 65535 * 2 * CODED_HALF_WIDTH_MM - CODED_HALF_WIDTH_MM

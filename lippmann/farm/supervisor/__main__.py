@@ -16,11 +16,13 @@ from lippmann.farm.supervisor.folder import data_folder
 from lippmann.farm.supervisor.logs import BoundedLog
 from lippmann.farm.supervisor.plan import FarmPlan
 from lippmann.farm.supervisor.supervisor import Supervisor, send_event
+from lippmann.private_files import keep_private
 
 
 def main() -> int:
     """Run the farm in the first argument."""
     adopt_orphans()
+    keep_private()
     try:
         _run(FarmPlan.from_json(sys.argv[1]))
     except LippmannError as error:

@@ -11,6 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from lippmann.errors import BadInput
+from lippmann.private_files import close_parts, make_passable
 
 LOCK_FILE = "farm.lock"
 MIN_FREE_BYTES = 100_000_000
@@ -31,7 +32,8 @@ def data_folder(
         If the folder cannot be written, has too little free space, or another farm uses it.
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        make_passable(folder)
+        close_parts(folder)
         descriptor = os.open(folder / LOCK_FILE, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
     except OSError as error:
         raise BadInput(f"expected a data folder that can be written, got {folder}: {error.strerror}") from error

@@ -2,6 +2,6 @@
 
 orders   what the service sends to a worker: one attempt of one task
 events   what a worker reports: the events of an attempt, and the presence of the worker
-seals    the signatures of orders, events and presences, which are encoded and decoded there
+seals    the signatures of all these messages, which are encoded and decoded there
 wire     the names of queues, streams and keys on Redis, and the intervals that both sides rely on
 """

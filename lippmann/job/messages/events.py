@@ -1,5 +1,7 @@
 """What workers report over Redis: events on one stream, the presence of a worker, and the lease of an attempt.
 
+The stop signal of an attempt travels in the other direction and has its place here, beside the lease.
+
 A farm is upgraded one host after the other. The fields that a newer worker adds are ignored, and a field that an older
 worker does not send has a meaning.
 """
@@ -22,6 +24,8 @@ MAX_MESSAGE = 20_000
 """The length at which the text of a message is cut."""
 MAX_PRESENCE_BYTES = 1_000_000
 """The limit of a presence, which names every attempt that the worker holds."""
+MAX_LEASE_BYTES = 4096
+"""The limit of a lease and of a stop signal."""
 MAX_SLOTS = 100_000
 """The greatest number of slots of a worker that is believed; workers have at most 1,024."""
 LONGEST_S = 1e9
@@ -142,13 +146,32 @@ class Event(BaseModel):
 class Lease(BaseModel):
     """The lease of an attempt. Its process renews it every second, and it expires when the process ends."""
 
-    model_config = ConfigDict(frozen=True, extra="ignore")
+    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
 
-    worker: str
-    instance: str | None = None
+    attempt: Name | None = None
+    """The attempt that is leased; None from a worker that is older than the field."""
+    worker: Name
+    instance: Name | None = None
     """The start of the worker process, as in the events of the attempt."""
     at_s: float
     """The time of the renewal, in seconds since 1970, UTC, on the worker's clock."""
+
+
+class StopSignal(BaseModel):
+    """The request of the service that an attempt stops. It holds for ever, so a repeated one changes nothing."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore")
+
+    attempt: Name
+
+
+class NotClaiming(BaseModel):
+    """The workers that take no orders, as the coordinator tells every process of the service."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
+
+    since_s: dict[Name, float]
+    """The time since when, in seconds since 1970, by the name of the worker."""
 
 
 class PresenceFault(BaseModel):
@@ -191,4 +214,4 @@ class Presence(BaseModel):
     fault: PresenceFault | None = None
     """The reason why it can do no work now; None if it can, or if the worker is older than the field."""
     refused_orders: int = Field(default=0, ge=0, lt=2**63)
-    """The number of messages in the queue that it did not accept as orders since it started."""
+    """The number of messages of the broker that it did not accept since it started: orders, stop signals, leases."""

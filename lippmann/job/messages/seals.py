@@ -1,4 +1,4 @@
-"""Seals: orders, events and presences are encoded, signed, verified and decoded here, and nowhere else.
+"""Seals: every message between service and workers is encoded, signed, verified and decoded here, and nowhere else.
 
 Whoever can write to the broker can write anything under the names of `lippmann.job.messages.wire`. A message therefore
 carries a seal, the HMAC-SHA-256 of its canonical JSON, and without a valid one it is refused before it is decoded. The
@@ -16,7 +16,16 @@ from typing import Any, Literal, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import MAX_EVENT_BYTES, MAX_PRESENCE_BYTES, Event, Presence
+from lippmann.job.messages.events import (
+    MAX_EVENT_BYTES,
+    MAX_LEASE_BYTES,
+    MAX_PRESENCE_BYTES,
+    Event,
+    Lease,
+    NotClaiming,
+    Presence,
+    StopSignal,
+)
 from lippmann.job.messages.orders import Order, TaskKind
 
 SEAL = "seal"
@@ -27,7 +36,10 @@ CLOCK_DRIFT_S = 3600.0
 """The largest difference of the clocks of two hosts for which an order is not refused."""
 
 Model = TypeVar("Model", bound=BaseModel)
-Purpose = Literal["order", "event", "presence"]
+UNSIGNED_STOP = b"1"
+"""The stop signal of a version without seals."""
+
+Purpose = Literal["order", "event", "presence", "lease", "stop", "not-claiming"]
 """The kind of a message. It is signed too, so that no event is taken for an order."""
 
 
@@ -129,6 +141,73 @@ class Seals:
         if wire.presence_key(presence.name).encode() != key:
             raise Refused(f"the presence of {presence.name} has the key {key!r}")
         return presence
+
+    def sealed_lease(self, lease: Lease) -> str:
+        """Return the text of a lease.
+
+        Raises
+        ------
+        NoKey
+            If there is no key.
+        """
+        return json.dumps(self._sealed("lease", lease.model_dump(mode="json", exclude_none=True)))
+
+    def open_lease(self, text: bytes, *, attempt: str) -> Lease:
+        """Return the lease in the value of an attempt's key of the broker.
+
+        Raises
+        ------
+        Refused
+            If it is not signed, is too large, cannot be decoded, or is of another attempt.
+        """
+        lease = _decoded(Lease, self._verified("lease", _parsed(text, MAX_LEASE_BYTES)))
+        if lease.attempt != attempt and not (lease.attempt is None and self.accept_unsigned):
+            raise Refused(f"the lease of {lease.attempt} has the key of {attempt}")
+        return lease
+
+    def sealed_stop(self, attempt: str) -> str:
+        """Return the stop signal of an attempt.
+
+        Raises
+        ------
+        NoKey
+            If there is no key.
+        """
+        return json.dumps(self._sealed("stop", StopSignal(attempt=attempt).model_dump(mode="json")))
+
+    def check_stop(self, text: bytes, *, attempt: str) -> None:
+        """Accept the stop signal in the value of an attempt's key of the broker.
+
+        Raises
+        ------
+        Refused
+            If it is not signed, is too large, cannot be decoded, or is of another attempt.
+        """
+        if text == UNSIGNED_STOP and self.accept_unsigned:
+            return
+        signal = _decoded(StopSignal, self._verified("stop", _parsed(text, MAX_LEASE_BYTES)))
+        if signal.attempt != attempt:
+            raise Refused(f"the stop signal of {signal.attempt} has the key of {attempt}")
+
+    def sealed_not_claiming(self, found: NotClaiming) -> str:
+        """Return the text of the list of the workers that take no orders.
+
+        Raises
+        ------
+        NoKey
+            If there is no key.
+        """
+        return json.dumps(self._sealed("not-claiming", found.model_dump(mode="json")))
+
+    def open_not_claiming(self, text: bytes) -> NotClaiming:
+        """Return the list of the workers that take no orders.
+
+        Raises
+        ------
+        Refused
+            If it is not signed, is too large, or cannot be decoded.
+        """
+        return _decoded(NotClaiming, self._verified("not-claiming", _parsed(text, MAX_EVENT_BYTES)))
 
     def _sealed(self, purpose: Purpose, fields: Mapping[str, Any]) -> dict[str, Any]:
         keys = self.keys()

@@ -38,7 +38,7 @@ STOP_POLL_S = 1.0
 
 
 NOT_CLAIMING = PREFIX + "not-claiming"
-"""The key of the workers that take no orders, by the judgement of the coordinator: JSON, name to seconds since 1970."""
+"""The key of the workers that take no orders, by the judgement of the coordinator."""
 NOT_CLAIMING_TTL_S = 10.0
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -132,8 +133,9 @@ def test_the_next_start_has_the_jobs_and_keys_of_the_last(tmp_path: Path) -> Non
         assert run("jobs", "--url", up.said["url"], "--key", key.key).returncode == 0
 
 
+@pytest.mark.promise("Between processes", "No other user of the machine lists or reads the files of a farm.")
 @pytest.mark.parametrize("name", ["dätä 日", os.fsdecode(b"caf\xe9")], ids=["UTF-8", "ISO 8859-1"])
-def test_a_data_folder_may_have_any_name(tmp_path: Path, name: str) -> None:
+def test_a_data_folder_may_have_any_name_and_is_closed_to_other_users(tmp_path: Path, name: str) -> None:
     small = {"px_per_lens": 2, "lens_array": {"count": [4, 4]}}
     with lippmann_up(tmp_path / name) as up, up.client() as client:
         assert up.said["data_dir"] == str(tmp_path / name)
@@ -145,6 +147,22 @@ def test_a_data_folder_may_have_any_name(tmp_path: Path, name: str) -> None:
         )
         assert fetched.returncode == 0, fetched.stderr
     assert (tmp_path / name / "out" / "video" / "views.mp4").stat().st_size > 0
+    shutil.rmtree(tmp_path / name / "out")  # which a user made, and no farm
+    _check_closed(tmp_path / name)
+
+
+def _check_closed(data_dir: Path) -> None:
+    """Check the mode of every file: root's sandboxes have users of their own, who pass through four folders."""
+    is_root = os.geteuid() == 0
+    passed = {data_dir / "scratch" / name for name in ("", "attempts", "bundles")} | {data_dir} if is_root else set()
+    files = {data_dir, *data_dir.rglob("*")}
+    assert len(files) > 30, "a job left its files here"
+    for path in files:
+        mode = path.lstat().st_mode & 0o777
+        if is_root and (data_dir / "scratch" / "bundles") in path.parents:
+            continue  # its name is a SHA-256, and nobody lists the folder
+        expected = 0o711 if path in passed else 0o700 if path.is_dir() else 0o600
+        assert mode == expected, f"{path}: {mode:o}"
 
 
 def test_a_second_farm_on_the_same_folder_is_refused_and_the_first_does_not_notice(farm: Up) -> None:

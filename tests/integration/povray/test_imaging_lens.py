@@ -21,7 +21,7 @@ from lippmann.optics.rig.bench import bench, object_rays, pixel_centres_mm
 from povtemplates.catalogue import INCLUDE_FOLDER
 from tests.builders import local_place, rendered_codes, small_job, stored_job
 from tests.integration.povray.conftest import Room
-from worker.images.read import read_codes
+from worker.engines.povray.pixels import read_codes
 
 MEDIAN_MM = 0.02
 LARGEST_MM = 0.1
@@ -77,7 +77,7 @@ def seen_mm(room: Room, lens: ImagingLens, *, scale: float) -> NDArray[np.float6
         camera=lens.length_mm + 40,
         width=2 * lens.semi_aperture_mm,
     )
-    codes = read_codes(room.render(text, cols=PX, rows=PX, picture="lens.png", picture_format="png16").picture)
+    codes = read_codes(room.render(text, cols=PX, rows=PX, picture="lens.ppm", picture_format="ppm16").picture)
     seen = codes[..., :2] / 65535 * 2 * HALF_WIDTH_MM - HALF_WIDTH_MM
     return np.where((codes[..., 2] > 32768)[..., np.newaxis], seen, np.nan)
 
@@ -138,7 +138,7 @@ def test_a_prism_spreads_colours_as_the_abbe_number_says(best: Room) -> None:
     shutil.copytree(INCLUDE_FOLDER, best.bundle, dirs_exist_ok=True)
     index, dispersion = 1.7, povray_dispersion(1.7, 12.0)
     text = PRISM.format(index=index, dispersion=dispersion)
-    outcome = best.render(text, cols=4000, rows=2, picture="prism.png", picture_format="png16")
+    outcome = best.render(text, cols=4000, rows=2, picture="prism.ppm", picture_format="ppm16")
     light = read_codes(outcome.picture)[0].sum(axis=-1, dtype=np.float64)
     lit = np.nonzero(light)[0]
     lines = np.split(lit, np.nonzero(np.diff(lit) > 1)[0] + 1)
@@ -187,7 +187,7 @@ def test_cemented_glass_spreads_colours_as_its_abbe_numbers_say(best: Room) -> N
         f"{{ {0 if math.isinf(one.radius_mm) else one.radius_mm}, {one.thickness_mm}, {one.index_after}, 50, {wide} }}"
         for one, wide in zip(DOUBLET.surfaces, spread, strict=True)
     )
-    outcome = best.render(SPECTRUM.format(rows=rows), cols=4000, rows=2, picture="doublet.png", picture_format="png16")
+    outcome = best.render(SPECTRUM.format(rows=rows), cols=4000, rows=2, picture="doublet.ppm", picture_format="ppm16")
     light = read_codes(outcome.picture)[0].sum(axis=-1, dtype=np.float64)
     lit = np.nonzero(light)[0]
     lines = np.split(lit, np.nonzero(np.diff(lit) > 1)[0] + 1)

@@ -17,9 +17,10 @@ from lippmann.optics.rig.pixel_rays import pixel_rays
 from povtemplates.catalogue import INCLUDE_FOLDER
 from tests.builders import local_place, rendered, small_job, stored_job
 from tests.integration.povray.conftest import Room
+from worker.engines.povray.pixels import read_codes
 from worker.engines.povray.ray_camera import ray_camera_region, ray_camera_text, scaffold
 from worker.images.colour import srgb_codes
-from worker.images.read import read_codes, read_rgb
+from worker.images.read import read_rgb
 
 HALF_WIDTH_MM = 200.0
 MEDIAN_MM = 0.02
@@ -59,7 +60,7 @@ def shown(room: Room, rays: Rays, *, distance_mm: float = 1000.0, mm_per_unit: f
         SCENE.format(half_width_mm=HALF_WIDTH_MM, distance_mm=distance_mm, mm_per_unit=mm_per_unit, stage=STAGE)
     )
     region = ray_camera_region(rows=rows, cols=cols)
-    outcome = room.render(rows=region.row_stop, cols=cols, region=region, picture_format="png16", picture="tile.png")
+    outcome = room.render(rows=region.row_stop, cols=cols, region=region, picture_format="ppm16", picture="tile.ppm")
     return read_codes(outcome.picture)[region.row_start :]
 
 

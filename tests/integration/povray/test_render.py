@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import struct
 from itertools import pairwise
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from lippmann.errors import PovrayMissing, RenderFailed
 from tests.integration.povray.conftest import BALL, ENDLESS_TRACE, Room
 from worker.engines.povray.command import Region
 from worker.engines.povray.messages import Statistics, unwrap
+from worker.engines.povray.pixels import read_codes, read_region
 from worker.engines.povray.progress import Phase
 from worker.sandbox.process import LOG_PROGRESS_S
 
@@ -47,12 +48,23 @@ def test_clock_and_declares_reach_the_scene(best: Room) -> None:
 
 def test_a_region_is_written_at_full_size(best: Room) -> None:
     outcome = best.render(
-        BALL, region=Region(8, 16, 0, 64), cols=64, rows=48, picture="tile.png", picture_format="png16"
+        BALL, region=Region(8, 16, 0, 64), cols=64, rows=48, picture="tile.ppm", picture_format="ppm16"
     )
-    data = outcome.picture.read_bytes()
-    cols, rows, bits = struct.unpack(">IIB", data[16:25])
-    assert (cols, rows, bits) == (64, 48, 16)
+    codes = read_codes(outcome.picture)
+    assert codes.shape == (48, 64, 3)
+    assert codes[8:16].any()
+    assert not codes[:8].any()
+    assert not codes[16:].any()
     assert best.heard[-1].count == 8 * 64
+
+
+def test_codes_are_the_light_of_an_exr(best: Room) -> None:
+    colours = "gradient x scale 4 color_map { [0 rgb 0] [1 rgb <1, 0.5, 0.2>] }"
+    ramp = f"plane {{ z, 0 pigment {{ {colours} }} finish {{ ambient 1 diffuse 0 }} }}"
+    light = read_region(best.render(ramp).picture, Region(0, 48, 0, 64)).astype(np.float64)
+    codes = read_codes(best.render(ramp, picture="tile.ppm", picture_format="ppm16").picture)
+    assert len(np.unique(codes)) > 100
+    np.testing.assert_allclose(codes / 65535, light, atol=2**-11)
 
 
 def test_photons_and_radiosity_are_seen_and_progress_still_never_falls(best: Room) -> None:

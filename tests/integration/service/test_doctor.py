@@ -138,6 +138,8 @@ BROKEN: dict[str, tuple[Check, str]] = {
         Check.TOO_EARLY,
         "UPDATE tasks SET status = 'dispatched', attempt = 'a1' WHERE kind = 'encode'",
     ),
+    "the bytes of a job": (Check.USAGE, "UPDATE jobs SET artifact_bytes = 7"),
+    "the bytes of an owner": (Check.USAGE, "INSERT INTO owner_usage (owner_id, artifact_bytes) VALUES ('x', 7)"),
     "the plan was forgotten": (Check.UNPLANNED, "UPDATE jobs SET planned_s = NULL"),
     "the idle clock went back": (Check.IDLE_CLOCK, "UPDATE coordinator SET idle_s = -5"),
     "a clock was set": (Check.LEADER, "UPDATE coordinator SET leader = 'x', leader_until_s = 3e9"),
@@ -400,6 +402,7 @@ def test_little_space_is_found(tmp_path: Path, free: int, level: Level) -> None:
         ({"reconcile_s": 100.0}, "RECONCILE_S"),
         ({"public_url": "farm.example"}, "PUBLIC_URL"),
         ({"database_url": "postgresql+psycopg://x@y/z"}, "DATABASE_URL"),
+        ({"webhook_url": "http://hooks.example"}, "WEBHOOK_URL"),
     ],
 )
 def test_settings_that_contradict_are_found(tmp_path: Path, settings: dict[str, Any], name: str) -> None:

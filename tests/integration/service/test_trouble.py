@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import Event
+from lippmann.job.messages.events import Event, NotClaiming
 from lippmann.job.messages.orders import Order, TaskKind
 from service.broker_stream import Stream
 from service.coordinator.coordinator import Coordinator
@@ -191,15 +191,18 @@ def test_a_worker_that_takes_no_orders_is_named_and_its_slots_do_not_count(
     until(lambda: service.client.get("/health").json()["faults"] == [])
 
 
-def test_a_cancelled_attempt_finds_its_stop_key(
-    service: Service, broker: Broker, make_worker: Callable[..., FakeWorker]
+def test_a_cancelled_attempt_finds_a_signed_stop_signal(
+    service: Service, broker: Broker, make_worker: Callable[..., FakeWorker], tmp_path: Path
 ) -> None:
     worker = make_worker(lambda order: [claimed(order)])
     job_id = _submit(service)
     until(lambda: service.client.get(f"/jobs/{job_id}").json()["tasks"]["running"] == 1)
     service.client.post(f"/jobs/{job_id}/cancel")
     until(lambda: broker.client.exists(wire.stop_key(worker.orders[0].attempt)))
-    assert 0 < broker.client.ttl(wire.stop_key(worker.orders[0].attempt)) <= wire.STOP_TTL_S
+    (cancelled,) = worker.orders
+    assert 0 < broker.client.ttl(wire.stop_key(cancelled.attempt)) <= wire.STOP_TTL_S
+    text: Any = broker.client.get(wire.stop_key(cancelled.attempt))
+    seals_in(tmp_path).check_stop(text, attempt=cancelled.attempt)
 
 
 def test_of_two_coordinators_one_leads_and_the_other_takes_over_when_it_stops(
@@ -267,7 +270,11 @@ def test_presences_that_cannot_be_understood_are_passed_over(broker: Broker, tmp
     stream = Stream(broker.url, seals=SEALS, timeout_s=30)
     assert [worker.name for worker in stream.presences()] == ["a", "b"]
     assert [event for _, event in stream.read("0-0", count=9, block_s=0.1)] == [None]
-    assert stream.dropped == {"presence": 1, "event": 1}
+    broker.client.set(wire.NOT_CLAIMING, '{"a": 1.0}')
+    assert stream.not_claiming() == {}
+    broker.client.set(wire.NOT_CLAIMING, SEALS.sealed_not_claiming(NotClaiming(since_s={"a": 1.0})))
+    assert stream.not_claiming() == {"a": 1.0}
+    assert stream.dropped == {"presence": 1, "event": 1, "not-claiming": 1}
 
 
 def test_health_tells_an_admin_how_many_messages_were_refused(

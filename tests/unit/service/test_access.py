@@ -114,9 +114,11 @@ def test_health_without_a_key_names_healthy_components_and_nothing_of_the_inside
 def test_only_admins_learn_how_many_messages_were_refused(api: Client, api_farm: Farm) -> None:
     with api_farm.writing() as session:
         coordinator_rows.add_dropped(session, {"event": 2})
-        coordinator_rows.add_dropped(session, {"event": 1, "presence": 5})
+        coordinator_rows.add_dropped(session, {"event": 1, "presence": 5, "lease": 7})
     health = "/api/v1/health"
-    assert api.get(health).json()["dropped"] == {"events": 3, "presences": 5, "orders": None}
+    assert api.get(health).json()["dropped"] == {
+        "events": 3, "presences": 5, "leases": 7, "orders": None,
+    }  # fmt: skip
     for role in (Role.VIEWER, Role.SUBMITTER):
         assert api.get(health, headers=_key(api_farm, role)).json()["dropped"] is None
 

@@ -80,6 +80,7 @@ RULES: dict[str, tuple[str, bool]] = {
     "DELETE /api/v1/sessions/{session_id}": (ADMIN, True),
     "POST /api/v1/login-tokens": (ADMIN, True),
     "GET /api/v1/audit": (ADMIN, False),
+    "GET /api/v1/usage": (SEE, False),
     "GET /api/v1/webhook-secret": (SUBMIT, False),
 }
 """The rule of each route, and whether a request that succeeds changes something, which the audit log records."""

@@ -15,11 +15,11 @@ from lippmann.errors import ArtifactBroken, ArtifactMissing, Stopped
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from tests.bombs import LIES
 from worker import untrusted
-from worker.images import decoder
+from worker.images import decoder, rows
 from worker.images.colour import srgb_codes
 from worker.images.read import read_codes_8
 from worker.images.write import write_channels, write_exr
-from worker.untrusted import picture_codes, read_depth_numbers, read_imported, read_master_light
+from worker.untrusted import decoded_rows, picture_codes, read_depth_numbers, read_imported, read_master_light
 
 RNG = np.random.default_rng(0)
 CODES_8 = RNG.integers(0, 256, (9, 7, 3), dtype=np.uint8)
@@ -158,9 +158,30 @@ def test_masters_and_depths_of_others_are_decoded_in_the_sandbox(
     evil = tmp_path / "evil.py"
     evil.write_text("print('half')\n")
     monkeypatch.setattr(decoder, "__file__", str(evil))
-    for name, read in (("a", picture_codes), ("d", lambda path: read_depth_numbers(path, CHANNELS))):
+    for name, read in (
+        ("a", picture_codes),
+        ("d", lambda path: read_depth_numbers(path, CHANNELS)),
+        ("a", lambda path: decoded_rows(path, is_master=True).__enter__()),
+    ):
         with pytest.raises(ArtifactBroken, match=rf"{name}\.exr: expected numbers from the decoder, got no file"):
             read(tmp_path / f"{name}.exr")
+
+
+@pytest.mark.parametrize(("codes", "suffix"), [(CODES_8, "png"), (CODES_8, "tif"), (CODES_16, "tif")])
+def test_the_rows_of_a_picture_are_read_in_any_order(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, codes: np.ndarray, suffix: str
+) -> None:
+    monkeypatch.setattr(rows, "BAND_BYTES", 50)
+    path = tmp_path / f"a.{suffix}"
+    if suffix == "png":
+        Image.fromarray(codes).save(path)
+    else:
+        tifffile.imwrite(path, codes, photometric="rgb")
+    with decoded_rows(path, is_master=False, scratch=tmp_path) as picture:
+        assert (picture.rows, picture.cols, picture.dtype) == (9, 7, codes.dtype)
+        for start in (7, 3, 0):
+            assert np.array_equal(picture.read(start, start + 2), codes[start : start + 2])
+    assert list(tmp_path.iterdir()) == [path]
 
 
 @pytest.mark.parametrize("read", [picture_codes, read_master_light], ids=lambda read: read.__name__)

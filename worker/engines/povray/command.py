@@ -13,7 +13,7 @@ from typing import Literal, NamedTuple
 
 from lippmann.job.render_settings import Antialias
 
-PictureFormat = Literal["png16", "exr"]
+PictureFormat = Literal["ppm16", "exr"]
 
 SYSTEM_INCLUDE = Path("/usr/share/povray-3.7/include")
 """The folder of colors.inc and the other includes of Debian's package; without an INI file POV-Ray searches none."""
@@ -21,8 +21,11 @@ SYSTEM_INCLUDE = Path("/usr/share/povray-3.7/include")
 BLOCK_PX = 32
 """POV-Ray renders and reports in blocks of 32 x 32 px."""
 
-_OUTPUT = {"png16": ("+FN16", "File_Gamma=1.0"), "exr": ("+FE",)}
-"""Both formats store linear light: the codes of a PNG are numbers, for targets that encode positions."""
+_OUTPUT = {"ppm16": ("+FP16", "File_Gamma=1.0"), "exr": ("+FE",)}
+"""Both formats store linear light: the codes of a PPM are numbers, for targets that encode positions and for depth."""
+
+SUFFIXES: Mapping[PictureFormat, str] = {"ppm16": ".ppm", "exr": ".exr"}
+"""The suffix of the picture by its format."""
 
 
 class Region(NamedTuple):

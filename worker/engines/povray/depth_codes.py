@@ -65,7 +65,7 @@ def fog_light_among_others(
     Parameters
     ----------
     without, added, taken
-        Codes `(row, col, 3)` with our fog at amplitude 0, `FOGGY` and -`FOGGY`: a PNG has no light below 0 or above 1.
+        Codes `(row, col, 3)` with our fog at amplitude 0, `FOGGY` and -`FOGGY`: a code has no light below 0 or above 1.
     """
     own = without / TOP
     light = np.where(own < FOGGY, added / TOP - own, own - taken / TOP)

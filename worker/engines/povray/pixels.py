@@ -1,11 +1,12 @@
-"""The pixels of an EXR of POV-Ray, read with the standard library and NumPy.
+"""The pixels of an EXR and of a PPM of POV-Ray, read with the standard library and NumPy.
 
 A scene may have taken POV-Ray over, so its picture is untrusted. `picture.check_picture` lets one kind of EXR pass:
-scan lines, red, green and blue in half floats, ZIP. This reader knows that kind and no other, so that no decoder of
-many kinds reads what a stranger may have written. Every size comes from the checked header.
+scan lines, red, green and blue in half floats, ZIP; and one kind of PPM, three times 16 bits. These readers know these
+kinds and no other, so that no decoder of many kinds reads what a stranger may have written. Every size comes from the
+checked header.
 
-The layout is that of "OpenEXR File Layout", https://openexr.com/en/latest/OpenEXRFileLayout.html; the tests compare
-every pixel with OpenEXR's own.
+The layout of the EXR is that of "OpenEXR File Layout", https://openexr.com/en/latest/OpenEXRFileLayout.html; the tests
+compare every pixel with OpenEXR's own.
 """
 
 from __future__ import annotations
@@ -20,13 +21,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.lightfield.sheet.assemble import TilePlace
-from worker.engines.povray.picture import Unlike, exactly, exr_attributes, opened
+from worker.engines.povray.picture import Unlike, exactly, exr_attributes, opened, ppm_size
 
 _MAGIC_AND_VERSION_BYTES = 8
 _CHUNK_ROWS = 16
 """The rows that ZIP compresses at once."""
 _HALF = np.dtype("<f2")
+_CODE = np.dtype(">u2")
 _CHANNELS = 3
+
+
+def read_codes(picture: Path) -> NDArray[np.uint16]:
+    """Return the codes of a PPM that `check_picture` let pass, `(rows, cols, 3)`.
+
+    Raises
+    ------
+    RenderFailed
+        If its pixels are cut short.
+    """
+    with opened(picture) as file:
+        rows, cols = ppm_size(file)
+        codes = np.fromfile(file, dtype=_CODE)
+        if codes.size != rows * cols * _CHANNELS:
+            raise Unlike(f"expected {rows} x {cols} px, got {codes.size} codes")
+    return codes.astype(np.uint16).reshape(rows, cols, _CHANNELS)
 
 
 def read_region(picture: Path, place: TilePlace) -> NDArray[np.float16]:

@@ -50,8 +50,8 @@ class Watch:
         return self.monitor.run(workers, first_order, now_s=self.farm.now_s)
 
     def lease(self, order: Order, *, at_s: float) -> None:
-        text = Lease(worker="w1", instance="i1", at_s=at_s).model_dump_json()
-        self.client.set(wire.lease_key(order.attempt), text)
+        lease = Lease(attempt=order.attempt, worker="w1", instance="i1", at_s=at_s)
+        self.client.set(wire.lease_key(order.attempt), SEALS.sealed_lease(lease))
 
 
 @pytest.fixture
@@ -100,10 +100,19 @@ def test_the_attempt_of_a_restarted_worker_is_lost_with_the_reason(watch: Watch)
     assert task.error_message == "worker w1 was restarted"
 
 
+@pytest.mark.promise("Between processes", "A lease that is not signed does not keep the attempt of a lost worker.")
 @pytest.mark.parametrize("text", ["w1", Lease(worker="w1", instance="i1", at_s=103.0).model_dump_json()])
-def test_a_lease_that_is_renewed_or_of_an_unknown_form_keeps_an_attempt(watch: Watch, text: str) -> None:
+def test_a_forged_lease_keeps_nothing_and_is_counted(watch: Watch, text: str) -> None:
     order = running(watch)
     watch.client.set(wire.lease_key(order.attempt), text)
+    returned = worker("i2", seen_s=104.0)
+    assert [watch.look(returned) for _ in range(2)] == [0, 1]
+    assert watch.stream.dropped == {"lease": 2}
+
+
+def test_a_lease_that_is_renewed_keeps_an_attempt(watch: Watch) -> None:
+    order = running(watch)
+    watch.lease(order, at_s=103.0)
     assert [watch.look(worker("i2", seen_s=104.0)) for _ in range(20)] == [0] * 20
     assert watch.farm.task(order).status is TaskStatus.RUNNING
 

@@ -17,6 +17,7 @@ from sqlalchemy.orm import Session
 
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
+from service.api.usage import usage_of
 from service.coordinator.reconciler import FarmView, Reconciler
 from service.db import events as event_rows
 from service.db import jobs as job_rows
@@ -26,8 +27,10 @@ from service.db import usage as usage_rows
 from service.db import waiting as waiting_rows
 from service.db.migrations import migrate
 from service.db.tables import BackgroundJob, Job, JobEvent, OwnerUsage, Task
+from service.jobs.limits import check_quota
+from service.limits import Limits
 from service.schemas.events import EventTopic
-from tests.builders_service import T0, Farm, claimed, done, presence
+from tests.builders_service import CALLER, T0, Farm, claimed, done, presence
 
 LARGE = 6_666
 """The frames of the large job: 3 tasks each, one probe, one video."""
@@ -239,6 +242,18 @@ def test_a_hot_query_uses_its_index(farm: Farm, job_id: str, name: str) -> None:
         plan = _plan(session, statement)
     assert not [step for step in plan if step.startswith("SCAN tasks")], plan
     assert _indexes(plan) == indexes, plan
+
+
+def test_quotas_and_usage_are_counted_without_the_tasks(farm: Farm) -> None:
+    with farm.database.reading() as session, _recorded(farm) as seen:
+        check_quota(session, CALLER.owner_id, frames=1, limits=Limits(farm.settings, CALLER.limits))
+        used = {item.name: item.used for item in usage_of(session, CALLER, farm.settings).items}
+        plans = {statement[0]: _plan(session, statement) for statement in list(seen)}
+    assert (used["open_jobs"], used["open_frames"]) == (OPEN + 1, (OPEN + 1) * LARGE)
+    assert len(plans) >= 5
+    assert not [words for words in plans if "tasks" in words]
+    if farm.database.is_sqlite:  # PostgreSQL knows that some tables are empty here
+        assert not [step for plan in plans.values() for step in plan if step.startswith("SCAN jobs")], plans
 
 
 def test_no_statement_of_a_round_of_the_coordinator_reads_a_large_table_from_end_to_end(farm: Farm) -> None:

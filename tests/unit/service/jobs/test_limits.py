@@ -177,7 +177,7 @@ def test_the_bundles_of_an_owner_are_counted_replaced_ones_too_and_each_once(api
     assert "Retry-After" not in refused.headers
     assert refused.json()["detail"] == (
         "'ann' would have 3 scene bundles, expected at most 2 (the limit bundles of the key); "
-        "bundles that were replaced count, because jobs may need them"
+        "bundles that were replaced count while jobs need them; remove jobs"
     )
     assert refused.json()["errors"] == [
         {"field": "bundles", "expected": "at most 2 (the limit bundles of the key)", "got": "3"}
@@ -210,3 +210,22 @@ def test_a_repeated_submission_is_answered_although_the_quota_is_used_up(
     api = make_client(make_farm(**AWAY, max_open_jobs=1))
     answers = [api.post(f"{API}/jobs", json=SPEC, headers={"Idempotency-Key": "one"}) for _ in range(2)]
     assert [answer.status_code for answer in answers] == [201, 200]
+
+
+def test_everybody_sees_what_the_owner_uses_and_who_limits_it(
+    make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]
+) -> None:
+    farm = make_farm(**AWAY, max_frames=9)
+    api, ann, bob = make_client(farm), _key(farm, "ann", open_jobs=4), _key(farm, "bob")
+    assert api.post(f"{API}/jobs", json=SPEC, headers=ann).status_code == 201
+
+    def usage(key: dict[str, str]) -> dict[str, tuple[float | None, float, str]]:
+        answer = api.get(f"{API}/usage", headers=key).json()
+        return {item["name"]: (item["used"], item["limit"], item["source"]) for item in answer["items"]}
+
+    assert api.get(f"{API}/usage", headers=ann).json()["owner_id"] == "ann"
+    assert usage(ann).keys() == KeyLimits.model_fields.keys()
+    assert usage(ann)["open_jobs"] == (1, 4, "the limit open_jobs of the key")
+    assert usage(ann)["frames"] == (None, 9, "LIPPMANN_MAX_FRAMES of the farm")
+    assert usage(ann)["open_frames"][0] == 3
+    assert [used for used, _, _ in usage(bob).values() if used] == [], "nothing of others"

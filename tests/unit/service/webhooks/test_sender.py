@@ -19,7 +19,7 @@ import pytest
 from lippmann.job.states import JobStatus
 from service.auth import Caller
 from service.db import webhooks as rows
-from service.db.tables import JobEvent, WebhookDelivery
+from service.db.tables import ADMIN_OWNER, JobEvent, WebhookDelivery
 from service.jobs.commands import cancel_job, remove_job, retry_job
 from service.jobs.submission import submit_job
 from service.schemas.access import Role
@@ -395,3 +395,26 @@ def test_without_a_key_file_a_message_waits(hooks: Farm, receiver: Receiver) -> 
     assert receiver.received.empty()
     assert (hooks.job(job_id).webhook_error or "").endswith("the farm has no key to sign it with")
     assert len(pending(hooks)) == 1
+
+
+def test_the_webhook_of_the_farm_gets_every_job_signed_for_its_admin_and_its_failures_are_not_the_jobs(
+    make_farm: Callable[..., Farm], receiver: Receiver, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    farm = hooked(make_farm, webhook_url=receiver.url)
+    job_id = farm.submit()
+    with farm.writing() as session:
+        cancel_job(session, job_id, now_s=farm.now_s)
+    sender = sender_of(farm)
+    assert not sender.send_next("k")
+    assert sender.send_next(ADMIN_OWNER)
+    got = receiver.next()
+    assert json.loads(got.body)["data"]["id"] == job_id
+    (key,) = farm.settings.link_keys.keys()
+    assert is_genuine(secret_of(key, ADMIN_OWNER), got, now_s=farm.now_s, monkeypatch=monkeypatch)
+    receiver.answer = 500
+    both = cancelled(farm, receiver.url.replace("/hook", "/own"))
+    assert sender.send_next(ADMIN_OWNER)
+    assert farm.job(both).webhook_error is None
+    assert sender.send_next("k")
+    assert farm.job(both).webhook_error is not None
+    assert [receiver.next().path for _ in range(2)] == ["/hook?of=lippmann", "/own?of=lippmann"]

@@ -17,11 +17,11 @@ from PIL import Image
 
 from lippmann.errors import OutputError
 from lippmann.plan.printing.shapes import Bar, Ring, Shape, TextLine, line
+from tests.pictures import read_png_16
 from tests.unit.worker.images.pictures import decoded
 from worker.images.density import Density
 from worker.images.drawing import paper
 from worker.images.png import deflated_rows, write_png_bands
-from worker.images.read import read_codes
 from worker.images.rearrange import turned_bands
 
 
@@ -49,7 +49,7 @@ def test_a_png_of_16_bits_holds_the_codes_for_two_other_readers(tmp_path: Path) 
     codes, path = gradients(50, 33, 16), tmp_path / "a.png"
     with path.open("wb") as file:
         write_png_bands(file, [codes[:20], codes[20:]], rows=50, cols=33, bits=16, density=Density(600, 25.4 / 0.042))
-    np.testing.assert_array_equal(read_codes(path), codes)
+    np.testing.assert_array_equal(read_png_16(path), codes)
     np.testing.assert_array_equal(decoded(path, "rgb48le"), codes)
     with Image.open(path) as picture:
         assert picture.info["dpi"] == pytest.approx((23622 * 0.0254, 23810 * 0.0254))

@@ -60,7 +60,7 @@ def test_codes_come_back_as_others_read_them(bits: int, tmp_path: Path) -> None:
     np.testing.assert_array_equal(decoded(tmp_path / "a.png", "rgb24" if bits == 8 else "rgb48le"), pixels)
 
 
-@pytest.mark.parametrize("name", ["a.exr", "a8.png", "a16.png", "a8.tif", "a16.tif"])
+@pytest.mark.parametrize("name", ["a.exr", "a8.tif", "a16.tif"])
 def test_rows_can_be_had_in_any_order(name: str, tmp_path: Path) -> None:
     path = tmp_path / name
     pixels = noise(50, 40) if path.suffix == ".exr" else codes(bits=16 if "16" in name else 8)
@@ -68,13 +68,12 @@ def test_rows_can_be_had_in_any_order(name: str, tmp_path: Path) -> None:
         write_exr(path, pixels, attributes={})
     else:
         write_codes(path, pixels)
-    with open_rows(path, scratch=tmp_path) as picture:
+    with open_rows(path) as picture:
         assert (picture.rows, picture.cols, picture.dtype) == (50, 40, pixels.dtype)
         for start, stop in [(0, 3), (20, 50), (3, 20), (0, 50), (49, 50), (5, 6)]:
             found = picture.read(start, stop)
             assert found.dtype == pixels.dtype
             np.testing.assert_array_equal(found, pixels[start:stop])
-    assert [entry.name for entry in tmp_path.iterdir()] == [name]
 
 
 @pytest.mark.parametrize(

@@ -15,11 +15,12 @@ from redis import Redis
 
 from lippmann.errors import RenderFailed, SceneError, Stopped
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import Event, EventKind, ProbeResult
+from lippmann.job.messages.events import Event, EventKind, Lease, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
 from tests.broker import Broker
 from tests.builders_messages import SEALS, seals_in
 from tests.waiting import ENOUGH_S, until
+from worker.refusals import refusals
 from worker.report import AttemptHeartbeat, BrokerClient
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
@@ -145,21 +146,63 @@ def test_an_order_for_others_is_declined_and_not_worked_on(place: Workplace, red
 
 
 def test_an_order_that_was_called_back_is_left_alone(place: Workplace, redis: Redis) -> None:
-    redis.set(wire.stop_key("a1"), "1")
+    redis.set(wire.stop_key("a1"), place.settings.seals.sealed_stop("a1"))
     attempt(place, order(), doing(AssertionError("worked")))
     assert said(redis) == []
 
 
 def test_an_order_that_arrives_twice_is_worked_on_once(place: Workplace, redis: Redis) -> None:
-    redis.set(wire.lease_key("a1"), "w2")
+    lease = place.settings.seals.sealed_lease(Lease(attempt="a1", worker="w2", at_s=1.0))
+    redis.set(wire.lease_key("a1"), lease)
     attempt(place, order(), doing(AssertionError("worked")))
     assert said(redis) == []
-    assert redis.get(wire.lease_key("a1")) == b"w2", "the other's lease is untouched"
+    assert redis.get(wire.lease_key("a1")) == lease.encode(), "the other's lease is untouched"
+
+
+@pytest.mark.promise(
+    "Between processes", "A stop signal or a lease that is not signed stops no task; it is counted and logged."
+)
+@pytest.mark.parametrize("kind", ["text", "signed for another attempt", "no text"])
+def test_forged_stop_signals_and_leases_stop_nothing_and_are_counted(place: Workplace, redis: Redis, kind: str) -> None:
+    def forge() -> None:
+        for key in (wire.stop_key("a1"), wire.lease_key("a1")):
+            redis.delete(key)
+            if kind == "no text":
+                redis.lpush(key, "1")
+            else:
+                redis.set(key, "1" if kind == "text" else place.settings.seals.sealed_stop("a2"))
+
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
+        forge()
+        until(lambda: redis.type(wire.lease_key("a1")) == b"string" and redis.get(wire.lease_key("a1")) != b"1")
+        counted = refusals.count
+        until(lambda: refusals.count > counted)
+        assert not monitor.should_stop()
+        return TaskResult()
+
+    forge()
+    counted = refusals.count
+    attempt(place, order(), do)
+    assert said(redis)[-1].kind is EventKind.DONE
+    assert refusals.count >= counted + 3, "one signal and one lease at the start, and signals afterwards"
+
+
+def test_an_attempt_whose_keys_are_forged_faster_than_it_reads_does_not_begin(redis_url: str, redis: Redis) -> None:
+    client = BrokerClient(redis_url, "w1", seals=SEALS)
+    read = client._claim
+
+    def forge_and_read(**arguments: Any) -> Any:
+        redis.set(wire.stop_key("a1"), f"{refusals.count}")
+        return read(**arguments)
+
+    client._claim = forge_and_read  # type: ignore[assignment]  # the forger
+    assert not client.claim(order(), client.new_lease("a1"))
+    assert said(redis) == []
 
 
 def test_work_hears_the_stop_sign_while_it_works(place: Workplace, redis: Redis) -> None:
     def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
-        redis.set(wire.stop_key("a1"), "1")
+        redis.set(wire.stop_key("a1"), place.settings.seals.sealed_stop("a1"))
         while not monitor.should_stop():
             pass
         raise Stopped
@@ -224,7 +267,7 @@ def test_a_heart_that_has_ended_does_not_beat(redis_url: str, redis: Redis) -> N
 
 def test_a_lease_expires_by_itself(redis_url: str, redis: Redis) -> None:
     client = BrokerClient(redis_url, "w1", seals=SEALS)
-    assert client.claim(order(), client.new_lease())
+    assert client.claim(order(), client.new_lease("a1"))
     assert 0 < redis.pttl(wire.lease_key("a1")) <= wire.LEASE_TTL_S * 1000
 
 

@@ -117,12 +117,12 @@ def test_a_lease_whose_answer_was_lost_is_recognised_by_the_next_try_and_by_no_o
 ) -> None:
     client = BrokerClient(url_of(proxy), "w1", "i1", seals=SEALS, timeout_s=0.5)
     earlier = ORDER.model_copy(update={"attempt": "a0"})
-    assert client.claim(earlier, client.new_lease()), "from now on the broker has the script"
+    assert client.claim(earlier, client.new_lease("a0")), "from now on the broker has the script"
     proxy.blackhole("answers")
-    lease = client.new_lease()
+    lease = client.new_lease("a1")
     with pytest.raises(RedisError):
         client.claim(ORDER, lease)
     assert until(lambda: broker.client.get(wire.lease_key("a1"))) == lease.encode(), "the broker has the first try"
     proxy.pass_on()
     assert client.claim(ORDER, lease)
-    assert not client.claim(ORDER, client.new_lease())
+    assert not client.claim(ORDER, client.new_lease("a1"))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import replace
-from typing import Any
+from typing import Any, get_args
 
 import pytest
 from hypothesis import given, settings
@@ -13,12 +13,23 @@ from hypothesis import strategies as st
 
 from lippmann.digest import Digest
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import MAX_EVENT_BYTES, MAX_PRESENCE_BYTES, MAX_SLOTS, Event, EventKind, Presence
+from lippmann.job.messages.events import (
+    MAX_EVENT_BYTES,
+    MAX_LEASE_BYTES,
+    MAX_PRESENCE_BYTES,
+    MAX_SLOTS,
+    Event,
+    EventKind,
+    Lease,
+    NotClaiming,
+    Presence,
+)
 from lippmann.job.messages.orders import Order, TaskKind, TileIndex
 from lippmann.job.messages.seals import (
     CLOCK_DRIFT_S,
     ORDER_TTL_S,
     NoKey,
+    Purpose,
     Refused,
     Seals,
     canonical,
@@ -35,6 +46,7 @@ ORDER = Order(
 )  # fmt: skip
 EVENT = Event(kind=EventKind.DONE, job_id="j", task_id="j-1", attempt="a", worker="w1", at_s=1.5, cpu_s=2,
               digests={"x.exr": Digest(1, "0" * 64)})  # fmt: skip
+LEASE = Lease(attempt="a", worker="w1", instance="i1", at_s=1.5)
 JSON = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats(allow_nan=False, allow_infinity=False) | st.text(),
     lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
@@ -65,12 +77,17 @@ def test_sealed_messages_open_as_they_were() -> None:
     assert SEALS.open_event(SEALS.sealed_event(EVENT).encode()) == EVENT
     text = SEALS.sealed_presence(presence("w1")).encode()
     assert SEALS.open_presence(text, key=wire.presence_key("w1").encode()) == presence("w1")
+    assert SEALS.open_lease(SEALS.sealed_lease(LEASE).encode(), attempt="a") == LEASE
+    SEALS.check_stop(SEALS.sealed_stop("a").encode(), attempt="a")
+    found = NotClaiming(since_s={"w1": 2.0})
+    assert SEALS.open_not_claiming(SEALS.sealed_not_claiming(found).encode()) == found
 
 
 def test_a_version_without_seals_reads_sealed_messages() -> None:
     assert Order.model_validate(sealed()) == ORDER
     assert Event.model_validate_json(SEALS.sealed_event(EVENT)) == EVENT
     assert Presence.model_validate_json(SEALS.sealed_presence(presence())) == presence()
+    assert Lease.model_validate_json(SEALS.sealed_lease(LEASE)) == LEASE
 
 
 def test_every_key_of_the_file_is_accepted_and_the_first_one_signs() -> None:
@@ -119,8 +136,8 @@ def test_an_order_in_the_envelope_of_another_is_refused() -> None:
 
 def test_a_seal_for_one_purpose_is_none_for_another() -> None:
     fields = {"at_s": 1.0}
-    seals = {SEALS._sealed(purpose, fields)["seal"] for purpose in ("order", "event", "presence")}
-    assert len(seals) == 3
+    seals = {SEALS._sealed(purpose, fields)["seal"] for purpose in get_args(Purpose)}
+    assert len(seals) == 6
 
 
 @pytest.mark.parametrize("message", [None, 7, "x", [], [["a"] * 3], {}])
@@ -176,6 +193,42 @@ def test_the_largest_honest_presence_is_accepted() -> None:
     text = SEALS.sealed_presence(most).encode()
     assert len(text) < MAX_PRESENCE_BYTES
     assert SEALS.open_presence(text, key=wire.presence_key("w1").encode()) == most
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"1",
+        b"",
+        b"null",
+        LEASE.model_dump_json().encode(),
+        b'{"attempt": "a"}',
+        OTHER.sealed_lease(LEASE).encode(),
+        OTHER.sealed_stop("a").encode(),
+        SEALS.sealed_event(EVENT).encode(),
+        SEALS.sealed_lease(LEASE.model_copy(update={"attempt": "b"})).encode(),
+        SEALS.sealed_stop("b").encode(),
+        b"[" * (MAX_LEASE_BYTES + 1),
+    ],
+)
+def test_a_lease_or_a_stop_signal_of_a_stranger_or_another_attempt_is_refused(text: bytes) -> None:
+    for open_text in (SEALS.open_lease, SEALS.check_stop):
+        with pytest.raises(Refused):
+            open_text(text, attempt="a")
+
+
+def test_a_lease_is_no_stop_signal_and_the_other_way_round() -> None:
+    with pytest.raises(Refused, match="wrong signature"):
+        SEALS.check_stop(SEALS.sealed_lease(LEASE).encode(), attempt="a")
+    with pytest.raises(Refused, match="wrong signature"):
+        SEALS.open_lease(SEALS.sealed_stop("a").encode(), attempt="a")
+
+
+def test_while_the_farm_is_upgraded_leases_and_stop_signals_of_earlier_versions_count() -> None:
+    UNSIGNED.check_stop(b"1", attempt="a")
+    assert UNSIGNED.open_lease(b'{"worker": "w1", "at_s": 1.5}', attempt="a") == Lease(worker="w1", at_s=1.5)
+    with pytest.raises(Refused):
+        UNSIGNED.check_stop(OTHER.sealed_stop("a").encode(), attempt="a")
 
 
 def test_unsigned_messages_are_accepted_only_while_the_farm_is_upgraded_and_wrong_seals_never() -> None:

@@ -33,10 +33,10 @@ def test_a_whole_picture_is_asked_for_with_every_option_said() -> None:
 def test_a_tile_is_asked_for_by_rows_and_columns_from_one_inclusive() -> None:
     command = RenderCommand(
         "tile.pov",
-        "tile.png",
+        "tile.ppm",
         cols=720,
         rows=480,
-        picture_format="png16",
+        picture_format="ppm16",
         region=Region(0, 32, 64, 720),
         clock=0.1,
         declares={"Lens_Cols": 90, "A": 1e-7},
@@ -47,8 +47,8 @@ def test_a_tile_is_asked_for_by_rows_and_columns_from_one_inclusive() -> None:
     assert povray_argv(command) == [
         "/opt/povray",
         "+Itile.pov",
-        "+Otile.png",
-        "+FN16",
+        "+Otile.ppm",
+        "+FP16",
         "File_Gamma=1.0",
         "+W720",
         "+H480",

@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
 
 from lippmann.errors import RenderFailed
+from tests.pictures import read_tiff
 from tests.unit.worker.images.pictures import HALVES
 from worker.engines.povray.command import Region
-from worker.engines.povray.pixels import read_region
+from worker.engines.povray.pixels import read_codes, read_region
 from worker.images.write import write_exr
 
 ROWS, COLS = 50, 40
@@ -124,3 +126,18 @@ def _table(data: bytes) -> int:
 def _first_chunk_is(path: Path, data: bytes, *, offset: int, more: bytes = b"") -> None:
     table = _table(data)
     path.write_bytes(data[:table] + struct.pack("<Q", offset) + data[table + 8 :] + more)
+
+
+@given(codes=hnp.arrays(np.uint16, hnp.array_shapes(min_dims=2, max_dims=2, max_side=9).map(lambda size: (*size, 3))))
+def test_the_codes_of_a_ppm_are_those_that_another_reader_finds(folder: Path, codes: np.ndarray) -> None:
+    rows, cols, _ = codes.shape
+    path = folder / "a.ppm"
+    path.write_bytes(f"P6\n{cols} {rows}\n65535\n".encode() + codes.astype(">u2").tobytes())
+    np.testing.assert_array_equal(read_codes(path), codes)
+    np.testing.assert_array_equal(read_tiff(path), codes)
+
+
+def test_a_ppm_that_is_cut_short_is_broken(tmp_path: Path) -> None:
+    (tmp_path / "a.ppm").write_bytes(b"P6\n2 2\n65535\n" + bytes(22))
+    with pytest.raises(RenderFailed, match="expected 2 x 2 px, got 11 codes"):
+        read_codes(tmp_path / "a.ppm")
