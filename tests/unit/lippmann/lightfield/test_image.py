@@ -66,7 +66,7 @@ def test_pitch_and_focal_length_are_positive(length_mm: float) -> None:
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"pixels": PIXELS[:-1]}, "53 x 54 px do not divide among 9 x 9 lenses of 6 px"),
+        ({"pixels": PIXELS[:-1]}, "54 x 53 px do not divide among 9 x 9 lenses of 6 px"),
         ({"pixels": PIXELS[..., 0]}, "expected a sheet"),
         ({"pixels": PIXELS.astype(np.uint8)}, "expected pixels of linear light as floating numbers, got uint8"),
         ({"depth_map": DepthMap(np.zeros((6, 6, 4), np.float32))}, "6 x 6 px do not divide"),

@@ -131,5 +131,5 @@ def test_a_device_in_bands_is_the_device(layout: CellLayout, per_lens: float, ma
 
 
 def test_a_picture_of_another_size_is_refused() -> None:
-    with pytest.raises(LayoutError, match="4 x 5 px do not divide among 2 x 2 lenses of 2 px"):
+    with pytest.raises(LayoutError, match="5 x 4 px do not divide among 2 x 2 lenses of 2 px"):
         SheetOfRows(HeldRows(np.zeros((4, 5, 3))), CellLayout(2, 2, 2))

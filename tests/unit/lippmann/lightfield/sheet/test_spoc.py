@@ -159,7 +159,7 @@ def test_planes_that_are_none_and_other_layouts_are_refused() -> None:
     ]:
         with pytest.raises(LayoutError, match=said):
             SpocSheet(sheet, SQUARE, SQUARE, distance_mm, reference_mm)
-    with pytest.raises(LayoutError, match="expected a sheet of 35 x 31 hexagonal lenses of 24 px, got one of 31 x 31"):
+    with pytest.raises(LayoutError, match="expected a sheet of 31 x 35 hexagonal lenses of 24 px, got one of 31 x 31"):
         SpocSheet(sheet, HEXAGONAL, SQUARE, 0.0, 1.0)
 
 
