@@ -19,7 +19,7 @@ from lippmann.lightfield.sheet.orthoscopic import half_turn_cells
 from lippmann.lightfield.views.views import views_grid
 from lippmann.plan import artifact_names as names
 from lippmann.plan.tasks import plan_sheet
-from tests.builders import local_place, order_of, stored_picture
+from tests.builders import artifacts_of, local_place, order_of, stored_picture
 from tests.unit.lippmann.lightfield.sheets import numbered_sheet
 from worker.images.colour import srgb_codes
 from worker.images.read import read_attributes
@@ -28,6 +28,8 @@ from worker.tasks.assemble import assemble_frame
 from worker.tasks.encode import encode_output
 from worker.tasks.local import JOB_ID, local_job, store_plan
 from worker.tasks.monitor import NullMonitor
+from worker.tasks.outputs.frame_source import job_frames
+from worker.tasks.outputs.prints import about_print
 from worker.tasks.probe import probe_job
 from worker.tasks.workplace import Workplace
 from worker.untrusted import read_imported
@@ -47,6 +49,18 @@ def bundle(tmp_path: Path) -> Path:
     ran = CliRunner().invoke(app, words)
     assert ran.exit_code == 0, ran.output
     return tmp_path / "bundle"
+
+
+def test_the_depths_of_imported_pictures_are_unknown_to_outputs_and_a_print_has_the_gap_of_parallel_light(
+    tmp_path: Path, bundle: Path
+) -> None:
+    place = local_place(tmp_path / "data")
+    spec = parse_spec(JOB | {"outputs": [{"kind": "print", "dpi": 300}]})
+    sheet = local_job(place, spec, pack_folder(bundle))
+    source = job_frames(artifacts_of(place), sheet)
+    assert source.stage(1) is None
+    about = about_print(source, sheet.spec.outputs[0])
+    assert (about["gap_use"], about["gap_mm"]) == ("collimated", sheet.spec.rig.lens_array.focal_length_mm)
 
 
 def test_pages_a_white_level_and_a_white_frame_give_what_the_command_gives(tmp_path: Path) -> None:
