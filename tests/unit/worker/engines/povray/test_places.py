@@ -68,18 +68,18 @@ def test_a_message_names_a_place_in_the_scene(
             "Illegal character in input file, value is ff.",
             "s.pov line 1: .* Is a file in UTF-16\\? Save it as UTF-8.",
         ),
-        (3, "No */ closing comment found.", r"s.pov line 1: No \*/ closing comment found."),
+        (3, "No */ closing comment found.", r"s.pov line 2: No \*/ closing comment found."),
         (
             5,
             "No matching } in 'union', global_settings found instead",
-            r"s.pov line 1: No matching } in 'union', the end of the file found instead \(noticed at the end\)",
+            r"s.pov line 2: No matching } in 'union', the end of the file found instead \(noticed at the end\)",
         ),
     ],
 )
 def test_an_error_at_the_end_of_a_scene_names_no_word_of_ours(
     tmp_path: Path, line: int, text: str, expected: str
 ) -> None:
-    (tmp_path / "s.pov").write_bytes(b"union {")
+    (tmp_path / "s.pov").write_bytes(b"// a union\nunion {")
     places = places_of(tmp_path, "s.pov")
     message = Message(MessageKind.ERROR, text, "lippmann-frame.pov", line)
     assert re.fullmatch(expected, str(places.translate(message)))
