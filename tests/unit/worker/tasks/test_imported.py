@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from lippmann.cli.main import app
 from lippmann.errors import BundleError
 from lippmann.job.messages.orders import TaskKind
+from lippmann.job.outputs.prints import Print
 from lippmann.job.spec import parse_spec
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.sheet.orthoscopic import half_turn_cells
@@ -55,11 +56,10 @@ def test_the_depths_of_imported_pictures_are_unknown_to_outputs_and_a_print_has_
     tmp_path: Path, bundle: Path
 ) -> None:
     place = local_place(tmp_path / "data")
-    spec = parse_spec(JOB | {"outputs": [{"kind": "print", "dpi": 300}]})
-    sheet = local_job(place, spec, pack_folder(bundle))
+    sheet = local_job(place, parse_spec(JOB), pack_folder(bundle))
     source = job_frames(artifacts_of(place), sheet)
     assert source.stage(1) is None
-    about = about_print(source, sheet.spec.outputs[0])
+    about = about_print(source, Print(dpi=300))
     assert (about["gap_use"], about["gap_mm"]) == ("collimated", sheet.spec.rig.lens_array.focal_length_mm)
 
 
