@@ -109,7 +109,7 @@ def written(place: Workplace, sheet: ResolvedJob, tile: Tile, monkeypatch: pytes
 
     def keep(command: RenderCommand, *, task_dir: Path, readable: list[Path], **_: Any) -> NoReturn:
         argv = [word for word in povray_argv(command) if not word.startswith("+L")]
-        found.append((argv, {path.name: path.read_text() for path in task_dir.glob("lippmann-*")}, sheet.bundle))
+        found.append((argv, {path.name: path.read_text() for path in task_dir.glob("lippmann-*.*")}, sheet.bundle))
         raise Stopped
 
     monkeypatch.setattr(picture, "render", keep)
