@@ -22,7 +22,7 @@ from celery.signals import (
 )
 from kombu.entity import Queue
 
-from lippmann.errors import LippmannError, SandboxMissing
+from lippmann.errors import LippmannError, PovrayMissing, SandboxMissing
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Presence, PresenceFault
 from lippmann.logs import configure_logs
@@ -171,11 +171,20 @@ def presence() -> Presence:
         pid=os.getpid(),
         slots=settings.slots,
         sandbox=sandbox.mode,
-        povray=povray_version(settings.povray),
+        povray=_povray(),
         version=version("lippmann"),
         started_s=now_s,
         seen_s=now_s,
     )
+
+
+def _povray() -> str:
+    try:
+        return povray_version(settings.povray)
+    except PovrayMissing:
+        if settings.needs_povray:
+            raise
+        return "none"
 
 
 @worker_shutting_down.connect

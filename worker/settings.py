@@ -32,6 +32,8 @@ class WorkerSettings(BrokerSettings):
     """The sandbox of POV-Ray. A worker with `none` renders only the scenes that come with the project."""
     povray: str = "povray"
     """The command of POV-Ray."""
+    needs_povray: bool = True
+    """False if the worker starts without POV-Ray; scenes then wait until it is installed."""
     memory_mb: int = Field(default_factory=lambda: max(8192, _machine_memory_mb()), ge=128)
     """The address space that one POV-Ray process may use, MB; a job may only ask for less."""
     timeout_s: float = Field(default=7 * 86_400.0, gt=0)

@@ -128,20 +128,13 @@ def serve(
         raise FarmFailed("the service did not start")
 
 
-def worker(
-    data_dir: DataDir = DATA_DIR,
-    slots: Slots = None,
-    without_povray: Annotated[
-        bool, typer.Option("--without-povray", hidden=True, help="Start without POV-Ray; scenes then wait.")
-    ] = False,
-    *,
-    output: Output,
-) -> None:
+def worker(data_dir: DataDir = DATA_DIR, slots: Slots = None, *, output: Output) -> None:
     """Start only a worker. LIPPMANN_REDIS_URL names the broker. The data folder is that of the service."""
     from lippmann.farm.worker import run_worker, worker_name
+    from worker.settings import WorkerSettings
 
     _prepare_folder(data_dir, data_dir / "scratch")  # It writes the artifacts too, which may be another volume.
-    if not without_povray:
+    if WorkerSettings().needs_povray:
         _check_povray()
     os.environ["LIPPMANN_DATA_DIR"] = str(data_dir)
     slots = slots or _cores()

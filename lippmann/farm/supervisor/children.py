@@ -45,10 +45,14 @@ def child_plans(plan: FarmPlan, *, server: Path, socket: Path, listen_fd: int, u
         ),
         ChildPlan(
             name=WORKER,
-            command=(*_LIPPMANN, "worker", *(("--without-povray",) if plan.without_povray else ())),
+            command=(*_LIPPMANN, "worker"),
             ready_text=WORKER_READY,
             grace_s=12.0,
-            environment={**environment, "LIPPMANN_WORKER_NAME": name},
+            environment={
+                **environment,
+                "LIPPMANN_WORKER_NAME": name,
+                **({"LIPPMANN_NEEDS_POVRAY": "false"} if plan.without_povray else {}),
+            },
         ),
     )
 
