@@ -197,7 +197,13 @@ def _farm(plan: FarmPlan, output: Output) -> Iterator[Farm]:
         if signal.getsignal(number) is not signal.SIG_IGN:
             signal.signal(number, signal.default_int_handler)  # The signal ends the farm as Ctrl-C does.
     output.note("Starting ...")
-    with running_farm(plan, on_event=lambda event: output.note(_EVENTS[event["event"]](event))) as farm:
+
+    def note(event: Mapping[str, Any]) -> None:
+        # The worker is ready after the farm is up, and the last line is then the link to it.
+        if event["event"] != "child_ready" or event["child"] != "worker":
+            output.note(_EVENTS[event["event"]](event))
+
+    with running_farm(plan, on_event=note) as farm:
         yield farm
 
 
