@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,16 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import LayoutError
-from lippmann.lightfield.calibrate.combs import Comb, measure_comb
-from lippmann.lightfield.calibrate.evidence import of_edges, of_white
+from lippmann.lightfield.calibrate.combs import BLOCK_PX, measure_comb
+from lippmann.lightfield.calibrate.evidence import of_white, tone_of
 from lippmann.lightfield.calibrate.periods import shortest_steps
-from lippmann.lightfield.calibrate.phases import Measured, lay_of, measure
+from lippmann.lightfield.calibrate.phases import Lay, Measured, lay_of, measure
 from lippmann.lightfield.calibrate.whole_lenses import whole_lenses
 from lippmann.lightfield.quality.luminance import luminance
 from lippmann.lightfield.sheet.lens_grid import LensGrid
 
 SURE_OF_WHITE = 0.9
-SURE_OF_EDGES = 0.35
+SURE_OF_EDGES = 0.25
 """The least agreement of a lattice that is believed: of a white image, and of the edges of cells in a picture."""
 
 RIVAL = 0.75
@@ -27,6 +26,9 @@ RIVAL = 0.75
 
 WHITE = "a white image of a regular array of lenses, bright in their middles"
 EDGES = "an integral image whose cells' borders show all over it"
+
+SAME_PERIOD = 0.002
+"""The relative difference from the side of a block below which a grid counts as one of blocks."""
 
 LEAST_SIDE_PX = 24
 
@@ -58,7 +60,7 @@ def calibrate_white_image(picture: NDArray[Any]) -> Calibration:
     LayoutError
         If there is no regular lattice, or it stands on its side.
     """
-    evidence = _evidence(picture, of_white)
+    evidence = of_white(luminance(_finite(picture)))
     steps = shortest_steps(evidence)
     rough = lay_of(steps) if steps else None
     if steps is not None and rough is None:
@@ -86,29 +88,45 @@ def calibrate_picture(picture: NDArray[Any], *, near_px: float | None = None) ->
     LayoutError
         If the picture does not determine the lattice, or fits another lattice as well.
     """
-    evidence = _evidence(picture, of_edges)
-    comb = measure_comb(evidence, near_px=near_px)
-    found = _checked(comb.measured if comb else None, SURE_OF_EDGES, EDGES, picture.shape[:2])
-    if comb is not None:
-        _refuse_rival(comb)
+    comb = measure_comb(tone_of(_finite(picture)), near_px=near_px)
+    lenses = comb.lenses
+    if lenses is None and comb.grid is not None and comb.grid.agreement >= SURE_OF_EDGES:
+        _refuse_grid(comb.grid.lay)
+    found = _checked(lenses, SURE_OF_EDGES, EDGES, picture.shape[:2])
+    if lenses is not None and comb.rival is not None:
+        _refuse_rival(lenses, comb.rival)
     return found
 
 
-def _evidence(picture: NDArray[Any], of: Callable[[NDArray[np.float64]], NDArray[np.float64]]) -> NDArray[np.float64]:
+def _finite(picture: NDArray[Any]) -> NDArray[np.float32]:
     if picture.ndim != 3 or min(picture.shape[:2]) < LEAST_SIDE_PX:
         raise LayoutError(
             f"expected a picture of at least {LEAST_SIDE_PX} px a side to look for lenses, got shape {picture.shape}"
         )
-    return of(luminance(np.nan_to_num(picture.astype(np.float64), nan=0.0, posinf=1.0, neginf=0.0)))
+    finite: NDArray[np.float32] = np.nan_to_num(picture.astype(np.float32, copy=False), nan=0.0, posinf=1.0, neginf=0.0)
+    return finite
 
 
-def _refuse_rival(comb: Comb) -> None:
-    """Refuse an ambiguous lattice: the content of the picture may repeat as clearly as the lenses do."""
-    rival = comb.rival
-    if rival is not None and rival.agreement > RIVAL * comb.measured.agreement:
+def _refuse_grid(lay: Lay) -> None:
+    """Refuse a grid that is not that of lenses."""
+    if abs(lay.pitch_px / BLOCK_PX - 1) < SAME_PERIOD:
+        why = f"as the blocks of JPEG are, of {BLOCK_PX:g} px"
         raise LayoutError(
-            f"expected {EDGES}, got one that may have a pitch of {comb.measured.lay.pitch_px:.2f} px"
-            f" ({comb.measured.agreement:.2f} of 1) or of {rival.lay.pitch_px:.2f} px ({rival.agreement:.2f}); give"
+            f"expected {EDGES}, got one whose only grid has a period of {lay.pitch_px:.2f} px, {why}; give the pitch"
+            " and leave out --find"
+        )
+    raise LayoutError(
+        f"expected {EDGES}, got one with a grid of {lay.pitch_px:.2f} px that is not of lenses: what is shown goes on"
+        " across it, as across the blocks of a codec or a part of a cell; give the pitch"
+    )
+
+
+def _refuse_rival(lenses: Measured, rival: Measured) -> None:
+    """Refuse an ambiguous lattice: the content of the picture may repeat as clearly as the lenses do."""
+    if rival.agreement > RIVAL * lenses.agreement:
+        raise LayoutError(
+            f"expected {EDGES}, got one that may have a pitch of {lenses.lay.pitch_px:.2f} px"
+            f" ({lenses.agreement:.2f} of 1) or of {rival.lay.pitch_px:.2f} px ({rival.agreement:.2f}); give"
             " the pitch approximately"
         )
 

@@ -8,6 +8,7 @@ longer, half the pitch is no step. (Higher orders of waves may be stronger than 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ class Steps:
     second: NDArray[np.float64]
 
 
-def shortest_steps(evidence: NDArray[np.float64]) -> Steps | None:
+def shortest_steps(evidence: NDArray[np.floating[Any]]) -> Steps | None:
     """Return the two shortest steps of the lattice in the evidence `(rows, cols)`; None if there are none."""
     middle = _middle(evidence)
     likeness = _autocorrelation(middle)
@@ -53,12 +54,12 @@ def shortest_steps(evidence: NDArray[np.float64]) -> Steps | None:
     return Steps(_walked(likeness, first), _walked(likeness, by_length[apart][0]))
 
 
-def _middle(evidence: NDArray[np.float64]) -> NDArray[np.float64]:
+def _middle(evidence: NDArray[np.floating[Any]]) -> NDArray[np.floating[Any]]:
     starts = [max(0, (side - LARGEST_PX) // 2) for side in evidence.shape]
     return evidence[tuple(slice(start, start + LARGEST_PX) for start in starts)]
 
 
-def _autocorrelation(field: NDArray[np.float64]) -> NDArray[np.float64]:
+def _autocorrelation(field: NDArray[np.floating[Any]]) -> NDArray[np.float64]:
     """Return how like itself a field is when shifted by (row, col), to half its size; lag 0 in the middle."""
     from scipy.fft import irfft2, next_fast_len, rfft2
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -89,7 +90,7 @@ def lay_of(steps: Steps) -> Lay | None:
     return None
 
 
-def measure(evidence: NDArray[np.float64], rough: Lay) -> Measured:
+def measure(evidence: NDArray[np.floating[Any]], rough: Lay) -> Measured:
     """Refine a rough lattice by the phases of its waves.
 
     Parameters
@@ -133,7 +134,7 @@ def _lay(lattice: Lattice, along: _Numbers, down: _Numbers) -> Lay:
     return Lay(lattice, pitch, row_pitch, math.degrees(math.atan2(along[1], along[0])))
 
 
-def _wave(evidence: NDArray[np.float64], number: _Numbers, rough: Lay) -> Wave:
+def _wave(evidence: NDArray[np.floating[Any]], number: _Numbers, rough: Lay) -> Wave:
     """Return a wave near a rough one: as long as the windows' phases still lie aslant, it is corrected."""
     centres, lights = _windows(evidence, number, least_px=LENSES_A_WINDOW * rough.pitch_px)
     weights = np.abs(lights)
@@ -151,7 +152,7 @@ def _wave(evidence: NDArray[np.float64], number: _Numbers, rough: Lay) -> Wave:
 
 
 def _windows(
-    evidence: NDArray[np.float64], number: _Numbers, *, least_px: float
+    evidence: NDArray[np.floating[Any]], number: _Numbers, *, least_px: float
 ) -> tuple[_Numbers, NDArray[np.complex128]]:
     """Return the middles of windows, from the picture's, `(window, (right, down))`, and the wave in each."""
     down, right = (_tapers(side, least_px) for side in evidence.shape)
@@ -174,7 +175,7 @@ def _tapers(side: int, least_px: float) -> _Numbers:
     return np.where((at > 0) & (at < 1), np.sin(math.pi * at) ** 2, 0.0)
 
 
-def wave_light(evidence: NDArray[np.float64], number: _Numbers) -> complex:
+def wave_light(evidence: NDArray[np.floating[Any]], number: _Numbers) -> complex:
     """Return the complex amplitude of a wave, whose phase is that in the middle of the picture.
 
     Parameters
