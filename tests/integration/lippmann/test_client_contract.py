@@ -111,6 +111,7 @@ def calls(client: Client, job_id: str, out: Path) -> Iterator[Callable[[], Any]]
     yield client.health
     yield client.workers
     yield client.caller
+    yield client.usage
     yield client.scenes
     yield lambda: client.scene("fish")
     yield lambda: client.upload_scene("mine", bundle())
