@@ -16,6 +16,7 @@ _CHOWN, _KILL, _SETGID, _SETUID = 0, 5, 6, 7
 """The capabilities that it takes to start a program as another user, and to end it; see linux/capability.h."""
 
 _OTHERS_SEARCH = 0o001
+_PASS = 0o011
 _OTHERS_READ_FOLDER = 0o005
 
 
@@ -30,9 +31,13 @@ def own_user(folder: Path) -> int | None:
 
 
 def hand_over(folder: Path, user: int) -> None:
-    """Give a folder and everything in it to a user; links are not followed."""
+    """Give a folder and everything in it to a user; links are not followed.
+
+    bwrap enters the folder as root without the rights of root, so others may pass through it, whatever the umask.
+    """
     if not folder.is_dir():
         return
+    folder.chmod(stat.S_IMODE(folder.stat().st_mode) | _PASS)
     for _, _, files, descriptor in os.fwalk(folder, follow_symlinks=False):
         os.fchown(descriptor, user, user)
         for name in files:
