@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 
 from worker.sandbox import own_user as module
+from worker.sandbox.detect import trial
 from worker.sandbox.own_user import USERS, hand_over, is_open_to_all, let_read, own_user
+from worker.sandbox.sandbox import Sandbox, SandboxMode
 
 needs_root = pytest.mark.skipif(os.geteuid() != 0, reason="only root gives files to others")
 
@@ -73,3 +75,13 @@ def test_a_folder_below_a_closed_one_is_not_open_to_all(tmp_path: Path) -> None:
     closed = any(folder.stat().st_mode & 1 == 0 for folder in above)
     assert not is_open_to_all([tmp_path / "closed" / "task"])
     assert is_open_to_all([tmp_path / "closed", tmp_path / "closed" / "task"]) is not closed
+
+
+@pytest.mark.parametrize("mode", ["bwrap", "landlock"])
+def test_a_sandbox_holds_whatever_the_umask_of_the_worker(mode: SandboxMode) -> None:
+    before = trial(Sandbox(mode))
+    was = os.umask(0o077)
+    try:
+        assert trial(Sandbox(mode)) == before
+    finally:
+        os.umask(was)
