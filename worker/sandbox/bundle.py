@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
+import os
 import posixpath
 import zipfile
 from codecs import BOM_UTF8
@@ -20,7 +22,7 @@ from lippmann.job.scene import SceneManifest, parse_scene
 from lippmann.untrusted.file_names import is_clutter
 from lippmann.untrusted.toml_text import MAX_BYTES as MAX_MANIFEST_BYTES
 from lippmann.untrusted.toml_text import read_toml
-from lippmann.untrusted.zip_archive import MAX_BYTES, Archive, open_archive
+from lippmann.untrusted.zip_archive import Archive, open_archive
 from povtemplates.catalogue import MANIFEST, POSTER
 
 MAX_POSTER_BYTES = 2 * 1024 * 1024
@@ -89,7 +91,7 @@ def check_bundle(data: bytes) -> CheckedBundle:
 
 
 def unpack(data: bytes, folder: Path) -> None:
-    """Write a checked bundle's files into an empty folder, without the byte order marks of texts.
+    """Write a checked bundle's files into an empty folder, without the byte order marks of texts and with the date 0.
 
     POV-Ray skips the mark of the file that it is started with, and refuses that of an include file.
 
@@ -106,6 +108,7 @@ def unpack(data: bytes, folder: Path) -> None:
             is_marked = file.read(len(BOM_UTF8)) == BOM_UTF8
         if is_marked:
             path.write_bytes(path.read_bytes().removeprefix(BOM_UTF8))
+        os.utime(path, (0, 0))
 
 
 @contextmanager
@@ -129,10 +132,14 @@ def _top_folder(names: list[str]) -> str:
     return posixpath.commonpath([posixpath.dirname(name) for name in names]) if names else ""
 
 
-def is_unpacked(data: bytes, folder: Path) -> bool:
-    """Return whether a folder still has all of a bundle's files, with the same bytes."""
-    with _opened(data) as (archive, _):
-        return all(_has(folder / name, archive.read(name, at_most=MAX_BYTES)) for name in archive.names)
+def listing_of(folder: Path) -> str:
+    """Return what `unpack` left in a folder: the name, size and date of every file, as JSON.
+
+    Two that unpack the same bundle make the same listing, as every file has the date 0. A file that was removed, cut
+    or written to later makes another one.
+    """
+    found = [(path.relative_to(folder).as_posix(), path.stat()) for path in folder.rglob("*") if path.is_file()]
+    return json.dumps({name: [known.st_size, known.st_mtime_ns] for name, known in sorted(found)})
 
 
 def digest_of(data: bytes) -> str:
@@ -185,13 +192,6 @@ def _check_not_ours(card: SceneManifest, names: list[str]) -> None:
     for path in map(PurePosixPath, names):
         if path.parent in searched and path.name.lower().startswith(OURS):
             raise BundleError(f"expected no name beside the scene that begins with {OURS!r}, got {str(path)!r}")
-
-
-def _has(path: Path, content: bytes) -> bool:
-    try:
-        return path.read_bytes() == content.removeprefix(BOM_UTF8)
-    except OSError:
-        return False
 
 
 def _some(names: list[str]) -> str:

@@ -82,7 +82,9 @@ def depth_of_tile(
 
     near_mm = _scale_mm(there.stage, optical_bench)
     first = DepthPass(outside=(0, 0, 0), cols=tile.cols, near_mm=near_mm)
-    light = found_light(codes, first, there.stage, foggy=has_fog(place.bundle_folder(sheet.bundle)))
+    with place.bundle(sheet.bundle) as bundle:
+        foggy = has_fog(bundle)
+    light = found_light(codes, first, there.stage, foggy=foggy)
     return _depth_map(light.distance_mm(near_mm=near_mm), optical_bench, tile, shared, monitor), spent_s
 
 

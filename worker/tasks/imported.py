@@ -55,7 +55,7 @@ def _read(
     assert said is not None  # noqa: S101 - its caller's promise
     file, page = file_and_page(name)
     try:
-        with place.task_folder() as scratch, place.whole_bundle(sheet.bundle) as bundle:
+        with place.task_folder() as scratch, place.bundle(sheet.bundle) as bundle:
             return read_imported(
                 bundle / file,
                 page=page,
@@ -77,7 +77,8 @@ def probe_imported(place: Workplace, sheet: ResolvedJob, log: AttemptLog, monito
     began_s = time.process_time()
     imported_sheet(place, sheet, frame, monitor)
     name = sheet.sheets.files[frame - 1]
-    header = read_header(place.bundle_folder(sheet.bundle) / file_and_page(name)[0])
+    with place.bundle(sheet.bundle) as bundle:
+        header = read_header(bundle / file_and_page(name)[0])
     space = linear_space(None) if sheet.sheets.linear else colour_space(header)
     source = "sheets.linear" if sheet.sheets.linear else space.known_by or "nothing in the file"
     log.write(f"{name}: colour space {space.name}, named by {source}")

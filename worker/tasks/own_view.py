@@ -89,7 +89,9 @@ class _Room:
         return None
 
     def _light(self, camera: SceneCamera, scale: float) -> FogLight:
-        if has_fog(self.place.bundle_folder(self.sheet.bundle)):
+        with self.place.bundle(self.sheet.bundle) as bundle:
+            foggy = has_fog(bundle)
+        if foggy:
             return fog_light_among_others(*(self._codes(camera, scale, amount) for amount in (0.0, FOGGY, -FOGGY)))
         return fog_light(self._codes(camera, scale, 1.0))
 

@@ -124,7 +124,7 @@ def run_povray(
             announced = True
             monitor.announce_end()
 
-    with place.whole_bundle(sheet.bundle) as bundle:
+    with place.bundle(sheet.bundle) as bundle:
         scene = SceneFiles(bundle, sheet.file, sheet.include)
         links = folder / LINKS_FOLDER
         scene.make_links(links)

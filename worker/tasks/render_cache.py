@@ -125,7 +125,8 @@ def tile_cache(
     """Return the entry of a tile; None if the job uses no cache, or the scene reads the time of day."""
     if not sheet.spec.render.cache:
         return None
-    variables = scene_variables(place.bundle_folder(sheet.bundle))
+    with place.bundle(sheet.bundle) as folder:
+        variables = scene_variables(folder)
     if variables.now:
         return None
     assert order.frame is not None  # noqa: S101 - the order is for a tile

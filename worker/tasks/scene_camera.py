@@ -53,7 +53,9 @@ def read_scene_camera(
     LippmannError
         Whatever the scene fails with.
     """
-    if not scene_variables(place.bundle_folder(sheet.bundle)).has_camera(sheet.file):
+    with place.bundle(sheet.bundle) as bundle:
+        has_camera = scene_variables(bundle).has_camera(sheet.file)
+    if not has_camera:
         return None
     there = sheet.at(frame)
     silent = PartMonitor(monitor, 0.0, 0.0)

@@ -51,7 +51,8 @@ def examine_scene(
     SceneError
         If the rig follows the camera of a scene that has none.
     """
-    variables = scene_variables(place.bundle_folder(sheet.bundle))
+    with place.bundle(sheet.bundle) as folder:
+        variables = scene_variables(folder)
     reader = _CameraReader(place, sheet, folder, log, monitor)
     stage = sheet.stage
     notes = [written_files_note(variables.writes)] if variables.writes else []

@@ -27,7 +27,7 @@ from lippmann.plan.artifact_store import ArtifactStore
 from lippmann.private_files import make_passable
 from povtemplates.catalogue import scene_folders
 from worker.report import BrokerClient
-from worker.sandbox.bundle import digest_of, is_unpacked, pack_folder, unpack
+from worker.sandbox.bundle import digest_of, listing_of, pack_folder, unpack
 from worker.sandbox.detect import detect
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.results import remove_tree
@@ -105,8 +105,9 @@ class Workplace:
         """
         return replace(self.sandbox, allow_none=self.own_files or digest in builtin_digests())
 
-    def bundle_folder(self, digest: str) -> Path:
-        """Return the folder with a scene bundle's files, unpacked once for all attempts.
+    @contextlib.contextmanager
+    def bundle(self, digest: str) -> Iterator[Path]:
+        """Yield the folder with a scene bundle's files, unpacked once for all attempts.
 
         Raises
         ------
@@ -114,48 +115,48 @@ class Workplace:
             If the bundle in the store has another content than its name says.
         ArtifactMissing
             If the store does not have the bundle.
+        ScratchDamaged
+            If files in the folder were removed or changed meanwhile. What was made of them counts for nothing, and an
+            error is no fault of the scene. The next use unpacks the bundle again.
         OSError
-            If it cannot be unpacked: a folder is returned only when it is complete.
+            If it cannot be unpacked: only a folder that is complete is used.
         """
         folder = self.settings.bundles_dir / f"{digest}-{UNPACKED}"
-        if folder.is_dir():
-            os.utime(folder)
-        else:
-            make_passable(folder.parent)
-            beside = Path(tempfile.mkdtemp(prefix=f".{digest[:8]}-", dir=folder.parent))
-            try:
-                data = self.store.get_bytes(names.bundle_name(digest))
-                if digest_of(data) != digest:
-                    raise BundleError(f"expected the bundle {digest[:12]} in the store, got other content there")
-                unpack(data, beside)
-                if os.geteuid() == 0:  # Programs in the sandbox run as users of their own.
-                    for path in (beside, *beside.rglob("*")):
-                        path.chmod(0o755 if path.is_dir() else 0o644)
-                _publish(beside, folder)
-            finally:
-                shutil.rmtree(beside, ignore_errors=True)
-        return folder.resolve()
-
-    @contextlib.contextmanager
-    def whole_bundle(self, digest: str) -> Iterator[Path]:
-        """Yield the folder of `bundle_folder`, and do not blame the scene if its files disappear meanwhile.
-
-        Raises
-        ------
-        ScratchDamaged
-            If the work in the folder fails for good, and files there are missing or changed. The folder is removed, so
-            that the next attempt unpacks the bundle again.
-        """
-        folder = self.bundle_folder(digest)
+        if not _is_whole(folder):
+            self._unpack(digest, folder)
+        os.utime(folder)
+        number = folder.stat().st_ino
         try:
-            yield folder
+            yield folder.resolve()
         except Permanent as error:
-            if is_unpacked(self.store.get_bytes(names.bundle_name(digest)), folder):
-                raise
-            shutil.rmtree(folder, ignore_errors=True)
-            raise ScratchDamaged(
-                "files of the scene disappeared from the scratch folder of the worker while it rendered"
-            ) from error
+            _check_whole(folder, number, error)
+            raise
+        _check_whole(folder, number)
+
+    def _unpack(self, digest: str, folder: Path) -> None:
+        make_passable(folder.parent)
+        beside = Path(tempfile.mkdtemp(prefix=f".{digest[:8]}-", dir=folder.parent))
+        try:
+            data = self.store.get_bytes(names.bundle_name(digest))
+            if digest_of(data) != digest:
+                raise BundleError(f"expected the bundle {digest[:12]} in the store, got other content there")
+            whole = beside / "whole"
+            whole.mkdir()
+            unpack(data, whole)
+            if os.geteuid() == 0:  # Programs in the sandbox run as users of their own.
+                for path in (whole, *whole.rglob("*")):
+                    path.chmod(0o755 if path.is_dir() else 0o644)
+            listing = beside / "listing"
+            listing.write_text(listing_of(whole), encoding="utf-8")
+            with folder_lock(folder.parent, wait=True):
+                if _is_whole(folder):  # Another attempt was quicker.
+                    return
+                if folder.is_dir():
+                    folder.rename(beside / "damaged")
+                whole.rename(folder)
+                listing.replace(_listing_file(folder))
+        finally:
+            shutil.rmtree(beside, ignore_errors=True)
 
     @contextlib.contextmanager
     def task_folder(self) -> Iterator[Path]:
@@ -183,6 +184,7 @@ def sweep_scratch(settings: WorkerSettings) -> None:
         with _failure_is_logged(bundle):
             if time.time() - bundle.stat().st_mtime > BUNDLE_KEPT_S:
                 shutil.rmtree(bundle)
+                _listing_file(bundle).unlink(missing_ok=True)
 
 
 def sweep_attempts(settings: WorkerSettings) -> None:
@@ -211,13 +213,23 @@ def _remove(folder: Path) -> None:
     shutil.rmtree(folder)
 
 
-def _publish(unpacked: Path, folder: Path) -> None:
-    """Give an unpacked bundle its final name, unless another attempt has put the same files there first."""
+def _listing_file(folder: Path) -> Path:
+    """Return the file that lists what was unpacked into the folder of a bundle."""
+    return folder.with_name(f"{folder.name}.json")
+
+
+def _is_whole(folder: Path) -> bool:
     try:
-        unpacked.rename(folder)
-    except OSError as error:
-        if error.errno not in (errno.EEXIST, errno.ENOTEMPTY):
-            raise
+        return listing_of(folder) == _listing_file(folder).read_text(encoding="utf-8")
+    except OSError:
+        return False
+
+
+def _check_whole(folder: Path, number: int, error: Exception | None = None) -> None:
+    """Check that a folder is whole, and still the one with this inode number: it may have been replaced."""
+    if not _is_whole(folder) or folder.stat().st_ino != number:
+        message = "files of the scene disappeared from the scratch folder of the worker while it used them"
+        raise ScratchDamaged(message) from error
 
 
 @contextlib.contextmanager

@@ -14,7 +14,7 @@ import pytest
 from lippmann.errors import BundleError
 from lippmann.untrusted.zip_archive import MAX_BYTES, MAX_FILES
 from povtemplates.catalogue import scene_folders
-from worker.sandbox.bundle import check_bundle, is_unpacked, pack_folder, unpack
+from worker.sandbox.bundle import check_bundle, listing_of, pack_folder, unpack
 
 SCENE_TOML = (scene_folders()["target-white"] / "scene.toml").read_bytes()
 
@@ -198,11 +198,22 @@ def packed(folder: Path, files: dict[str, bytes]) -> bytes:
     return pack_folder(folder)
 
 
+def test_two_that_unpack_a_bundle_make_one_listing_and_a_change_makes_another(tmp_path: Path) -> None:
+    data, folders = zipped({"a.pov": b"//", "b/c.inc": b""}), [tmp_path / "one", tmp_path / "two"]
+    for folder in folders:
+        folder.mkdir()
+        unpack(data, folder)
+    one, two = folders
+    assert listing_of(one) == listing_of(two)
+    (one / "a.pov").write_bytes(b"##")
+    (two / "b" / "c.inc").unlink()
+    assert len({listing_of(one), listing_of(two), listing_of(tmp_path)}) == 3
+
+
 def test_texts_are_unpacked_without_their_byte_order_mark(tmp_path: Path) -> None:
     mark = b"\xef\xbb\xbf"
     data = zipped({"a.pov": mark + b"#version 3.7;", "b.inc": b"//" + mark, "c.inc": mark[:2]})
     unpack(data, tmp_path)
-    assert is_unpacked(data, tmp_path)
     found = {name: (tmp_path / name).read_bytes() for name in ("a.pov", "b.inc", "c.inc")}
     assert found == {"a.pov": b"#version 3.7;", "b.inc": b"//" + mark, "c.inc": mark[:2]}
 

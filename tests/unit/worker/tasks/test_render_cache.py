@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Iterator
 from copy import deepcopy
 from pathlib import Path
@@ -113,7 +114,7 @@ def written(place: Workplace, sheet: ResolvedJob, tile: Tile, monkeypatch: pytes
         raise Stopped
 
     monkeypatch.setattr(picture, "render", keep)
-    monkeypatch.setattr(Workplace, "bundle_folder", lambda *_: place.settings.data_dir)
+    monkeypatch.setattr(Workplace, "bundle", lambda *_: contextlib.nullcontext(place.settings.data_dir))
     with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
         more: dict[str, Any] = {"folder": folder, "log": log, "monitor": NullMonitor()}
         try:

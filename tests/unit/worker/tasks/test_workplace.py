@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, contextmanager
 from dataclasses import replace
@@ -18,7 +19,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from lippmann.errors import BundleError, WorkerOutdated
+from lippmann.errors import BundleError, SceneError, ScratchDamaged, WorkerOutdated
 from lippmann.plan.artifact_names import JOB_FILE, bundle_name, job_artifact
 from tests.builders import builtin_bundle, local_place, small_job, stored_job
 from tests.needs import need_to_run
@@ -114,9 +115,57 @@ def test_a_lock_is_free_once_it_was_released_although_a_process_was_forked_meanw
 
 def test_a_bundle_is_unpacked_once_and_its_folder_exists(tmp_path: Path) -> None:
     place, digest = _with_bundle(tmp_path)
-    folder = place.bundle_folder(digest)
-    assert sorted(path.name for path in folder.iterdir()) == ["a.pov", "scene.toml"]
-    assert place.bundle_folder(digest) == folder
+    with place.bundle(digest) as folder:
+        assert sorted(path.name for path in folder.iterdir()) == ["a.pov", "scene.toml"]
+        number = folder.stat().st_ino
+    with place.bundle(digest) as again:
+        assert (again, again.stat().st_ino) == (folder, number)
+
+
+DAMAGES: dict[str, Callable[[Path], object]] = {
+    "a file removed": lambda folder: (folder / "a.pov").unlink(),
+    "a file changed": lambda folder: (folder / "a.pov").write_text("sphere { 0, 9 }"),
+    "a file added": lambda folder: (folder / "b.inc").touch(),
+    "the folder removed": shutil.rmtree,
+}
+
+
+@pytest.mark.parametrize("damage", DAMAGES.values(), ids=DAMAGES)
+def test_what_is_made_of_a_damaged_bundle_counts_for_nothing_and_the_next_use_unpacks_it_again(
+    tmp_path: Path, damage: Callable[[Path], object]
+) -> None:
+    place, digest = _with_bundle(tmp_path)
+
+    def damage_and_blame(folder: Path) -> None:
+        damage(folder)
+        raise SceneError("the scene is to blame")
+
+    for use in (damage, damage_and_blame):
+        with pytest.raises(ScratchDamaged):
+            _use(place, digest, use)
+    with place.bundle(digest) as folder:
+        assert (folder / "a.pov").read_text() == "sphere { 0, 1 }"
+    damage(folder)
+    with place.bundle(digest) as folder:
+        assert sorted(path.name for path in folder.iterdir()) == ["a.pov", "scene.toml"]
+
+
+def test_a_bundle_that_was_replaced_while_it_was_used_was_damaged(tmp_path: Path) -> None:
+    place, digest = _with_bundle(tmp_path)
+
+    def miss_what_another_attempt_replaces(folder: Path) -> None:
+        (folder / "a.pov").unlink()
+        with place.bundle(digest):
+            assert (folder / "a.pov").is_file()
+        raise SceneError("there was no a.pov")
+
+    with pytest.raises(ScratchDamaged):
+        _use(place, digest, miss_what_another_attempt_replaces)
+
+
+def _use(place: Workplace, digest: str, use: Callable[[Path], object]) -> None:
+    with place.bundle(digest) as folder:
+        use(folder)
 
 
 @pytest.mark.promise(
@@ -126,8 +175,8 @@ def test_a_bundle_with_other_content_than_its_name_says_is_refused_and_nothing_i
     place, digest = _with_bundle(tmp_path)
     other = "0" * 64
     place.store.put_bytes(bundle_name(other), place.store.get_bytes(bundle_name(digest)))
-    with pytest.raises(BundleError, match="other content"):
-        place.bundle_folder(other)
+    with pytest.raises(BundleError, match="other content"), place.bundle(other):
+        pass
     assert list(place.settings.bundles_dir.iterdir()) == []
 
 
@@ -144,8 +193,8 @@ def test_a_bundle_that_cannot_be_published_is_an_error_and_nothing_is_left(tmp_p
     bundles.mkdir(parents=True)
     folder = f"{digest}-{UNPACKED}"
     (bundles / folder).write_bytes(b"a file in the way")
-    with pytest.raises(NotADirectoryError):
-        place.bundle_folder(digest)
+    with pytest.raises(NotADirectoryError), place.bundle(digest):
+        pass
     assert [path.name for path in bundles.iterdir()] == [folder]
 
 
@@ -155,12 +204,13 @@ def test_attempts_that_unpack_one_bundle_at_the_same_time_all_get_its_folder(tmp
 
     def unpacked(_: int) -> Path:
         starts.wait(60)
-        return place.bundle_folder(digest)
+        with place.bundle(digest) as folder:
+            return folder
 
     with ThreadPoolExecutor(8) as pool:
         folders = set(pool.map(unpacked, range(8)))
     folder = f"{digest}-{UNPACKED}"
-    assert [path.name for path in place.settings.bundles_dir.iterdir()] == [folder]
+    assert {path.name for path in place.settings.bundles_dir.iterdir()} == {folder, f"{folder}.json"}
     assert folders == {place.settings.bundles_dir / folder}
 
 
