@@ -96,8 +96,8 @@ def _examined(file: Path, settings: WorkerSettings) -> tuple[SceneCamera, OwnVie
         clock = {"last": 1.0, "frames": _MOVING_FRAMES}
         spec = parse_spec({"scene": "scene", "frames": f"1-{_MOVING_FRAMES}", "clock": clock})
         sheet = local_job(place, spec, pack_folder(bundle))
-        with place.bundle(sheet.bundle) as folder:
-            variables = scene_variables(folder)
+        with place.bundle(sheet.bundle) as unpacked:
+            variables = scene_variables(unpacked)
         with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
             frames = _LOOK if variables.clock or variables.frames else _LOOK[:1]
             cameras = [

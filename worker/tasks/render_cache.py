@@ -125,8 +125,8 @@ def tile_cache(
     """Return the entry of a tile; None if the job uses no cache, or the scene reads the time of day."""
     if not sheet.spec.render.cache:
         return None
-    with place.bundle(sheet.bundle) as folder:
-        variables = scene_variables(folder)
+    with place.bundle(sheet.bundle) as unpacked:
+        variables = scene_variables(unpacked)
     if variables.now:
         return None
     assert order.frame is not None  # noqa: S101 - the order is for a tile

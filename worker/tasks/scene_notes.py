@@ -51,8 +51,8 @@ def examine_scene(
     SceneError
         If the rig follows the camera of a scene that has none.
     """
-    with place.bundle(sheet.bundle) as folder:
-        variables = scene_variables(folder)
+    with place.bundle(sheet.bundle) as unpacked:
+        variables = scene_variables(unpacked)
     reader = _CameraReader(place, sheet, folder, log, monitor)
     stage = sheet.stage
     notes = [written_files_note(variables.writes)] if variables.writes else []

@@ -8,6 +8,9 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
+from lippmann.errors import ScratchDamaged
+from worker.sandbox.bundle import listing_of
+
 _COMMENT = re.compile(rb"//[^\r\n]*|/\*.*?\*/", re.DOTALL)
 _CLOCK = re.compile(rb"\bclock\b")
 _FRAMES = re.compile(rb"\b(?:frame_number|initial_frame|final_frame|initial_clock|final_clock|clock_delta|clock_on)\b")
@@ -21,6 +24,8 @@ _WORDS = (b"#", b"clock", b"frame", b"now", b"save_file", b"camera")
 _HEAD_BYTES = 8192
 _NO_SDL = frozenset({".toml", ".md", ".html", ".json", ".py"})
 """The suffixes of text in other languages, such as that of the manifest, which names the clock."""
+_PROSE = frozenset({"authors", "changelog", "copying", "licence", "license", "notice", "readme"})
+"""The names, without suffixes, of texts for people. What they name is not taken for code in a note."""
 
 
 @dataclass(frozen=True)
@@ -51,12 +56,21 @@ class SceneVariables:
         )
 
 
-@lru_cache(maxsize=64)
 def scene_variables(bundle: Path) -> SceneVariables:
-    """Return which variables a scene may read; `bundle` is a folder that never changes.
+    """Return which variables the scene in a folder may read.
 
     Every file counts that may be SDL.
+
+    Raises
+    ------
+    ScratchDamaged
+        If the files change meanwhile.
     """
+    return _variables(bundle, listing_of(bundle))
+
+
+@lru_cache(maxsize=64)
+def _variables(bundle: Path, listing: str) -> SceneVariables:
     has_clock = has_now = has_frames = False
     writes, cameras, included = [], [], set[str]()
     for path, data in texts(bundle):
@@ -68,10 +82,14 @@ def scene_variables(bundle: Path) -> SceneVariables:
         has_now |= _NOW.search(code) is not None
         has_frames |= _FRAMES.search(code) is not None
         included |= {found.decode(errors="replace").lower() for found in _POV_FILE.findall(code)}
+        if path.stem.lower() in _PROSE:
+            continue
         if _WRITES.search(code):
             writes.append(name)
         if _CAMERA.search(code):
             cameras.append(name)
+    if listing_of(bundle) != listing:
+        raise ScratchDamaged("files of the scene changed while they were read")
     return SceneVariables(
         clock=has_clock,
         now=has_now,

@@ -132,7 +132,7 @@ def test_a_device_master_that_is_none_is_refused(tmp_path: Path) -> None:
         open_orthoscopic(device)
     rig = Rig.model_validate({**rig_of().model_dump(mode="json"), "device": {"dpi": 300}})
     write_exr(device, np.zeros((8, 8, 3), np.float16), attributes={"rig": rig.model_dump_json()})
-    with pytest.raises(BadInput, match=r"expected a master of 248 x 236 px on its device, got 8 x 8"):
+    with pytest.raises(BadInput, match=r"expected a master of 236 x 248 px on its device, got 8 x 8"):
         open_orthoscopic(device)
 
 

@@ -14,7 +14,6 @@ def variables(folder: Path, text: str | bytes, name: str = "scene.inc") -> Scene
     path = folder / name
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
-    scene_variables.cache_clear()
     return scene_variables(folder)
 
 
@@ -97,9 +96,21 @@ def test_the_camera_of_a_scene_file_that_nothing_includes_does_not_count(tmp_pat
 
 
 def test_the_fish_reads_the_clock_and_the_targets_and_our_includes_read_nothing() -> None:
-    scene_variables.cache_clear()
     found = {name: scene_variables(folder) for name, folder in scene_folders().items()}
     fish = found.pop("fish")
     assert (fish.clock, fish.now, fish.has_camera("scene.inc")) == (True, False, False)
     for nothing in (*found.values(), scene_variables(INCLUDE_FOLDER)):
         assert (nothing.clock, nothing.now, nothing.has_camera("scene.inc")) == (False, False, False)
+
+
+def test_a_file_that_changes_is_read_anew(tmp_path: Path) -> None:
+    assert not variables(tmp_path, "sphere { 0, 1 }").clock
+    assert variables(tmp_path, "sphere { 0, clock }").clock
+    (tmp_path / "scene.inc").unlink()
+    assert not scene_variables(tmp_path).clock
+
+
+def test_texts_for_people_are_no_camera_and_write_no_file(tmp_path: Path) -> None:
+    text = 'Its camera is dropped, and #fopen F "state.txt" write keeps the state.'
+    assert variables(tmp_path, text, "README") == SceneVariables(clock=False, now=False)
+    assert variables(tmp_path, text, "a/camera.txt").writes == ("a/camera.txt",)
