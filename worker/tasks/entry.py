@@ -22,7 +22,8 @@ from worker.tasks.encode import encode_output
 from worker.tasks.lost import report_if_lost, sweep_if_lost
 from worker.tasks.probe import probe_job
 from worker.tasks.render import render_tile
-from worker.tasks.workplace import Workplace, sweep_scratch, workplace
+from worker.tasks.sweep import sweep_scratch
+from worker.tasks.workplace import Workplace, workplace
 
 STALE_S = 86_400.0
 """A partial artifact older than this belongs to no running process."""

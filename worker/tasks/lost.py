@@ -17,7 +17,7 @@ from lippmann.job.messages.orders import TaskKind
 from lippmann.job.messages.seals import Refused
 from worker.report import BrokerClient, event_of
 from worker.settings import WorkerSettings
-from worker.tasks.workplace import sweep_attempts
+from worker.tasks.sweep import sweep_attempts
 
 log = structlog.get_logger()
 

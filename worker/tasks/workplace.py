@@ -3,12 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-import errno
-import fcntl
-import os
-import shutil
 import tempfile
-import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import cache, cached_property
@@ -19,7 +14,7 @@ from typing import TypeVar
 import structlog
 from pydantic import BaseModel, ValidationError
 
-from lippmann.errors import BundleError, LippmannError, Permanent, ScratchDamaged, WorkerOutdated
+from lippmann.errors import LippmannError, WorkerOutdated
 from lippmann.job.messages.orders import Order
 from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.plan import artifact_names as names
@@ -27,28 +22,18 @@ from lippmann.plan.artifact_store import ArtifactStore
 from lippmann.private_files import make_passable
 from povtemplates.catalogue import scene_folders
 from worker.report import BrokerClient
-from worker.sandbox.bundle import digest_of, listing_of, pack_folder, unpack
+from worker.sandbox.bundle import digest_of, pack_folder
 from worker.sandbox.detect import detect
 from worker.sandbox.log import AttemptLog
-from worker.sandbox.results import remove_tree
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
+from worker.tasks.bundle_folder import unpacked_bundle
+from worker.tasks.folder_lock import folder_lock
 
 log = structlog.get_logger()
 
 Sheet = TypeVar("Sheet", bound=BaseModel)
-
-BUNDLE_KEPT_S = 14 * 86_400.0
-"""An unpacked bundle that no attempt has used for this long is removed at the next start: twice the longest attempt."""
-
-
-UNPACKED = "2"
-"""The version of what `unpack` makes of a bundle. It is in the name of the folder, so that a worker of another version
-unpacks the bundle anew."""
-
-REMOVE_PAUSES_S = (0.1, 1.0, 5.0)
-"""The pauses before a folder that is still written to is removed again."""
 
 
 @dataclass(frozen=True)
@@ -107,56 +92,9 @@ class Workplace:
 
     @contextlib.contextmanager
     def bundle(self, digest: str) -> Iterator[Path]:
-        """Yield the folder with a scene bundle's files, unpacked once for all attempts.
-
-        Raises
-        ------
-        BundleError
-            If the bundle in the store has another content than its name says.
-        ArtifactMissing
-            If the store does not have the bundle.
-        ScratchDamaged
-            If files in the folder were removed or changed meanwhile. What was made of them counts for nothing, and an
-            error is no fault of the scene. The next use unpacks the bundle again.
-        OSError
-            If it cannot be unpacked: only a folder that is complete is used.
-        """
-        folder = self.settings.bundles_dir / f"{digest}-{UNPACKED}"
-        if not _is_whole(folder):
-            self._unpack(digest, folder)
-        os.utime(folder)
-        number = folder.stat().st_ino
-        try:
-            yield folder.resolve()
-        except Permanent as error:
-            _check_whole(folder, number, error)
-            raise
-        _check_whole(folder, number)
-
-    def _unpack(self, digest: str, folder: Path) -> None:
-        make_passable(folder.parent)
-        beside = Path(tempfile.mkdtemp(prefix=f".{digest[:8]}-", dir=folder.parent))
-        try:
-            data = self.store.get_bytes(names.bundle_name(digest))
-            if digest_of(data) != digest:
-                raise BundleError(f"expected the bundle {digest[:12]} in the store, got other content there")
-            whole = beside / "whole"
-            whole.mkdir()
-            unpack(data, whole)
-            if os.geteuid() == 0:  # Programs in the sandbox run as users of their own.
-                for path in (whole, *whole.rglob("*")):
-                    path.chmod(0o755 if path.is_dir() else 0o644)
-            listing = beside / "listing"
-            listing.write_text(listing_of(whole), encoding="utf-8")
-            with folder_lock(folder.parent, wait=True):
-                if _is_whole(folder):  # Another attempt was quicker.
-                    return
-                if folder.is_dir():
-                    folder.rename(beside / "damaged")
-                whole.rename(folder)
-                listing.replace(_listing_file(folder))
-        finally:
-            shutil.rmtree(beside, ignore_errors=True)
+        """Yield the folder with a scene bundle's files; see `unpacked_bundle`."""
+        with unpacked_bundle(self.store, digest, self.settings.bundles_dir) as folder:
+            yield folder
 
     @contextlib.contextmanager
     def task_folder(self) -> Iterator[Path]:
@@ -175,93 +113,6 @@ class Workplace:
 def builtin_digests() -> frozenset[str]:
     """Return the digests of the bundles of the scenes that come with the project."""
     return frozenset(digest_of(pack_folder(folder)) for folder in scene_folders().values())
-
-
-def sweep_scratch(settings: WorkerSettings) -> None:
-    """Remove what killed workers left, and the bundles that no attempt has used for long."""
-    sweep_attempts(settings)
-    for bundle in filter(Path.is_dir, settings.bundles_dir.glob("*")):
-        with _failure_is_logged(bundle):
-            if time.time() - bundle.stat().st_mtime > BUNDLE_KEPT_S:
-                shutil.rmtree(bundle)
-                _listing_file(bundle).unlink(missing_ok=True)
-
-
-def sweep_attempts(settings: WorkerSettings) -> None:
-    """Remove the folders and logs of attempts whose process died; the folders of living attempts are locked."""
-    for folder in filter(Path.is_dir, settings.attempts_dir.glob("*")):
-        with _failure_is_logged(folder), contextlib.suppress(BlockingIOError), contextlib.ExitStack() as stack:
-            with folder_lock(settings.attempts_dir, wait=True):
-                stack.enter_context(folder_lock(folder))
-            _remove(folder)
-    for log_file in settings.attempts_dir.glob("*.txt"):
-        if not log_file.with_suffix("").exists():
-            log_file.unlink(missing_ok=True)
-
-
-def _remove(folder: Path) -> None:
-    """Remove the folder of a dead attempt; its POV-Ray may write there until the kernel has ended it too."""
-    for pause_s in REMOVE_PAUSES_S:
-        try:
-            return shutil.rmtree(folder)
-        except RecursionError:  # a scene has made folders in folders
-            return remove_tree(folder)
-        except OSError as error:
-            if error.errno != errno.ENOTEMPTY:
-                raise
-        time.sleep(pause_s)
-    shutil.rmtree(folder)
-
-
-def _listing_file(folder: Path) -> Path:
-    """Return the file that lists what was unpacked into the folder of a bundle."""
-    return folder.with_name(f"{folder.name}.json")
-
-
-def _is_whole(folder: Path) -> bool:
-    try:
-        return listing_of(folder) == _listing_file(folder).read_text(encoding="utf-8")
-    except OSError:
-        return False
-
-
-def _check_whole(folder: Path, number: int, error: Exception | None = None) -> None:
-    """Check that a folder is whole, and still the one with this inode number: it may have been replaced."""
-    if not _is_whole(folder) or folder.stat().st_ino != number:
-        message = "files of the scene disappeared from the scratch folder of the worker while it used them"
-        raise ScratchDamaged(message) from error
-
-
-@contextlib.contextmanager
-def _failure_is_logged(folder: Path) -> Iterator[None]:
-    """Go on with the other folders when one cannot be removed, and log why; another worker may remove it first."""
-    try:
-        yield
-    except FileNotFoundError:
-        return
-    except OSError as error:
-        log.warning("scratch folder not removed", folder=str(folder), error=str(error))
-
-
-@contextlib.contextmanager
-def folder_lock(folder: Path, *, wait: bool = False) -> Iterator[None]:
-    """Hold the lock of a folder; the kernel releases it when the process ends.
-
-    Raises
-    ------
-    BlockingIOError
-        If another process holds it, and this one does not `wait`.
-    """
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
-        try:
-            yield
-        finally:
-            # Closing is not enough: a process that was forked meanwhile has the lock too.
-            fcntl.flock(descriptor, fcntl.LOCK_UN)
-    finally:
-        os.close(descriptor)
 
 
 def workplace(
