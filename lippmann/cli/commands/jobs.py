@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Annotated
 
@@ -49,7 +49,7 @@ def submit(
                 output.note(f"note: {note}")
         if watching:
             output.note(f"{made.id} {made.status}")
-            made = _watch(client, made.id, output)
+            made = _watch(client, made.id, output, noted=(*old_names, *made.notes))
     output.result(*status_of(made))
 
 
@@ -147,11 +147,15 @@ def watch(job_id: JobId, output: Output, connection: Connection) -> None:
     output.result(*status_of(job))
 
 
-def _watch(client: Client, job_id: str, output: Output) -> Job:
+def _watch(client: Client, job_id: str, output: Output, *, noted: Collection[str] = ()) -> Job:
+    """Watch a job until it ends, and print its notes but those `noted`: the probe of the scene adds some."""
     from lippmann.client.watch import watch_job
 
     with _job_goes_on(job_id, output):
         job = watch_job(client, job_id)
+    for note in job.notes:
+        if note not in noted:
+            output.note(f"note: {note}")
     output.note(f"`lippmann fetch {job_id}` brings its files to out/{job_id}/.")
     return job
 

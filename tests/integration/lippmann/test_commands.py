@@ -39,6 +39,10 @@ def test_submit_and_watch_end_when_the_job_is_done(done_job: dict[str, Any]) -> 
 def test_watch_of_a_job_that_is_done_ends_at_once(farm: Up, done_job: dict[str, Any]) -> None:
     ended = _run(farm, "watch", done_job["id"])
     assert (ended.returncode, ended.stdout) == (0, f"{done_job['id']} done\n")
+    assert [line for line in ended.stderr.splitlines() if line.startswith("note: ")] == [
+        f"note: {note}" for note in done_job["notes"]
+    ]
+    assert done_job["notes"]
 
 
 def test_fetch_brings_everything_once_and_what_was_lost_again(
