@@ -32,6 +32,8 @@ pytestmark = needs_povray
 
 BEGINNING, API = (steps_of((DOCS / page).read_text(encoding="utf-8")) for page in ("getting-started.md", "http-api.md"))
 INSTALL, UP, *WORK = BEGINNING.commands
+NEWEST_JOB = """$(lippmann jobs --json | python3 -c 'import json, sys; print(json.load(sys.stdin)[0]["id"])')"""
+"""What a person reads in the list of jobs."""
 NO_INSTALLATION = 'make() { command make --old-file .venv/.installed "$@"; }\n'
 """The tests run in the environment that `make setup` has made, which is not made again."""
 
@@ -106,7 +108,7 @@ def clone(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Clone]:
 def worked(clone: Clone) -> Clone:
     """The clone after everything that the page types in the second terminal."""
     BEGINNING.write_files(clone.folder)
-    clone.type(*WORK)
+    clone.type(*(block.replace("fetch JOB", f"fetch {NEWEST_JOB}") for block in WORK))
     return clone
 
 
