@@ -19,7 +19,7 @@ from service.schemas.access import Role
 
 PATH = re.compile(r"[A-Za-z0-9_~][A-Za-z0-9._~-]*(/[A-Za-z0-9_~][A-Za-z0-9._~-]*)*")
 """A path prefix, without the slash at its begin."""
-OWN_PATHS = frozenset({"api", "static", "login", "logout"})
+OWN_PATHS = frozenset({"api", "docs", "static", "login", "logout"})
 """The first parts of the paths of the service. A prefix that begins with one would be ambiguous."""
 
 

@@ -68,6 +68,7 @@ def test_the_doctor_examines_a_machine_without_a_farm_and_refuses_a_folder_that_
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("LIPPMANN_DATA_DIR", raising=False)
     ended = CliRunner().invoke(main.app, ["doctor"])
     assert ended.stdout.startswith("note: farm: there is no farm in data/; `lippmann up` starts one")
     assert "povray: " in ended.stdout

@@ -197,9 +197,9 @@ def test_a_leader_that_was_replaced_does_not_write_over_the_plan(farm: Farm, mon
     monkeypatch.setattr(plan, "plan_sheet", late)
     farm.plan()
     stored = json.loads(farm.store.get_bytes(f"{job_id}/plan.json"))
-    # The previews are for the planner alone; an older worker refuses what it does not know.
-    assert stored | {"previews": [1, 2, 3]} == farm.job(job_id).plan
-    assert "previews" not in stored
+    # The previews are for the planner alone; an older worker refuses what it does not know, and needs no camera.
+    assert stored | {"previews": [1, 2, 3], "camera": None} == farm.job(job_id).plan
+    assert not {"previews", "camera"} & stored.keys()
     assert _rows(farm, job_id) == _expected(farm, job_id)
 
 
