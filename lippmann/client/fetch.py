@@ -102,8 +102,9 @@ def fetch_job(
     state = read_state(client, job_id)  # before the list of files: what is made in between is not damaged
     chosen = _selected(state.job.spec, frames=frames, masters=masters, outputs=outputs)
     wanted = tuple(_wanted(client, job_id, state.job.spec, chosen))
-    etags = {_place(artifact.name, masters=masters).as_posix(): artifact.etag for artifact in wanted}
-    with record_of(folder, state.job.id, etags=etags, is_demo=is_demo) as record:
+    with record_of(
+        folder, state.job.id, etags=lambda: _etags(client, job_id, state.job.spec), is_demo=is_demo
+    ) as record:
         downloaded, damaged = _Downloads(client, job_id, record, masters=masters).run(wanted, parallel=parallel)
     whole = [artifact.name for artifact in wanted if artifact.name not in damaged]
     missing = find_missing(state, set(whole), damaged, frames=chosen.frames, kinds=chosen.kinds, outputs=chosen.outputs)
@@ -144,6 +145,16 @@ def _wanted(client: Client, job_id: str, spec: JobSpec, chosen: _Selection) -> I
         for artifact in client.artifacts(job_id, prefix=f"{folder}/"):
             if chosen.outputs is None or _output_of(spec, artifact.name) in chosen.outputs:
                 yield artifact
+
+
+def _etags(client: Client, job_id: str, spec: JobSpec) -> Mapping[str, str]:
+    """Return the entity tags of all files of a job by their path in the folder, as pictures and as masters."""
+    everything = _Selection((*PICTURES, *MASTERS_ONLY), frames=None, outputs=None, masters=True)
+    return {
+        _place(artifact.name, masters=masters).as_posix(): artifact.etag
+        for artifact in _wanted(client, job_id, spec, everything)
+        for masters in (False, True)
+    }
 
 
 def _output_of(spec: JobSpec, name: str) -> str | None:
@@ -205,7 +216,7 @@ class _Downloads:
             )
         except OSError as error:
             raise BadInput(f"expected a folder to write {target}, got: {error.strerror}") from error
-        fetched = Fetched(path=path, etag=artifact.etag, size=download.size)
+        fetched = Fetched(path, artifact.etag, download.size, target.stat().st_mtime_ns)
         self._record.add(path.as_posix(), fetched)
         return fetched
 

@@ -1,8 +1,10 @@
-"""The record of a folder of downloaded files: which job they belong to, and the entity tag and size of each.
+"""The record of a folder of downloaded files: which job they belong to, and how to recognise each.
 
-    .fetched.json   {"job": "01k...", "demo": false, "files": {"integral/0001.png": {"etag": "...", "size": 1234}}}
+    .fetched.json   {"job": "01k...", "demo": false,
+                     "files": {"integral/0001.png": {"etag": "...", "size": 1234, "mtime_ns": 1780000000000000000}}}
 
-A folder belongs to one job. The next demo takes over the folder of a demo, whose files are deleted.
+A folder belongs to one job. The next demo takes over the folder of a demo, whose files are deleted. A folder with a
+file that has changed since it was downloaded is refused to that demo, because the file may be the user's.
 """
 
 from __future__ import annotations
@@ -10,7 +12,7 @@ from __future__ import annotations
 import json
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -34,6 +36,16 @@ class Fetched:
     etag: str
     """The entity tag of the artifact on the service."""
     size: int
+    mtime_ns: int | None
+    """When the file was last modified, ns since 1970; None in a record that does not say so."""
+
+    def is_still_in(self, folder: Path) -> bool:
+        """Return whether the file is in the folder as it was downloaded."""
+        try:
+            found = (folder / self.path).stat()
+        except OSError:
+            return False
+        return found.st_size == self.size and self.mtime_ns in (None, found.st_mtime_ns)
 
 
 @dataclass
@@ -71,14 +83,16 @@ class FetchRecord:
 
 
 @contextmanager
-def record_of(folder: Path, job_id: str, *, etags: Mapping[str, str], is_demo: bool = False) -> Iterator[FetchRecord]:
+def record_of(
+    folder: Path, job_id: str, *, etags: Callable[[], Mapping[str, str]], is_demo: bool = False
+) -> Iterator[FetchRecord]:
     """Provide the record of a folder for a job; it is written however the fetch ends.
 
     Parameters
     ----------
     etags
-        The entity tags of the files of the job by their path in the folder. They identify the job of a folder whose
-        record does not name it.
+        Returns the entity tags of all files of the job by their path in the folder. It is called only for a folder
+        whose record does not name its job; they identify it.
     is_demo
         True to take over the folder of an earlier demo, whose files are deleted.
 
@@ -90,11 +104,14 @@ def record_of(folder: Path, job_id: str, *, etags: Mapping[str, str], is_demo: b
     found = check_folder(folder, job_id=job_id, is_demo=is_demo)
     known = {} if found is None else found.known
     if found is not None and found.job_id is None and known:
-        if not any(etags.get(place) == one.etag for place, one in known.items()):
+        of_job = etags()
+        if not any(of_job.get(place) == one.etag for place, one in known.items()):
             raise _taken(folder, "the files of another job", job_id)
     elif found is not None and found.job_id != job_id:
         _delete_files(found)
         known = {}
+    elif found is not None:
+        is_demo = is_demo or found.is_demo  # A further fetch of a demo leaves its folder to the next demo.
     record = FetchRecord(folder, job_id, is_demo, known)
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -115,20 +132,28 @@ def check_folder(folder: Path, *, job_id: str | None, is_demo: bool = False) -> 
     job_id
         The job whose files come into the folder; None if there is no job yet.
     is_demo
-        True if the files of an earlier demo may be replaced.
+        True if the files of an earlier demo may be replaced. They may not if one has changed since it was fetched.
 
     Raises
     ------
     BadInput
-        If the folder holds the files of another job, or files that no job has brought.
+        If the folder holds the files of another job, or files that no job has brought. A demo is a new job, so the
+        files of a job that the record does not name are those of another one.
     """
     found = _read_record(folder)
     if found is None:
         ours = [name for name in (*PICTURES, *MASTERS_ONLY, *OUTPUTS) if (folder / name).exists()]
         if ours:
             raise _taken(folder, f"{ours[0]}/, which no fetch has brought", job_id)
-    elif found.job_id not in (None, job_id) and not (is_demo and found.is_demo):
-        raise _taken(folder, f"the files of job {found.job_id}", job_id)
+    elif found.job_id is None:
+        if is_demo and found.known:
+            raise _taken(folder, "the files of a job that an earlier release has fetched", job_id)
+    elif found.job_id != job_id:
+        if not (is_demo and found.is_demo):
+            raise _taken(folder, f"the files of job {found.job_id}", job_id)
+        for place, one in _places_inside(found):
+            if (folder / place).exists() and not one.is_still_in(folder):
+                raise _taken(folder, f"{place}, which has changed since it was fetched", job_id)
     return found
 
 
@@ -138,11 +163,17 @@ def _taken(folder: Path, holds: str, job_id: str | None) -> BadInput:
 
 
 def _delete_files(record: FetchRecord) -> None:
-    for place in record.known:
+    for place, one in _places_inside(record):
         path = record.folder / place
-        if ".." not in path.parts and not Path(place).is_absolute() and path.is_file():
+        if path.is_file() and one.is_still_in(record.folder):
             path.unlink()
             _remove_empty(path.parent, record.folder)
+
+
+def _places_inside(record: FetchRecord) -> Iterator[tuple[str, Fetched]]:
+    for place, one in record.known.items():
+        if ".." not in Path(place).parts and not Path(place).is_absolute():
+            yield place, one
 
 
 def _remove_empty(folder: Path, top: Path) -> None:
@@ -162,7 +193,9 @@ def _read_record(folder: Path) -> FetchRecord | None:
     try:
         named = isinstance(data.get("files"), dict)  # The record of an earlier release has the files alone.
         files = data["files"] if named else data
-        known = {name: Fetched(Path(name), one["etag"], one["size"]) for name, one in files.items()}
+        known = {
+            name: Fetched(Path(name), one["etag"], one["size"], one.get("mtime_ns")) for name, one in files.items()
+        }
         return FetchRecord(folder, data.get("job") if named else None, bool(named and data.get("demo")), known)
     except (KeyError, TypeError, AttributeError):
         return nameless

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import threading
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -13,7 +14,7 @@ import pytest
 
 from lippmann.client import fetch_record
 from lippmann.client.fetch import fetch_job
-from lippmann.client.fetch_record import RECORD, FetchRecord
+from lippmann.client.fetch_record import RECORD, Fetched, FetchRecord, _delete_files, check_folder
 from lippmann.errors import BadInput
 from lippmann.job.spec import parse_spec
 from lippmann.job.states import FrameStatus, JobStatus
@@ -142,6 +143,10 @@ def test_the_record_of_an_earlier_release_is_that_of_the_job_whose_files_it_name
     fetch_job(service, "j", tmp_path)
     files = json.loads((tmp_path / RECORD).read_bytes())["files"]
     (tmp_path / RECORD).write_text(json.dumps(files))
+    with pytest.raises(BadInput, match="with the files of a job that an earlier release has fetched"):
+        check_folder(tmp_path, job_id=None, is_demo=True)
+    assert fetch_job(service, "j", tmp_path, masters=True).fetched == 4  # Another selection is of the same job.
+    (tmp_path / RECORD).write_text(json.dumps(files))
     assert fetch_job(service, "j", tmp_path).fetched == 0
     (tmp_path / RECORD).write_text(json.dumps({name: one | {"etag": "other"} for name, one in files.items()}))
     with pytest.raises(BadInput, match="with the files of another job"):
@@ -158,6 +163,42 @@ def test_a_demo_replaces_the_files_of_the_demo_before_and_no_others(tmp_path: Pa
     assert names == {"orthoscopic/0002.png", "notes.txt", RECORD, "missing.json"}
     with pytest.raises(BadInput, match="the files of job two"):
         fetch_job(second, "three", tmp_path)
+
+
+def test_a_further_fetch_of_a_demo_leaves_its_folder_to_the_next_demo(tmp_path: Path) -> None:
+    service: Any = Service()
+    fetch_job(service, "one", tmp_path, is_demo=True)
+    fetch_job(service, "one", tmp_path, masters=True)
+    check_folder(tmp_path, job_id=None, is_demo=True)
+    with pytest.raises(BadInput, match="the files of job one"):
+        check_folder(tmp_path, job_id=None)
+
+
+def test_a_file_that_has_changed_since_it_was_fetched_keeps_the_next_demo_out(tmp_path: Path) -> None:
+    service: Any = Service()
+    fetch_job(service, "one", tmp_path, is_demo=True)
+    own = tmp_path / "orthoscopic" / "0002.png"
+    fetched = own.read_text()
+    own.unlink()
+    own.write_text(fetched.swapcase())  # of the same size, as frames of one capture are
+    os.utime(own, ns=(0, 1))
+    before = sorted(tmp_path.rglob("*"))
+    with pytest.raises(BadInput, match=r"with orthoscopic/0002\.png, which has changed since it was fetched"):
+        fetch_job(service, "two", tmp_path, is_demo=True)
+    assert sorted(tmp_path.rglob("*")) == before
+    assert own.read_text() == fetched.swapcase()
+    own.unlink()
+    assert fetch_job(service, "two", tmp_path, is_demo=True).fetched == 2
+
+
+def test_only_files_that_are_as_they_were_fetched_are_deleted(tmp_path: Path) -> None:
+    files = {}
+    for name, mtime_ns in (("same", 1), ("later", 2), ("longer", 1)):
+        (tmp_path / name).write_text(name)
+        os.utime(tmp_path / name, ns=(1, 1))
+        files[name] = Fetched(Path(name), "e", 4 if name != "later" else 5, mtime_ns)
+    _delete_files(FetchRecord(tmp_path, "one", is_demo=True, known=files))
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["later", "longer"]
 
 
 def test_frames_beyond_the_job_and_unknown_outputs_are_refused_by_name(tmp_path: Path) -> None:
