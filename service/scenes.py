@@ -70,6 +70,7 @@ def upload_scene(
             _check_owner(caller, known)
     bundle = parts.scenes.check(data)
     if known is not None and known.digest == bundle.digest:
+        _store(parts, bundle.digest, data)  # An upload that failed in the middle may have left the scene without it.
         return _present(known, notes=bundle.notes), False
     limits = Limits(settings, caller.limits)
     with database.reading() as session:
@@ -93,7 +94,7 @@ def upload_scene(
 
 
 def remove_scene(database: Database, caller: Caller, name: str, *, now_s: float, settings: Settings) -> None:
-    """Remove the scene of a user. Its bundle stays in the store, because jobs may need it.
+    """Remove the scene of a user. Its bundle stays in the store until no job needs it either.
 
     Raises
     ------
@@ -104,8 +105,13 @@ def remove_scene(database: Database, caller: Caller, name: str, *, now_s: float,
     Forbidden
         If the scene belongs to another owner.
     """
+    owner_id = caller.scope(sharing=settings.sharing)
+    with database.reading() as session:
+        find_scene(session, name, owner_id=owner_id)  # looks for similar names, and writers do not wait for that
     with database.writing() as session:
-        row = find_scene(session, name, owner_id=caller.scope(sharing=settings.sharing))
+        row = session.get(Scene, name)
+        if row is None or not _is_seen_by(row, owner_id):
+            raise NotFound(f"there is no scene {name!r}")
         if row.builtin:
             raise SceneBuiltin(f"the scene {name!r} is built in, and only uploaded scenes are removed")
         if not caller.may_change(row.owner_id):
@@ -144,9 +150,13 @@ def find_scene(session: Session, name: str, *, owner_id: str | None = None) -> S
         If the scene does not exist, or if an owner is given to whom it does not belong and it is not built in.
     """
     row = session.get(Scene, name)
-    if row is None or not (owner_id is None or row.builtin or row.owner_id == owner_id):
+    if row is None or not _is_seen_by(row, owner_id):
         raise NotFound(f"there is no scene {name!r}{did_you_mean(session, name, owner_id=owner_id)}")
     return row
+
+
+def _is_seen_by(row: Scene, owner_id: str | None) -> bool:
+    return owner_id is None or row.builtin or row.owner_id == owner_id
 
 
 def did_you_mean(session: Session, name: str, *, owner_id: str | None = None) -> str:

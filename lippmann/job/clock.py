@@ -44,7 +44,10 @@ class Clock(JobModel):
         if not (isinstance(first, int | float) and isinstance(last, int | float) and isinstance(frames, int)):
             return data
         steps = _steps(frames, cyclic=data.get("cyclic") is True)
-        return {**data, "per_frame": (last - first) / steps} if steps > 0 else data
+        try:
+            return {**data, "per_frame": (last - first) / steps} if steps > 0 else data
+        except OverflowError:  # The fields themselves say what is expected.
+            return data
 
     @model_validator(mode="after")
     def _check_last(self) -> Self:

@@ -8,9 +8,11 @@ import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
-from lippmann.errors import BadInput
+from lippmann.errors import BadInput, LippmannError
+from lippmann.job.scene import parse_scene
 from lippmann.job.scene_camera import SceneCamera
 from lippmann.job.spec import parse_spec
+from lippmann.untrusted.toml_text import read_toml
 from povtemplates.catalogue import MANIFEST
 from worker.engines.povray.scene_variables import SceneVariables, scene_variables
 from worker.engines.povray.version import check_povray
@@ -80,6 +82,10 @@ def init_scene(file: Path) -> DraftScene:
     check_povray(settings.povray)
     camera, view, moves, variables = _examined(file, settings)
     text = _manifest_text(file.name, camera, view, moves=moves, is_animated=variables.clock or variables.frames)
+    try:
+        parse_scene(read_toml(text.encode(), field=MANIFEST))
+    except LippmannError as error:
+        raise BadInput(f"expected a scene of a size that a rig can have, got {file.name}: {error.message}") from error
     try:
         target.write_text(text, encoding="utf-8")
     except OSError as error:

@@ -34,6 +34,10 @@ class BundleCollector:
     store: ArtifactStore
     _unused_since_s: dict[str, float] = field(default_factory=dict)
 
+    def begin(self) -> None:
+        """Begin as a new leader: what was unused once may have been needed since."""
+        self._unused_since_s = {}
+
     def run(self, *, now_s: float) -> int:
         """Delete the bundles that were unused for long, and return their number."""
         while self._read_bundles():

@@ -157,6 +157,7 @@ class Coordinator:
         if self.election.renew(now_s=self._clock()) and not was_leader:
             self._liveness.record_gap()
             self._loss_monitor.begin(now_s=self._clock())
+            self._bundles.begin()
             recounted = self._reconciler.start()
             log.info("leads", process=self.election.name, jobs_recounted=recounted)
             self._wakeup.notify()

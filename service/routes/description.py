@@ -49,7 +49,7 @@ _PROBLEMS = MappingProxyType(
     }
 )
 """The name and the description of each status of a problem."""
-_HEADERS = MappingProxyType({401: "WWW-Authenticate", 416: "Content-Range", 429: "Retry-After"})
+_HEADERS = MappingProxyType({401: "WWW-Authenticate", 416: "Content-Range", 429: "Retry-After", 503: "Retry-After"})
 """The header that belongs to a status."""
 _EXTRA_KEYS = MappingProxyType({require_submitter: 403, require_admin: 403, get_own_job: 403})
 
@@ -78,7 +78,7 @@ def _describe(described: dict[str, Any], app: FastAPI) -> None:
                 _describe_operation(operation, method, route)
     for methods in described.get("webhooks", {}).values():
         for operation in methods.values():
-            operation["responses"].pop("422")  # the answers are those of the receiver, which its description gives
+            operation["responses"].pop("422", None)  # The receiver answers as its description says.
     components = described["components"]
     components["responses"] = {_PROBLEMS[status][0]: _response(status) for status in _PROBLEMS}
     components["securitySchemes"] = {

@@ -76,7 +76,7 @@ async def answer(request: Request, error: Exception) -> Response:
         trace = trace_of(error)
         log.error("a request failed", path=request.url.path, code=known.code, error=repr(error), trace=trace)
     headers = {"WWW-Authenticate": "Bearer"} if status == 401 else {}
-    if isinstance(known, ArtifactRepairing):
+    if status == 503:
         headers["Retry-After"] = REPAIR_S
     if isinstance(known, TooManyRequests):
         headers["Retry-After"] = str(max(1, math.ceil(known.retry_after_s)))

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lippmann.errors import BadInput
+from lippmann.errors import BadInput, SceneError
 from lippmann.job.scene import parse_scene
 from lippmann.local.files.bundle import find_bundle
 from lippmann.local.scene_init import init_scene
@@ -60,3 +60,16 @@ def test_a_scene_without_a_camera_is_named(tmp_path: Path) -> None:
     (tmp_path / "parts.inc").write_text("sphere { 0, 1 }")
     with pytest.raises(BadInput, match="expected a scene with a camera"):
         init_scene(tmp_path / "parts.inc")
+
+
+def test_a_scene_that_fails_later_is_quoted(tmp_path: Path) -> None:
+    (tmp_path / "late.pov").write_text(BALLS + '#if (clock > 0.2) #error "this scene ends at clock 0.2" #end')
+    with pytest.raises(SceneError, match=r"this scene ends at clock 0\.2"):
+        init_scene(tmp_path / "late.pov")
+
+
+def test_a_scene_of_a_size_that_no_rig_has_gets_no_scene_toml(tmp_path: Path) -> None:
+    (tmp_path / "small.pov").write_text("camera { location -1e-5*z look_at 0 } sphere { 0, 1e-6 pigment { rgb 1 } }")
+    with pytest.raises(BadInput, match=r"small\.pov"):
+        init_scene(tmp_path / "small.pov")
+    assert not (tmp_path / "scene.toml").exists()

@@ -115,7 +115,7 @@ def run_povray(
     """Run a command on a .pov in a folder; it may read our includes and the scene's bundle."""
     settings = sheet.spec.render
     forecast, announced = EndForecast(), False
-    given = list(folder.iterdir())
+    given = [path for path in folder.iterdir() if path.name != command.picture]
 
     def progressed(progress: Progress) -> None:
         nonlocal announced

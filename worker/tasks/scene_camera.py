@@ -7,6 +7,7 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
+from pydantic import ValidationError
 
 from lippmann.errors import SceneError
 from lippmann.job.messages.orders import Order
@@ -80,7 +81,10 @@ def read_scene_camera(
     for scale in SCALES:
         location = read_location(codes("location", scale), scale=scale)
         if location is not None:
-            return scene_camera(vectors, location)
+            try:
+                return scene_camera(vectors, location)
+            except ValidationError:  # Too far away for a stage.
+                return None
     return None
 
 
@@ -105,7 +109,10 @@ def rendered_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> Re
             now = read_scene_camera(place, sheet, order.frame, folder=folder, log=log, monitor=monitor)
             if plan.camera is None or now is None:
                 raise no_camera(order.frame)
-            stage = followed_stage(stage, first=plan.camera, now=now)
+            try:
+                stage = followed_stage(stage, first=plan.camera, now=now)
+            except ValidationError as error:
+                raise SceneError(f"frame {order.frame}: the rig follows the camera to where no stage can be") from error
     return sheet.placed(stage, order.frame)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from lippmann.errors import LippmannError, Stopped
+from lippmann.errors import OutOfMemory, Permanent, RenderStalled, RenderTimedOut
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scene_camera import SceneCamera
 from worker.engines.povray.scene_variables import SceneVariables, scene_variables
@@ -62,7 +62,8 @@ def examine_scene(
             raise no_camera(1)
     else:
         asks = variables.has_camera(sheet.file) and stage.handedness == "auto"
-        first = reader.quiet_camera(1) if asks else None
+        # A job need not render frame 1, so the scene may fail there.
+        first = reader.quiet_camera(1) or reader.quiet_camera(sheet.spec.frame_numbers[0]) if asks else None
         if asks and first is None:
             notes.append(UNKNOWN)
         if variables.has_camera(sheet.file) and _may_move(variables) and reader.moves(sheet.spec.frame_numbers):
@@ -95,12 +96,13 @@ class _CameraReader:
         return self._read[frame]
 
     def quiet_camera(self, frame: int) -> SceneCamera | None:
-        """Return the camera at a frame, or None if the scene fails there: the job may not render that frame."""
+        """Return the camera at a frame, or None if the scene fails there: the job may not render that frame.
+
+        A failure that another attempt may not meet says nothing of the scene: the attempt fails by it.
+        """
         try:
             return self.camera(frame)
-        except Stopped:
-            raise
-        except LippmannError as error:
+        except (Permanent, RenderStalled, RenderTimedOut, OutOfMemory) as error:
             self._log.write(f"The camera of frame {frame} could not be read: {error}")
             return self._read.setdefault(frame)
 

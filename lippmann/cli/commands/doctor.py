@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -54,7 +55,7 @@ def doctor(
     has_farm = (data_dir / ARTIFACTS).is_dir()
     if has_farm:
         found = _farm(data_dir, repair=repair, deep=deep, adopt_store=adopt_store)
-    elif data_dir != DATA_DIR or repair or deep or adopt_store:
+    elif data_dir != DATA_DIR or repair or deep or adopt_store or _SETTINGS_OF_A_FARM & os.environ.keys():
         raise BadInput(f"expected the data folder of a farm, got {data_dir} without {ARTIFACTS}/")
     else:
         text = f"there is no farm in {data_dir}/; `lippmann up` starts one, and --data-dir names another folder"
@@ -63,6 +64,10 @@ def doctor(
     output.result(_data(found), _text(found))
     if not found.is_healthy:
         raise typer.Exit(ExitCode.FAILED)
+
+
+_SETTINGS_OF_A_FARM = {"LIPPMANN_DATABASE_URL", "LIPPMANN_REDIS_URL"}
+"""Whoever sets one of them means a farm, whose data folder is then the wrong one."""
 
 
 def _farm(data_dir: Path, *, repair: bool, deep: bool, adopt_store: bool) -> Diagnosis:

@@ -17,9 +17,11 @@ from functools import lru_cache
 from itertools import islice
 from pathlib import Path
 
+from lippmann.errors import ScratchDamaged
 from lippmann.untrusted.file_names import plain_name
 from worker.engines.povray.command import SYSTEM_INCLUDE
 from worker.engines.povray.scene_variables import texts
+from worker.sandbox.bundle import listing_of
 
 LINKS_FOLDER = "lippmann-names"
 """The folder of the links, in the folder of the task."""
@@ -29,6 +31,8 @@ _QUOTED = re.compile(rb'"(?=([^"\r\n\0]{1,250})")')
 file."""
 _MOST_QUOTED, _MOST_NAMES = 1_000_000, 20_000
 """The numbers of quoted texts, and of different ones, that are looked at, which takes a second at most."""
+_MOST_LINKS = 2_000
+"""The number of names that get a link, as many as a bundle has files. The message about another one names the file."""
 _INC = ".inc"
 """The suffix that a scene may leave out."""
 
@@ -58,7 +62,7 @@ class SceneFiles:
             The folder of the links, which may have them already.
         """
         folder.mkdir(exist_ok=True)
-        for name, file in self._links.items():
+        for name, file in islice(self._links.items(), _MOST_LINKS):
             # A name that is both that of a file and that of a folder has one link, and POV-Ray reports the other.
             with suppress(FileExistsError, NotADirectoryError):
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -88,23 +92,29 @@ class SceneFiles:
 
     @property
     def _links(self) -> Mapping[str, Path]:
-        return _links(self.bundle, (*self.folders, SYSTEM_INCLUDE))
+        return _links(self.bundle, (*self.folders, SYSTEM_INCLUDE), listing_of(self.bundle))
 
 
 @lru_cache(maxsize=64)
-def _links(bundle: Path, folders: tuple[Path, ...]) -> Mapping[str, Path]:
+def _links(bundle: Path, folders: tuple[Path, ...], listing: str) -> Mapping[str, Path]:
     files: dict[str, Path] = {}
     for folder in reversed(folders):
-        files |= _files_in(folder)
+        files |= _system_files() if folder == SYSTEM_INCLUDE else _files_in(folder)
     links = {}
     for name in _quoted(bundle):
         file = files.get(_path(name))
         if file is not None and not any((folder / name).is_file() for folder in folders):
             links[name] = file
+    if listing_of(bundle) != listing:
+        raise ScratchDamaged("files of the scene changed while they were read")
     return links
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=1)
+def _system_files() -> Mapping[str, Path]:
+    return _files_in(SYSTEM_INCLUDE)
+
+
 def _files_in(folder: Path) -> Mapping[str, Path]:
     """Return the files of a folder by what their names have in common with others, and without the suffix .inc."""
     files = {plain_name(path.relative_to(folder).as_posix()): path for path in folder.rglob("*") if path.is_file()}

@@ -11,14 +11,17 @@ from pathlib import Path
 from lippmann.errors import ScratchDamaged
 from worker.sandbox.bundle import listing_of
 
-_COMMENT = re.compile(rb"//[^\r\n]*|/\*.*?\*/", re.DOTALL)
+_COMMENT = re.compile(rb"//[^\r\n]*|/\*(?:.*?\*/|.*\Z)", re.DOTALL)
+"""A comment, also one that is not closed: each byte is looked at once or twice, whatever the text."""
 _CLOCK = re.compile(rb"\bclock\b")
 _FRAMES = re.compile(rb"\b(?:frame_number|initial_frame|final_frame|initial_clock|final_clock|clock_delta|clock_on)\b")
 _NOW = re.compile(rb"\bnow\b")
 _WRITES = re.compile(rb"#\s*fopen\b[^#]{0,2000}?\b(?:write|append)\b|\bsave_file\b")
-_CAMERA = re.compile(rb"\bcamera\b|(?i:\b(?:screen|stdcam)\.inc\b)")
+_CAMERA = re.compile(rb'\bcamera\b|(?i:\b(?:screen|stage1|stdcam)(?:\.inc)?")')
 """The word, or an include of POV-Ray that has a camera."""
-_POV_FILE = re.compile(rb'([^"/\\\r\n]{1,200}\.pov)"', re.IGNORECASE)
+_POV_FILE = re.compile(rb'\.pov"', re.IGNORECASE)
+_BEFORE_NAME = re.compile(rb'["/\\\r\n]')
+_LONGEST_NAME = 204
 _WORDS = (b"#", b"clock", b"frame", b"now", b"save_file", b"camera")
 """One of these is in every file that counts; directives, such as #include and #fopen, begin with the first."""
 _HEAD_BYTES = 8192
@@ -81,7 +84,7 @@ def _variables(bundle: Path, listing: str) -> SceneVariables:
         has_clock |= _CLOCK.search(code) is not None
         has_now |= _NOW.search(code) is not None
         has_frames |= _FRAMES.search(code) is not None
-        included |= {found.decode(errors="replace").lower() for found in _POV_FILE.findall(code)}
+        included |= set(_pov_files(code))
         if path.stem.lower() in _PROSE:
             continue
         if _WRITES.search(code):
@@ -100,6 +103,13 @@ def _variables(bundle: Path, listing: str) -> SceneVariables:
     )
 
 
+def _pov_files(code: bytes) -> Iterator[str]:
+    """Yield the names of .pov files in quotation marks, in lower case and without folders."""
+    for found in _POV_FILE.finditer(code):
+        before = code[max(0, found.end() - 1 - _LONGEST_NAME) : found.end() - 1]
+        yield _BEFORE_NAME.split(before)[-1].decode(errors="replace").lower()
+
+
 def texts(bundle: Path) -> Iterator[tuple[Path, bytes]]:
     """Yield the files of a bundle that may be SDL, with their bytes: POV-Ray includes files of any name.
 
@@ -112,5 +122,6 @@ def texts(bundle: Path) -> Iterator[tuple[Path, bytes]]:
 
 
 def _without_comment(found: re.Match[bytes]) -> bytes:
-    """Return what counts of something that looks like a comment: all of it if it may begin inside a string."""
-    return found[0] if b'"' in found[0] else b" "
+    """Return what counts of a seeming comment: all of it if it may begin inside a string or has no end."""
+    is_open = found[0].startswith(b"/*") and not found[0].endswith(b"*/", 2)
+    return found[0] if is_open or b'"' in found[0] else b" "

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from lippmann.errors import BundleError
+from lippmann.errors import BundleError, SpecError
 from lippmann.job.clock import Clock
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scene import parse_scene
@@ -68,3 +68,11 @@ def test_the_last_frame_is_that_of_the_animation_or_else_of_the_job(
     scene = parse_scene({"stage": STAGE, "clock": scene_clock})
     job = ResolvedJob.of("j", parse_spec({"scene": "own", "frames": "3, 8"}), scene, bundle="b" * 64, frames=frames)
     assert job.clock.variables(3)["final_frame"] == final
+
+
+@pytest.mark.parametrize("field", ["first", "last", "frames"])
+def test_a_number_beyond_all_bounds_is_a_problem_of_its_field(field: str) -> None:
+    clock = {"first": 0, "last": 1, "frames": 3} | {field: 10**400}
+    with pytest.raises(SpecError) as refused:
+        parse_spec({"scene": "own", "clock": clock})
+    assert f"clock.{field}" in {problem.field for problem in refused.value.problems}

@@ -96,3 +96,12 @@ def test_a_file_that_is_not_found_is_named_with_the_one_that_is_there(tmp_path: 
 def test_a_link_has_the_name_of_its_file_in_messages(tmp_path: Path) -> None:
     files = scene(tmp_path, '#include "PARTS.INC"')
     assert [files.own_name(name) for name in ("PARTS.INC", "old/s.pov")] == ["Parts.inc", "old/s.pov"]
+
+
+def test_what_was_read_of_a_damaged_bundle_is_not_kept(tmp_path: Path) -> None:
+    files = scene(tmp_path, '"Maps/WOOD.png"')
+    (files.bundle / "maps" / "wood.png").rename(tmp_path / "away")
+    files.make_links(tmp_path / "before")
+    (tmp_path / "away").rename(files.bundle / "maps" / "wood.png")
+    files.make_links(tmp_path / "after")
+    assert (list((tmp_path / "before").iterdir()), (tmp_path / "after" / "Maps" / "WOOD.png").is_file()) == ([], True)

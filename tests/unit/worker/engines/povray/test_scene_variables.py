@@ -114,3 +114,18 @@ def test_texts_for_people_are_no_camera_and_write_no_file(tmp_path: Path) -> Non
     text = 'Its camera is dropped, and #fopen F "state.txt" write keeps the state.'
     assert variables(tmp_path, text, "README") == SceneVariables(clock=False, now=False)
     assert variables(tmp_path, text, "a/camera.txt").writes == ("a/camera.txt",)
+
+
+@pytest.mark.parametrize("text", ['#include "screen.inc"', '#include "stdcam"', '#include "Stage1.inc"', "camera { }"])
+def test_a_camera_of_an_include_of_povray_counts(tmp_path: Path, text: str) -> None:
+    assert variables(tmp_path, text).cameras == ("scene.inc",)
+
+
+def test_names_of_pov_files_are_found_in_quotation_marks(tmp_path: Path) -> None:
+    text = '#include "a/B.pov" #include "c\\d.POV" // "e.pov"\n#include ".pov" f.pov ' + "g" * 300 + '.pov"'
+    assert variables(tmp_path, text).included == {"b.pov", "d.pov", "e.pov", ".pov", "g" * 200 + ".pov"}
+
+
+@pytest.mark.parametrize("text", ["/* " * 100_000 + "#", "#" + "x" * 3_000_000, "/*/ clock"])
+def test_a_text_of_any_kind_is_looked_through_once(tmp_path: Path, text: str) -> None:
+    assert variables(tmp_path, text).clock == ("clock" in text)
