@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from http import HTTPStatus
@@ -14,9 +13,10 @@ from pydantic import BaseModel
 
 from lippmann.client.address import environment_address
 from lippmann.client.errors import Refused
+from lippmann.client.names import plain_name
 from lippmann.client.stream import ServerEvent
 from lippmann.client.transport import PATIENCE_S, Download, Transport
-from lippmann.errors import BadInput, JobEnded
+from lippmann.errors import JobEnded
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import ENDED_JOBS
 from service.schemas.access import AuditEntry, AuditPage, Key, KeyList, LoginLink, NewKey, Session
@@ -45,7 +45,6 @@ if TYPE_CHECKING:
 _PAGE = 500
 """The largest page that the service returns."""
 _API = "/api/v1"
-_PLAIN = re.compile(r"(?!\.+$)[\w.-]{1,200}")
 
 FramePicture = Literal["view", "perspective", "refocus", "observer", "views.atlas"]
 """A picture that the service makes of a frame on demand."""
@@ -124,7 +123,7 @@ class Client:
 
     def job(self, job_id: str) -> Job:
         """Return the current state of a job."""
-        return self._get(Job, f"/jobs/{_plain(job_id)}")
+        return self._get(Job, f"/jobs/{plain_name(job_id)}")
 
     def jobs(self, *, status: str | None = None, limit: int | None = None) -> Iterator[Job]:
         """Yield the jobs, newest first, at most `limit` of them."""
@@ -154,45 +153,46 @@ class Client:
     def skip(self, job_id: str, frames: Iterable[int] | None = None) -> Job:
         """Leave frames of a failed or cancelled job out, by default those that failed, and continue the job."""
         body = {"frames": None if frames is None else list(frames)}
-        return _parsed(Job, self._transport.request("POST", f"{_API}/jobs/{_plain(job_id)}/skip", json=body).json())
+        return _parsed(Job, self._transport.request("POST", f"{_API}/jobs/{plain_name(job_id)}/skip", json=body).json())
 
     def prioritise(self, job_id: str, priority: int) -> Job:
         """Set the priority of a job, 0 to 100."""
         return _parsed(
-            Job, self._transport.request("PATCH", f"{_API}/jobs/{_plain(job_id)}", json={"priority": priority}).json()
+            Job,
+            self._transport.request("PATCH", f"{_API}/jobs/{plain_name(job_id)}", json={"priority": priority}).json(),
         )
 
     def share(self, job_id: str, *, shared: bool = True) -> Job:
         """Show a job to everybody with a key, or only to its owner, on a farm that hides jobs from other owners."""
         return _parsed(
-            Job, self._transport.request("PATCH", f"{_API}/jobs/{_plain(job_id)}", json={"shared": shared}).json()
+            Job, self._transport.request("PATCH", f"{_API}/jobs/{plain_name(job_id)}", json={"shared": shared}).json()
         )
 
     def delete(self, job_id: str) -> None:
         """Delete an ended job and its files."""
-        self._transport.request("DELETE", f"{_API}/jobs/{_plain(job_id)}")
+        self._transport.request("DELETE", f"{_API}/jobs/{plain_name(job_id)}")
 
     def tasks(
         self, job_id: str, *, status: str | None = None, kind: str | None = None, limit: int | None = None
     ) -> Iterator[Task]:
         """Yield the tasks of a job in order, at most `limit` of them, only those of a status or a kind if given."""
         params = {name: value for name, value in (("status", status), ("kind", kind)) if value}
-        return _first(limit, self._paged(TaskPage, f"/jobs/{_plain(job_id)}/tasks", params, limit))
+        return _first(limit, self._paged(TaskPage, f"/jobs/{plain_name(job_id)}/tasks", params, limit))
 
     def task(self, job_id: str, task_id: str) -> Task:
         """Return a task of a job."""
-        return self._get(Task, f"/jobs/{_plain(job_id)}/tasks/{_plain(task_id)}")
+        return self._get(Task, f"/jobs/{plain_name(job_id)}/tasks/{plain_name(task_id)}")
 
     def log(self, job_id: str, task_id: str, *, attempt: int | None = None) -> str:
         """Return the log of the latest attempt of a task, or of the attempt with the given number."""
         params = {"attempt": str(attempt)} if attempt else {}
         return self._transport.request(
-            "GET", f"{_API}/jobs/{_plain(job_id)}/tasks/{_plain(task_id)}/log", params=params
+            "GET", f"{_API}/jobs/{plain_name(job_id)}/tasks/{plain_name(task_id)}/log", params=params
         ).text
 
     def frames(self, job_id: str, *, limit: int | None = None) -> Iterator[Frame]:
         """Yield the frames of a job in order, at most `limit` of them."""
-        return _first(limit, self._paged(FramePage, f"/jobs/{_plain(job_id)}/frames", {}, limit))
+        return _first(limit, self._paged(FramePage, f"/jobs/{plain_name(job_id)}/frames", {}, limit))
 
     # Events
 
@@ -246,7 +246,7 @@ class Client:
     def artifacts(self, job_id: str, *, prefix: str = "") -> Iterator[Artifact]:
         """Yield the files of a job whose names begin with `prefix`, in the order of their names."""
         params = {"prefix": prefix} if prefix else {}
-        return self._paged(ArtifactPage, f"/jobs/{_plain(job_id)}/artifacts", params, None)
+        return self._paged(ArtifactPage, f"/jobs/{plain_name(job_id)}/artifacts", params, None)
 
     def download(
         self,
@@ -257,32 +257,37 @@ class Client:
         format: Literal["png"] | None = None,  # noqa: A002 - the name of the parameter in the API
         bits: Literal[8, 16] = 8,
         on_bytes: Callable[[int], None] | None = None,
+        sleep: Callable[[float], None] | None = None,
     ) -> Download:
-        """Download a file of a job to `path`, atomically; `format="png"` converts a master to sRGB."""
-        url = f"{_API}/jobs/{_plain(job_id)}/artifacts/{name}"
+        """Download a file of a job to `path`, atomically; `format="png"` converts a master to sRGB.
+
+        `on_bytes` is called with the number of bytes of each part that has come. `sleep` waits for a number of
+        seconds between two attempts. An exception of either ends the download.
+        """
+        url = f"{_API}/jobs/{plain_name(job_id)}/artifacts/{name}"
         if format is None:
-            return self._transport.download(url, path, on_bytes=on_bytes)
+            return self._transport.download(url, path, on_bytes=on_bytes, sleep=sleep)
         params = {"format": format, "bits": str(bits)}
-        return self._transport.download_made(url, path, params=params, on_bytes=on_bytes)
+        return self._transport.download_made(url, path, params=params, on_bytes=on_bytes, sleep=sleep)
 
     def download_output(self, job_id: str, name: str, path: Path) -> Download:
         """Download all files of an output, such as `view_grid.png`, to `path` as one zip, atomically."""
         return self._transport.download_made(
-            f"{_API}/jobs/{_plain(job_id)}/outputs/{_plain(name)}.zip", path, params={}
+            f"{_API}/jobs/{plain_name(job_id)}/outputs/{plain_name(name)}.zip", path, params={}
         )
 
     def artifact_link(self, job_id: str, name: str, *, expires_in_s: float | None = None) -> ArtifactLink:
         """Create a link with which anybody downloads one file of a job without a key, by default for a day."""
         body = {"artifact": name, "expires_in_s": expires_in_s}
         return _parsed(
-            ArtifactLink, self._transport.request("POST", f"{_API}/jobs/{_plain(job_id)}/links", json=body).json()
+            ArtifactLink, self._transport.request("POST", f"{_API}/jobs/{plain_name(job_id)}/links", json=body).json()
         )
 
     # Pictures of a frame
 
     def frame_views(self, job_id: str, frame: int) -> FrameViews:
         """Return the views of a frame."""
-        return self._get(FrameViews, f"/jobs/{_plain(job_id)}/frames/{frame}/look")
+        return self._get(FrameViews, f"/jobs/{plain_name(job_id)}/frames/{frame}/look")
 
     def download_picture(
         self, job_id: str, frame: int, what: FramePicture, path: Path, **parameters: str | float
@@ -296,7 +301,7 @@ class Client:
         parameters
             Its parameters in the API, for example `u=3, v=4`, `depth_mm=20`, `scale=4`, `format="webp"`.
         """
-        url = f"{_API}/jobs/{_plain(job_id)}/frames/{frame}/{what}"
+        url = f"{_API}/jobs/{plain_name(job_id)}/frames/{frame}/{what}"
         return self._transport.download_made(url, path, params={name: f"{one}" for name, one in parameters.items()})
 
     # Scenes
@@ -307,11 +312,11 @@ class Client:
 
     def scene(self, name: str) -> Scene:
         """Return a scene."""
-        return self._get(Scene, f"/scenes/{_plain(name)}")
+        return self._get(Scene, f"/scenes/{plain_name(name)}")
 
     def remove_scene(self, name: str) -> None:
         """Remove an uploaded scene. Jobs that were submitted with it keep it."""
-        self._transport.request("DELETE", f"{_API}/scenes/{_plain(name)}")
+        self._transport.request("DELETE", f"{_API}/scenes/{plain_name(name)}")
 
     def upload_scene(self, name: str, bundle_zip: bytes) -> Scene:
         """Upload a scene: a zip of scene.toml and the files of the scene."""
@@ -366,7 +371,7 @@ class Client:
 
     def revoke_key(self, key_id: str) -> None:
         """Revoke a key. The browser sessions that it opened and their event streams end at once."""
-        self._transport.request("DELETE", f"{_API}/keys/{_plain(key_id)}")
+        self._transport.request("DELETE", f"{_API}/keys/{plain_name(key_id)}")
 
     def audit(self, *, limit: int | None = None) -> Iterator[AuditEntry]:
         """Yield the changes that were made through the API, newest first, at most `limit` of them."""
@@ -380,7 +385,7 @@ class Client:
         return _parsed(shape, self._transport.request("GET", _API + path).json())
 
     def _act(self, job_id: str, action: str) -> Job:
-        return _parsed(Job, self._transport.request("POST", f"{_API}/jobs/{_plain(job_id)}/{action}").json())
+        return _parsed(Job, self._transport.request("POST", f"{_API}/jobs/{plain_name(job_id)}/{action}").json())
 
     def _paged(self, page: type[BaseModel], path: str, params: Mapping[str, str], limit: int | None) -> Iterator[Any]:
         query = dict(params) | {"limit": str(min(limit or _PAGE, _PAGE))}
@@ -401,17 +406,6 @@ def _first(limit: int | None, items: Iterator[Shape]) -> Iterator[Shape]:
 
 def _job_file(job: JobSpec | Mapping[str, Any]) -> dict[str, Any]:
     return job.model_dump(mode="json", exclude_none=True) if isinstance(job, JobSpec) else dict(job)
-
-
-def _plain(name: str) -> str:
-    """Return an id or a name that is one part of a path; the service would read another one as another request.
-
-    >>> _plain("01k-3")
-    '01k-3'
-    """
-    if not _PLAIN.fullmatch(name):
-        raise BadInput(f"expected an id or a name of letters, digits, dots and dashes, got {name[:100]!r}")
-    return name
 
 
 def _parsed(shape: type[Shape], data: Any) -> Shape:

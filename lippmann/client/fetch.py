@@ -212,7 +212,12 @@ class _Downloads:
         target = self._record.folder / path
         try:
             download = self._client.download(
-                self._job_id, artifact.name, target, format=made, on_bytes=self._check_going_on
+                self._job_id,
+                artifact.name,
+                target,
+                format=made,
+                on_bytes=lambda _: self._sleep(0.0),
+                sleep=self._sleep,
             )
         except OSError as error:
             raise BadInput(f"expected a folder to write {target}, got: {error.strerror}") from error
@@ -220,8 +225,8 @@ class _Downloads:
         self._record.add(path.as_posix(), fetched)
         return fetched
 
-    def _check_going_on(self, _count: int) -> None:
-        if self._is_over.is_set():
+    def _sleep(self, pause_s: float) -> None:
+        if self._is_over.wait(pause_s):
             raise _Interrupted
 
 

@@ -4,7 +4,7 @@
 |---|---|
 | no connection | retry with pauses until `patience_s` is over, then `Unreachable` |
 | connection lost after sending, 502, 503, 504 | retry if the request may be repeated, else `Unreachable` |
-| 429 to a download | retry with pauses, as after 503 |
+| 429 to a download, or to a stream that is taken up again | retry with pauses, then `Refused` |
 | 401, 403 | `KeyRefused` |
 | other 4xx, 5xx | `Refused` with the invalid fields |
 | 206 | append the rest of a download |
@@ -17,7 +17,7 @@ import hashlib
 import itertools
 import os
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -26,7 +26,7 @@ from typing import Any, Literal
 import httpx
 
 from lippmann.client.address import Address
-from lippmann.client.errors import refusal
+from lippmann.client.errors import Refused, refusal
 from lippmann.client.stream import ServerEvent, parse_events
 from lippmann.errors import BadInput, LippmannError, Unreachable
 
@@ -37,6 +37,16 @@ SILENCE_S = 45.0
 
 _BUSY = frozenset({502, 503, 504})
 _TOO_MANY = 429
+_BUSY_OR_TOO_MANY = _BUSY | {_TOO_MANY}
+Sleep = Callable[[float], None]
+
+
+class _TooMany(httpx.HTTPError):
+    """The service answered 429 to a request that is repeated."""
+
+    def __init__(self, refused: Refused) -> None:
+        super().__init__(refused.message)
+        self.refused = refused
 
 
 @dataclass(frozen=True)
@@ -52,9 +62,7 @@ class Download:
 class Transport:
     """A connection pool to one service."""
 
-    def __init__(
-        self, address: Address, *, patience_s: float = PATIENCE_S, sleep: Callable[[float], None] = time.sleep
-    ) -> None:
+    def __init__(self, address: Address, *, patience_s: float = PATIENCE_S, sleep: Sleep = time.sleep) -> None:
         self.url = address.url.rstrip("/")
         self._patience_s = patience_s
         self._sleep = sleep
@@ -82,58 +90,87 @@ class Transport:
             The arguments of `httpx.Client.request`.
         """
         may_repeat = method != "POST" if repeatable is None else repeatable
+        return self._request(method, path, repeated=_BUSY if may_repeat else frozenset(), sleep=self._sleep, **parts)
+
+    def _request(
+        self, method: str, path: str, *, repeated: Collection[int], sleep: Sleep, **parts: Any
+    ) -> httpx.Response:
+        """Send a request, again after the `repeated` statuses; without any, it is sent at most once."""
         for pause_s in self._pauses():
             try:
                 with _utf8_only():
                     response = self._http.request(method, path, **parts)
             except httpx.HTTPError as error:
-                if pause_s is None or not (may_repeat or isinstance(error, httpx.ConnectError | httpx.ConnectTimeout)):
+                if pause_s is None or not (repeated or isinstance(error, httpx.ConnectError | httpx.ConnectTimeout)):
                     raise self._unreachable(error) from error
             else:
-                if not (response.status_code in _BUSY and may_repeat and pause_s is not None):
+                if pause_s is None or response.status_code not in repeated:
                     return _checked(response)
-            self._sleep(pause_s)
+            sleep(pause_s)
         raise AssertionError("the last pause is None")
 
     def events(self, path: str, *, params: Mapping[str, str], last_id: str | None = None) -> Iterator[ServerEvent]:
-        """Yield the events of the service without end; a broken stream is resumed after the last event."""
-        pauses = self._pauses()
+        """Yield the events of the service without end; a broken stream is resumed after the last event.
+
+        A service that has too many streams of the key refuses the first request at once. Later on, one of them may be
+        the broken stream itself.
+        """
+        pauses, repeated = self._pauses(), _BUSY
         while True:
             headers = {"Accept": "text/event-stream"} | ({"Last-Event-ID": last_id} if last_id else {})
             try:
                 timeout = httpx.Timeout(30.0, connect=5.0, read=SILENCE_S)
-                with self._streamed(path, params=params, headers=headers, timeout=timeout) as response:
-                    pauses = self._pauses()
+                with self._streamed(
+                    path, repeated=repeated, params=params, headers=headers, timeout=timeout
+                ) as response:
+                    pauses, repeated = self._pauses(), _BUSY_OR_TOO_MANY
                     for event in parse_events(response.iter_lines()):
                         last_id = event.id or last_id
                         yield event
             except httpx.HTTPError as error:
                 pause_s = next(pauses)
                 if pause_s is None:
-                    raise self._unreachable(error) from error
+                    raise self._given_up(error) from error
                 self._sleep(pause_s)
             else:
                 self._sleep(next(pauses) or 0.0)  # The stream ended in order, as when the service stops; connect again.
 
-    def download(self, path: str, target: Path, *, on_bytes: Callable[[int], None] | None = None) -> Download:
+    def download(
+        self,
+        path: str,
+        target: Path,
+        *,
+        on_bytes: Callable[[int], None] | None = None,
+        sleep: Sleep | None = None,
+    ) -> Download:
         """Download a file under a temporary name and rename it; an interrupted download resumes.
 
-        The temporary name contains the entity tag, so that parts of two versions are never joined.
+        The temporary name contains the entity tag, so that parts of two versions are never joined. `sleep` waits
+        between the attempts, and may raise to end the download.
         """
-        etag = _etag(self.request("HEAD", path))
+        sleep = sleep or self._sleep
+        etag = _etag(self._request("HEAD", path, repeated=_BUSY_OR_TOO_MANY, sleep=sleep))
         part = target.with_name(f".{target.name}.{hashlib.sha256(etag.encode()).hexdigest()[:12]}.part")
-        self._retried(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes))
+        self._retried(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes), sleep)
         return _finished(part, target, etag)
 
     def download_made(
-        self, path: str, target: Path, *, params: Mapping[str, str], on_bytes: Callable[[int], None] | None = None
+        self,
+        path: str,
+        target: Path,
+        *,
+        params: Mapping[str, str],
+        on_bytes: Callable[[int], None] | None = None,
+        sleep: Sleep | None = None,
     ) -> Download:
-        """Download a file that the service makes on demand, always from the start."""
+        """Download a file that the service makes on demand, always from the start; `sleep` is as in `download`."""
         part = target.with_name(f".{target.name}.{os.getpid()}.part")
-        etag = self._retried(part, lambda: self._write(path, part, params=params, on_bytes=on_bytes))
+        etag = self._retried(
+            part, lambda: self._write(path, part, params=params, on_bytes=on_bytes), sleep or self._sleep
+        )
         return _finished(part, target, etag)
 
-    def _retried(self, part: Path, download: Callable[[], str]) -> str:
+    def _retried(self, part: Path, download: Callable[[], str], sleep: Sleep) -> str:
         part.parent.mkdir(parents=True, exist_ok=True)
         pauses, here = self._pauses(), -1
         while True:
@@ -145,8 +182,8 @@ class Transport:
                     pauses, here = self._pauses(), grown
                 pause_s = next(pauses)
                 if pause_s is None:
-                    raise self._unreachable(error) from error
-                self._sleep(pause_s)
+                    raise self._given_up(error) from error
+                sleep(pause_s)
 
     def _append(self, path: str, part: Path, *, etag: str, on_bytes: Callable[[int], None] | None) -> str:
         here = part.stat().st_size if etag and part.exists() else 0
@@ -164,9 +201,15 @@ class Transport:
             return _etag(response)
 
     @contextmanager
-    def _streamed(self, path: str, *, whole_at: int = 0, **parts: Any) -> Iterator[httpx.Response]:
+    def _streamed(
+        self, path: str, *, whole_at: int = 0, repeated: Collection[int] = _BUSY_OR_TOO_MANY, **parts: Any
+    ) -> Iterator[httpx.Response]:
+        """Open a stream; the errors of the HTTP library that it raises are those after which it is tried again."""
         with _utf8_only(), self._http.stream("GET", path, **parts) as response:
-            if response.status_code in (*_BUSY, _TOO_MANY):
+            if response.status_code == _TOO_MANY and _TOO_MANY in repeated:
+                response.read()
+                raise _TooMany(_refusal(response))
+            if response.status_code in repeated:
                 raise httpx.RemoteProtocolError(f"the service answered {response.status_code}")
             if response.is_error and not (response.status_code == 416 and _is_whole(response, whole_at)):
                 response.read()
@@ -182,6 +225,10 @@ class Transport:
                 break
             yield pause_s
         yield None
+
+    def _given_up(self, error: httpx.HTTPError) -> LippmannError:
+        """Return the error to raise when patience is over: what the service answered, if it is there."""
+        return error.refused if isinstance(error, _TooMany) else self._unreachable(error)
 
     def _unreachable(self, error: Exception) -> Unreachable:
         return Unreachable(f"expected a service at {self.url}, got: {str(error) or type(error).__name__}")
@@ -222,11 +269,15 @@ def _is_whole(response: httpx.Response, size: int) -> bool:
 
 def _checked(response: httpx.Response) -> httpx.Response:
     if response.is_error:
-        try:
-            problem = response.json()
-        except ValueError:
-            problem = None
-        raise refusal(response.status_code, response.reason_phrase, problem)
+        raise _refusal(response)
     if response.is_redirect:
         raise LippmannError(f"expected a response of the service, got a redirect to {response.headers.get('Location')}")
     return response
+
+
+def _refusal(response: httpx.Response) -> Refused:
+    try:
+        problem = response.json()
+    except ValueError:
+        problem = None
+    return refusal(response.status_code, response.reason_phrase, problem)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import threading
+import time
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from types import SimpleNamespace
@@ -97,6 +98,30 @@ def test_as_many_files_are_fetched_at_the_same_time_as_the_caller_says(tmp_path:
     service.meeting = threading.Barrier(3)  # It lets three downloads pass when three have come.
     assert fetch_job(service, "j", tmp_path, parallel=3).fetched == 300
     assert service.most_at_once == 3
+
+
+def test_ctrl_c_ends_the_pauses_of_downloads_that_are_tried_again(tmp_path: Path) -> None:
+    service: Any = Service(EXPORTS[:4])
+    pausing = threading.Barrier(4)
+    ended: list[str] = []
+
+    def download(job_id: str, name: str, path: Path, **how: Any) -> Any:
+        pausing.wait(ENOUGH_S)
+        if name == EXPORTS[0]:
+            raise KeyboardInterrupt
+        sleep = how["sleep"]
+        try:
+            sleep(10 * ENOUGH_S)
+        finally:
+            ended.append(name)
+        raise AssertionError("the pause ended without Ctrl-C")
+
+    service.download = download
+    began_s = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        fetch_job(service, "j", tmp_path, parallel=4)
+    assert sorted(ended) == sorted(EXPORTS[1:4])
+    assert time.monotonic() - began_s < ENOUGH_S
 
 
 def test_what_a_fetch_writes_down_grows_with_its_files_and_not_with_their_square(
