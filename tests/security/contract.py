@@ -150,7 +150,7 @@ def _name_what_there_is(farm: ContractFarm, case: Any, status: JobStatus, *, is_
     if "session_id" in wanted:
         real["session_id"] = farm.new_session()
     if "name" in wanted:
-        real["name"] = farm.artifacts[len(str(wanted["name"])) % len(farm.artifacts)] if "job_id" in wanted else "fish"
+        real["name"] = _name(farm, case)
     case.path_parameters = wanted | real
     case.query = {name: CHEAP[name] if isinstance(value, int) and name in CHEAP else value
                   for name, value in case.query.items()}  # fmt: skip
@@ -166,6 +166,15 @@ def _name_what_there_is(farm: ContractFarm, case: Any, status: JobStatus, *, is_
     if is_allowed and case.path.startswith("/api/v1/links/"):
         case.query = {"token": farm.link_token(str(real["name"]))}
     return bool(real)
+
+
+def _name(farm: ContractFarm, case: Any) -> str:
+    """Return the name of what a request asks for: an output, a file of a job, or a scene."""
+    if case.path.endswith("/outputs/{name}.zip"):
+        return str(JOB["outputs"][0])
+    if "job_id" in case.path_parameters:
+        return farm.artifacts[len(str(case.path_parameters["name"])) % len(farm.artifacts)]
+    return farm.new_scene() if case.method == "DELETE" else "fish"
 
 
 def _send(farm: ContractFarm, case: Any, one: _Round) -> Any:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -61,6 +62,13 @@ class ContractFarm:
         answer = self.client.post(f"/api/v1/jobs/{self.done_job}/links", json={"artifact": artifact}, headers=headers)
         return str(answer.json()["url"]).partition("token=")[2]
 
+    def new_scene(self) -> str:
+        """Return the name of a scene that may be removed."""
+        headers = {"Authorization": f"Bearer {self.keys[Role.ADMIN]}"}
+        files = {"bundle": ("spare.zip", self.bundle)}
+        self.client.post("/api/v1/scenes", params={"name": "removable"}, files=files, headers=headers)
+        return "removable"
+
     def new_session(self) -> str:
         """Return the id of a browser session that may be ended."""
         self.client.post("/login", data={"key": self.keys[Role.VIEWER]})
@@ -106,6 +114,8 @@ def _done_job(farm: Farm) -> str:
             farm.say(*studio(order))
         farm.plan()
     assert farm.job(job_id).status is JobStatus.DONE
+    video = f"video/{JOB['outputs'][0]}"
+    farm.parts.store.put_bytes(names.job_artifact(job_id, f"{video}.json"), json.dumps({"files": [video]}).encode())
     return job_id
 
 

@@ -20,9 +20,6 @@ if TYPE_CHECKING:
     from lippmann.farm.supervisor.farm import Farm
     from lippmann.farm.supervisor.plan import FarmPlan
 
-BROWSER_PAGE = "browser.html"
-"""The page in the data folder that leads the browser of `--open` to its link."""
-
 Host = Annotated[str, typer.Option(envvar="LIPPMANN_HOST", help="The address to listen on.")]
 Port = Annotated[
     int,
@@ -234,12 +231,10 @@ def _stay_up(farm: Farm, data_dir: Path, output: Output, *, open_browser: bool =
     try:
         _print_address(farm, data_dir, output)
         if open_browser:
-            _open_browser(farm, data_dir / BROWSER_PAGE, output)
+            _open_browser(farm, output)
         farm.wait()
     except KeyboardInterrupt:
         return  # The user stops the farm, which is a success.
-    finally:
-        (data_dir / BROWSER_PAGE).unlink(missing_ok=True)
 
 
 def _print_address(farm: Farm, data_dir: Path, output: Output) -> None:
@@ -263,22 +258,15 @@ def _print_address(farm: Farm, data_dir: Path, output: Output) -> None:
     output.result(data, text)
 
 
-def _open_browser(farm: Farm, page: Path, output: Output) -> None:
-    """Open the dashboard by a link of its own, so that the printed link still works.
-
-    The link lies in a page that only this user reads: all users of a machine see the command line of a browser.
-    """
-    import html
+def _open_browser(farm: Farm, output: Output) -> None:
+    """Open the dashboard by a link of its own, so that the printed link still works."""
     import webbrowser
 
     from lippmann.client import Client
 
     with Client(farm.address.url, farm.address.key) as client:
         link = client.login_link()
-    page.unlink(missing_ok=True)
-    with open(os.open(page, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
-        file.write(f'<!doctype html>\n<meta http-equiv="refresh" content="0; url={html.escape(link.url)}">\n')
-    if not webbrowser.open(page.resolve().as_uri()):
+    if not webbrowser.open(link.url):
         output.note("note: expected a browser for --open, got none; open the link above")
 
 

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +72,10 @@ class Breaks:
     along: float
     """The mean step at one place along a border by that at all, the least of all places."""
 
+    alike: float
+    """The mean step at one place inside the cells by that at another, the least of all: at twice or three times the
+    pitch, one of them is a border too."""
+
     @property
     def strength(self) -> float:
         """The product of both steps: how clearly what is shown breaks off."""
@@ -89,7 +94,7 @@ def breaks_of(tone: NDArray[np.float32], measured: Measured) -> Breaks:
     """
     numbers = _lenses(measured, tone.shape)
     if len(numbers) < LEAST_LENSES:
-        return Breaks(0.0, 0.0, 0.0, 0.0, 0.0)
+        return Breaks(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     found = [_steps(tone, measured, numbers, step) for step in _directions(measured.lay)]
     parts = _parts(measured, numbers, tone.shape)
     shares = [_share(one.border[part], one.inside[part]) for one in found for part in parts]
@@ -99,6 +104,7 @@ def breaks_of(tone: NDArray[np.float32], measured: Measured) -> Breaks:
         evenness=min(_evenness(one.border, numbers[:, axis]) for axis, one in enumerate(found[:2])),
         everywhere=float(np.percentile(shares, 25)) if shares else 0.0,
         along=min(one.along for one in found),
+        alike=min(one.alike for one in found),
     )
 
 
@@ -110,21 +116,25 @@ class _Steps:
     inside: NDArray[np.float32]
     cells: NDArray[np.float32]
     along: float
+    alike: float
 
 
 def _steps(tone: NDArray[np.float32], measured: Measured, numbers: NDArray[np.intp], step: _Numbers) -> _Steps:
     places, half = _borders(measured, numbers, step)
     before, after = _tone_at(tone, places - half), _tone_at(tone, places + half)
-    inside = np.mean([np.abs(_step(tone, places + part * step, half)) for part in INSIDE], axis=0)
+    insides = [np.abs(_step(tone, places + part * step, half)) for part in INSIDE]
+    inside = np.mean(insides, axis=0)
     cells = np.mean(
         [np.abs(one - _tone_at(tone, places + side * half + step)) for side, one in ((-1, before), (1, after))], axis=0
     )
     border = np.abs(before - after)
     along = min(_share(one, border) for one in border.T)
-    return _Steps(border.mean(axis=1), inside.mean(axis=1), cells.mean(axis=1), along)
+    middle, beside = (insides[0] + insides[3]) / 2, (insides[1] + insides[2]) / 2
+    alike = min(_share(middle, beside), _share(beside, middle))
+    return _Steps(border.mean(axis=1), inside.mean(axis=1), cells.mean(axis=1), along, alike)
 
 
-def _share(border: NDArray[np.float32], other: NDArray[np.float32]) -> float:
+def _share(border: NDArray[np.floating[Any]], other: NDArray[np.floating[Any]]) -> float:
     return float(border.mean()) / max(float(other.mean()), float(np.finfo(np.float32).eps))
 
 

@@ -67,6 +67,10 @@ product of both, and the least steps at a class of borders; see `borders.Breaks`
 STEP_EVERYWHERE, STEP_ALONG = 1.15, 0.55
 """The least steps at the borders of cells in most parts of a picture, and at every place along them; see `borders`."""
 
+ALIKE_INSIDE = 0.75
+"""The least steps at one place inside the cells, by those at another: 0.9 to 1 for lenses, 0.3 to 0.5 at twice the
+pitch, as measured with pictures like those of `tests.benchmarks.find_lenses`."""
+
 AS_CLEAR = 0.6
 """The share of the strength of the chosen lattice from which another is its rival."""
 
@@ -109,7 +113,9 @@ def measure_comb(tone: NDArray[np.float32], *, near_px: float | None = None) -> 
     if not lenses:
         return Comb(None, None, grid)
     best = max(lenses, key=lambda one: one.agreement)
-    chosen = max((one for one in lenses if one is best or _is_multiple(one, best)), key=lambda one: one.lay.pitch_px)
+    related = [one for one in lenses if one is best or _is_multiple(one, best)]
+    # At twice the pitch, every second border is inside a cell.
+    chosen = max(related, key=lambda one: breaks_of(tone, one).than_inside)
     fine = refined(tone, chosen)
     found = breaks_of(tone, fine)
     if found.everywhere < STEP_EVERYWHERE or found.along < STEP_ALONG:
@@ -149,6 +155,7 @@ def _breaks_off(tone: NDArray[np.float32], measured: Measured) -> bool:
         and found.than_a_pitch >= STEP_BY_PITCH
         and found.strength >= BOTH_STEPS
         and found.evenness >= EVEN_STEPS
+        and found.alike >= ALIKE_INSIDE
     )
 
 

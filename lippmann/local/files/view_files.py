@@ -7,6 +7,7 @@ names                       views
 `input_Cam000.png`          row by row from the upper left (HCI benchmark); `parameters.cfg` may tell their number
 `003_012.ppm`               column and row (JPEG Pleno, and the output `subaperture_ppm`)
 `out_03_12_-381.9_.png`     row and column (Stanford archive), whatever follows
+any other                   with parallax along a row: in the order of the numbers in the names
 =========================== ============================================================================
 """
 
@@ -34,6 +35,7 @@ VIEWS_AT_MOST = 65_536
 
 _QUILT = re.compile(r"_qs(\d{1,3})x(\d{1,3})a(\d{1,3}(?:\.\d{1,9})?)(?=\.[A-Za-z]+$)")
 _HCI = re.compile(r"input_Cam(\d{1,6})")
+_NUMBERS = re.compile(r"\d{1,9}")
 _TWO_NUMBERS = re.compile(r"(\d{1,5})_(\d{1,5})")
 _NAMED_TWO = re.compile(r".*?(?<!\d)(\d{1,5})_(\d{1,5})(?:_.*)?")
 _CAMERAS_FILE, _CAMERAS_BYTES = "parameters.cfg", 1 << 16
@@ -109,11 +111,17 @@ def view_files(folder: Path, parallax: Parallax, *, order: NameOrder | None = No
     if placed:
         return _whole(folder, placed)
     if parallax == "row" and pictures:
-        return ViewFiles(1, len(pictures), {(0, place): path for place, path in enumerate(pictures)})
+        in_order = sorted(pictures, key=_by_numbers)
+        return ViewFiles(1, len(pictures), {(0, place): path for place, path in enumerate(in_order)})
     raise BadInput(
         f"expected views in {folder} named as input_Cam000.png, 000_000.ppm or out_00_00.png, got"
         f" {pictures[0].name if pictures else 'no picture'}"
     )
+
+
+def _by_numbers(path: Path) -> tuple[list[int], str]:
+    """Return what sorts view2.png before view10.png."""
+    return [int(number) for number in _NUMBERS.findall(path.stem)], path.name
 
 
 def _hci(folder: Path, numbered: Mapping[int, Path], parallax: Parallax) -> ViewFiles:

@@ -29,6 +29,8 @@ PAGES_AT_MOST = 4096
 _KIND, _COLS, _ROWS, _BITS, _COLOUR, _ORIENTATION, _CHANNELS = 254, 256, 257, 258, 262, 274, 277
 _TILE_COLS, _TILE_ROWS, _NUMBERS, _PROFILE = 322, 323, 339, 34675
 _PALETTE, _INKS, _FLOATING = 3, 5, 3
+_TURNED_BY_LIBTIFF = (6, 8)
+"""YCbCr and Lab: libtiff converts them, and turns the picture by its tag in a way of its own."""
 _REDUCED, _MASK = 1, 4
 _TYPES = {1: "B", 3: "H", 4: "I", 16: "Q"}
 _NOWHERE = 1 << 40
@@ -150,6 +152,9 @@ def _header(tags: _Tags, pages: tuple[int, ...], page: int) -> PictureHeader:
     channels, colour = tags.number(_CHANNELS, 1), tags.number(_COLOUR, 0)
     if colour == _PALETTE:  # it becomes red, green and blue
         channels = max(channels, 3)
+    orientation = known_orientation(tags.number(_ORIENTATION, UPRIGHT))
+    if colour in _TURNED_BY_LIBTIFF and orientation != UPRIGHT:
+        raise DamagedHeader(f"the orientation tag {orientation} with YCbCr or Lab colours; convert the picture to RGB")
     icc = None
     if _PROFILE in tags.entries:
         _, length, value = tags.entries[_PROFILE]
@@ -165,7 +170,7 @@ def _header(tags: _Tags, pages: tuple[int, ...], page: int) -> PictureHeader:
         tags.number(_NUMBERS, 1) == _FLOATING,
         icc,
         block_px=tags.number(_TILE_COLS, 0) * tags.number(_TILE_ROWS, 0),
-        orientation=known_orientation(tags.number(_ORIENTATION, UPRIGHT)),
+        orientation=orientation,
         pages=pages,
         page=page,
         is_cmyk=colour == _INKS,

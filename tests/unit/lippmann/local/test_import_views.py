@@ -15,6 +15,7 @@ from lippmann.job.rig import LensArray, Rig
 from lippmann.lattice.layout import CellLayout
 from lippmann.local.export import export_outputs, parse_outputs
 from lippmann.local.files.frame_source import files_frames
+from lippmann.local.files.view_files import view_files
 from lippmann.local.image import IntegralImage, open_orthoscopic
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr
@@ -162,3 +163,10 @@ def test_a_quilt_that_cannot_be_is_refused(tmp_path: Path, name: str, size: tupl
     ran = CliRunner().invoke(app, ["import", *map(str, words)])
     assert ran.exit_code != 0
     assert said in str(ran.exception)
+
+
+def test_views_of_other_names_are_a_row_in_the_order_of_their_numbers(tmp_path: Path) -> None:
+    for number in range(1, 13):
+        Image.new("L", (2, 2)).save(tmp_path / f"view{number}.png")
+    found = view_files(tmp_path, "row")
+    assert [found.files[0, col].stem for col in range(12)] == [f"view{number}" for number in range(1, 13)]

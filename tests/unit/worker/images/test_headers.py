@@ -151,3 +151,14 @@ def test_a_white_level_is_white(tmp_path: Path) -> None:
     tifffile.imwrite(tmp_path / "a.tif", codes, photometric="minisblack")
     light = read_imported(tmp_path / "a.tif", linear=True, white_level=4095)
     np.testing.assert_allclose(light[0, :, 0], [0, 1023 / 4095, 1, 1], atol=1e-6)
+
+
+def test_a_tag_that_libtiff_follows_in_its_own_way_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "a.tif"
+    for orientation in (1, 6):
+        image = Image.fromarray(SMOOTH).convert("YCbCr")
+        image.save(path, "tiff", compression="jpeg", tiffinfo={_ORIENTATION: orientation})
+        if orientation == 1:
+            assert read_imported(path).shape == SMOOTH.shape
+    with pytest.raises(ArtifactBroken, match="orientation tag 6 with YCbCr or Lab colours; convert the picture to RGB"):
+        read_imported(path)

@@ -57,3 +57,15 @@ def test_lenses_as_large_as_blocks_are_refused_with_the_reason() -> None:
     for near_px in (None, 8.0):
         with pytest.raises(LayoutError, match="blocks of JPEG"):
             calibrate_picture(light, near_px=near_px)
+
+
+@pytest.mark.parametrize(("pitch_px", "quality", "scale"), [(20.0, 10, 1.0), (13.37, 20, 1.0), (12.0, 20, 1.5)])
+def test_twice_the_pitch_is_not_taken_for_it_after_strong_compression(
+    pitch_px: float, quality: int, scale: float
+) -> None:
+    grid = LensGrid(1, 1, pitch_px=pitch_px, offset_px=(pitch_px / 2, pitch_px / 2))
+    codes = through_jpeg(integral_image(grid, (400, 500), FAR, seed=3), quality)
+    picture = Image.fromarray(codes)
+    larger = picture.resize((round(picture.width * scale), round(picture.height * scale)), Image.Resampling.BICUBIC)
+    found = calibrate_picture(light_of(np.asarray(larger)))
+    assert found.grid.pitch_px == pytest.approx(scale * pitch_px, rel=0.002)
