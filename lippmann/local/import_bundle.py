@@ -65,14 +65,14 @@ def write_bundle(
 
 
 def geometry_data(lenses: Lenses) -> dict[str, Any]:
-    """Return the lenses as `--json` and a bundle name them, with every number."""
+    """Return the lenses as `--json` and a bundle name them, with every number in full: a job gives the same pixels."""
     grid, geometry = lenses.grid, lenses.geometry
     return {
-        "pitch_px": round(grid.pitch_px, 6),
+        "pitch_px": grid.pitch_px,
         "lattice": grid.lattice,
-        "row_pitch_px": round(grid.row_px, 6),
-        "rotation_deg": round(grid.turn_deg, 6),
-        "offset_px": [round(at, 4) for at in grid.offset_px],
+        "row_pitch_px": grid.row_px,
+        "rotation_deg": grid.turn_deg,
+        "offset_px": list(grid.offset_px),
         "count": [grid.lens_rows, grid.lens_cols],
         "first_row_shifted": grid.first_row_shifted,
         "px_per_lens": lenses.rig.px_per_lens,

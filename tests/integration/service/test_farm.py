@@ -25,5 +25,10 @@ def test_a_submitted_job_is_probed_planned_rendered_assembled_encoded_and_done(
     job = service.client.get(f"/jobs/{job_id}").json()
     assert (job["progress"], job["frames_done"], job["tasks"]["done"]) == (1.0, 3, 11)
     assert job["outputs"] == [
-        {"name": "views.mp4", "url": f"/api/v1/jobs/{job_id}/artifacts/video/views.mp4", "ready": True}
+        {
+            "name": "views.mp4",
+            "url": f"/api/v1/jobs/{job_id}/artifacts/video/views.mp4",
+            "archive_url": f"/api/v1/jobs/{job_id}/outputs/views.mp4.zip",
+            "ready": True,
+        }
     ]
