@@ -20,7 +20,7 @@ NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
 
 
 class InputNote(UserWarning):
-    """What a user should know of a file that was read; no error."""
+    """A note for the user on a file that was read; it is no error."""
 
 
 class LippmannError(Exception):

@@ -35,7 +35,7 @@ class CheckedBundle(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What the zip file has that is not in the bundle."""
+        """Notes on files of the zip that are not in the bundle."""
 
 
 class Pictures(Protocol):

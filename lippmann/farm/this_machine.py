@@ -1,4 +1,4 @@
-"""What this machine has for a farm, a worker and the other commands, and how to get what it lacks."""
+"""Examine this machine for a farm, a worker and the other commands, and name the way to get what it lacks."""
 
 from __future__ import annotations
 

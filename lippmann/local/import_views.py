@@ -36,12 +36,12 @@ Views = NDArray[np.float32]
 
 @dataclass(frozen=True)
 class ViewsOptions:
-    """What the files of views do not say themselves."""
+    """The options for views that their files do not name themselves."""
 
     parallax: Parallax
     """`row` or `grid` of views."""
     order: NameOrder | None = None
-    """What two numbers in the names of files are."""
+    """The meaning of two numbers in the names of files."""
     px_per_lens: int | None = None
     """The number of views in a row that are used, evenly spaced; by default all."""
     pseudoscopic: bool = False

@@ -27,7 +27,7 @@ LATTICES: tuple[Lattice, ...] = ("square", "hexagonal")
 PITCHES_PX = (11.0, 13.37, 16.0, 22.0, 27.3, 41.0, 60.0)
 TURNS_DEG = (0.0, -1.7)
 QUALITIES = (None, 95, 75, 50, 30)
-"""Of JPEG, with 4:2:0; None is a picture that was not compressed."""
+"""The qualities of JPEG with 4:2:0; None is a picture that was not compressed."""
 
 LENSES_ACROSS = 40
 """Lenses along the longer side, but a side has at most `LONGEST_PX`."""

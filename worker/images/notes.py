@@ -1,4 +1,4 @@
-"""What a user should know of the pictures of other programs, as sentences with the names of the files."""
+"""Notes for the user on the pictures of other programs, as sentences with the names of the files."""
 
 from __future__ import annotations
 

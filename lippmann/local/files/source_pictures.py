@@ -44,7 +44,7 @@ class SourcePicture:
 
     @property
     def page_mark(self) -> str:
-        """What names the page behind the name of the file; empty if there is only one."""
+        """The text that names the page behind the name of the file; empty if there is only one."""
         return "" if self.page is None else f"#{self.page + 1}"
 
     @property

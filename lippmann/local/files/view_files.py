@@ -28,7 +28,7 @@ Parallax = Literal["row", "grid"]
 """`row` if views differ along one row, as in most quilts, `grid` if along rows and columns."""
 
 NameOrder = Literal["column_row", "row_column"]
-"""What the two numbers in the names of views are."""
+"""The meaning of the two numbers in the names of views."""
 
 VIEWS_AT_MOST = 65_536
 """The largest number of files of a folder that are taken for views."""
@@ -43,7 +43,7 @@ _CAMERAS_FILE, _CAMERAS_BYTES = "parameters.cfg", 1 << 16
 
 @dataclass(frozen=True)
 class QuiltName:
-    """What the name of a quilt says."""
+    """The columns, rows and aspect in the name of a quilt."""
 
     columns: int
     rows: int

@@ -1,4 +1,4 @@
-"""What a CODE V sequence file says of the whole lens: aperture, field, wavelengths, private glasses."""
+"""The whole lens in a CODE V sequence file: aperture, field, wavelengths, private glasses."""
 
 from __future__ import annotations
 

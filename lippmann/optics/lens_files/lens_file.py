@@ -22,7 +22,7 @@ class LensFile:
     places: tuple[str, ...] = ()
     """The file's own name of each surface of the prescription, for example `line 12, SURF 3`."""
     notes: tuple[str, ...] = ()
-    """What was read otherwise than it stands in the file, or computed because the file does not give it."""
+    """Notes on values that were read otherwise than they stand in the file, or computed because it has none."""
 
 
 def in_file(problems: Iterable[FieldProblem], places: Sequence[str]) -> list[FieldProblem]:

@@ -62,7 +62,7 @@ class FieldPoint:
 
 @dataclass(frozen=True)
 class System:
-    """What a lens file says of the light that it is designed for."""
+    """The light for which a lens is designed, as its file describes it."""
 
     aperture: Aperture | None = None
     fields: tuple[FieldPoint, ...] = ()

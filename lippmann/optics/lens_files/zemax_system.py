@@ -1,4 +1,4 @@
-"""What the head of a .zmx file says of the whole lens: its aperture, its field, its wavelength and its catalogues."""
+"""The whole lens in the head of a .zmx file: its aperture, its field, its wavelength and its catalogues."""
 
 from __future__ import annotations
 
