@@ -25,7 +25,7 @@ class WorkerSettings(BrokerSettings):
     model_config = SettingsConfigDict(extra="ignore")
 
     slots: int = Field(default_factory=lambda: os.cpu_count() or 1, ge=1, le=1024)
-    """The number of tasks that run at the same time, each with one POV-Ray thread."""
+    """The number of tasks that run at the same time, each with one POV-Ray thread, or more if slots would idle."""
     worker_name: str = Field(default_factory=lambda: f"{platform.node()}-{os.getpid()}", min_length=1, max_length=100)
     """The name of the worker; it must be unique on the farm."""
     sandbox: Literal["auto", "bwrap", "landlock", "none"] = "auto"

@@ -48,7 +48,9 @@ def probe_task() -> PlannedTask:
     return PlannedTask(kind=TaskKind.PROBE, stage=PROBE_STAGE, needs=None, sequence=0, weight_px=0, artifact="")
 
 
-def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int, clock: Clock | None = None) -> StoredPlan:
+def plan_sheet(
+    spec: JobSpec, probe: ProbeResult, *, slots: int, idle_workers: int = 0, clock: Clock | None = None
+) -> StoredPlan:
     """Return the plan of a job.
 
     Parameters
@@ -57,10 +59,12 @@ def plan_sheet(spec: JobSpec, probe: ProbeResult, *, slots: int, clock: Clock | 
         The measurements of the probe.
     slots
         The number of slots of the farm.
+    idle_workers
+        The number of workers that have these slots; 0 if they have other work.
     clock
         The clock of the job, which is its scene's if the specification has none.
     """
-    rows, cols = tile_grid(spec, probe, slots=slots)
+    rows, cols = tile_grid(spec, probe, slots=slots, idle_workers=idle_workers)
     return StoredPlan(
         tile_rows=rows,
         tile_cols=cols,

@@ -54,7 +54,7 @@ class BackgroundJobs:
         self._planner = Planner(database, store, settings)
         self._backoffs: dict[str, Backoff] = {}
 
-    def run_round(self, *, slots: int, now_s: float) -> bool:
+    def run_round(self, *, slots: int, workers: int = 0, now_s: float) -> bool:
         """Run one chunk of every background job; return whether there is more that is not paused."""
         with self._database.reading() as session:
             pending = job_rows.background_jobs(session, KINDS)
@@ -63,12 +63,12 @@ class BackgroundJobs:
         for job_id, kind in pending:
             backoff = self._backoffs.get(job_id)
             if backoff is None or backoff.is_over(now_s):
-                more |= self._try(job_id, kind, slots, now_s)
+                more |= self._try(job_id, kind, slots, workers, now_s)
         return more
 
-    def _try(self, job_id: str, kind: BackgroundJob, slots: int, now_s: float) -> bool:
+    def _try(self, job_id: str, kind: BackgroundJob, slots: int, workers: int, now_s: float) -> bool:
         try:
-            more = self._run_chunk(job_id, kind, slots, now_s)
+            more = self._run_chunk(job_id, kind, slots, workers, now_s)
         except OperationalError:
             raise  # the database is unavailable, which is no fault of the job
         except Exception as error:  # the failure of one job must not stop the orders of the others
@@ -103,9 +103,9 @@ class BackgroundJobs:
                 set_job(session, row, background_job=None)
                 fail_job(session, row, UNPLANNABLE, f"the job cannot be planned: {error}", now_s=now_s)
 
-    def _run_chunk(self, job_id: str, kind: BackgroundJob, slots: int, now_s: float) -> bool:
+    def _run_chunk(self, job_id: str, kind: BackgroundJob, slots: int, workers: int, now_s: float) -> bool:
         if kind is BackgroundJob.PLAN:
-            return self._planner.plan_chunk(job_id, slots=slots, now_s=now_s)
+            return self._planner.plan_chunk(job_id, slots=slots, workers=workers, now_s=now_s)
         if kind is BackgroundJob.REMOVE:
             return remove_chunk(self._database, self._store, job_id)
         with self._database.writing() as session:

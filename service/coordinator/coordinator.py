@@ -197,7 +197,9 @@ class Coordinator:
             # Background jobs also run while the broker is unavailable; a plan then uses the last known slots.
             with suppress(BrokerUnavailable):
                 self._present()
-            more = self._background_jobs.run_round(slots=self._slots(), now_s=self._clock())
+            more = self._background_jobs.run_round(
+                slots=self._slots(), workers=len(self._claiming()), now_s=self._clock()
+            )
             self._signal_stops()
             sent = 0 if self.fault_monitor.faults else self._dispatch()
             self._idle_rounds = 0 if sent or more else self._idle_rounds + 1

@@ -15,6 +15,7 @@ from lippmann.digest import Digest
 from lippmann.job.messages.events import Presence
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import TaskStatus
+from lippmann.plan.cost import threads_of_each
 from service.claiming import declining_workers
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
@@ -25,7 +26,7 @@ from service.db.faults import avoided_workers
 from service.db.task_state import TaskState
 from service.errors import BrokerUnavailable
 from service.ids import new_attempt, parse_task_id, task_id
-from service.jobs.fair_share import share_out
+from service.jobs.fair_share import Claim, share_out
 from service.jobs.limits import claim_of
 from service.jobs.state_machine import begin_jobs, write_drafts
 from service.jobs.task_draft import TaskDraft
@@ -86,8 +87,9 @@ def dispatch(
             return 0
     with database.writing() as session:
         # Only the leader sends orders, so that until here an owner can only have come to hold fewer.
-        best = _best(session, settings, held, room, now_s)
-        orders = assign(session, workers, best, now_s=now_s)
+        claims = {row[0]: claim_of(row, settings) for row in job_rows.claims(session, now_s=now_s)}
+        best = _best(session, claims, held, room, now_s)
+        orders = assign(session, workers, best, now_s=now_s, threads=_threads(claims, held, workers, best))
     try:
         if orders:
             queue.publish(orders)
@@ -98,8 +100,16 @@ def dispatch(
     return len(orders)
 
 
-def assign(session: Session, workers: Sequence[Presence], ready: Sequence[TaskState], *, now_s: float) -> list[Order]:
-    """Assign ready tasks to new attempts, by a handful of statements, and return their orders."""
+def assign(
+    session: Session, workers: Sequence[Presence], ready: Sequence[TaskState], *, now_s: float, threads: int = 1
+) -> list[Order]:
+    """Assign ready tasks to new attempts, by a handful of statements, and return their orders.
+
+    Parameters
+    ----------
+    threads
+        The number of threads that each task may use.
+    """
     if not ready:
         return []
     coordinator = coordinator_rows.current(session)
@@ -123,6 +133,7 @@ def assign(session: Session, workers: Sequence[Presence], ready: Sequence[TaskSt
             digests.get(task.key, {}),
             skipped.get(task.job_id, ()) if task.kind is TaskKind.ENCODE else (),
             coordinator.store_id,
+            threads,
         )
         for task in tasks
     ]
@@ -147,8 +158,22 @@ def _room(held: Mapping[str, int], workers: Sequence[Presence], settings: Settin
     return min(max(settings.orders_per_slot * slots, ahead) - sum(held.values()), ROUND)
 
 
-def _best(session: Session, settings: Settings, held: Mapping[str, int], room: int, now_s: float) -> list[TaskState]:
-    claims = {row[0]: claim_of(row, settings) for row in job_rows.claims(session, now_s=now_s)}
+def _threads(
+    claims: Mapping[str, Claim], held: Mapping[str, int], workers: Sequence[Presence], best: Sequence[TaskState]
+) -> int:
+    """Return the number of threads of each task: more than one if the only worker would have idle slots with these."""
+    able = [worker for worker in workers if worker.fault is None]
+    if not best or len(able) != 1 or any(held.values()):
+        return 1
+    # The owner of a job may be allowed fewer slots than there are.
+    limits = (claims[task.job_id].max_slots for task in best)
+    return threads_of_each(len(best), slots=min(able[0].slots, *(limit for limit in limits if limit is not None)))
+
+
+def _best(
+    session: Session, claims: Mapping[str, Claim], held: Mapping[str, int], room: int, now_s: float
+) -> list[TaskState]:
+    claims = dict(claims)
     reached = dict.fromkeys(claims, -1)
     holds = Counter(held)
     best: list[TaskState] = []
@@ -167,7 +192,7 @@ def _best(session: Session, settings: Settings, held: Mapping[str, int], room: i
 
 def _order(
     task: TaskState, avoid: tuple[str, ...], digests: dict[str, Digest], skipped_frames: tuple[int, ...],
-    store_id: str | None,
+    store_id: str | None, threads: int,
 ) -> Order:  # fmt: skip
     return Order(
         kind=task.kind,
@@ -181,5 +206,6 @@ def _order(
         avoid=avoid,
         skipped_frames=skipped_frames,
         digests=digests,
+        threads=threads,
         store_id=store_id,
     )

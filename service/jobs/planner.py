@@ -19,6 +19,7 @@ from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
 from lippmann.plan.tasks import PlannedTask, plan_sheet, plan_tasks
+from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.counters import add_to_counters
 from service.db.engine import Database, changed
@@ -38,8 +39,14 @@ class Planner:
         self._settings = settings
         self._iterators: dict[str, tuple[int, Iterator[PlannedTask]]] = {}
 
-    def plan_chunk(self, job_id: str, *, slots: int, now_s: float) -> bool:
-        """Plan the next chunk of a job; return whether there is more."""
+    def plan_chunk(self, job_id: str, *, slots: int, workers: int = 0, now_s: float) -> bool:
+        """Plan the next chunk of a job; return whether there is more.
+
+        Parameters
+        ----------
+        workers
+            The number of workers that have these slots; 0 if it is not known.
+        """
         with self._database.reading() as session:
             row = session.get(Job, job_id)
             if row is None or row.background_job is not BackgroundJob.PLAN:
@@ -48,8 +55,10 @@ class Planner:
             spec, sheet = row.parsed_spec, row.plan
             probe = ProbeResult.model_validate(row.probe)
             reached = task_rows.last_sequence(session, job_id)
+            is_busy = sheet is None and any(job_rows.outstanding(session).values())
         if sheet is None:
-            planned = plan_sheet(spec, probe, slots=max(1, slots), clock=self._resolved(job_id).clock)
+            clock = self._resolved(job_id).clock
+            planned = plan_sheet(spec, probe, slots=max(1, slots), idle_workers=0 if is_busy else workers, clock=clock)
             self._decide(job_id, _with_few_tasks(spec, planned, self._settings.max_tasks))
             return True
         decided = StoredPlan.model_validate(sheet)

@@ -17,6 +17,7 @@ from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.optics.rig.check import check_job
 from lippmann.plan import artifact_names as names
+from lippmann.plan.cost import threads_of_each
 from lippmann.plan.sampling import Tile, cut_tiles, frame_size
 from lippmann.plan.tasks import plan_sheet
 from worker.images.convert import png
@@ -63,7 +64,7 @@ def capture_frame(
         notes = (*check_bundle(bundle).notes, *check_job(sheet))
         on_progress("probe", 0.0)
         probe = _probed(place)
-        store_plan(place, plan_sheet(sheet.spec, probe, slots=place.settings.slots))
+        store_plan(place, plan_sheet(sheet.spec, probe, slots=place.settings.slots, idle_workers=1))
         if sheet.sheets is None:
             _render(place, sheet, frame, on_progress)
         on_progress("assemble", 0.0)
@@ -116,8 +117,10 @@ def _render(place: Workplace, sheet: ResolvedJob, frame: int, on_progress: OnPro
     for monitor in watches:
         monitor.tell = tell
 
+    threads = threads_of_each(len(tiles), slots=place.settings.slots)
+
     def render_one(tile: Tile, monitor: _Told) -> None:
-        render_tile(place, _order(TaskKind.RENDER, frame, tile), monitor)
+        render_tile(place, _order(TaskKind.RENDER, frame, tile, threads=threads), monitor)
 
     with ThreadPoolExecutor(place.settings.slots) as pool:
         running = [pool.submit(render_one, tile, monitor) for tile, monitor in zip(tiles, watches, strict=True)]
@@ -156,7 +159,7 @@ class _Told:
         """Do nothing: no other attempt waits for the core."""
 
 
-def _order(kind: TaskKind, frame: int | None, tile: Tile | None = None) -> Order:
+def _order(kind: TaskKind, frame: int | None, tile: Tile | None = None, *, threads: int = 1) -> Order:
     return Order(
         kind=kind,
         job_id=JOB_ID,
@@ -165,6 +168,7 @@ def _order(kind: TaskKind, frame: int | None, tile: Tile | None = None) -> Order
         attempt_number=1,
         frame=frame,
         tile=tile.index if tile else None,
+        threads=threads,
     )
 
 

@@ -19,6 +19,7 @@ from worker.engines.povray.ray_camera import Scaffold, ray_camera_region, ray_ca
 from worker.engines.povray.render import RenderOutcome, render
 from worker.engines.povray.scene import RAYS_FILE, pov_text
 from worker.engines.povray.scene_files import LINKS_FOLDER, SceneFiles
+from worker.engines.povray.scene_variables import scene_variables
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.settings import WorkerSettings
@@ -29,7 +30,7 @@ POV_FILE = "lippmann-frame.pov"
 """POV-Ray searches its own folder first, so none of our files there has a name that a bundle may have."""
 
 CPU_PER_SECOND = 4.0
-"""The CPU seconds per elapsed second: photons are shot by 4 threads, whatever +WT is."""
+"""The least limit of CPU seconds per elapsed second: photons are shot by 4 threads, whatever +WT is."""
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,7 @@ def render_picture(
     log: AttemptLog,
     monitor: ProgressMonitor,
     picture_format: PictureFormat = "exr",
+    threads: int = 1,
     is_probe: bool = False,
 ) -> RenderedPicture:
     """Render one picture into a folder, by way of `POV_FILE` there.
@@ -66,6 +68,8 @@ def render_picture(
         Where POV-Ray's words go.
     picture_format
         EXR half floats, or PPM of 16 bits in linear light, for targets that code positions.
+    threads
+        The number of threads that trace; with more than one, see `is_parallel`.
     is_probe
         True if the limit of the probe counts too.
     """
@@ -93,6 +97,7 @@ def render_picture(
             clock=sheet.clock.at(frame),
             declares=sheet.clock.variables(frame),
             antialias=None if settings.antialias == "off" else settings.antialias,
+            threads=threads,
         ),
         folder=folder,
         log=log,
@@ -137,7 +142,7 @@ def run_povray(
                 task_dir=folder,
                 readable=(ours, scene.bundle),
                 sandbox=place.sandbox_for(sheet.bundle),
-                limits=process_limits(settings, place.settings),
+                limits=process_limits(settings, place.settings, threads=command.threads),
                 times=time_limits(settings, place.settings, is_probe=is_probe),
                 on_progress=progressed,
                 should_stop=monitor.should_stop,
@@ -151,10 +156,21 @@ def run_povray(
             raise ScratchDamaged(f"{gone[0]} disappeared from the scratch folder while POV-Ray ran") from error
 
 
-def process_limits(job: RenderSettings, worker: WorkerSettings) -> Limits:
+def is_parallel(place: Workplace, sheet: ResolvedJob) -> bool:
+    """Return whether POV-Ray may trace a picture of a job by several threads; see `ProbeResult.parallel`.
+
+    The ray camera has a ray of its own for each pixel, which one thread parses, so tiles are quicker with it.
+    """
+    if capture_method(sheet.spec, sheet.stage) != "glass" or sheet.spec.capture.depth:
+        return False
+    with place.bundle(sheet.bundle) as bundle:
+        return not scene_variables(bundle).chance
+
+
+def process_limits(job: RenderSettings, worker: WorkerSettings, *, threads: int = 1) -> Limits:
     """Return the limits of a POV-Ray process: those of the job, or lower ones of the worker."""
     timeout_s = min(job.timeout_s, worker.timeout_s)
-    return Limits(cpu_s=CPU_PER_SECOND * timeout_s, memory_mb=min(job.memory_mb, worker.memory_mb))
+    return Limits(cpu_s=max(CPU_PER_SECOND, threads) * timeout_s, memory_mb=min(job.memory_mb, worker.memory_mb))
 
 
 def time_limits(job: RenderSettings, worker: WorkerSettings, *, is_probe: bool) -> TimeLimits:

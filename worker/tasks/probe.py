@@ -11,7 +11,7 @@ from lippmann.plan.sampling import frame_size
 from worker.tasks.attempt import TaskResult
 from worker.tasks.imported import probe_imported
 from worker.tasks.monitor import ProgressMonitor
-from worker.tasks.picture import render_picture
+from worker.tasks.picture import is_parallel, render_picture
 from worker.tasks.scene_notes import examine_scene
 from worker.tasks.workplace import Workplace, kept_log
 
@@ -45,6 +45,7 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
         start_s=max(0.0, outcome.wall_s - outcome.statistics.trace_s),
         s_per_px=outcome.statistics.trace_cpu_s / (rows * cols) * sheet.spec.capture.supersample**2,
         tileable=not outcome.radiosity_seen,
+        parallel=is_parallel(place, sheet.at(sheet.spec.frame_numbers[0])),
         camera=seen.camera,
         notes=seen.notes,
     )

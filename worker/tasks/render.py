@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.job.messages.orders import Order, TileIndex
+from lippmann.job.messages.orders import MOST_THREADS, Order, TileIndex
 from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.lightfield.sheet.supersample import average_in_cells
@@ -21,7 +21,7 @@ from worker.tasks.artifacts import TaskArtifacts
 from worker.tasks.attempt import TaskResult
 from worker.tasks.depth_pass import depth_of_tile
 from worker.tasks.monitor import PartMonitor, ProgressMonitor
-from worker.tasks.picture import POV_FILE, RenderedPicture, render_picture
+from worker.tasks.picture import POV_FILE, RenderedPicture, is_parallel, render_picture
 from worker.tasks.render_cache import tile_cache
 from worker.tasks.scene_camera import rendered_job
 from worker.tasks.workplace import Workplace, kept_log
@@ -46,7 +46,10 @@ def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Tas
             if depth:
                 cpu_s = _store_depth(place, sheet, order, tile, artifacts, folder, log, PartMonitor(monitor, 0.0, 0.5))
             rest = PartMonitor(monitor, 0.5, 1.0) if depth else monitor
-            picture = render_region(place, sheet, order.frame, tile, folder=folder, log=log, monitor=rest)
+            threads = threads_of(place, sheet.at(order.frame), order)
+            picture = render_region(
+                place, sheet, order.frame, tile, folder=folder, log=log, monitor=rest, threads=threads
+            )
         cropped = folder / "tile.exr"
         write_exr(cropped, _pixels(picture, sheet, tile), attributes=tile_header(sheet, order.frame))
         text = names.job_artifact(order.job_id, names.pov_name(order.frame, order.tile))
@@ -55,6 +58,12 @@ def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Tas
     if cache is not None:
         cache.keep()
     return TaskResult(cpu_s=cpu_s + picture.outcome.cpu_s, digests=artifacts.stored)
+
+
+def threads_of(place: Workplace, sheet: ResolvedJob, order: Order) -> int:
+    """Return the number of threads that trace the tile of an order, whose job is given at its frame."""
+    threads = min(order.threads, place.settings.slots, MOST_THREADS)
+    return threads if threads > 1 and is_parallel(place, sheet) else 1
 
 
 def _store_depth(
@@ -87,6 +96,7 @@ def render_region(
     log: AttemptLog,
     monitor: ProgressMonitor,
     picture_format: PictureFormat = "exr",
+    threads: int = 1,
 ) -> RenderedPicture:
     """Render a tile, or the whole frame, with as many pixels as the job supersamples by."""
     size, k = frame_size(sheet.spec.rig), sheet.spec.capture.supersample
@@ -102,6 +112,7 @@ def render_region(
         log=log,
         monitor=monitor,
         picture_format=picture_format,
+        threads=threads,
     )
 
 

@@ -107,6 +107,9 @@ class ProbeResult(BaseModel):
     """CPU seconds for one rendered pixel."""
     tileable: bool
     """True if tiles are equal to the same pixels of the whole frame; with radiosity they differ."""
+    parallel: bool = False
+    """True if one POV-Ray with several threads renders the same pixels as one with a single thread, and about as
+    quickly as several that render tiles. So it is with glass and without anything that POV-Ray samples at random."""
     renders: bool = True
     """True if the job renders something; a job on imported sheets does not."""
     camera: SceneCamera | None = None

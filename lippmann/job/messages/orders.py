@@ -8,6 +8,9 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from lippmann.digest import Digest
 
+MOST_THREADS = 16
+"""The largest number of threads of one task. More of them need more memory and processes than a task may have."""
+
 
 class TaskKind(StrEnum):
     """The kind of a task."""
@@ -51,6 +54,9 @@ class Order(BaseModel):
     digests: dict[str, Digest] = Field(default_factory=dict)
     """The expected digests of the artifacts that the task reads, by their names below the job; an artifact without one
     is read without a check."""
+    threads: int = 1
+    """The number of threads that the task may use: with more than one, slots of the worker would idle otherwise. It is
+    limited by the worker's own slots, and by `MOST_THREADS`."""
     store_id: str | None = None
     """The id of the farm's artifact store. A worker whose store has another id or none, for example because its disk is
     not mounted, neither publishes there nor takes anything to be missing."""

@@ -1,4 +1,4 @@
-"""What the files of a scene name: the clock, the variables of an animation, the time of day, files that it writes."""
+"""What the files of a scene name: clock, variables of an animation, time of day, chance, files that they write."""
 
 from __future__ import annotations
 
@@ -19,10 +19,16 @@ _NOW = re.compile(rb"\bnow\b")
 _WRITES = re.compile(rb"#\s*fopen\b[^#]{0,2000}?\b(?:write|append)\b|\bsave_file\b")
 _CAMERA = re.compile(rb'\bcamera\b|(?i:\b(?:screen|stage1|stdcam)(?:\.inc)?")')
 """The word, or an include of POV-Ray that has a camera."""
+_CHANCE = re.compile(
+    rb"\b(?:crand|jitter|media|photons|radiosity|subsurface)\b"
+    rb'|(?i:\b(?:rad_def|stage1|stoneold|stones[12]?|textures)(?:\.inc)?")'
+)
+"""What POV-Ray samples at random, each thread with numbers of its own, or an include of POV-Ray that has it."""
 _POV_FILE = re.compile(rb'\.pov"', re.IGNORECASE)
 _BEFORE_NAME = re.compile(rb'["/\\\r\n]')
 _LONGEST_NAME = 204
-_WORDS = (b"#", b"clock", b"frame", b"now", b"save_file", b"camera")
+_WORDS = (b"#", b"clock", b"frame", b"now", b"save_file", b"camera", b"crand", b"jitter", b"media", b"photons",
+          b"radiosity", b"subsurface")  # fmt: skip
 """One of these is in every file that counts; directives, such as #include and #fopen, begin with the first."""
 _HEAD_BYTES = 8192
 _NO_SDL = frozenset({".toml", ".md", ".html", ".json", ".py"})
@@ -41,6 +47,9 @@ class SceneVariables:
     """True if the scene may read `now`, the time of day, so that two renders of the same frame may differ."""
     frames: bool = False
     """True if the scene may read `frame_number` or another variable of an animation."""
+    chance: bool = False
+    """True if the scene may have something that POV-Ray samples at random, such as media: then two renders by several
+    threads may differ."""
     writes: tuple[str, ...] = ()
     """The files of the bundle that may open a file for writing, sorted."""
     cameras: tuple[str, ...] = ()
@@ -74,7 +83,7 @@ def scene_variables(bundle: Path) -> SceneVariables:
 
 @lru_cache(maxsize=64)
 def _variables(bundle: Path, listing: str) -> SceneVariables:
-    has_clock = has_now = has_frames = False
+    has_clock = has_now = has_frames = has_chance = False
     writes, cameras, included = [], [], set[str]()
     for path, data in texts(bundle):
         if not any(word in data for word in _WORDS):
@@ -84,6 +93,7 @@ def _variables(bundle: Path, listing: str) -> SceneVariables:
         has_clock |= _CLOCK.search(code) is not None
         has_now |= _NOW.search(code) is not None
         has_frames |= _FRAMES.search(code) is not None
+        has_chance |= _CHANCE.search(code) is not None
         included |= set(_pov_files(code))
         if path.stem.lower() in _PROSE:
             continue
@@ -97,6 +107,7 @@ def _variables(bundle: Path, listing: str) -> SceneVariables:
         clock=has_clock,
         now=has_now,
         frames=has_frames,
+        chance=has_chance,
         writes=tuple(sorted(writes)),
         cameras=tuple(sorted(cameras)),
         included=frozenset(included),

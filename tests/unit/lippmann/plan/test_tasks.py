@@ -88,6 +88,27 @@ def test_frames_are_cut_where_slots_would_not_end_together(frames: str, slots: i
     assert plan_sheet(job(frames), probed(30.0), slots=slots).tile_rows == tiles
 
 
+@pytest.mark.parametrize(
+    ("frames", "frame_s", "slots", "idle_workers", "tiles"),
+    [
+        ("1", 30.0, 2, 1, 1),
+        ("1-3", 30.0, 8, 1, 1),
+        ("1-3", 30.0, 2, 1, 2),  # more frames than slots
+        ("1", 30.0, 2, 2, 4),  # a task has the slots of one worker
+        ("1", 30.0, 2, 0, 4),  # the slots have other work
+        ("1", 130.0, 2, 1, 4),  # longer than comfortable in both slots
+        ("1", 130.0, 64, 1, 26),  # more slots than a task has threads
+    ],
+)
+def test_a_frame_that_threads_in_all_slots_of_a_worker_share_is_not_cut(
+    frames: str, frame_s: float, slots: int, idle_workers: int, tiles: int
+) -> None:
+    probe = probed(frame_s).model_copy(update={"parallel": True})
+    assert plan_sheet(job(frames), probe, slots=slots, idle_workers=idle_workers).tile_rows == tiles
+    by_one_thread = plan_sheet(job(frames), probed(frame_s), slots=slots, idle_workers=idle_workers).tile_rows
+    assert by_one_thread > 1
+
+
 def test_a_short_frame_of_a_sequence_is_not_cut() -> None:
     sheet = plan_sheet(job(), probed(6.0), slots=2)
     assert (sheet.tile_rows, sheet.tile_cols) == (1, 1)

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lippmann.job.messages.events import Presence
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
 from service.coordinator.scheduler import OrderRate, dispatch
@@ -140,6 +141,29 @@ def test_the_queue_is_two_orders_a_slot_deep_and_stays_so(farm: Farm) -> None:
     assert len(farm.dispatch()) == 1
 
 
+def test_orders_of_an_idle_farm_share_the_slots_of_its_only_worker(farm: Farm) -> None:
+    farm.workers = [presence(slots=8)]
+    farm.planned(frames="1-3", render={"tiles": [1, 1]})
+    orders = farm.dispatch()
+    assert [order.threads for order in orders] == [3, 3, 3]
+    farm.say(*map(claimed, orders), done(orders[0]))
+    (assembly,) = farm.dispatch()
+    assert assembly.threads == 1, "two frames still render"
+
+
+@pytest.mark.parametrize("workers", [[presence("a", 4), presence("b", 4)], [presence(slots=1)]])
+def test_orders_have_one_thread_where_there_is_nothing_to_share(farm: Farm, workers: list[Presence]) -> None:
+    farm.planned(frames="1", render={"tiles": [1, 1]})
+    farm.workers = workers
+    assert [order.threads for order in farm.dispatch()] == [1]
+
+
+def test_threads_are_no_way_around_the_slots_of_an_owner(farm: Farm) -> None:
+    farm.workers = [presence(slots=8)]
+    _past_probes(farm, farm.submit(caller=owner("ann", slots=2), frames="1", render={"tiles": [1, 1]}))
+    assert [order.threads for order in farm.dispatch()] == [2]
+
+
 def test_short_tasks_get_more_orders_but_only_while_there_is_a_worker(farm: Farm) -> None:
     farm.planned(frames="1-50")
 
@@ -245,5 +269,5 @@ def test_an_order_carries_ids_numbers_and_names(farm: Farm) -> None:
     assert order.model_dump(mode="json") == {
         "kind": "render", "job_id": job_id, "task_id": f"{job_id}-2", "attempt": order.attempt, "attempt_number": 1,
         "frame": 1, "tile": {"row": 1, "col": 0}, "output": None, "avoid": [], "digests": {}, "skipped_frames": [],
-        "store_id": None,
+        "store_id": None, "threads": 1,
     }  # fmt: skip

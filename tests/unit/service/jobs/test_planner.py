@@ -21,7 +21,7 @@ from service.db.tables import Job
 from service.jobs import planner as plan
 from service.jobs.commands import remove_job, retry_job
 from service.settings import FailureLimit
-from tests.builders_service import PROBE, Farm, done
+from tests.builders_service import PROBE, Farm, claimed, done
 
 LONG = {"frames": "1-8", "outputs": ["views.mp4"]}
 """25 tasks after the probe: three chunks of ten."""
@@ -110,6 +110,21 @@ def test_a_crash_at_any_step_of_planning_leaves_nothing_missing_and_nothing_twic
     farm.plan()
     assert _rows(farm, job_id) == _expected(farm, job_id)
     assert (farm.job(job_id).status, farm.job(job_id).ready) == (JobStatus.RUNNING, 16)
+
+
+def test_frames_share_the_slots_of_a_worker_only_if_it_has_nothing_else_to_do(farm: Farm) -> None:
+    probe = PROBE.model_copy(update={"parallel": True, "s_per_px": 1e-4})
+    still: dict[str, Any] = {"frames": "1", "render": {"tiles": "auto"}, "rig": {"lens_array": {"count": [100, 100]}}}
+    grids = []
+    for _ in range(2):
+        job_id = farm.submit(**still)
+        order = next(order for order in farm.dispatch() if order.job_id == job_id)
+        farm.say(claimed(order), done(order).model_copy(update={"probe": probe}))
+        while farm.background_jobs.run_round(slots=2, workers=1, now_s=farm.now_s):
+            pass
+        grids.append(StoredPlan.model_validate(farm.job(job_id).plan).tile_rows)
+        farm.dispatch()
+    assert grids == [1, 4], "the second one is planned while the first one renders"
 
 
 def test_a_plan_once_decided_stays_though_the_farm_has_grown(farm: Farm) -> None:

@@ -17,6 +17,11 @@ def test_a_worker_gives_no_more_than_its_own_limits_whatever_the_order_says() ->
     assert str(times.total) == "100 s, the limit that LIPPMANN_TIMEOUT_S of the worker gives"
 
 
+def test_threads_have_the_cpu_seconds_that_they_take_together() -> None:
+    (one, many) = (process_limits(GREEDY, WorkerSettings(timeout_s=100), threads=threads) for threads in (1, 16))
+    assert (one.cpu_s, many.cpu_s) == (400, 1600)
+
+
 def test_a_job_that_asks_for_less_gets_less() -> None:
     modest = RenderSettings(memory_mb=512, timeout_s=50)
     worker = WorkerSettings(memory_mb=4096, timeout_s=100)

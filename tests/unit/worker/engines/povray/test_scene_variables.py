@@ -72,6 +72,22 @@ def test_the_variables_of_an_animation_are_told_from_the_clock(tmp_path: Path, n
 
 @pytest.mark.parametrize(
     "text",
+    [
+        "light_source { 0, 1 area_light x, y, 2, 2 jitter }",
+        "interior { media { scattering { 1, 1 } } }",
+        "finish { crand 0.1 }",
+        "global_settings { radiosity { } }",
+        '#include "stones.inc"',
+        '#include "Textures.inc"',
+    ],
+)
+def test_a_scene_that_povray_samples_at_random_is_known(tmp_path: Path, text: str) -> None:
+    assert variables(tmp_path, text).chance
+    assert not variables(tmp_path, 'no_radiosity #declare Media_Count = rand(S); #include "colors.inc"').chance
+
+
+@pytest.mark.parametrize(
+    "text",
     ['#fopen F "state.txt" write', '# fopen F concat("a", "b")\nappend', 'photons { save_file "a.ph" }'],
 )
 def test_a_scene_that_opens_files_for_writing_is_known_by_the_files_that_do(tmp_path: Path, text: str) -> None:
@@ -98,7 +114,7 @@ def test_the_camera_of_a_scene_file_that_nothing_includes_does_not_count(tmp_pat
 def test_the_fish_reads_the_clock_and_the_targets_and_our_includes_read_nothing() -> None:
     found = {name: scene_variables(folder) for name, folder in scene_folders().items()}
     fish = found.pop("fish")
-    assert (fish.clock, fish.now, fish.has_camera("scene.inc")) == (True, False, False)
+    assert (fish.clock, fish.now, fish.has_camera("scene.inc"), fish.chance) == (True, False, False, False)
     for nothing in (*found.values(), scene_variables(INCLUDE_FOLDER)):
         assert (nothing.clock, nothing.now, nothing.has_camera("scene.inc")) == (False, False, False)
 
