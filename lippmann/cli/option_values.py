@@ -122,8 +122,7 @@ def count_of(
     """
     if old is not None:
         rows, cols = old
-        note = f"{old_option} {rows} {cols} is now {option} {cols}x{rows}; the next release drops the old name"
-        warnings.warn(note, FutureWarning, stacklevel=2)
+        _warn_renamed(f"{old_option} {rows} {cols}", f"{option} {cols}x{rows}")
         return old
     if text is None:
         return None
@@ -158,8 +157,7 @@ def first_lens_of(text: str | None, old: str | None = None) -> tuple[float, floa
     """
     if old is not None:
         down, right = numbers_of(old, ",", count=2, expected="--offset-px as DOWN,RIGHT in px")
-        note = f"--offset-px {old} is now --first-lens-px {right:g},{down:g}; the next release drops the old name"
-        warnings.warn(note, FutureWarning, stacklevel=2)
+        _warn_renamed(f"--offset-px {old}", f"--first-lens-px {right:g},{down:g}")
         return down, right
     if text is None:
         return None
@@ -187,3 +185,8 @@ def layout_of(
         return CellLayout(*lens_count, px_per_lens=px_per_lens, lattice=lattice or "square")
     except LayoutError as error:
         raise BadInput(f"--lenses and --px-per-lens: {error.message}") from error
+
+
+def _warn_renamed(old: str, new: str) -> None:
+    """Warn that an option with its value has another name now; the caller's caller is named."""
+    warnings.warn(f"{old} is now {new}; the next release drops the old name", FutureWarning, stacklevel=3)

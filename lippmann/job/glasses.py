@@ -31,6 +31,10 @@ _OTHER_NAMES = MappingProxyType(
 )
 
 
+_OTHER_MAKERS = MappingProxyType({"SPECIAL": "MISC"})
+"""The names of CODE V for makers that the table names otherwise."""
+
+
 @dataclass(frozen=True)
 class Glass:
     """The refractive index and the Abbe number of a material."""
@@ -68,7 +72,8 @@ def glass(name: str, makers: Sequence[str] = ()) -> Glass | None:
         return None
     table = glasses_by_maker()
     order = [maker for maker in dict.fromkeys((*makers, SCHOTT, *table)) if maker in table]
-    before, separator, maker = name.strip().upper().rpartition("_")
+    before, separator, suffix = name.strip().upper().rpartition("_")
+    maker = _OTHER_MAKERS.get(suffix, suffix)
     found = _found(key, order)
     if found is None and separator and maker in table:
         found = _found(glass_key(before), [maker])

@@ -19,7 +19,8 @@ def read_lines(text: str) -> Iterator[tuple[int, str]]:
     InvalidText
         If there are too many lines, or one is too long.
     """
-    lines = text.splitlines()
+    # Editors count these line ends; `splitlines` also cuts at form feeds and at separators of Unicode.
+    lines = text.replace("\r\n", "\n").replace("\r", "\n").removesuffix("\n").split("\n")
     if len(lines) > MAX_LINES:
         expected = f"at most {MAX_LINES:,} lines"
         raise InvalidText(FieldProblem(field="(whole)", expected=expected, got=f"{len(lines):,}"))

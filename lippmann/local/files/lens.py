@@ -18,6 +18,8 @@ CATALOGUE_SUFFIX = ".agf"
 MAX_BYTES = 4_000_000
 """A design of some thousand surfaces, or a catalogue of some thousand glasses: more is another kind of file."""
 MAX_CATALOGUES = 20
+DOS_END = "\x1a"
+"""The last character of a text file of DOS."""
 
 
 def read_lens(path: Path, catalogues: Sequence[Path] = ()) -> LensFile:
@@ -161,18 +163,23 @@ def _bytes(path: Path, what: str) -> bytes:
 
 def _text(path: Path, data: bytes) -> str:
     try:
-        return data.decode("utf-8-sig")
+        return data.decode("utf-8-sig").rstrip(DOS_END)
     except UnicodeDecodeError as error:
         raise BadInput(f"{path}: expected text in UTF-8, got {error}") from error
 
 
 def _foreign_text(data: bytes) -> str:
     """Return the text of a design program: newer files are UTF-16, older ones the code page of their machine."""
+    return _decoded(data).rstrip(DOS_END)
+
+
+def _decoded(data: bytes) -> str:
     if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
         return data.decode("utf-16", errors="replace")
-    if data[1:2] == b"\0":
-        return data.decode("utf-16-le", errors="replace")
+    if data[:1] == b"\0" or data[1:2] == b"\0":
+        return data.decode("utf-16-be" if data[:1] == b"\0" else "utf-16-le", errors="replace")
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return data.decode("latin-1")
+        # The code page of western Windows; in Latin-1 its dashes and quotation marks would be control characters.
+        return data.decode("cp1252", errors="replace")

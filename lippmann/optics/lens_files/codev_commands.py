@@ -2,66 +2,23 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import NoReturn
 
-from lippmann.errors import FieldProblem, SpecError
-from lippmann.untrusted.shown import shown
+from lippmann.optics.lens_files.lines import QUOTES, Line, wrong
 from lippmann.untrusted.text_lines import read_lines
 
-QUOTES = "'\""
 MAX_WORDS = 2000
 """The greatest number of words of one command."""
+MAX_NAME = 40
 
 
 @dataclass(frozen=True)
-class Command:
-    """A command: the number of its line, its name in capital letters, and its arguments."""
+class Command(Line):
+    """A command, whose word is its name in three capital letters."""
 
-    number: int
-    name: str
-    values: tuple[str, ...]
-
-    @property
-    def place(self) -> str:
-        """The words that name the command in a message."""
-        return f"line {self.number}, {self.name}"
-
-    def refuse(self, expected: str, got: str | None = None) -> NoReturn:
-        """Raise the error that names the command.
-
-        Parameters
-        ----------
-        expected
-            What was expected.
-        got
-            What came; by default the words behind the name.
-        """
-        given = shown(" ".join(self.values)).strip(QUOTES) if got is None else got
-        raise SpecError.of([FieldProblem(field=self.place, expected=expected, got=given or "nothing")])
-
-    def value(self, place: int = 0) -> float:
-        """Return the number at a place behind the name; it may be infinite only as a distance."""
-        try:
-            value = float(self.values[place])
-        except (IndexError, ValueError):
-            self.refuse("a number")
-        if math.isnan(value):
-            self.refuse("a number")
-        return value
-
-    def finite(self, place: int = 0) -> float:
-        """Return the finite number at a place behind the name."""
-        value = self.value(place)
-        if math.isinf(value):
-            self.refuse("a finite number")
-        return value
-
-    def numbers(self) -> list[float]:
-        """Return all arguments as finite numbers."""
-        return [self.finite(place) for place in range(len(self.values))]
+    name: str = ""
+    """The whole name in capital letters, without quotes, for example that of a private glass."""
 
 
 def read_commands(text: str) -> Iterator[Command]:
@@ -81,7 +38,7 @@ def read_commands(text: str) -> Iterator[Command]:
 
     Examples
     --------
-    >>> [(one.number, one.name, one.values) for one in read_commands("EPD 5; S 50 & ! front\n 3 BK7\nTIT 'a; b'")]
+    >>> [(one.number, one.word, one.values) for one in read_commands("EPD 5; S 50 & ! front\n 3 BK7\nTIT 'a; b'")]
     [(1, 'EPD', ('5',)), (1, 'S', ('50', '3', 'BK7')), (3, 'TIT', ('a; b',))]
     """
     words: list[str] = []
@@ -99,8 +56,7 @@ def read_commands(text: str) -> Iterator[Command]:
             start = number if not words else start
             words.append(word)
             if len(words) > MAX_WORDS:
-                expected = f"at most {MAX_WORDS:,} words in a command"
-                raise SpecError.of([FieldProblem(field=f"line {number}", expected=expected, got="more")])
+                raise wrong(f"line {number}", f"at most {MAX_WORDS:,} words in a command", "more")
         if not is_continued:
             yield from _command(start, words)
             words = []
@@ -109,9 +65,9 @@ def read_commands(text: str) -> Iterator[Command]:
 
 def _command(number: int, words: list[str]) -> Iterator[Command]:
     if words:
-        name = words[0].upper()[:40]
+        word, values = words[0].upper()[:MAX_NAME], tuple(word.strip(QUOTES) for word in words[1:])
         # Three letters make a command; more are the same one (TITLE, STOP).
-        yield Command(number, name[:3] if name.isalpha() else name, tuple(word.strip(QUOTES) for word in words[1:]))
+        yield Command(number, word[:3] if word.isalpha() else word, values, word.strip(QUOTES))
 
 
 def _words(line: str) -> Iterator[str]:

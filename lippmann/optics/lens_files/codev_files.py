@@ -9,13 +9,16 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass, field
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 from lippmann.errors import SpecError
 from lippmann.job.glasses import Glass
 from lippmann.job.rig import MM_PER_INCH
 from lippmann.optics.lens_files.codev_commands import Command, read_commands
+from lippmann.optics.lens_files.codev_glasses import PrivateGlasses
+from lippmann.optics.lens_files.codev_surfaces import TERMS, CodevSurface
 from lippmann.optics.lens_files.codev_system import SystemReader
 from lippmann.optics.lens_files.glass_search import AIR, GlassSearch
 from lippmann.optics.lens_files.lens_file import LensFile
@@ -25,37 +28,26 @@ from lippmann.optics.lens_files.semi_apertures import MAX_ROWS, with_semi_apertu
 MM_PER_DIM = {"M": 1.0, "C": 10.0, "I": MM_PER_INCH}
 IGNORED = frozenset(
     [
-        *("LEN", "INI", "GO", "SLB", "WTW", "WTF", "DER", "PIM", "CLS", "REF", "SPH", "CON", "ASP"),
+        *("LEN", "INI", "GO", "SLB", "WTW", "WTF", "DER", "PIM", "CLS", "REF", "SPH", "CON", "ASP", "CA", "POL"),
         *("CCY", "THC", "GLC", "KC", "AC", "BC", "CC", "DC", "EC", "FC", "GC", "HC", "JC"),
     ]
 )
 """Commands that move no ray: names, weights, what is varied, and kinds of surfaces, whose numbers count."""
-TERMS = "ABCDEFGH"
-"""The coefficients of r^4 to r^18."""
-ZERO_IS_NONE = ("CUF", "J")
+ZERO_IS_NONE = frozenset({"CUF", "J", "ADE", "BDE", "CDE", "XDE", "YDE", "ZDE", "ADX", "ADY"})
 """Commands that cannot be modelled, but for 0."""
+ROUND = "a circular aperture (CIR)"
+EXPECTED: Mapping[str, str] = MappingProxyType(
+    {
+        "ZOO": "a lens of one zoom position: save each position as a lens of its own",
+        **dict.fromkeys(("REX", "REY", "ELX", "ELY"), ROUND),
+    }
+)
+"""What is expected in the place of commands that cannot be modelled."""
 NOT_LENSES = frozenset({"REFL", "TIR"})
 SUPPORTED = "RDM DIM TIT SO S SI RDY CUY THI GLA STO CIR K A-H PRV EPD FNO NA NAO WL and fields"
 
 _SURFACE = re.compile(r"S(?:O|I|K|\d{1,4})?")
 _CODED_INDEX = re.compile(r"([\d.]+):([\d.]+)")
-
-
-@dataclass
-class _Surface:
-    command: Command
-    bend: float = 0.0
-    """The radius, or the curvature, as `is_radius` says; 0 is a plane."""
-    is_radius: bool | None = None
-    """None if the radius mode of the file decides."""
-    thickness: float = 0.0
-    glass: Command | None = None
-    glass_name: str = ""
-    semi_aperture: float = 0.0
-    edge: float = 0.0
-    is_stop: bool = False
-    conic: float = 0.0
-    terms: dict[int, float] = field(default_factory=dict)
 
 
 def read_lens_seq(text: str, glasses: GlassSearch | None = None) -> LensFile:
@@ -86,8 +78,9 @@ class _Reader:
 
     def __init__(self, glasses: GlassSearch) -> None:
         self.glasses = glasses
+        self.private = PrivateGlasses()
         self.system = SystemReader()
-        self.surfaces: list[_Surface] = []
+        self.surfaces: list[CodevSurface] = []
         self.has_image = False
         self.title = ""
         self.mm = 1.0
@@ -95,8 +88,8 @@ class _Reader:
         self.current = 0
 
     def take(self, command: Command) -> None:
-        name = command.name
-        if self.system.take(command) or name in IGNORED:
+        name = command.word
+        if self.private.take(command) or self.system.take(command) or name in IGNORED:
             return
         if _SURFACE.fullmatch(name):
             self._take_surface(command)
@@ -112,24 +105,24 @@ class _Reader:
 
     def _take_surface(self, command: Command) -> None:
         """Take SO, S, SI or S with a number: a new surface, or one that is there already."""
-        name = command.name[1:]
+        name = command.word[1:]
         if name == "I":
             self.has_image = True
         if not self.surfaces and not name:
-            self.surfaces.append(_Surface(command, thickness=math.inf))  # An object, if the file gives none.
+            self.surfaces.append(CodevSurface(command, thickness=math.inf))  # An object, if the file gives none.
         if not name and self.has_image:
             command.refuse("all surfaces before the image (SI)")
         place = self._place(command, name) if name and name != "I" else len(self.surfaces)
         if place == len(self.surfaces):
             if place > MAX_ROWS:
                 command.refuse(f"at most {MAX_ROWS} surfaces", "more")
-            self.surfaces.append(_Surface(command))
+            self.surfaces.append(CodevSurface(command))
         self.current = place
         surface = self.surfaces[place]
         if command.values:
-            surface.bend, surface.is_radius = command.value(), None
+            surface.bend, surface.is_radius = command.distance(), None
         if len(command.values) > 1:
-            surface.thickness = command.value(1)
+            surface.thickness = command.distance(1)
         if len(command.values) > 2:
             self._set_glass(command, surface, command.values[2])
 
@@ -141,14 +134,19 @@ class _Reader:
 
     def _take_property(self, command: Command) -> None:
         """Take a command that concerns one surface: the last one, or the one that it names first."""
+        if command.word == "PIK":
+            self._take_pickup(command)
+            return
+        if command.word in EXPECTED:
+            command.refuse(EXPECTED[command.word])
         surface, rest = self._surface_of(command)
-        name = rest.name
-        if name == "RDY":
-            surface.bend, surface.is_radius = rest.value(), True
-        elif name == "CUY":
-            surface.bend, surface.is_radius = rest.value(), False
+        name = rest.word
+        if name in ("RDY", "CUY", "THI") and _is_solve(rest):
+            surface.solves.append((rest, name))
+        elif name in ("RDY", "CUY"):
+            surface.bend, surface.is_radius = rest.distance(), name == "RDY"
         elif name == "THI":
-            surface.thickness = rest.value()
+            surface.thickness = rest.distance()
         elif name == "GLA":
             self._set_glass(rest, surface, rest.values[0] if rest.values else "")
         elif name == "STO":
@@ -156,50 +154,63 @@ class _Reader:
         elif name == "CIR":
             self._set_aperture(rest, surface)
         elif name == "K":
-            surface.conic = rest.finite()
+            surface.conic = rest.value()
         elif len(name) == 1 and name in TERMS:
-            surface.terms[TERMS.index(name)] = rest.finite()
-        elif name not in ZERO_IS_NONE or not rest.values or rest.finite() != 0:
+            surface.terms[TERMS.index(name)] = rest.value()
+        elif name not in ZERO_IS_NONE or not rest.values or rest.value() != 0:
             rest.refuse(f"only {SUPPORTED}; this command cannot be modelled")
 
-    def _surface_of(self, command: Command) -> tuple[_Surface, Command]:
+    def _surface_of(self, command: Command) -> tuple[CodevSurface, Command]:
         values = command.values
         place = self.current
-        if values and _SURFACE.fullmatch(values[0].upper()) and values[0].upper() != "S":
+        is_glass = command.word == "GLA" and len(values) < 2  # A private glass may be named S1.
+        if values and not is_glass and _SURFACE.fullmatch(values[0].upper()) and values[0].upper() != "S":
             place = self._place(command, values[0].upper()[1:])
             values = values[1:]
-        rest = Command(command.number, command.name, values)
+        rest = Command(command.number, command.word, values)
         if place >= len(self.surfaces):
             rest.refuse(f"only {SUPPORTED}; a property behind its surface")
         return self.surfaces[place], rest
 
-    def _set_glass(self, command: Command, surface: _Surface, name: str) -> None:
+    def _take_pickup(self, command: Command) -> None:
+        kind = command.values[0].upper() if command.values else ""
+        surface, rest = self._surface_of(Command(command.number, command.word, command.values[1:]))
+        surface.solves.append((rest, kind))
+
+    def _set_glass(self, command: Command, surface: CodevSurface, name: str) -> None:
         if name.upper() in NOT_LENSES:
             command.refuse("a surface that refracts: mirrors cannot be modelled", name)
         surface.glass, surface.glass_name = command, name
 
-    def _set_aperture(self, command: Command, surface: _Surface) -> None:
+    def _set_aperture(self, command: Command, surface: CodevSurface) -> None:
         kind = command.values[0].upper() if command.values else ""
         if kind in ("OBS", "HOL"):
             command.refuse("a clear aperture; obscurations and holes cannot be modelled")
+        # An aperture may have a label, as in CIR EDG L'A' 5.
+        unlabelled = tuple(value for value in command.values if not value.upper().startswith(("L'", 'L"')))
+        size = abs(Command(command.number, command.word, unlabelled).value(1 if kind in ("EDG", "CLR") else 0))
         if kind == "EDG":
-            surface.edge = abs(command.finite(1))
+            surface.edge = size
         else:
-            surface.semi_aperture = abs(command.finite(1 if kind == "CLR" else 0))
+            surface.semi_aperture = size
 
     def lens(self) -> LensFile:
+        self.private.check_end()
         lenses = self.surfaces[1 : -1 if self.has_image else None]
         if len(self.surfaces) < 3 or not lenses:
             expected = "a .seq file with an object (SO), surfaces (S) and an image (SI)"
             raise SpecError(f"expected {expected}, got {len(self.surfaces)} surfaces")
         as_radius = self._as_radius(lenses)
         rows = [self._row(place, surface, as_radius) for place, surface in enumerate(lenses, start=1)]
+        for row, surface in zip(rows, lenses, strict=True):
+            for note in surface.solve_notes(row.place, is_last=surface is lenses[-1]):
+                self.glasses.note(note)
         system = self.system.system(object_mm=self.surfaces[0].thickness * self.mm, mm=self.mm)
         rows, computed = with_semi_apertures(rows, system, words="CIR; EPD, FNO, NA, NAO")
         notes = [*self.glasses.notes, *self.system.notes(), *computed]
         return prescription_of_rows(rows, title=self.title, notes=notes)
 
-    def _as_radius(self, surfaces: list[_Surface]) -> bool:
+    def _as_radius(self, surfaces: list[CodevSurface]) -> bool:
         """Return whether the numbers of S are radii; without RDM, a number of 1 or more is no curvature of a lens."""
         if self.radius_mode is not None:
             return self.radius_mode
@@ -210,34 +221,13 @@ class _Reader:
             self.glasses.note(f"the file has no RDM: the numbers of its surfaces are read as {what}")
         return is_radius
 
-    def _row(self, place: int, surface: _Surface, as_radius: bool) -> Row:
-        command = surface.command
-        if math.isinf(surface.thickness):
-            command.refuse("a finite thickness")
+    def _row(self, place: int, surface: CodevSurface, as_radius: bool) -> Row:
         if surface.is_radius is None:
             surface.is_radius = as_radius
-        bend, is_flat = surface.bend, surface.bend == 0 or (surface.is_radius and math.isinf(surface.bend))
-        radius = 0.0 if is_flat else bend if surface.is_radius else 1.0 / bend
-        if not math.isfinite(radius) or (not is_flat and radius == 0):
-            command.refuse("a finite radius or curvature")
-        row: dict[str, Any] = {
-            "radius_mm": None if is_flat else radius * self.mm,
-            "thickness_mm": surface.thickness * self.mm,
-            "conic": surface.conic,
-            "aspheric": self._aspheric(surface),
-            **self._medium(surface),
-        }
-        semi = surface.semi_aperture or surface.edge
-        if semi > 0:
-            row["semi_aperture_mm"] = semi * self.mm
-        return Row(f"line {command.number}, S{place}", row, is_stop=surface.is_stop)
+        row = surface.shape_mm(mm=self.mm) | self._medium(surface)
+        return Row(f"line {surface.command.number}, S{place}", row, is_stop=surface.is_stop)
 
-    def _aspheric(self, surface: _Surface) -> tuple[float, ...]:
-        last = max((place for place, term in surface.terms.items() if term), default=-1)
-        terms = (surface.terms.get(place, 0.0) for place in range(last + 1))
-        return tuple(term / self.mm ** (2 * place + 3) for place, term in enumerate(terms))
-
-    def _medium(self, surface: _Surface) -> dict[str, Any]:
+    def _medium(self, surface: CodevSurface) -> dict[str, Any]:
         name, command = surface.glass_name, surface.glass
         if command is None or not name or name.upper() in AIR:
             return {"index": 1.0}
@@ -247,7 +237,13 @@ class _Reader:
             except ValueError:
                 command.refuse("an index and an Abbe number, as in 1.5168:64.17", name)
             return self.glasses.medium(command.place, "", coded)
-        known = self.system.private_glass(name) or self.glasses.find(name)
+        known = self.private.find(name, self.glasses) or self.glasses.find(name)
         if known is None:
             command.refuse(self.glasses.expected(name), name[:100])
         return self.glasses.medium(command.place, name, known)
+
+
+def _is_solve(command: Command) -> bool:
+    """Return whether a word stands in the place of the number, as in THI HMY 0."""
+    word = command.values[0].upper() if command.values else ""
+    return word.isalpha() and word not in ("INF", "INFINITY", "NAN")

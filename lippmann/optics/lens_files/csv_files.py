@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from lippmann.errors import FieldProblem, SpecError
 from lippmann.optics.lens_files.glass_search import GlassSearch
 from lippmann.optics.lens_files.lens_file import LensFile
+from lippmann.optics.lens_files.lines import wrong
 from lippmann.optics.lens_files.rows import Row, prescription_of_rows
 from lippmann.untrusted.text_lines import read_lines
 
@@ -53,11 +53,11 @@ def read_lens_csv(text: str, glasses: GlassSearch | None = None, *, title: str =
     rows = _without_ends(found)
     for row in rows:
         if math.isinf(row.surface["thickness_mm"]):
-            raise _wrong(f"{row.place}, thickness", "a finite number", repr("inf"))
+            raise wrong(f"{row.place}, thickness", "a finite number", repr("inf"))
     in_air = _are_planes_in_air(rows)
     for row, fits in zip(rows, in_air, strict=True):
         if row.is_stop and not fits:
-            raise _wrong(f"{row.place}, material", "a stop as a plane with air on both sides", "a stop elsewhere")
+            raise wrong(f"{row.place}, material", "a stop as a plane with air on both sides", "a stop elsewhere")
     if not any(row.is_stop for row in rows):
         rows = [replace(row, is_stop=fits) for row, fits in zip(rows, in_air, strict=True)]
     return prescription_of_rows(rows, title=title, notes=search.notes)
@@ -91,14 +91,14 @@ def _cells(text: str) -> Iterator[tuple[str, Mapping[str, str]]]:
             cells.pop()
         if len(cells) != len(columns):
             got = f"{len(cells)} ({line.strip()[:60]})"
-            raise _wrong(f"line {number}", f"{len(columns)} cells, {';'.join(columns)}", got)
+            raise wrong(f"line {number}", f"{len(columns)} cells, {';'.join(columns)}", got)
         yield f"line {number}", dict(zip(columns, cells, strict=True))
 
 
 def _header(number: int, cells: list[str]) -> tuple[str, ...]:
     names = tuple(cell.lower() for cell in cells if cell)
     if set(names) != set(COLUMNS) or len(names) != len(COLUMNS):
-        raise _wrong(f"line {number}", f"the columns {';'.join(COLUMNS)}", ";".join(names))
+        raise wrong(f"line {number}", f"the columns {';'.join(COLUMNS)}", ";".join(names))
     return names
 
 
@@ -127,13 +127,13 @@ def _number(place: str, name: str, cells: Mapping[str, str], *, blank: float) ->
     if not cell:
         return blank
     if "," in cell:
-        raise _wrong(f"{place}, {name}", "a number with a decimal point", f"{cell!r} with a comma")
+        raise wrong(f"{place}, {name}", "a number with a decimal point", f"{cell!r} with a comma")
     try:
         value = float(cell)
     except ValueError:
-        raise _wrong(f"{place}, {name}", "a number", repr(cell)) from None
+        raise wrong(f"{place}, {name}", "a number", repr(cell)) from None
     if math.isnan(value) or (math.isinf(value) and name not in ("radius", "thickness")):
-        raise _wrong(f"{place}, {name}", "a finite number", repr(cell))
+        raise wrong(f"{place}, {name}", "a finite number", repr(cell))
     return value
 
 
@@ -148,7 +148,3 @@ def _is_plane_in_air(surface: Mapping[str, Any]) -> bool:
 def _indices_before(rows: list[Row]) -> list[float]:
     # A material without an index is some glass.
     return [1.0, *(row.surface.get("index", 0.0) for row in rows)][: len(rows)]
-
-
-def _wrong(field: str, expected: str, got: str) -> SpecError:
-    return SpecError.of([FieldProblem(field=field, expected=expected, got=got)])

@@ -10,11 +10,13 @@ from typing import Any
 from lippmann.errors import FieldProblem, SpecError
 from lippmann.job.glasses import MAX_NAME, Glass, expected_glass, glass, glass_key
 from lippmann.optics.lens_files.agf_files import Catalogue, CatalogueGlass
+from lippmann.optics.lens_files.lines import wrong
 
 GAS = 1e-3
 """The greatest difference of the index from 1 for which a medium is a gas and counts as air."""
 AIR = frozenset({"AIR", "VACUUM"})
 """The names of media of index 1."""
+FOR_VISIBLE_LIGHT = "a glass for visible light: its index is needed at 587.6 nm"
 CATALOGUE_HINT = "or a catalogue that has it (--catalogue FILE.agf)"
 
 _CODE = re.compile(r"(\d{3})(\d{3})")
@@ -32,6 +34,11 @@ class GlassSearch:
     makers: Sequence[str] = ()
     """The makers whose glasses count first in the built-in table."""
     notes: list[str] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        for catalogue in self.catalogues:
+            if catalogue.note:
+                self.note(catalogue.note)
 
     def find(self, name: str) -> Glass | None:
         """Return the glass of a name; None for an unknown name.
@@ -78,23 +85,22 @@ class GlassSearch:
             self.notes.append(text)
 
     def _computed(self, catalogue: Catalogue, name: str, entry: CatalogueGlass) -> Glass:
-        if not entry.is_visible:
+        place = _place(catalogue, entry)
+        if entry.problem is None and not entry.is_visible:
             least, most = entry.range_um or (0.0, 0.0)
-            expected = "a glass for visible light: its index is needed at 587.6 nm"
-            got = f"one from {least:g} to {most:g} micrometres"
-            raise SpecError.of([FieldProblem(field=_place(catalogue, entry), expected=expected, got=got)])
+            raise wrong(place, FOR_VISIBLE_LIGHT, f"one from {least:g} to {most:g} micrometres")
         try:
             made = entry.glass()
         except SpecError as error:
             raise SpecError.of(
-                FieldProblem(field=_place(catalogue, entry), expected=problem.expected, got=problem.got)
+                FieldProblem(field=f"{catalogue.title}, {problem.field}", expected=problem.expected, got=problem.got)
                 for problem in error.problems
             ) from error
         if entry.has_temperature:
             self.note(f"{catalogue.title}: the temperature data is ignored; a glass is at the catalogue's temperature")
         if entry.index > 0 and abs(entry.index - made.index) > 1e-3:
             self.note(
-                f"{_place(catalogue, entry)}: the index by its formula, {made.index:.5f}, is used, and not the "
+                f"{place}: the index by its formula, {made.index:.5f}, is used, and not the "
                 f"{entry.index:g} beside its name"
             )
         return made

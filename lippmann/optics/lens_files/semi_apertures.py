@@ -9,19 +9,18 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.errors import FieldProblem, SpecError
 from lippmann.optics.lens.matrices import refraction, translation
 from lippmann.optics.lens.surfaces import ImagingLens, Surface
 from lippmann.optics.lens.trace import Rays, steps
+from lippmann.optics.lens_files.lines import wrong
 from lippmann.optics.lens_files.rows import Row, with_media
+from lippmann.optics.lens_files.system import FAR_MM, FieldPoint, System
 
 Array = NDArray[np.float64]
-FieldKind = Literal["angle", "object height", "image height"]
 
 MAX_ROWS = 300
 """The greatest number of rows that are traced."""
@@ -35,39 +34,6 @@ NEAR_RIM = 1e-4
 WIDER = 2.0
 """The half width of the fan in entrance pupils, since the pupil of an oblique bundle differs from the paraxial one."""
 ROUND_UP_MM = 1e-4
-FAR_MM = 1e9
-"""The distance from which an object counts as infinitely far."""
-
-
-@dataclass(frozen=True)
-class Aperture:
-    """The aperture of a whole lens, as design programs define it."""
-
-    kind: Literal["entrance pupil", "f-number", "image aperture", "object aperture", "stop"]
-    value: float = 0.0
-    """A diameter in mm, a ratio, or a numerical aperture; none for the stop, whose semi-diameter is that of its row."""
-
-
-@dataclass(frozen=True)
-class FieldPoint:
-    """A point of the field, and the part of the stop that its light may use."""
-
-    kind: FieldKind
-    value: float
-    """Degrees for an angle, mm for a height."""
-    low: float = -1.0
-    high: float = 1.0
-    """The limits of the bundle in the stop, in semi-diameters."""
-
-
-@dataclass(frozen=True)
-class System:
-    """The light for which a lens is designed, as its file describes it."""
-
-    aperture: Aperture | None = None
-    fields: tuple[FieldPoint, ...] = ()
-    object_mm: float = math.inf
-    """The distance of the object before the first row."""
 
 
 def with_semi_apertures(rows: Sequence[Row], system: System, *, words: str) -> tuple[list[Row], list[str]]:
@@ -96,20 +62,20 @@ def with_semi_apertures(rows: Sequence[Row], system: System, *, words: str) -> t
         return list(rows), []
     first = rows[absent[0]].place
     if system.aperture is None:
-        raise _wrong(first, f"a semi-diameter, or an aperture of the whole lens ({words})", "neither")
+        raise wrong(first, f"a semi-diameter, or an aperture of the whole lens ({words})", "neither")
     if len(rows) > MAX_ROWS:
-        raise _wrong(first, f"a semi-diameter in a lens of more than {MAX_ROWS} rows", "none")
+        raise wrong(first, f"a semi-diameter in a lens of more than {MAX_ROWS} rows", "none")
     for row in rows:
         if row.surface.get("index", 1.0) != 1.0 and row.surface["thickness_mm"] < 0:
             got = f"{row.surface['thickness_mm']:g}"
-            raise _wrong(f"{row.place}, thickness_mm", "glass of a thickness greater than or equal to 0", got)
+            raise wrong(f"{row.place}, thickness_mm", "glass of a thickness greater than or equal to 0", got)
     with np.errstate(all="ignore"):
         heights_mm = _heights_mm(rows, system, first)
     filled = list(rows)
     for place in absent:
         semi_mm = math.ceil(heights_mm[place] / ROUND_UP_MM) * ROUND_UP_MM if heights_mm[place] < 1e6 else math.inf
         if not 0 < semi_mm < math.inf:
-            raise _wrong(rows[place].place, "a semi-diameter: no ray of the file's aperture arrives here", "none")
+            raise wrong(rows[place].place, "a semi-diameter: no ray of the file's aperture arrives here", "none")
         surface = {**rows[place].surface, "semi_aperture_mm": round(semi_mm, 4)}
         filled[place] = replace(rows[place], surface=surface)
     which = ", ".join(rows[place].place.rpartition(", ")[2] for place in absent[:SHOWN])
@@ -130,7 +96,7 @@ def _heights_mm(rows: Sequence[Row], system: System, first: str) -> Array:
         stop_mm = float(greatest[stop])
         if not np.isfinite(greatest).all():
             lost = rows[int(np.argmin(np.isfinite(greatest)))].place
-            raise _wrong(lost, "a surface that the marginal ray of the file's aperture passes", "one that it misses")
+            raise wrong(lost, "a surface that the marginal ray of the file's aperture passes", "one that it misses")
     for point in dict.fromkeys((FieldPoint("angle", 0.0), *system.fields[:MAX_FIELDS])):
         reached = _field_heights_mm(lens, system, pupil, point, stop=stop, stop_mm=stop_mm)
         greatest = np.fmax(greatest, reached)
@@ -143,11 +109,19 @@ def _is_known_stop(system: System, stop_mm: float) -> bool:
 
 @dataclass(frozen=True)
 class _Pupil:
+    """The paraxial entrance pupil."""
+
     z_mm: float
     semi_mm: float
     turned: float
     """-1 if the image of the stop in object space is inverted, else 1."""
-    focal_mm: float
+    whole: Array
+    """The matrix of the whole lens, from the first row."""
+
+    @property
+    def focal_mm(self) -> float:
+        """The focal length."""
+        return _focal_mm(self.whole)
 
 
 def _pupil(lens: ImagingLens, stop: int, system: System, first: str) -> _Pupil:
@@ -157,31 +131,53 @@ def _pupil(lens: ImagingLens, stop: int, system: System, first: str) -> _Pupil:
             to_stop = whole
         whole = translation(surface.thickness_mm) @ refraction(surface, index) @ whole
         index = surface.index_after
-    focal_mm = float(-1.0 / whole[1, 0])
     a, b = float(to_stop[0, 0]), float(to_stop[0, 1])
     z_mm = float(np.divide(b, a))
-    semi_mm = _pupil_semi_mm(system, lens, stop, a, z_mm, focal_mm)
+    stop_mm = float(np.abs(np.divide(lens.surfaces[stop].semi_aperture_mm, a)))
+    semi_mm = _pupil_semi_mm(system, whole, z_mm=z_mm, stop_mm=stop_mm)
     if not (math.isfinite(z_mm) and 0 < semi_mm < math.inf and abs(z_mm) < FAR_MM):
-        raise _wrong(first, "a semi-diameter: the aperture of the file gives no entrance pupil", "none")
-    return _Pupil(z_mm, semi_mm, math.copysign(1.0, a), focal_mm)
+        raise wrong(first, "a semi-diameter: the aperture of the file gives no entrance pupil", "none")
+    return _Pupil(z_mm, semi_mm, math.copysign(1.0, a), whole)
 
 
-def _pupil_semi_mm(
-    system: System, lens: ImagingLens, stop: int, narrowing: float, z_mm: float, focal_mm: float
-) -> float:
+def _pupil_semi_mm(system: System, whole: Array, *, z_mm: float, stop_mm: float) -> float:
+    """Return half the diameter of the entrance pupil, mm; NaN or infinite if the aperture gives none.
+
+    Parameters
+    ----------
+    system
+        The aperture and the object.
+    whole
+        The matrix of the whole lens.
+    z_mm
+        The position of the entrance pupil behind the first row.
+    stop_mm
+        Half the diameter of the image of the stop in object space.
+    """
     aperture = system.aperture
     if aperture is None:
         return math.nan
     if aperture.kind == "entrance pupil":
         return aperture.value / 2
-    if aperture.kind == "f-number":
-        return abs(focal_mm) / (2 * aperture.value) if aperture.value > 0 else math.nan
     if aperture.kind == "stop":
-        return float(np.abs(np.divide(lens.surfaces[stop].semi_aperture_mm, narrowing)))
-    if not 0 < aperture.value < 1:
-        return math.nan
-    tangent = math.tan(math.asin(aperture.value))
-    return abs(focal_mm if aperture.kind == "image aperture" else system.object_mm + z_mm) * tangent
+        return stop_mm
+    if aperture.kind == "f-number":
+        return abs(_focal_mm(whole)) / (2 * aperture.value) if aperture.value > 0 else math.nan
+    away_mm = abs(system.object_mm + z_mm)
+    if aperture.kind in ("object aperture", "object cone"):
+        return away_mm * aperture.slope
+    if system.is_far:
+        return abs(_focal_mm(whole)) * aperture.slope
+    return float(away_mm * np.abs(np.divide(aperture.slope, _angular_magnification(whole, system))))
+
+
+def _focal_mm(whole: Array) -> float:
+    return float(-1.0 / whole[1, 0])
+
+
+def _angular_magnification(whole: Array, system: System) -> float:
+    """Return the slope behind the lens by that before it of rays from the axial point of a near object."""
+    return float(whole[1, 0] * system.object_mm + whole[1, 1])
 
 
 def _lens(rows: Sequence[Row]) -> ImagingLens:
@@ -207,7 +203,7 @@ def _field_heights_mm(
     lens: ImagingLens, system: System, pupil: _Pupil, point: FieldPoint, *, stop: int, stop_mm: float
 ) -> Array:
     """Return the greatest height of the rays of a field point at every row, mm; NaN if none passes."""
-    slope = _chief_slope(system, pupil, point, lens)
+    slope = _chief_slope(system, pupil, point)
     if not math.isfinite(slope):
         return np.full(len(lens.surfaces), np.nan)
     least_mm, most_mm = (pupil.turned * limit * stop_mm for limit in (max(-1.0, point.low), min(1.0, point.high)))
@@ -230,22 +226,17 @@ def _field_heights_mm(
     return greatest
 
 
-def _chief_slope(system: System, pupil: _Pupil, point: FieldPoint, lens: ImagingLens) -> float:
+def _chief_slope(system: System, pupil: _Pupil, point: FieldPoint) -> float:
     """Return dy / dz of the chief ray before the lens (paraxial, except for angles)."""
     if point.kind == "angle":
         return math.tan(math.radians(point.value)) if abs(point.value) < 89 else math.nan
-    is_far = system.object_mm >= FAR_MM
-    if point.kind == "image height" and is_far:
+    if point.kind == "image height" and system.is_far:
         return float(np.divide(point.value, pupil.focal_mm))
     height_mm = point.value
     if point.kind == "image height":
-        matrix, index = translation(system.object_mm), 1.0
-        for surface in lens.surfaces:
-            matrix = translation(surface.thickness_mm) @ refraction(surface, index) @ matrix
-            index = surface.index_after
-        # The magnification of an object plane is 1 / D of the matrix that leaves it, where A D - B C = 1.
-        height_mm = point.value * float(matrix[1, 1])
-    return float(np.divide(-height_mm, system.object_mm + pupil.z_mm)) if not is_far else math.nan
+        # The lateral magnification is the inverse of the angular one, since the lens stands in air.
+        height_mm *= _angular_magnification(pupil.whole, system)
+    return float(np.divide(-height_mm, system.object_mm + pupil.z_mm)) if not system.is_far else math.nan
 
 
 def _trace(lens: ImagingLens, system: System, pupil: _Pupil, *, slope: float, heights_mm: Array) -> Array:
@@ -254,7 +245,7 @@ def _trace(lens: ImagingLens, system: System, pupil: _Pupil, *, slope: float, he
     start[:, 1], start[:, 2] = heights_mm, pupil.z_mm
     direction = np.zeros_like(start)
     direction[:, 1], direction[:, 2] = slope, 1.0
-    if system.object_mm < FAR_MM:
+    if not system.is_far:
         # The rays leave one point of the object; the slope of the chief ray gives its height.
         away_mm = system.object_mm + pupil.z_mm
         direction[:, 1] = slope + heights_mm / away_mm if away_mm else np.nan
@@ -266,7 +257,3 @@ def _trace(lens: ImagingLens, system: System, pupil: _Pupil, *, slope: float, he
     back = (np.diff(along, axis=1) < 0) & is_glass
     heights[back.any(axis=1)] = np.nan
     return heights
-
-
-def _wrong(field: str, expected: str, got: str) -> SpecError:
-    return SpecError.of([FieldProblem(field=field, expected=expected, got=got)])

@@ -16,13 +16,16 @@ from lippmann.job.glasses import Glass
 from lippmann.job.rig import MM_PER_INCH
 from lippmann.optics.lens_files.glass_search import AIR, GAS, GlassSearch
 from lippmann.optics.lens_files.lens_file import LensFile
+from lippmann.optics.lens_files.lines import Line
 from lippmann.optics.lens_files.rows import Row, prescription_of_rows
 from lippmann.optics.lens_files.semi_apertures import with_semi_apertures
-from lippmann.optics.lens_files.zemax_lines import Block, Line, read_blocks
+from lippmann.optics.lens_files.zemax_lines import Block, read_blocks
 from lippmann.optics.lens_files.zemax_system import notes_of, system_of
 
 MM_PER_UNIT = {"MM": 1.0, "CM": 10.0, "IN": MM_PER_INCH, "METER": 1000.0, "M": 1000.0}
 TYPES = ("STANDARD", "EVENASPH")
+OTHER_APERTURES = ("SQAP", "ELAP", "UDAD", "OBSC", "SQOB", "ELOB", "SPID", "OBDC")
+"""Apertures and obscurations that are not round, or not about the axis."""
 MODEL_GLASS = "___BLANK"
 NO_GLASS = {"MIRROR": "a surface that refracts: mirrors cannot be modelled", "GRIN": "a homogeneous glass"}
 PLACEHOLDERS = ((1.5, 40.0), (0.0, 0.0))
@@ -53,15 +56,16 @@ def read_lens_zmx(text: str, glasses: GlassSearch | None = None) -> LensFile:
     search = GlassSearch() if glasses is None else glasses
     makers = head.first("GCAT")
     search.makers = (*search.makers, *(name.upper() for name in (makers.values if makers else ())))
-    object_mm = blocks[0].number("DISZ", otherwise=math.inf) * mm
+    object_mm = blocks[0].distance(otherwise=math.inf) * mm
     # In a few files the stop is the object or the image; its position in the lens is then unknown.
     rows = [_row(block, mm, search) for block in blocks[1:-1]]
+    apertures = [note for note in map(_aperture_note, blocks[1:-1]) if note]
     rows, computed = with_semi_apertures(
         rows, system_of(head, object_mm=object_mm, mm=mm), words="DIAM; ENPD, FNUM, OBNA, FLOA"
     )
     name = head.first("NAME")
     title = " ".join(name.values)[:200] if name else ""
-    return prescription_of_rows(rows, title=title, notes=[*search.notes, *notes_of(head), *computed])
+    return prescription_of_rows(rows, title=title, notes=[*search.notes, *notes_of(head), *apertures, *computed])
 
 
 def _mm_per_unit(head: Block) -> float:
@@ -78,7 +82,7 @@ def _row(block: Block, mm: float, glasses: GlassSearch) -> Row:
     if kind is not None and (not kind.values or kind.values[0].upper() not in TYPES):
         kind.refuse(f"one of {', '.join(TYPES)}; other surfaces cannot be modelled")
     curvature = block.number("CURV")
-    distance = block.number("DISZ")
+    distance = block.distance()
     if math.isinf(distance):
         block.refuse("DISZ", "a finite distance")
     surface: dict[str, Any] = {
@@ -95,10 +99,20 @@ def _row(block: Block, mm: float, glasses: GlassSearch) -> Row:
 
 
 def _semi_aperture(block: Block) -> float:
-    """Return the semi-diameter, or else the radius of a circular aperture; 0 if both are unknown."""
-    size = block.number("DIAM")
+    """Return the radius of a circular aperture, which stops light, or else the semi-diameter; 0 if both are unknown."""
     clear = block.first("CLAP")
-    return clear.value(1) if size <= 0 and clear is not None else size
+    return (0.0 if clear is None else clear.value(1)) or block.number("DIAM")
+
+
+def _aperture_note(block: Block) -> str:
+    """Return the note for a block whose aperture is more than a circle; empty for all others."""
+    clear = block.first("CLAP")
+    ignored = [word for word in OTHER_APERTURES if any(number != 0 for number in block.numbers(word)[:2])]
+    if clear is not None and clear.value(0) > 0:
+        ignored.insert(0, "the hole of CLAP")
+    if not ignored:
+        return ""
+    return f"{block.place}: it is modelled with one round aperture, without {' and '.join(ignored)}"
 
 
 def _aspheric(block: Block, mm: float) -> tuple[float, ...]:

@@ -2,59 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import NoReturn
 
-from lippmann.errors import FieldProblem, SpecError
-from lippmann.untrusted.shown import shown
+from lippmann.optics.lens_files.lines import Line, wrong
 from lippmann.untrusted.text_lines import read_lines
-
-
-@dataclass(frozen=True)
-class Line:
-    """A line: its number, its first word in capital letters, and the words behind it."""
-
-    number: int
-    word: str
-    values: tuple[str, ...]
-
-    def refuse(self, expected: str, got: str | None = None) -> NoReturn:
-        """Raise the error that names the line.
-
-        Parameters
-        ----------
-        expected
-            What was expected.
-        got
-            What came; by default the words behind the word.
-        """
-        place = f"line {self.number}, {self.word}"
-        given = shown(" ".join(self.values)).strip("'\"") if got is None else got
-        raise SpecError.of([FieldProblem(field=place, expected=expected, got=given or "nothing")])
-
-    def value(self, place: int = 0) -> float:
-        """Return the number at a place behind the word."""
-        try:
-            value = float(self.values[place])
-        except (IndexError, ValueError):
-            self.refuse("a number")
-        # An object or an image may lie at infinity.
-        if math.isnan(value) or (math.isinf(value) and self.word != "DISZ"):
-            self.refuse("a finite number")
-        return value
-
-    def numbers(self) -> list[float]:
-        """Return the numbers behind the word, up to the first other word."""
-        found = []
-        for text in self.values:
-            try:
-                value = float(text)
-            except ValueError:
-                break
-            found.append(value if math.isfinite(value) else 0.0)
-        return found
 
 
 @dataclass
@@ -73,23 +26,26 @@ class Block:
         """Return the first line with a word."""
         return next((line for line in self.lines if line.word == word), None)
 
-    def number(self, word: str, *, otherwise: float = 0.0) -> float:
-        """Return the number behind a word.
+    def number(self, word: str) -> float:
+        """Return the number behind a word; 0 without such a line."""
+        line = self.first(word)
+        return 0.0 if line is None else line.value()
+
+    def distance(self, *, otherwise: float = 0.0) -> float:
+        """Return the distance to the next surface, which is infinite for a distant object.
 
         Parameters
         ----------
-        word
-            The word.
         otherwise
-            The number to return without such a line.
+            The distance to return without such a line.
         """
-        line = self.first(word)
-        return otherwise if line is None else line.value()
+        line = self.first("DISZ")
+        return otherwise if line is None else line.distance()
 
     def numbers(self, word: str) -> list[float]:
-        """Return the numbers behind a word."""
+        """Return the numbers behind a word, up to the first other word."""
         line = self.first(word)
-        return [] if line is None else line.numbers()
+        return [] if line is None else line.leading_numbers()
 
     def refuse(self, word: str, expected: str) -> NoReturn:
         """Raise the error that names the line of a word, or the block if the word is absent.
@@ -104,7 +60,7 @@ class Block:
         line = self.first(word)
         if line is not None:
             line.refuse(expected, line.values[0] if line.values else None)
-        raise SpecError.of([FieldProblem(field=f"{self.place}, {word}", expected=expected, got="nothing")])
+        raise wrong(f"{self.place}, {word}", expected, "nothing")
 
 
 def read_blocks(text: str) -> tuple[Block, list[Block]]:

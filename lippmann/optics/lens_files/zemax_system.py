@@ -3,14 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 
-from lippmann.optics.lens_files.semi_apertures import Aperture, FieldKind, FieldPoint, System
+from lippmann.optics.lens_files.system import Aperture, ApertureKind, FieldKind, FieldPoint, System, ignored_notes
 from lippmann.optics.lens_files.zemax_lines import Block
 
-VISIBLE_UM = (0.38, 0.78)
-ROOM_CELSIUS = 20.0
-
+_APERTURES: Mapping[str, tuple[ApertureKind, ApertureKind]] = MappingProxyType(
+    {
+        "ENPD": ("entrance pupil", "entrance pupil"),
+        "FNUM": ("f-number", "working f-number"),
+        "OBNA": ("object aperture", "object cone"),
+    }
+)
+"""The kinds of aperture by their words, with the flag behind the value 0 and 1."""
 _FIELD_KINDS: tuple[FieldKind, ...] = ("angle", "object height", "image height", "image height")
 """The kinds of field by the number behind FTYP; the last one is a real image height."""
 
@@ -31,12 +37,11 @@ def system_of(head: Block, *, object_mm: float, mm: float) -> System:
 
 
 def _aperture(head: Block, mm: float) -> Aperture | None:
-    if (diameter := head.numbers("ENPD")[:1]) and diameter[0] > 0:
-        return Aperture("entrance pupil", diameter[0] * mm)
-    if (ratio := head.numbers("FNUM")[:1]) and ratio[0] > 0:
-        return Aperture("f-number", ratio[0])
-    if (sine := head.numbers("OBNA")[:1]) and sine[0] > 0:
-        return Aperture("object aperture", sine[0])
+    for word, kinds in _APERTURES.items():
+        value, flag = (*head.numbers(word), 0.0, 0.0)[:2]
+        if value > 0:
+            kind = kinds[1 if flag == 1 else 0]
+            return Aperture(kind, value * mm if kind == "entrance pupil" else value)
     return Aperture("stop") if head.first("FLOA") else None
 
 
@@ -58,34 +63,29 @@ def _fields(head: Block, mm: float) -> Iterator[FieldPoint]:
 def _values(head: Block, axis: str, count: int) -> list[float]:
     """Return the coordinates of the fields along an axis: all in one line, or one a line in older files."""
     one_line = head.numbers(f"{axis}FLN")
-    lines = [line.numbers() for line in head.lines if line.word == f"{axis}FLD"]
+    lines = [line.leading_numbers() for line in head.lines if line.word == f"{axis}FLD"]
     return one_line or [numbers[1] for numbers in lines if len(numbers) > 1][: max(count, 0)]
 
 
 def notes_of(head: Block) -> Iterator[str]:
-    """Yield what is ignored in the head of a file and matters: its wavelength, its temperature.
+    """Yield what is ignored in the head of a file and matters: its wavelength, temperature, other configurations.
 
     Parameters
     ----------
     head
         The lines before the first SURF.
     """
-    wavelength_um = _primary_um(head)
-    least, most = VISIBLE_UM
-    if wavelength_um and not least <= wavelength_um <= most:
-        yield (
-            f"the file is designed for {wavelength_um:g} micrometres; glasses have their index at 587.6 nm, so focal "
-            "lengths differ from those of the file"
-        )
     temperature = head.numbers("ENVD")[:1]
-    if temperature and temperature[0] != ROOM_CELSIUS:
-        yield f"the file's temperature of {temperature[0]:g} degrees Celsius is ignored"
+    count, chosen = (*head.numbers("MNUM"), 1.0, 1.0)[:2]
+    if count > 1:
+        yield f"the file has {count:g} configurations; only number {chosen:g} is read, whose values its surfaces have"
+    yield from ignored_notes(wavelength_um=_primary_um(head), temperature_c=temperature[0] if temperature else None)
 
 
 def _primary_um(head: Block) -> float:
     chosen = int((head.numbers("PWAV") or [1.0])[0])
     for line in head.lines:
-        numbers = line.numbers() if line.word == "WAVM" else []
+        numbers = line.leading_numbers() if line.word == "WAVM" else []
         if len(numbers) > 1 and int(numbers[0]) == chosen:
             return numbers[1]
     series = head.numbers("WAVL") or head.numbers("WAVN")

@@ -33,6 +33,8 @@ SELLMEIER = {
         ("n-sf11 ", "N-SF11"),
         ("NSK16_SCHOTT", "N-SK16"),
         ("SLAL8_OHARA", "S-LAL8"),
+        ("PMMA_SPECIAL", "ACRYLIC"),
+        ("Polycarb_special", "POLYCARBONATE"),
         ("SSKN5", "N-SSK5"),
         ("LAKN22", "N-LAK22"),
         ("silica", "FUSED-SILICA"),

@@ -35,11 +35,21 @@ def job_lens(prescription: object) -> object:
     return rig_lens(parse_spec({"scene": "fish", "rig": {"imaging_lens": prescription}}).rig)
 
 
-@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "latin-1"])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "utf-16-le", "utf-16-be", "cp1252"])
 def test_a_zemax_file_is_read_in_any_of_its_encodings(tmp_path: Path, encoding: str) -> None:
     found = read_lens(stored(tmp_path, "LENS.ZMX", ZMX.replace("\n", "\r\n").encode(encoding))).prescription
     assert found.title == "Größe 10 µm"
     assert [row.radius_mm for row in found.surfaces] == pytest.approx([60.0, -60.0])
+
+
+def test_text_files_of_dos_and_macintosh_are_read_with_their_own_line_numbers(tmp_path: Path) -> None:
+    for line_end in ("\n", "\r\n", "\r"):
+        # In cp1252 the byte 0x85 is a character, in Latin-1 a control character that `str.splitlines` cuts at.
+        data = SEQ.replace("own", "o\x85n").replace("\n", line_end).encode("latin-1") + b"\x1a"
+        file = read_lens(stored(tmp_path, "lens.seq", data))
+        assert file.prescription.title == "o\u2026n"
+        assert file.places == ("line 6, S1", "line 8, S2")
+    read_lens(stored(tmp_path, "lens.csv", CSV.encode() + b"\x1a"))
 
 
 def test_a_file_is_a_lens_that_a_job_takes(tmp_path: Path) -> None:

@@ -20,6 +20,16 @@ def test_a_text_below_the_limits_is_read_with_its_line_numbers() -> None:
     assert lines[-1] == (MAX_LINES, "b")
 
 
+def test_lines_are_those_that_an_editor_counts() -> None:
+    assert list(read_lines("a\r\nb\rc\x0cd\x85\u2028e\n\nf\n")) == [
+        (1, "a"),
+        (2, "b"),
+        (3, "c\x0cd\x85\u2028e"),
+        (4, ""),
+        (5, "f"),
+    ]
+
+
 def test_too_many_lines_are_refused() -> None:
     with pytest.raises(InvalidText, match=r"^\(whole\): expected at most 20,000 lines, got 20,001$"):
         list(read_lines("\n" * (MAX_LINES + 1)))

@@ -85,13 +85,28 @@ def test_a_formula_that_contradicts_the_index_beside_the_name_is_said() -> None:
         ("NM G 1 0 1.5\nCD -1", "G", "expected an index from 1 to 4 at 587.6 nm, got none by the formula Schott"),
         ("NM G 1 0 1.5\nCD 100", "G", "expected an index from 1 to 4 at 587.6 nm, got 10 by the formula Schott"),
         ("NM G 1 0 1.5", "G", "got 0 by the formula Schott"),
+        ("NM G", "G", "own.agf, line 1, NM: expected a name and the number of a dispersion formula, got 'G'"),
+        ("NM G two", "G", "own.agf, line 1, NM G: expected a finite number, got 'two'"),
+        ("NM G 1\nCD 2.2 1,5", "G", "own.agf, line 2, CD of G: expected a finite number, got '1,5'"),
+        ("NM G 1\nLD nan 2\nCD x", "G", "own.agf, line 2, LD of G: expected a finite number, got 'nan'"),
     ],
 )
 def test_a_glass_that_cannot_be_used_is_refused_when_it_is(text: str, name: str, problem: str) -> None:
-    assert found(text + "\n" + FLINT, "FLINT-7") is not None
+    text += "\n" + FLINT
+    assert found(text, "FLINT-7") is not None
     with pytest.raises(SpecError) as caught:
         found(text, name)
     assert problem in caught.value.message
+
+
+def test_glasses_with_a_line_that_cannot_be_read_are_named() -> None:
+    text = "NM G 1\nCD x\n" + CROWN + "NM\n" + "".join(f"NM BAD{number} 1\nLD 1 x\n" for number in range(8))
+    search = GlassSearch([read_agf(text, title="own.agf"), read_agf(FLINT, title="other.agf")])
+    assert search.notes == [
+        "own.agf: a glass that has a line that cannot be read is left out: line 1, NM G, line 11, NM, line 12, NM BAD0,"
+        " line 14, NM BAD1, line 16, NM BAD2, line 18, NM BAD3, line 20, NM BAD4, line 22, NM BAD5 and 2 more"
+    ]
+    assert search.find("N-BK7") == found(CROWN, "N-BK7")
 
 
 @pytest.mark.parametrize(
@@ -104,8 +119,9 @@ def test_a_glass_that_cannot_be_used_is_refused_when_it_is(text: str, name: str,
         ("NM G 1.5", "line 1, NM G: expected the number of a dispersion formula, got '1.5'"),
         ("NM G nan", "line 1, NM G: expected a finite number"),
         ("NM G 1 0 inf", "line 1, NM G: expected a finite number"),
-        ("NM G 1\nCD 1 x", "line 2, CD: expected a finite number, got 'x'"),
-        ("NM G 1\nLD 1 nan", "line 2, LD: expected a finite number"),
+        ("NM G 1\nCD 1 x", "line 2, CD of G: expected a finite number, got 'x'"),
+        ("NM G 1\nLD 1 nan", "line 2, LD of G: expected a finite number"),
+        ("NM G two\nNM H 1\nCD x", "line 1, NM G: expected a finite number, got 'two'"),
     ],
 )
 def test_a_file_that_is_no_catalogue_is_refused(text: str, problem: str) -> None:

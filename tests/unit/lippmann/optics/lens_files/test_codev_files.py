@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from lippmann.errors import SpecError
-from lippmann.job.glasses import glass
 from lippmann.job.lens import Prescription
 from lippmann.optics.lens.matrices import cardinal_points
 from lippmann.optics.lens.prescription import lens_of
@@ -134,17 +133,14 @@ def test_glasses_are_written_in_many_ways(glass_name: str, index: float, abbe: f
     assert front.abbe == pytest.approx(abbe)
 
 
-def test_private_glasses_are_interpolated() -> None:
-    # N-BK7 at six wavelengths of its data sheet.
-    table = "PRV\nPWL 706.5 656.3 632.8 546.1&\n 486.1 435.8\n"
-    table += "'OWN' 1.51289 1.51432 1.51509 1.51872&\n 1.52238 1.52668\nEND\n"
-    found = prescription(table + ACHROMAT.replace("NBK7_SCHOTT", "'OWN'")).surfaces[0]
-    known = glass("N-BK7")
-    assert known is not None
-    assert found.index == pytest.approx(known.index, abs=5e-5)
-    assert found.abbe == pytest.approx(known.abbe, rel=5e-3)
-    with pytest.raises(SpecError, match=r"OWN.: expected 6 indices, one for each wavelength of PWL in nm, got 5"):
-        prescription(table.replace(" 1.52668", "") + ACHROMAT.replace("NBK7_SCHOTT", "'OWN'"))
+def test_a_private_glass_may_have_the_name_of_a_surface_or_a_catalogue_glass() -> None:
+    for name in ("S1", "BK7", "SO", "A", "OWNGLASS"):
+        file = read_lens_seq(
+            f"PRV\nPWL 587.6\n'{name}' 1.61\nEND\n{ACHROMAT.replace('NBK7_SCHOTT', 'AIR')}\nGLA S1 '{name}'\n"
+        )
+        assert file.prescription.surfaces[0].index == 1.61
+        text = ACHROMAT.replace("NBK7_SCHOTT", "AIR").replace("  STO", f"  STO; GLA '{name}'")
+        assert prescription(f"PRV\nPWL 587.6\n'{name}' 1.61\nEND\n{text}").surfaces[0].index == 1.61
 
 
 def test_without_rdm_the_numbers_are_curvatures_unless_they_are_too_great() -> None:
@@ -152,6 +148,13 @@ def test_without_rdm_the_numbers_are_curvatures_unless_they_are_too_great() -> N
         file = read_lens_seq(f"EPD 5\nYAN 0\nSO 0 inf\nS {bends[0]} 3 BK7\nS {bends[1]} 50\nSI 0 0")
         assert file.notes[0].startswith(f"the file has no RDM: the numbers of its surfaces are read as {kind}")
         assert file.prescription.surfaces[0].radius_mm == pytest.approx(radius_mm)
+
+
+@pytest.mark.parametrize(("aperture", "stop_mm"), [("FNO 5", 10.0), ("NA 0.0995037", 10.0), ("EPD 20", 10.0)])
+def test_the_aperture_of_a_near_object_is_that_of_its_image(aperture: str, stop_mm: float) -> None:
+    """A thin lens of f = 50 mm images 1:1 at 100 mm, where f/5 is a slope of 0.1; a far object would need 5 mm."""
+    text = f"RDM\n{aperture}\nYOB 0\nSO 0 100\nS 51.68 4 1.5168:64\nSTO\nS -51.68 100\nSI 0 0\n"
+    assert prescription(text).surfaces[0].semi_aperture_mm == pytest.approx(stop_mm, rel=0.05)
 
 
 def test_a_file_needs_neither_object_nor_image() -> None:
@@ -170,9 +173,15 @@ def test_a_file_needs_neither_object_nor_image() -> None:
         ("  PIM", "  CUF 0.1", "line 22, CUF: expected only"),
         ("  PIM", "  CIR OBS 2", "line 22, CIR: expected a clear aperture; obscurations and holes cannot be modelled"),
         ("  PIM", "  THI S9 2", "line 22, THI: expected a surface from S0 to S3, got S9"),
-        ("  PIM", "  K nan", "line 22, K: expected a number"),
+        ("  PIM", "  K nan", "line 22, K: expected a finite number"),
         ("  PIM", "  A inf", "line 22, A: expected a finite number"),
-        ("  PIM", "  ZOO 3", "line 22, ZOO: expected only"),
+        ("  PIM", "  ZOO 3", "line 22, ZOO: expected a lens of one zoom position: save each position as a lens of its"),
+        ("  PIM", "  REX 5", "line 22, REX: expected a circular aperture (CIR), got 5"),
+        ("  PIM", "  YDE S1 0.1", "line 22, YDE: expected only"),
+        ("  PIM", "  CIR L'A'", "line 22, CIR: expected a number, got nothing"),
+        ("  PIM", "  PIK GLA S1 S2", "line 22, PIK: expected a number for line 15, S1: solves and pickups are not"),
+        ("  STO", "  STO; THI S1 0; THI HMY 0", "line 16, THI: expected a number for line 15, S1: solves and pickups"),
+        ("  PIM", "  PIK", "line 22, PIK: expected a number for line 20, S3: solves and pickups are not computed"),
         ("GO", "S 5 5", "line 24, S: expected all surfaces before the image (SI)"),
         (
             "S     61.47 6.0",
@@ -191,6 +200,25 @@ def test_what_cannot_be_modelled_is_refused_with_its_line(old: str, new: str, pr
     with pytest.raises(SpecError) as caught:
         read_lens_seq(ACHROMAT.replace(old, new, 1))
     assert problem in caught.value.message
+
+
+def test_solves_and_pickups_are_not_computed_and_said() -> None:
+    """A file that CODE V writes has the numbers beside the solves; the distance behind the last surface is none."""
+    solves = "  THI HMY 0.0\nPIK RDY S3 Z1 RDY S2 Z1\nPIK THI S2 THI S1 0.5\nCUY S1 UMY -0.1\n"
+    file = read_lens_seq(ACHROMAT.replace("  PIM\n", solves))
+    assert file.prescription == prescription(ACHROMAT)
+    assert file.notes[:3] == (
+        "line 25, CUY: solves and pickups are not computed; the number of line 15, S1 is used",
+        "line 24, PIK: solves and pickups are not computed; the number of line 18, S2 is used",
+        "line 23, PIK: solves and pickups are not computed; the number of line 20, S3 is used",
+    )
+
+
+def test_decentres_of_0_and_labels_of_apertures_change_nothing() -> None:
+    harmless = (
+        "  XDE 0.0; YDE 0; ZDE 0.0\n  ADE 0.0; BDE 0.0; CDE 0.0; ADX 0; ADY 0\n  CUF 0.0\nCA\nPOL N\n  CIR L'A' 12.5\n"
+    )
+    assert prescription(ACHROMAT.replace("  PIM\n", harmless)) == prescription(ACHROMAT)
 
 
 @pytest.mark.parametrize("text", ["", "hello", "SO 0 inf", "SO 0 inf\nS 5 5\nSI 0 0", "RDM\nSO\nSI"])

@@ -6,7 +6,7 @@ import pytest
 
 from lippmann.optics.lens_files.codev_commands import read_commands
 from lippmann.optics.lens_files.codev_system import SystemReader
-from lippmann.optics.lens_files.semi_apertures import Aperture, FieldPoint, System
+from lippmann.optics.lens_files.system import Aperture, FieldPoint, System
 
 
 def system(text: str) -> System:
@@ -19,10 +19,10 @@ def system(text: str) -> System:
     ("text", "aperture"),
     [
         ("EPD 2.5", Aperture("entrance pupil", 25.0)),
-        ("FNO 4.5", Aperture("f-number", 4.5)),
+        ("FNO 4.5", Aperture("working f-number", 4.5)),
         ("NA 0.15", Aperture("image aperture", 0.15)),
         ("nao .15", Aperture("object aperture", 0.15)),
-        ("EPD 0; FNO 2", Aperture("f-number", 2.0)),
+        ("EPD 0; FNO 2", Aperture("working f-number", 2.0)),
         ("EPD", None),
         ("", None),
     ],

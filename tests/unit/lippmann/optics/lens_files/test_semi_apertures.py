@@ -13,7 +13,8 @@ from lippmann.optics.lens.prescription import lens_of
 from lippmann.optics.lens.published import TRONNIER_1954
 from lippmann.optics.lens.trace import Rays, through_lens
 from lippmann.optics.lens_files.rows import Row, prescription_of_rows
-from lippmann.optics.lens_files.semi_apertures import Aperture, FieldPoint, System, with_semi_apertures
+from lippmann.optics.lens_files.semi_apertures import with_semi_apertures
+from lippmann.optics.lens_files.system import Aperture, FieldPoint, System
 
 N = 1.5
 
@@ -64,6 +65,38 @@ def test_the_marginal_ray_of_the_field_gives_the_semi_diameters(angle_deg: float
 )
 def test_apertures_of_every_kind_are_the_same(aperture: Aperture) -> None:
     assert semis(plano_convex(), System(aperture))[1] == pytest.approx(4.0, abs=1.1e-4)
+
+
+NEAR_MM = 180.0
+BEHIND_TO_BEFORE = (NEAR_MM + 20 + 5 / N - 100) / 100
+"""The slope behind the lens by that before it: f = 100 mm, the first principal point 5 / 1.5 mm behind the plane."""
+
+
+@pytest.mark.parametrize(
+    "aperture",
+    [
+        Aperture("entrance pupil", 8.0),
+        Aperture("f-number", 12.5),
+        Aperture("working f-number", NEAR_MM / (8 * BEHIND_TO_BEFORE)),
+        Aperture("image aperture", math.sin(math.atan(4 / NEAR_MM * BEHIND_TO_BEFORE))),
+        Aperture("object aperture", math.sin(math.atan(4 / NEAR_MM))),
+        Aperture("object cone", math.degrees(math.atan(4 / NEAR_MM))),
+    ],
+)
+def test_apertures_of_a_near_object_are_those_of_its_light(aperture: Aperture) -> None:
+    found = semis(plano_convex(), System(aperture, object_mm=NEAR_MM))[1]
+    assert found == pytest.approx(4.0 * (NEAR_MM + 20) / NEAR_MM, abs=1.1e-4)
+
+
+def test_an_object_behind_the_lens_is_light_that_converges() -> None:
+    system = System(Aperture("entrance pupil", 8.0), object_mm=-100.0)
+    assert semis(plano_convex(), system)[1] == pytest.approx(4.0 * 80 / 100, abs=1.1e-4)
+
+
+@pytest.mark.parametrize("object_mm", [1e13, -1e13, math.inf, -math.inf])
+def test_a_distance_of_a_million_kilometres_is_infinite(object_mm: float) -> None:
+    system = System(Aperture("working f-number", 12.5), (FieldPoint("image height", 10.0),), object_mm)
+    assert semis(plano_convex(), system)[1] == pytest.approx(4 + 20 * 0.1, abs=1.1e-4)
 
 
 def test_a_known_stop_is_an_aperture() -> None:
@@ -141,6 +174,13 @@ def test_rows_with_semi_diameters_stay_as_they_are() -> None:
         (plano_convex(), System(Aperture("entrance pupil", -8.0)), "gives no entrance pupil"),
         (plano_convex(), System(Aperture("object aperture", 0.1)), "gives no entrance pupil"),
         (plano_convex(), System(Aperture("image aperture", 1.5)), "gives no entrance pupil"),
+        (plano_convex(), System(Aperture("object cone", 90.0), object_mm=100.0), "gives no entrance pupil"),
+        # The object in the front focal plane has its image infinitely far.
+        (
+            plano_convex(),
+            System(Aperture("working f-number", 4.0), object_mm=80 - 5 / N),
+            "S2: expected a surface that",
+        ),
         (plano_convex() * 101, System(Aperture("entrance pupil", 8.0)), "a lens of more than 300 rows"),
     ],
 )

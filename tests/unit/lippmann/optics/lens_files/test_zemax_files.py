@@ -112,7 +112,7 @@ def test_units_scale_lengths_and_terms(unit: str, mm: float) -> None:
             "SURF 3\n  TYPE EVENASPH\n  PARM inf 1",
             "line 25, PARM: expected a finite number",
         ),
-        ("DISZ 0.999975", "DISZ nan", "line 26, DISZ: expected a finite number, got nan"),
+        ("DISZ 0.999975", "DISZ nan", "line 26, DISZ: expected a number, got nan"),
         ("CURV 4.5426485E-2", "CURV 1e308", "line 12, SURF 1, radius_mm: expected a radius of at least 1e-06 mm, or"),
         ("CURV 4.5426485E-2", "CURV much", "line 14, CURV: expected a number, got much"),
     ],
@@ -184,6 +184,7 @@ def test_without_diameters_and_aperture_the_surface_is_named() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "note"),
     [
+        ("ENPD 10", "MNUM 3 2\nENPD 10", "the file has 3 configurations; only number 2 is read, whose values its surf"),
         ("WAVM 1 0.55 1", "WAVM 1 10.6 1", "the file is designed for 10.6 micrometres"),
         ("WAVM 1 0.55 1", "PWAV 2\nWAVM 1 0.55 1\nWAVM 2 1.064 1", "the file is designed for 1.064 micrometres"),
         ("ENPD 10", "ENPD 10\nENVD 35 1 0", "the file's temperature of 35 degrees Celsius is ignored"),
@@ -191,6 +192,27 @@ def test_without_diameters_and_aperture_the_surface_is_named() -> None:
 )
 def test_what_is_ignored_and_matters_is_said(old: str, new: str, note: str) -> None:
     assert read_lens_zmx(triplet().replace(old, new)).notes[0].startswith(note)
+
+
+@pytest.mark.parametrize(
+    ("aperture", "ignored"),
+    [
+        ("SQAP 8 6 0", "SQAP"),
+        ("OBSC 0 2 0", "OBSC"),
+        ("CLAP 2 9.5 0\n  OBDC 0 -4", "the hole of CLAP and OBDC"),
+        ("CLAP 0 9.5 0\n  OBDC 0 0", ""),
+    ],
+)
+def test_an_aperture_that_is_no_circle_is_said(aperture: str, ignored: str) -> None:
+    file = read_lens_zmx(triplet().replace("DIAM 9.5 1 0 0 1\nSURF 2", f"DIAM 9.5 1 0 0 1\n  {aperture}\nSURF 2"))
+    said = f"line 12, SURF 1: it is modelled with one round aperture, without {ignored}"
+    assert file.notes == ((said,) if ignored else ())
+    assert file.prescription == prescription(triplet())
+
+
+def test_a_circular_aperture_stops_light_within_the_semi_diameter() -> None:
+    text = triplet().replace("DIAM 9.5 1 0 0 1\nSURF 2", "DIAM 9.5 1 0 0 1\n  CLAP 0 9.1 0\nSURF 2")
+    assert [one.semi_aperture_mm for one in prescription(text).surfaces[:2]] == [9.1, 9.5]
 
 
 def test_the_files_own_numbers_of_surfaces_stay() -> None:

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from lippmann.optics.lens_files.semi_apertures import Aperture, FieldPoint, System
+from lippmann.optics.lens_files.system import Aperture, FieldPoint, System
 from lippmann.optics.lens_files.zemax_lines import read_blocks
 from lippmann.optics.lens_files.zemax_system import system_of
 
@@ -20,7 +20,10 @@ def system(head: str) -> System:
     [
         ("ENPD 2.5", Aperture("entrance pupil", 25.0)),
         ("FNUM 4.5 0", Aperture("f-number", 4.5)),
+        ("FNUM 4.5 1", Aperture("working f-number", 4.5)),
+        ("FNUM 4.5", Aperture("f-number", 4.5)),
         ("OBNA 0.15 0", Aperture("object aperture", 0.15)),
+        ("OBNA 15 1", Aperture("object cone", 15)),
         ("FLOA", Aperture("stop")),
         ("ENPD 0\nFNUM 2", Aperture("f-number", 2.0)),
         ("ENPD much", None),
