@@ -21,7 +21,7 @@ from lippmann.optics.lens_files.system import VISIBLE_UM
 
 MAX_PRIVATE = 200
 NEAR_NM = 1.0
-"""How far a spectral line may lie outside of a table, whose wavelengths are rounded."""
+"""The greatest distance of a spectral line from a table, whose wavelengths are rounded, nm."""
 LAURENT = "LAU"
 SCHOTT_FORMULA = 1
 
