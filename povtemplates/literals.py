@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable
 
 
@@ -34,6 +35,15 @@ def vector(values: Iterable[float]) -> str:
 def numbers(values: Iterable[float]) -> str:
     """Return numbers separated by commas, as arguments of a macro."""
     return ", ".join(map(number, values))
+
+
+def file_name(name: str) -> str:
+    """Return the name of a file as POV-Ray reads it: a blank in place of each byte that is not ASCII.
+
+    >>> file_name("Würfel.pov")
+    'W  rfel.pov'
+    """
+    return re.sub(rb"[\x80-\xff]", b" ", name.encode()).decode("ascii")
 
 
 def switch(value: bool) -> str:

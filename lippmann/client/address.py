@@ -45,7 +45,7 @@ def find_address(*, url: str | None, key: str | None, data_dir: Path) -> Address
                 f"expected --url, LIPPMANN_URL or a running farm (`lippmann up`), got no {data_dir / FARM_FILE}"
             )
         return Address(url=farm.url, key=key or farm.key)
-    url = url.rstrip("/")
+    url = url.rstrip("/").removesuffix("/api/v1").rstrip("/")
     if not url.startswith(("http://", "https://")):
         raise BadInput(f"--url: expected http:// or https://, got {url!r}")
     if key is None and farm is not None and farm.url == url:

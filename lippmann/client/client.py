@@ -9,13 +9,13 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
 
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 
 from lippmann.client.address import environment_address
-from lippmann.client.errors import Refused
+from lippmann.client.errors import NotLippmann, Refused
 from lippmann.client.names import plain_name
 from lippmann.client.stream import ServerEvent
-from lippmann.client.transport import PATIENCE_S, Download, Transport
+from lippmann.client.transport import PATIENCE_S, Download, Response, Transport
 from lippmann.errors import JobEnded
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import ENDED_JOBS
@@ -111,7 +111,7 @@ class Client:
         answer = self._transport.request(
             "POST", f"{_API}/jobs", params=params, json=_job_file(job), headers=headers, repeatable=True
         )
-        return _parsed(Job, answer.json())
+        return _answered(Job, answer)
 
     def design(self, job: JobSpec | Mapping[str, Any], *, frame: int | None = None) -> Design:
         """Return what a job will give, without storing it, for a frame or for the first one; see docs/designer.md."""
@@ -119,7 +119,7 @@ class Client:
 
         params = {} if frame is None else {"frame": str(frame)}
         answer = self._transport.request("POST", f"{_API}/design", params=params, json=_job_file(job), repeatable=True)
-        return _parsed(Design, answer.json())
+        return _answered(Design, answer)
 
     def job(self, job_id: str) -> Job:
         """Return the current state of a job."""
@@ -153,24 +153,23 @@ class Client:
     def skip(self, job_id: str, frames: Iterable[int] | None = None) -> Job:
         """Leave frames of a failed or cancelled job out, by default those that failed, and continue the job."""
         body = {"frames": None if frames is None else list(frames)}
-        return _parsed(Job, self._transport.request("POST", f"{_API}/jobs/{plain_name(job_id)}/skip", json=body).json())
+        return _answered(Job, self._transport.request("POST", f"{_API}/jobs/{plain_name(job_id)}/skip", json=body))
 
     def prioritise(self, job_id: str, priority: int) -> Job:
         """Set the priority of a job, 0 to 100."""
-        return _parsed(
-            Job,
-            self._transport.request("PATCH", f"{_API}/jobs/{plain_name(job_id)}", json={"priority": priority}).json(),
+        return _answered(
+            Job, self._transport.request("PATCH", f"{_API}/jobs/{plain_name(job_id)}", json={"priority": priority})
         )
 
     def share(self, job_id: str, *, shared: bool = True) -> Job:
         """Show a job to everybody with a key, or only to its owner, on a farm that hides jobs from other owners."""
-        return _parsed(
-            Job, self._transport.request("PATCH", f"{_API}/jobs/{plain_name(job_id)}", json={"shared": shared}).json()
+        return _answered(
+            Job, self._transport.request("PATCH", f"{_API}/jobs/{plain_name(job_id)}", json={"shared": shared})
         )
 
     def delete(self, job_id: str) -> None:
         """Delete an ended job and its files."""
-        self._transport.request("DELETE", f"{_API}/jobs/{plain_name(job_id)}")
+        _check_done(self._transport.request("DELETE", f"{_API}/jobs/{plain_name(job_id)}"))
 
     def tasks(
         self, job_id: str, *, status: str | None = None, kind: str | None = None, limit: int | None = None
@@ -279,8 +278,8 @@ class Client:
     def artifact_link(self, job_id: str, name: str, *, expires_in_s: float | None = None) -> ArtifactLink:
         """Create a link with which anybody downloads one file of a job without a key, by default for a day."""
         body = {"artifact": name, "expires_in_s": expires_in_s}
-        return _parsed(
-            ArtifactLink, self._transport.request("POST", f"{_API}/jobs/{plain_name(job_id)}/links", json=body).json()
+        return _answered(
+            ArtifactLink, self._transport.request("POST", f"{_API}/jobs/{plain_name(job_id)}/links", json=body)
         )
 
     # Pictures of a frame
@@ -316,14 +315,14 @@ class Client:
 
     def remove_scene(self, name: str) -> None:
         """Remove an uploaded scene. Jobs that were submitted with it keep it."""
-        self._transport.request("DELETE", f"{_API}/scenes/{plain_name(name)}")
+        _check_done(self._transport.request("DELETE", f"{_API}/scenes/{plain_name(name)}"))
 
     def upload_scene(self, name: str, bundle_zip: bytes) -> Scene:
         """Upload a scene: a zip of scene.toml and the files of the scene."""
         files = {"bundle": (f"{name}.zip", bundle_zip, "application/zip")}
         # The request may be repeated, because the service returns the same scene for the same content.
         answer = self._transport.request("POST", f"{_API}/scenes", params={"name": name}, files=files, repeatable=True)
-        return _parsed(Scene, answer.json())
+        return _answered(Scene, answer)
 
     # The farm
 
@@ -359,7 +358,7 @@ class Client:
         """
         options = {"owner_id": owner_id, "expires_in_days": expires_in_days, "limits": limits}
         body = {"name": name, "role": role} | {field: value for field, value in options.items() if value is not None}
-        return _parsed(NewKey, self._transport.request("POST", f"{_API}/keys", json=body).json())
+        return _answered(NewKey, self._transport.request("POST", f"{_API}/keys", json=body))
 
     def usage(self) -> Usage:
         """Return what the owner of the key uses of the farm, and the limits of the key."""
@@ -371,7 +370,7 @@ class Client:
 
     def revoke_key(self, key_id: str) -> None:
         """Revoke a key. The browser sessions that it opened and their event streams end at once."""
-        self._transport.request("DELETE", f"{_API}/keys/{plain_name(key_id)}")
+        _check_done(self._transport.request("DELETE", f"{_API}/keys/{plain_name(key_id)}"))
 
     def audit(self, *, limit: int | None = None) -> Iterator[AuditEntry]:
         """Yield the changes that were made through the API, newest first, at most `limit` of them."""
@@ -379,18 +378,18 @@ class Client:
 
     def login_link(self) -> LoginLink:
         """Create a link that logs a browser in once, within a short time."""
-        return _parsed(LoginLink, self._transport.request("POST", f"{_API}/login-tokens").json())
+        return _answered(LoginLink, self._transport.request("POST", f"{_API}/login-tokens"))
 
     def _get(self, shape: type[Shape], path: str) -> Shape:
-        return _parsed(shape, self._transport.request("GET", _API + path).json())
+        return _answered(shape, self._transport.request("GET", _API + path))
 
     def _act(self, job_id: str, action: str) -> Job:
-        return _parsed(Job, self._transport.request("POST", f"{_API}/jobs/{plain_name(job_id)}/{action}").json())
+        return _answered(Job, self._transport.request("POST", f"{_API}/jobs/{plain_name(job_id)}/{action}"))
 
     def _paged(self, page: type[BaseModel], path: str, params: Mapping[str, str], limit: int | None) -> Iterator[Any]:
         query = dict(params) | {"limit": str(min(limit or _PAGE, _PAGE))}
         while True:
-            answer: Any = _parsed(page, self._transport.request("GET", _API + path, params=query).json())
+            answer: Any = _answered(page, self._transport.request("GET", _API + path, params=query))
             yield from answer.items
             if answer.next_cursor is None:
                 return
@@ -408,13 +407,34 @@ def _job_file(job: JobSpec | Mapping[str, Any]) -> dict[str, Any]:
     return job.model_dump(mode="json", exclude_none=True) if isinstance(job, JobSpec) else dict(job)
 
 
-def _parsed(shape: type[Shape], data: Any) -> Shape:
-    # A newer service may return fields that this client does not know.
-    return shape.model_validate(data, extra="ignore")
+def _answered(shape: type[Shape], response: Response) -> Shape:
+    """Return what a response contains.
+
+    Raises
+    ------
+    NotLippmann
+        If it has something else: the URL is that of another service, or that service has another version.
+    """
+    try:
+        # A newer service may return fields that this client does not know.
+        return shape.model_validate(response.json(), extra="ignore")
+    except ValidationError as error:
+        problem, *_ = error.errors()
+        where = ".".join(map(str, problem["loc"])) or "content"
+        got = f"one without {where!r}" if problem["type"] == "missing" else f"one with another {where!r}"
+        raise NotLippmann.at(response.url, got) from error
+    except ValueError as error:
+        kind = response.headers.get("Content-Type", "bytes").partition(";")[0]
+        raise NotLippmann.at(response.url, f"one of {kind}") from error
+
+
+def _check_done(response: Response) -> None:
+    if response.status_code != HTTPStatus.NO_CONTENT:
+        raise NotLippmann.at(response.url, f"{response.status_code}")
 
 
 def _message(event: ServerEvent) -> StreamEvent | None:
     """Return an event by its schema; None for a kind of event that only a newer service knows."""
     if event.type not in set(EventTopic):
         return None
-    return _parsed(StreamMessage, {"event": event.type, "data": event.data}).root
+    return StreamMessage.model_validate({"event": event.type, "data": event.data}, extra="ignore").root

@@ -38,6 +38,7 @@ SILENCE_S = 45.0
 _BUSY = frozenset({502, 503, 504})
 _TOO_MANY = 429
 _BUSY_OR_TOO_MANY = _BUSY | {_TOO_MANY}
+Response = httpx.Response
 Sleep = Callable[[float], None]
 
 

@@ -20,9 +20,11 @@ from lippmann.job.spec import MAX_PARAMETERS, ParameterValue
 from lippmann.job.stage import Stage
 
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
-_FOLDER = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_. +-]*(?:/|\Z))+")
-_FILE = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_. +-]*/)*[A-Za-z0-9_][A-Za-z0-9_. +-]*\.(?:pov|inc)", re.IGNORECASE)
-"""Paths below the bundle that need no escapes in POV-Ray."""
+_PART = r"(?![. ])[ !#-.0-\[\]-~]+"
+"""A folder that POV-Ray searches: printable ASCII without quotation marks and backslashes."""
+_FOLDER = re.compile(rf"(?:{_PART}(?:/|\Z))+")
+_FILE = re.compile(rf'(?:{_PART}/)*(?![. ])[^"/\\]*\.(?:pov|inc)', re.IGNORECASE)
+"""A path below the bundle, whose last part may have letters of any language."""
 
 SCENE_FILE = "scene.inc"
 """The default scene file of a bundle."""
@@ -121,9 +123,9 @@ class SceneManifest(JobModel):
     @field_validator("file")
     @classmethod
     def _check_file(cls, file: str) -> str:
-        if not _FILE.fullmatch(file):
+        if not _FILE.fullmatch(file) or not file.isprintable():
             raise ValueError(
-                "a .pov or .inc inside the bundle, its path of letters, digits, spaces and _ . + - between slashes"
+                "a .pov or .inc inside the bundle, without quotation marks and backslashes, in folders of ASCII letters"
             )
         return file
 
@@ -133,8 +135,8 @@ class SceneManifest(JobModel):
         for folder in folders:
             if len(folder) > 200 or not _FOLDER.fullmatch(folder):
                 raise ValueError(
-                    "folders inside the bundle, their paths of letters, digits, spaces and _ . + - between slashes"
-                    f", got {folder[:80]!r}"
+                    "folders inside the bundle, of ASCII letters without quotation marks and backslashes, "
+                    f"got {folder[:80]!r}"
                 )
         return tuple(folder.rstrip("/") for folder in folders)
 

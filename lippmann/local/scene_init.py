@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import json
 import math
-import shutil
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +12,7 @@ from lippmann.errors import BadInput, LippmannError
 from lippmann.job.scene import parse_scene
 from lippmann.job.scene_camera import SceneCamera
 from lippmann.job.spec import parse_spec
+from lippmann.local.animation_ini import AnimationIni, animation_ini
 from lippmann.untrusted.toml_text import read_toml
 from povtemplates.catalogue import MANIFEST
 from worker.engines.povray.scene_variables import SceneVariables, scene_variables
@@ -75,13 +76,16 @@ def init_scene(file: Path) -> DraftScene:
     """
     if not file.is_file() or file.suffix.lower() not in (".pov", ".inc"):
         raise BadInput(f"expected a .pov or .inc file, got {file}")
+    _check_name(file.name)
     target = file.parent / MANIFEST
     if target.exists():
         raise BadInput(f"expected a folder without {MANIFEST}, got {target}; remove or rename it to write a new one")
     settings = WorkerSettings()
     check_povray(settings.povray)
-    camera, view, moves, variables = _examined(file, settings)
-    text = _manifest_text(file.name, camera, view, moves=moves, is_animated=variables.clock or variables.frames)
+    ini = animation_ini(file)
+    camera, view, moves, variables = _examined(file, settings, ini)
+    is_animated = variables.clock or variables.frames
+    text = _manifest_text(file.name, camera, view, moves=moves, is_animated=is_animated, ini=ini)
     try:
         parse_scene(read_toml(text.encode(), field=MANIFEST))
     except LippmannError as error:
@@ -90,18 +94,29 @@ def init_scene(file: Path) -> DraftScene:
         target.write_text(text, encoding="utf-8")
     except OSError as error:
         raise BadInput(f"expected a folder that can be written to, got {file.parent}: {error.strerror}") from error
-    return DraftScene(file=target, text=text, notes=tuple(_notes(camera, view, moves=moves)))
+    notes = (*_notes(camera, view, moves=moves), *(ini.notes if ini else ()))
+    return DraftScene(file=target, text=text, notes=notes)
 
 
-def _examined(file: Path, settings: WorkerSettings) -> tuple[SceneCamera, OwnView, bool, SceneVariables]:
+def _check_name(name: str) -> None:
+    try:
+        parse_scene(read_toml(f'file = "{name}"\n{_PLACEHOLDER}'.encode(), field=MANIFEST))
+    except (LippmannError, UnicodeEncodeError) as error:
+        raise BadInput(
+            f"expected a file with a name of printable letters, without quotation marks and backslashes, got {name!a}"
+        ) from error
+
+
+def _examined(
+    file: Path, settings: WorkerSettings, ini: AnimationIni | None
+) -> tuple[SceneCamera, OwnView, bool, SceneVariables]:
     with tempfile.TemporaryDirectory(prefix="lippmann-init-") as scratch:
-        bundle = Path(scratch) / "bundle"
-        shutil.copytree(file.parent, bundle, ignore=shutil.ignore_patterns(".*"))
-        (bundle / MANIFEST).write_text(f'file = "{file.name}"\n{_PLACEHOLDER}')
+        include = f"include = {json.dumps(ini.include)}\n" if ini and ini.include else ""
+        data = pack_folder(file.parent, manifest=f'file = "{file.name}"\n{include}{_PLACEHOLDER}'.encode())
         place = workplace(settings.model_copy(update={"data_dir": Path(scratch) / "data"}), own_files=True)
-        clock = {"last": 1.0, "frames": _MOVING_FRAMES}
+        clock = {"last": 1.0} | dict(ini.clock if ini else {}) | {"frames": _MOVING_FRAMES}
         spec = parse_spec({"scene": "scene", "frames": f"1-{_MOVING_FRAMES}", "clock": clock})
-        sheet = local_job(place, spec, pack_folder(bundle))
+        sheet = local_job(place, spec, data)
         with place.bundle(sheet.bundle) as unpacked:
             variables = scene_variables(unpacked)
         with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
@@ -150,14 +165,17 @@ def _along(camera: SceneCamera, way: float, middle: float) -> tuple[float, float
     return x, y, z
 
 
-def _manifest_text(name: str, camera: SceneCamera, view: OwnView, *, moves: bool, is_animated: bool) -> str:
+def _manifest_text(
+    name: str, camera: SceneCamera, view: OwnView, *, moves: bool, is_animated: bool, ini: AnimationIni | None
+) -> str:
     """Return the text of a scene.toml with its reasons as comments."""
-    rig = _placed_rig(camera, view)
+    rig, own = _placed_rig(camera, view), _along(camera, 0.0, view.middle)
     lines = [
         f'file = "{name}"',
+        *([f"include = {json.dumps(ini.include)}   # Library_Path of {ini.name}"] if ini and ini.include else []),
         "",
         "[stage]",
-        f"# The camera of the scene is at {_vector(camera.location)} and sees {camera.angle_deg:.3g} degrees.",
+        f"# The camera of the scene is at {_vector(own)} and sees {camera.angle_deg:.3g} degrees.",
         f"# The rig sees 17 degrees, so it is {rig.factor:.3g} times as far from the middle of what the camera sees.",
         f"location = {_vector(rig.location)}",
         f"look_at = {_vector(rig.look_at)}",
@@ -176,17 +194,26 @@ def _manifest_text(name: str, camera: SceneCamera, view: OwnView, *, moves: bool
         lines.append("# The camera is mirror-imaged, as in scenes with right-handed axes, and so is the rig.")
     if moves:
         lines += ["# The camera moves with the clock, and the rig moves with it:", "follow_camera = true"]
-    if is_animated:
-        lines += [
-            "",
-            '# The options of the animation\'s .ini. A job of all frames has "frames": "1-30".',
-            "[clock]",
-            "first = 0.0                       # Initial_Clock",
-            "last = 1.0                        # Final_Clock",
-            "frames = 30                       # Final_Frame",
-            "cyclic = false                    # Cyclic_Animation",
-        ]
+    if is_animated or (ini and ini.clock):
+        lines += _clock_lines(ini)
     return "\n".join(lines) + "\n"
+
+
+_CLOCK_OPTIONS = {
+    "first": "Initial_Clock",
+    "last": "Final_Clock",
+    "frames": "Final_Frame",
+    "cyclic": "Cyclic_Animation",
+}
+
+
+def _clock_lines(ini: AnimationIni | None) -> list[str]:
+    """Return the lines of the table `clock`: that of an .ini, or one to fill in."""
+    clock = dict(ini.clock) if ini and ini.clock else {"first": 0.0, "last": 1.0, "frames": 30, "cyclic": False}
+    source = f"{ini.name} has these options" if ini and ini.clock else "These are the options of the animation's .ini"
+    frames = f'. A job of all frames has "frames": "1-{clock["frames"]}"' if "frames" in clock else ""
+    lines = ["", f"# {source}{frames}.", "[clock]"]
+    return lines + [f"{f'{name} = {json.dumps(value)}':<34}# {_CLOCK_OPTIONS[name]}" for name, value in clock.items()]
 
 
 def _notes(camera: SceneCamera, view: OwnView, *, moves: bool) -> list[str]:

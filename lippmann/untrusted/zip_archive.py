@@ -27,6 +27,7 @@ SMALL_BYTES = 64 * 1024 * 1024
 """The size, unpacked, up to which any compression is accepted: density files are mostly zeros."""
 
 _ENCRYPTED_OR_PATCHED = 0x1 | 0x20 | 0x40
+_SAYS_UTF8 = 0x800
 _METHODS = frozenset({zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED})
 _CHUNK = 64 * 1024
 _FAULTS = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, ValueError, OverflowError, RuntimeError)
@@ -36,15 +37,15 @@ _FAULTS = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, Valu
 class Archive:
     """A zip file whose list of entries was checked.
 
-    Names are those of the entries with slashes: PowerShell writes backslashes. Files that an operating system adds are
-    left out.
+    Names are those of the entries with slashes: PowerShell writes backslashes. macOS writes UTF-8 and does not say so.
+    Files that an operating system adds are left out.
     """
 
     def __init__(self, file: zipfile.ZipFile) -> None:
         self._file = file
         if not all(entry.filename for entry in file.infolist()):
             _refuse("a name for every entry", "an entry without one")
-        named = [(entry.filename.replace("\\", "/"), entry) for entry in file.infolist()]
+        named = [(_name_of(entry).replace("\\", "/"), entry) for entry in file.infolist()]
         files = [(name, entry) for name, entry in named if not name.endswith("/")]
         kept = [(name, entry) for name, entry in files if not is_clutter(name)]
         _check_entries(file.infolist(), [entry for _, entry in kept])
@@ -140,6 +141,16 @@ def open_archive(data: bytes) -> Iterator[Archive]:
         raise BundleError(f"expected a zip, got {len(data)} bytes that are not one: {str(error)[:200]}") from error
     with file:
         yield Archive(file)
+
+
+def _name_of(entry: zipfile.ZipInfo) -> str:
+    """Return the name of an entry: as UTF-8 if it is that, and otherwise in the code page of DOS, as `zipfile` does."""
+    if entry.flag_bits & _SAYS_UTF8:
+        return entry.filename
+    try:
+        return entry.filename.encode("cp437").decode("utf-8")
+    except UnicodeError:
+        return entry.filename
 
 
 class _Bounded(io.BytesIO):

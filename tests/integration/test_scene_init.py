@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import tomllib
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from lippmann.errors import BadInput, SceneError
 from lippmann.job.scene import parse_scene
 from lippmann.local.files.bundle import find_bundle
 from lippmann.local.scene_init import init_scene
+from worker.sandbox.bundle import check_bundle
 
 BALLS = """#version 3.7; global_settings { assumed_gamma 1 }
 camera { location <0, 0, -10> right -x * 4/3 up y angle 45 look_at 0 rotate 90 * clock * y }
@@ -35,6 +37,31 @@ def test_a_scene_toml_says_where_the_rig_sees_what_the_camera_sees(tmp_path: Pat
     assert any("mirror-imaged" in note for note in made.notes)
     name, _ = find_bundle(str(tmp_path / "balls.pov"))
     assert name == tmp_path.name
+
+
+def test_the_ini_of_an_animation_gives_the_clock_and_the_folders(tmp_path: Path) -> None:
+    """The folder is one that other programs use too, with a name outside ASCII and a pipe in it."""
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts" / "place.inc").write_text("#declare Turn = 36 * clock;")
+    os.mkfifo(tmp_path / "pipe")
+    text = '#include "place.inc"\n' + BALLS.replace("90 * clock", "Turn")
+    file = tmp_path / "Gr\N{LATIN SMALL LETTER U WITH DIAERESIS}n (2).pov"
+    file.write_text(text)
+    (tmp_path / "run.ini").write_text(
+        "Input_File_Name=GR\xdcN (2).pov\nFinal_Frame=60\nFinal_Clock=10\n+Lparts\n", "utf-8"
+    )
+    made = init_scene(file)
+    scene = check_bundle(find_bundle(str(file))[1]).card
+    assert (scene.file, scene.include, scene.stage.follow_camera) == (file.name, ("parts",), True)
+    assert (scene.clock.last, scene.clock.frames, scene.clock.cyclic) == (10.0, 60, False)
+    assert "# Library_Path of run.ini" in made.text
+
+
+@pytest.mark.parametrize("name", ['a"b.pov', os.fsdecode(b"a\xff.pov")])
+def test_a_scene_whose_name_no_scene_toml_can_have_is_refused(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text(BALLS)
+    with pytest.raises(BadInput, match="expected a file with a name of printable letters"):
+        init_scene(tmp_path / name)
 
 
 def test_a_rig_that_would_stand_below_the_ground_is_pointed_out(tmp_path: Path) -> None:

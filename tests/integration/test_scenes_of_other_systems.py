@@ -16,6 +16,7 @@ from worker.settings import WorkerSettings
 from worker.tasks.local import capture_frame
 
 MARK = "\N{ZERO WIDTH NO-BREAK SPACE}"
+UE = "\N{LATIN SMALL LETTER U WITH DIAERESIS}"
 HEAD = "#version 3.7; global_settings { assumed_gamma 1 }\n"
 GREY = "#declare Mine = rgb 0.5;\n"
 STAGE = "[stage]\nlocation = [0, 0, -1000]\nlook_at = [0, 0, 0]\nnear_mm = 1000\nfar_mm = 2000\n"
@@ -23,7 +24,8 @@ STAGE = "[stage]\nlocation = [0, 0, -1000]\nlook_at = [0, 0, 0]\nnear_mm = 1000\
 
 def grey(folder: Path, files: Mapping[str, str], *, manifest: str = "") -> float:
     """Return the mean of a captured scene."""
-    for name, text in ({"scene.toml": f'file = "s.pov"\n{manifest}\n{STAGE}'} | dict(files)).items():
+    manifest = manifest if manifest.startswith("file") else f'file = "s.pov"\n{manifest}'
+    for name, text in ({"scene.toml": f"{manifest}\n{STAGE}"} | dict(files)).items():
         (folder / "bundle" / name).parent.mkdir(parents=True, exist_ok=True)
         (folder / "bundle" / name).write_bytes(text.encode())
     captured = capture_frame(
@@ -54,8 +56,15 @@ def grey(folder: Path, files: Mapping[str, str], *, manifest: str = "") -> float
             'include = ["My models"]',
             {"s.pov": f'{HEAD}#include "g.inc"\nbackground {{ Mine }}', "My models/g.inc": GREY},
         ),
+        (
+            f'file = "W{UE}rfel (2), alt.pov"\ninclude = ["R&D, 2025"]',
+            {
+                f"W{UE}rfel (2), alt.pov": f'{HEAD}#include "gr{UE}n.inc"\nbackground {{ Mine }}',
+                f"R&D, 2025/Gr{UE}n.inc": GREY,
+            },
+        ),
     ],
-    ids=["byte order mark", "another case", "backslashes and colors.inc", "folder with a blank"],
+    ids=["byte order mark", "another case", "backslashes and colors.inc", "folder with a blank", "names outside ASCII"],
 )
 def test_a_scene_of_another_system_is_rendered(tmp_path: Path, manifest: str, files: dict[str, str]) -> None:
     assert grey(tmp_path, files, manifest=manifest) == pytest.approx(0.5, abs=0.001)

@@ -16,13 +16,14 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import NoReturn
 
 from lippmann.errors import BundleError, InvalidText
 from lippmann.job.scene import SceneManifest, parse_scene
-from lippmann.untrusted.file_names import is_clutter
+from lippmann.untrusted.file_names import MAX_DEPTH, is_clutter, plain_name
 from lippmann.untrusted.toml_text import MAX_BYTES as MAX_MANIFEST_BYTES
 from lippmann.untrusted.toml_text import read_toml
-from lippmann.untrusted.zip_archive import Archive, open_archive
+from lippmann.untrusted.zip_archive import MAX_BYTES, MAX_FILES, Archive, open_archive
 from povtemplates.catalogue import MANIFEST, POSTER
 
 MAX_POSTER_BYTES = 2 * 1024 * 1024
@@ -45,26 +46,51 @@ class CheckedBundle:
     """What the zip contains that is not in the bundle."""
 
 
-def pack_folder(folder: Path) -> bytes:
+def pack_folder(folder: Path, *, manifest: bytes | None = None) -> bytes:
     """Return the bundle in a folder as a deterministic zip; hidden files, byte code and files of systems stay out.
+
+    Parameters
+    ----------
+    folder
+        The folder.
+    manifest
+        The scene.toml; None for the one in the folder.
 
     Raises
     ------
     BundleError
-        If the folder is not there, a link in it leads out of it, or the name of a file is not UTF-8.
+        If the folder is not there or cannot be read, has no scene.toml, is too large for a bundle, has a link that
+        leads out of it, to nothing or to a folder, or the name of a file is not UTF-8.
     """
     if not folder.is_dir():
         raise BundleError(f"expected a folder with {MANIFEST} and a scene, got {folder}")
+    if manifest is None:
+        _check_manifest(folder)
+    files = {path.relative_to(folder).as_posix(): path for path in _files_of(folder)}
+    if manifest is not None:
+        files.setdefault(MANIFEST, folder / MANIFEST)
     packed = io.BytesIO()
     with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
-        for path in _files_of(folder):
-            name = path.relative_to(folder).as_posix()
+        for name, path in files.items():
             if not _is_utf8(name):
                 raise BundleError(f"expected file names in UTF-8 in {folder}, got {name!a}")
             entry = zipfile.ZipInfo(name, _EPOCH)
             entry.compress_type = zipfile.ZIP_DEFLATED
-            archive.writestr(entry, path.read_bytes())
+            archive.writestr(entry, manifest if manifest is not None and name == MANIFEST else path.read_bytes())
     return packed.getvalue()
+
+
+def _check_manifest(folder: Path) -> None:
+    """Check that a folder has a manifest, or nothing but one folder, before any of its files is read."""
+    try:
+        there = [path for path in folder.iterdir() if not _stays_out(path.name)]
+    except OSError as error:
+        _refuse_unreadable(error)
+    if folder / MANIFEST in there or (len(there) == 1 and there[0].is_dir()):
+        return
+    names = [path.name for path in there] + [f"{path.name}/{MANIFEST}" for path in there if (path / MANIFEST).is_file()]
+    got = _manifest_elsewhere([os.fsencode(name).decode(errors="replace") for name in names])
+    raise BundleError(f"expected {MANIFEST} at the top of the bundle, got {got}")
 
 
 def _is_utf8(name: str) -> bool:
@@ -173,7 +199,7 @@ def _present(wanted: str, names: list[str], *, field: str) -> str:
     if wanted in names:
         return wanted
     for name in names:
-        if name.isascii() and name.lower() == wanted.lower():
+        if plain_name(name) == plain_name(wanted):
             return name
     kind = "a folder" if field == "include" else "one"
     there = f"there are {_some(names)}" if names else "there is none"
@@ -200,13 +226,40 @@ def _some(names: list[str]) -> str:
     return ", ".join(ranked[:8])
 
 
-def _files_of(folder: Path) -> Iterator[Path]:
-    inside = folder.resolve()
-    for path in sorted(folder.rglob("*")):
-        name = path.relative_to(folder)
-        is_hidden = any(part.startswith(".") or part == "__pycache__" for part in name.parts)
-        if not path.is_file() or is_hidden or is_clutter(name.as_posix()):
-            continue
-        if not path.resolve().is_relative_to(inside):
-            raise BundleError(f"expected files inside the bundle, got a link that leads out: {path}")
-        yield path
+def _files_of(folder: Path) -> list[Path]:
+    """Return the files of a bundle in their order; no more of a folder is looked at than a bundle may hold."""
+    found: list[Path] = []
+    size = 0
+    for top, folders, names in os.walk(folder, onerror=_refuse_unreadable):
+        folders[:] = [name for name in folders if not _stays_out(name)]
+        for path in (Path(top) / name for name in (*folders, *names) if not _stays_out(name)):
+            if path.is_symlink():
+                _check_link(path, folder.resolve())
+            if not path.is_file():
+                continue
+            found.append(path)
+            size += path.stat().st_size
+            if len(found) > MAX_FILES:
+                raise BundleError(f"expected a folder of at most {MAX_FILES} files, got more in {folder}")
+            if size > MAX_BYTES:
+                raise BundleError(f"expected a folder of at most {MAX_BYTES} bytes, got more in {folder}")
+        if len(Path(top).relative_to(folder).parts) >= MAX_DEPTH:
+            raise BundleError(f"expected names of at most {MAX_DEPTH} parts, got {top}")
+    return sorted(found)
+
+
+def _stays_out(name: str) -> bool:
+    return name.startswith(".") or name == "__pycache__" or is_clutter(name)
+
+
+def _refuse_unreadable(error: OSError) -> NoReturn:
+    raise BundleError(f"expected a folder that can be read, got {error.filename}: {error.strerror}") from error
+
+
+def _check_link(path: Path, inside: Path) -> None:
+    if path.is_dir():
+        raise BundleError(f"expected a folder, got a link to one: {path}; put the folder itself there")
+    if not path.exists():
+        raise BundleError(f"expected a file, got a link to nothing: {path}")
+    if not path.resolve().is_relative_to(inside):
+        raise BundleError(f"expected files inside the bundle, got a link that leads out: {path}")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 
@@ -13,6 +13,8 @@ from lippmann.cli.options import RECONNECT_S, JobId, JobIds, JobStatusName, Over
 from lippmann.cli.several import act_on_each, status_of
 from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
+
+Shape = TypeVar("Shape")
 
 if TYPE_CHECKING:
     from lippmann.client.client import Client
@@ -64,7 +66,7 @@ def jobs(
     from lippmann.cli.text.jobs import job_table
 
     with connection.client() as client:
-        found = list(client.jobs(status=status, limit=limit))
+        found = _first(client.jobs(status=status, limit=limit + 1), limit, "newest jobs", output)
     output.result([job.model_dump(mode="json") for job in found], job_table(found))
 
 
@@ -93,8 +95,16 @@ def tasks(
     from lippmann.cli.text.jobs import task_table
 
     with connection.client() as client:
-        found = list(client.tasks(job_id, status=status, limit=limit))
+        found = _first(client.tasks(job_id, status=status, limit=limit + 1), limit, "first tasks", output)
     output.result([task.model_dump(mode="json") for task in found], task_table(found))
+
+
+def _first(items: Iterator[Shape], limit: int, what: str, output: Output) -> list[Shape]:
+    """Return the first items, and say that there are more."""
+    found = list(items)
+    if len(found) > limit:
+        output.note(f"These are the {limit} {what}; --limit and --status list others.")
+    return found[:limit]
 
 
 def logs(

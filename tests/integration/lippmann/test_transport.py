@@ -92,6 +92,35 @@ def _talking_to(server: _Server, *, patience_s: float = ENOUGH_S) -> Iterator[Tr
         transport.close()
 
 
+@pytest.mark.parametrize(
+    ("kind", "data", "got"),
+    [
+        ("text/html; charset=utf-8", b"<html>", "got one of text/html"),
+        ("application/json", b"{", "got one of application/json"),
+        ("application/json", b"[]", "got one with another 'content'"),
+        ("application/json", b'{"name": "x"}', "got one without "),
+        ("application/json", b'{"id": 7, "items": 7}', "got one with another "),
+    ],
+)
+def test_a_url_of_something_else_is_named_with_what_answered(kind: str, data: bytes, got: str) -> None:
+    calls: tuple[Callable[[Client], object], ...] = (
+        lambda client: list(client.jobs()),
+        lambda client: client.job("one"),
+        lambda client: client.submit({"scene": "fish"}),
+        lambda client: client.delete("one"),
+    )
+    with _serving(lambda request: request.say(200, data, Content_Type=kind)) as server:
+        for call in calls:
+            with (
+                Client(server.url, "lip_a_b") as client,
+                pytest.raises(Unreachable, match="a Lippmann service") as said,
+            ):
+                call(client)
+            assert server.url in said.value.message
+            assert got in said.value.message or said.value.message.endswith("got 200")
+            assert exit_code_of(said.value) is ExitCode.UNREACHABLE
+
+
 @pytest.mark.parametrize("breaks", [0, 1, 5])
 def test_a_download_goes_on_where_it_broke_off_and_comes_whole(tmp_path: Path, breaks: int) -> None:
     with _serving(_file(DATA, breaks=breaks)) as server:

@@ -6,6 +6,7 @@ Every option that matters is on it, because POV-Ray's defaults come from an INI 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,6 +18,9 @@ PictureFormat = Literal["ppm16", "exr"]
 
 SYSTEM_INCLUDE = Path("/usr/share/povray-3.7/include")
 """The folder of colors.inc and the other includes of Debian's package; without an INI file POV-Ray searches none."""
+
+_PLAIN = re.compile(r"[\w./+-]*")
+"""A path that needs no quotation marks."""
 
 BLOCK_PX = 32
 """POV-Ray renders and reports in blocks of 32 x 32 px."""
@@ -129,8 +133,8 @@ def _antialias_options(antialias: Antialias | None) -> list[str]:
 
 
 def _quoted(path: Path) -> str:
-    """Return a path as POV-Ray reads it, which takes a blank for the end of an option."""
-    return f'"{path}"' if " " in str(path) else str(path)
+    """Return a path as POV-Ray reads it, which takes a blank and other signs for the end of an option."""
+    return str(path) if _PLAIN.fullmatch(str(path)) else f'"{path}"'
 
 
 def _number(value: float) -> str:

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 
+from povtemplates import literals
 from povtemplates.catalogue import INCLUDE_FOLDER
 from worker.engines.povray.messages import Message
 from worker.engines.povray.scene_files import SceneFiles
@@ -51,7 +52,7 @@ class ScenePlaces:
 
     @cached_property
     def _include_line(self) -> int:
-        include = f'#include "{PurePosixPath(self.scene.file).name}"'
+        include = f'#include "{literals.file_name(PurePosixPath(self.scene.file).name)}"'
         lines = _lines(self.pov)
         return lines.index(include) + 1 if include in lines else len(lines) + 1
 

@@ -57,7 +57,7 @@ def pov_text(sheet: ResolvedJob, method: Method, *, depth: DepthPass | None = No
     surfaces = modelled.surfaces if modelled else ()
     return write.write_capture(
         title=f"Scene {sheet.spec.scene}",
-        file=sheet.file.rpartition("/")[2],
+        file=literals.file_name(sheet.file.rpartition("/")[2]),
         as_itself=sheet.file.lower().endswith(".pov"),
         parameters=parameter_literals(sheet),
         mirrored=sheet.stage.handedness == "right",

@@ -61,7 +61,7 @@ def report_text(sheet: ResolvedJob, what: Literal["vectors", "location"], *, sca
     """
     return write.write_camera_report(
         title=f"Scene {sheet.spec.scene}",
-        file=sheet.file.rpartition("/")[2],
+        file=literals.file_name(sheet.file.rpartition("/")[2]),
         as_itself=sheet.file.lower().endswith(".pov"),
         parameters=parameter_literals(sheet),
         distances=None,
@@ -91,7 +91,7 @@ def distances_text(
     vectors = {} if camera is None else camera.model_dump()
     return write.write_camera_report(
         title=f"Scene {sheet.spec.scene}",
-        file=sheet.file.rpartition("/")[2],
+        file=literals.file_name(sheet.file.rpartition("/")[2]),
         as_itself=sheet.file.lower().endswith(".pov"),
         parameters=parameter_literals(sheet),
         distances={

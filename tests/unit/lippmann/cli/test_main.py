@@ -143,7 +143,7 @@ def test_a_problem_names_every_field() -> None:
 
 
 def test_an_answer_that_is_no_problem_says_its_status() -> None:
-    assert refusal(502, "Bad Gateway", None).message == "the service answered 502 Bad Gateway"
+    assert refusal(502, "Bad Gateway", None).message == "expected an answer of a Lippmann service, got 502 Bad Gateway"
     assert refusal(500, "Oh", ["not", "an", "object"]).status == 500
 
 

@@ -58,6 +58,10 @@ def test_a_parameter_out_of_bounds_is_named(parameter: dict[str, Any], value: An
         ({"file": 'a".pov'}, "file: expected"),
         ({"file": "a.pov\n"}, "file: expected"),
         ({"file": 'two words/b"c/a.pov'}, "file: expected"),
+        ({"file": "B\N{LATIN SMALL LETTER O WITH DIAERESIS}den/a.pov"}, "file: expected"),
+        ({"file": ".hidden.pov"}, "file: expected"),
+        ({"file": "a\\b.pov"}, "file: expected"),
+        ({"file": "a\N{RIGHT-TO-LEFT OVERRIDE}b.pov"}, "file: expected"),
         ({"include": ["../models"]}, r"include: expected folders inside the bundle.* got '\.\./models'"),
         ({"include": ["/usr"]}, "include: expected folders"),
         ({"include": ["a/./b"]}, "include: expected folders"),
@@ -77,7 +81,17 @@ def test_a_wrong_scene_toml_names_its_field(change: dict[str, Any], message: str
         parse_scene({"title": "A scene", "stage": STAGE} | change)
 
 
-@pytest.mark.parametrize("file", ["woodbox.pov", "scenes-1.2/a.POV", "advanced/wood box.pov", "shapes.inc"])
+@pytest.mark.parametrize(
+    "file",
+    [
+        "woodbox.pov",
+        "scenes-1.2/a.POV",
+        "advanced/wood box.pov",
+        "shapes.inc",
+        "R&D, 2025 [old]/O'Brien's scene (2).pov",
+        "W\N{LATIN SMALL LETTER U WITH DIAERESIS}rfel.pov",
+    ],
+)
 def test_a_scene_may_be_any_pov_or_inc_of_the_bundle(file: str) -> None:
     assert parse_scene({"file": file, "stage": STAGE}).file == file
 

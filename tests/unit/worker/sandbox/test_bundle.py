@@ -107,9 +107,63 @@ def test_a_damaged_file_is_named() -> None:
 
 
 def test_a_link_that_leads_out_of_the_folder_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_bytes(SCENE_TOML)
     (tmp_path / "scene.inc").symlink_to("/etc/hostname")
     with pytest.raises(BundleError, match="a link that leads out"):
         pack_folder(tmp_path)
+
+
+@pytest.mark.parametrize(("target", "message"), [("maps", "got a link to one: .*link"), ("gone", "a link to nothing")])
+def test_a_link_to_a_folder_or_to_nothing_is_refused(tmp_path: Path, target: str, message: str) -> None:
+    (tmp_path / "scene.toml").write_bytes(SCENE_TOML)
+    (tmp_path / "maps").mkdir()
+    (tmp_path / "link").symlink_to(target)
+    with pytest.raises(BundleError, match=message):
+        pack_folder(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("manifest", "message"),
+    [
+        ("scene.toml", f"expected a folder of at most {MAX_BYTES} bytes"),
+        ("Scene.toml", r"expected scene\.toml at the top of the bundle, got it at 'Scene\.toml'"),
+        ("scene.toml.txt", r"expected scene\.toml at the top of the bundle, got film\.mkv, scene\.toml\.txt"),
+        ("balls/scene.toml", r"expected scene\.toml at the top of the bundle, got it at 'balls/scene\.toml'"),
+    ],
+)
+def test_a_folder_that_is_no_bundle_is_refused_before_its_files_are_read(
+    tmp_path: Path, manifest: str, message: str
+) -> None:
+    with (tmp_path / "film.mkv").open("wb") as film:
+        film.truncate(1024 * MAX_BYTES)
+    (tmp_path / manifest).parent.mkdir(exist_ok=True)
+    (tmp_path / manifest).write_bytes(SCENE_TOML)
+    with pytest.raises(BundleError, match=message):
+        pack_folder(tmp_path)
+
+
+def test_a_folder_in_a_folder_of_its_own_is_a_bundle(tmp_path: Path) -> None:
+    data = packed(tmp_path, {"balls/scene.toml": SCENE_TOML, "balls/scene.inc": b""})
+    assert check_bundle(data).notes == ("the bundle is the folder 'balls' of the zip",)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp437"], ids=["macOS", "Windows"])
+def test_a_name_of_a_zip_that_does_not_say_its_encoding_is_read(tmp_path: Path, encoding: str) -> None:
+    """`zipfile` writes such a name as UTF-8 and says so, in the flags beside it."""
+    data = bytearray(zipped({"maps/K\N{LATIN SMALL LETTER O WITH DIAERESIS}lle.png": b"a"}, method=zipfile.ZIP_STORED))
+    for flags, start in ((6, b"PK\3\4"), (8, b"PK\1\2")):
+        for found in [match.start() for match in re.finditer(re.escape(start), data)]:
+            data[found + flags + 1] &= 0xFF - 0x08
+    if encoding == "cp437":
+        data = data.replace("\N{LATIN SMALL LETTER O WITH DIAERESIS}".encode(), b"\x94l")  # The length stays.
+    unpack(bytes(data), tmp_path)
+    assert [path.name[:2] for path in (tmp_path / "maps").iterdir()] == ["K\N{LATIN SMALL LETTER O WITH DIAERESIS}"]
+
+
+def test_a_manifest_may_name_a_file_by_composed_accents(tmp_path: Path) -> None:
+    composed, apart = "K\N{LATIN SMALL LETTER O WITH DIAERESIS}lle.pov", "Ko\N{COMBINING DIAERESIS}lle.pov"
+    manifest = OWN.replace(b"old/wood box.pov", composed.encode())
+    assert check_bundle(zipped({"scene.toml": manifest, apart: b""})).card.file == apart
 
 
 def test_what_is_unpacked_is_what_was_packed(tmp_path: Path) -> None:

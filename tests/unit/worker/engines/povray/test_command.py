@@ -40,7 +40,7 @@ def test_a_tile_is_asked_for_by_rows_and_columns_from_one_inclusive() -> None:
         region=Region(0, 32, 64, 720),
         clock=0.1,
         declares={"Lens_Cols": 90, "A": 1e-7},
-        library_paths=(Path("/b"), Path("/my models")),
+        library_paths=(Path("/b"), Path("/my models"), Path("/R,D=1")),
         threads=2,
         program="/opt/povray",
     )
@@ -66,6 +66,7 @@ def test_a_tile_is_asked_for_by_rows_and_columns_from_one_inclusive() -> None:
         "Declare=Lens_Cols=90.0",
         "+L/b",
         '+L"/my models"',
+        '+L"/R,D=1"',
     ]
 
 

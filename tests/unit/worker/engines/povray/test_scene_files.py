@@ -9,7 +9,8 @@ import pytest
 from worker.engines.povray.command import SYSTEM_INCLUDE
 from worker.engines.povray.scene_files import SceneFiles
 
-FILES = ("Parts.inc", "maps/wood.png", "models/trees/oak.inc", "models/Leaf.png")
+OE = "\N{LATIN SMALL LETTER O WITH DIAERESIS}"
+FILES = ("Parts.inc", "maps/wood.png", "models/trees/oak.inc", "models/Leaf.png", f"H{OE}lz/{OE}l.png", f"b{OE}d.inc")
 
 
 def scene(folder: Path, text: str, *, include: tuple[str, ...] = ()) -> SceneFiles:
@@ -48,6 +49,8 @@ def links(folder: Path, text: str, *, include: tuple[str, ...] = ()) -> dict[str
         ('png "wood.png"', {}),
         ('png "../Maps/wood.png" png "/etc/HOSTNAME" png "" png "Maps"', {}),
         ('png "LEAF.PNG"', {}),
+        (f'#include "b{OE}d"', {"b  d": f"b{OE}d.inc", "b d": f"b{OE}d.inc"}),
+        (f'png "h{OE}lz\\{OE}L.png"', {f"h{n}lz\\{n}L.png": f"H{OE}lz/{OE}l.png" for n in ("  ", " ")}),
     ],
 )
 def test_a_name_in_another_case_or_with_backslashes_is_a_link(
@@ -67,6 +70,32 @@ def test_a_name_is_looked_for_in_the_folders_of_the_manifest(tmp_path: Path) -> 
 @pytest.mark.skipif(not SYSTEM_INCLUDE.is_dir(), reason="POV-Ray is not installed")
 def test_an_include_of_povray_is_found_in_another_case(tmp_path: Path) -> None:
     assert links(tmp_path, '#include "Colors.INC"\n#include "colors.inc"') == {"Colors.INC": "include/colors.inc"}
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "cp1252"])
+def test_a_name_outside_ascii_is_found_in_the_encoding_of_the_scene(tmp_path: Path, encoding: str) -> None:
+    files = scene(tmp_path, "")
+    (files.bundle / "old" / "s.pov").write_bytes(f'#include "b{OE}d.inc"'.encode(encoding))
+    files.make_links(tmp_path / "links")
+    assert {path.name for path in (tmp_path / "links").iterdir()} == (
+        {"b  d.inc", "b d.inc"} if encoding == "utf-8" else {"b d.inc"}
+    )
+
+
+def test_two_names_that_povray_reads_alike_have_no_link_and_the_message_says_so(tmp_path: Path) -> None:
+    files = scene(tmp_path, f'#include "b{OE}d.inc" #include "b\N{LATIN SMALL LETTER U WITH DIAERESIS}d.inc"')
+    (files.bundle / "b\N{LATIN SMALL LETTER U WITH DIAERESIS}d.inc").write_bytes(b"\0")
+    files.make_links(tmp_path / "links")
+    assert list((tmp_path / "links").iterdir()) == []
+    assert "POV-Ray reads a letter outside ASCII as a blank, so give the file a name" in files.missing("b  d.inc")
+
+
+def test_a_scene_file_outside_ascii_has_a_link(tmp_path: Path) -> None:
+    (tmp_path / f"W{OE}rfel.pov").write_bytes(b"")
+    files = SceneFiles(tmp_path, f"W{OE}rfel.pov")
+    files.make_links(tmp_path / "links")
+    assert files.own_name("W  rfel.pov") == f"W{OE}rfel.pov"
+    assert (tmp_path / "links" / "W  rfel.pov").resolve() == tmp_path / f"W{OE}rfel.pov"
 
 
 def test_links_are_made_once(tmp_path: Path) -> None:
