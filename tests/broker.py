@@ -8,7 +8,7 @@ import random
 import signal
 import socket
 import subprocess
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -25,9 +25,13 @@ _claims: list[socket.socket] = []
 
 
 class Broker:
-    """A valkey-server child on a loopback port, which can be wiped, stopped and killed."""
+    """A valkey-server child on a loopback port, which can be wiped, stopped and killed.
 
-    def __init__(self, folder: Path, *, keeps_data: bool = False) -> None:
+    With `addresses` it listens there too, for processes in network namespaces of this machine.
+    """
+
+    def __init__(self, folder: Path, *, keeps_data: bool = False, addresses: Sequence[str] = ()) -> None:
+        self._addresses = addresses
         self._saving = ["--appendonly", "yes", "--appendfsync", "always"] if keeps_data else []
         self.port = free_port()
         self.url = f"redis://127.0.0.1:{self.port}/0"
@@ -37,8 +41,10 @@ class Broker:
         self.start()
 
     def start(self) -> None:
-        command = [str(find_server()), "--port", str(self.port), "--bind", "127.0.0.1", "--save", ""]
+        command = [str(find_server()), "--port", str(self.port), "--bind", "127.0.0.1", *self._addresses, "--save", ""]
         command += [*self._on_socket, *self._saving]
+        if self._addresses:  # Otherwise it answers loopback alone, as it has no password.
+            command += ["--protected-mode", "no"]
         # Valkey overwrites its environment, so `tests.leftovers` would not know it.
         die = dying_with(os.getpid())
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, cwd=self._folder, preexec_fn=die)

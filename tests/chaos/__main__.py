@@ -20,6 +20,7 @@ from tests.chaos.kinds import KINDS, Kind, Work
 from tests.chaos.trial import Pixels, Verdict, go_through, undisturbed
 from tests.ctrl_c import heed_ctrl_c
 from tests.leftovers import watch_this_run
+from tests.network_host import why_no_network_host
 
 PAGE = Path("docs/chaos.md")
 TABLE = "<!-- the table is written by `make chaos ARGS=--write` -->\n"
@@ -44,6 +45,9 @@ def main() -> int:
         return 0
     heed_ctrl_c()
     watch_this_run()
+    if any(kind.hosts for kind in kinds) and (reason := why_no_network_host()):
+        print(*(f"skipped: {kind.name} ({reason})" for kind in kinds if kind.hosts), sep="\n", flush=True)
+        kinds = [kind for kind in kinds if not kind.hosts]
     return _try(kinds, range(options.seed, options.seed + options.runs), options.out.resolve())
 
 

@@ -23,11 +23,12 @@ from tests.builders import small_job
 from tests.chaos.parts import Part, Parts
 from tests.damaging import DAMAGES, Damage
 from tests.disks import away, read_only
+from tests.network_host import NetworkHost
 from tests.tcp_proxy import TcpProxy
 from tests.waiting import until
 
-Injection = Callable[[Parts, str, Random], None]
-"""Injects a fault into a farm whose job has this id."""
+Injection = Callable[[Parts, str, Random], float | None]
+"""Injects a fault into a farm whose job has this id; may return the seconds until other workers had what was lost."""
 
 
 @dataclass(frozen=True)
@@ -61,6 +62,10 @@ class Kind:
     damages: bool = False
     """Whether it damages an artifact that no task reads again, so that a user has the job repaired."""
     work: Work = SHORT
+    hosts: bool = False
+    """Whether each worker is in a network namespace of its own, as on a host of its own."""
+    recovers_within_s: float | None = None
+    """The longest time until other workers have what was lost."""
 
 
 KINDS: dict[str, Kind] = {}
@@ -355,10 +360,11 @@ def _connections_ended(parts: Parts, job_id: str, rng: Random) -> None:
 
 def _network(whose: Literal["worker", "service"], change: Callable[[TcpProxy], None], seconds: float) -> Injection:
     def inject(parts: Parts, job_id: str, rng: Random) -> None:
-        part = parts.service if whose == "service" else rng.choice(parts.workers)
-        change(part.link)
+        link = (parts.service if whose == "service" else rng.choice(parts.workers)).link
+        assert isinstance(link, TcpProxy)
+        change(link)
         _pause(rng, 0.9 * seconds, 1.1 * seconds)
-        part.link.pass_on()
+        link.pass_on()
 
     return inject
 
@@ -384,6 +390,77 @@ NETWORKS: dict[str, tuple[Callable[[TcpProxy], None], float]] = {
 for _what, (_change, _seconds) in NETWORKS.items():
     _add(f"network of a worker: {_what}", _network("worker", _change, _seconds))
     _add(f"network of the service: {_what}", _network("service", _change, _seconds))
+
+
+# The host of a worker: the kernel learns of the fault as it does when a cable, a switch or a firewall fails
+
+
+def _host(change: Callable[[NetworkHost], None], seconds: float) -> Injection:
+    def inject(parts: Parts, job_id: str, rng: Random) -> None:
+        link = _link_of(rng.choice(parts.workers))
+        change(link)
+        _pause(rng, 0.9 * seconds, 1.1 * seconds)
+        link.pass_on()
+
+    return inject
+
+
+HOSTS: dict[str, tuple[Callable[[NetworkHost], None], float]] = {
+    "its link down for 10 s": (NetworkHost.down, 10.0),
+    "its link down for 60 s": (NetworkHost.down, 60.0),
+    "silent for 60 s": (NetworkHost.lose, 60.0),
+    "its requests lost for 10 s": (lambda link: link.lose("requests"), 10.0),
+    "its requests lost for 60 s": (lambda link: link.lose("requests"), 60.0),
+    "its answers lost for 10 s": (lambda link: link.lose("answers"), 10.0),
+    "its answers lost for 60 s": (lambda link: link.lose("answers"), 60.0),
+    "every third packet lost for 30 s": (lambda link: link.lose(every=3), 30.0),
+    "slow by 1.5 s for 30 s": (lambda link: link.delay(1.5), 30.0),
+    "another address": (NetworkHost.change_address, 0.0),
+}
+for _what, (_alter, _seconds) in HOSTS.items():
+    _add(f"host of a worker: {_what}", _host(_alter, _seconds), hosts=True)
+
+
+@_kind("host of a worker: cut for good", hosts=True, recovers_within_s=60.0)
+def _host_cut(parts: Parts, job_id: str, rng: Random) -> float:
+    worker = rng.choice(parts.workers)
+    recovered_s = cut_off(parts, job_id, worker, _link_of(worker).lose)
+    until(lambda: parts.client.job(job_id).status in ENDED_JOBS, within_s=600.0)
+    return recovered_s
+
+
+@_kind("host of a worker: without power, starts again with another address", hosts=True, recovers_within_s=60.0)
+def _host_without_power(parts: Parts, job_id: str, rng: Random) -> float:
+    worker = rng.choice(parts.workers)
+    link = _link_of(worker)
+
+    def end() -> None:
+        link.lose()  # The broker never learns that the connections are gone.
+        worker.kill_all()
+
+    recovered_s = cut_off(parts, job_id, worker, end)
+    link.change_address()
+    link.pass_on()
+    worker.start()
+    return recovered_s
+
+
+def cut_off(parts: Parts, job_id: str, worker: Part, cut: Callable[[], None]) -> float:
+    """Cut a worker off; return the seconds until other workers have the tasks that it had."""
+
+    def running() -> set[str]:
+        return {task.id for task in parts.client.tasks(job_id, status="running") if task.worker == worker.name}
+
+    until(running)
+    cut()
+    cut_s, lost = time.monotonic(), running()
+    until(lambda: not lost & running())
+    return time.monotonic() - cut_s
+
+
+def _link_of(worker: Part) -> NetworkHost:
+    assert isinstance(worker.link, NetworkHost)
+    return worker.link
 
 
 # Disk and database

@@ -1,7 +1,8 @@
 """A farm of separate processes whose every part can be killed, stopped, cut off and started again.
 
 It is a broker, a service and two workers with one slot each, which share a data folder. The service and each worker
-reach the broker through a proxy of their own. Nothing restarts by itself: the harness is the service manager.
+reach the broker through a proxy of their own; or each worker is in a network namespace of its own and reaches the
+broker through its link. Nothing restarts by itself: the harness is the service manager.
 """
 
 from __future__ import annotations
@@ -9,16 +10,17 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from lippmann.client import Client
-from lippmann.farm.supervisor.descendants import descendants
+from lippmann.farm.supervisor.descendants import descendants, kill
 from tests.broker import Broker, free_port
 from tests.farm import LIPPMANN
+from tests.network_host import NetworkHost, network_host
 from tests.tcp_proxy import TcpProxy, tcp_proxy
 from tests.waiting import ENOUGH_S, until
 
@@ -33,7 +35,7 @@ class Part:
     command: list[str]
     env: Mapping[str, str]
     log: Path
-    link: TcpProxy
+    link: TcpProxy | NetworkHost
     """The way of this part to the broker."""
     process: subprocess.Popen[bytes] | None = field(default=None, init=False)
 
@@ -60,6 +62,12 @@ class Part:
     def kill(self) -> None:
         """Kill the process alone; what is below it must end by itself."""
         self.send(signal.SIGKILL)
+        assert self.process is not None
+        self.process.wait()
+
+    def kill_all(self) -> None:
+        """Kill the process and all below it at once, as when a host loses its power."""
+        kill({self.pid, *descendants(self.pid)})
         assert self.process is not None
         self.process.wait()
 
@@ -111,27 +119,39 @@ class Parts:
 
 
 @contextmanager
-def separate_parts(folder: Path, *, keeps_data: bool = False) -> Iterator[Parts]:
-    """Run a farm of separate processes; with `keeps_data`, its broker has its data again after a restart."""
-    broker = Broker(folder, keeps_data=keeps_data)
+def separate_parts(
+    folder: Path, *, keeps_data: bool = False, hosts: bool = False, env: Mapping[str, str] | None = None
+) -> Iterator[Parts]:
+    """Run a farm of separate processes.
+
+    With `keeps_data`, its broker has its data again after a restart. With `hosts`, each worker is in a network
+    namespace of its own.
+    """
     key_file, port = folder / "admin.key", free_port()
-    shared = {**os.environ, "LIPPMANN_DATA_DIR": str(folder / "data")}
+    shared = {**os.environ, "LIPPMANN_DATA_DIR": str(folder / "data"), **(env or {})}
     with ExitStack() as stack:
+        networks = [stack.enter_context(network_host()) for _ in range(WORKERS if hosts else 0)]
+        broker = Broker(folder, keeps_data=keeps_data, addresses=[network.here for network in networks])
         stack.callback(broker.kill)
 
-        def part(name: str, *command: str, **env: str) -> Part:
-            link = stack.enter_context(tcp_proxy(("127.0.0.1", broker.port)))
-            assert isinstance(link.address, tuple)
-            env |= {"LIPPMANN_REDIS_URL": f"redis://127.0.0.1:{link.address[1]}/0"}
-            made = Part(name, [LIPPMANN, *command], {**shared, **env}, folder / f"{name}.log", link)
+        def part(name: str, *command: str, network: NetworkHost | None = None, **env: str) -> Part:
+            link = network or stack.enter_context(tcp_proxy(("127.0.0.1", broker.port)))
+            address = (link.here, broker.port) if isinstance(link, NetworkHost) else link.address
+            assert isinstance(address, tuple)
+            inside = network.inside if network else ()
+            env |= {"LIPPMANN_REDIS_URL": f"redis://{address[0]}:{address[1]}/0"}
+            made = Part(name, [*inside, LIPPMANN, *command], {**shared, **env}, folder / f"{name}.log", link)
             stack.callback(_end, made)
             made.start()
             return made
 
         service = part("service", "serve", "--port", str(port), "--key-file", str(key_file))
         until(lambda: key_file.exists() and key_file.read_text().strip())
-        names = [f"worker{number}" for number in range(WORKERS)]
-        workers = tuple(part(name, "worker", "--slots", "1", LIPPMANN_WORKER_NAME=name) for name in names)
+        places: Sequence[NetworkHost | None] = networks or [None] * WORKERS
+        workers = tuple(
+            part(f"worker{number}", "worker", "--slots", "1", network=place, LIPPMANN_WORKER_NAME=f"worker{number}")
+            for number, place in enumerate(places)
+        )
         url, key = f"http://127.0.0.1:{port}", key_file.read_text().strip()
         with Client(url, key, patience_s=ENOUGH_S) as client:
             until(lambda: client.health().slots == WORKERS)

@@ -41,6 +41,8 @@ class Verdict:
     """The time from submission to the end of the job."""
     attempts_again: int = 0
     """The number of attempts beyond one a task."""
+    recovered_s: float | None = None
+    """The time until other workers had what was lost, if the kind measures it."""
 
     def json(self) -> str:
         return json.dumps(asdict(self))
@@ -61,24 +63,31 @@ def go_through(kind: Kind, seed: int, right: Pixels, folder: Path) -> Verdict:
     rng, verdict = Random(f"{kind.name} {seed}"), Verdict(kind.name, seed)
     folder.mkdir(parents=True)
     try:
-        with separate_parts(folder, keeps_data=kind.keeps_data) as parts:
+        with separate_parts(folder, keeps_data=kind.keeps_data, hosts=kind.hosts) as parts:
             begun_s = time.monotonic()
             job_id = parts.client.submit(kind.work.spec(f"1-{kind.work.frames}")).id
             until(lambda: parts.client.job(job_id).tasks.running == 2, within_s=JOB_S)
             time.sleep(rng.uniform(0.0, 4.0))  # faults come at any moment
-            kind.inject(parts, job_id, rng)
+            verdict.recovered_s = kind.inject(parts, job_id, rng)
             parts.heal()
             job = ended(parts.client, job_id, within_s=JOB_S)
             verdict.seconds = round(time.monotonic() - begun_s, 1)
             if kind.damages:
                 parts.client.repair(job_id)
                 until(lambda: parts.client.job(job_id).status == "done", within_s=JOB_S)
-            verdict.wrong += _wrong(parts, job, kind.work, right)
+            verdict.wrong += _too_late(kind, verdict.recovered_s) + _wrong(parts, job, kind.work, right)
             verdict.attempts_again = sum(task.attempt_number - 1 for task in parts.client.tasks(job_id))
     except Exception as error:  # a trial that breaks is a verdict, and the next one follows
         verdict.wrong.append(f"{type(error).__name__}: {error}"[:500])
     verdict.wrong += [f"left behind: {line}" for line in _left_behind(folder)]
     return verdict
+
+
+def _too_late(kind: Kind, recovered_s: float | None) -> list[str]:
+    limit_s = kind.recovers_within_s
+    if recovered_s is None or limit_s is None or recovered_s <= limit_s:
+        return []
+    return [f"other workers had what was lost after {recovered_s:.0f} s instead of {limit_s:.0f} s"]
 
 
 def _wrong(parts: Parts, job: Job, work: Work, right: Pixels) -> list[str]:

@@ -1,0 +1,136 @@
+"""Workers on hosts of their own, whose network fails: short forms of kinds of `make chaos`, and what they stand on."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from tests.builders import small_job
+from tests.chaos.kinds import cut_off
+from tests.chaos.parts import separate_parts
+from tests.farm import ended
+from tests.needs import needs_povray
+from tests.network_host import NetworkHost, network_host, why_no_network_host
+from tests.outages import QUICK
+from tests.repository import ROOT
+from tests.waiting import ENOUGH_S, until
+
+pytestmark = pytest.mark.skipif(bool(reason := why_no_network_host()), reason=str(reason))
+
+ECHO = """
+import socket, sys
+with socket.create_connection((sys.argv[1], int(sys.argv[2]))) as link:
+    while data := link.recv(100):
+        link.sendall(data)
+"""
+SHORT_S = 0.3
+"""A time in which an answer would have come; it is too short only on a machine on which the test passes anyway."""
+
+
+@contextmanager
+def echo_from(host: NetworkHost) -> Iterator[socket.socket]:
+    """Return a connection to a process in the namespace that sends back what it gets."""
+    with socket.create_server((host.here, 0)) as server:
+        command = [*host.inside, sys.executable, "-c", ECHO, host.here, str(server.getsockname()[1])]
+        with subprocess.Popen(command) as process:
+            try:
+                server.settimeout(ENOUGH_S)
+                with server.accept()[0] as connection:
+                    yield connection
+            finally:
+                process.kill()
+
+
+def comes_back(connection: socket.socket, text: bytes, *, within_s: float) -> bool:
+    connection.sendall(text)
+    connection.settimeout(within_s)
+    try:
+        return connection.recv(100) == text
+    except TimeoutError:
+        return False
+
+
+@pytest.mark.parametrize(
+    "fault", [NetworkHost.lose, lambda host: host.lose("requests"), lambda host: host.lose("answers"), NetworkHost.down,
+              lambda host: host.delay(ENOUGH_S)],
+    ids=["silent", "requests lost", "answers lost", "link down", "slow"],
+)  # fmt: skip
+def test_a_connection_is_silent_during_a_fault_and_goes_on_after_it(fault: object) -> None:
+    assert callable(fault)
+    with network_host() as host, echo_from(host) as connection:
+        assert comes_back(connection, b"before", within_s=ENOUGH_S)
+        fault(host)
+        assert not comes_back(connection, b"during", within_s=SHORT_S)
+        host.pass_on()
+        connection.settimeout(ENOUGH_S)
+        assert connection.recv(100) == b"during"
+
+
+def test_another_address_leaves_old_connections_silent_and_lets_new_ones_in() -> None:
+    with network_host() as host, echo_from(host) as old:
+        assert comes_back(old, b"before", within_s=ENOUGH_S)
+        host.change_address()
+        assert not comes_back(old, b"after", within_s=SHORT_S)
+        with echo_from(host) as new:
+            assert comes_back(new, b"after", within_s=ENOUGH_S)
+
+
+def is_there(interface: int) -> bool:
+    return interface in {index for index, _ in socket.if_nameindex()}
+
+
+def test_nothing_stays_of_a_host_after_ctrl_c() -> None:
+    found = []
+
+    def interrupted() -> None:
+        with network_host() as host:
+            found.extend([host.interface, is_there(host.interface)])
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    interface, was_there = found
+    assert was_there
+    assert not is_there(interface)
+
+
+HOST = """
+import signal
+from tests.network_host import network_host
+with network_host() as host:
+    print(host.interface, flush=True)
+    signal.pause()
+"""
+
+
+def test_nothing_stays_of_a_host_when_its_process_is_killed() -> None:
+    with subprocess.Popen([sys.executable, "-c", HOST], cwd=ROOT, stdout=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        interface = int(process.stdout.readline())
+        assert is_there(interface)
+        process.send_signal(signal.SIGKILL)
+    until(lambda: not is_there(interface))
+
+
+@needs_povray
+def test_the_job_of_a_cut_host_ends_on_the_other_one(tmp_path: Path) -> None:
+    with separate_parts(tmp_path, hosts=True, env=QUICK) as parts:
+        job = parts.client.submit(small_job("fish", count=(40, 40), frames="1-3", tiles=[2, 1]))
+        cut, other = parts.workers
+        assert isinstance(cut.link, NetworkHost)
+        cut_off(parts, job.id, cut, cut.link.lose)
+        job = ended(parts.client, job.id)
+        assert job.status == "done", job.error
+        tasks = list(parts.client.tasks(job.id))
+        assert all(task.status == "done" for task in tasks)
+        assert {task.worker for task in tasks if task.losses} == {other.name}
+        assert cut.lives, "the host was cut, not ended"
+        parts.heal()
+        until(lambda: parts.client.health().slots == 2)
