@@ -28,7 +28,7 @@ from tests.tcp_proxy import TcpProxy
 from tests.waiting import until
 
 Injection = Callable[[Parts, str, Random], float | None]
-"""Injects a fault into a farm whose job has this id; may return the seconds until other workers had what was lost."""
+"""Injects a fault into a farm whose job has this id; may return the seconds until nothing was with a lost worker."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Kind:
     hosts: bool = False
     """Whether each worker is in a network namespace of its own, as on a host of its own."""
     recovers_within_s: float | None = None
-    """The longest time until other workers have what was lost."""
+    """The longest time until nothing is with a lost worker."""
 
 
 KINDS: dict[str, Kind] = {}
@@ -446,7 +446,10 @@ def _host_without_power(parts: Parts, job_id: str, rng: Random) -> float:
 
 
 def cut_off(parts: Parts, job_id: str, worker: Part, cut: Callable[[], None]) -> float:
-    """Cut a worker off; return the seconds until other workers have the tasks that it had."""
+    """Cut a worker off; return the seconds until none of the tasks that it had is still with it.
+
+    Another worker has it then, or it is done by the tile that the worker stored.
+    """
 
     def running() -> set[str]:
         return {task.id for task in parts.client.tasks(job_id, status="running") if task.worker == worker.name}

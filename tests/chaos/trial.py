@@ -42,7 +42,7 @@ class Verdict:
     attempts_again: int = 0
     """The number of attempts beyond one a task."""
     recovered_s: float | None = None
-    """The time until other workers had what was lost, if the kind measures it."""
+    """The time until nothing was with a lost worker, if the kind measures it."""
 
     def json(self) -> str:
         return json.dumps(asdict(self))
@@ -87,7 +87,7 @@ def _too_late(kind: Kind, recovered_s: float | None) -> list[str]:
     limit_s = kind.recovers_within_s
     if recovered_s is None or limit_s is None or recovered_s <= limit_s:
         return []
-    return [f"other workers had what was lost after {recovered_s:.0f} s instead of {limit_s:.0f} s"]
+    return [f"tasks were with a lost worker for {recovered_s:.0f} s instead of {limit_s:.0f} s"]
 
 
 def _wrong(parts: Parts, job: Job, work: Work, right: Pixels) -> list[str]:
