@@ -231,10 +231,7 @@ def _all_and_broker_killed(parts: Parts, job_id: str, rng: Random) -> None:
 @_kind("all: 59 SIGKILLs to random processes")
 def _kills(parts: Parts, job_id: str, rng: Random) -> None:
     for _ in range(59):
-        part = rng.choice(parts.processes)
-        pids = [part.pid, *part.pool(), *part.below("povray")] if part.lives else []
-        if pids:
-            _signal(rng.choice(pids), signal.SIGKILL)
+        rng.choice(parts.processes).kill_one(rng)
         _pause(rng, 0.2, 1.5)
         for part in parts.processes:
             part.start()
@@ -243,8 +240,7 @@ def _kills(parts: Parts, job_id: str, rng: Random) -> None:
 @_kind("all: a SIGKILL every 10 s, while 1,000 frames render", work=LONG)
 def _kills_all_along(parts: Parts, job_id: str, rng: Random) -> None:
     while parts.client.job(job_id).status not in ENDED_JOBS:
-        part = rng.choice(parts.processes)
-        _signal(rng.choice([part.pid, *part.pool(), *part.below("povray")]), signal.SIGKILL)
+        rng.choice(parts.processes).kill_one(rng)
         _pause(rng, 0.0, 1.0)
         for part in parts.processes:
             part.start()

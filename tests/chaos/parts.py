@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
+from random import Random
 from typing import Any
 
 from lippmann.client import Client
@@ -64,6 +65,16 @@ class Part:
         self.send(signal.SIGKILL)
         assert self.process is not None
         self.process.wait()
+
+    def kill_one(self, rng: Random) -> None:
+        """Kill the process, one of its pool or a POV-Ray below it, unless the process is dead."""
+        if not self.lives:
+            return
+        pid = rng.choice([self.pid, *self.pool(), *self.below("povray")])
+        if pid == self.pid:
+            self.kill()  # It also waits: a process takes a while to die, and `start` does nothing while it lives.
+        else:
+            kill({pid})
 
     def kill_all(self) -> None:
         """Kill the process and all below it at once, as when a host loses its power."""
