@@ -24,6 +24,7 @@ import struct
 import threading
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
 from itertools import count
 
@@ -82,13 +83,12 @@ class NetworkHost:
         first = number % 32 * 8
         self.here = network(first + 1)
         self._addresses = (network(first + 2 + turn % 5) for turn in count())
-        thread = threading.Thread(target=self._make_namespace, name="network-namespace")
-        self._error: OSError | None = None
-        thread.start()
-        thread.join(ENOUGH_S)
-        if self._error is not None:
+        try:
+            with ThreadPoolExecutor(1) as thread:  # A thread of its own, which alone moves into the namespace.
+                self._far, self._namespace = thread.submit(_make_namespace, next(self._addresses)).result()
+        except OSError:
             self._near.close()
-            raise self._error
+            raise
         self._near.set_address(self.here)
         self._near.set_up(up=True)
         self.inside = ("nsenter", f"--net=/proc/{os.getpid()}/fd/{self._namespace}")
@@ -128,20 +128,6 @@ class NetworkHost:
         self._far.close()
         os.close(self._namespace)
 
-    def _make_namespace(self) -> None:
-        """Run in a thread of its own, which alone moves into the namespace."""
-        try:
-            libc = ctypes.CDLL(None, use_errno=True)
-            if libc.unshare(_CLONE_NEWNET):
-                raise OSError(ctypes.get_errno(), "unshare: " + os.strerror(ctypes.get_errno()))
-            self._far = _Interface("link0")
-            self._far.set_up(up=True, name="lo")
-            self.change_address()
-            self._far.set_up(up=True)
-            self._namespace = os.open("/proc/thread-self/ns/net", os.O_RDONLY)
-        except OSError as error:
-            self._error = error
-
     def _carry(self) -> None:
         """Carry packets until the end."""
         ways: dict[int, tuple[int, Direction]] = {
@@ -151,12 +137,13 @@ class NetworkHost:
         numbers = count()
         travelling: list[tuple[float, int, int, bytes]] = []
         with selectors.DefaultSelector() as selector:
-            for readable in (*ways, self._wake):
+            wake = self._wake.fileno()
+            for readable in (*ways, wake):
                 selector.register(readable, selectors.EVENT_READ)
             while True:
                 wait_s = max(0.0, travelling[0][0] - time.monotonic()) if travelling else None
                 for key, _ in selector.select(wait_s):
-                    if key.fileobj is self._wake:
+                    if key.fd == wake:
                         return
                     to, direction = ways[key.fd]
                     with suppress(OSError):  # Another packet was not there after all.
@@ -168,6 +155,18 @@ class NetworkHost:
                     _, _, to, packet = heapq.heappop(travelling)
                     with suppress(OSError):  # The interface is down.
                         os.write(to, packet)
+
+
+def _make_namespace(address: str) -> tuple[_Interface, int]:
+    """Move this thread into a new network namespace; return its device and a descriptor that keeps it."""
+    libc = ctypes.CDLL(None, use_errno=True)
+    if libc.unshare(_CLONE_NEWNET):
+        raise OSError(ctypes.get_errno(), "unshare: " + os.strerror(ctypes.get_errno()))
+    device = _Interface("link0")
+    device.set_up(up=True, name="lo")
+    device.set_address(address)
+    device.set_up(up=True)
+    return device, os.open("/proc/thread-self/ns/net", os.O_RDONLY)
 
 
 @contextmanager
