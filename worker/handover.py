@@ -1,9 +1,9 @@
 """The handover of a slot: the next attempt starts while the one before it ends.
 
 An engine uses its core only between the start of its parsing and the end of its tracing; before and after, POV-Ray
-waits for about 0.3 s each (measured). So a pool process announces that its attempt will soon need its core no longer,
-and the consumer takes the next order. A worker has more pool processes than slots for this, but the attempts that
-have not announced their end never outnumber the slots.
+waits for about 0.3 s each (measured). The assembly of a frame waits for the disk. So a pool process announces that its
+attempt will soon need its core no longer, and the consumer takes the next order. A worker has more pool processes than
+slots for this, but the attempts that have not announced their end never outnumber the slots.
 """
 
 from __future__ import annotations

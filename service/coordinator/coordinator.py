@@ -12,7 +12,7 @@ from __future__ import annotations
 import threading
 import time
 from collections import Counter
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import partial
 
@@ -22,13 +22,14 @@ from sqlalchemy.exc import OperationalError, SQLAlchemyError
 from lippmann.job.messages.events import Presence
 from lippmann.logs import trace_of
 from lippmann.plan.artifact_store import ArtifactStore
-from service.broker_stream import Stream, attempt_of
+from service.broker_stream import Entry, Stream, attempt_of
 from service.claiming import ClaimWatch
 from service.coordinator.artifact_repairer import ArtifactRepairer
 from service.coordinator.background_jobs import BackgroundJobs
 from service.coordinator.bundle_collector import BundleCollector
 from service.coordinator.cache_collector import collect_cache, drop_cache
 from service.coordinator.event_consumer import consume_events
+from service.coordinator.event_rules import WORKING
 from service.coordinator.fault_monitor import FaultMonitor
 from service.coordinator.leader_election import LeaderElection
 from service.coordinator.liveness import Liveness
@@ -53,6 +54,9 @@ BATCH = 200
 GATHER_S = 0.02
 """The time in which events gather before they are written, and orders before they are sent. A transaction for each
 single event would take most of a core when tasks take milliseconds."""
+CLAIM_S = 0.2
+"""The time for which events from which no order follows wait for others, so that they take no transaction of their own:
+most tasks are claimed about then when another one ends."""
 IDLE_ROUNDS = 50
 """The number of rounds without work after which the scheduler looks for work less often, every `IDLE_TICKS` ticks.
 What happens in its own process wakes it at once; this is the time until it notices an action in another process."""
@@ -72,6 +76,10 @@ WEBHOOK_S = 1.0
 SCHEDULER = "scheduler"
 
 log = structlog.get_logger("service.coordinator")
+
+
+def _may_lead_to_orders(entries: Iterable[Entry]) -> bool:
+    return any(event is not None and event.kind not in WORKING for _, event in entries)
 
 
 class Coordinator:
@@ -181,11 +189,16 @@ class Coordinator:
         with self._database.reading() as session:
             was = coordinator_rows.stream_position(session)
         entries = self._stream.read(was, count=BATCH, block_s=self._settings.tick_s)
+        if entries and len(entries) < BATCH and not _may_lead_to_orders(entries):
+            entries += self._stream.read(entries[-1][0], count=BATCH - len(entries), block_s=CLAIM_S)
         if entries:
             if any(event and event.failure and event.failure.code in INFRASTRUCTURE for _, event in entries):
                 self.fault_monitor.poke()
             consume_events(self._database, entries, was=was, now_s=self._clock(), settings=self._settings)
-            self._wakeup.notify()
+            if _may_lead_to_orders(entries):
+                self._wakeup.notify()
+            else:
+                self._wakeup.notify_coroutines()
         return len(entries)
 
     def schedule_round(self) -> None:

@@ -31,8 +31,8 @@ _AFTER = {
     EventKind.DECLINED: (TaskStatus.READY,),
 }
 """The statuses of a task after an event. An event that finds them, from the same attempt, is a repetition."""
-_WORKING = frozenset({EventKind.CLAIMED, EventKind.HEARTBEAT})
-"""The events of an attempt that works."""
+WORKING = frozenset({EventKind.CLAIMED, EventKind.HEARTBEAT})
+"""The events of an attempt that works. No order follows from them."""
 
 
 @dataclass
@@ -184,7 +184,7 @@ def _count_late(batch: Batch, draft: TaskDraft | None, event: Event) -> None:
         return
     if draft is not None:
         batch.late[draft.now.job_id] += 1
-    if event.kind in _WORKING:
+    if event.kind in WORKING:
         # A stop was requested earlier, and the broker may have lost the signal.
         batch.stops.append(event.attempt)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from lippmann.job.messages.events import ProbeResult
-from lippmann.job.messages.orders import Order
+from lippmann.job.messages.orders import MOST_THREADS, Order
 from lippmann.lattice.layout import CellLayout
 from lippmann.plan.sampling import frame_size
 from worker.tasks.attempt import TaskResult
@@ -37,6 +37,8 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
             folder=folder,
             log=log,
             monitor=monitor,
+            # Nothing is made of the pixels, so it does not matter whether they depend on the threads.
+            threads=min(order.threads, place.settings.slots, MOST_THREADS),
             is_probe=True,
         )
         seen = examine_scene(place, sheet, folder=folder, log=log, monitor=monitor)

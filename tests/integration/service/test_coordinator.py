@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from service.jobs.commands import remove_job
 from tests.broker import Broker
 from tests.builders_messages import add_event, put_presence, seals_in
 from tests.builders_service import Farm, claimed, done, heartbeat, presence
+from tests.waiting import ENOUGH_S
 
 
 class Rounds:
@@ -30,8 +32,9 @@ class Rounds:
         self.steady_s = 0.0
         self._client = broker.client
         self.seals = seals_in(tmp_path)
+        self.wakeup = Wakeup()
         self.coordinator = Coordinator(
-            self.farm.database, self.farm.store, self.farm.settings, Wakeup(),
+            self.farm.database, self.farm.store, self.farm.settings, self.wakeup,
             clock=lambda: self.farm.now_s, steady=lambda: self.steady_s,
         )  # fmt: skip
         self.coordinator.election_round()
@@ -125,6 +128,24 @@ def test_a_round_that_could_not_be_written_gives_everyone_time_to_send_again(
     assert rounds.statuses(orders) == {TaskStatus.RUNNING}
     rounds.listen(30)
     assert TaskStatus.READY in rounds.statuses(orders)
+
+
+def test_a_claim_is_written_with_what_follows_it_and_wakes_no_scheduler(
+    rounds: Rounds, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    order, *_ = rounds.running()
+    with rounds.wakeup.for_thread() as woken:
+        rounds.send(heartbeat(order))
+        rounds.coordinator.consume_round()
+        assert not woken.is_set()
+        monkeypatch.setattr(module, "CLAIM_S", ENOUGH_S)
+        rounds.send(heartbeat(order))
+        later = threading.Timer(0.1, rounds.send, (done(order),))
+        later.start()
+        rounds.coordinator.consume_round()
+        later.join()
+        assert woken.is_set()
+    assert rounds.statuses([order]) == {TaskStatus.DONE}
 
 
 def test_the_silent_are_lost_though_the_farm_is_so_busy_that_rounds_are_full(rounds: Rounds) -> None:

@@ -113,3 +113,28 @@ def test_a_tile_of_another_size_is_named(tmp_path: Path) -> None:
     place = job_with_tiles(tmp_path, "square", more_rows=1)
     with pytest.raises(ArtifactBroken, match=r"tiles/0001/00-00\.exr: expected 24 x 24 px, got 25 x 24"):
         assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
+
+
+class _Announced(NullMonitor):
+    """Keeps the progress at which the end was announced."""
+
+    def __init__(self) -> None:
+        self.at: list[float] = []
+
+    def announce_end(self) -> None:
+        self.at.append(self.progress)
+
+
+def test_the_end_of_an_assembly_is_announced_once_when_little_is_left(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found = []
+    for soon_px in (masters.SOON_PX, 9000):
+        monkeypatch.setattr(masters, "SOON_PX", soon_px)
+        monitor = _Announced()
+        place = job_with_tiles(tmp_path / str(soon_px), "square")
+        assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), monitor)
+        found += monitor.at
+    assert found[0] == 0.0, "a small frame is assembled while the next POV-Ray starts"
+    assert 0.3 < found[1] < 1.0
+    assert len(found) == 2
