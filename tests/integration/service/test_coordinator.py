@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -12,6 +11,7 @@ from sqlalchemy.exc import OperationalError
 from lippmann.job.messages.events import Event
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
+from service.broker_stream import Entry
 from service.coordinator import coordinator as module
 from service.coordinator.coordinator import BATCH, Coordinator
 from service.db import coordinator as coordinator_rows
@@ -20,7 +20,6 @@ from service.jobs.commands import remove_job
 from tests.broker import Broker
 from tests.builders_messages import add_event, put_presence, seals_in
 from tests.builders_service import Farm, claimed, done, heartbeat, presence
-from tests.waiting import ENOUGH_S
 
 
 class Rounds:
@@ -130,7 +129,7 @@ def test_a_round_that_could_not_be_written_gives_everyone_time_to_send_again(
     assert TaskStatus.READY in rounds.statuses(orders)
 
 
-def test_a_claim_is_written_with_what_follows_it_and_wakes_no_scheduler(
+def test_a_heartbeat_is_written_with_what_follows_it_and_wakes_no_scheduler(
     rounds: Rounds, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     order, *_ = rounds.running()
@@ -138,13 +137,18 @@ def test_a_claim_is_written_with_what_follows_it_and_wakes_no_scheduler(
         rounds.send(heartbeat(order))
         rounds.coordinator.consume_round()
         assert not woken.is_set()
-        monkeypatch.setattr(module, "CLAIM_S", ENOUGH_S)
-        rounds.send(heartbeat(order))
-        later = threading.Timer(0.1, rounds.send, (done(order),))
-        later.start()
+        stream, reads = rounds.coordinator._stream, list[str]()
+        read = stream.read
+
+        def read_as_more_comes(position: str, *, count: int, block_s: float) -> list[Entry]:
+            rounds.send(done(order) if reads else heartbeat(order))
+            reads.append(position)
+            return read(position, count=count, block_s=block_s)
+
+        monkeypatch.setattr(stream, "read", read_as_more_comes)
         rounds.coordinator.consume_round()
-        later.join()
         assert woken.is_set()
+    assert len(reads) == 2
     assert rounds.statuses([order]) == {TaskStatus.DONE}
 
 
