@@ -17,6 +17,11 @@ _REQUEST_STOP = text(
 )
 
 
+_ADVANCE = (
+    update(CoordinatorRow)
+    .where(CoordinatorRow.stream_position == bindparam("was"))
+    .values(stream_position=bindparam("to"))
+)
 _POSITION = select(CoordinatorRow.stream_position)
 _PENDING_STOPS = select(StopRequest.attempt).order_by(StopRequest.requested_s).limit(bindparam("limit"))
 
@@ -45,8 +50,7 @@ def release_leadership(session: Session, name: str) -> None:
 
 def advance_position(session: Session, was: str, to: str) -> bool:
     """Advance the position in the stream; return False if another process advanced it in the meantime."""
-    statement = update(CoordinatorRow).where(CoordinatorRow.stream_position == was)
-    return changed(session, statement.values(stream_position=to)) == 1
+    return changed(session, _ADVANCE, {"was": was, "to": to}) == 1
 
 
 def reset_position(session: Session) -> None:

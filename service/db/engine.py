@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import sqlite3
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -143,10 +143,10 @@ def opened(url: str, *, must_exist: bool = True) -> Iterator[Database]:
         database.dispose()
 
 
-def changed(session: Session, statement: UpdateBase) -> int:
+def changed(session: Session, statement: UpdateBase, values: Mapping[str, Any] | None = None) -> int:
     """Run a guarded UPDATE or DELETE and return the number of rows that it changed."""
     options = {"synchronize_session": False}
-    return cast(CursorResult[Any], session.execute(statement, execution_options=options)).rowcount
+    return cast(CursorResult[Any], session.execute(statement, values, execution_options=options)).rowcount
 
 
 def _sqlite_engine(url: URL) -> Engine:

@@ -116,11 +116,12 @@ def set_probes(session: Session, probes: Mapping[str, dict[str, Any]]) -> None:
 
     The notes of a probe are added to those of its job.
     """
+    if not probes:
+        return
     statement = update(Job).where(Job.id == bindparam("of_job"))
     statement = statement.values(probe=bindparam("measured"), background_job=BackgroundJob.PLAN)
-    if probes:
-        rows = [{"of_job": job_id, "measured": measured} for job_id, measured in probes.items()]
-        session.connection().execute(statement, rows)
+    rows = [{"of_job": job_id, "measured": measured} for job_id, measured in probes.items()]
+    session.connection().execute(statement, rows)
     for row in jobs(session, [job_id for job_id, measured in probes.items() if measured["notes"]]):
         row.notes = list(dict.fromkeys((*row.notes, *probes[row.id]["notes"])))
 
