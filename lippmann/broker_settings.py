@@ -1,12 +1,14 @@
-"""The settings that the service and the workers have in common: the broker, the keys of messages, the log."""
+"""The settings that the service and the workers have in common: broker, store, keys of messages, log."""
 
 from __future__ import annotations
 
 import logging
 import os
+import re
 from pathlib import Path
 from typing import Any
 
+from pydantic import field_validator
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from lippmann.job.messages import wire
@@ -14,6 +16,9 @@ from lippmann.job.messages.seals import Seals
 from lippmann.job.old_names import rename_settings
 from lippmann.key_file import ORDER_KEY_FILE, KeyFile, read_secret
 from lippmann.logs import LogFormat
+
+STORE_URL = re.compile(r"s3://[a-z0-9][a-z0-9.-]{1,61}[a-z0-9](/[A-Za-z0-9_-][A-Za-z0-9._-]*)*/?")
+ENDPOINT_URL = re.compile(r"https?://[^/@\s]+/?")
 
 
 class BrokerSettings(BaseSettings):
@@ -23,6 +28,13 @@ class BrokerSettings(BaseSettings):
 
     data_dir: Path = Path("data")
     """The folder of what the process stores; the store of artifacts in it is common to the service and the workers."""
+    store_url: str = ""
+    """The store of artifacts: `s3://bucket` or `s3://bucket/prefix`; if empty, the folder `artifacts` in `data_dir`. It
+    needs the extra `s3` of the package."""
+    s3_endpoint: str = ""
+    """The URL of the S3 server of the store; if empty, Amazon's."""
+    s3_region: str = ""
+    """The region of the bucket; if empty, that of the AWS settings of the machine, or `us-east-1`."""
     redis_url: str = "redis://127.0.0.1:6379/0"
     """The URL of the broker: `redis://`, `rediss://` or `unix://`."""
     redis_password_file: Path | None = None
@@ -36,6 +48,20 @@ class BrokerSettings(BaseSettings):
     """True while the farm has processes of a version that does not sign its messages."""
     log_format: LogFormat = "plain"
     """The form of the log: `plain` lines, or `json`, one object a line."""
+
+    @field_validator("store_url")
+    @classmethod
+    def _check_store(cls, text: str) -> str:
+        if text and not STORE_URL.fullmatch(text):
+            raise ValueError(f"expected s3://bucket or s3://bucket/prefix, got {text!r}")
+        return text
+
+    @field_validator("s3_endpoint")
+    @classmethod
+    def _check_endpoint(cls, text: str) -> str:
+        if text and not ENDPOINT_URL.fullmatch(text):
+            raise ValueError(f"expected the URL of a server, such as https://s3.example:8333, got {text!r}")
+        return text
 
     def __init__(self, **values: Any) -> None:
         for note in rename_settings(os.environ):

@@ -13,22 +13,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.viewing import Filter
+from lippmann.plan.artifact_store import ArtifactStore
 from povtemplates.catalogue import scene_folders
 from service.ports import CheckedBundle, Parts
 from worker.images.convert import encoded_picture, png
 from worker.images.read import read_rgb
 from worker.sandbox.bundle import check_bundle, pack_folder
-from worker.store.local import LocalStore
-
-ARTIFACTS = "artifacts"
-"""The folder of the artifacts below the data folder; workers use the same one."""
 
 
-def make_parts(data_dir: Path, *, reserve_bytes: int = 0) -> Parts:
-    """Return the adapters of a service whose artifacts are in a data folder."""
-    return Parts(
-        store=LocalStore(data_dir / ARTIFACTS, reserve_bytes=reserve_bytes), pictures=_Pictures(), scenes=_Scenes()
-    )
+def make_parts(store: ArtifactStore) -> Parts:
+    """Return the adapters of a service with a store."""
+    return Parts(store=store, pictures=_Pictures(), scenes=_Scenes())
 
 
 class _Pictures:

@@ -23,6 +23,7 @@ from service.db.tables import ADMIN_OWNER
 from service.main import Server, create_app
 from service.schemas.access import Role
 from service.settings import Settings
+from worker.store.opening import open_store
 
 
 class _Announcing(Server):
@@ -47,7 +48,7 @@ def run_service(settings: Settings, listening: socket.socket, *, key_file: Path 
     _log_to_stderr(settings)
     if key_file is not None:
         keep_admin_key(settings, key_file)
-    app = create_app(settings, make_parts(settings.data_dir, reserve_bytes=settings.disk_reserve_bytes))
+    app = create_app(settings, make_parts(open_store(settings, reserve_bytes=settings.disk_reserve_bytes)))
     server = _Announcing(app, host=settings.host, port=settings.port)
     for number in (signal.SIGINT, signal.SIGTERM):
         # uvicorn raises these signals again after it has stopped in order; by then nothing is left to stop.

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from lippmann.digest import Digest, digest_of
 
@@ -102,6 +102,17 @@ class ArtifactStore(Protocol):
 
     def free_bytes(self) -> int | None:
         """Return the free space in bytes; None for a store without a limit."""
+
+
+@runtime_checkable
+class LeavesPartialFiles(Protocol):
+    """A store whose writers leave something that is no artifact when they die."""
+
+    def count_partial(self, older_than_s: float) -> int:
+        """Return the number of partial files of that age."""
+
+    def sweep(self, older_than_s: float) -> int:
+        """Remove these files, and return their number."""
 
 
 def read_digest(store: ArtifactStore, name: str) -> Digest:

@@ -14,7 +14,7 @@ from sqlalchemy import select, update
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import ENDED_JOBS, HELD_TASKS, JobStatus, TaskStatus
-from lippmann.plan.artifact_store import ArtifactStore
+from lippmann.plan.artifact_store import ArtifactStore, LeavesPartialFiles
 from service.coordinator.orphan_sweeper import sweep_orphans
 from service.db import coordinator as coordinator_rows
 from service.db import usage as usage_rows
@@ -25,7 +25,7 @@ from service.db.tables import BackgroundJob, CoordinatorRow, Job, Task
 from service.doctor.farm_checks import check_farm
 from service.doctor.finding import Check, Finding
 from service.doctor.job_checks import check_jobs, count_tasks
-from service.doctor.store import PARTIAL_S, LeavesPartialFiles
+from service.doctor.store import PARTIAL_S
 from service.doctor.task_checks import check_attempts, check_dependents, check_held
 from service.doctor.usage_checks import check_usage
 from service.errors import NotFound

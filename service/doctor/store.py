@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Protocol, runtime_checkable
 
 from sqlalchemy import select
 
 from lippmann.errors import StoreUnavailable
 from lippmann.plan import artifact_names as names
-from lippmann.plan.artifact_store import ArtifactStore
+from lippmann.plan.artifact_store import ArtifactStore, LeavesPartialFiles
 from service.coordinator.orphan_sweeper import ORPHAN_S
 from service.db import jobs as job_rows
 from service.db.engine import Database
@@ -29,17 +28,6 @@ PARTIAL_S = 86_400.0
 """The age at which a partial file was left by a process that died; no upload takes that long."""
 SHOWN = 3
 """The number of damaged artifacts that a message shows."""
-
-
-@runtime_checkable
-class LeavesPartialFiles(Protocol):
-    """A store that writes files under temporary names, which a process that dies leaves behind."""
-
-    def count_partial(self, older_than_s: float) -> int:
-        """Return the number of partial files of that age."""
-
-    def sweep(self, older_than_s: float) -> int:
-        """Remove these files, and return their number."""
 
 
 def check_store(database: Database, store: ArtifactStore, *, by_content: bool, now_s: float) -> Iterator[Finding]:

@@ -30,6 +30,7 @@ from tests.benchmarks.listening import (
 from tests.browser.studio import RIG, Studio
 from tests.farm import ended
 from tests.waiting import ENOUGH_S
+from worker.store.opening import local_store
 
 LOW_PRIORITY = ("nice", "-n", "15")
 PICTURED = {"scene": "fish", "frames": "1-2", "rig": RIG, "render": {"tiles": [1, 1]}, "outputs": []}
@@ -38,7 +39,7 @@ PICTURED = {"scene": "fish", "frames": "1-2", "rig": RIG, "render": {"tiles": [1
 
 def healthy_ratio(folder: Path) -> str:
     """Return p95 of the job list of a healthy client with bad clients against quiet, the memory, and the flood."""
-    studio, first = Studio(make_parts(folder / "data").store), list[str]()
+    studio, first = Studio(make_parts(local_store(folder / "data")).store), list[str]()
 
     def answer(order: Order) -> list[Event]:
         first[:] = first or [order.job_id]

@@ -26,6 +26,7 @@ from service.ports import Parts
 from tests.builders_service import DictStore, claimed, done, event, heartbeat
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr, write_png, write_thumbnail
+from worker.store.opening import local_store
 from worker.video.encode import encode
 from worker.video.kinds import FFV1, H264, kind
 
@@ -50,7 +51,7 @@ class FileStore(DictStore):
 
 
 def parts(folder: Path) -> Parts:
-    return replace(make_parts(folder), store=FileStore())
+    return replace(make_parts(local_store(folder)), store=FileStore())
 
 
 def view(frame: int, px: int) -> NDArray[np.float32]:

@@ -20,6 +20,7 @@ from service.main import create_app
 from service.schemas.access import Role
 from tests.browser.studio import RIG, Studio
 from tests.builders_service import Client, Farm
+from worker.store.opening import local_store
 
 JOB: dict[str, Any] = {
     "scene": "fish",
@@ -86,7 +87,7 @@ class ContractFarm:
 def contract_farm(folder: Path) -> Iterator[ContractFarm]:
     """Lend a farm without a broker, whose event streams end at once and whose rates nobody exceeds."""
     farm = Farm(
-        f"sqlite:///{folder}/farm.db", given=make_parts(folder), data_dir=folder, coordinator=False,
+        f"sqlite:///{folder}/farm.db", given=make_parts(local_store(folder)), data_dir=folder, coordinator=False,
         redis_url="redis://127.0.0.1:1/0", requests_per_minute=10**9, requests_per_minute_by_address=10**9,
         max_open_jobs=10**9, max_open_frames=10**9,
     )  # fmt: skip

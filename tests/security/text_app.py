@@ -13,13 +13,14 @@ from service.main import create_app
 from service.schemas.access import Role
 from service.settings import Settings
 from tests.builders_service import Client
+from worker.store.opening import local_store
 
 
 @contextmanager
 def running_app(folder: Path) -> Iterator[Client]:
     """Lend a client with an admin's key; no broker is there, and nothing is rendered."""
     settings = Settings(data_dir=folder, coordinator=False, redis_url="redis://127.0.0.1:1/0")
-    with Client(create_app(settings, make_parts(folder)), raise_server_exceptions=False) as client:
+    with Client(create_app(settings, make_parts(local_store(folder))), raise_server_exceptions=False) as client:
         database = Database(settings.database)
         with database.writing() as session:
             client.headers["Authorization"] = f"Bearer {create_key(session, 'tester', Role.ADMIN)[1]}"

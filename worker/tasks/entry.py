@@ -12,10 +12,11 @@ from celery.signals import task_failure, worker_ready
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.messages.seals import Refused, Seals
 from lippmann.job.messages.wire import task_name
+from lippmann.plan.artifact_store import LeavesPartialFiles
 from worker.app import app, broker_client, handover, settings
 from worker.images.read import limit_threads
 from worker.refusals import refusals
-from worker.store.local import LocalStore
+from worker.store.opening import open_store
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.attempt import TaskFunction, attempt
 from worker.tasks.encode import encode_output
@@ -67,7 +68,9 @@ def _do(task: Task, message: object, kind: TaskKind, do: TaskFunction) -> None:
 def _sweep(**_: Any) -> None:
     """Remove the scratch folders and partial artifacts of killed workers."""
     sweep_scratch(settings)
-    LocalStore(settings.artifacts_dir).sweep(older_than_s=STALE_S)
+    store = open_store(settings)
+    if isinstance(store, LeavesPartialFiles):
+        store.sweep(older_than_s=STALE_S)
 
 
 @task_failure.connect

@@ -27,7 +27,7 @@ from worker.sandbox.detect import detect
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
-from worker.store.local import LocalStore
+from worker.store.opening import open_store
 from worker.tasks.bundle_folder import unpacked_bundle
 from worker.tasks.folder_lock import folder_lock
 
@@ -132,7 +132,7 @@ def workplace(
     """
     return Workplace(
         settings=settings,
-        store=LocalStore(settings.artifacts_dir, reserve_bytes=settings.disk_reserve_bytes),
+        store=open_store(settings, reserve_bytes=settings.disk_reserve_bytes),
         sandbox=detect(settings.sandbox),
         announce=announce,
         own_files=own_files,

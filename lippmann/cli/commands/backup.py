@@ -42,15 +42,16 @@ def backup(
     output: Output,
 ) -> None:
     """Back a farm up, also while it runs. LIPPMANN_DATABASE_URL names the database if it is not in the data folder."""
-    from lippmann.farm.adapters import ARTIFACTS, make_parts
     from service.backup.write import write_backup
     from service.db.engine import opened
     from service.settings import Settings
+    from worker.store.opening import ARTIFACTS, open_store
 
-    if artifacts and not (data_dir / ARTIFACTS).is_dir():
+    settings = Settings(data_dir=data_dir)
+    if artifacts and not settings.store_url and not (data_dir / ARTIFACTS).is_dir():
         raise BadInput(f"expected the data folder of a farm, got {data_dir} without {ARTIFACTS}/")
-    with opened(Settings(data_dir=data_dir).database) as database:
-        store = make_parts(data_dir).store if artifacts else None
+    with opened(settings.database) as database:
+        store = open_store(settings) if artifacts else None
         made = write_backup(database, store, target, clock=time.time, link=not copy)
     output.result({"backup": str(target.resolve()), **_data(made)}, f"The backup is {target}: {_text(made)}.")
 
@@ -63,19 +64,20 @@ def restore(
     output: Output,
 ) -> None:
     """Restore a backup into an empty data folder, and into an empty database if LIPPMANN_DATABASE_URL names one."""
-    from lippmann.farm.adapters import make_parts
     from lippmann.farm.supervisor.folder import data_folder
     from lippmann.private_files import keep_private
     from service.backup.restore import check_backup, check_folder, restore_backup
     from service.db.engine import opened
     from service.settings import Settings
+    from worker.store.opening import open_store
 
     keep_private()
+    settings = Settings(data_dir=data_dir)
     check_backup(source, artifacts=artifacts)
     check_folder(data_dir, artifacts=artifacts)
     # The lock keeps `lippmann up` from starting a farm on a part of the backup.
-    with data_folder(data_dir), opened(Settings(data_dir=data_dir).database, must_exist=False) as database:
-        done = restore_backup(source, database, make_parts(data_dir).store if artifacts else None)
+    with data_folder(data_dir), opened(settings.database, must_exist=False) as database:
+        done = restore_backup(source, database, open_store(settings) if artifacts else None)
     text = (
         f"The backup is restored into {data_dir}: {_text(done.manifest)}. "
         f"{done.taken_back} tasks that ran at that time run again when a farm starts."

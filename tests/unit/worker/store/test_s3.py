@@ -1,0 +1,272 @@
+"""A bucket as a store: its errors, its uploads, connections that break, other processes."""
+
+from __future__ import annotations
+
+import datetime
+import multiprocessing
+import os
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import botocore.auth
+import pytest
+
+from lippmann.errors import ArtifactMissing, StoreUnavailable
+from tests.broker import free_port
+from tests.object_store import ObjectStore
+from tests.waiting import ENOUGH_S
+from worker.store import s3
+from worker.store.s3 import IDENTITY, S3Store
+
+
+@pytest.fixture
+def bucket(object_store: ObjectStore) -> str:
+    return object_store.new_bucket()
+
+
+@pytest.fixture
+def store(object_store: ObjectStore, bucket: str) -> S3Store:
+    return S3Store(bucket, endpoint=object_store.endpoint)
+
+
+def test_of_several_processes_one_makes_the_id(object_store: ObjectStore, bucket: str) -> None:
+    def make(_: int) -> str:
+        return S3Store(bucket, endpoint=object_store.endpoint).make_identity()
+
+    assert S3Store(bucket, endpoint=object_store.endpoint).identity() is None
+    with ThreadPoolExecutor(8) as pool:
+        (made,) = {*pool.map(make, range(8))}
+    assert S3Store(bucket, endpoint=object_store.endpoint).identity() == made
+
+
+def test_the_store_of_another_farm_is_unavailable_and_its_artifacts_are_not_missing(store: S3Store) -> None:
+    store.make_identity()
+    store.put_bytes("job/a", b"mine")
+    store.expect("0" * 32)
+    for ask in (
+        lambda: store.put_bytes("job/a", b"new"),
+        lambda: store.exists("job/none"),
+        lambda: store.list("job"),
+        lambda: store.delete("job"),
+        lambda: store.folders(),
+    ):
+        with pytest.raises(StoreUnavailable, match=f"{store.place} is another store"):
+            ask()
+    assert store.get_bytes("job/a") == b"mine"
+
+
+def test_a_store_without_its_id_is_unavailable(store: S3Store, object_store: ObjectStore, bucket: str) -> None:
+    store.expect(store.make_identity())
+    object_store.client().delete_object(Bucket=bucket, Key=IDENTITY)
+    with pytest.raises(StoreUnavailable, match=f"{store.place} has no id"):
+        store.put_bytes("a", b"")
+
+
+def test_a_bucket_holds_several_stores(object_store: ObjectStore, bucket: str) -> None:
+    one, two = (S3Store(bucket, prefix=name, endpoint=object_store.endpoint) for name in ("farms/one", "farms/one-b"))
+    one.put_bytes("job/a", b"1")
+    two.put_bytes("job/b", b"2")
+    assert one.make_identity() != two.make_identity()
+    assert ([info.name for info in one.list("")], one.folders()) == (["job/a"], ["job"])
+    one.delete("job")
+    assert [info.name for info in two.list("")] == ["job/b"]
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"AWS_ACCESS_KEY_ID": "nobody"}, "the server does not know the access key"),
+        ({"AWS_SECRET_ACCESS_KEY": "wrong"}, "the secret key is not that of the access key"),
+        ({"AWS_ACCESS_KEY_ID": "", "AWS_SECRET_ACCESS_KEY": "", "HOME": "/nowhere"}, "there is no access key"),
+    ],
+)
+def test_a_wrong_key_is_named(
+    object_store: ObjectStore, bucket: str, monkeypatch: pytest.MonkeyPatch, change: dict[str, str], reason: str
+) -> None:
+    for name, value in change.items():
+        monkeypatch.setenv(name, value) if value else monkeypatch.delenv(name)
+    store = S3Store(bucket, endpoint=object_store.endpoint)
+    for ask in (store.make_identity, lambda: store.put_bytes("a", b""), lambda: store.get_bytes("a")):
+        with pytest.raises(StoreUnavailable, match=reason) as caught:
+            ask()
+        assert "wrong" not in str(caught.value)
+
+
+def test_a_wrong_bucket_is_unavailable_and_nothing_in_it_is_missing(object_store: ObjectStore) -> None:
+    store = S3Store("no-such-bucket", endpoint=object_store.endpoint)
+    for ask in (
+        store.identity,
+        store.make_identity,
+        lambda: store.put_bytes("a", b""),
+        lambda: store.get_bytes("a"),
+        lambda: store.exists("a"),
+        lambda: store.list("a"),
+        lambda: store.read_range("a", 0, 1),
+    ):
+        with pytest.raises(StoreUnavailable, match=r"no-such-bucket at .* no bucket of this name"):
+            ask()
+
+
+def test_a_clock_that_is_wrong_is_named(store: S3Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    store.put_bytes("a", b"")
+    now = botocore.auth.get_current_datetime
+    monkeypatch.setattr(
+        botocore.auth, "get_current_datetime", lambda *a, **k: now(*a, **k) - datetime.timedelta(hours=2)
+    )
+    with pytest.raises(StoreUnavailable, match="the clock of this machine differs from that of the server"):
+        store.put_bytes("a", b"")
+
+
+def test_a_server_that_is_away_is_unavailable(bucket: str) -> None:
+    store = S3Store(bucket, endpoint=f"http://127.0.0.1:{free_port()}", attempts=1)
+    for ask in (lambda: store.put_bytes("a", b""), lambda: store.get_bytes("a"), lambda: store.exists("a")):
+        with pytest.raises(StoreUnavailable, match="the server does not answer"):
+            ask()
+
+
+def test_a_large_file_is_stored_in_parts_and_whole(
+    store: S3Store, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(s3, "PART_BYTES", 5 << 20)
+    monkeypatch.setattr(
+        s3, "_IN_PARTS", s3.TransferConfig(multipart_threshold=5 << 20, multipart_chunksize=5 << 20, max_concurrency=2)
+    )
+    data = os.urandom(11 << 20)
+    (tmp_path / "large").write_bytes(data)
+    store.put_file("job/large", tmp_path / "large")
+    assert store.etag("job/large").endswith("-3")
+    assert store.get_bytes("job/large") == data
+    store.link("job/large", "job/second")
+    with store.local_path("job/second") as path:
+        assert path.read_bytes() == data
+    assert not path.exists()
+
+
+UPLOADING = """
+import os, signal, sys
+from pathlib import Path
+from worker.store import s3
+s3.PART_BYTES = 5 << 20
+s3._IN_PARTS = s3.TransferConfig(multipart_threshold=5 << 20, multipart_chunksize=5 << 20, use_threads=False)
+class Dying(s3.S3Store):
+    @property
+    def _client(self):
+        client = super()._client
+        def die(params, **_):
+            if params["url"].find("partNumber=2") >= 0: os.kill(os.getpid(), signal.SIGKILL)
+        client.meta.events.register("before-call.s3.UploadPart", die)
+        return client
+Dying(sys.argv[1], endpoint=sys.argv[2]).put_file("job/large", Path(sys.argv[3]))
+"""
+
+
+def test_an_upload_of_a_killed_process_is_invisible_and_swept(
+    store: S3Store, object_store: ObjectStore, bucket: str, tmp_path: Path
+) -> None:
+    (tmp_path / "large").write_bytes(os.urandom(11 << 20))
+    command = [sys.executable, "-c", UPLOADING, bucket, object_store.endpoint, str(tmp_path / "large")]
+    assert subprocess.run(command, timeout=300).returncode == -9
+    assert not store.exists("job/large")
+    assert store.list("") == []
+    assert (store.count_partial(3600), store.sweep(3600)) == (0, 0)
+    assert (store.count_partial(-60), store.sweep(-60)) == (1, 1)
+    assert store.count_partial(-60) == 0
+
+
+class _Breaking:
+    """An answer whose connection breaks after some bytes."""
+
+    def __init__(self, body: Any, after: int) -> None:
+        self._body, self._left = body, after
+
+    def read(self, size: int) -> bytes:
+        if self._left <= 0:
+            raise ConnectionResetError
+        data = bytes(self._body.read(min(self._left, size)))
+        self._left -= len(data)
+        return data
+
+    def close(self) -> None:
+        self._body.close()
+
+
+def _break_answers(store: S3Store, number: int, after: int) -> None:
+    """Break the first answers of a client."""
+    left = [number]
+
+    def broken(parsed: dict[str, Any], **_: Any) -> None:
+        if left[0] and "Body" in parsed:
+            left[0] -= 1
+            parsed["Body"] = _Breaking(parsed["Body"], after)
+
+    store._client.meta.events.register("after-call.s3.GetObject", broken)
+
+
+def test_a_connection_that_breaks_loses_no_byte(store: S3Store) -> None:
+    data = os.urandom(1 << 20)
+    store.put_bytes("a", data)
+    _break_answers(store, 3, 300_000)
+    assert b"".join(store.read_range("a", 7, len(data))) == data[7:]
+    _break_answers(store, 1, 300_000)
+    assert store.get_bytes("a") == data
+
+
+def test_a_connection_that_breaks_while_the_artifact_is_replaced_is_an_error(store: S3Store) -> None:
+    store.put_bytes("a", b"o" * 600_000)
+    _break_answers(store, 1, 300_000)
+    chunks = store.read_range("a", 0, 600_000)
+    next(chunks)
+    store.put_bytes("a", b"n" * 600_000)
+    with pytest.raises(StoreUnavailable):
+        list(chunks)
+
+
+def test_connections_that_always_break_are_an_error(store: S3Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(s3, "_pause_s", lambda attempt: 0.0)
+    store.put_bytes("a", b"o" * 600_000)
+    _break_answers(store, 1000, 0)
+    with pytest.raises(StoreUnavailable, match="connection failed"):
+        store.get_bytes("a")
+    with pytest.raises(StoreUnavailable, match="connection failed"):
+        list(store.read_range("a", 0, 600_000))
+
+
+def test_a_fork_has_connections_of_its_own(store: S3Store) -> None:
+    store.put_bytes("a", b"parent")
+    fork = multiprocessing.get_context("fork")
+    children = [fork.Process(target=_put_and_get, args=(store, number)) for number in range(4)]
+    for child in children:
+        child.start()
+    assert [store.get_bytes("a") for _ in range(20)] == [b"parent"] * 20
+    for child in children:
+        child.join(ENOUGH_S)
+    assert [child.exitcode for child in children] == [0, 0, 0, 0]
+
+
+def _put_and_get(store: S3Store, number: int) -> None:
+    for data in (os.urandom(1000) for _ in range(10)):
+        store.put_bytes(f"job/{number}", data)
+        assert store.get_bytes(f"job/{number}") == data
+
+
+def test_a_thousand_objects_and_more_are_listed_and_deleted(store: S3Store, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(s3, "DELETED_AT_ONCE", 7)
+    names = [f"job/{number:02}" for number in range(20)]
+    for name in (*names, "jobs"):
+        store.put_bytes(name, b"")
+    client = store._client
+    client.meta.events.register("before-parameter-build.s3.ListObjectsV2", lambda params, **_: params.update(MaxKeys=6))
+    assert [info.name for info in store.list("job")] == names
+    store._is_sorted = True  # How Amazon's server is read; these names have the same order on both.
+    assert [info.name for info in store.list("job")] == names
+    assert [info.name for info in store.list("job", after="job/03", limit=9)] == names[4:13]
+    store.delete("job")
+    assert [info.name for info in store.list("")] == ["jobs"]
+
+
+def test_an_artifact_that_is_missing_is_named(store: S3Store) -> None:
+    with pytest.raises(ArtifactMissing, match="expected the artifact job/none, got nothing there"):
+        store.get_bytes("job/none")
