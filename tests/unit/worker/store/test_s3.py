@@ -13,6 +13,7 @@ from typing import Any
 
 import botocore.auth
 import pytest
+from boto3.s3.transfer import TransferConfig
 
 from lippmann.errors import ArtifactMissing, StoreUnavailable
 from tests.broker import free_port
@@ -132,7 +133,7 @@ def test_a_large_file_is_stored_in_parts_and_whole(
 ) -> None:
     monkeypatch.setattr(s3, "PART_BYTES", 5 << 20)
     monkeypatch.setattr(
-        s3, "_IN_PARTS", s3.TransferConfig(multipart_threshold=5 << 20, multipart_chunksize=5 << 20, max_concurrency=2)
+        s3, "_IN_PARTS", TransferConfig(multipart_threshold=5 << 20, multipart_chunksize=5 << 20, max_concurrency=2)
     )
     data = os.urandom(11 << 20)
     (tmp_path / "large").write_bytes(data)
@@ -150,7 +151,7 @@ import os, signal, sys
 from pathlib import Path
 from worker.store import s3
 s3.PART_BYTES = 5 << 20
-s3._IN_PARTS = s3.TransferConfig(multipart_threshold=5 << 20, multipart_chunksize=5 << 20, use_threads=False)
+s3._IN_PARTS = TransferConfig(multipart_threshold=5 << 20, multipart_chunksize=5 << 20, use_threads=False)
 class Dying(s3.S3Store):
     @property
     def _client(self):
