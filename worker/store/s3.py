@@ -350,7 +350,7 @@ class S3Store:
 
     @cached_property
     def _is_sorted(self) -> bool:
-        """Whether the server lists objects in the order of their names, as Amazon's does and some others do not."""
+        """True if the server lists objects in the order of their names, as Amazon's does and some others do not."""
         for name in ORDER:
             with suppress(ClientError):
                 self._client.put_object(**self._at(name), Body=b"")
