@@ -10,7 +10,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,10 @@ from tests.waiting import ENOUGH_S, until
 
 ACCESS_KEY = "lippmann-test"
 SECRET_KEY = "the-secret-of-the-tests"
+PARTS = ("master", "volume", "filer")
 KEYS = {"AWS_ACCESS_KEY_ID": ACCESS_KEY, "AWS_SECRET_ACCESS_KEY": SECRET_KEY, "AWS_EC2_METADATA_DISABLED": "true"}
+PARTS = ("master", "volume", "filer")
+PORTS = (*(f"{part}.port" for part in PARTS), *(f"{part}.port.grpc" for part in (*PARTS, "s3")))
 PROGRAM = Path(sys.executable).with_name("weed")
 
 
@@ -34,6 +37,7 @@ class ObjectStore:
     folder: Path
     port: int
     process: subprocess.Popen[bytes] | None = None
+    ports: dict[str, int] = field(default_factory=lambda: {name: free_port() for name in PORTS})
 
     @property
     def endpoint(self) -> str:
@@ -51,16 +55,13 @@ class ObjectStore:
         users.write_text(json.dumps({"identities": [identity]}))
         data = self.folder / "data"
         data.mkdir(exist_ok=True)
-        ports = {name: free_port() for name in ("master", "volume", "filer")}
-        grpc = {f"{name}.port.grpc": free_port() for name in (*ports, "s3")}
         options = {
             "dir": str(data), "ip": "127.0.0.1", "ip.bind": "127.0.0.1", "s3": "true", "s3.port": str(self.port),
             "s3.config": str(users), "s3.port.iceberg": "0", "s3.iam": "false", "s3.autoCreateBucket": "false",
             "master.telemetry": "false",
             "master.volumeSizeLimitMB": "64", "volume.max": "0", "master.volumePreallocate": "false",
             "s3.localSocket": str(self.folder / "s3.sock"), "filer.localSocket": str(self.folder / "filer.sock"),
-            **{f"{name}.port": str(port) for name, port in ports.items()},
-            **{name: str(port) for name, port in grpc.items()},
+            **{name: str(port) for name, port in self.ports.items()},
         }  # fmt: skip
         with (self.folder / "log").open("ab") as log:
             self.process = subprocess.Popen(
@@ -105,8 +106,10 @@ class ObjectStore:
 
 @contextmanager
 def running_object_store() -> Iterator[ObjectStore]:
-    """Run an S3 server."""
-    with tempfile.TemporaryDirectory(prefix="lippmann-s3-") as folder:
+    """Run an S3 server, with its keys in the environment meanwhile."""
+    with tempfile.TemporaryDirectory(prefix="lippmann-s3-") as folder, pytest.MonkeyPatch.context() as patch:
+        for name, value in KEYS.items():
+            patch.setenv(name, value)
         store = ObjectStore(Path(folder), free_port())
         store.start()
         try:
@@ -117,8 +120,6 @@ def running_object_store() -> Iterator[ObjectStore]:
 
 @pytest.fixture(scope="session")
 def object_store() -> Iterator[ObjectStore]:
-    """Start a real S3 server for the tests of this process, with its keys in their environment."""
-    with running_object_store() as store, pytest.MonkeyPatch.context() as patch:
-        for name, value in KEYS.items():
-            patch.setenv(name, value)
+    """Start a real S3 server for the tests of this process."""
+    with running_object_store() as store:
         yield store

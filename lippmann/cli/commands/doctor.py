@@ -52,7 +52,8 @@ def doctor(
     from service.doctor.finding import Check, Finding, Level
     from worker.store.opening import ARTIFACTS
 
-    has_farm = (data_dir / ARTIFACTS).is_dir()
+    # The artifacts of a farm on a bucket are not in its data folder.
+    has_farm = (data_dir / ARTIFACTS).is_dir() or "LIPPMANN_STORE_URL" in os.environ
     if has_farm:
         found = _farm(data_dir, repair=repair, deep=deep, adopt_store=adopt_store)
     elif data_dir != DATA_DIR or repair or deep or adopt_store or _SETTINGS_OF_A_FARM & os.environ.keys():
