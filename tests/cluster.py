@@ -44,6 +44,9 @@ def cluster_up(folder: Path, *, postgresql: str, objects: ObjectStore) -> Iterat
         "LIPPMANN_ORDER_KEY_FILE": str(order_key),
         "LIPPMANN_STORE_URL": f"s3://{bucket}/farm",
         "LIPPMANN_S3_ENDPOINT": objects.endpoint,
+        # A store that was away is noticed and tried again soon, so that a test is short.
+        "LIPPMANN_STORE_CHECK_S": "1",
+        "LIPPMANN_DEFERRAL_S": "2",
     }
     with ExitStack() as stack:
         stack.callback(broker.kill)

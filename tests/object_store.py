@@ -9,7 +9,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -97,7 +97,8 @@ class ObjectStore:
             raise AssertionError(f"SeaweedFS ended: {(self.folder / 'log').read_text()[-2000:]}")
         client = self.client()
         try:
-            client.create_bucket(Bucket="ready")
+            with suppress(client.exceptions.BucketAlreadyExists, client.exceptions.BucketAlreadyOwnedByYou):
+                client.create_bucket(Bucket="ready")
             client.put_object(Bucket="ready", Key="ready", Body=b"ready")
             return bool(client.get_object(Bucket="ready", Key="ready")["Body"].read() == b"ready")
         except (BotoCoreError, ClientError):
