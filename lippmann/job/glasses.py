@@ -44,6 +44,17 @@ class Glass:
     """The Abbe number; None for a material without dispersion."""
 
 
+@dataclass(frozen=True)
+class NamedGlass:
+    """A glass of the table, with its name there."""
+
+    maker: str
+    name: str
+    glass: Glass
+    is_named_maker: bool
+    """True if the name that was asked for, or the caller, selects the maker."""
+
+
 def glass(name: str, makers: Sequence[str] = ()) -> Glass | None:
     """Return the material of a name, in upper or lower case, with or without hyphens; None for an unknown name.
 
@@ -67,6 +78,25 @@ def glass(name: str, makers: Sequence[str] = ()) -> Glass | None:
     >>> print(glass("unobtainium"))
     None
     """
+    found = find_glass(name, makers)
+    return None if found is None else found.glass
+
+
+def find_glass(name: str, makers: Sequence[str] = ()) -> NamedGlass | None:
+    """Return the entry of a material in the table; None for an unknown name.
+
+    Parameters
+    ----------
+    name
+        The name, as for `glass`.
+    makers
+        The makers whose glasses count first, in their order.
+
+    Examples
+    --------
+    >>> find_glass("SK16")
+    NamedGlass(maker='SCHOTT', name='N-SK16', glass=Glass(index=1.62041, abbe=60.32), is_named_maker=False)
+    """
     key = glass_key(name)
     if len(key) > MAX_NAME:
         return None
@@ -74,9 +104,9 @@ def glass(name: str, makers: Sequence[str] = ()) -> Glass | None:
     order = [maker for maker in dict.fromkeys((*makers, SCHOTT, *table)) if maker in table]
     before, separator, suffix = name.strip().upper().rpartition("_")
     maker = _OTHER_MAKERS.get(suffix, suffix)
-    found = _found(key, order)
+    found = _found(key, order, makers)
     if found is None and separator and maker in table:
-        found = _found(glass_key(before), [maker])
+        found = _found(glass_key(before), [maker], [maker])
     return found
 
 
@@ -113,14 +143,14 @@ def glasses_by_maker() -> Mapping[str, Mapping[str, Glass]]:
     return MappingProxyType(table)
 
 
-def _found(key: str, makers: Sequence[str]) -> Glass | None:
-    for maker in makers:
-        names = _keys()[maker]
-        found = names.get(key)
-        if found is None and maker == SCHOTT:
-            found = names.get(f"N{key}") or names.get(_without_last_n(key))
-        if found is not None:
-            return found
+def _found(key: str, order: Sequence[str], named: Sequence[str]) -> NamedGlass | None:
+    for maker in order:
+        names = _names_by_key()[maker]
+        name = names.get(key)
+        if name is None and maker == SCHOTT:
+            name = names.get(f"N{key}") or names.get(_without_last_n(key))
+        if name is not None:
+            return NamedGlass(maker, name, glasses_by_maker()[maker][name], maker in named)
     return None
 
 
@@ -131,9 +161,9 @@ def _without_last_n(key: str) -> str:
 
 
 @cache
-def _keys() -> Mapping[str, Mapping[str, Glass]]:
-    keys = {maker: {glass_key(name): one for name, one in names.items()} for maker, names in glasses_by_maker().items()}
-    keys["MISC"].update({glass_key(other): keys["MISC"][glass_key(name)] for other, name in _OTHER_NAMES.items()})
+def _names_by_key() -> Mapping[str, Mapping[str, str]]:
+    keys = {maker: {glass_key(name): name for name in names} for maker, names in glasses_by_maker().items()}
+    keys["MISC"].update({glass_key(other): name for other, name in _OTHER_NAMES.items()})
     return MappingProxyType(keys)
 
 

@@ -84,14 +84,23 @@ def _closest_mm(front: Surface, back: Surface) -> float:
 
 
 def _stop(lens: ImagingLens) -> Iterator[FieldProblem]:
-    z_mm = lens.stop.z_mm if lens.stop else lens.stop_z_mm
+    if fault := stop_fault(lens):
+        yield FieldProblem(
+            field=f"{_LENS}.stop_z_mm", expected=f"a stop in the air{fault}", got=f"{_z_mm(lens) or 0.0:g} mm"
+        )
+
+
+def stop_fault(lens: ImagingLens) -> str:
+    """Return why the stop of a lens cannot be built, as the end of a sentence; empty if it can or there is none."""
+    z_mm = _z_mm(lens)
     if z_mm is None:
-        return
-    fault = _stands_in_glass(lens, z_mm) or _cuts_a_surface(
-        lens, Stop(z_mm, lens.stop.semi_aperture_mm if lens.stop else 0.0)
-    )
-    if fault:
-        yield FieldProblem(field=f"{_LENS}.stop_z_mm", expected=f"a stop in the air{fault}", got=f"{z_mm:g} mm")
+        return ""
+    semi_mm = lens.stop.semi_aperture_mm if lens.stop else 0.0
+    return _stands_in_glass(lens, z_mm) or _cuts_a_surface(lens, Stop(z_mm, semi_mm))
+
+
+def _z_mm(lens: ImagingLens) -> float | None:
+    return lens.stop.z_mm if lens.stop else lens.stop_z_mm
 
 
 def _stands_in_glass(lens: ImagingLens, z_mm: float) -> str:

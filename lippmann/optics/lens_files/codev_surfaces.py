@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lippmann.optics.lens_files.codev_commands import Command
+from lippmann.optics.lens_files.rows import radius_or_plane
 
 TERMS = "ABCDEFGH"
 """The coefficients of r^4 to r^18."""
@@ -44,12 +45,11 @@ class CodevSurface:
         """
         if math.isinf(self.thickness):
             self.command.refuse("a finite thickness")
-        bend, is_flat = self.bend, self.bend == 0 or (self.is_radius and math.isinf(self.bend))
-        radius = 0.0 if is_flat else bend if self.is_radius else 1.0 / bend
-        if not math.isfinite(radius) or (not is_flat and radius == 0):
-            self.command.refuse("a finite radius or curvature")
+        if math.isinf(self.bend) and not self.is_radius:
+            self.command.refuse("a finite curvature")
+        radius = math.inf if self.bend == 0 else self.bend if self.is_radius else 1.0 / self.bend
         shape: dict[str, Any] = {
-            "radius_mm": None if is_flat else radius * mm,
+            "radius_mm": radius_or_plane(radius * mm),
             "thickness_mm": self.thickness * mm,
             "conic": self.conic,
             "aspheric": self._aspheric(mm),

@@ -10,7 +10,7 @@ from typing import Any
 from lippmann.optics.lens_files.glass_search import GlassSearch
 from lippmann.optics.lens_files.lens_file import LensFile
 from lippmann.optics.lens_files.lines import wrong
-from lippmann.optics.lens_files.rows import Row, prescription_of_rows
+from lippmann.optics.lens_files.rows import Row, prescription_of_rows, radius_or_plane
 from lippmann.untrusted.text_lines import read_lines
 
 COLUMNS = ("radius", "thickness", "material", "index", "v-no", "sa")
@@ -105,7 +105,7 @@ def _header(number: int, cells: list[str]) -> tuple[str, ...]:
 def _surface(place: str, cells: Mapping[str, str], glasses: GlassSearch) -> dict[str, Any]:
     radius_mm = _number(place, "radius", cells, blank=0.0)
     surface: dict[str, Any] = {
-        "radius_mm": None if radius_mm == 0 or math.isinf(radius_mm) else radius_mm,
+        "radius_mm": radius_or_plane(radius_mm or math.inf),
         "thickness_mm": _number(place, "thickness", cells, blank=0.0),
     }
     material = "" if _is_stop(cells) else cells["material"]

@@ -8,7 +8,16 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from lippmann.errors import FieldProblem, SpecError
-from lippmann.job.glasses import MAX_NAME, Glass, expected_glass, glass, glass_key
+from lippmann.job.glasses import (
+    MAX_NAME,
+    SCHOTT,
+    Glass,
+    NamedGlass,
+    expected_glass,
+    find_glass,
+    glass_key,
+    glasses_by_maker,
+)
 from lippmann.optics.lens_files.agf_files import Catalogue, CatalogueGlass
 from lippmann.optics.lens_files.lines import wrong
 
@@ -54,7 +63,11 @@ class GlassSearch:
             found = _in_catalogue(catalogue, name)
             if found is not None:
                 return self._computed(catalogue, name, found)
-        return glass(name, self.makers) or coded_glass(name)
+        entry = find_glass(name, self.makers)
+        if entry is None:
+            return coded_glass(name)
+        self._note_maker(name, entry)
+        return entry.glass
 
     def expected(self, name: str) -> str:
         """Return what a message expects instead of an unknown name."""
@@ -83,6 +96,17 @@ class GlassSearch:
         """Add a note, once."""
         if text not in self.notes:
             self.notes.append(text)
+
+    def _note_maker(self, name: str, entry: NamedGlass) -> None:
+        """Note a glass of a maker that neither its name nor the file says, since makers share names."""
+        named = [maker for maker in self.makers if maker in glasses_by_maker()]
+        is_of_prefix = "-" in name and glass_key(name) == glass_key(entry.name)
+        is_usual = entry.maker == "MISC" or (entry.maker == SCHOTT and not named)
+        if entry.is_named_maker or is_of_prefix or is_usual:
+            return
+        maker = entry.maker if entry.maker == "CDGM" else entry.maker.title()
+        why = f", because the file's {' and '.join(named)} lacks it" if named else ""
+        self.note(f"the glass {name} is read as {entry.name} of {maker}, index {entry.glass.index:g}{why}")
 
     def _computed(self, catalogue: Catalogue, name: str, entry: CatalogueGlass) -> Glass:
         place = _place(catalogue, entry)

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lippmann.errors import FieldProblem, OpticsError, SpecError
 from lippmann.job.lens import Prescription
-from lippmann.optics.lens.check import check_lens
+from lippmann.optics.lens.check import check_lens, stop_fault
 from lippmann.optics.lens.prescription import lens_of
 
 _SURFACE = re.compile(r"(?:rig\.imaging_lens\.)?surfaces\.(\d+)\.?(.*)")
@@ -54,6 +54,29 @@ def _named(field: str, places: Sequence[str]) -> str:
     if found is None or int(found[1]) >= len(places):
         return field.removeprefix("rig.imaging_lens.")
     return ", ".join(part for part in (places[int(found[1])], found[2]) if part)
+
+
+def without_stop_in_glass(file: LensFile, stop_place: str) -> LensFile:
+    """Return the lens of a file without a stop that cannot be built, and a note in its place.
+
+    The stop of a file is a place alone: without an f-number of a job, the rims of the surfaces stop light.
+
+    Parameters
+    ----------
+    file
+        The lens of the file.
+    stop_place
+        The words that name the stop in the note.
+    """
+    fault = stop_fault(lens_of(file.prescription))
+    if not fault:
+        return file
+    note = (
+        f"{stop_place}: this stop is left out, because it must be in the air{fault}; a stop that a job sets stands in "
+        "the widest air space"
+    )
+    prescription = file.prescription.model_copy(update={"stop_z_mm": None})
+    return replace(file, prescription=prescription, notes=(*file.notes, note))
 
 
 def check_lens_file(file: LensFile) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import accumulate
 from typing import Any
 
 from pydantic import ValidationError
@@ -12,7 +13,13 @@ from lippmann.errors import FieldProblem, SpecError
 from lippmann.job.lens import MAX_SURFACES, LensSurface, Prescription
 from lippmann.job.problems import problems_of
 from lippmann.optics.lens.surfaces import Surface
-from lippmann.optics.lens_files.lens_file import LensFile, in_file
+from lippmann.optics.lens_files.lens_file import LensFile, in_file, without_stop_in_glass
+
+PLANE_MM = 1e7
+"""The least radius of a plane: some programs write one as 1e18, and optimisers as a curvature of 1e-17. A face of that
+radius has a focal length of more than 10 km, and counts as one without power."""
+TOUCHING_MM = 1e-6
+"""The greatest distance of a stop from a vertex at which it stands."""
 
 
 @dataclass(frozen=True)
@@ -26,6 +33,15 @@ class Row:
     is_stop: bool = False
 
 
+def radius_or_plane(radius_mm: float) -> float | None:
+    """Return a radius of curvature, or None for a plane.
+
+    >>> radius_or_plane(-50.0), radius_or_plane(1e18)
+    (-50.0, None)
+    """
+    return radius_mm if abs(radius_mm) < PLANE_MM else None
+
+
 def prescription_of_rows(
     rows: Sequence[Row], *, title: str = "", source: str = "", notes: Sequence[str] = ()
 ) -> LensFile:
@@ -33,7 +49,7 @@ def prescription_of_rows(
 
     Planes with air on both sides are no surfaces; their thickness is added to that of the surface before. The row of
     the stop is the position of a variable stop; on a surface of glass, the stop is in the air beside the rim of that
-    surface.
+    surface. A stop that would stand in glass is left out, with a note.
 
     Parameters
     ----------
@@ -67,7 +83,8 @@ def prescription_of_rows(
         expected = f"one stop; {stops[0][0].place} has it"
         raise SpecError.of([FieldProblem(field=stops[1][0].place, expected=expected, got="another stop")])
     prescription = _prescription(kept, stops[0][1] if stops else None, title=title, source=source)
-    return LensFile(prescription, tuple(row.place for row, _ in kept), tuple(notes))
+    file = LensFile(prescription, tuple(row.place for row, _ in kept), tuple(notes))
+    return without_stop_in_glass(file, stops[0][0].place if stops else "")
 
 
 def with_media(rows: Sequence[Row]) -> Iterator[tuple[Row, bool, float]]:
@@ -122,8 +139,15 @@ def _prescription(
         {**row.surface, "thickness_mm": round(end_mm - z_mm, 9)}
         for (row, z_mm), end_mm in zip(kept, ends_mm, strict=True)
     ]
-    stop = None if stop_z_mm is None else round(stop_z_mm - first_mm, 9)
+    vertices_mm = list(accumulate((surface["thickness_mm"] for surface in surfaces[:-1]), initial=0.0))
+    stop = None if stop_z_mm is None else _at_vertex(round(stop_z_mm - first_mm, 9), vertices_mm)
     try:
         return Prescription.model_validate({"title": title, "source": source, "surfaces": surfaces, "stop_z_mm": stop})
     except ValidationError as error:
         raise SpecError.of(in_file(problems_of(error), [row.place for row, _ in kept])) from error
+
+
+def _at_vertex(z_mm: float, vertices_mm: Sequence[float]) -> float:
+    """Return a position, or that of the vertex where it is but for rounding."""
+    nearest_mm = min(vertices_mm, key=lambda vertex_mm: abs(vertex_mm - z_mm))
+    return nearest_mm if abs(nearest_mm - z_mm) < TOUCHING_MM else z_mm

@@ -17,7 +17,7 @@ from lippmann.job.rig import MM_PER_INCH
 from lippmann.optics.lens_files.glass_search import AIR, GAS, GlassSearch
 from lippmann.optics.lens_files.lens_file import LensFile
 from lippmann.optics.lens_files.lines import Line
-from lippmann.optics.lens_files.rows import Row, prescription_of_rows
+from lippmann.optics.lens_files.rows import Row, prescription_of_rows, radius_or_plane
 from lippmann.optics.lens_files.semi_apertures import with_semi_apertures
 from lippmann.optics.lens_files.zemax_lines import Block, read_blocks
 from lippmann.optics.lens_files.zemax_system import notes_of, system_of
@@ -28,7 +28,7 @@ OTHER_APERTURES = ("SQAP", "ELAP", "UDAD", "OBSC", "SQOB", "ELOB", "SPID", "OBDC
 """Apertures and obscurations that are not round, or not about the axis."""
 MODEL_GLASS = "___BLANK"
 NO_GLASS = {"MIRROR": "a surface that refracts: mirrors cannot be modelled", "GRIN": "a homogeneous glass"}
-PLACEHOLDERS = ((1.5, 40.0), (0.0, 0.0))
+PLACEHOLDERS = ((1.5, 40.0), (1.0, 0.0), (0.0, 0.0))
 """The index and the Abbe number that Zemax writes behind the name of a glass from a catalogue."""
 
 
@@ -86,7 +86,7 @@ def _row(block: Block, mm: float, glasses: GlassSearch) -> Row:
     if math.isinf(distance):
         block.refuse("DISZ", "a finite distance")
     surface: dict[str, Any] = {
-        "radius_mm": mm / curvature if curvature else None,
+        "radius_mm": radius_or_plane(mm / curvature if curvature else math.inf),
         "thickness_mm": distance * mm,
         "conic": block.number("CONI"),
         "aspheric": _aspheric(block, mm) if kind is not None and kind.values[0].upper() == "EVENASPH" else (),

@@ -182,6 +182,7 @@ def test_a_file_needs_neither_object_nor_image() -> None:
         ("  PIM", "  PIK GLA S1 S2", "line 22, PIK: expected a number for line 15, S1: solves and pickups are not"),
         ("  STO", "  STO; THI S1 0; THI HMY 0", "line 16, THI: expected a number for line 15, S1: solves and pickups"),
         ("  PIM", "  PIK", "line 22, PIK: expected a number for line 20, S3: solves and pickups are not computed"),
+        ("-44.64 2.5", "-44.64 2.5; CUY inf", "line 18, S: expected a finite curvature"),
         ("GO", "S 5 5", "line 24, S: expected all surfaces before the image (SI)"),
         (
             "S     61.47 6.0",
@@ -200,6 +201,11 @@ def test_what_cannot_be_modelled_is_refused_with_its_line(old: str, new: str, pr
     with pytest.raises(SpecError) as caught:
         read_lens_seq(ACHROMAT.replace(old, new, 1))
     assert problem in caught.value.message
+
+
+@pytest.mark.parametrize("plane", ["0", "0.0", "inf", "1e18", "-0.1e14"])
+def test_planes_are_written_in_many_ways(plane: str) -> None:
+    assert prescription(ACHROMAT.replace("-129.94", plane)).surfaces[2].radius_mm is None
 
 
 def test_solves_and_pickups_are_not_computed_and_said() -> None:

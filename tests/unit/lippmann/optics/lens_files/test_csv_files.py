@@ -45,7 +45,7 @@ def test_the_header_may_be_left_out_and_may_set_the_order() -> None:
     assert turned == prescription("50;5;BK7;;;10\n-50;;;;;10")
 
 
-@pytest.mark.parametrize("plane", ["", "0", "inf", "Infinity", "-inf"])
+@pytest.mark.parametrize("plane", ["", "0", "inf", "Infinity", "-inf", "1e18"])
 def test_a_plane_is_written_in_many_ways(plane: str) -> None:
     lens = prescription(f"{plane};5;BK7;;;10\n-50;0;;;;10")
     assert lens.surfaces[0].radius_mm is None

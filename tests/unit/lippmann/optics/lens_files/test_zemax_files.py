@@ -55,6 +55,27 @@ def test_a_stop_on_glass_stands_in_the_air_beside_its_rim() -> None:
     assert front == pytest.approx(9.266507 - 0.57004, abs=1e-4)
 
 
+def test_a_stop_in_glass_is_left_out_and_said() -> None:
+    """The stop of small cameras stands around the front face, and that of some patents on a cemented one."""
+    before = surface(9, "STOP", "CURV 0.0", "DISZ -1.5").replace("  STOP\n", "  STOP\n", 1)
+    text = triplet().replace("  STOP\n", "").replace("SURF 1\n", before + "SURF 1\n")
+    file = read_lens_zmx(text)
+    assert file.prescription.stop_z_mm is None
+    assert file.notes[-1] == (
+        "line 12, SURF 9: this stop is left out, because it must be in the air, not in the glass from 0 to 3.259 mm; "
+        "a stop that a job sets stands in the widest air space"
+    )
+    assert file.prescription.surfaces == prescription(triplet()).surfaces
+
+
+@pytest.mark.parametrize("off_mm", [0.0, 4e-9, -4e-9])
+def test_a_stop_at_a_vertex_stands_there_in_spite_of_rounding(off_mm: float) -> None:
+    text = triplet().replace("  STOP\n", "").replace("DISZ 4.750409", f"DISZ {off_mm}")
+    text = text.replace("SURF 5\n", surface(9, "STOP", "CURV 0.0", f"DISZ {4.750409 - off_mm!r}") + "SURF 5\n")
+    lens = lens_of(prescription(text))
+    assert lens.stop_z_mm == lens.vertices_mm[3]
+
+
 def test_a_stop_of_its_own_is_no_surface() -> None:
     text = triplet().replace("  STOP\n", "").replace("DISZ 4.750409", "DISZ 2.0")
     text = text.replace("SURF 5\n", surface(9, "STOP", "CURV 0.0", "DISZ 2.750409") + "SURF 5\n")
@@ -97,6 +118,7 @@ def test_units_scale_lengths_and_terms(unit: str, mm: float) -> None:
         ("SURF 3\n  TYPE STANDARD", "SURF 3\n  TYPE EVENASPH\n  PARM 1 0.1", "line 25, PARM: expected terms of r^4"),
         ("DISZ 0.999975", "DISZ INFINITY", "line 26, DISZ: expected a finite distance, got INFINITY"),
         ("DISZ 0.999975", "DISZ -1", "line 23, SURF 3, thickness_mm: expected greater than or equal to 0, got -1.0"),
+        ("GLAS F2 0 0 1.5 40", "GLAS H-XYZ 0 0 1 0", "got H-XYZ; the numbers behind the name, 1 0, are placeholders"),
         ("GLAS F2 0 0 1.5 40", "GLAS H-XYZ 0 0 0 0", "got H-XYZ; the numbers behind the name, 0 0, are placeholders"),
         ("GLAS F2 0 0 1.5 40 0 0 0", "GLAS H-XYZ", "(--catalogue FILE.agf), got H-XYZ"),
         ("GLAS F2 0 0", "GLAS H-K9 0 0", "(did you mean H-K9L"),
@@ -208,6 +230,11 @@ def test_an_aperture_that_is_no_circle_is_said(aperture: str, ignored: str) -> N
     said = f"line 12, SURF 1: it is modelled with one round aperture, without {ignored}"
     assert file.notes == ((said,) if ignored else ())
     assert file.prescription == prescription(triplet())
+
+
+@pytest.mark.parametrize("curvature", ["6.3E-18", "-9.9E-8", "1e-320"])
+def test_a_curvature_that_bends_no_light_is_a_plane(curvature: str) -> None:
+    assert prescription(triplet().replace("CURV -2.2948389E-3", f"CURV {curvature}")).surfaces[1].radius_mm is None
 
 
 def test_a_circular_aperture_stops_light_within_the_semi_diameter() -> None:
