@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lippmann.errors import FieldProblem, OpticsError
 from lippmann.optics.lens.matrices import system_matrix
@@ -64,23 +65,45 @@ def _thin_glass(lens: ImagingLens) -> Iterator[FieldProblem]:
 
 def _crossings(lens: ImagingLens) -> Iterator[FieldProblem]:
     for place, (front, back) in enumerate(zip(lens.surfaces, lens.surfaces[1:], strict=False)):
-        closest_mm = _closest_mm(front, back)
+        rims_mm = front.semi_aperture_mm, back.semi_aperture_mm
+        heights_mm = np.linspace(0.0, common_rim_mm(front, rims_mm), HEIGHTS)
+        distances_mm = gaps_mm(front, back, heights_mm)
+        closest_mm = float(np.nanmin(distances_mm))
         if closest_mm < -TOUCHING_MM:
+            clear_mm = heights_mm[max(0, int(np.argmax(distances_mm < 0)) - 1)]
             yield FieldProblem(
                 field=f"{_LENS}.surfaces.{place}.thickness_mm",
-                expected=f"at least {front.thickness_mm - closest_mm:.4g} mm, where this surface and "
-                "the next do not cross inside their apertures",
+                expected=f"at least {front.thickness_mm - closest_mm:.4g} mm, or rims within {clear_mm:.4g} mm, where "
+                "this surface and the next do not cross inside their apertures",
                 got=f"{front.thickness_mm:g} mm",
             )
 
 
-def _closest_mm(front: Surface, back: Surface) -> float:
-    """Return the least distance along the axis: in glass out to the wider rim, in air to the narrower."""
-    apertures = front.semi_aperture_mm, back.semi_aperture_mm
-    rim_mm = min(apertures) if front.index_after == 1.0 else max(apertures)
-    square = np.linspace(0.0, rim_mm, HEIGHTS) ** 2
-    distances = front.thickness_mm + back.profile.sag_mm(square) - front.profile.sag_mm(square)
-    return float(np.nanmin(distances))
+def common_rim_mm(front: Surface, rims_mm: Sequence[float]) -> float:
+    """Return the height out to which two surfaces must not cross: in glass the wider rim, in air the narrower.
+
+    Parameters
+    ----------
+    front
+        The surface before the medium.
+    rims_mm
+        The semi-apertures of both surfaces, mm.
+    """
+    return min(rims_mm) if front.index_after == 1.0 else max(rims_mm)
+
+
+def gaps_mm(front: Surface, back: Surface, heights_mm: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the distances of two surfaces along the axis, mm; NaN beyond the end of a surface.
+
+    Parameters
+    ----------
+    front, back
+        The surfaces.
+    heights_mm
+        The heights above the axis, mm.
+    """
+    square = heights_mm**2
+    return front.thickness_mm + back.profile.sag_mm(square) - front.profile.sag_mm(square)
 
 
 def _stop(lens: ImagingLens) -> Iterator[FieldProblem]:
@@ -91,7 +114,7 @@ def _stop(lens: ImagingLens) -> Iterator[FieldProblem]:
 
 
 def stop_fault(lens: ImagingLens) -> str:
-    """Return why the stop of a lens cannot be built, as the end of a sentence; empty if it can or there is none."""
+    """Return why the stop of a lens cannot be built, as the end of a sentence; empty if it can."""
     z_mm = _z_mm(lens)
     if z_mm is None:
         return ""

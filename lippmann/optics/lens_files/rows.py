@@ -14,6 +14,7 @@ from lippmann.job.lens import MAX_SURFACES, LensSurface, Prescription
 from lippmann.job.problems import problems_of
 from lippmann.optics.lens.surfaces import Surface
 from lippmann.optics.lens_files.lens_file import LensFile, in_file, without_stop_in_glass
+from lippmann.optics.lens_files.rims import with_rims_apart
 
 PLANE_MM = 1e7
 """The least radius of a plane: some programs write one as 1e18, and optimisers as a curvature of 1e-17. A face of that
@@ -31,6 +32,8 @@ class Row:
     surface: dict[str, Any] = field(default_factory=dict)
     """The fields of a `LensSurface`; a row that is only a plane in air needs no aperture."""
     is_stop: bool = False
+    may_shrink: bool = False
+    """True if a program computed the semi-diameter from rays, and its user did not set it."""
 
 
 def radius_or_plane(radius_mm: float) -> float | None:
@@ -84,6 +87,7 @@ def prescription_of_rows(
         raise SpecError.of([FieldProblem(field=stops[1][0].place, expected=expected, got="another stop")])
     prescription = _prescription(kept, stops[0][1] if stops else None, title=title, source=source)
     file = LensFile(prescription, tuple(row.place for row, _ in kept), tuple(notes))
+    file = with_rims_apart(file, [row.may_shrink for row, _ in kept])
     return without_stop_in_glass(file, stops[0][0].place if stops else "")
 
 

@@ -70,22 +70,26 @@ def with_semi_apertures(rows: Sequence[Row], system: System, *, words: str) -> t
             got = f"{row.surface['thickness_mm']:g}"
             raise wrong(f"{row.place}, thickness_mm", "glass of a thickness greater than or equal to 0", got)
     with np.errstate(all="ignore"):
-        heights_mm = _heights_mm(rows, system, first)
+        heights_mm, lost = _heights_mm(rows, system, first)
     filled = list(rows)
     for place in absent:
         semi_mm = math.ceil(heights_mm[place] / ROUND_UP_MM) * ROUND_UP_MM if heights_mm[place] < 1e6 else math.inf
         if not 0 < semi_mm < math.inf:
             raise wrong(rows[place].place, "a semi-diameter: no ray of the file's aperture arrives here", "none")
         surface = {**rows[place].surface, "semi_aperture_mm": round(semi_mm, 4)}
-        filled[place] = replace(rows[place], surface=surface)
+        filled[place] = replace(rows[place], surface=surface, may_shrink=True)
     which = ", ".join(rows[place].place.rpartition(", ")[2] for place in absent[:SHOWN])
     more = f" and {len(absent) - SHOWN} more" if len(absent) > SHOWN else ""
     field = "" if system.fields else ", for a point on the axis alone, because the file gives no field"
-    return filled, [f"{which}{more}: the semi-diameter is computed from the rays of the file's aperture{field}"]
+    notes = [f"{which}{more}: the semi-diameter is computed from the rays of the file's aperture{field}"]
+    if lost:
+        points = ", ".join(f"{point.value:g} {'degrees' if point.kind == 'angle' else 'mm'}" for point in lost[:SHOWN])
+        notes.append(f"the field points at {points} are left out, because none of their rays passes the lens")
+    return filled, notes
 
 
-def _heights_mm(rows: Sequence[Row], system: System, first: str) -> Array:
-    """Return the greatest height of a ray at every row, mm."""
+def _heights_mm(rows: Sequence[Row], system: System, first: str) -> tuple[Array, list[FieldPoint]]:
+    """Return the greatest height of a ray at every row, mm, and the field points none of whose rays passes."""
     lens = _lens(rows)
     stop = next((place for place, row in enumerate(rows) if row.is_stop), 0)
     pupil = _pupil(lens, stop, system, first)
@@ -97,10 +101,13 @@ def _heights_mm(rows: Sequence[Row], system: System, first: str) -> Array:
         if not np.isfinite(greatest).all():
             lost = rows[int(np.argmin(np.isfinite(greatest)))].place
             raise wrong(lost, "a surface that the marginal ray of the file's aperture passes", "one that it misses")
+    lost = []
     for point in dict.fromkeys((FieldPoint("angle", 0.0), *system.fields[:MAX_FIELDS])):
         reached = _field_heights_mm(lens, system, pupil, point, stop=stop, stop_mm=stop_mm)
         greatest = np.fmax(greatest, reached)
-    return greatest
+        if np.isnan(reached).all():
+            lost.append(point)
+    return greatest, lost
 
 
 def _is_known_stop(system: System, stop_mm: float) -> bool:

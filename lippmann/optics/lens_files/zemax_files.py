@@ -95,13 +95,19 @@ def _row(block: Block, mm: float, glasses: GlassSearch) -> Row:
     aperture = _semi_aperture(block)
     if aperture > 0:
         surface["semi_aperture_mm"] = aperture * mm
-    return Row(block.place, surface, is_stop=block.first("STOP") is not None)
+    return Row(block.place, surface, is_stop=block.first("STOP") is not None, may_shrink=_is_automatic(block))
 
 
 def _semi_aperture(block: Block) -> float:
     """Return the radius of a circular aperture, which stops light, or else the semi-diameter; 0 if both are unknown."""
     clear = block.first("CLAP")
     return (0.0 if clear is None else clear.value(1)) or block.number("DIAM")
+
+
+def _is_automatic(block: Block) -> bool:
+    """Return whether Zemax computed the semi-diameter: it writes 0 behind it, and 1 behind one of its user."""
+    size = block.first("DIAM")
+    return block.first("CLAP") is None and size is not None and size.values[1:2] == ("0",)
 
 
 def _aperture_note(block: Block) -> str:

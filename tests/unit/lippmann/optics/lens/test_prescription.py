@@ -133,7 +133,7 @@ def test_a_stop_is_built_clear_of_the_glass_beside_it(
         (
             changed(0, thickness_mm=3.0),
             {},
-            "surfaces.0.thickness_mm: expected at least 3.81 mm, where this surface and the next",
+            "surfaces.0.thickness_mm: expected at least 3.81 mm, or rims within 13.12 mm, where this surf",
         ),
         (
             {"surfaces": [{**row, "radius_mm": None} for row in BICONVEX]},

@@ -157,6 +157,16 @@ def test_a_lens_with_computed_semi_diameters_passes_its_light_and_no_more() -> N
     assert 50 / 2.8 * 0.85 < across_mm < 50 / 2.8 * 1.15
 
 
+def test_a_field_point_whose_light_does_not_pass_is_said() -> None:
+    points = (FieldPoint("angle", 5.0), FieldPoint("angle", 80.0), FieldPoint("image height", 900.0))
+    rows, notes = with_semi_apertures(plano_convex(), System(Aperture("entrance pupil", 8.0), points), words="DIAM")
+    assert notes[1:] == [
+        "the field points at 80 degrees, 900 mm are left out, because none of their rays passes the lens"
+    ]
+    near = System(Aperture("entrance pupil", 8.0), points[:1])
+    assert rows == with_semi_apertures(plano_convex(), near, words="DIAM")[0]
+
+
 def test_rows_with_semi_diameters_stay_as_they_are() -> None:
     rows = [row("S1", 50, 5, N, semi_aperture_mm=10), row("S2", -50, 90, semi_aperture_mm=10)]
     assert with_semi_apertures(rows, System(), words="DIAM") == (rows, [])

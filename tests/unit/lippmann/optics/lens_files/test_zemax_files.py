@@ -232,6 +232,15 @@ def test_an_aperture_that_is_no_circle_is_said(aperture: str, ignored: str) -> N
     assert file.prescription == prescription(triplet())
 
 
+@pytest.mark.parametrize(
+    ("size", "semi_mm"), [("DIAM 14 0 0 0 1", 11.285), ("DIAM 14 1 0 0 1", 14.0), ("CLAP 0 14 0\n  DIAM 14 0", 14.0)]
+)
+def test_a_semi_diameter_that_zemax_computed_ends_where_the_faces_touch(size: str, semi_mm: float) -> None:
+    """Spheres of R 22.0136 and -435.761 mm, 3.258956 mm apart, touch where their sags are 3.1127 and 0.1462 mm."""
+    text = triplet().replace("DIAM 9.5 1 0 0 1", size)
+    assert prescription(text).surfaces[0].semi_aperture_mm == pytest.approx(semi_mm, abs=0.015)
+
+
 @pytest.mark.parametrize("curvature", ["6.3E-18", "-9.9E-8", "1e-320"])
 def test_a_curvature_that_bends_no_light_is_a_plane(curvature: str) -> None:
     assert prescription(triplet().replace("CURV -2.2948389E-3", f"CURV {curvature}")).surfaces[1].radius_mm is None
