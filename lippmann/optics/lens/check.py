@@ -103,7 +103,8 @@ def gaps_mm(front: Surface, back: Surface, heights_mm: NDArray[np.float64]) -> N
         The heights above the axis, mm.
     """
     square = heights_mm**2
-    return front.thickness_mm + back.profile.sag_mm(square) - front.profile.sag_mm(square)
+    gaps: NDArray[np.float64] = front.thickness_mm + back.profile.sag_mm(square) - front.profile.sag_mm(square)
+    return gaps
 
 
 def _stop(lens: ImagingLens) -> Iterator[FieldProblem]:

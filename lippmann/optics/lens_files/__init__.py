@@ -2,6 +2,7 @@
 
 csv_files       prescriptions in CSV files
 zemax_files     prescriptions in Zemax files (.zmx)
+zemax_aspheres  the shape of a surface of a Zemax file, with its term of r^2
 zemax_system    the aperture and the field of a Zemax file
 zemax_lines     the lines of a Zemax file, surface by surface
 codev_files     prescriptions in CODE V files (.seq)

@@ -19,6 +19,7 @@ from lippmann.optics.lens_files.lens_file import LensFile
 from lippmann.optics.lens_files.lines import Line
 from lippmann.optics.lens_files.rows import Row, prescription_of_rows, radius_or_plane
 from lippmann.optics.lens_files.semi_apertures import with_semi_apertures
+from lippmann.optics.lens_files.zemax_aspheres import profile_of
 from lippmann.optics.lens_files.zemax_lines import Block, read_blocks
 from lippmann.optics.lens_files.zemax_system import notes_of, system_of
 
@@ -81,18 +82,20 @@ def _row(block: Block, mm: float, glasses: GlassSearch) -> Row:
     kind = block.first("TYPE")
     if kind is not None and (not kind.values or kind.values[0].upper() not in TYPES):
         kind.refuse(f"one of {', '.join(TYPES)}; other surfaces cannot be modelled")
-    curvature = block.number("CURV")
     distance = block.distance()
     if math.isinf(distance):
         block.refuse("DISZ", "a finite distance")
+    aperture = _semi_aperture(block)
+    is_even_asphere = kind is not None and kind.values[0].upper() == "EVENASPH"
+    profile = profile_of(block, mm=mm, is_even_asphere=is_even_asphere, semi_mm=max(0.0, aperture * mm))
+    curvature_per_mm = profile.curvature_per_mm
     surface: dict[str, Any] = {
-        "radius_mm": radius_or_plane(mm / curvature if curvature else math.inf),
+        "radius_mm": radius_or_plane(1.0 / curvature_per_mm if curvature_per_mm else math.inf),
         "thickness_mm": distance * mm,
-        "conic": block.number("CONI"),
-        "aspheric": _aspheric(block, mm) if kind is not None and kind.values[0].upper() == "EVENASPH" else (),
+        "conic": profile.conic,
+        "aspheric": profile.aspheric,
         **_medium(block, glasses),
     }
-    aperture = _semi_aperture(block)
     if aperture > 0:
         surface["semi_aperture_mm"] = aperture * mm
     return Row(block.place, surface, is_stop=block.first("STOP") is not None, may_shrink=_is_automatic(block))
@@ -119,21 +122,6 @@ def _aperture_note(block: Block) -> str:
     if not ignored:
         return ""
     return f"{block.place}: it is modelled with one round aperture, without {' and '.join(ignored)}"
-
-
-def _aspheric(block: Block, mm: float) -> tuple[float, ...]:
-    """Return the coefficients of r^4, r^6, ... in mm; PARM n is that of r^(2n)."""
-    terms = [0.0] * 7
-    for line in block.lines:
-        if line.word != "PARM" or line.value(1) == 0.0:
-            continue
-        order = int(line.value(0))
-        if not 2 <= order <= 8:
-            line.refuse("terms of r^4 to r^16, PARM 2 to 8; a term of r^2 belongs into the curvature")
-        terms[order - 2] = line.value(1) / mm ** (2 * order - 1)
-    while terms and terms[-1] == 0.0:
-        terms.pop()
-    return tuple(terms)
 
 
 def _medium(block: Block, glasses: GlassSearch) -> dict[str, Any]:

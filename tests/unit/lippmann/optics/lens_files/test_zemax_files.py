@@ -115,7 +115,11 @@ def test_units_scale_lengths_and_terms(unit: str, mm: float) -> None:
         ),
         ("SURF 3\n  TYPE STANDARD", "SURF 3\n  TYPE COORDBRK", "line 24, TYPE: expected one of STANDARD, EVENASPH"),
         ("SURF 3\n  TYPE STANDARD", "SURF 3\n  TYPE TOROIDAL", "other surfaces cannot be modelled, got TOROIDAL"),
-        ("SURF 3\n  TYPE STANDARD", "SURF 3\n  TYPE EVENASPH\n  PARM 1 0.1", "line 25, PARM: expected terms of r^4"),
+        (
+            "SURF 3\n  TYPE STANDARD",
+            "SURF 3\n  TYPE EVENASPH\n  PARM 9 1",
+            "line 25, PARM: expected terms of r^2 to r^16",
+        ),
         ("DISZ 0.999975", "DISZ INFINITY", "line 26, DISZ: expected a finite distance, got INFINITY"),
         ("DISZ 0.999975", "DISZ -1", "line 23, SURF 3, thickness_mm: expected greater than or equal to 0, got -1.0"),
         ("GLAS F2 0 0 1.5 40", "GLAS H-XYZ 0 0 1 0", "got H-XYZ; the numbers behind the name, 1 0, are placeholders"),
