@@ -101,13 +101,13 @@ def _heights_mm(rows: Sequence[Row], system: System, first: str) -> tuple[Array,
         if not np.isfinite(greatest).all():
             lost = rows[int(np.argmin(np.isfinite(greatest)))].place
             raise wrong(lost, "a surface that the marginal ray of the file's aperture passes", "one that it misses")
-    lost = []
+    left_out: list[FieldPoint] = []
     for point in dict.fromkeys((FieldPoint("angle", 0.0), *system.fields[:MAX_FIELDS])):
         reached = _field_heights_mm(lens, system, pupil, point, stop=stop, stop_mm=stop_mm)
         greatest = np.fmax(greatest, reached)
         if np.isnan(reached).all():
-            lost.append(point)
-    return greatest, lost
+            left_out.append(point)
+    return greatest, left_out
 
 
 def _is_known_stop(system: System, stop_mm: float) -> bool:
