@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -28,6 +28,7 @@ AIR = frozenset({"AIR", "VACUUM"})
 FOR_VISIBLE_LIGHT = "a glass for visible light: its index is needed at 587.6 nm"
 CATALOGUE_HINT = "or a catalogue that has it (--catalogue FILE.agf)"
 
+_LETTERS = re.compile(r"[A-Z]+")
 _CODE = re.compile(r"(\d{3})(\d{3})")
 """A glass as MIL-G-174 writes it: three digits of nd - 1, three of Vd."""
 _DOTTED_CODE = re.compile(r"(\d{3,8})\.(\d{3,8})")
@@ -128,6 +129,23 @@ class GlassSearch:
                 f"{entry.index:g} beside its name"
             )
         return made
+
+
+def makers_of(catalogues: Sequence[str]) -> Iterator[str]:
+    """Yield the makers of the built-in table in the names of catalogues, in their order.
+
+    Parameters
+    ----------
+    catalogues
+        The names, some of which have a date or a second word.
+
+    Examples
+    --------
+    >>> list(makers_of(["SUMITA_AUG2011", "NIKON-HIKARI", "INFRARED", "hoya20200314"]))
+    ['SUMITA', 'HIKARI', 'HOYA']
+    """
+    for catalogue in catalogues:
+        yield from (word for word in _LETTERS.findall(catalogue.upper()) if word in glasses_by_maker())
 
 
 def coded_glass(code: str) -> Glass | None:

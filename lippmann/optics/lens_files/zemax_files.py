@@ -14,7 +14,7 @@ from typing import Any
 from lippmann.errors import SpecError
 from lippmann.job.glasses import Glass
 from lippmann.job.rig import MM_PER_INCH
-from lippmann.optics.lens_files.glass_search import AIR, GAS, GlassSearch
+from lippmann.optics.lens_files.glass_search import AIR, GAS, GlassSearch, makers_of
 from lippmann.optics.lens_files.lens_file import LensFile
 from lippmann.optics.lens_files.lines import Line
 from lippmann.optics.lens_files.rows import Row, prescription_of_rows, radius_or_plane
@@ -56,7 +56,7 @@ def read_lens_zmx(text: str, glasses: GlassSearch | None = None) -> LensFile:
     mm = _mm_per_unit(head)
     search = GlassSearch() if glasses is None else glasses
     makers = head.first("GCAT")
-    search.makers = (*search.makers, *(name.upper() for name in (makers.values if makers else ())))
+    search.makers = (*search.makers, *makers_of(makers.values if makers else ()))
     object_mm = blocks[0].distance(otherwise=math.inf) * mm
     # In a few files the stop is the object or the image; its position in the lens is then unknown.
     rows = [_row(block, mm, search) for block in blocks[1:-1]]

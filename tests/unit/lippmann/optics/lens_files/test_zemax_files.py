@@ -185,7 +185,12 @@ def test_a_catalogue_comes_before_the_built_in_table_and_the_numbers_of_the_file
 
 
 def test_the_makers_that_the_file_names_come_first() -> None:
-    for makers, index in (("SCHOTT", 1.62004), ("CDGM SCHOTT", 1.61293), ("CORNING", 1.62004)):
+    for makers, index in (
+        ("SCHOTT", 1.62004),
+        ("CDGM SCHOTT", 1.61293),
+        ("CORNING", 1.62004),
+        ("CDGM-ZEMAX2019 SCHOTT", 1.61293),
+    ):
         file = read_lens_zmx(triplet().replace("ENPD 10", f"ENPD 10\nGCAT {makers}"))
         assert file.prescription.surfaces[2].index == index
 
