@@ -79,16 +79,18 @@ def _write(out: Path) -> None:
     results = [Verdict(**json.loads(line)) for line in (out / "results.jsonl").read_text().splitlines()]
     machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}"
     lines = [f"{len(results)} trials, {time.strftime('%Y-%m-%d')}, {machine}.", "",
-             "| fault | trials | right | median | longest | attempts again |", "|---|---|---|---|---|---|"]  # fmt: skip
+             "| fault | trials | right | median | longest | attempts again | longest recovery |",
+             "|---|---|---|---|---|---|---|"]  # fmt: skip
     for name in KINDS:
         of_kind = [result for result in results if result.kind == name]
         if of_kind:
             seconds = [result.seconds for result in of_kind]
             right = sum(not result.wrong for result in of_kind)
             again = sum(result.attempts_again for result in of_kind) / len(of_kind)
-            lines.append(
-                f"| {name} | {len(of_kind)} | {right} | {median(seconds):.0f} s | {max(seconds):.0f} s | {again:.1f} |"
-            )
+            recoveries = [result.recovered_s for result in of_kind if result.recovered_s is not None]
+            cells = [name, len(of_kind), right, f"{median(seconds):.0f} s", f"{max(seconds):.0f} s", f"{again:.1f}"]
+            cells.append(f"{max(recoveries):.0f} s" if recoveries else "")
+            lines.append(f"| {' | '.join(map(str, cells))} |")
     head, mark, _ = PAGE.read_text().partition(TABLE)
     assert mark, f"expected the line of the table in {PAGE}"
     PAGE.write_text(head + mark + "\n" + "\n".join(lines) + "\n")

@@ -109,9 +109,11 @@ def _worker_killed_long(parts: Parts, job_id: str, rng: Random) -> None:
 
 
 @_kind("worker: killed, never comes back")
-def _worker_gone(parts: Parts, job_id: str, rng: Random) -> None:
-    rng.choice(parts.workers).kill()
+def _worker_gone(parts: Parts, job_id: str, rng: Random) -> float:
+    worker = rng.choice(parts.workers)
+    recovered_s = cut_off(parts, job_id, worker, worker.kill)
     until(lambda: parts.client.job(job_id).status != "running", within_s=600.0)
+    return recovered_s
 
 
 @_kind("worker: both killed")
