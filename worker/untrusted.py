@@ -87,8 +87,9 @@ def read_imported(
     linear
         Read codes as linear light, whatever colour space the file names.
     white_level
-        The number that is white, and above which everything is; by default the highest code of the file, or 1.0 of
-        floating numbers. Cameras with 12 bits write 4095 into files with 16.
+        The number that is white, and above which everything is, as the file counts: up to 1023 in a PGM whose highest
+        code is 1023. By default the highest code of the file, or 1.0 of floating numbers. Cameras with 12 bits write
+        4095 into files with 16.
     sandbox
         The sandbox of the decoder; by default the best one of this machine, or only limits where no sandbox works.
     at_most_px
@@ -103,8 +104,8 @@ def read_imported(
     ArtifactMissing
         If there is no such file.
     ArtifactBroken
-        If it is no such picture, is cut short, too large, has other channels than red, green and blue, or grey, or
-        has several pages of which none is named.
+        If it is no such picture, is cut short, too large, has other channels than red, green and blue, or grey, has
+        several pages of which none is named, or has no such white level.
     SandboxMissing
         If the sandbox does not start.
     RenderCrashed
@@ -113,13 +114,15 @@ def read_imported(
         If `should_stop` returned True.
     """
     header = _bounded_header(path, at_most_px, page)
+    _check_white_level(path, header, white_level)
     space = linear_space(None) if linear else colour_space(header)
     light = np.empty((header.rows, header.cols, 3), dtype=np.float32)
     for start, band in _decoded(path, header, sandbox or _own_sandbox(), scratch, should_stop):
         if band.dtype.kind == "f":
             light[start : start + len(band)] = band if white_level is None else band / np.float32(white_level)
         else:
-            light[start : start + len(band)] = light_of_codes(band, space, white_level=white_level)
+            white = 1.0 if white_level is None else white_level / header.highest_code
+            light[start : start + len(band)] = light_of_codes(band, space, white=white)
     return upright(light, header.orientation)
 
 
@@ -227,6 +230,19 @@ def _bounded_header(path: Path, at_most_px: int | None, page: int | None) -> Pic
     if page is None and len(header.pages) > 1:
         raise ArtifactBroken(f"{path.name}: expected one picture, got {len(header.pages)} pages")
     return header
+
+
+def _check_white_level(path: Path, header: PictureHeader, white_level: int | None) -> None:
+    """Refuse a white level that no code of a picture can have."""
+    if white_level is None or header.is_light:
+        return
+    if white_level > header.highest_code:
+        raise ArtifactBroken(
+            f"{path.name}: expected a white level of at most {header.highest_code}, the highest code of this"
+            f" {header.format}, got {white_level}"
+        )
+    if header.white_is_zero:
+        raise ArtifactBroken(f"{path.name}: expected no white level, as 0 is white in this TIFF, got {white_level}")
 
 
 @cache

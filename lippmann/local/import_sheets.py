@@ -30,6 +30,7 @@ from lippmann.local.files.source_pictures import (
     read_picture,
     source_pictures,
     unused_bits_note,
+    upright_size,
 )
 from lippmann.local.files.writable import check_writable
 from lippmann.plan import artifact_names as names
@@ -103,6 +104,7 @@ def import_sheets(files: Sequence[Path], options: ImportOptions, *, out: Path) -
         If a picture is not there or not whole, the lenses are not known, or do not fit.
     """
     sources = source_pictures(files)
+    _check_sizes(sources)
     stored = read_picture(sources[0], options.decoding)
     unused_bits = unused_bits_note(sources[0], stored, options.decoding)
     white = None if options.white is None else read_picture(SourcePicture(options.white), options.decoding)
@@ -112,16 +114,24 @@ def import_sheets(files: Sequence[Path], options: ImportOptions, *, out: Path) -
     written: list[Path] = []
     with ProgressLine("import") as line:
         for place, source in enumerate(sources):
-            picture = first if place == 0 else read_picture(source, options.decoding)
-            if picture.shape != first.shape:
-                got = f"{picture.shape[1]} x {picture.shape[0]} px in {source}"
-                raise BadInput(f"expected frames of {first.shape[1]} x {first.shape[0]} px as {files[0]}, got {got}")
-            divided = picture if place == 0 else _divided(picture, white, options)
-            written += write_frame(divided, lenses, source.name, frame=place + 1, out=out)
+            picture = first if place == 0 else _divided(read_picture(source, options.decoding), white, options)
+            written += write_frame(picture, lenses, source.name, frame=place + 1, out=out)
             line.show((place + 1) / len(sources), source.name)
     read = picture_notes(files, linear=options.decoding.linear)
     notes = (*lenses.notes, *page_notes(sources), *map(_with_override, read), *filter(None, [unused_bits]))
     return ImportResult(lenses=lenses, files=tuple(written), notes=notes)
+
+
+def _check_sizes(sources: Sequence[SourcePicture]) -> None:
+    """Refuse frames of different sizes by their headers, before one of them is decoded."""
+    rows, cols = upright_size(sources[0])
+    for source in sources[1:]:
+        size = upright_size(source)
+        if size != (rows, cols):
+            hint = "" if source.page is None else "; save the pages to import in a file of their own"
+            raise BadInput(
+                f"expected frames of {cols} x {rows} px as {sources[0]}, got {size[1]} x {size[0]} px in {source}{hint}"
+            )
 
 
 def _divided(

@@ -24,9 +24,9 @@ from pypdf import PdfReader
 from lippmann.client.address import read_farm_file
 from tests.needs import need_to_run, needs_povray
 from tests.page_steps import steps_of
+from tests.pictures import read_png
 from tests.repository import DOCS, ROOT
 from tests.waiting import ENOUGH_S, until
-from worker.images.read import read_codes_8
 
 pytestmark = needs_povray
 
@@ -134,9 +134,9 @@ def test_the_page_ends_with_pictures_a_video_a_scene_of_ones_own_and_a_print(wor
     out = worked.folder / "out"
     for name in ("fish/orthoscopic/0001.png", "fish/views/0001.png", "fish/video/views.mp4"):
         assert (out / name).stat().st_size > 1000
-    views = read_codes_8(out / "balls" / "views" / "0001.png")
+    views = read_png(out / "balls" / "views" / "0001.png")
     assert reds(views) > 0.02, "the red ball is in the views"
-    assert reds(read_codes_8(out / "balls" / "left.png")) > 0.02
+    assert reds(read_png(out / "balls" / "left.png")) > 0.02
     (page,) = PdfReader(out / "balls" / "exports" / "print" / "0001.pdf").pages
     assert float(page.mediabox.width) / 72 * 25.4 == pytest.approx(90 + 2 * 12, abs=1), "90 lenses of 1 mm, and margins"
 
@@ -194,7 +194,7 @@ def test_ten_calls_of_curl_do_what_a_user_does(worked: Clone) -> None:
     job_id = re.findall(r'"id": ?"(\w+)"', job)[0]
     assert '"done"' in job
     assert httpx.get(f"{address.url}/api/v1/jobs/{job_id}", headers=headers).status_code == 404, "it was removed"
-    assert read_codes_8(worked.folder / "left.png").shape[:2] == (24, 24)
+    assert read_png(worked.folder / "left.png").shape[:2] == (24, 24)
     assert (worked.folder / "views.mp4").read_bytes()[4:8] == b"ftyp"
     assert "orthoscopic/0001.exr" in (worked.folder / "files.json").read_text()
     assert (worked.folder / "farm.curl").stat().st_mode & 0o777 == 0o600

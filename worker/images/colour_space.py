@@ -56,7 +56,7 @@ def linear_space(known_by: str | None) -> ColourSpace:
     return ColourSpace("linear", _same, known_by)
 
 
-def light_of_codes(codes: NDArray[Any], space: ColourSpace, *, white_level: int | None = None) -> NDArray[np.float32]:
+def light_of_codes(codes: NDArray[Any], space: ColourSpace, *, white: float = 1.0) -> NDArray[np.float32]:
     """Return the linear light of codes of a colour space, by a table of all codes.
 
     Parameters
@@ -65,17 +65,17 @@ def light_of_codes(codes: NDArray[Any], space: ColourSpace, *, white_level: int 
         Any shape, uint8 or uint16.
     space
         Their colour space.
-    white_level
-        The code of white, which higher ones are too; by default the highest one.
+    white
+        The code of white by the highest code; higher ones are white too.
     """
-    table = _table(space.decode, 8 * codes.dtype.itemsize, white_level)
+    table = _table(space.decode, 8 * codes.dtype.itemsize, white)
     light: NDArray[np.float32] = table[codes]
     return light
 
 
 @lru_cache(maxsize=4)
-def _table(decode: Decode, bits: int, white_level: int | None) -> NDArray[np.float32]:
-    return decode(np.minimum(np.arange(2**bits) / (white_level or 2**bits - 1), 1)).astype(np.float32)
+def _table(decode: Decode, bits: int, white: float) -> NDArray[np.float32]:
+    return decode(np.minimum(np.arange(2**bits) / ((2**bits - 1) * white), 1)).astype(np.float32)
 
 
 def file_colour_space(path: Path) -> ColourSpace:

@@ -32,8 +32,12 @@ NAMES = {
 }
 """The name of the picture by its format: OpenImageIO chooses the reader by the suffix."""
 
+WHITE_IS_ZERO = 0
+"""The photometric interpretation of a TIFF in which 0 is white (TIFF 6.0, tag 262)."""
+
 _BAND_BYTES = 16_000_000
-_COLOURS = (("R", "G", "B"), ("r", "g", "b"), ("red", "green", "blue"))
+_COLOURS = (("r", "g", "b"), ("red", "green", "blue"))
+"""The names of channels, in any case."""
 _GREYS = ("Y", "I", "L", "grey", "gray", "luminance")
 
 
@@ -51,15 +55,33 @@ def places(names: list[str], alpha: int) -> list[int]:
     alpha
         The index of alpha; negative without alpha.
     """
-    for wanted in _COLOURS:
-        if all(name in names for name in wanted):
-            return [names.index(name) for name in wanted]
+    layers = _layers(names)
+    if "" in layers or len(layers) == 1:
+        return layers.get("") or next(iter(layers.values()))
+    if layers:
+        raise Refused(f"expected red, green and blue of one layer, got those of the layers {tuple(layers)[:8]}")
+    if {"RY", "BY"} & set(names):
+        raise Refused(f"expected red, green and blue, got luminance with chroma, channels {tuple(names[:8])}")
     if len(names) == 1 or (len(names) == 2 and alpha == 1):
         return [0, 0, 0]
     for grey in _GREYS:
         if grey in names:
             return [names.index(grey)] * 3
     raise Refused(f"expected red, green and blue, or grey, got channels {tuple(names[:8])}")
+
+
+def _layers(names: list[str]) -> dict[str, list[int]]:
+    """Return the indices of red, green and blue of every layer that has all three, by its name, which may be empty."""
+    found: dict[str, dict[str, int]] = {}
+    for place, name in enumerate(names):
+        layer, _, channel = name.rpartition(".")
+        found.setdefault(layer, {}).setdefault(channel.lower(), place)
+    layers: dict[str, list[int]] = {}
+    for layer, channels in found.items():
+        for wanted in _COLOURS:
+            if layer not in layers and all(name in channels for name in wanted):
+                layers[layer] = [channels[name] for name in wanted]
+    return layers
 
 
 def named_places(names: list[str], channels: list[str]) -> list[int]:
@@ -90,12 +112,26 @@ def decode(name: str, page: int, rows: int, cols: int, channels: list[str]) -> s
     numbers = str(spec.format)
     if numbers not in TYPES:
         raise Refused(f"expected 8 or 16 bits, or floating numbers, got {numbers}")
+    if numbers == "double" and spec.tile_height:
+        # OpenImageIO 3.2 returns other numbers than those of the file.
+        raise Refused("expected numbers of 16 or 32 bits in tiles, got 64; convert them to 32 bits")
     names = list(spec.channelnames)
     wanted = named_places(names, channels) if channels else places(names, spec.alpha_channel)
+    is_negative = _is_negative(spec, numbers)
     with open(PIXELS, "xb") as file:
         for band in _bands(picture, max(wanted) + 1, TYPES[numbers]):
-            file.write(band[..., wanted].tobytes())
+            chosen = band[..., wanted]
+            file.write((~chosen if is_negative else chosen).tobytes())
     return TYPES[numbers]
+
+
+def _is_negative(spec: Any, numbers: str) -> bool:
+    """Return whether the codes of a TIFF are still to be inverted, as 0 is white: OpenImageIO inverts 8 bits alone."""
+    if spec.getattribute("tiff:PhotometricInterpretation") != WHITE_IS_ZERO or numbers == "uint8":
+        return False
+    if numbers != "uint16":
+        raise Refused("expected 0 to be black in floating numbers, got a TIFF in which it is white (WhiteIsZero)")
+    return True
 
 
 def _bands(picture: Any, channels: int, numbers: str) -> Iterator[Any]:

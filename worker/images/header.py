@@ -52,6 +52,9 @@ _PNM_HEADER_BYTES = 4096
 _HIGHEST_CODE = 65_535
 _PNG_CHANNELS = {0: 1, 2: 3, 3: 4, 4: 2, 6: 4}
 """The channels of a PNG by its colour type, decoded: a palette may have transparent colours."""
+_EXR_PARTS = 0x10
+"""The bit of the second byte of the version that says that there are several parts."""
+_PNG_PALETTE = 3
 _EXR_BYTES = {0: 4, 1: 2, 2: 4}
 """The bytes of a number by the type of an EXR channel: uint, half, float."""
 
@@ -63,8 +66,8 @@ _SIGNATURES: tuple[tuple[bytes, str], ...] = (
     (b"MM\0+", "TIFF"),
     (b"\x76\x2f\x31\x01", "EXR"),
     (b"\xff\xd8\xff", "JPEG"),
-    (b"PF\n", "PFM"),
-    (b"Pf\n", "PFM"),
+    (b"PF", "PFM"),
+    (b"Pf", "PFM"),
     (b"GIF8", "GIF"),
     (b"8BPS", "PSD"),
     (b"SDPX", "DPX"),
@@ -152,8 +155,10 @@ def _check(path: Path, header: PictureHeader, at_most_px: int, at_most_side_px: 
         raise ArtifactBroken(f"{path.name}: expected at most {at_most_px} px, got {size}, which is {rows * cols}")
     if not 1 <= header.channels <= CHANNELS_AT_MOST:
         raise ArtifactBroken(f"{path.name}: expected 1 to {CHANNELS_AT_MOST} channels, got {header.channels}")
-    if header.is_cmyk:
-        raise ArtifactBroken(f"{path.name}: expected grey, or red, green and blue, got CMYK; convert it to sRGB")
+    if header.foreign_colours:
+        raise ArtifactBroken(
+            f"{path.name}: expected grey, or red, green and blue, got {header.foreign_colours}; convert it to sRGB"
+        )
     needed = max(header.decoded_bytes, header.block_px * header.pixel_bytes)
     if needed > bytes_at_most:
         raise ArtifactBroken(f"{path.name}: expected at most {bytes_at_most} bytes when decoded, got {needed}")
@@ -187,9 +192,11 @@ def _png(file: BinaryIO) -> PictureHeader:
         raise DamagedHeader(f"more than {ENTRIES_AT_MOST} chunks before the pixels")
     cols, rows, bits, colour = head
     channels = _PNG_CHANNELS.get(colour, 4)
+    highest = 255 if colour == _PNG_PALETTE else 2 ** min(bits, 16) - 1
     return PictureHeader(
-        "PNG", rows, cols, channels, channels * (2 if bits == 16 else 1), False, icc, found, orientation=orientation
-    )
+        "PNG", rows, cols, channels, channels * (2 if bits == 16 else 1), False, icc, found, orientation=orientation,
+        highest_code=highest,
+    )  # fmt: skip
 
 
 def _png_profile(chunk: bytes) -> bytes | None:
@@ -230,7 +237,10 @@ def _exr(file: BinaryIO) -> PictureHeader:
     tiles = attributes.get(b"tiles", bytes(9))
     block_px = math.prod(struct.unpack_from("<2I", tiles))
     rows, cols = bottom - top + 1, right - left + 1
-    return PictureHeader("EXR", rows, cols, len(numbers), sum(numbers), True, block_px=block_px, texts=texts)
+    return PictureHeader(
+        "EXR", rows, cols, len(numbers), sum(numbers), True, block_px=block_px, texts=texts,
+        has_more_parts=bool(data[5] & _EXR_PARTS),
+    )  # fmt: skip
 
 
 def _exr_channels(data: bytes) -> list[int]:
@@ -254,9 +264,9 @@ def _text(data: bytes, at: int) -> tuple[bytes, int]:
 
 
 def _pfm(file: BinaryIO) -> PictureHeader:
-    found = re.match(rb"(P[Ff])\n(\d{1,9}) (\d{1,9})\s*\n[-+0-9.eE]{1,20}\s*\n", file.read(100))
+    found = re.match(rb"(P[Ff])\n(\d{1,9}) (\d{1,9})[ \t]*\n[-+0-9.eE]{1,20}\n", file.read(100))
     if found is None:
-        raise DamagedHeader("other lines than its kind, its size and its scale")
+        raise DamagedHeader("other lines than its kind, its size and its scale, each ended by a line feed alone")
     channels = 3 if found[1] == b"PF" else 1
     return PictureHeader("PFM", int(found[3]), int(found[2]), channels, 4 * channels, True)
 
@@ -264,14 +274,15 @@ def _pfm(file: BinaryIO) -> PictureHeader:
 def _pnm(file: BinaryIO) -> PictureHeader:
     space = rb"(?:\s|#[^\n]*\n){1,100}"
     number = space + rb"(\d{1,9})"
-    found = re.match(rb"P([56])" + number + number + number + rb"\s", file.read(_PNM_HEADER_BYTES))
+    found = re.match(rb"P([56])" + number + number + number + rb"\s(?<!\r(?=\n))", file.read(_PNM_HEADER_BYTES))
     if found is None:
-        raise DamagedHeader("other numbers than its size and its highest code")
+        raise DamagedHeader("other numbers than its size and its highest code, with one white space before the pixels")
     kind, cols, rows, highest = map(int, found.groups())
     if not 1 <= highest <= _HIGHEST_CODE:
         raise DamagedHeader(f"a highest code of {highest}")
     channels = 3 if kind == 6 else 1
-    return PictureHeader("PNM", rows, cols, channels, channels * (1 if highest < 256 else 2), False)
+    number_bytes = 1 if highest < 256 else 2
+    return PictureHeader("PNM", rows, cols, channels, channels * number_bytes, False, highest_code=highest)
 
 
 _READERS: Mapping[str, Callable[[BinaryIO], PictureHeader]] = {

@@ -50,6 +50,8 @@ def header_notes(header: PictureHeader, *, linear: bool = False) -> Iterator[str
         yield f"it is a JPEG of quality {about}{header.quality}{chroma}, whose losses stay in the cells"
     if header.orientation != UPRIGHT:
         yield f"its orientation tag is {header.orientation}, so it is turned upright"
+    if header.has_more_parts:
+        yield "it has several parts, of which the first is read"
     note = None if linear else colour_space(header).note
     if note is not None:
         yield note

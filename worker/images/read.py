@@ -80,21 +80,6 @@ def read_channels(path: Path, names: Sequence[str]) -> NDArray[np.float32]:
         return np.ascontiguousarray(pixels[..., places])
 
 
-def read_codes_8(path: Path) -> NDArray[np.uint8]:
-    """Return the codes of a PNG in 8 bits, `(rows, cols, 3)`: 8 as they are stored, 16 rounded.
-
-    Raises
-    ------
-    ArtifactMissing
-        If there is no such file.
-    ArtifactBroken
-        If it is not whole, or its first three channels are not red, green and blue.
-    """
-    with opened(path) as source:
-        check_channels(path, source)
-        return checked(path, source, source.read_image(0, 0, 0, 3, "uint8"))
-
-
 def read_attributes(path: Path) -> dict[str, str]:
     """Return our own attributes in the header of an EXR, without their prefix; see `write_exr`.
 

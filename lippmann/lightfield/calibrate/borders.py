@@ -41,6 +41,9 @@ REGIONS, LENSES_A_REGION = 4, 4
 LENSES = 1500
 """The largest number of lenses at which it is looked."""
 
+DRAWN = 200_000
+"""The largest number of lenses among which those are chosen, so that the memory does not grow with the picture."""
+
 REFINING_LENSES = 1000
 """The largest number of lenses by which a lattice is refined."""
 
@@ -244,9 +247,13 @@ def _lenses(measured: Measured, size: tuple[int, ...]) -> NDArray[np.intp]:
         np.arange(math.floor(low), math.ceil(high) + 1)
         for low, high in zip(corners.min(0), corners.max(0), strict=True)
     ]
-    numbers = np.stack(np.meshgrid(*ranges), axis=-1).reshape(-1, 2)
+    rng = np.random.default_rng(0)
+    if math.prod(map(len, ranges)) <= DRAWN:
+        numbers = np.stack(np.meshgrid(*ranges), axis=-1).reshape(-1, 2)
+    else:
+        numbers = np.unique(np.stack([rng.choice(one, DRAWN) for one in ranges], axis=-1), axis=0)
     centres = middle + numbers @ lay.steps
     margin = 1.5 * lay.pitch_px
     numbers = numbers[((centres > margin) & (centres < np.array(size[::-1]) - margin)).all(axis=1)]
     # In any order, so that some of them are all over the picture.
-    return np.random.default_rng(0).permutation(numbers)[:LENSES]
+    return rng.permutation(numbers)[:LENSES]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from lippmann.errors import ArtifactMissing, BadInput
@@ -16,10 +17,15 @@ from lippmann.local.files.master import ORTHOSCOPIC, OTHER_MASTERS, depth_beside
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from worker.images.read import read_attributes
-from worker.tasks.outputs.frame_source import FrameSource
+from worker.tasks.outputs.frame_source import FrameSource, MasterReader
+from worker.untrusted import decoded_rows, read_depth_numbers, read_master_light
 
 FACTS = ("job", "scene", "bundle")
 """The attributes of a header that state the origin of a master."""
+
+
+SANDBOXED = MasterReader(read_master_light, partial(decoded_rows, is_master=True), read_depth_numbers)
+"""The reader of masters that anybody may have made."""
 
 
 @dataclass(frozen=True)
@@ -81,6 +87,7 @@ def files_frames(source: Path, *, frames: str | None = None, fps: float, display
         master=local_path,
         stage=lambda frame: found[frame].stage,
         has_depth=all(path.is_file() for path in depths.values()),
+        reader=SANDBOXED,
     )
 
 

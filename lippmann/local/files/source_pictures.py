@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 
 from lippmann.errors import BadInput
 from lippmann.job.imported_sheets import SUFFIXES
+from lippmann.job.rig import MAX_FRAME_PX
 from lippmann.local.files.master import whole_picture
 from worker.images.colour_space import colour_space, light_of_codes, linear_space
 from worker.images.header import read_header
+from worker.settings import WorkerSettings
 from worker.untrusted import read_imported
 
 SENSOR_BITS = (10, 12, 14)
@@ -90,6 +92,23 @@ def read_picture(picture: SourcePicture, decoding: Decoding) -> NDArray[np.float
     check_suffix(picture.path)
     with whole_picture(picture.path):
         return read_imported(picture.path, page=picture.page, linear=decoding.linear, white_level=decoding.white_level)
+
+
+def upright_size(picture: SourcePicture) -> tuple[int, int]:
+    """Return the (rows, cols) of a picture by its header, upright, within the limits of pictures that are decoded.
+
+    Raises
+    ------
+    BadInput
+        If it is no picture, its header is damaged, it is too large, or has several pages of which none is named.
+    """
+    check_suffix(picture.path)
+    limits = {"at_most_px": WorkerSettings().picture_px, "at_most_side_px": MAX_FRAME_PX}
+    with whole_picture(picture.path):
+        header = read_header(picture.path, page=picture.page or 0, **limits)
+    if picture.page is None and len(header.pages) > 1:
+        raise BadInput(f"expected one picture, got {len(header.pages)} pages in {picture.path}")
+    return header.upright_size
 
 
 def check_suffix(path: Path) -> None:

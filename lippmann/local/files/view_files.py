@@ -3,10 +3,12 @@
 =========================== ============================================================================
 names                       views
 =========================== ============================================================================
-`..._qs8x6a0.75.png`        a quilt of 8 columns and 6 rows of tiles, the first tile at the lower left
+`..._qs8x6a0.75.png`        a quilt of 8 columns and 6 rows of tiles, the first tile at the lower left; `_qs8x6` names
+                            no aspect
 `input_Cam000.png`          row by row from the upper left (HCI benchmark); `parameters.cfg` may tell their number
 `003_012.ppm`               column and row (JPEG Pleno, and the output `subaperture_ppm`)
-`out_03_12_-381.9_.png`     row and column (Stanford archive), whatever follows
+`out_03_12_-381.9_.png`     row and column (Stanford archive), whatever follows or precedes, as in `IMG_0001_03_12.png`
+`view_r03_c12.png`          row and column by these letters, or v and u, y and x, or in full
 any other                   with parallax along a row: in the order of the numbers in the names
 =========================== ============================================================================
 """
@@ -15,9 +17,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from configparser import ConfigParser, Error
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -33,11 +36,16 @@ NameOrder = Literal["column_row", "row_column"]
 VIEWS_AT_MOST = 65_536
 """The largest number of files of a folder that are taken for views."""
 
-_QUILT = re.compile(r"_qs(\d{1,3})x(\d{1,3})a(\d{1,3}(?:\.\d{1,9})?)(?=\.[A-Za-z]+$)")
+_QUILT = re.compile(r"(?<![a-z])qs(\d{1,3})x(\d{1,3})(?:a(\d{0,3}(?:\.\d{1,9})?))?(?![\da-z])", re.IGNORECASE)
 _HCI = re.compile(r"input_Cam(\d{1,6})")
 _NUMBERS = re.compile(r"\d{1,9}")
 _TWO_NUMBERS = re.compile(r"(\d{1,5})_(\d{1,5})")
-_NAMED_TWO = re.compile(r".*?(?<!\d)(\d{1,5})_(\d{1,5})(?:_.*)?")
+_BETWEEN, _WHOLE_NUMBER = re.compile(r"[-_ ,()]+"), re.compile(r"\d{1,5}")
+_LETTERED = tuple(
+    re.compile(rf"(?<![a-z])(?:{words})[-_= ]?(\d{{1,5}})(?!\d|\.\d)", re.IGNORECASE)
+    for words in ("row|r|v|y", "column|col|c|u|x")
+)
+"""The row and the column of a view behind a letter or a word."""
 _CAMERAS_FILE, _CAMERAS_BYTES = "parameters.cfg", 1 << 16
 
 
@@ -47,8 +55,8 @@ class QuiltName:
 
     columns: int
     rows: int
-    aspect: float
-    """Width by height of a view."""
+    aspect: float | None
+    """Width by height of a view; None if the name has none."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +67,8 @@ class ViewFiles:
     cols: int
     files: Mapping[tuple[int, int], Path]
     """The files by (row, column) of the view: down and to the right as the eye moves."""
+    note: str | None = None
+    """A note if the names could be understood in another way."""
 
 
 def quilt_name(path: Path) -> QuiltName:
@@ -75,8 +85,9 @@ def quilt_name(path: Path) -> QuiltName:
     QuiltName(columns=8, rows=6, aspect=0.75)
     """
     found = _QUILT.search(path.name)
-    columns, rows, aspect = (int(found[1]), int(found[2]), float(found[3])) if found else (0, 0, 0.0)
-    if not (columns and rows and aspect):
+    columns, rows = (int(found[1]), int(found[2])) if found else (0, 0)
+    aspect = float(found[3]) if found and found[3] else None
+    if not (columns and rows) or aspect == 0:
         raise BadInput(
             "expected a folder of views, or a quilt whose name ends like _qs8x6a0.75 (columns, rows, aspect), got"
             f" {path}"
@@ -107,14 +118,17 @@ def view_files(folder: Path, parallax: Parallax, *, order: NameOrder | None = No
     numbered = {int(found[1]): path for path in pictures if (found := _HCI.fullmatch(path.stem))}
     if numbered:
         return _hci(folder, numbered, parallax)
+    lettered = _by_letters(pictures)
+    if lettered:
+        return _whole(folder, lettered)
     placed = _by_two_numbers(pictures, order)
     if placed:
-        return _whole(folder, placed)
+        return replace(_whole(folder, placed), note=None if order else _order_note(next(iter(placed.values()))))
     if parallax == "row" and pictures:
         in_order = sorted(pictures, key=_by_numbers)
         return ViewFiles(1, len(pictures), {(0, place): path for place, path in enumerate(in_order)})
     raise BadInput(
-        f"expected views in {folder} named as input_Cam000.png, 000_000.ppm or out_00_00.png, got"
+        f"expected views in {folder} named as input_Cam000.png, 000_000.ppm, out_00_00.png or r00_c00.png, got"
         f" {pictures[0].name if pictures else 'no picture'}"
     )
 
@@ -147,16 +161,67 @@ def _cameras(path: Path) -> tuple[int, int] | None:
     return (rows, cols) if min(rows, cols) > 0 else None
 
 
+def _by_letters(pictures: list[Path]) -> dict[tuple[int, int], Path]:
+    found = [(path, *(letters.search(path.stem) for letters in _LETTERED)) for path in pictures]
+    return _placed((path, (int(row[1]), int(col[1]))) for path, row, col in found if row and col)
+
+
 def _by_two_numbers(pictures: list[Path], order: NameOrder | None) -> dict[tuple[int, int], Path]:
+    """Return views by two neighbouring numbers of their names: the first two that place every view somewhere else."""
+    pairs = {path: _pairs(path.stem) for path in pictures}
+    tried: list[list[tuple[Path, tuple[int, int]]]] = []
+    for number in range(max(map(len, pairs.values()), default=0)):
+        named = [
+            (path, _row_and_column(path, found[number], order)) for path, found in pairs.items() if number < len(found)
+        ]
+        tried.append(named)
+        if _fill_a_rectangle([place for _, place in named]):
+            break
+    else:
+        tried = tried[:1]
+    return _placed(tried[-1]) if tried else {}
+
+
+def _pairs(stem: str) -> list[tuple[int, int]]:
+    """Return the whole numbers that stand side by side in a name.
+
+    >>> _pairs("IMG_0001_03_12"), _pairs("out_03_12_-381.9_776.3_")
+    ([(1, 3), (3, 12)], [(3, 12)])
+    """
+    return [
+        (int(one), int(two))
+        for one, two in pairwise(_BETWEEN.split(stem))
+        if _WHOLE_NUMBER.fullmatch(one) and _WHOLE_NUMBER.fullmatch(two)
+    ]
+
+
+def _row_and_column(path: Path, numbers: tuple[int, int], order: NameOrder | None) -> tuple[int, int]:
+    return numbers[::-1] if (order or _usual_order(path)) == "column_row" else numbers
+
+
+def _usual_order(path: Path) -> NameOrder:
+    return "column_row" if _TWO_NUMBERS.fullmatch(path.stem) else "row_column"
+
+
+def _order_note(path: Path) -> str:
+    """Return a note about names that do not say which number is the row."""
+    usual = _usual_order(path)
+    other = "row_column" if usual == "column_row" else "column_row"
+    first, second = usual.split("_")
+    return (
+        f"{path.name}: the first number of the view is taken for the {first} and the second for the {second}; give"
+        f" --view-names {other} if it is the other way round."
+    )
+
+
+def _fill_a_rectangle(places: list[tuple[int, int]]) -> bool:
+    spans = [len({place[axis] for place in places}) for axis in (0, 1)]
+    return len(set(places)) == len(places) == math.prod(spans)
+
+
+def _placed(named: Iterable[tuple[Path, tuple[int, int]]]) -> dict[tuple[int, int], Path]:
     placed: dict[tuple[int, int], Path] = {}
-    for path in pictures:
-        alone, named = _TWO_NUMBERS.fullmatch(path.stem), _NAMED_TWO.fullmatch(path.stem)
-        found = alone or named
-        if found is None:
-            continue
-        numbers = int(found[1]), int(found[2])
-        is_column_first = (order or ("column_row" if alone else "row_column")) == "column_row"
-        place = numbers[::-1] if is_column_first else numbers
+    for path, place in named:
         if place in placed:
             raise BadInput(f"expected one view of row {place[0]} and column {place[1]}, got {placed[place]} and {path}")
         placed[place] = path

@@ -32,7 +32,9 @@ _USES = {
     "collimated": "one focal length, as the depths of the scene are unknown",
 }
 _CONTACT_MM = 0.005
-"""The thinnest air that counts: below it, the substrate touches the print."""
+"""The least difference of the gap and the substrate that counts: below it, the substrate touches the print."""
+_FIELDS = {"real": "display.gap_real_mm", "virtual": "display.gap_virtual_mm"}
+"""The field of a job that sets the gap, by its use."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,17 @@ class Mounting:
     substrate_mm: float
     """The thickness of the substrate of the array."""
     viewing_distance_mm: float
+
+    @property
+    def is_too_thin(self) -> bool:
+        """True if the substrate alone is thicker than the gap, which cannot be built with the array as it is."""
+        return self.substrate_mm - self.gap_mm >= _CONTACT_MM
+
+    @property
+    def gap_words(self) -> str:
+        """The gap for the label of the print."""
+        warning = f", thinner than the substrate of {self.substrate_mm:.2f} mm" if self.is_too_thin else ""
+        return f"gap {self.gap_mm:.2f} mm{warning}"
 
     @property
     def spacer_mm(self) -> float:
@@ -132,7 +145,10 @@ def _drawn_layers(mounting: Mounting, top_mm: float) -> Iterator[Shape]:
         LEFT_MM, top_mm, TEXT_MM, "From the side, not to scale: the print on the left, the observer on the right"
     )
     top_mm += 8.0
-    layers = [("print", "", 6.0), ("lens array", f"{mounting.substrate_mm:.2f} mm", 34.0)]
+    substrate = f"{mounting.substrate_mm:.2f} mm"
+    if mounting.is_too_thin:
+        substrate = f"{mounting.gap_mm:.2f} mm of {substrate}"
+    layers = [("print", "", 6.0), ("lens array", substrate, 34.0)]
     if mounting.spacer_mm:
         layers.insert(1, ("air: spacers", f"{mounting.spacer_mm:.2f} mm", 34.0))
     left_mm = LEFT_MM + 6.0
@@ -152,6 +168,16 @@ def _drawn_layers(mounting: Mounting, top_mm: float) -> Iterator[Shape]:
     yield TextLine(left_mm + 4.0, top_mm + 11.0, SMALL_MM, f"observer at {mounting.viewing_distance_mm:.0f} mm")
 
 
+def _remedies(mounting: Mounting) -> Iterator[str]:
+    """Yield what can be done about a gap that is thinner than the substrate."""
+    gap, substrate = f"{mounting.gap_mm:.2f} mm", f"{mounting.substrate_mm:.2f} mm"
+    yield f"The gap of {gap} is thinner than the substrate of {substrate}: this array cannot be mounted so."
+    yield f"Grind the substrate down to {gap}, or use an array with a substrate of at most {gap}."
+    field = _FIELDS.get(mounting.use)
+    other = f"or set {field} of the job to {substrate} or more, and print again" if field else "and see less sharply"
+    yield f"Otherwise lay the substrate directly on the print, {other}."
+
+
 def _outline(box: Bar) -> Iterator[Bar]:
     for y_mm in (box.top_mm, box.bottom_mm):
         yield line(box.left_mm, y_mm, box.right_mm, y_mm, line_mm=LINE_MM)
@@ -162,7 +188,9 @@ def _outline(box: Bar) -> Iterator[Bar]:
 def _steps(output: Print, rig: Rig, mounting: Mounting) -> Iterator[str]:
     """Yield what to do, in its order."""
     steps = ["Print at 100 %, and measure the array with a ruler: its size is above."]
-    if mounting.spacer_mm:
+    if mounting.is_too_thin:
+        steps += _remedies(mounting)
+    elif mounting.spacer_mm:
         steps.append(f"Lay spacers of {mounting.spacer_mm:.2f} mm on the print, under the edges of the array.")
     elif mounting.substrate_mm:
         steps.append("Lay the substrate of the array directly on the print, without air.")

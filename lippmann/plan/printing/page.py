@@ -154,7 +154,7 @@ def _label(text: str, *, width_mm: float, bottom_mm: float) -> TextLine:
 
 
 def label_of(
-    facts: str, output: Print, page_mm: tuple[float, float], *, gap_mm: float, lens_pitch_mm: float, pixel_mm: float
+    facts: str, output: Print, page_mm: tuple[float, float], *, gap: str, lens_pitch_mm: float, pixel_mm: float
 ) -> str:
     """Return the label of a print.
 
@@ -166,8 +166,8 @@ def label_of(
         The options of the print.
     page_mm
         Width and height of the array.
-    gap_mm
-        The distance from the print to the lenses, with the substrate.
+    gap
+        The words about the distance from the print to the lenses.
     lens_pitch_mm, pixel_mm
         See `print_page`.
     """
@@ -175,7 +175,7 @@ def label_of(
     said = [
         facts,
         f"array {page_mm[0]:.2f} x {page_mm[1]:.2f} mm{', mirrored' if output.mirrored else ''}{turned}",
-        f"gap {gap_mm:.2f} mm",
+        gap,
         f"lens pitch {lens_pitch_mm:.6g} mm",
         f"{MM_PER_INCH / pixel_mm:.6g} dpi",
         "print at 100 %",

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 import lippmann
+from tests.pictures import read_png
 from tests.repository import DOCS
-from worker.images.read import read_codes_8
 
 PAGE = DOCS / "python.md"
 STEP = re.compile(r"```python\n(.*?)```\n(?:\n((?:    [^\n]*\n)+))?", re.DOTALL)
@@ -31,7 +31,7 @@ def test_the_page_runs_prints_and_draws_what_it_shows(
     pictures = PICTURE.findall(text)
     assert pictures == [f"images/{path.name}" for path in sorted((tmp_path / "images").iterdir(), key=age)]
     for picture in pictures:
-        made, kept = read_codes_8(tmp_path / picture).astype(int), read_codes_8(DOCS / picture).astype(int)
+        made, kept = read_png(tmp_path / picture).astype(int), read_png(DOCS / picture).astype(int)
         assert made.shape == kept.shape
         # A pixel on an edge may fall to the other side on another machine.
         assert (np.abs(made - kept).max(axis=-1) > 2).mean() < 0.01, picture

@@ -94,7 +94,8 @@ def _header(frame: bytes, icc: bytes | None, tables: dict[int, NDArray[np.int64]
     quality, exact = (None, False) if table is None else jpeg_quality(table)
     return PictureHeader(
         "JPEG", rows, cols, channels, channels * math.ceil(bits / 8), False, icc, orientation=orientation,
-        is_cmyk=channels == _INKS, quality=quality, quality_is_exact=exact, chroma=_chroma(components),
+        foreign_colours="CMYK" if channels == _INKS else "", highest_code=2 ** min(bits, 16) - 1, quality=quality,
+        quality_is_exact=exact, chroma=_chroma(components),
     )  # fmt: skip
 
 

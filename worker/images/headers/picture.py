@@ -19,6 +19,10 @@ ORIENTATIONS = range(1, 9)
 """The orientations of TIFF and EXIF (TIFF 6.0, tag 274)."""
 
 
+SIDEWAYS = range(5, 9)
+"""The orientations of a picture whose first row is its left or its right side."""
+
+
 class DamagedHeader(Exception):
     """The header is cut short or makes no sense; the text continues "expected a whole header of a PNG, got"."""
 
@@ -50,14 +54,25 @@ class PictureHeader:
     """The places of the pictures in the file; those of reduced size and of masks are left out."""
     page: int = 0
     """The number of the picture among `pages`."""
-    is_cmyk: bool = False
-    """True if the channels are inks."""
+    foreign_colours: str = ""
+    """What the channels are if they are neither grey nor red, green and blue, such as `CMYK`."""
+    has_more_parts: bool = False
+    """True if an EXR has more parts than the first one, which alone is read."""
+    highest_code: int = 0
+    """The highest code that the file can hold, as 1023 of 10 bits; 0 if the numbers are floating ones."""
+    white_is_zero: bool = False
+    """True if 0 is white, as in a TIFF of the photometric interpretation 0."""
     quality: int | None = None
     """The quality of a JPEG as the IJG's library and most programs count it, 1 to 100; None if it is no JPEG."""
     quality_is_exact: bool = False
     """True if the tables of a JPEG are those of its quality; else they are the most like them."""
     chroma: str = ""
     """The chroma subsampling of a JPEG in colour, such as `4:2:0`."""
+
+    @property
+    def upright_size(self) -> tuple[int, int]:
+        """The (rows, cols) of the picture once it is turned upright."""
+        return (self.cols, self.rows) if self.orientation in SIDEWAYS else (self.rows, self.cols)
 
     @property
     def decoded_bytes(self) -> int:

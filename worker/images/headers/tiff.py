@@ -27,10 +27,23 @@ PAGES_AT_MOST = 4096
 """The largest number of directories of a file that are looked at."""
 
 _KIND, _COLS, _ROWS, _BITS, _COLOUR, _ORIENTATION, _CHANNELS = 254, 256, 257, 258, 262, 274, 277
-_TILE_COLS, _TILE_ROWS, _NUMBERS, _PROFILE = 322, 323, 339, 34675
-_PALETTE, _INKS, _FLOATING = 3, 5, 3
-_TURNED_BY_LIBTIFF = (6, 8)
-"""YCbCr and Lab: libtiff converts them, and turns the picture by its tag in a way of its own."""
+_TILE_COLS, _TILE_ROWS, _NUMBERS, _LAYERS, _PROFILE = 322, 323, 339, 32997, 34675
+_WHITE_IS_ZERO, _BLACK_IS_ZERO, _PALETTE, _FLOATING = 0, 1, 3, 3
+_FOREIGN_COLOURS = {
+    4: "a transparency mask",
+    5: "CMYK",
+    8: "CIE L*a*b*",
+    9: "ICC L*a*b*",
+    10: "ITU L*a*b*",
+    32803: "the mosaic of a sensor's colour filters",
+    32844: "CIE Log2(L)",
+    32845: "CIE Log2(L) (u', v')",
+}
+"""What is refused by its photometric interpretation."""
+_CODES_AT_MOST = 16
+"""The bits of the largest codes that are read."""
+_TURNED_BY_LIBTIFF = 6
+"""YCbCr: libtiff converts it, and turns the picture by its tag in a way of its own."""
 _REDUCED, _MASK = 1, 4
 _TYPES = {1: "B", 3: "H", 4: "I", 16: "Q"}
 _NOWHERE = 1 << 40
@@ -149,12 +162,16 @@ def _directory(file: BinaryIO, order: str, is_big: bool, start: int) -> _Tags:
 
 
 def _header(tags: _Tags, pages: tuple[int, ...], page: int) -> PictureHeader:
-    channels, colour = tags.number(_CHANNELS, 1), tags.number(_COLOUR, 0)
+    channels, colour = tags.number(_CHANNELS, 1), tags.number(_COLOUR, _BLACK_IS_ZERO)
     if colour == _PALETTE:  # it becomes red, green and blue
         channels = max(channels, 3)
     orientation = known_orientation(tags.number(_ORIENTATION, UPRIGHT))
-    if colour in _TURNED_BY_LIBTIFF and orientation != UPRIGHT:
-        raise DamagedHeader(f"the orientation tag {orientation} with YCbCr or Lab colours; convert the picture to RGB")
+    if colour == _TURNED_BY_LIBTIFF and orientation != UPRIGHT:
+        raise DamagedHeader(f"the orientation tag {orientation} with YCbCr colours; convert the picture to RGB")
+    if tags.number(_LAYERS, 1) > 1:
+        raise DamagedHeader(f"a volume of {tags.number(_LAYERS, 1)} layers")
+    bits, is_light = tags.number(_BITS, 1), tags.number(_NUMBERS, 1) == _FLOATING
+    highest = 255 if colour == _PALETTE else 2 ** min(bits, _CODES_AT_MOST) - 1
     icc = None
     if _PROFILE in tags.entries:
         _, length, value = tags.entries[_PROFILE]
@@ -166,12 +183,14 @@ def _header(tags: _Tags, pages: tuple[int, ...], page: int) -> PictureHeader:
         tags.number(_ROWS, 0),
         tags.number(_COLS, 0),
         channels,
-        channels * max(1, math.ceil(tags.number(_BITS, 1) / 8)),
-        tags.number(_NUMBERS, 1) == _FLOATING,
+        channels * max(1, math.ceil(bits / 8)),
+        is_light,
         icc,
         block_px=tags.number(_TILE_COLS, 0) * tags.number(_TILE_ROWS, 0),
         orientation=orientation,
         pages=pages,
         page=page,
-        is_cmyk=colour == _INKS,
+        foreign_colours=_FOREIGN_COLOURS.get(colour, ""),
+        highest_code=0 if is_light else highest,
+        white_is_zero=colour == _WHITE_IS_ZERO,
     )

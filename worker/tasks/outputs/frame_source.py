@@ -6,9 +6,10 @@ image on the pixels of a device) follow from them by the functions that `worker.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +23,7 @@ from lippmann.job.stage import Stage
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
 from lippmann.lightfield.image import IntegralImage
-from lippmann.lightfield.sheet.bands import Sheet, SheetOfRows
+from lippmann.lightfield.sheet.bands import Rows, Sheet, SheetOfRows
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
@@ -33,6 +34,22 @@ from worker.tasks.artifacts import TaskArtifacts
 
 def _unknown(frame: int) -> None:
     """Return None, the stage of imported pictures."""
+
+
+@dataclass(frozen=True)
+class MasterReader:
+    """Decodes the files of masters; each function raises ArtifactMissing or ArtifactBroken."""
+
+    light: Callable[[Path], NDArray[np.float16]]
+    """Returns the light of a master, `(rows, cols, 3)`."""
+    rows: Callable[[Path], AbstractContextManager[Rows]]
+    """Opens a master whose rows are read in half floats, in any order."""
+    numbers: Callable[[Path, Sequence[str]], NDArray[np.float32]]
+    """Returns channels by their names, `(rows, cols, channel)`."""
+
+
+OWN_MASTERS = MasterReader(partial(read_rgb, dtype=np.float16), partial(open_rows, dtype=np.float16), read_channels)
+"""The reader of masters that this farm has made, in the process of the worker."""
 
 
 @dataclass(frozen=True)
@@ -55,13 +72,15 @@ class FrameSource:
     """Returns the stage of the scene at a frame; None if it is unknown."""
     has_depth: bool = False
     """True if the depth of every pixel is known, see `depth`."""
+    reader: MasterReader = OWN_MASTERS
+    """Decodes the files that `master` opens; those of others are decoded in the sandbox."""
 
     def image(self, frame: int) -> IntegralImage:
         """Read the orthoscopic integral image of a frame, in half floats."""
         array = self.rig(frame).lens_array
         with naming_frame(frame), self.master(names.orthoscopic_name(frame)) as path:
             return IntegralImage(
-                pixels=read_rgb(path, np.float16),
+                pixels=self.reader.light(path),
                 layout=self.layout,
                 pitch_mm=array.pitch_mm,
                 focal_length_mm=array.focal_length_mm,
@@ -71,7 +90,7 @@ class FrameSource:
     def orthoscopic_rows(self, frame: int) -> Iterator[Sheet]:
         """Yield the orthoscopic integral image of a frame as a sheet of which only the requested rows are read."""
         name = names.orthoscopic_name(frame)
-        with naming_frame(frame), self.master(name) as path, open_rows(path, dtype=np.float16) as rows:
+        with naming_frame(frame), self.master(name) as path, self.reader.rows(path) as rows:
             yield SheetOfRows(rows, self.layout)
 
     def depth(self, frame: int) -> DepthMap:
@@ -87,7 +106,7 @@ class FrameSource:
         if not self.has_depth:
             raise OutputError("expected a job with capture.depth, got one without")
         with naming_frame(frame), self.master(names.depth_name(frame)) as path:
-            return DepthMap(read_channels(path, CHANNELS))
+            return DepthMap(self.reader.numbers(path, CHANNELS))
 
     def integral(self, frame: int) -> NDArray[np.float16]:
         """Return the pixels of a frame as captured, pseudoscopic, `(row, col, channel)`."""

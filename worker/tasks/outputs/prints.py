@@ -67,6 +67,7 @@ def about_print(source: FrameSource, output: Print) -> dict[str, Any]:
         "array_left_px": page.left_px,
         "gap_mm": mounting.gap_mm,
         "gap_use": mounting.use,
+        "gap_is_thinner_than_substrate": mounting.is_too_thin,
         "pixel_mm": page.pixel_mm,
         "lens_pitch_mm": output.real_pitch_mm(source.rig(source.frames[0])),
         "label": label,
@@ -92,7 +93,8 @@ def _page(source: FrameSource, output: Print, frame: int) -> tuple[PrintPage, st
     pixel_mm, lens_pitch_mm = output.pixel_mm(rig), output.real_pitch_mm(rig)
     high, wide = layout.lenses_of_pitch(lens_pitch_mm).extent
     sizes = {"lens_pitch_mm": lens_pitch_mm, "pixel_mm": pixel_mm}
-    label = label_of(_origin(source, frame), output, (wide, high), gap_mm=_mounting(source, frame).gap_mm, **sizes)
+    gap = _mounting(source, frame).gap_words
+    label = label_of(_origin(source, frame), output, (wide, high), gap=gap, **sizes)
     return print_page(layout, output, label=label, **sizes), label
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from lippmann.job.outputs.spoc import Spoc
 from lippmann.job.rig import Rig
-from lippmann.lightfield.sheet.bands import OrthoscopicSheet, Sheet, SheetOfRows, stitched
+from lippmann.lightfield.sheet.bands import OrthoscopicSheet, Sheet, stitched
 from lippmann.lightfield.sheet.pinholes import PinholeArray
 from lippmann.lightfield.sheet.spoc import SpocSheet
 from lippmann.plan import artifact_names as names
@@ -20,7 +20,7 @@ from worker.images.colour import srgb_codes
 from worker.images.rows import BAND_PX, all_rows, open_rows
 from worker.images.write import write_code_rows, write_exr_rows
 from worker.tasks.outputs.context import OutputContext
-from worker.tasks.outputs.frame_source import FrameSource, naming_frame
+from worker.tasks.outputs.frame_source import FrameSource
 from worker.tasks.outputs.pictures import sheet_density
 from worker.tasks.outputs.registry import describes, makes
 from worker.tasks.outputs.sidecar import geometry_of
@@ -73,11 +73,9 @@ def spoc_sheet(pseudoscopic: Sheet, rig: Rig, output: Spoc) -> SpocSheet:
 def _write_master(path: Path, source: FrameSource, output: Spoc, frame: int) -> None:
     rig = source.rig(frame)
     said = {**source.facts, "frame": str(frame), "rig": output.display(rig).model_dump_json()}
-    name = names.orthoscopic_name(frame)
-    with naming_frame(frame), source.master(name) as given, open_rows(given, dtype=np.float16) as picture:
+    with source.orthoscopic_rows(frame) as sheet:
         # The half-turn is its own inverse: this is the capture as it was, but upright.
-        pseudoscopic = OrthoscopicSheet(SheetOfRows(picture, source.layout), inverted=False)
-        made = spoc_sheet(pseudoscopic, rig, output)
+        made = spoc_sheet(OrthoscopicSheet(sheet, inverted=False), rig, output)
         size = made.layout.rows, made.layout.cols
         write_exr_rows(path, stitched(made, BAND_PX), size=size, attributes=said)
 

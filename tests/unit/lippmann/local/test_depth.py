@@ -13,8 +13,9 @@ import pytest
 from lippmann.cli import main
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.plan.sampling import display_size
+from tests.pictures import read_png
 from tests.unit.lippmann.local.masters import master_of, rig_of
-from worker.images.read import read_channels, read_codes_8
+from worker.images.read import read_channels
 from worker.images.write import write_channels
 
 
@@ -66,7 +67,7 @@ def test_the_truth_is_shown_in_colours(ask: Any, tmp_path: Path) -> None:
     code, out, err = ask(str(master), "--truth", "--out", str(tmp_path / "t.png"), "--json")
     assert code == 0, err
     assert json.loads(out)["errors"] is None
-    codes = read_codes_8(tmp_path / "t.png")
+    codes = read_png(tmp_path / "t.png")
     assert (codes == codes[0, 0]).all()
     assert codes[0, 0, 0] > codes[0, 0, 2]
 

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import errno
 import json
+import shutil
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from lippmann.errors import BadInput, SpecError
+from lippmann.errors import ArtifactBroken, BadInput, SpecError
 from lippmann.local.export import export_outputs, parse_outputs
 from lippmann.local.files.frame_source import files_frames
 from lippmann.plan import artifact_names as names
 from tests.builders_outputs import GivenJob, given_job
+from worker.images import decoder
 
 
 @pytest.fixture
@@ -110,6 +113,29 @@ def test_what_is_no_output_is_named(written: list[str], words: str, masters: Pat
     source = files_frames(masters, fps=8.0)
     with pytest.raises((BadInput, SpecError), match=words):
         parse_outputs(written, source)
+
+
+@pytest.mark.promise("Scenes", "`lippmann export` decodes masters and depths in the sandbox, never in its own process.")
+def test_masters_that_others_made_are_decoded_in_the_sandbox(
+    masters: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (masters / "depth").mkdir()
+    for frame in (1, 2, 3):
+        shutil.copyfile(masters / names.orthoscopic_name(frame), masters / names.depth_name(frame))
+    source = files_frames(masters, fps=8.0)
+    evil = tmp_path / "evil.py"
+    evil.write_text("print('half')\n")
+    monkeypatch.setattr(decoder, "__file__", str(evil))
+    reads: tuple[Callable[[], object], ...] = (
+        lambda: source.image(1),
+        lambda: source.orthoscopic_rows(1).__enter__(),
+        lambda: source.depth(1),
+    )
+    for read in reads:
+        with pytest.raises(ArtifactBroken, match=r"0001\.exr: expected numbers from the decoder, got no file"):
+            read()
+    (made,) = export_outputs(source, parse_outputs(['{"kind": "spoc", "distance_mm": 5}'], source), tmp_path / "out")
+    assert "expected numbers from the decoder" in (made.error or "")
 
 
 def test_what_are_no_masters_is_named(masters: Path, tmp_path: Path) -> None:

@@ -15,9 +15,10 @@ from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.plan.design.observed_display import observed_display
 from lippmann.plan.sampling import frame_size
+from tests.pictures import read_png
 from tests.unit.lippmann.local.masters import master_of, rig_of
 from worker.images.colour import srgb_codes
-from worker.images.read import read_attributes, read_codes_8
+from worker.images.read import read_attributes
 from worker.images.write import write_channels, write_exr
 
 SQUARE = CellLayout(6, 7, 4)
@@ -182,7 +183,7 @@ def test_a_notebook_shows_a_small_picture() -> None:
 def test_a_picture_is_saved_with_its_pixels_repeated(tmp_path: Path) -> None:
     grey = noise(SQUARE)[..., 0]
     save_picture(grey, tmp_path / "grey.png", scale=2)
-    codes = read_codes_8(tmp_path / "grey.png")
+    codes = read_png(tmp_path / "grey.png")
     np.testing.assert_array_equal(codes[::2, 1::2, 1], srgb_codes(grey[..., np.newaxis].repeat(3, axis=2))[..., 0])
 
 

@@ -11,12 +11,14 @@ from PIL import Image
 from typer.testing import CliRunner
 
 from lippmann.cli.main import app
+from lippmann.errors import BadInput
 from lippmann.job.rig import LensArray, Rig
 from lippmann.lattice.layout import CellLayout
 from lippmann.local.export import export_outputs, parse_outputs
 from lippmann.local.files.frame_source import files_frames
-from lippmann.local.files.view_files import view_files
+from lippmann.local.files.view_files import quilt_name, view_files
 from lippmann.local.image import IntegralImage, open_orthoscopic
+from lippmann.local.import_views import ViewsOptions, import_views
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr
 
@@ -101,6 +103,8 @@ def test_fewer_views_are_taken_evenly_from_the_first_to_the_last(tmp_path: Path,
         ("out_{v:02d}_{u:02d}_-381.9_776.3_.png", ()),
         ("{u:03d}_{v:03d}.png", ()),
         ("{v:03d}_{u:03d}.png", ("--view-names", "row_column")),
+        ("IMG_0012_{v:02d}_{u:02d}.png", ()),
+        ("view_c{u}_r{v}.png", ()),
         ("input_Cam{number:03d}.png", ()),
     ],
 )
@@ -126,7 +130,7 @@ def test_views_become_a_bundle_of_their_integral_image(tmp_path: Path, master: P
 @pytest.mark.parametrize(
     ("files", "words", "said"),
     [
-        (("a.png",), (), "named as input_Cam000.png, 000_000.ppm or out_00_00.png, got a.png"),
+        (("a.png",), (), "named as input_Cam000.png, 000_000.ppm, out_00_00.png or r00_c00.png, got a.png"),
         ((), (), "got no picture"),
         (("000_000.png", "001_001.png"), (), "expected 2 x 2 views (columns x rows)"),
         (("input_Cam000.png", "input_Cam002.png"), (), "expected as many rows of views as columns"),
@@ -146,6 +150,101 @@ def test_views_that_cannot_be_are_refused(
     assert ran.exit_code != 0
     assert said in str(ran.exception)
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "out_{v:02d}_{u:02d}_-780_1103_.png",
+        "Sub-aperture_{v:02d}_{u:02d}.png",
+        "scene ({v}, {u}).png",
+        "frame_0007_{v}_{u}.png",
+        "{v}_{u}_0007.png",
+        "lf-{v}-{u}.png",
+        "View_v={v}_u={u}.png",
+        "row{v:02d}col{u:02d}.png",
+        "x{u}y{v}_z1.5.png",
+        "{u}_{v}.png",
+    ],
+)
+def test_rows_and_columns_in_names_are_told_apart(tmp_path: Path, name: str) -> None:
+    for v, u in np.ndindex(2, 3):
+        (tmp_path / name.format(v=v + 4, u=u + 1)).touch()
+    found = view_files(tmp_path, "grid")
+    assert (found.rows, found.cols) == (2, 3)
+    assert [found.files[place].name for place in np.ndindex(2, 3)] == [
+        name.format(v=v + 4, u=u + 1) for v, u in np.ndindex(2, 3)
+    ]
+
+
+def test_names_that_do_not_say_which_number_is_the_row_have_a_note(tmp_path: Path) -> None:
+    for v, u in np.ndindex(2, 2):
+        Image.new("L", (4, 4)).save(tmp_path / f"{u}_{v}.png")
+    ran = _import(tmp_path, "--views", "grid", "--out", tmp_path / "out")
+    assert "the first number of the view is taken for the column" in ran.stderr
+    assert "give --view-names row_column" in ran.stderr
+    ran = _import(tmp_path, "--views", "grid", "--view-names", "row_column", "--out", tmp_path / "out")
+    assert "--view-names" not in ran.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "expected"),
+    [
+        ("a_qs8x6a0.75.png", (8, 6, 0.75)),
+        ("a_QS05x09A1.png", (5, 9, 1.0)),
+        ("a_qs8x6a.5 (1).png", (8, 6, 0.5)),
+        ("qs8x6.png", (8, 6, None)),
+        ("a_qs8x6a1.777778_v2.png", (8, 6, 1.777778)),
+    ],
+)
+def test_names_of_quilts_as_other_programs_write_them(name: str, expected: tuple[int, int, float | None]) -> None:
+    found = quilt_name(Path(name))
+    assert (found.columns, found.rows, found.aspect) == expected
+
+
+@pytest.mark.parametrize(
+    ("sizes", "limit_px", "said"),
+    [
+        (((9, 8),) * 4, 200, "at most 200 px, got 288 px of 2 x 2 views of 9 x 8 px"),
+        (((9, 8),) * 4, 60, r"expected at most 60 px, got 8 x 9 px, which is 72"),
+        (((9, 8), (9, 8), (9, 8), (8, 9)), 10_000, r"expected views of 9 x 8 px in .*, got 8 x 9 px in .*1_1\.png"),
+        (((5000, 2),) * 4, 1 << 20, r"views: count\..*: expected .*4096.*, got 5000"),
+    ],
+)
+def test_views_are_refused_by_their_headers_before_one_is_decoded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, sizes: tuple[tuple[int, int], ...], limit_px: int, said: str
+) -> None:
+    (tmp_path / "views").mkdir()
+    for (v, u), size in zip(np.ndindex(2, 2), sizes, strict=True):
+        Image.new("L", size).save(tmp_path / f"views/{u}_{v}.png")
+    monkeypatch.setenv("LIPPMANN_PICTURE_PX", str(limit_px))
+    monkeypatch.setattr("lippmann.local.import_views.read_picture", pytest.fail)
+    with pytest.raises(BadInput, match=said):
+        import_views([tmp_path / "views"], ViewsOptions("grid"), out=tmp_path / "out")
+
+
+def test_a_later_frame_of_another_size_is_refused_before_the_first_is_decoded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for number, size in enumerate([(12, 12), (12, 18)]):
+        Image.new("L", size).save(tmp_path / f"{number}_qs3x2.png")
+    monkeypatch.setattr("lippmann.local.import_views.read_picture", pytest.fail)
+    quilts = [tmp_path / "0_qs3x2.png", tmp_path / "1_qs3x2.png"]
+    with pytest.raises(BadInput, match=r"expected 6 x 6 views of 4 x 6 px as in .*0_qs.*, got 6 x 6 views of 4 x 9 px"):
+        import_views(quilts, ViewsOptions("row"), out=tmp_path / "out")
+
+
+def test_only_the_views_that_are_used_are_decoded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for number in range(9):
+        Image.new("L", (4, 4)).save(tmp_path / f"{number}.png")
+    read: list[str] = []
+    monkeypatch.setattr(
+        "lippmann.local.import_views.read_picture",
+        lambda source, decoding: read.append(source.name) or np.zeros((4, 4, 3), np.float32),
+    )
+    options = ViewsOptions("row", px_per_lens=3, pseudoscopic=True)
+    import_views([tmp_path], options, out=tmp_path / "out")
+    assert read == ["8.png", "4.png", "0.png"]
 
 
 @pytest.mark.parametrize(

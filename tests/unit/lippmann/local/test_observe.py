@@ -18,9 +18,10 @@ from lippmann.lightfield.sheet.device import to_device
 from lippmann.lightfield.views.perspective import Eye
 from lippmann.plan.design.observed_display import observed_display
 from lippmann.plan.sampling import display_size
+from tests.pictures import read_png
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture, spot
 from worker.images.colour import srgb_codes
-from worker.images.read import read_codes_8, read_rgb
+from worker.images.read import read_rgb
 from worker.images.write import write_exr
 from worker.video.read import read_frames
 
@@ -75,7 +76,7 @@ def test_it_writes_what_the_observer_sees(master: Path, run: Run, tmp_path: Path
     display = observed_display(rig_of())
     window = whole_window(display, size_px=60)
     seen = observe(read_rgb(master, np.float16), display, Eye(12, -5, 400), window=window)
-    np.testing.assert_array_equal(read_codes_8(out), srgb_codes(seen))
+    np.testing.assert_array_equal(read_png(out), srgb_codes(seen))
     assert (said["file"], said["rows"], said["cols"]) == (str(out), 60, 57)
     assert (said["gap_mm"], said["depths_times"], said["own_share"], notes) == (3.3, 1.0, 1.0, "")
 
@@ -92,7 +93,7 @@ def test_every_option_of_the_eye_and_the_display_counts(master: Path, run: Run, 
     sheet = read_rgb(master.parents[1] / "device" / "0001.exr", np.float32)
     window = window_of(right_mm=1, up_mm=2, wide_mm=6, high_mm=4, size_px=48)
     seen = observe(sheet, display, Eye(0, 0, 300), pupil_mm=6.0, focus_mm=25.0, rays=9, window=window)
-    np.testing.assert_allclose(read_codes_8(out), srgb_codes(seen), atol=1)  # the device sheet was kept in half floats
+    np.testing.assert_allclose(read_png(out), srgb_codes(seen), atol=1)  # the device sheet was kept in half floats
     assert said["depths_times"] == pytest.approx(3.7148 / 3.3, rel=1e-4)
     assert "this gap multiplies depths by 1.13" in notes
 
@@ -102,7 +103,7 @@ def test_a_device_master_is_seen_on_its_own_pixels(master: Path, run: Run, tmp_p
     on_device = master.parents[1] / "device" / "0001.exr"
     assert run(str(master), *same, "--device", "--out", str(tmp_path / "a.png"))[0] == 0
     assert run(str(on_device), *same, "--out", str(tmp_path / "b.png"))[0] == 0
-    a, b = (read_codes_8(tmp_path / name) for name in ("a.png", "b.png"))
+    a, b = (read_png(tmp_path / name) for name in ("a.png", "b.png"))
     np.testing.assert_allclose(a, b, atol=1)
 
 
@@ -114,7 +115,7 @@ def test_two_eyes_come_as_one_picture(stereo: str, cols: int, master: Path, run:
     )
     assert code == 0
     assert (said["rows"], said["cols"]) == (60, cols)
-    assert read_codes_8(out).shape == (60, cols, 3)
+    assert read_png(out).shape == (60, cols, 3)
 
 
 def test_a_clip_of_a_swinging_eye_shows_a_real_point_go_against_it(master: Path, run: Run, tmp_path: Path) -> None:

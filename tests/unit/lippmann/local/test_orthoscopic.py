@@ -21,11 +21,11 @@ from lippmann.lightfield.sheet.orthoscopic import half_turn_cells, orthoscopic, 
 from lippmann.local import orthoscopic as conversion
 from lippmann.local.image import open_orthoscopic
 from lippmann.plan.sampling import display_size, frame_size
-from tests.pictures import read_tiff
+from tests.pictures import read_png, read_tiff
 from tests.unit.lippmann.lightfield.sheets import numbered_sheet
 from worker.images import rows
 from worker.images.colour import linear_light, srgb_codes
-from worker.images.read import read_attributes, read_codes_8, read_rgb
+from worker.images.read import read_attributes, read_rgb
 from worker.images.write import write_code_rows, write_exr
 
 COUNT = (5, 4)
@@ -119,7 +119,7 @@ def test_light_becomes_codes_and_codes_light(
     path, light = captured(here, rig_of())
     upright = orthoscopic(light, frame_size(rig_of()))
     made(str(path), "--out", "a.png", monkeypatch=monkeypatch, capsys=capsys)
-    np.testing.assert_array_equal(read_codes_8(here / "a.png"), srgb_codes(upright))
+    np.testing.assert_array_equal(read_png(here / "a.png"), srgb_codes(upright))
     made(str(path), "--out", "a.tif", "--bits", "16", monkeypatch=monkeypatch, capsys=capsys)
     np.testing.assert_array_equal(read_tiff("a.tif"), srgb_codes(upright, bits=16))
     said = ["--px-per-lens", "8", "--lenses", "4x5"]
@@ -273,7 +273,7 @@ def test_codes_of_another_colour_space_become_light_or_srgb(
         if suffix == "exr":
             np.testing.assert_allclose(read_rgb(out, np.float32), expected, atol=5e-4)
         else:
-            np.testing.assert_array_equal(read_codes_8(out), srgb_codes(expected))
+            np.testing.assert_array_equal(read_png(out), srgb_codes(expected))
 
 
 def test_codes_without_a_colour_space_are_noted(

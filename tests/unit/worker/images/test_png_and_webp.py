@@ -21,7 +21,7 @@ from tests.unit.worker.images.pictures import SHAPES, decoded, noise
 from worker.images.colour import srgb_codes
 from worker.images.convert import png
 from worker.images.encode import encoded, save
-from worker.images.read import read_codes_8
+from worker.images.read import read_rgb
 from worker.images.write import write_exr, write_png, write_thumbnail
 from worker.untrusted import picture_codes
 
@@ -140,7 +140,7 @@ def test_a_png_cut_short_is_broken(tmp_path: Path) -> None:
     for length in range(0, len(data) - 16, 97):
         cut.write_bytes(data[:length])
         with pytest.raises(ArtifactBroken, match=r"^cut\.png: "):
-            read_codes_8(cut)
+            read_rgb(cut, np.float32)
 
 
 def test_the_services_png_of_nothing_is_missing(tmp_path: Path) -> None:

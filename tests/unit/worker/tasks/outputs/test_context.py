@@ -15,8 +15,9 @@ from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.lightfield.views.views import views_grid
 from lippmann.plan import artifact_names as names
 from tests.builders_outputs import given_job
+from tests.pictures import read_png
 from worker.images.colour import srgb_codes
-from worker.images.read import read_codes_8, read_rgb
+from worker.images.read import read_rgb
 from worker.images.write import write_channels
 from worker.tasks.local import JOB_ID
 from worker.tasks.outputs import videos as encoding
@@ -44,7 +45,7 @@ def test_the_view_grid_is_all_views_as_codes_one_file_a_frame(tmp_path: Path) ->
         with job.file(names.orthoscopic_name(frame)) as master:
             expected = srgb_codes(views_grid(read_rgb(master, np.float32), job.layout))
         with job.file(f"exports/view_grid/{names.frame_stem(frame)}.png") as made:
-            np.testing.assert_array_equal(read_codes_8(made), expected)
+            np.testing.assert_array_equal(read_png(made), expected)
 
 
 def test_a_sidecar_names_the_files_and_says_how_the_pixels_lie(tmp_path: Path) -> None:

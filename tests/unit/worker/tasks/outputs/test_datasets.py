@@ -23,10 +23,10 @@ from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.plan.sampling import display_size
 from tests.builders_coded import coded_sheet, read_ppm, view_codes
 from tests.builders_outputs import GivenJob, given_job
+from tests.pictures import read_png
 from tests.srgb import encoded_srgb, linear_of
 from tests.unit.lippmann.lightfield.sheets import image_of
 from tests.unit.worker.exports.test_files import bt709
-from worker.images.read import read_codes_8
 from worker.tasks.local import JOB_ID
 
 HEXAGONAL = {"lens_array": {"lattice": "hexagonal", "count": [7, 6]}, "px_per_lens": 8}
@@ -237,7 +237,7 @@ def test_a_sidecar_says_conventions_rows_and_display(tmp_path: Path) -> None:
     assert "positive in front" in image["depth"]
     assert said["format"]["missing_views"] == []
     with job.file("exports/hci/0001/input_Cam000.png") as path:
-        read = read_codes_8(path)
+        read = read_png(path)
     codes = view_codes(job.layout, of_lens=False)[3, 2, 0, 0]
     assert read.shape[:2] == job.layout.square_size()
     assert np.abs(read - codes / 1023 * 255).max() <= 0.51

@@ -16,8 +16,9 @@ from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.lightfield.views.views import view
 from lippmann.plan import artifact_names as names
 from tests.builders_outputs import GivenJob, given_job
+from tests.pictures import read_png
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture
-from worker.images.read import read_channels, read_codes_8
+from worker.images.read import read_channels
 from worker.images.write import write_channels
 from worker.tasks.local import JOB_ID
 
@@ -46,7 +47,7 @@ def test_the_truth_is_told_as_colours_warm_in_front_and_cold_behind(tmp_path: Pa
     job = job_of(tmp_path, {})
     job.make("depth.png")
     with job.file("exports/depth/0001.png") as path:
-        codes = read_codes_8(path).astype(int)
+        codes = read_png(path).astype(int)
     assert codes.shape == (16, 15, 3)
     assert (codes[:8] == 0).all(), "unknown is black"
     behind, in_front = codes[8:, :7], codes[8:, 8:]

@@ -19,9 +19,9 @@ from lippmann.lightfield.views.perspective import Eye
 from lippmann.plan.design.observed_display import observed_display
 from tests.builders import small_job
 from tests.builders_outputs import GivenJob, given_job
+from tests.pictures import read_png
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture, spot
 from worker.images.colour import srgb_codes
-from worker.images.read import read_codes_8
 from worker.tasks.outputs.frame_source import job_frames
 from worker.tasks.outputs.observer import clip_moments
 from worker.video.read import read_frames
@@ -113,7 +113,7 @@ def test_pictures_are_what_two_eyes_see_of_a_devices_pixels_at_the_gap_that_the_
     conditions = ViewingConditions(stereo="anaglyph", focus_mm=20.0, rays=5)
     seen = observed_picture(sheet, display, Eye(0, 0, 400), conditions, window=whole_window(display, size_px=60))
     with job.file("exports/observer_pictures/0002.png") as path:
-        np.testing.assert_array_equal(read_codes_8(path), srgb_codes(seen))
+        np.testing.assert_array_equal(read_png(path), srgb_codes(seen))
     said = job.sidecar("observer_pictures.png")
     assert said["files"] == ["exports/observer_pictures/0001.png", "exports/observer_pictures/0002.png"]
     told = said["format"]

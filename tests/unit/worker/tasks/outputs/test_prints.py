@@ -357,6 +357,27 @@ def test_the_mounting_sheet_says_in_mm_what_goes_where(tmp_path: Path) -> None:
         assert expected in text
 
 
+def test_a_gap_thinner_than_the_substrate_is_named_with_what_to_do(tmp_path: Path) -> None:
+    asked = [{"kind": "print", "dpi": DPI, "file_format": "pdf"}]
+    array, display = {"substrate_mm": 3.3, "offset_mm": 40.0}, {"gap_real_mm": 2.0}
+    job = given_job(tmp_path, outputs=asked, lens_array=array, display=display)
+    job.make("print.pdf")
+    assert job.sidecar("print.pdf")["format"]["gap_is_thinner_than_substrate"]
+    texts = {}
+    for name in ("0001", "mounting"):
+        with job.file(f"exports/print/{name}.pdf") as path:
+            texts[name] = pypdf.PdfReader(path, strict=True).pages[0].extract_text()
+    assert "gap 2.00 mm, thinner than the substrate of 3.30 mm" in texts["0001"]
+    for expected in (
+        "2.00 mm of 3.30 mm",
+        "The gap of 2.00 mm is thinner than the substrate of 3.30 mm",
+        "Grind the substrate down to 2.00 mm",
+        "set display.gap_real_mm of the job to 3.30 mm or more",
+    ):
+        assert expected in texts["mounting"]
+    assert "spacers of" not in texts["mounting"]
+
+
 @pytest.mark.parametrize(
     ("offset_mm", "display", "use", "gap_mm"),
     [

@@ -17,10 +17,11 @@ from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from tests.builders import small_job
 from tests.builders_outputs import given_job
+from tests.pictures import read_png
 from tests.unit.lippmann.lightfield.sheet.test_spoc import disparity, point_at
 from tests.unit.lippmann.lightfield.textures import sheet_of_texture
 from worker.images.colour import srgb_codes
-from worker.images.read import read_codes_8, read_rgb
+from worker.images.read import read_rgb
 
 
 def test_with_nothing_said_the_display_is_the_captures_own(tmp_path: Path) -> None:
@@ -30,7 +31,7 @@ def test_with_nothing_said_the_display_is_the_captures_own(tmp_path: Path) -> No
         with job.file(names.orthoscopic_name(frame)) as master, job.file(f"exports/spoc/000{frame}.exr") as made:
             np.testing.assert_array_equal(read_rgb(made, np.float16), read_rgb(master, np.float16))
         with job.file(f"exports/spoc/000{frame}.exr") as made, job.file(f"exports/spoc/000{frame}.png") as picture:
-            np.testing.assert_array_equal(read_codes_8(picture), srgb_codes(read_rgb(made, np.float16)))
+            np.testing.assert_array_equal(read_png(picture), srgb_codes(read_rgb(made, np.float16)))
 
 
 @pytest.mark.parametrize("lattice", ["square", "hexagonal"])
