@@ -7,6 +7,7 @@ phases         pitch, rotation and position to a fraction of a pixel, by the pha
 spectrum       any picture: the lines that stand out from its spectrum
 combs          any picture: the lattice by these lines
 borders        any picture: whether what is shown breaks off at the borders of the cells, and the lattice by them
+interference   any picture: whether a clearer grid, as of the blocks of a codec, makes the pitch uncertain
 whole_lenses   the largest block of lenses that lie completely on a picture
 calibrate      the calibration, and its reliability
 imported       a calibrated picture resampled to an orthoscopic sheet

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from lippmann.errors import LayoutError
 from lippmann.lightfield.calibrate.combs import BLOCK_PX, measure_comb
 from lippmann.lightfield.calibrate.evidence import of_white, tone_of
+from lippmann.lightfield.calibrate.interference import Interference
 from lippmann.lightfield.calibrate.periods import shortest_steps
 from lippmann.lightfield.calibrate.phases import Lay, Measured, lay_of, measure
 from lippmann.lightfield.calibrate.whole_lenses import whole_lenses
@@ -95,6 +96,8 @@ def calibrate_picture(picture: NDArray[Any], *, near_px: float | None = None) ->
     found = _checked(lenses, SURE_OF_EDGES, EDGES, picture.shape[:2])
     if lenses is not None and comb.rival is not None:
         _refuse_rival(lenses, comb.rival)
+    if lenses is not None and comb.disturbed is not None:
+        _refuse_disturbed(lenses, comb.disturbed)
     return found
 
 
@@ -129,6 +132,16 @@ def _refuse_rival(lenses: Measured, rival: Measured) -> None:
             f" ({lenses.agreement:.2f} of 1) or of {rival.lay.pitch_px:.2f} px ({rival.agreement:.2f}); give"
             " the pitch approximately"
         )
+
+
+def _refuse_disturbed(lenses: Measured, disturbed: Interference) -> None:
+    """Refuse a pitch that another grid may have drawn away, as blocks of a codec do."""
+    why = f"another grid, of {disturbed.grid.lay.pitch_px:.2f} px, is clearer, as the blocks of JPEG are after scaling"
+    other = "" if disturbed.pitch_px is None else f", or {disturbed.pitch_px:.2f} px by the lines that it does not have"
+    raise LayoutError(
+        f"expected {EDGES}, got one whose pitch is uncertain, {lenses.lay.pitch_px:.2f} px by the borders of the"
+        f" cells{other}: {why}; give the pitch and leave out --find"
+    )
 
 
 def _checked(measured: Measured | None, sure: float, wanted: str, size: tuple[int, ...]) -> Calibration:

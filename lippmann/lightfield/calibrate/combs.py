@@ -23,6 +23,7 @@ from lippmann.lattice.cell import Lattice
 from lippmann.lattice.kinds import CELLS
 from lippmann.lightfield.calibrate.borders import breaks_of, refined
 from lippmann.lightfield.calibrate.evidence import of_edges
+from lippmann.lightfield.calibrate.interference import Interference, interference
 from lippmann.lightfield.calibrate.periods import LENSES_ACROSS
 from lippmann.lightfield.calibrate.phases import Lay, Measured, Wave, fitted_lay
 from lippmann.lightfield.calibrate.spectrum import NYQUIST, Spectrum, spectrum_of
@@ -90,6 +91,8 @@ class Comb:
     """The next best that is not the same with every second or third line, or with lines between."""
     grid: Measured | None
     """The clearest grid that is not that of lenses: what is shown goes on across it, or it may be of JPEG's blocks."""
+    disturbed: Interference | None = None
+    """What makes the pitch of the lenses uncertain."""
 
 
 def measure_comb(tone: NDArray[np.float32], *, near_px: float | None = None) -> Comb:
@@ -125,7 +128,9 @@ def measure_comb(tone: NDArray[np.float32], *, near_px: float | None = None) -> 
         for one in lenses
         if not _are_related(one.lay, fine.lay) and breaks_of(tone, one).strength >= AS_CLEAR * found.strength
     ]
-    return Comb(fine, max(rivals, key=lambda one: one.agreement, default=None), grid)
+    clearer = [one for one in known if one not in lenses and one.agreement > fine.agreement]
+    disturbed = interference(fine, _lines(spectrum, fine.lay), clearer, spectrum.size)
+    return Comb(fine, max(rivals, key=lambda one: one.agreement, default=None), grid, disturbed)
 
 
 def _blocks(spectrum: Spectrum) -> Measured | None:
@@ -209,6 +214,12 @@ def _measured(spectrum: Spectrum, rough: Lay) -> Measured | None:
     orders, _ = _numbers(spectrum, lay)
     clear = sum(wave.agreement * step for wave, step in zip(waves.values(), in_step, strict=True))
     return Measured(lay, centre, max(0.0, float(clear)) / max(1, len(orders)))
+
+
+def _lines(spectrum: Spectrum, lay: Lay) -> dict[tuple[int, int], Wave]:
+    """Return the lines within a square of the spectrum of where a lattice has them, by their orders."""
+    found = ((order, _line(spectrum, lay, order)) for order in ORDERS[lay.lattice])
+    return {order: wave for order, wave in found if wave is not None and _off_line(spectrum, lay, order, wave) < 1}
 
 
 def _off_line(spectrum: Spectrum, lay: Lay, order: tuple[int, int], wave: Wave) -> float:

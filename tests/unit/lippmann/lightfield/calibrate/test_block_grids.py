@@ -69,3 +69,12 @@ def test_twice_the_pitch_is_not_taken_for_it_after_strong_compression(
     larger = picture.resize((round(picture.width * scale), round(picture.height * scale)), Image.Resampling.BICUBIC)
     found = calibrate_picture(light_of(np.asarray(larger)))
     assert found.grid.pitch_px == pytest.approx(scale * pitch_px, rel=0.002)
+
+
+@pytest.mark.parametrize("quality", [8, 5])
+def test_a_pitch_that_scaled_blocks_draw_away_is_refused_with_the_reason(quality: int) -> None:
+    grid = LensGrid(1, 1, pitch_px=13.37, offset_px=(13.37 / 2, 13.37 / 2))
+    codes = through_jpeg(integral_image(grid, (400, 500), FAR, seed=7), quality)
+    larger = Image.fromarray(codes).resize((750, 600), Image.Resampling.BICUBIC)
+    with pytest.raises(LayoutError, match=r"whose pitch is uncertain, 20\.00 px .*: another grid, of .* is clearer"):
+        calibrate_picture(light_of(np.asarray(larger)))

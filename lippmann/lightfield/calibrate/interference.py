@@ -1,0 +1,75 @@
+"""Check a pitch against grids that are clearer than the lenses, as the blocks of JPEG are in a picture that was scaled.
+
+Lines of such a grid lie beside lines of the lenses where small whole numbers of both periods are nearly equal, and draw
+the pitch to the one at which they are equal: lenses of 20.06 px are measured as 20.00 px among blocks of 12 px, after
+strong compression. So the pitch must also come out of the lines that no clearer grid has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.lightfield.calibrate.phases import Lay, Measured, Wave, fitted_lay
+
+APART = 1.5
+"""The distance of a line from one of another grid, in squares of the spectrum, from which it is not disturbed."""
+
+CLEAN_LINES = 3
+"""The least number of undisturbed lines by which a pitch is checked."""
+
+DIFFERENT = 0.0025
+"""The largest relative difference of the pitch by the undisturbed lines: up to 0.002 where the pitch is right, 0.005
+where it is not, as measured with pictures like those of `tests.benchmarks.find_lenses`."""
+
+AS_CLEAR = 0.5
+"""The least agreement of lenses without undisturbed lines, by that of the clearest grid: 0.8 to 1 where the pitch is
+right, 0.3 where it is not."""
+
+
+@dataclass(frozen=True)
+class Interference:
+    """Another grid that makes a pitch uncertain."""
+
+    grid: Measured
+    """The clearest such grid."""
+    pitch_px: float | None
+    """The pitch by the lines that no clearer grid has; None if there are too few of them."""
+
+
+def interference(
+    lenses: Measured, waves: Mapping[tuple[int, int], Wave], clearer: Sequence[Measured], size: NDArray[Any]
+) -> Interference | None:
+    """Return what makes the pitch of lenses uncertain; None if nothing does.
+
+    Parameters
+    ----------
+    lenses
+        The lattice of the lenses.
+    waves
+        Its lines, by their orders.
+    clearer
+        Grids of a higher agreement that are not of lenses.
+    size
+        The (cols, rows) of the spectrum.
+    """
+    if not clearer:
+        return None
+    grid = max(clearer, key=lambda one: one.agreement)
+    clean = {
+        order: wave for order, wave in waves.items() if not any(_is_line(wave, other.lay, size) for other in clearer)
+    }
+    if len(clean) < CLEAN_LINES:
+        return None if lenses.agreement >= AS_CLEAR * grid.agreement else Interference(grid, None)
+    pitch_px = fitted_lay(lenses.lay, tuple(clean), list(clean.values())).pitch_px
+    return Interference(grid, pitch_px) if abs(pitch_px / lenses.lay.pitch_px - 1) > DIFFERENT else None
+
+
+def _is_line(wave: Wave, lay: Lay, size: NDArray[Any]) -> bool:
+    """Return whether a wave cannot be told from a line of a grid."""
+    order = np.round(wave.number @ lay.steps.T)
+    return bool(np.abs((order @ np.linalg.inv(lay.steps.T) - wave.number) * size).max() < APART)
