@@ -22,9 +22,13 @@ APART = 1.5
 CLEAN_LINES = 3
 """The least number of undisturbed lines by which a pitch is checked."""
 
-DIFFERENT = 0.0025
-"""The largest relative difference of the pitch by the undisturbed lines: up to 0.002 where the pitch is right, 0.005
-where it is not, as measured with pictures like those of `tests.benchmarks.find_lenses`."""
+DIFFERENT = 0.075
+"""The largest difference of the pitch by the undisturbed lines, in pitches by the lenses along the shorter side: up to
+0.06 where the pitch is right, 0.15 where it is not, as measured with pictures like those of
+`tests.benchmarks.find_lenses`."""
+
+SAME = 0.001
+"""The relative difference up to which a whole part of the pitch is the same lattice, of which some lines are there."""
 
 AS_CLEAR = 0.5
 """The least agreement of lenses without undisturbed lines, by that of the clearest grid: 0.8 to 1 where the pitch is
@@ -57,16 +61,23 @@ def interference(
     size
         The (cols, rows) of the spectrum.
     """
-    if not clearer:
+    others = [one for one in clearer if not _is_whole_part(one.lay.pitch_px, lenses.lay.pitch_px)]
+    if not others:
         return None
-    grid = max(clearer, key=lambda one: one.agreement)
+    grid = max(others, key=lambda one: one.agreement)
     clean = {
-        order: wave for order, wave in waves.items() if not any(_is_line(wave, other.lay, size) for other in clearer)
+        order: wave for order, wave in waves.items() if not any(_is_line(wave, other.lay, size) for other in others)
     }
     if len(clean) < CLEAN_LINES:
         return None if lenses.agreement >= AS_CLEAR * grid.agreement else Interference(grid, None)
     pitch_px = fitted_lay(lenses.lay, tuple(clean), list(clean.values())).pitch_px
-    return Interference(grid, pitch_px) if abs(pitch_px / lenses.lay.pitch_px - 1) > DIFFERENT else None
+    lenses_across = float(size.min()) / lenses.lay.pitch_px
+    return Interference(grid, pitch_px) if abs(pitch_px / lenses.lay.pitch_px - 1) * lenses_across > DIFFERENT else None
+
+
+def _is_whole_part(period_px: float, pitch_px: float) -> bool:
+    ratio = pitch_px / period_px
+    return round(ratio) >= 1 and abs(ratio / round(ratio) - 1) < SAME
 
 
 def _is_line(wave: Wave, lay: Lay, size: NDArray[Any]) -> bool:
