@@ -162,7 +162,8 @@ def _cameras(path: Path) -> tuple[int, int] | None:
 
 
 def _by_letters(pictures: list[Path]) -> dict[tuple[int, int], Path]:
-    found = [(path, *(letters.search(path.stem) for letters in _LETTERED)) for path in pictures]
+    of_row, of_col = _LETTERED
+    found = [(path, of_row.search(path.stem), of_col.search(path.stem)) for path in pictures]
     return _placed((path, (int(row[1]), int(col[1]))) for path, row, col in found if row and col)
 
 

@@ -16,9 +16,10 @@ from lippmann.job.rig import LensArray, Rig
 from lippmann.lattice.layout import CellLayout
 from lippmann.local.export import export_outputs, parse_outputs
 from lippmann.local.files.frame_source import files_frames
+from lippmann.local.files.source_pictures import Decoding, SourcePicture
 from lippmann.local.files.view_files import quilt_name, view_files
 from lippmann.local.image import IntegralImage, open_orthoscopic
-from lippmann.local.import_views import ViewsOptions, import_views
+from lippmann.local.import_views import Views, ViewsOptions, import_views
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr
 
@@ -238,10 +239,12 @@ def test_only_the_views_that_are_used_are_decoded(tmp_path: Path, monkeypatch: p
     for number in range(9):
         Image.new("L", (4, 4)).save(tmp_path / f"{number}.png")
     read: list[str] = []
-    monkeypatch.setattr(
-        "lippmann.local.import_views.read_picture",
-        lambda source, decoding: read.append(source.name) or np.zeros((4, 4, 3), np.float32),
-    )
+
+    def read_picture(source: SourcePicture, _: Decoding) -> Views:
+        read.append(source.name)
+        return np.zeros((4, 4, 3), np.float32)
+
+    monkeypatch.setattr("lippmann.local.import_views.read_picture", read_picture)
     options = ViewsOptions("row", px_per_lens=3, pseudoscopic=True)
     import_views([tmp_path], options, out=tmp_path / "out")
     assert read == ["8.png", "4.png", "0.png"]

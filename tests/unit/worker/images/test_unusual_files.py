@@ -123,6 +123,7 @@ def test_other_parts_of_an_exr_are_noted(tmp_path: Path) -> None:
     for name, part in zip("ab", parts, strict=True):
         part.attribute("oiio:subimagename", name)
     file = OpenImageIO.ImageOutput.create(str(path))
+    assert file is not None
     assert file.open(str(path), tuple(parts))
     assert file.write_image(light)
     assert file.open(str(path), parts[1], "AppendSubimage")
