@@ -1,9 +1,13 @@
-"""The dependencies of routes: the state of the application, a session, and the caller."""
+"""The dependencies of routes: the state of the application, and the caller.
+
+A dependency that is no coroutine runs in a thread, and each thread of a request waits for Python's lock once more. So
+the dependencies that do not read the database are coroutines, and a route opens its session in its own thread.
+"""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass, field, replace
 from typing import Annotated, cast
 
@@ -11,6 +15,7 @@ import structlog
 from fastapi import Cookie, Depends, Header, Path, Query, Request, Response
 from sqlalchemy.exc import SQLAlchemyError
 from sqlalchemy.orm import Session
+from starlette.concurrency import run_in_threadpool
 
 from service import auth as keys
 from service import browser_sessions
@@ -35,8 +40,8 @@ from service.roster import RosterCache
 from service.schemas.access import AuditAction, Role
 from service.schemas.answer import MAX_LIMIT
 from service.settings import Settings
+from service.viewing.process_pool import ProcessPool
 from service.viewing.queue import PictureQueue
-from service.viewing.sheet_cache import SheetCache
 
 log = structlog.get_logger("service.access")
 
@@ -58,7 +63,7 @@ class AppState:
     hub: EventHub
     stream: Stream
     checks: Checks
-    sheets: SheetCache
+    processes: ProcessPool
     guard: ArtifactGuard
     roster: RosterCache
     last_use: LastUse
@@ -81,7 +86,7 @@ class AppState:
         return Outlook(self.now_s(), self.settings, self.roster.latest())
 
 
-def get_state(request: Request) -> AppState:
+async def get_state(request: Request) -> AppState:
     """Return the state of the application."""
     return cast(AppState, request.app.state.lippmann)
 
@@ -89,25 +94,7 @@ def get_state(request: Request) -> AppState:
 AppStateDep = Annotated[AppState, Depends(get_state)]
 
 
-def get_outlook(state: AppStateDep) -> Outlook:
-    """Return what decides how long jobs wait and is not in the database."""
-    return state.outlook()
-
-
-OutlookDep = Annotated[Outlook, Depends(get_outlook)]
-
-
-def get_session(state: AppStateDep) -> Iterator[Session]:
-    """Provide a session that only reads."""
-    with state.database.reading() as session:
-        yield session
-
-
-# The session ends before the response is sent, so that a slow download holds no connection.
-SessionDep = Annotated[Session, Depends(get_session, scope="function")]
-
-
-def identify_caller(
+async def identify_caller(
     request: Request,
     state: AppStateDep,
     authorization: Annotated[str | None, Header(include_in_schema=False)] = None,
@@ -123,12 +110,23 @@ def identify_caller(
     Forbidden
         If a browser sends a request that changes something without the header of our pages.
     """
+    if authorization is None and lippmann_session is None:
+        return None
+    return await run_in_threadpool(
+        find_caller, request, state, authorization, lippmann_session, x_lippmann_request=x_lippmann_request
+    )
+
+
+def find_caller(
+    request: Request, state: AppState, authorization: str | None, cookie: str | None, *, x_lippmann_request: str | None
+) -> Caller | None:
+    """Find the caller in the database; see `identify_caller`."""
     with state.database.reading() as session:
         if authorization is not None:
             return _known(request, state, _by_header(session, authorization, state.now_s()))
-        if lippmann_session is None:
+        if cookie is None:
             return None
-        found = browser_sessions.find_session(session, lippmann_session, now_s=state.now_s(), lifetimes=state.lifetimes)
+        found = browser_sessions.find_session(session, cookie, now_s=state.now_s(), lifetimes=state.lifetimes)
     if found is None or not _stays_open(request, state, found):
         return None
     if request.method not in SAFE_METHODS and x_lippmann_request != "1":
@@ -212,10 +210,10 @@ async def get_caller_or_none(
 CallerOrNoneDep = Annotated[Caller | None, Depends(get_caller_or_none, scope="function")]
 
 
-def require(role: Role) -> Callable[[Caller | None], Caller]:
+def require(role: Role) -> Callable[[Caller | None], Awaitable[Caller]]:
     """Return a dependency that requires a role."""
 
-    def check(caller: CallerOrNoneDep) -> Caller:
+    async def check(caller: CallerOrNoneDep) -> Caller:
         if caller is None:
             raise Unauthorized
         if not caller.role.allows(role):
@@ -233,7 +231,7 @@ SubmitterDep = Annotated[Caller, Depends(require_submitter)]
 AdminDep = Annotated[Caller, Depends(require_admin)]
 
 
-def get_scope(state: AppStateDep, caller: ViewerDep) -> str | None:
+async def get_scope(state: AppStateDep, caller: ViewerDep) -> str | None:
     """Return the owner whose jobs and scenes the caller sees, besides shared jobs; None for those of all owners."""
     return caller.scope(sharing=state.settings.sharing)
 
@@ -242,7 +240,7 @@ ScopeDep = Annotated[str | None, Depends(get_scope, scope="function")]
 _JobPath = Annotated[str, Path(description="The id of the job.")]
 
 
-def get_visible_job(job_id: _JobPath, state: AppStateDep, scope: ScopeDep) -> str:
+async def get_visible_job(job_id: _JobPath, state: AppStateDep, scope: ScopeDep) -> str:
     """Return the id of a job that the caller may see.
 
     Raises
@@ -250,7 +248,8 @@ def get_visible_job(job_id: _JobPath, state: AppStateDep, scope: ScopeDep) -> st
     NotFound
         If the job does not exist or is hidden from the caller.
     """
-    check_visible(state, job_id, scope)
+    if scope is not None:
+        await run_in_threadpool(check_visible, state, job_id, scope)
     return job_id
 
 

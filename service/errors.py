@@ -39,6 +39,7 @@ STATUS_OF_CODE = MappingProxyType(
         "internal": 500,
         "artifact-broken": 500,
         "artifact-repairing": 503,
+        "picture-failed": 503,
         "database-unavailable": 503,
         "provider-unavailable": 503,
         "store-unavailable": 503,
@@ -153,6 +154,12 @@ class ArtifactRepairing(ServiceError):
     """The artifact is damaged, and the farm makes it again."""
 
     code = "artifact-repairing"
+
+
+class PictureFailed(ServiceError):
+    """The picture could not be made; try again."""
+
+    code = "picture-failed"
 
 
 class DatabaseUnavailable(ServiceError):

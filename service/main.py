@@ -57,11 +57,13 @@ from service.scenes import sync_builtin
 from service.schemas.links import API
 from service.settings import Settings
 from service.store_identity import identify_store
-from service.viewing.queue import PictureQueue
-from service.viewing.sheet_cache import SheetCache
+from service.viewing.process_pool import ProcessLimits, ProcessPool
+from service.viewing.queue import AT_ONCE, PictureQueue
 
 SHUTDOWN_S = 5
 """The longest time for open requests when the server stops."""
+END_IDLE_S = 5.0
+"""The interval at which the processes that make pictures are looked after."""
 
 log = structlog.get_logger("service.main")
 
@@ -155,11 +157,21 @@ def _connection_limits(settings: Settings) -> ConnectionLimits:
     )
 
 
+def _process_limits(settings: Settings) -> ProcessLimits:
+    return ProcessLimits(
+        places=AT_ONCE,
+        room_bytes=int(settings.sheets_mb * 1e6),
+        memory_bytes=settings.picture_memory_mb * 1_000_000,
+        timeout_s=settings.picture_timeout_s,
+        idle_s=settings.picture_idle_s,
+    )
+
+
 def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -> AppState:
     database = Database(settings.database, reserve_bytes=round(settings.database_reserve_mb * 1e6))
     stream = Stream(settings.broker, seals=settings.seals, timeout_s=settings.broker_timeout_s)
     checks = Checks(database, parts.store, stream)
-    sheets = SheetCache(parts, room_bytes=int(settings.sheets_mb * 1e6))
+    processes = ProcessPool(parts, _process_limits(settings))
     guard = ArtifactGuard(database, parts.store)
     wakeup = Wakeup()
     hub = EventHub(
@@ -183,7 +195,7 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
         hub,
         stream,
         checks,
-        sheets,
+        processes,
         guard,
         roster,
         last_use,
@@ -198,6 +210,12 @@ async def _write_last_use(last_use: LastUse) -> None:
     while True:
         await asyncio.sleep(WRITE_S)
         await run_in_threadpool(last_use.write)
+
+
+async def _end_idle_processes(processes: ProcessPool) -> None:
+    while True:
+        await asyncio.sleep(END_IDLE_S)
+        await run_in_threadpool(processes.end_idle)
 
 
 def _prepare_store(state: AppState) -> bool:
@@ -231,7 +249,10 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     if not await run_in_threadpool(_prepare_store, state):
         preparing = asyncio.create_task(_prepare_store_later(state))
     state.hub.start()
-    writing = asyncio.create_task(_write_last_use(state.last_use))
+    repeated = [
+        asyncio.create_task(_write_last_use(state.last_use)),
+        asyncio.create_task(_end_idle_processes(state.processes)),
+    ]
     coordinator = None
     if state.settings.coordinator:
         coordinator = Coordinator(state.database, state.parts.store, state.settings, state.wakeup, clock=state.clock)
@@ -240,13 +261,15 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     try:
         yield
     finally:
-        writing.cancel()
+        for task in repeated:
+            task.cancel()
         if preparing is not None:
             preparing.cancel()
         await state.hub.close()
         await run_in_threadpool(state.last_use.write)
         if coordinator is not None:
             await run_in_threadpool(coordinator.stop)
+        await run_in_threadpool(state.processes.close)
         state.guard.close()
         state.stream.close()
         state.database.dispose()

@@ -230,7 +230,14 @@ class Settings(BrokerSettings):
     streams_per_key: int = Field(default=1000, ge=1)
     """The largest number of open event streams of one key or browser session, in each process of the service."""
     sheets_mb: float = Field(default=256.0, ge=0)
-    """The memory for integral images that users view; the latest one is always kept."""
+    """The memory for integral images that users view; each of the two processes that make pictures keeps its latest
+    one whatever its size."""
+    picture_memory_mb: int = Field(default=8192, ge=512)
+    """The largest address space of a process that makes pictures on demand, in megabytes."""
+    picture_timeout_s: float = Field(default=300.0, gt=0)
+    """The time after which a picture on demand is given up; the answer is 503."""
+    picture_idle_s: float = Field(default=300.0, gt=0)
+    """The time without a picture after which a process that makes pictures ends, and its memory is free."""
 
     @field_validator("public_url")
     @classmethod

@@ -20,6 +20,7 @@ from service.jobs.state_machine import find_job
 from service.limits import Limits
 from service.routes.description import NOT_CHANGED, Responses, problems
 from service.schemas.artifact import ArtifactPage
+from service.viewing.render import Conversion
 
 router = APIRouter(prefix="/jobs/{job_id}/artifacts", tags=["artifacts"])
 
@@ -162,8 +163,8 @@ async def _converted(
 
 
 def _convert(state: AppState, job_id: str, file: File, bits: int) -> bytes:
-    with state.guard.reading(job_id, file.name), state.parts.store.local_path(file.full_name) as path:
-        return state.parts.pictures.png(path, bits=bits)
+    with state.guard.reading(job_id, file.name):
+        return state.processes.make(Conversion(file.full_name, bits))
 
 
 def _headers(job_id: str, name: str, etag: str) -> dict[str, str]:

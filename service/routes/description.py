@@ -44,7 +44,10 @@ _PROBLEMS = MappingProxyType(
         422: ("Invalid", "A field is invalid; `errors` gives the fields."),
         429: ("TooManyRequests", "A rate or a quota is exceeded; `Retry-After` gives the seconds to wait."),
         500: ("Internal", "The service failed; the log has the `request_id`."),
-        503: ("Unavailable", "The database or the store does not answer, or a damaged file is made again."),
+        503: (
+            "Unavailable",
+            "The database or the store does not answer, a damaged file is made again, or a picture took too long.",
+        ),
         507: ("Full", "The database or the store has no space left."),
     }
 )

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Cookie, Header, Request
 from fastapi.responses import JSONResponse
 
-from service.dependencies import AppStateDep, ViewerDep, identify_caller
+from service.dependencies import AppStateDep, ViewerDep, find_caller
 from service.schemas.access import Role
 from service.schemas.farm import Health
 
@@ -25,7 +25,7 @@ async def get_health(
 
     def role() -> Role | None:
         # This runs with the other checks and not as a dependency, so that a database that hangs delays no answer.
-        caller = identify_caller(request, state, authorization, None, lippmann_session)
+        caller = find_caller(request, state, authorization, lippmann_session, x_lippmann_request=None)
         return None if caller is None else caller.role
 
     return await state.checks.health(now_s=state.now_s(), role=role)

@@ -20,10 +20,8 @@ from service.dependencies import (
     CursorQuery,
     JobId,
     LimitQuery,
-    OutlookDep,
     OwnJobId,
     ScopeDep,
-    SessionDep,
     SubmitterDep,
     ViewerDep,
 )
@@ -93,21 +91,24 @@ def submit_job_file(
 
 @router.get("")
 def list_jobs(
-    session: SessionDep,
-    outlook: OutlookDep,
+    state: AppStateDep,
     scope: ScopeDep,
     limit: LimitQuery = 50,
     cursor: CursorQuery = None,
     status: Annotated[JobStatus | None, Query(description="List only jobs with this status.")] = None,
 ) -> JobPage:
     """List jobs, newest first."""
-    return listings.page_jobs(session, outlook, status=status, cursor=cursor, limit=limit, owner_id=scope)
+    outlook = state.outlook()
+    with state.database.reading() as session:
+        return listings.page_jobs(session, outlook, status=status, cursor=cursor, limit=limit, owner_id=scope)
 
 
 @router.get("/{job_id}")
-def get_job(job_id: JobId, session: SessionDep, outlook: OutlookDep, _caller: ViewerDep) -> Job:
+def get_job(job_id: JobId, state: AppStateDep, _caller: ViewerDep) -> Job:
     """Get a job."""
-    return present_job(session, find_job(session, job_id), outlook)
+    outlook = state.outlook()
+    with state.database.reading() as session:
+        return present_job(session, find_job(session, job_id), outlook)
 
 
 @router.patch("/{job_id}", responses=problems(409))

@@ -9,7 +9,7 @@ from service import browser_sessions
 from service.api import listings
 from service.api.usage import usage_of
 from service.audit import record
-from service.dependencies import AdminDep, AppStateDep, CursorQuery, LimitQuery, SessionDep, ViewerDep
+from service.dependencies import AdminDep, AppStateDep, CursorQuery, LimitQuery, ViewerDep
 from service.schemas.access import (
     AuditAction,
     AuditPage,
@@ -89,9 +89,10 @@ def revoke_key(key_id: str, state: AppStateDep, caller: AdminDep) -> None:
 
 
 @router.get("/usage")
-def get_usage(state: AppStateDep, session: SessionDep, caller: ViewerDep) -> Usage:
+def get_usage(state: AppStateDep, caller: ViewerDep) -> Usage:
     """Get what the owner of the key uses of the farm, and the limits of the key."""
-    return usage_of(session, caller, state.settings)
+    with state.database.reading() as session:
+        return usage_of(session, caller, state.settings)
 
 
 @router.get("/sessions")
@@ -141,7 +142,8 @@ def create_login_token(state: AppStateDep, caller: AdminDep) -> LoginLink:
 
 @router.get("/audit")
 def list_changes(
-    session: SessionDep, _caller: AdminDep, limit: LimitQuery = 100, cursor: CursorQuery = None
+    state: AppStateDep, _caller: AdminDep, limit: LimitQuery = 100, cursor: CursorQuery = None
 ) -> AuditPage:
     """List the changes that were made through the API, newest first: who, what, when, from where."""
-    return listings.page_audit(session, cursor=cursor, limit=limit)
+    with state.database.reading() as session:
+        return listings.page_audit(session, cursor=cursor, limit=limit)

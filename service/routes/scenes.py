@@ -11,7 +11,7 @@ from starlette.datastructures import UploadFile
 from lippmann.errors import FieldProblem
 from service import scenes
 from service.auth import Caller
-from service.dependencies import AppState, AppStateDep, CursorQuery, LimitQuery, ScopeDep, SessionDep, SubmitterDep
+from service.dependencies import AppState, AppStateDep, CursorQuery, LimitQuery, ScopeDep, SubmitterDep
 from service.errors import Invalid
 from service.routes.description import Responses, problems
 from service.schemas.scene import Scene, SceneList
@@ -38,23 +38,26 @@ _UPLOAD: dict[str, Any] = {
 
 
 @router.get("")
-def list_scenes(session: SessionDep, scope: ScopeDep, limit: LimitQuery = 100, cursor: CursorQuery = None) -> SceneList:
+def list_scenes(state: AppStateDep, scope: ScopeDep, limit: LimitQuery = 100, cursor: CursorQuery = None) -> SceneList:
     """List scenes, sorted by name."""
-    found = scenes.list_scenes(session, after=cursor or "", limit=limit + 1, owner_id=scope)
+    with state.database.reading() as session:
+        found = scenes.list_scenes(session, after=cursor or "", limit=limit + 1, owner_id=scope)
     page = tuple(found[:limit])
     return SceneList(items=page, next_cursor=page[-1].name if len(found) > limit else None)
 
 
 @router.get("/{name}")
-def get_scene(name: str, session: SessionDep, scope: ScopeDep) -> Scene:
+def get_scene(name: str, state: AppStateDep, scope: ScopeDep) -> Scene:
     """Get a scene with its parameters, stage and clock."""
-    return scenes.get_scene(session, name, owner_id=scope)
+    with state.database.reading() as session:
+        return scenes.get_scene(session, name, owner_id=scope)
 
 
 @router.get("/{name}/poster.png", response_class=Response, responses={200: {"content": {"image/png": {}}}})
-def get_poster(name: str, session: SessionDep, scope: ScopeDep) -> Response:
+def get_poster(name: str, state: AppStateDep, scope: ScopeDep) -> Response:
     """Get the poster of a scene."""
-    data, digest = scenes.poster_of(session, name, owner_id=scope)
+    with state.database.reading() as session:
+        data, digest = scenes.poster_of(session, name, owner_id=scope)
     headers = {"ETag": f'"{digest[:32]}"', "Cache-Control": "private, no-cache", "X-Content-Type-Options": "nosniff"}
     return Response(data, media_type="image/png", headers=headers)
 

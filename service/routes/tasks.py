@@ -11,7 +11,7 @@ from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
 from service.api import listings
 from service.api.artifact_files import find_log
-from service.dependencies import AppStateDep, CursorQuery, JobId, LimitQuery, OutlookDep, SessionDep, ViewerDep
+from service.dependencies import AppStateDep, CursorQuery, JobId, LimitQuery, ViewerDep
 from service.schemas.frame import FramePage
 from service.schemas.task import Task, TaskPage
 
@@ -26,8 +26,7 @@ TaskId = Annotated[str, Path(description="The id of the task.")]
 @router.get("/tasks")
 def list_tasks(
     job_id: JobId,
-    session: SessionDep,
-    outlook: OutlookDep,
+    state: AppStateDep,
     _caller: ViewerDep,
     limit: LimitQuery = 100,
     cursor: CursorQuery = None,
@@ -35,20 +34,23 @@ def list_tasks(
     kind: Annotated[TaskKind | None, Query(description="List only tasks of this kind.")] = None,
 ) -> TaskPage:
     """List the tasks of a job in order."""
-    return listings.page_tasks(session, job_id, outlook, status=status, kind=kind, cursor=cursor, limit=limit)
+    outlook = state.outlook()
+    with state.database.reading() as session:
+        return listings.page_tasks(session, job_id, outlook, status=status, kind=kind, cursor=cursor, limit=limit)
 
 
 @router.get("/tasks/{task_id}")
-def get_task(job_id: JobId, task_id: TaskId, session: SessionDep, outlook: OutlookDep, _caller: ViewerDep) -> Task:
+def get_task(job_id: JobId, task_id: TaskId, state: AppStateDep, _caller: ViewerDep) -> Task:
     """Get a task."""
-    return listings.get_task(session, job_id, task_id, outlook)
+    outlook = state.outlook()
+    with state.database.reading() as session:
+        return listings.get_task(session, job_id, task_id, outlook)
 
 
 @router.get("/tasks/{task_id}/log", response_class=StreamingResponse, responses={200: {"content": {"text/plain": {}}}})
 def get_log(
     job_id: JobId,
     task_id: TaskId,
-    session: SessionDep,
     state: AppStateDep,
     _caller: ViewerDep,
     attempt: Annotated[
@@ -58,7 +60,8 @@ def get_log(
 ) -> StreamingResponse:
     """Get the log of an attempt."""
     store = state.parts.store
-    name = find_log(session, store, job_id, task_id, attempt=attempt)
+    with state.database.reading() as session:
+        name = find_log(session, store, job_id, task_id, attempt=attempt)
     headers = {"X-Content-Type-Options": "nosniff", "Cache-Control": "private, no-cache"}
     chunks = store.read_range(name, 0, store.size(name))
     return StreamingResponse(chunks, media_type="text/plain; charset=utf-8", headers=headers)
@@ -66,7 +69,8 @@ def get_log(
 
 @router.get("/frames")
 def list_frames(
-    job_id: JobId, session: SessionDep, _caller: ViewerDep, limit: LimitQuery = 100, cursor: CursorQuery = None
+    job_id: JobId, state: AppStateDep, _caller: ViewerDep, limit: LimitQuery = 100, cursor: CursorQuery = None
 ) -> FramePage:
     """List the frames of a job in order."""
-    return listings.page_frames(session, job_id, cursor=cursor, limit=limit)
+    with state.database.reading() as session:
+        return listings.page_frames(session, job_id, cursor=cursor, limit=limit)

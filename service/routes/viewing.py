@@ -16,7 +16,7 @@ from service.limits import Limits
 from service.routes.description import NOT_CHANGED, Responses
 from service.schemas.viewing import AtlasQuery, FrameViews, ObserverQuery, PerspectiveQuery, RefocusQuery, ViewQuery
 from service.viewing import frames, render
-from service.viewing.frames import ViewableFrame
+from service.viewing.viewable_frame import ViewableFrame
 
 router = APIRouter(prefix="/jobs/{job_id}/frames/{frame}", tags=["viewing"])
 
@@ -54,9 +54,11 @@ PictureRequestDep = Annotated[PictureRequest, Depends()]
 def describe_views(
     job_id: JobId,
     frame: FrameDep,
+    state: AppStateDep,
     max_px: Annotated[int, Query(ge=16, le=16_384, description="The longest side of the atlas.")] = 4096,
 ) -> FrameViews:
     """Describe the views of a frame, its depths, and the arrangement of its atlas."""
+    state.processes.warm_up()  # A viewer who asks for this asks for pictures next.
     return frames.describe(frame, job_id, max_px=max_px)
 
 
@@ -99,7 +101,7 @@ async def _picture(request: PictureRequest, what: str, query: Any, renderer: ren
 
     def make() -> bytes:
         with state.guard.reading(request.job_id, names.orthoscopic_name(frame.frame)):
-            return render.picture(state.parts, state.sheets, frame, query, renderer)
+            return state.processes.make(render.FramePicture(frame, query, renderer))
 
     budget = Limits(state.settings, request.caller.limits)["picture_s_per_minute"]
     data = await state.pictures.run(request.caller.key_id, make, budget=budget)

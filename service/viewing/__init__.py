@@ -1,7 +1,10 @@
 """Views of a frame on demand.
 
-frames       finds a frame that can be viewed, and describes its views
-sheet_cache  keeps the orthoscopic sheets in memory that users view
-queue        makes pictures in turn, a few at once, so that no viewer stalls others
-render       makes the pictures: views, perspective, refocusing, observer, atlas
+viewable_frame   a frame whose views can be requested
+frames           finds such a frame, and describes its views
+queue            makes pictures in turn, a few at once, so that no viewer stalls others
+process_pool     the processes that make the pictures
+picture_process  one of these processes
+sheet_cache      keeps the orthoscopic sheets in its memory that users view
+render           makes the pictures: views, perspective, refocusing, observer, atlas, conversions
 """

@@ -3,19 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
 from pydantic import BaseModel
 from sqlalchemy.orm import Session
 
 from lippmann.errors import ArtifactMissing, FieldProblem
 from lippmann.job.resolved import ResolvedJob
-from lippmann.job.spec import JobSpec
-from lippmann.job.stage import Stage
-from lippmann.lattice.layout import CellLayout
-from lippmann.lightfield.image import IntegralImage
 from lippmann.lightfield.views.atlas import plan_atlas
 from lippmann.lightfield.views.views import centre, view_numbers
 from lippmann.plan import artifact_names as names
@@ -28,39 +21,10 @@ from service.jobs.state_machine import find_job
 from service.ports import Parts
 from service.schemas import viewing as schema
 from service.schemas.links import atlas_url
+from service.viewing.viewable_frame import ViewableFrame
 
 MAX_SHEET_PX = 2**27
 """The largest integral image that can be viewed: 0.8 GB, and up to six times as much while it is refocused."""
-
-
-@dataclass(frozen=True)
-class ViewableFrame:
-    """A frame whose views can be requested."""
-
-    frame: int
-    spec: JobSpec
-    """The specification of the job at this frame, without keyframes."""
-    stage: Stage | None
-    """The stage of the scene at this frame; None for imported sheets."""
-    sheet_name: str
-    """The name of its orthoscopic master in the store."""
-    etag: str
-    """The entity tag of the master, without quotes."""
-
-    @property
-    def layout(self) -> CellLayout:
-        """The cell layout of the orthoscopic sheet."""
-        return display_size(self.spec.rig)
-
-    @property
-    def gap_mm(self) -> float:
-        """The gap of the display, for which all views are computed: one focal length."""
-        return self.spec.rig.lens_array.focal_length_mm
-
-    def image(self, pixels: NDArray[np.float16]) -> IntegralImage:
-        """Return the integral image of the frame, from the pixels of its orthoscopic master."""
-        pitch_mm = self.spec.rig.lens_array.pitch_mm
-        return IntegralImage(pixels=pixels, layout=self.layout, pitch_mm=pitch_mm, focal_length_mm=self.gap_mm)
 
 
 def find_frame(session: Session, parts: Parts, job_id: str, frame: int) -> ViewableFrame:

@@ -2,15 +2,12 @@
 
 The next picture is of the key that has been charged least, so a viewer who asks for many or for expensive pictures
 waits behind the others (start-time fair queueing, Goyal et al. 1996). The queue is bounded, in all and by key, and a
-key has a budget of seconds a minute. The threads that make pictures have a low priority at the scheduler of the system,
-so that requests, which take milliseconds, do not wait for a core.
+key has a budget of seconds a minute.
 """
 
 from __future__ import annotations
 
 import asyncio
-import os
-import threading
 import time
 from collections import deque
 from collections.abc import Callable
@@ -25,8 +22,6 @@ from service.limits import Limit
 
 AT_ONCE = 2
 """The number of pictures that are made at once. Each takes a core and several times its size in memory."""
-NICENESS = 10
-"""The niceness of the threads that make pictures; that of all others is 0."""
 WAITING = 400
 """The largest number of pictures that wait."""
 WAITING_BY_KEY = 100
@@ -42,13 +37,13 @@ T = TypeVar("T")
 
 
 class PictureQueue:
-    """Makes pictures in threads, a few at once."""
+    """Has pictures made, a few at once, by threads that wait for the processes that make them."""
 
     def __init__(self, *, at_once: int = AT_ONCE, waiting: int = WAITING, by_key: int = WAITING_BY_KEY) -> None:
         self._limits = (waiting, by_key)
         self._free = at_once
         self._places = anyio.CapacityLimiter(at_once)
-        self._threads = ThreadPoolExecutor(at_once, "picture", initializer=_give_way)
+        self._threads = ThreadPoolExecutor(at_once, "picture")
         self._waiting: dict[str, deque[asyncio.Future[None]]] = {}
         self._charged_s: dict[str, float] = {}
         self._virtual_s = 0.0
@@ -131,8 +126,3 @@ class PictureQueue:
         self._charged_s[key] = self._begins_s(key) + seconds
         if len(self._charged_s) > PRUNED_AT:
             self._charged_s = {one: used_s for one, used_s in self._charged_s.items() if used_s > self._virtual_s}
-
-
-def _give_way() -> None:
-    """Lower the priority of this thread; Linux has one for each thread, and it cannot be raised again."""
-    os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICENESS)

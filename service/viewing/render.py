@@ -1,9 +1,13 @@
-"""Makes pictures of a frame: views, perspective, refocusing, observer, atlas."""
+"""Makes pictures of a frame: views, perspective, refocusing, observer, atlas, conversions.
+
+The process that makes pictures imports this module, so it imports neither database nor broker.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +22,10 @@ from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import centre, view
 from lippmann.plan.design.observed_display import observed_display, used_gap_mm
 from service.errors import Invalid
-from service.ports import Parts
+from service.ports import Pictures
 from service.schemas import viewing as schema
-from service.viewing.frames import ViewableFrame
-from service.viewing.sheet_cache import Sheet, SheetCache
+from service.viewing.sheet_cache import LocalPath, Sheet, SheetCache
+from service.viewing.viewable_frame import ViewableFrame
 
 MAX_PICTURE_PX = 8192
 """The longest side of a picture that is enlarged on demand."""
@@ -106,19 +110,58 @@ def _eye(frame: ViewableFrame, query: schema.PerspectiveQuery | schema.ObserverQ
 Renderer = Callable[[Sheet, ViewableFrame, Any], Light]
 
 
-def picture(parts: Parts, cache: SheetCache, frame: ViewableFrame, query: Any, render: Renderer) -> bytes:
-    """Render a picture and encode it as a file.
+class Wanted(Protocol):
+    """What a process is asked to make. Its fields are pickled, so the functions among them are those of a module."""
 
-    Raises
-    ------
-    Invalid
-        If the view or the place does not exist, or the picture would be too large.
-    """
-    light = render(cache.sheet(frame), frame, query)
-    scale = query.scale if isinstance(query, schema.ScaledQuery) else 1
-    longest = max(light.shape[:2]) * scale
-    if scale > 1 and longest > MAX_PICTURE_PX:
-        problem = FieldProblem(field="scale", expected=f"a picture of at most {MAX_PICTURE_PX} px", got=f"{longest} px")
-        raise Invalid(str(problem), problems=[problem])
-    options = {"filter_name": query.filter} if isinstance(query, schema.ScaledQuery) else {}
-    return parts.pictures.encode(light, as_format=query.format, scale=scale, **options)
+    @property
+    def sheet_name(self) -> str:
+        """The name of the artifact that it is made of."""
+
+    def make(self, pictures: Pictures, sheets: SheetCache, local_path: LocalPath) -> bytes:
+        """Return a file."""
+
+
+@dataclass(frozen=True)
+class FramePicture:
+    """A picture of a frame."""
+
+    frame: ViewableFrame
+    query: Any
+    render: Renderer
+
+    @property
+    def sheet_name(self) -> str:
+        """The name of the orthoscopic master."""
+        return self.frame.sheet_name
+
+    def make(self, pictures: Pictures, sheets: SheetCache, local_path: LocalPath) -> bytes:
+        """Render the picture and encode it as a file.
+
+        Raises
+        ------
+        Invalid
+            If the view or the place does not exist, or the picture would be too large.
+        """
+        query = self.query
+        light = self.render(sheets.sheet(self.frame, local_path), self.frame, query)
+        scale = query.scale if isinstance(query, schema.ScaledQuery) else 1
+        longest = max(light.shape[:2]) * scale
+        if scale > 1 and longest > MAX_PICTURE_PX:
+            expected = f"a picture of at most {MAX_PICTURE_PX} px"
+            problem = FieldProblem(field="scale", expected=expected, got=f"{longest} px")
+            raise Invalid(str(problem), problems=[problem])
+        options = {"filter_name": query.filter} if isinstance(query, schema.ScaledQuery) else {}
+        return pictures.encode(light, as_format=query.format, scale=scale, **options)
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """A master as an sRGB PNG."""
+
+    sheet_name: str
+    """The name of the artifact, an EXR."""
+    bits: int
+
+    def make(self, pictures: Pictures, _sheets: SheetCache, local_path: LocalPath) -> bytes:
+        """Convert the master."""
+        return pictures.png(local_path(), bits=self.bits)

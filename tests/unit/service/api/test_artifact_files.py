@@ -11,7 +11,8 @@ from hypothesis import strategies as st
 
 from service.api.artifact_files import parse_range
 from service.errors import RangeNotSatisfiable
-from tests.builders_service import Client, FakePictures, Farm, claimed, done, failed
+from service.viewing.process_pool import ProcessPool
+from tests.builders_service import Client, Farm, claimed, done, failed
 
 DATA = bytes(range(256)) * 4
 
@@ -106,7 +107,7 @@ def test_head_of_a_picture_converts_nothing_and_says_no_length(
     api: Client, api_farm: Farm, url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     get = api.get(f"{url}/integral/0001.exr", params={"format": "png"})
-    monkeypatch.setattr(FakePictures, "png", None)
+    monkeypatch.setattr(ProcessPool, "make", None)
     head = api.head(f"{url}/integral/0001.exr", params={"format": "png"})
     assert (head.status_code, head.content) == (200, b"")
     assert "Content-Length" not in head.headers

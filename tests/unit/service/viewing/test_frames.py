@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import io
-import time
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -30,9 +27,9 @@ from lippmann.plan.design.observed_display import observed_display
 from lippmann.plan.sampling import display_size
 from service.main import create_app
 from service.store_identity import adopt_store
-from service.viewing.frames import ViewableFrame
 from service.viewing.sheet_cache import SheetCache
-from tests.builders_service import CARD, Client, FakePictures, Farm, parts
+from service.viewing.viewable_frame import ViewableFrame
+from tests.builders_service import CARD, Client, FakePictures, Farm
 from tests.unit.lippmann.lightfield.sheets import image_of
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr
@@ -42,13 +39,21 @@ RIG: dict[str, Any] = {"lens_array": {"count": [12, 10], "lattice": "square"}, "
 
 
 @pytest.fixture
-def looked(tmp_path: Path, make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client]) -> Farm:
+def make_looked(tmp_path: Path, make_farm: Callable[..., Farm]) -> Callable[..., Farm]:
+    def make(**settings: Any) -> Farm:
+        farm = make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0", **settings)
+        real = make_parts(local_store(tmp_path))
+        farm.parts = replace(farm.parts, store=real.store, pictures=real.pictures)
+        adopt_store(farm.database, real.store)
+        return farm
+
+    return make
+
+
+@pytest.fixture
+def looked(make_looked: Callable[..., Farm]) -> Farm:
     """Lend a farm with a real store and real pictures."""
-    farm = make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0")
-    real = make_parts(local_store(tmp_path))
-    farm.parts = replace(farm.parts, store=real.store, pictures=real.pictures)
-    adopt_store(farm.database, real.store)
-    return farm
+    return make_looked()
 
 
 def stored(farm: Farm, tmp_path: Path, **rig: Any) -> tuple[str, NDArray[np.float16], CellLayout]:
@@ -143,36 +148,36 @@ def test_what_the_caller_has_seen_is_not_made_again_until_the_sheet_or_the_quest
     assert (changed.status_code, codes(changed.content).max()) == (200, 0)
 
 
-@pytest.mark.parametrize(
-    ("asked", "status", "words"),
-    [
-        ("1/view?u=4&v=0", 422, "u: expected 0 to 3, got 4"),
-        ("1/view?u=0&v=-1", 422, "v: expected 0 to 3, got -1"),
-        ("1/view?uu=1", 422, "uu: expected no field of this name"),
-        ("1/view?scale=0", 422, "scale"),
-        ("1/view?filter=cubic", 422, "filter"),
-        ("1/perspective?z=-100", 422, "z: expected an eye in front of the display, above 0, got -100"),
-        ("1/perspective?x=nan", 422, "x"),
-        ("1/observer?pupil_mm=0", 422, "pupil_mm"),
-        ("1/observer?gap=real&gap_mm=3", 422, "gap: expected only one of gap and gap_mm, got both"),
-        ("1/observer?z=100&focus_mm=100", 422, "expected a focus nearer to the display than the eye"),
-        ("1/observer?gap=sideways", 422, "gap"),
-        ("1/refocus", 422, "depth_mm: expected a value, got nothing"),
-        ("1/refocus?depth_mm=9999", 422, "expected a depth at which neighbouring views"),
-        ("1/views.atlas?max_px=11", 422, "max_px"),
-        ("1/look?max_px=11", 422, "max_px"),
-        ("2/view", 404, "not assembled yet"),
-        ("3/view", 404, "has the frames 1-2, not 3"),
-    ],
+UNSEEN = (
+    ("1/view?u=4&v=0", 422, "u: expected 0 to 3, got 4"),
+    ("1/view?u=0&v=-1", 422, "v: expected 0 to 3, got -1"),
+    ("1/view?uu=1", 422, "uu: expected no field of this name"),
+    ("1/view?scale=0", 422, "scale"),
+    ("1/view?filter=cubic", 422, "filter"),
+    ("1/perspective?z=-100", 422, "z: expected an eye in front of the display, above 0, got -100"),
+    ("1/perspective?x=nan", 422, "x"),
+    ("1/observer?pupil_mm=0", 422, "pupil_mm"),
+    ("1/observer?gap=real&gap_mm=3", 422, "gap: expected only one of gap and gap_mm, got both"),
+    ("1/observer?z=100&focus_mm=100", 422, "expected a focus nearer to the display than the eye"),
+    ("1/observer?gap=sideways", 422, "gap"),
+    ("1/refocus", 422, "depth_mm: expected a value, got nothing"),
+    ("1/refocus?depth_mm=9999", 422, "expected a depth at which neighbouring views"),
+    ("1/views.atlas?max_px=11", 422, "max_px"),
+    ("1/look?max_px=11", 422, "max_px"),
+    ("2/view", 404, "not assembled yet"),
+    ("3/view", 404, "has the frames 1-2, not 3"),
 )
+
+
 def test_what_cannot_be_seen_is_said_by_field(
-    asked: str, status: int, words: str, looked: Farm, make_client: Callable[[Farm], Client], tmp_path: Path
+    looked: Farm, make_client: Callable[[Farm], Client], tmp_path: Path
 ) -> None:
     api = make_client(looked)
     job_id, *_ = stored(looked, tmp_path)
-    answer = api.get(f"/api/v1/jobs/{job_id}/frames/{asked}")
-    assert answer.status_code == status
-    assert words in answer.json()["detail"]
+    for asked, status, words in UNSEEN:
+        answer = api.get(f"/api/v1/jobs/{job_id}/frames/{asked}")
+        assert answer.status_code == status, asked
+        assert words in answer.json()["detail"]
 
 
 def test_a_sheet_that_is_cut_short_is_named_and_not_kept(
@@ -186,6 +191,19 @@ def test_a_sheet_that_is_cut_short_is_named_and_not_kept(
     assert (answer.status_code, answer.json()["code"]) == (500, "artifact-broken")
 
 
+@pytest.mark.promise("People", "A picture on demand that kills its process or never ends costs others nothing.")
+def test_a_picture_that_takes_too_long_is_answered_with_when_to_ask_again(
+    make_looked: Callable[..., Farm], make_client: Callable[[Farm], Client], tmp_path: Path
+) -> None:
+    looked = make_looked(picture_timeout_s=0.001)
+    api = make_client(looked)
+    job_id, *_ = stored(looked, tmp_path)
+    answer = api.get(f"/api/v1/jobs/{job_id}/frames/1/view")
+    assert (answer.status_code, answer.json()["code"]) == (503, "picture-failed")
+    assert answer.json()["detail"] == "the picture took longer than 0.001 s and was given up"
+    assert int(answer.headers["Retry-After"]) > 0
+
+
 def test_only_as_many_sheets_are_kept_as_there_is_room_for() -> None:
     read: list[str] = []
 
@@ -194,35 +212,12 @@ def test_only_as_many_sheets_are_kept_as_there_is_room_for() -> None:
             read.append(path.name)
             return np.zeros((10, 10, 3), np.float16)
 
-    class Store:
-        def local_path(self, name: str) -> Any:
-            return nullcontext(Path(name))
-
-    store: Any = Store()
-    sheets = SheetCache(replace(parts(), store=store, pictures=Pictures()), room_bytes=1200)
+    sheets = SheetCache(Pictures(), room_bytes=1200)
     spec = JobSpec(scene="ball")
     first, second, third = (ViewableFrame(1, spec, CARD.stage, name, "e") for name in "abc")
     for viewable in (first, second, first, third, first, second):
-        sheets.sheet(viewable)
+        sheets.sheet(viewable, partial(Path, viewable.sheet_name))
     assert read == ["a", "b", "c", "b"]
-
-
-def test_a_sheet_that_several_ask_for_at_once_is_decoded_once() -> None:
-    read: list[str] = []
-
-    class Pictures(FakePictures):
-        def light(self, path: Path) -> NDArray[np.float16]:
-            read.append(path.name)
-            time.sleep(0.1)
-            return np.zeros((10, 10, 3), np.float16)
-
-    store: Any = SimpleNamespace(local_path=lambda name: nullcontext(Path(name)))
-    sheets = SheetCache(replace(parts(), store=store, pictures=Pictures()), room_bytes=0)
-    viewable = ViewableFrame(1, JobSpec(scene="ball"), CARD.stage, "a", "e")
-    with ThreadPoolExecutor(4) as pool:
-        found = list(pool.map(sheets.sheet, [viewable] * 4))
-    assert read == ["a"]
-    assert all(sheet is found[0] for sheet in found)
 
 
 def test_a_sheet_that_memory_may_not_hold_is_refused_before_it_is_read(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import os
 import threading
 import time
 from collections.abc import Callable
@@ -45,18 +44,6 @@ class Pictures:
 
 def run(test: Callable[[], Any]) -> None:
     asyncio.run(asyncio.wait_for(test(), ENOUGH_S))
-
-
-def niceness() -> int:
-    return os.getpriority(os.PRIO_PROCESS, threading.get_native_id())
-
-
-def test_threads_that_make_pictures_give_way_to_all_others() -> None:
-    async def test() -> None:
-        picture = await PictureQueue().run("key", niceness, budget=Limit(60.0, "the test"))
-        assert picture > await asyncio.to_thread(niceness) == niceness()
-
-    run(test)
 
 
 @pytest.mark.promise("People", "A viewer with many or expensive pictures does not stall others.")
