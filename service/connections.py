@@ -14,11 +14,15 @@ them, a thousand half requests keep everybody out, the coordinator and the datab
 from __future__ import annotations
 
 import asyncio
+import logging
 import resource
 import time
+from collections import deque
+from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import IntEnum
 from ipaddress import IPv4Network, IPv6Network, ip_address
+from itertools import chain
 from typing import Any
 
 import structlog
@@ -38,11 +42,34 @@ BODY_BYTES = 100_000
 STALLED_S = 120.0
 """The time in which a client must read something of an answer that waits for it."""
 SWEEP_S = 1.0
-"""The interval at which the deadlines are checked."""
+"""The interval at which the deadlines of a connection are checked."""
+SWEPT_AT_ONCE = 100
+"""The number of connections that are checked before the event loop turns to requests."""
 LOG_S = 10.0
-"""The interval at which the log says how many connections were closed."""
+"""The interval at which the log says how many connections were closed, and that a request could not be parsed."""
 
 log = structlog.get_logger("service.connections")
+
+
+class _Seldom(logging.Filter):
+    """Lets a line of uvicorn through only now and then, which anybody can cause without a key."""
+
+    LINE = "Invalid HTTP request received."
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._logged_s = float("-inf")
+
+    def filter(self, record: logging.LogRecord) -> bool:
+        if record.msg != self.LINE:
+            return True
+        now_s, was_s = time.monotonic(), self._logged_s
+        if now_s - was_s > LOG_S:
+            self._logged_s = now_s
+        return now_s - was_s > LOG_S
+
+
+logging.getLogger("uvicorn.error").addFilter(_Seldom())
 
 
 class Phase(IntEnum):
@@ -96,15 +123,19 @@ def most_connections(descriptors: int, wanted: int) -> int:
 
 
 class ConnectionGuard:
-    """Knows the connections of one server, and closes those that are over a deadline or over a cap."""
+    """Knows the connections of one server, and closes those that are over a deadline or over a cap.
+
+    Each of its steps takes the same time, however many connections there are.
+    """
 
     def __init__(self, limits: ConnectionLimits) -> None:
         self.limits = limits
         self.closed = 0
         """The number of connections that were closed because there were too many."""
-        self._connections: dict[GuardedProtocol, None] = {}
-        """The connections in the order in which they began to wait for a request."""
-        self._by_address: dict[str, int] = {}
+        self._all = _Connections()
+        self._by_address: dict[str, _Connections] = {}
+        self._unchecked: deque[GuardedProtocol] = deque()
+        """The connections whose deadlines are still to be checked in this round."""
         self._sweeper: asyncio.TimerHandle | None = None
         self._logged_s = float("-inf")
 
@@ -114,56 +145,83 @@ class ConnectionGuard:
 
     def add(self, connection: GuardedProtocol) -> None:
         """Add a new connection, and close another one, or this one, if there are too many."""
-        self._connections[connection] = None
         address = connection.address
-        self._by_address[address] = self._by_address.get(address, 0) + 1
-        if self._by_address[address] > self.limits.of_address(address):
-            self._make_room(connection, address)
-        elif len(self._connections) > self.limits.total:
-            self._make_room(connection, None)
+        of_address = self._by_address.setdefault(address, _Connections())
+        self._all.enter(connection)
+        of_address.enter(connection)
+        if len(of_address) > self.limits.of_address(address):
+            self._make_room(of_address, connection)
+        elif len(self._all) > self.limits.total:
+            self._make_room(self._all, connection)
         if self._sweeper is None:
             self._sweeper = asyncio.get_running_loop().call_later(SWEEP_S, self._sweep)
 
     def remove(self, connection: GuardedProtocol) -> None:
         """Forget a connection that has ended."""
-        if connection not in self._connections:
+        if connection not in self._all:
             return
-        del self._connections[connection]
-        address = connection.address
-        self._by_address[address] -= 1
-        if not self._by_address[address]:
-            del self._by_address[address]
+        self._all.remove(connection)
+        of_address = self._by_address[connection.address]
+        of_address.remove(connection)
+        if not len(of_address):
+            del self._by_address[connection.address]
 
-    def make_youngest(self, connection: GuardedProtocol) -> None:
-        """Note that a connection waits for its next request from now on."""
-        if connection in self._connections:
-            del self._connections[connection]
-            self._connections[connection] = None
+    def enter(self, connection: GuardedProtocol) -> None:
+        """Note that a connection waits for something else from now on."""
+        if connection in self._all:
+            self._all.enter(connection)
+            self._by_address[connection.address].enter(connection)
 
-    def _make_room(self, new: GuardedProtocol, address: str | None) -> None:
-        victim = self._oldest(Phase.REQUEST, new, address) or self._oldest(Phase.BODY, new, address) or new
+    def _make_room(self, among: _Connections, new: GuardedProtocol) -> None:
+        victim = among.oldest_besides(new) or new
         self.closed += 1
         if time.monotonic() - self._logged_s > LOG_S:
             self._logged_s = time.monotonic()
-            log.warning("too many connections", closed=self.closed, open=len(self._connections), address=address)
+            log.warning("too many connections", closed=self.closed, open=len(self._all), address=new.address)
         self.remove(victim)
         victim.abort()
 
-    def _oldest(self, phase: Phase, new: GuardedProtocol, address: str | None) -> GuardedProtocol | None:
-        return next(
-            (
-                one
-                for one in self._connections
-                if one.phase is phase and one is not new and (address is None or one.address == address)
-            ),
-            None,
-        )
-
     def _sweep(self) -> None:
-        now_s = time.monotonic()
-        for connection in list(self._connections):
-            connection.check_deadlines(now_s, self.limits)
-        self._sweeper = asyncio.get_running_loop().call_later(SWEEP_S, self._sweep) if self._connections else None
+        if not self._unchecked:
+            self._unchecked.extend(self._all)
+        now_s, share = time.monotonic(), SWEPT_AT_ONCE / max(SWEPT_AT_ONCE, len(self._all))
+        for _ in range(min(SWEPT_AT_ONCE, len(self._unchecked))):
+            connection = self._unchecked.popleft()
+            if connection in self._all:
+                connection.check_deadlines(now_s, self.limits)
+        again = asyncio.get_running_loop().call_later
+        self._sweeper = again(SWEEP_S * share, self._sweep) if len(self._all) else None
+
+
+class _Connections:
+    """Connections by what they wait for, in the order in which they began to."""
+
+    def __init__(self) -> None:
+        self._phases: dict[GuardedProtocol, Phase] = {}
+        self._waiting: dict[Phase, dict[GuardedProtocol, None]] = {phase: {} for phase in Phase}
+
+    def __len__(self) -> int:
+        return len(self._phases)
+
+    def __contains__(self, connection: GuardedProtocol) -> bool:
+        return connection in self._phases
+
+    def __iter__(self) -> Iterator[GuardedProtocol]:
+        return iter(self._phases)
+
+    def enter(self, connection: GuardedProtocol) -> None:
+        if connection in self._phases:
+            self.remove(connection)
+        self._phases[connection] = connection.phase
+        self._waiting[connection.phase][connection] = None
+
+    def remove(self, connection: GuardedProtocol) -> None:
+        del self._waiting[self._phases.pop(connection)][connection]
+
+    def oldest_besides(self, new: GuardedProtocol) -> GuardedProtocol | None:
+        """Return the connection that has waited longest for a request, or else for a body."""
+        waiting = chain(self._waiting[Phase.REQUEST], self._waiting[Phase.BODY])
+        return next((one for one in waiting if one is not new), None)
 
 
 class GuardedProtocol(HttpToolsProtocol):
@@ -255,8 +313,7 @@ class GuardedProtocol(HttpToolsProtocol):
 
     def _enter(self, phase: Phase) -> None:
         self.phase, self.since_s, self._received_bytes = phase, time.monotonic(), 0
-        if phase is Phase.REQUEST:
-            self._guard.make_youngest(self)
+        self._guard.enter(self)
 
     def _end(self, status: int, reason: str) -> None:
         """Answer a status if nothing was answered yet, and close the connection."""

@@ -57,7 +57,8 @@ from service.scenes import sync_builtin
 from service.schemas.links import API
 from service.settings import Settings
 from service.store_identity import identify_store
-from service.viewing.process_pool import ProcessLimits, ProcessPool
+from service.viewing.process_handle import ProcessLimits
+from service.viewing.process_pool import ProcessPool
 from service.viewing.queue import AT_ONCE, PictureQueue
 
 SHUTDOWN_S = 5

@@ -1,11 +1,13 @@
-"""The rates of requests: by key, by address, and of failed logins.
+"""The rates of requests: by key, by address, and of failed logins; and the brake of answers that refuse a request.
 
 Each process of the service counts by itself and in memory, since no request may wait for the broker.
 """
 
 from __future__ import annotations
 
+import asyncio
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from limits import RateLimitItemPerMinute
@@ -18,6 +20,14 @@ MOST_COUNTERS = 4_096
 """The largest number of counters of one rate. A client has one for this minute and one for the minute before."""
 
 
+REFUSALS_AT_ONCE = 200
+"""The number of refusals that an address gets at once; a page or a script with an old key soon gives up."""
+REFUSED_SHARE = 0.03
+"""The rate of the refusals that an address gets after these, in parts of the rate of its requests."""
+LONGEST_WAIT_S = 10.0
+"""The longest time for which a refusal is held back."""
+
+
 class RateLimit:
     """Allows each client a number of requests a minute, which may come at once.
 
@@ -25,6 +35,7 @@ class RateLimit:
     """
 
     def __init__(self, per_minute: int) -> None:
+        self.per_minute = per_minute
         self._allowance = RateLimitItemPerMinute(per_minute)
         self._limiter = SlidingWindowCounterRateLimiter(_BoundedStorage())
 
@@ -63,6 +74,41 @@ class _BoundedStorage(MemoryStorage):
             for oldest in list(self.storage)[: MOST_COUNTERS // 8]:
                 await self.clear(oldest)
         return await super().incr(key, expiry, amount)
+
+
+class RefusalBrake:
+    """Holds refusals back from addresses that cause many, so that a flood of requests becomes as slow as its answers.
+
+    A client that waits for each answer, on however many connections, then costs the service next to nothing.
+
+    Parameters
+    ----------
+    per_minute
+        The number of requests a minute that an address may send.
+    """
+
+    def __init__(self, per_minute: int, *, steady: Callable[[], float] = time.monotonic) -> None:
+        self._pause_s = 60 / (per_minute * REFUSED_SHARE)
+        self._steady = steady
+        self._paid_s: dict[str, float] = {}
+        """The time until which an address has used up its refusals."""
+
+    def wait_s(self, address: str) -> float:
+        """Count a refusal, and return the time for which it is to be held back."""
+        now_s = self._steady()
+        if len(self._paid_s) >= MOST_COUNTERS:
+            self._paid_s = {one: paid_s for one, paid_s in self._paid_s.items() if paid_s > now_s}
+        paid_s = max(now_s, self._paid_s.get(address, now_s)) + self._pause_s
+        wait_s = paid_s - now_s - REFUSALS_AT_ONCE * self._pause_s
+        if wait_s <= LONGEST_WAIT_S:
+            self._paid_s[address] = paid_s
+        return min(max(0.0, wait_s), LONGEST_WAIT_S)
+
+    async def hold_back(self, address: str) -> None:
+        """Wait for as long as a refusal is held back."""
+        wait_s = self.wait_s(address)
+        if wait_s > 0:
+            await asyncio.sleep(wait_s)
 
 
 @dataclass(frozen=True)

@@ -13,13 +13,15 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from service.browser_sessions import OVERLAP_S
 from service.dependencies import OFFER
 from service.errors import TooLarge, TooManyRequests
-from service.rate_limits import RateLimit
+from service.rate_limits import RateLimit, RefusalBrake
 from service.routes.problems import answer
 
 TEXT_LIMIT_BYTES = 2_000_000
 """The largest request that is not an upload. The longest valid job file is far smaller."""
 _UPLOAD_PATH = "/api/v1/scenes"
 _UPLOAD_TYPE = b"multipart/form-data"
+REFUSALS = frozenset({401, 429})
+"""The statuses of refusals that anybody can cause, as often as they like."""
 STRICT_TRANSPORT = (b"strict-transport-security", b"max-age=31536000")
 _REQUEST_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
 
@@ -87,22 +89,34 @@ def _offered(scope: Scope) -> list[tuple[bytes, bytes]]:
 
 
 class AddressRate:
-    """Refuses requests of an address that sends too many, before anything else is done for them."""
+    """Refuses requests of an address that sends too many, before anything else is done for them.
+
+    Refusals for this reason, or for lack of a key, are held back from an address that gets many.
+    """
 
     def __init__(self, app: ASGIApp, *, rate: RateLimit) -> None:
         self._app = app
         self._rate = rate
+        self._brake = RefusalBrake(rate.per_minute)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle one request."""
-        app = self._app
-        if scope["type"] == "http":
-            request = Request(scope)
-            try:
-                await self._rate.check(address_of(request), "this address sends too many requests")
-            except TooManyRequests as error:
-                app = await answer(request, error)
-        await app(scope, receive, send)
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        app, request = self._app, Request(scope)
+        address = address_of(request)
+        try:
+            await self._rate.check(address, "this address sends too many requests")
+        except TooManyRequests as error:
+            app = await answer(request, error)
+
+        async def send_refusals_later(message: Message) -> None:
+            if message["type"] == "http.response.start" and message["status"] in REFUSALS:
+                await self._brake.hold_back(address)
+            await send(message)
+
+        await app(scope, receive, send_refusals_later)
 
 
 def address_of(request: Request) -> str:

@@ -6,7 +6,8 @@ then one picture after the other.
 | the service sends | the process answers |
 |---|---|
 | what is wanted | `PATH`, if its artifact is not in memory |
-| the path of the artifact, or None if there is none | nothing, if there is none |
+| the path of the artifact | |
+| None in place of a path | nothing; the next request follows |
 | | `PICTURE` and a file, `PROBLEM` and its JSON, or `TOO_LARGE` |
 
 The service unpickles nothing that comes from here. The process ends when the service closes the socket, and at once

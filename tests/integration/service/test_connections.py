@@ -131,6 +131,14 @@ def test_an_address_with_too_many_connections_loses_its_oldest_idle_one(make_ser
     assert service.server.guard.closed == 1
 
 
+def test_requests_that_cannot_be_parsed_do_not_fill_the_log(service: Service, caplog: pytest.LogCaptureFixture) -> None:
+    for _ in range(3):
+        with connect(service.url) as connection:
+            connection.sendall(b"GGG")
+            assert answer(connection).startswith(b"HTTP/1.1 400 ")
+    assert sum("Invalid HTTP request" in record.message for record in caplog.records) <= 1
+
+
 @pytest.fixture
 def large_file(make_service: Callable[..., Service], monkeypatch: pytest.MonkeyPatch) -> tuple[Service, bytes]:
     """Return a service that waits a second for its clients to read, and a request for a file of 30 MB."""

@@ -10,7 +10,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from service.errors import TooManyRequests
-from service.rate_limits import MOST_COUNTERS, RateLimit
+from service.rate_limits import (
+    LONGEST_WAIT_S,
+    MOST_COUNTERS,
+    REFUSALS_AT_ONCE,
+    REFUSED_SHARE,
+    RateLimit,
+    RefusalBrake,
+)
 from tests.minutes import stop_minutes
 
 
@@ -76,3 +83,30 @@ def test_what_is_remembered_of_clients_is_bounded_and_ends_with_their_minutes(mo
 
     asyncio.run(run())
     assert threading.active_count() == threads
+
+
+def test_refusals_come_at_once_until_they_are_many_and_then_at_their_rate() -> None:
+    now_s = [0.0]
+    brake = RefusalBrake(40_000, steady=lambda: now_s[0])
+    assert max(brake.wait_s("a") for _ in range(REFUSALS_AT_ONCE)) < 1e-9
+    answered = 0
+    while now_s[0] < 60.0:  # one client that waits for each answer
+        now_s[0] += brake.wait_s("a") + 1e-3
+        answered += 1
+    assert answered == pytest.approx(40_000 * REFUSED_SHARE, rel=0.05)
+    assert brake.wait_s("b") == 0.0
+    now_s[0] += 60.0
+    assert brake.wait_s("a") == 0.0
+
+
+def test_no_refusal_is_held_back_for_longer_than_a_limit_and_what_is_remembered_is_bounded() -> None:
+    now_s = [0.0]
+    brake = RefusalBrake(60, steady=lambda: now_s[0])
+    waits = [brake.wait_s("a") for _ in range(2 * REFUSALS_AT_ONCE)]
+    assert max(waits) == LONGEST_WAIT_S
+    now_s[0] += LONGEST_WAIT_S + 40.0
+    assert brake.wait_s("a") < LONGEST_WAIT_S
+    for number in range(3 * MOST_COUNTERS):
+        brake.wait_s(str(number))
+        now_s[0] += 60.0
+    assert len(brake._paid_s) <= MOST_COUNTERS

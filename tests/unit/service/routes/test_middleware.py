@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
 import structlog
 
+from service.rate_limits import REFUSALS_AT_ONCE
 from tests.builders_service import Client, Farm
 from tests.minutes import stop_minutes
 
@@ -57,6 +59,27 @@ def test_an_address_that_sends_too_many_requests_is_told_when_to_return(
     assert refused.headers["X-Content-Type-Options"] == "nosniff"
     assert refused.json()["code"] == "too-many-requests"
     assert refused.json()["request_id"]
+
+
+@pytest.mark.promise("Before login", "A flood of requests without a key becomes slow.")
+def test_refusals_are_held_back_from_an_address_that_gets_many_and_answers_are_not(
+    make_farm: Callable[..., Farm], make_client: Callable[[Farm], Client], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waits: list[float] = []
+
+    async def sleep(seconds: float) -> None:
+        waits.append(seconds)
+
+    stop_minutes(monkeypatch)
+    monkeypatch.setattr("service.rate_limits.asyncio", SimpleNamespace(sleep=sleep))
+    api = make_client(make_farm(requests_per_minute_by_address=2 * REFUSALS_AT_ONCE, **SILENT))
+    nobody = {"Authorization": ""}
+    statuses = [api.get("/api/v1/scenes", headers=nobody).status_code for _ in range(REFUSALS_AT_ONCE + 3)]
+    assert set(statuses) == {401}
+    assert len(waits) == 3
+    while api.get("/api/v1/session").status_code == 200:
+        assert len(waits) == 3
+    assert len(waits) == 4  # the first answer with 429
 
 
 def test_a_key_that_sends_too_many_requests_is_told_when_to_return(

@@ -21,7 +21,8 @@ import pytest
 from lippmann.errors import ArtifactBroken, StoreUnavailable
 from service.errors import Invalid, PictureFailed, ServiceError
 from service.ports import Parts
-from service.viewing.process_pool import NICENESS, ProcessLimits, ProcessPool
+from service.viewing.process_handle import NICENESS, ProcessLimits
+from service.viewing.process_pool import ProcessPool
 from service.viewing.render import Wanted as AnyWanted
 from tests import builders_pictures as run
 from tests.builders_pictures import Wanted
