@@ -25,10 +25,6 @@ from service.schemas.access import Role
 from service.settings import Settings
 from worker.store.opening import open_store
 
-SWITCH_S = 0.001
-"""The time after which a thread gives Python's lock to one that waits for it; the default is 5 ms. A request waits for
-the lock at each query and at each change of the thread, while the coordinator works or event streams are served."""
-
 
 class _Announcing(Server):
     """A server that prints a line when it accepts requests."""
@@ -50,7 +46,6 @@ def run_service(settings: Settings, listening: socket.socket, *, key_file: Path 
         The file for an admin key of this service. It is written if it does not exist or its key is not known.
     """
     _log_to_stderr(settings)
-    sys.setswitchinterval(SWITCH_S)
     if key_file is not None:
         keep_admin_key(settings, key_file)
     app = create_app(settings, make_parts(open_store(settings, reserve_bytes=settings.disk_reserve_bytes)))

@@ -12,6 +12,7 @@ import asyncio
 import json
 import math
 import time
+from collections import Counter
 from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
@@ -27,6 +28,7 @@ from service.db import events as event_rows
 from service.db import jobs as job_rows
 from service.db.engine import Database
 from service.db.events import StoredEvent
+from service.errors import TooManyRequests
 from service.events.publish import job_snapshot
 from service.events.sse import comment, encode
 from service.events.subscription import Batch, Subscription
@@ -54,6 +56,8 @@ CLIENTS_AT_ONCE = 20
 """The number of clients that are served before the event loop turns to requests."""
 SENT_AT_ONCE_BYTES = 65_536
 CATCH_UP_THREADS = 2
+STREAM_RETRY_S = 30.0
+"""The time after which a client with too many streams may try again."""
 RESET = Reset(reason="Events are missing that are no longer stored; read anew what you show.")
 
 
@@ -91,6 +95,8 @@ class EventHub:
         self._has_owners = has_owners
         self._idle_s = idle_s
         self._clients: set[Subscription] = set()
+        self._streams: Counter[str] = Counter()
+        """The number of streams of each credential, from the request on."""
         self._position: int | None = None
         """All clients have, or have queued, the events up to this one; None while there are no clients."""
         self._woken = asyncio.Event()
@@ -112,9 +118,24 @@ class EventHub:
         if self._loop is not None:
             self._loop.call_soon_threadsafe(self._revoked.set)
 
-    def streams_of(self, caller_id: str) -> int:
-        """Return the number of open streams of a credential, in this process."""
-        return sum(client.caller_id == caller_id for client in self._clients)
+    @contextmanager
+    def counted(self, caller_id: str, *, most: int) -> Iterator[None]:
+        """Count a stream of a credential while the context lasts.
+
+        Raises
+        ------
+        TooManyRequests
+            If the credential has as many streams, in this process.
+        """
+        if self._streams[caller_id] >= most:
+            raise TooManyRequests("the key has too many open event streams", retry_after_s=STREAM_RETRY_S)
+        self._streams[caller_id] += 1
+        try:
+            yield
+        finally:
+            self._streams[caller_id] -= 1
+            if not self._streams[caller_id]:
+                del self._streams[caller_id]
 
     def end_streams(self) -> None:
         """End the streams of all clients, and of those that come later."""

@@ -3,32 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import AsyncGenerator
-from contextlib import aclosing
+from contextlib import AbstractContextManager, aclosing, nullcontext
 from typing import Annotated, Any, cast
 
 from fastapi import APIRouter, Header, Query
 from fastapi.responses import StreamingResponse
 from starlette.concurrency import run_in_threadpool
-from starlette.types import Send
+from starlette.types import Receive, Scope, Send
 
 from service.api.listings import number_in
 from service.auth import Caller
 from service.dependencies import AppState, AppStateDep, JobId, ScopeDep, ViewerDep, check_visible
-from service.errors import TooManyRequests
 from service.jobs.state_machine import find_job
 from service.routes.description import Responses, problems
 from service.schemas.events import StreamMessage
 
 router = APIRouter(tags=["events"])
 
-STREAM_RETRY_S = 30.0
-"""The time after which a client with too many streams may try again."""
-
 
 class EventStream(StreamingResponse):
     """A stream of server-sent events."""
 
     media_type = "text/event-stream"
+    counted: AbstractContextManager[None] = nullcontext()
+    """Counts the stream while it is open; refuses it if there are too many."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Send the stream, which counts from its first byte on."""
+        with self.counted:
+            await super().__call__(scope, receive, send)
 
     async def stream_response(self, send: Send) -> None:
         """Send the stream, and leave the hub at once when the client disconnects."""
@@ -73,11 +76,11 @@ async def _subscribe(
 ) -> EventStream:
     if job_id is not None:
         await run_in_threadpool(_check_job, state, job_id)
-    if state.hub.streams_of(caller.id) >= state.settings.streams_per_key:
-        raise TooManyRequests("the key has too many open event streams", retry_after_s=STREAM_RETRY_S)
     position = number_in(last_event_id) if last_event_id else None
     events = state.hub.stream(job_id=job_id, caller_id=caller.id, position=position, owner_id=owner_id)
-    return EventStream(events, headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"})
+    stream = EventStream(events, headers={"Cache-Control": "no-store", "X-Accel-Buffering": "no"})
+    stream.counted = state.hub.counted(caller.id, most=state.settings.streams_per_key)
+    return stream
 
 
 def _check_job(state: AppState, job_id: str) -> None:

@@ -34,6 +34,8 @@ from service.viewing.sheet_cache import SheetCache
 PATH, PICTURE, PROBLEM, TOO_LARGE = b"path", b"pict", b"prob", b"huge"
 """What an answer is; its first four bytes."""
 KIND_BYTES = 4
+NICENESS = 10
+"""What the niceness of the process is above that of the service, once it has started, for which somebody waits."""
 _PR_SET_PDEATHSIG = 1
 
 
@@ -56,6 +58,7 @@ def main() -> None:
 
 def _serve(connection: Connection[Any, Any]) -> None:
     pictures, room_bytes = connection.recv()
+    os.nice(NICENESS)
     sheets = SheetCache(pictures, room_bytes=room_bytes)
 
     def local_path() -> Path:

@@ -25,8 +25,6 @@ from service.ports import Pictures
 from service.viewing import picture_process as child
 from service.viewing.render import Wanted
 
-NICENESS = 10
-"""The niceness of the processes that make pictures; that of the service is 0."""
 FIRST_KILLED = 1000
 """The oom_score_adj of the processes: when the machine has no memory left, the kernel ends them and not the service."""
 MOST_BYTES = 1 << 30
@@ -163,7 +161,6 @@ def _environment() -> dict[str, str]:
 
 def _restrain(pid: int, memory_bytes: int) -> None:
     with suppress(ProcessLookupError):
-        os.setpriority(os.PRIO_PROCESS, pid, NICENESS)
         resource.prlimit(pid, resource.RLIMIT_AS, (memory_bytes, memory_bytes))
         resource.prlimit(pid, resource.RLIMIT_CORE, (0, 0))
     with suppress(OSError):  # Some containers do not allow it.
