@@ -18,7 +18,7 @@ from lippmann.job.messages.seals import Refused, Seals
 from lippmann.job.scene import parse_scene
 from lippmann.job.spec import parse_spec
 from lippmann.local.files.lens import parse_catalogue, parse_lens
-from lippmann.optics.lens_files.glass_search import GlassSearch
+from lippmann.optics.lens_files.glasses.search import GlassSearch
 from lippmann.optics.lens_files.lens_file import check_lens_file
 from lippmann.untrusted.json_text import read_json
 from lippmann.untrusted.toml_text import read_toml

@@ -10,7 +10,7 @@ from lippmann.errors import BadInput, OpticsError, SpecError
 from lippmann.untrusted.json_text import read_json
 
 if TYPE_CHECKING:
-    from lippmann.optics.lens_files.agf_files import Catalogue
+    from lippmann.optics.lens_files.glasses.agf import Catalogue
     from lippmann.optics.lens_files.lens_file import LensFile
 
 SUFFIXES = (".json", ".csv", ".zmx", ".seq")
@@ -93,10 +93,10 @@ def parse_lens(path: Path, data: bytes, catalogues: Sequence[Catalogue] = ()) ->
     BadInput, SpecError
         The same as for `read_lens`.
     """
-    from lippmann.optics.lens_files.codev_files import read_lens_seq
+    from lippmann.optics.lens_files.codev.prescription import read_lens_seq
     from lippmann.optics.lens_files.csv_files import read_lens_csv
-    from lippmann.optics.lens_files.glass_search import GlassSearch
-    from lippmann.optics.lens_files.zemax_files import read_lens_zmx
+    from lippmann.optics.lens_files.glasses.search import GlassSearch
+    from lippmann.optics.lens_files.zemax.prescription import read_lens_zmx
 
     suffix = path.suffix.lower()
     if suffix == ".zmx":
@@ -123,7 +123,7 @@ def parse_catalogue(path: Path, data: bytes) -> Catalogue:
     BadInput, SpecError
         The same as for `read_lens`.
     """
-    from lippmann.optics.lens_files.agf_files import read_agf
+    from lippmann.optics.lens_files.glasses.agf import read_agf
 
     return read_agf(_foreign_text(data), title=path.name)
 

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from lippmann.optics.lens_files.glass_search import GlassSearch
+from lippmann.optics.lens_files.glasses.search import GlassSearch
 from lippmann.optics.lens_files.lens_file import LensFile
 from lippmann.optics.lens_files.lines import wrong
 from lippmann.optics.lens_files.rows import Row, prescription_of_rows, radius_or_plane

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import pytest
 
 from lippmann.errors import InvalidText
-from lippmann.optics.lens_files.agf_files import read_agf
-from lippmann.optics.lens_files.codev_files import read_lens_seq
+from lippmann.optics.lens_files.codev.prescription import read_lens_seq
 from lippmann.optics.lens_files.csv_files import read_lens_csv
-from lippmann.optics.lens_files.zemax_files import read_lens_zmx
+from lippmann.optics.lens_files.glasses.agf import read_agf
+from lippmann.optics.lens_files.zemax.prescription import read_lens_zmx
 from lippmann.untrusted.text_lines import MAX_LINE, MAX_LINES, read_lines
 
 

@@ -8,9 +8,9 @@ from lippmann.errors import SpecError
 from lippmann.job.lens import Prescription
 from lippmann.optics.lens.prescription import lens_of
 from lippmann.optics.lens.published import TRONNIER_1954
-from lippmann.optics.lens_files.agf_files import read_agf
 from lippmann.optics.lens_files.csv_files import read_lens_csv
-from lippmann.optics.lens_files.glass_search import GlassSearch
+from lippmann.optics.lens_files.glasses.agf import read_agf
+from lippmann.optics.lens_files.glasses.search import GlassSearch
 
 TRONNIER = """\
 # US patent 2,673,491

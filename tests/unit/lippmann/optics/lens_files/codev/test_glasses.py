@@ -6,9 +6,9 @@ import pytest
 
 from lippmann.errors import SpecError
 from lippmann.job.glasses import Glass, glass
-from lippmann.optics.lens_files.codev_commands import read_commands
-from lippmann.optics.lens_files.codev_glasses import MAX_PRIVATE, PrivateGlasses
-from lippmann.optics.lens_files.glass_search import GlassSearch
+from lippmann.optics.lens_files.codev.commands import read_commands
+from lippmann.optics.lens_files.codev.glasses import MAX_PRIVATE, PrivateGlasses
+from lippmann.optics.lens_files.glasses.search import GlassSearch
 
 N_BK7 = """\
 PRV

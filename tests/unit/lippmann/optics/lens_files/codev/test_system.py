@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from lippmann.optics.lens_files.codev_commands import read_commands
-from lippmann.optics.lens_files.codev_system import SystemReader
+from lippmann.optics.lens_files.codev.commands import read_commands
+from lippmann.optics.lens_files.codev.system import SystemReader
 from lippmann.optics.lens_files.system import Aperture, FieldPoint, System
 
 

@@ -18,7 +18,7 @@ from lippmann.job.glasses import (
     glass_key,
     glasses_by_maker,
 )
-from lippmann.optics.lens_files.agf_files import Catalogue, CatalogueGlass
+from lippmann.optics.lens_files.glasses.agf import Catalogue, CatalogueGlass
 from lippmann.optics.lens_files.lines import wrong
 
 GAS = 1e-3

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
 from lippmann.optics.lens_files.system import Aperture, ApertureKind, FieldKind, FieldPoint, System, ignored_notes
-from lippmann.optics.lens_files.zemax_lines import Block
+from lippmann.optics.lens_files.zemax.lines import Block
 
 _APERTURES: Mapping[str, tuple[ApertureKind, ApertureKind]] = MappingProxyType(
     {

@@ -9,8 +9,8 @@ from lippmann.job.lens import Prescription
 from lippmann.optics.lens.matrices import cardinal_points
 from lippmann.optics.lens.prescription import lens_of
 from lippmann.optics.lens.published import TRONNIER_1954
-from lippmann.optics.lens_files.codev_commands import MAX_WORDS, read_commands
-from lippmann.optics.lens_files.codev_files import read_lens_seq
+from lippmann.optics.lens_files.codev.commands import MAX_WORDS, read_commands
+from lippmann.optics.lens_files.codev.prescription import read_lens_seq
 
 ACHROMAT = """\
 RDM;LEN       "VERSION: 11.2       LENS VERSION: 84       Creation Date: today"

@@ -16,11 +16,11 @@ from typing import Any
 from lippmann.errors import SpecError
 from lippmann.job.glasses import Glass
 from lippmann.job.rig import MM_PER_INCH
-from lippmann.optics.lens_files.codev_commands import Command, read_commands
-from lippmann.optics.lens_files.codev_glasses import PrivateGlasses
-from lippmann.optics.lens_files.codev_surfaces import TERMS, CodevSurface
-from lippmann.optics.lens_files.codev_system import SystemReader
-from lippmann.optics.lens_files.glass_search import AIR, GlassSearch
+from lippmann.optics.lens_files.codev.commands import Command, read_commands
+from lippmann.optics.lens_files.codev.glasses import PrivateGlasses
+from lippmann.optics.lens_files.codev.surfaces import TERMS, CodevSurface
+from lippmann.optics.lens_files.codev.system import SystemReader
+from lippmann.optics.lens_files.glasses.search import AIR, GlassSearch
 from lippmann.optics.lens_files.lens_file import LensFile
 from lippmann.optics.lens_files.rows import Row, prescription_of_rows
 from lippmann.optics.lens_files.semi_apertures import MAX_ROWS, with_semi_apertures

@@ -7,8 +7,8 @@ import math
 import pytest
 
 from lippmann.optics.lens_files.system import Aperture, FieldPoint, System
-from lippmann.optics.lens_files.zemax_lines import read_blocks
-from lippmann.optics.lens_files.zemax_system import system_of
+from lippmann.optics.lens_files.zemax.lines import read_blocks
+from lippmann.optics.lens_files.zemax.system import system_of
 
 
 def system(head: str) -> System:

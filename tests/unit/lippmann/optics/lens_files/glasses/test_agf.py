@@ -8,8 +8,8 @@ import pytest
 
 from lippmann.errors import InvalidText, SpecError
 from lippmann.job.glasses import Glass, glass
-from lippmann.optics.lens_files.agf_files import MAX_GLASSES, read_agf
-from lippmann.optics.lens_files.glass_search import GlassSearch, coded_glass
+from lippmann.optics.lens_files.glasses.agf import MAX_GLASSES, read_agf
+from lippmann.optics.lens_files.glasses.search import GlassSearch, coded_glass
 from lippmann.untrusted.text_lines import MAX_LINES
 
 CROWN = """\

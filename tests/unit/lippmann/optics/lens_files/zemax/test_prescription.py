@@ -9,9 +9,9 @@ from lippmann.job.lens import Prescription
 from lippmann.optics.lens.matrices import cardinal_points
 from lippmann.optics.lens.prescription import lens_of
 from lippmann.optics.lens.published import COOKE_TRIPLET
-from lippmann.optics.lens_files.agf_files import read_agf
-from lippmann.optics.lens_files.glass_search import GlassSearch
-from lippmann.optics.lens_files.zemax_files import read_lens_zmx
+from lippmann.optics.lens_files.glasses.agf import read_agf
+from lippmann.optics.lens_files.glasses.search import GlassSearch
+from lippmann.optics.lens_files.zemax.prescription import read_lens_zmx
 
 HEAD = "VERS 120508 258 30813\nMODE SEQ\nNAME A SIMPLE TRIPLET\nUNIT MM X W X CM MR CPMM\nENPD 10\nWAVM 1 0.55 1\n"
 OBJECT = "SURF 0\n  TYPE STANDARD\n  CURV 0.0\n  DISZ INFINITY\n  DIAM 0 0 0 0 1\n"

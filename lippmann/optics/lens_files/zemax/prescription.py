@@ -14,14 +14,14 @@ from typing import Any
 from lippmann.errors import SpecError
 from lippmann.job.glasses import Glass
 from lippmann.job.rig import MM_PER_INCH
-from lippmann.optics.lens_files.glass_search import AIR, GAS, GlassSearch, makers_of
+from lippmann.optics.lens_files.glasses.search import AIR, GAS, GlassSearch, makers_of
 from lippmann.optics.lens_files.lens_file import LensFile
 from lippmann.optics.lens_files.lines import Line
 from lippmann.optics.lens_files.rows import Row, prescription_of_rows, radius_or_plane
 from lippmann.optics.lens_files.semi_apertures import with_semi_apertures
-from lippmann.optics.lens_files.zemax_aspheres import profile_of
-from lippmann.optics.lens_files.zemax_lines import Block, read_blocks
-from lippmann.optics.lens_files.zemax_system import notes_of, system_of
+from lippmann.optics.lens_files.zemax.aspheres import profile_of
+from lippmann.optics.lens_files.zemax.lines import Block, read_blocks
+from lippmann.optics.lens_files.zemax.system import notes_of, system_of
 
 MM_PER_UNIT = {"MM": 1.0, "CM": 10.0, "IN": MM_PER_INCH, "METER": 1000.0, "M": 1000.0}
 TYPES = ("STANDARD", "EVENASPH")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from lippmann.optics.lens_files.glass_search import GlassSearch
+from lippmann.optics.lens_files.glasses.search import GlassSearch
 
 
 def notes(name: str, *makers: str) -> list[str]:

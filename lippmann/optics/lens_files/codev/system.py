@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 
-from lippmann.optics.lens_files.codev_commands import Command
+from lippmann.optics.lens_files.codev.commands import Command
 from lippmann.optics.lens_files.system import Aperture, ApertureKind, FieldKind, FieldPoint, System, ignored_notes
 
 _APERTURES: Mapping[str, ApertureKind] = MappingProxyType(

@@ -9,8 +9,8 @@ import pytest
 
 from lippmann.errors import SpecError
 from lippmann.optics.lens.asphere import Profile
-from lippmann.optics.lens_files.zemax_aspheres import profile_of, without_square_term
-from lippmann.optics.lens_files.zemax_lines import read_blocks
+from lippmann.optics.lens_files.zemax.aspheres import profile_of, without_square_term
+from lippmann.optics.lens_files.zemax.lines import read_blocks
 
 
 def profile(lines: str, *, mm: float = 1.0, semi_mm: float = 13.0) -> Profile:

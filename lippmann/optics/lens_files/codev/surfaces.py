@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
-from lippmann.optics.lens_files.codev_commands import Command
+from lippmann.optics.lens_files.codev.commands import Command
 from lippmann.optics.lens_files.rows import radius_or_plane
 
 TERMS = "ABCDEFGH"

@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from lippmann.optics.lens.asphere import Profile
-from lippmann.optics.lens_files.zemax_lines import Block
+from lippmann.optics.lens_files.zemax.lines import Block
 
 MOST_TERMS = 8
 """The terms of a prescription, r^4 to r^18."""

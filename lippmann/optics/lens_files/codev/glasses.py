@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from lippmann.job.glasses import Glass
 from lippmann.optics.lens.dispersion import LINE_C_NM, LINE_D_NM, LINE_F_NM
-from lippmann.optics.lens_files.agf_files import CatalogueGlass
-from lippmann.optics.lens_files.codev_commands import Command
-from lippmann.optics.lens_files.glass_search import FOR_VISIBLE_LIGHT, GlassSearch
+from lippmann.optics.lens_files.codev.commands import Command
+from lippmann.optics.lens_files.glasses.agf import CatalogueGlass
+from lippmann.optics.lens_files.glasses.search import FOR_VISIBLE_LIGHT, GlassSearch
 from lippmann.optics.lens_files.lines import QUOTES
 from lippmann.optics.lens_files.system import VISIBLE_UM
 

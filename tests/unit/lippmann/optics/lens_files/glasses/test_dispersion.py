@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from lippmann.optics.lens_files.dispersion import FORMULA_NAMES, refractive_index
+from lippmann.optics.lens_files.glasses.dispersion import FORMULA_NAMES, refractive_index
 
 C = (1.1, 0.012, 0.013, 0.0009, 0.04, 0.0007, 0.02, 0.0003, 0.01, 0.0002)
 """Ten coefficients, no two alike, so that a change of their order shows."""
