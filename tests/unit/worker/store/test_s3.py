@@ -149,6 +149,7 @@ def test_a_large_file_is_stored_in_parts_and_whole(
 UPLOADING = """
 import os, signal, sys
 from pathlib import Path
+from boto3.s3.transfer import TransferConfig
 from worker.store import s3
 s3.PART_BYTES = 5 << 20
 s3._IN_PARTS = TransferConfig(multipart_threshold=5 << 20, multipart_chunksize=5 << 20, use_threads=False)
