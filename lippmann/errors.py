@@ -13,10 +13,10 @@ from dataclasses import dataclass
 from typing import Self
 
 NO_DISK = frozenset({errno.EROFS, errno.EIO, errno.ENODEV, errno.ENXIO, errno.ESTALE, errno.ENOTCONN, errno.EACCES})
-"""What the system answers when a disk cannot be written: mounted read-only, broken, or away."""
+"""The errors of the system when a disk cannot be written: mounted read-only, broken, or away."""
 
 NO_ROOM = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
-"""What the system answers when there is no room: on the disk, in the quota, below the limit of a file's size."""
+"""The errors of the system when there is no room: on the disk, in the quota, below the limit of a file's size."""
 
 
 class InputNote(UserWarning):

@@ -45,7 +45,7 @@ class Monitor(Protocol):
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """What prevents all work of the farm, first cause first."""
+        """The causes that prevent all work of the farm, first cause first."""
 
 
 class Checks:

@@ -34,7 +34,7 @@ log = structlog.get_logger()
 
 
 class ConsumerLiveness:
-    """What the consumer of a worker did last. All methods are called in its event loop."""
+    """The latest acts of the consumer of a worker. All methods are called in its event loop."""
 
     def __init__(
         self,

@@ -48,12 +48,15 @@ from lippmann.cli.commands import (
 )
 from lippmann.cli.exit_codes import ExitCode, exit_code_of
 from lippmann.cli.options import with_context
+from lippmann.cli.plain_help import PlainGroup, use_plain_help
+from lippmann.cli.usage_errors import usage_error_text
 from lippmann.errors import InputNote, LippmannError
 from lippmann.job.old_names import rename_settings
 from lippmann.terminal.output import print_any_path
 
 app = typer.Typer(
     name="lippmann",
+    cls=PlainGroup,
     help="A render farm for integral photography and integral videography.",
     no_args_is_help=True,
     context_settings={"help_option_names": ["-h", "--help"]},
@@ -126,6 +129,7 @@ app.command("views", hidden=True)(with_context(import_sheets.views))
 app.add_typer(scenes.app, name="scenes", rich_help_panel="Scenes")
 app.add_typer(keys.app, name="keys", rich_help_panel="Run a farm")
 app.add_typer(paper.app, name="paper", rich_help_panel="Optics")
+use_plain_help(app)
 
 
 def main() -> None:
@@ -135,7 +139,10 @@ def main() -> None:
     for note in rename_settings(os.environ):
         warnings.warn(note, FutureWarning, stacklevel=1)
     try:
-        app()
+        code = app(standalone_mode=False)
+    except typer.TyperException as error:
+        print(usage_error_text(error), file=sys.stderr)
+        sys.exit(ExitCode.BAD_INPUT)
     except LippmannError as error:
         sys.exit(_print_error(error.message, exit_code_of(error)))
     except KeyboardInterrupt:
@@ -144,6 +151,7 @@ def main() -> None:
         what = error.filename or "a file"
         message = f"expected to read or write {what}, got: {error.strerror}" if error.strerror else str(error)
         sys.exit(_print_error(message or type(error).__name__, ExitCode.FAILED))
+    sys.exit(code or ExitCode.DONE)
 
 
 def _print_warning(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:

@@ -45,7 +45,7 @@ class FetchResult:
     """The number of files that this call downloaded."""
     fetched_bytes: int
     missing: Missing
-    """What could not be brought; false if there is nothing."""
+    """The files that could not be brought; false if there are none."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What a fetch could not bring: frames and outputs of a job that are not made, or whose files are damaged.
+"""The files that a fetch could not bring: frames and outputs of a job that are not made, or whose files are damaged.
 
 The file `missing.json` beside the files of the job lists them with the reasons, for programs:
 

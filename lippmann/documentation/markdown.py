@@ -84,6 +84,9 @@ def _lead_links(tokens: list[Token], folder: PurePosixPath, pages: Collection[st
             token.attrSet("href", target)
         elif token.type == "link_close" and not is_open.pop():
             continue
+        elif token.type == "text" and any(is_open) and re.fullmatch(r"[\w./-]+[.]md", token.content):
+            # A link that names the file of a page names the page here.
+            token.content = PurePosixPath(token.content).stem
         kept.append(token)
     return kept
 

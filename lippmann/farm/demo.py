@@ -59,18 +59,16 @@ def run_demo(client: Client, *, frames: str, out: Path, output: Output) -> Demo:
 def demo_text(demo: Demo) -> str:
     """Return the result as text: the files, and what each of them shows."""
     out = demo.fetched.folder
-    return "\n".join(
-        [
-            fetch_text(demo.fetched),
-            "",
-            "Where to look:",
-            f"  {out / 'video' / 'centre.mp4'}   the fish turning, as seen from straight ahead",
-            f"  {out / 'video' / 'views.mp4'}    every view of every frame in succession, which shows the parallax",
-            f"  {out / 'orthoscopic'}/           the integral images to print at the pitch of the array",
-            f"  {out / 'integral'}/              the captures, which are pseudoscopic: their depth is inverted",
-            f"  {out / 'views'}/                 all views of a frame side by side",
-        ]
-    )
+    places = {
+        f"{out / 'video' / 'centre.mp4'}": "the fish turning, as seen from straight ahead",
+        f"{out / 'video' / 'views.mp4'}": "every view of every frame in succession, which shows the parallax",
+        f"{out / 'orthoscopic'}/": "the integral images to print at the pitch of the array",
+        f"{out / 'integral'}/": "the captures, which are pseudoscopic: their depth is inverted",
+        f"{out / 'views'}/": "all views of a frame side by side",
+    }
+    width = max(map(len, places))
+    lines = [f"  {place.ljust(width)}  {words}" for place, words in places.items()]
+    return "\n".join([fetch_text(demo.fetched), "", "Where to look:", *lines])
 
 
 def demo_data(demo: Demo) -> Mapping[str, Any]:

@@ -22,6 +22,7 @@ _EXTRAS = (
     ("matplotlib", "plots", "`lippmann paper` and `lippmann coding-study` draw no plots"),
     ("boto3", "s3", "a farm cannot keep its artifacts in S3"),
     ("psycopg", "postgresql", "a farm cannot use PostgreSQL"),
+    ("authlib", "oidc", "nobody logs in to the dashboard with an account of an OpenID provider"),
 )
 """Packages that are optional: the package, the extra that installs it, and what is not possible without it."""
 _GPU_DEVICES = ("/dev/nvidiactl", "/dev/kfd", "/dev/dri/renderD128")
@@ -109,7 +110,9 @@ def _cores_and_gpu() -> Finding:
 
 
 def _extras() -> Iterator[Finding]:
+    from lippmann.terminal.extras import how_to_install
+
     for package, extra, without in _EXTRAS:
         if importlib.util.find_spec(package) is None:
-            message = f"{package} is not installed, so {without}; `pip install 'lippmann[{extra}]'` installs it"
+            message = f"{package} is not installed, so {without}; `{how_to_install(extra)}` installs it"
             yield Finding(Check.PACKAGES, Level.NOTE, message)

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from decimal import Decimal
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lippmann.untrusted.shown import shown
+
+if TYPE_CHECKING:
+    from pydantic import ValidationError
 
 _WORDS = MappingProxyType(
     {
@@ -16,10 +20,15 @@ _WORDS = MappingProxyType(
         "finite_number": "a finite number",
         "float_parsing": "a number",
         "float_type": "a number",
+        "greater_than": "a number above {gt}",
+        "greater_than_equal": "a number of at least {ge}",
         "int_from_float": "a whole number",
         "int_parsing": "a whole number",
         "int_parsing_size": "a smaller whole number",
         "int_type": "a whole number",
+        "less_than": "a number below {lt}",
+        "less_than_equal": "a number of at most {le}",
+        "json_invalid": "JSON",
         "list_type": "a list",
         "mapping_type": "an object",
         "missing": "a value",
@@ -51,8 +60,10 @@ def expected_words(item: Mapping[str, Any]) -> str:
 
     >>> expected_words({"type": "string_too_short", "msg": "String should ...", "ctx": {"min_length": 1}})
     'text of at least 1 character'
+    >>> expected_words({"type": "greater_than_equal", "msg": "Input should ...", "ctx": {"ge": 1e-6}})
+    'a number of at least 0.000001'
     """
-    context = item.get("ctx", {})
+    context: dict[str, Any] = {name: _plain(value) for name, value in item.get("ctx", {}).items()}
     pattern = _PATTERNS.get(context.get("pattern", ""))
     if pattern is not None:
         return pattern
@@ -63,6 +74,18 @@ def expected_words(item: Mapping[str, Any]) -> str:
     for prefix in ("Input should be ", "Value should be "):
         text = text.removeprefix(prefix)
     return text
+
+
+def first_problem(error: ValidationError) -> str:
+    """Return the first problem of an error of pydantic, such as `pitch_mm: expected a number above 0, got -1`."""
+    item: Any = error.errors()[0]
+    field = ".".join(map(str, item["loc"])) or "(whole)"
+    return f"{field}: expected {expected_words(item)}, got {got_words(item['input'])}"
+
+
+def _plain(value: object) -> object:
+    """Return a limit without an exponent, as people write it."""
+    return f"{Decimal(str(value)).normalize():f}" if isinstance(value, int | float) else value
 
 
 def got_words(value: object) -> str:

@@ -40,7 +40,7 @@ class AnimationIni:
     include: tuple[str, ...]
     """The folders beside the scene on the library path."""
     notes: tuple[str, ...]
-    """What is in the .ini and not in these fields."""
+    """The settings of the .ini that are not in these fields."""
 
 
 def animation_ini(scene: Path) -> AnimationIni | None:

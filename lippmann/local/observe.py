@@ -1,4 +1,4 @@
-"""What an eye, two eyes or a moving eye see of a display, written as PNG or MP4."""
+"""The view of an eye, two eyes or a moving eye of a display, written as PNG or MP4."""
 
 from __future__ import annotations
 

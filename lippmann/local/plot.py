@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from lippmann.errors import LippmannError
+from lippmann.terminal.extras import how_to_install
 
 SIZE_IN = (8.0, 5.4)
 DPI = 120
@@ -24,7 +25,7 @@ def check_plots() -> None:
         If it is not.
     """
     if find_spec("matplotlib") is None:
-        raise LippmannError("expected matplotlib for plots, got none; pip install 'lippmann[plots]'")
+        raise LippmannError(f"expected matplotlib for plots, got none; {how_to_install('plots')}")
 
 
 @contextmanager

@@ -31,7 +31,7 @@ _SAYS_UTF8 = 0x800
 _METHODS = frozenset({zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED})
 _CHUNK = 64 * 1024
 _FAULTS = (zipfile.BadZipFile, zlib.error, struct.error, EOFError, OSError, ValueError, OverflowError, RuntimeError)
-"""What `zipfile` raises for damaged or unusual files; NotImplementedError is a RuntimeError."""
+"""The errors of `zipfile` for damaged or unusual files; NotImplementedError is a RuntimeError."""
 
 
 class Archive:

@@ -28,7 +28,7 @@ _SMALL_STAGE = 100
 
 @dataclass(frozen=True)
 class Outlook:
-    """What decides how long things wait and is not in the database."""
+    """The facts that decide how long things wait and are not in the database."""
 
     now_s: float
     settings: Settings

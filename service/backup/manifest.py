@@ -9,6 +9,7 @@ from typing import Literal
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from lippmann.errors import BadInput
+from lippmann.job.problem_words import first_problem
 
 MANIFEST = "manifest.json"
 DIGEST = "manifest.json.sha256"
@@ -53,7 +54,7 @@ class ArtifactPart(BaseModel):
 
 
 class Manifest(BaseModel):
-    """What a backup holds."""
+    """The content of a backup."""
 
     model_config = _FROZEN
 
@@ -104,7 +105,7 @@ def read_manifest(backup: Path) -> Manifest:
     try:
         manifest = Manifest.model_validate_json(data)
     except ValidationError as error:
-        raise BackupBroken(f"{path}: expected the manifest of a backup, got {error.errors()[0]['msg']}") from error
+        raise BackupBroken(f"{path}: {first_problem(error)}") from error
     if manifest.version != VERSION:
         raise BadInput(f"{backup}: expected a backup of format {VERSION}, got format {manifest.version}")
     return manifest

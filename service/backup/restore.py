@@ -20,12 +20,12 @@ from service.db.engine import Database
 from service.db.migrations import alembic_config, revisions
 
 _ALLOWED = frozenset({"farm.lock"})
-"""What a data folder may hold before a restore: the lock, which `lippmann up` leaves."""
+"""The files that a data folder may hold before a restore: the lock, which `lippmann up` leaves."""
 
 
 @dataclass(frozen=True)
 class Restored:
-    """What a restore did."""
+    """The result of a restore."""
 
     manifest: Manifest
     revision: str

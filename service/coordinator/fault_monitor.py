@@ -52,7 +52,7 @@ class FaultMonitor:
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """What prevents all work of the farm, first cause first; nothing is dispatched meanwhile."""
+        """The causes that prevent all work of the farm, first cause first; nothing is dispatched meanwhile."""
         return self._faults or ()
 
     def poke(self) -> None:

@@ -25,7 +25,7 @@ ROUNDS = 2
 
 @dataclass(frozen=True)
 class Sighting:
-    """What the broker says at one moment."""
+    """The knowledge of the broker at one moment."""
 
     live_s: float
     """The clock of `service.coordinator.liveness`, which stands still in every doubt."""

@@ -61,7 +61,7 @@ class Fault:
     job_id: str
     worker: str
     prevention: Prevention | None = None
-    """What prevented the work; None if the task failed for another reason, which only counts."""
+    """The cause that prevented the work; None if the task failed for another reason, which only counts."""
 
 
 def fail_attempt(

@@ -303,7 +303,7 @@ class CoordinatorRow(Base):
     stream_position: Mapped[str] = mapped_column(String(64), default="0-0")
     idle_s: Mapped[float] = mapped_column(default=0.0)
     faults: Mapped[list[dict[str, Any]] | None] = mapped_column(JSON(none_as_null=True))
-    """What prevents all work of the farm now, first cause first; see `service.schemas.farm.Fault`."""
+    """The causes that prevent all work of the farm now, first cause first; see `service.schemas.farm.Fault`."""
     store_id: Mapped[str | None] = mapped_column(String(64))
     """The id of the farm's artifact store; None before its first start, and after a restore without artifacts."""
     dropped: Mapped[dict[str, Any] | None] = mapped_column(JSON(none_as_null=True))

@@ -23,7 +23,7 @@ from service.doctor.usage_checks import check_usage
 from service.settings import Settings
 
 _UNREADABLE = frozenset({Check.INTEGRITY, Check.FOREIGN_KEYS, Check.SCHEMA, Check.STATUS_DOMAIN})
-"""What prevents any further examination."""
+"""The checks whose findings prevent any further examination."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,12 @@ class Patient:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What was found, and what was repaired."""
+    """The findings, and the repairs."""
 
     findings: tuple[Finding, ...]
-    """What is wrong now, after the repair if there was one."""
+    """The findings now, after the repair if there was one."""
     repaired: tuple[Finding, ...] = ()
-    """What was wrong before and is not any more."""
+    """The findings of before the repair that are gone."""
 
     @property
     def is_healthy(self) -> bool:

@@ -22,7 +22,7 @@ _PAGE = 500
 
 @dataclass
 class Counts:
-    """What the tasks of a job count to."""
+    """The counts of the tasks of a job."""
 
     statuses: Counter[TaskStatus] = field(default_factory=Counter)
     total_px: int = 0

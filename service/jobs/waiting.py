@@ -39,13 +39,13 @@ _PREPARATIONS: Mapping[BackgroundJob | None, WaitCode] = {
 
 @dataclass(frozen=True)
 class FarmState:
-    """What decides which tasks are dispatched next."""
+    """The facts that decide which tasks are dispatched next."""
 
     now_s: float
     settings: Settings
     has_leader: bool
     faults: tuple[Fault, ...]
-    """What prevents all work of the farm, first cause first."""
+    """The causes that prevent all work of the farm, first cause first."""
     roster: Roster | None
     """The workers that are online; None if the broker does not answer."""
     line: tuple[Claim, ...] = ()
@@ -78,7 +78,7 @@ class FarmState:
 
 @dataclass(frozen=True)
 class JobState:
-    """What a page of jobs or tasks knows of one job besides its row."""
+    """The facts about one job that a page of jobs or tasks has besides its row."""
 
     row: Job
     avoided: Collection[str] = ()

@@ -27,7 +27,7 @@ class Role(StrEnum):
 
 
 class KeyLimits(Answer):
-    """What a key may ask for and have at once, if that is less than the farm allows; null for the limit of the farm."""
+    """The limits of a key that are lower than those of the farm; null for the limit of the farm."""
 
     memory_mb: int | None = Field(default=None, ge=128)
     """The largest `render.memory_mb` of a job."""
@@ -187,7 +187,7 @@ class AuditEntry(Answer):
     subject: str
     """The job, the scene, the key or the browser session that was changed."""
     detail: str
-    """What the subject became, such as `priority 80`; empty if the action says it all."""
+    """The new state of the subject, such as `priority 80`; empty if the action says it all."""
     address: str
     """The address from which the request came."""
     request_id: str

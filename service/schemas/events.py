@@ -76,7 +76,7 @@ class Reset(Answer):
     """The data of a `reset` event: events between the last one and this one are no longer stored."""
 
     reason: str
-    """What to do: the client reads anew what it shows."""
+    """The advice for the client: it reads anew what it shows."""
 
 
 class JobEvent(Answer):

@@ -78,8 +78,8 @@ class Health(Answer):
     sandboxes: tuple[str, ...] | None = None
     """The kinds of sandboxes of the workers that are online; null without a key, and if the broker does not answer."""
     faults: tuple[Fault, ...] = ()
-    """What prevents work now, first cause first; empty without a key. The farm has paused its running jobs until all
-    of them are gone."""
+    """The causes that prevent work now, first cause first; empty without a key. The farm has paused its running jobs
+    until all of them are gone."""
     dropped: DroppedMessages | None = None
     """The messages that the coordinator and the workers refused; null unless an admin asks, and without a database."""
 

@@ -11,14 +11,14 @@ class UsageItem(Answer):
     name: str
     """The name of the limit, as in `limits` of a key."""
     used: float | None
-    """What the owner has now; null for a limit of a single job, and for `picture_s_per_minute`."""
+    """The amount that the owner has now; null for a limit of a single job, and for `picture_s_per_minute`."""
     limit: float
     source: str
     """Who sets the limit: a setting of the farm, or the key of the request if that is lower."""
 
 
 class Usage(Answer):
-    """What the owner of the key of the request uses, and the limits of that key."""
+    """The use of the farm by the owner of the key of the request, and the limits of that key."""
 
     owner_id: str
     items: tuple[UsageItem, ...]

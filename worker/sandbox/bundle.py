@@ -43,7 +43,7 @@ class CheckedBundle:
     poster: bytes | None
     """PNG."""
     notes: tuple[str, ...] = ()
-    """What the zip contains that is not in the bundle."""
+    """The names in the zip that are not in the bundle."""
 
 
 def pack_folder(folder: Path, *, manifest: bytes | None = None) -> bytes:

@@ -69,7 +69,7 @@ class Sandbox:
             if not self.allow_none:
                 raise SandboxMissing(
                     "expected a worker with a sandbox for an uploaded scene, got one without: it renders only the "
-                    "scenes that come with the project"
+                    "built-in scenes"
                 )
             return ["setpriv", "--pdeathsig", "KILL", "--no-new-privs", "--", *limited(argv, limits, processes=None)]
         user = own_user(writable)

@@ -1,4 +1,4 @@
-"""What a worker does when one of its pool processes died: report the attempt in its name, and remove its files."""
+"""The end of a pool process that died: its worker reports the attempt in its name, and removes its files."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ class Workplace:
     def sandbox_for(self, digest: str) -> Sandbox:
         """Return the sandbox for a scene bundle: the mode `none` refuses it unless it is built in or one's own.
 
-        The digest names the content, so an uploaded scene cannot pass for one that comes with the project.
+        The digest names the content, so an uploaded scene cannot pass for a built-in one.
         """
         return replace(self.sandbox, allow_none=self.own_files or digest in builtin_digests())
 
@@ -111,7 +111,7 @@ class Workplace:
 
 @cache
 def builtin_digests() -> frozenset[str]:
-    """Return the digests of the bundles of the scenes that come with the project."""
+    """Return the digests of the bundles of the built-in scenes."""
     return frozenset(digest_of(pack_folder(folder)) for folder in scene_folders().values())
 
 

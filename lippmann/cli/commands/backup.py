@@ -63,7 +63,7 @@ def restore(
     *,
     output: Output,
 ) -> None:
-    """Restore a backup into an empty data folder, and into an empty database if LIPPMANN_DATABASE_URL names one."""
+    """Restore a backup into an empty data folder. LIPPMANN_DATABASE_URL names the database if it is not there."""
     from lippmann.farm.supervisor.folder import data_folder
     from lippmann.private_files import keep_private
     from service.backup.restore import check_backup, check_folder, restore_backup

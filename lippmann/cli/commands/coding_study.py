@@ -25,7 +25,8 @@ def coding_study(
     ] = "x264,x265,svtav1",
     qp: Annotated[str, typer.Option(help="The quantization parameters, separated by commas.")] = "22,27,32,37",
     arrange: Annotated[
-        str, typer.Option(help="The arrangements to code, separated by commas: whole integral images, or their views.")
+        str,
+        typer.Option(help="The arrangements to code, separated by commas: sheets (whole integral images) and views."),
     ] = "sheets,views",
     chroma: Annotated[Literal["4:2:0", "4:4:4"], typer.Option(help="The chroma subsampling.")] = "4:2:0",
     intra: Annotated[bool, typer.Option("--intra", help="Code every frame independently.")] = False,
@@ -33,12 +34,12 @@ def coding_study(
         float,
         typer.Option(min=0.001, help="The frames per second of a folder of masters. A job has its own frame rate."),
     ] = 8.0,
-    out: Annotated[Path, typer.Option(help="The folder for the numbers and the plot.")] = Path("out/coding-study"),
+    out: Annotated[Path, typer.Option(help="The folder to write to.")] = Path("out/coding-study"),
     *,
     output: Output,
     connection: Connection,
 ) -> None:
-    """Code an integral video with several codecs and quantizers, and measure the distortion of its views."""
+    """Measure what codecs preserve of an integral video. It is coded with several codecs and quantizers."""
     from lippmann.local.codec_rates import ARRANGEMENTS, ENCODERS
     from lippmann.local.coding_study import StudyOptions, run_study, study_data
     from lippmann.local.files.job_masters import job_masters

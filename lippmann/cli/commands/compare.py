@@ -26,12 +26,12 @@ def compare(
     lens_count: LensCount = None,
     linear: Annotated[
         bool,
-        typer.Option("--linear", help="The pixels of PNG files are linear light and not sRGB, whatever the files say."),
+        typer.Option("--linear", help="Read the codes of the pictures as linear light, whatever the files say."),
     ] = False,
     *,
     output: Output,
 ) -> None:
-    """Compare two orthoscopic integral images: PSNR and SSIM of the whole image and of its views."""
+    """Compare two integral images by PSNR and SSIM. The whole images and their views are compared."""
     from lippmann.cli.option_values import count_of, layout_of
     from lippmann.cli.text.compare import compared_data, compared_text
     from lippmann.local.compare import compare_files, notes_of

@@ -46,7 +46,7 @@ def depth(
     output: Output,
     connection: Connection,
 ) -> None:
-    """Compute the depth map of a view, and compare the estimate with the ground truth if there is one."""
+    """Compute the depth map of a view. An estimate is compared with the ground truth if there is one."""
     from lippmann.cli.option_values import range_of
     from lippmann.local.depth import write_depth
     from lippmann.local.files.open_master import open_master

@@ -32,7 +32,7 @@ def design(
     *,
     output: Output,
 ) -> None:
-    """Compute what a job will produce, without rendering: image, views, display, depth budget and cost."""
+    """Compute what a job will give, without rendering. It is about image, views, display, depth and cost."""
     from lippmann.cli.text.design import design_text
     from lippmann.local.design import design_sheet
     from lippmann.local.files.writable import check_writable
@@ -68,7 +68,7 @@ def calibration_sheet(
     *,
     output: Output,
 ) -> None:
-    """Write a sheet of line strips that shows the true pitch of an array on a printer: one strip looks uniform."""
+    """Write a sheet that shows the true pitch of an array. Under the array, one of its printed strips looks even."""
     from lippmann.local.calibration_sheet import write_calibration_sheet
 
     options = {"dpi": dpi, "pitch_um": pitch_um, "range_percent": range_percent, "steps": steps, "length_mm": length_mm}

@@ -16,14 +16,12 @@ def docs(
         typer.Argument(help="The page to open, for example `printing`. The default is the table of contents."),
     ] = None,
     list_all: Annotated[bool, typer.Option("--list", help="List the pages.")] = False,
-    out: Annotated[
-        Path | None, typer.Option(help="The folder to write the pages to. The default is in your cache.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="The folder to write to. The default is in your cache.")] = None,
     no_open: Annotated[bool, typer.Option("--no-open", help="Write the pages without opening a browser.")] = False,
     *,
     output: Output,
 ) -> None:
-    """Open this documentation in a browser. It comes with the package and needs no network."""
+    """Open the documentation in a browser, without the network. It comes with the package."""
     from lippmann.documentation.pages import INDEX, docs_folder, find_page, list_pages
     from lippmann.documentation.site import page_file, site_folder, write_site
     from lippmann.terminal.table import table

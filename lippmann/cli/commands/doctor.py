@@ -41,7 +41,9 @@ def doctor(
     *,
     output: Output,
 ) -> None:
-    """Examine this machine, and the database, the store and the settings of a farm, also while it runs.
+    """Examine this machine and a farm, and repair the farm.
+
+    Of a farm, the database, the store and the settings are examined, also while it runs.
 
     Without a farm, only the machine is examined: what it has, what it lacks, and how to get that. LIPPMANN_DATABASE_URL
     names the database if it is not in the data folder. The exit code is 0 when nothing is wrong, and 1 when there are

@@ -24,7 +24,7 @@ def export(
         list[str],
         typer.Argument(
             metavar="OUTPUT...",
-            help='The outputs as in docs/outputs.md, for example quilt.png, views.webm or \'{"kind": "epi"}\'.',
+            help='The outputs (`lippmann docs outputs`), for example quilt.png, views.webm or \'{"kind": "epi"}\'.',
         ),
     ],
     out: OutputFolder = Path("out"),

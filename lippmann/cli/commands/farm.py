@@ -49,7 +49,7 @@ def up(
     *,
     output: Output,
 ) -> None:
-    """Start a farm on this machine: broker, service and workers. Ctrl-C stops it, and the next start continues."""
+    """Start a farm on this machine: broker, service and worker. Ctrl-C stops it, and the next start continues."""
     from lippmann.farm.supervisor.plan import FarmPlan
 
     renders = _may_render(output)
@@ -71,7 +71,7 @@ def demo(
     *,
     output: Output,
 ) -> None:
-    """Render the integral video of the paper on this machine: start a farm, run a job and fetch its files."""
+    """Render the integral video of the paper on this machine. A farm starts, runs the job and ends."""
     from lippmann.client import Client
     from lippmann.client.fetch_record import check_folder
     from lippmann.farm.demo import demo_data, demo_text, run_demo
@@ -144,7 +144,7 @@ def worker(data_dir: DataDir = DATA_DIR, slots: Slots = None, *, output: Output)
 
 
 def workers(output: Output, connection: Connection) -> None:
-    """List the workers that are online, and name those that take no orders."""
+    """List the workers that are online. Those that take no orders are named."""
     import time
 
     from lippmann.cli.text.farm import worker_table, workers_data
@@ -158,7 +158,7 @@ def workers(output: Output, connection: Connection) -> None:
 
 
 def status(output: Output, connection: Connection) -> None:
-    """Show the state of the farm in some lines: health, workers, space and open jobs.
+    """Show health, workers, space and open jobs of the farm.
 
     The exit code is 0 when everything works, and 1 when something does not.
     """
@@ -239,11 +239,12 @@ def _stay_up(farm: Farm, data_dir: Path, output: Output, *, open_browser: bool =
 
 def _print_address(farm: Farm, data_dir: Path, output: Output) -> None:
     from lippmann.client import Client
+    from lippmann.terminal.progress import time_text
 
     with Client(farm.address.url, farm.address.key) as client:
         link = client.login_link()
     data = {"url": farm.address.url, "login_url": link.url, "data_dir": str(data_dir.resolve()), "pid": os.getpid()}
-    until = link.expires_at.astimezone().strftime("%H:%M")
+    until = time_text(link.expires_at)
     text = "\n".join(
         [
             "Lippmann is up.",

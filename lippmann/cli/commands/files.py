@@ -81,7 +81,7 @@ def link(
     output: Output,
     connection: Connection,
 ) -> None:
-    """Create a link with which anybody downloads one file of a job without a key, until the link expires."""
+    """Create a link to one file of a job. Anybody can download the file without a key until the link expires."""
     with connection.client() as client:
         made = client.artifact_link(job_id, artifact, expires_in_s=None if hours is None else hours * 3600)
     output.note(f"The link is valid until {time_text(made.expires_at)}:")

@@ -68,7 +68,7 @@ def import_sheets(
     pitch_mm: Annotated[float | None, typer.Option(help="The pitch of the lenses, mm.")] = None,
     focal_length_mm: Annotated[float | None, typer.Option(help="The focal length of the lenses, mm.")] = None,
     linear: Annotated[
-        bool, typer.Option("--linear", help="The codes of the pictures are linear light, whatever the files say.")
+        bool, typer.Option("--linear", help="Read the codes of the pictures as linear light, whatever the files say.")
     ] = False,
     white_level: Annotated[
         int | None, typer.Option(help="The code of white, as 4095 of 12 bits that are stored in 16.", min=1, max=65_535)
@@ -86,15 +86,15 @@ def import_sheets(
     ] = None,
     view_names: Annotated[
         Literal["column_row", "row_column"] | None,
-        typer.Option(help="What two numbers in the names of views are. JPEG Pleno has column_row."),
+        typer.Option(help="The order of the two numbers in the names of views. JPEG Pleno has column_row."),
     ] = None,
     bundle: Annotated[
-        Path | None, typer.Option(help="Also write a scene bundle for a job, for `lippmann scenes upload`.")
+        Path | None, typer.Option(help="The folder for a scene bundle, which `lippmann scenes upload` takes for a job.")
     ] = None,
     *,
     output: Output,
 ) -> None:
-    """Import integral images from elsewhere: rectify them, and write an orthoscopic master and all views."""
+    """Import integral images from elsewhere. They become orthoscopic masters, with all their views."""
     from lippmann.cli.option_values import count_of, first_lens_of
     from lippmann.local.files.source_pictures import Decoding
     from lippmann.local.import_bundle import geometry_data

@@ -37,7 +37,7 @@ def retry(job_ids: JobIds, output: Output, connection: Connection) -> None:
 
 
 def repair(job_ids: JobIds, output: Output, connection: Connection) -> None:
-    """Verify every file of ended jobs, and make the missing and damaged ones again."""
+    """Make missing and damaged files of ended jobs again. Every file is verified first."""
     with connection.client() as client:
         act_on_each(job_ids, lambda job_id: status_of(client.repair(job_id)), output)
 
@@ -52,9 +52,9 @@ def skip(
     output: Output,
     connection: Connection,
 ) -> None:
-    """Leave frames of failed or cancelled jobs out and continue the jobs; the outputs are made without them.
+    """Leave frames of failed or cancelled jobs out. The jobs go on, and their outputs are made without these frames.
 
-    A retry of the job brings them back.
+    A retry of a job brings them back.
     """
     from lippmann.job.frames import parse_frames
 

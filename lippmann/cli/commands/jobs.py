@@ -30,13 +30,13 @@ def submit(
     ] = False,
     webhook: Annotated[
         str | None,
-        typer.Option(metavar="URL", help="A URL that gets a signed message when the job has ended (docs/webhooks.md)."),
+        typer.Option(metavar="URL", help="The URL that gets a signed message when the job has ended."),
     ] = None,
     *,
     output: Output,
     connection: Connection,
 ) -> None:
-    """Submit a job from a job file (docs/job-file.md)."""
+    """Submit a job from a job file. `lippmann docs job-file` describes its fields."""
     from lippmann.job.old_names import current_job
     from lippmann.job.spec import parse_spec
     from lippmann.local.files.job import read_job
@@ -62,7 +62,7 @@ def jobs(
     output: Output,
     connection: Connection,
 ) -> None:
-    """List the jobs, newest first, with the reason why each of them waits."""
+    """List the jobs, newest first. Each has the reason why it waits."""
     from lippmann.cli.text.jobs import job_table
 
     with connection.client() as client:
@@ -71,7 +71,7 @@ def jobs(
 
 
 def show(job_ids: JobIds, output: Output, connection: Connection) -> None:
-    """Show jobs, and why a job waits if no task of it runs."""
+    """Show jobs, and why they wait."""
     from lippmann.cli.text.jobs import job_text
 
     with connection.client() as client:
@@ -91,7 +91,7 @@ def tasks(
     output: Output,
     connection: Connection,
 ) -> None:
-    """List the tasks of a job in order, with the reason why each of them waits."""
+    """List the tasks of a job. Each has the reason why it waits or failed."""
     from lippmann.cli.text.jobs import task_table
 
     with connection.client() as client:
@@ -126,7 +126,7 @@ def logs(
     output: Output,
     connection: Connection,
 ) -> None:
-    """Print the logs of the tasks of a job, each of the latest attempt. POV-Ray's own messages are in them."""
+    """Print the logs of the tasks of a job. Each is that of the latest attempt, with the messages of POV-Ray."""
     from lippmann.cli.text.jobs import log_data, log_text
     from lippmann.client.logs import follow_logs, read_logs
 

@@ -57,7 +57,7 @@ def _limit(text: str) -> tuple[str, float]:
 @app.command("list")
 @with_context
 def list_keys(output: Output, connection: Connection) -> None:
-    """List the keys without their secrets: owner, expiry and last use."""
+    """List the keys without their secrets."""
     from lippmann.cli.text.access import key_table
 
     with connection.client() as client:
@@ -90,7 +90,7 @@ def link(output: Output, connection: Connection) -> None:
 @app.command()
 @with_context
 def usage(output: Output, connection: Connection) -> None:
-    """Show what you use of the farm, and the limits of your key; every key may ask."""
+    """Show what you use of the farm, and your limits. Every key may ask."""
     from lippmann.cli.text.access import usage_table
 
     with connection.client() as client:
@@ -101,7 +101,7 @@ def usage(output: Output, connection: Connection) -> None:
 @app.command("webhook-secret")
 @with_context
 def webhook_secret(output: Output, connection: Connection) -> None:
-    """Show the secret with which a receiver verifies the webhooks of your jobs; a submitter's key is enough."""
+    """Show the secret that verifies the webhooks of your jobs. A key of a submitter is enough."""
     with connection.client() as client:
         found = client.webhook_secret()
     output.result(found.model_dump(mode="json"), found.secret)
@@ -115,7 +115,7 @@ def audit(
     output: Output,
     connection: Connection,
 ) -> None:
-    """List the latest changes on the farm: who made which, when, and from where."""
+    """List the latest changes: who made which, when, from where."""
     from lippmann.cli.text.access import audit_table
 
     with connection.client() as client:

@@ -45,7 +45,7 @@ def lens(
     *,
     output: Output,
 ) -> None:
-    """Show an imaging lens: its surfaces, focal length, f-number and spots. With --json it is ready for a job."""
+    """Show an imaging lens: surfaces, focal length and spots. With --json, its prescription is ready for a job."""
     from lippmann.cli.text.lens import lens_list, lens_text
     from lippmann.optics.lens.field_spots import field_spots
     from lippmann.optics.lens.prescription import lens_of

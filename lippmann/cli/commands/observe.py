@@ -1,4 +1,4 @@
-"""What an observer sees of a display."""
+"""The view of an observer of a display."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def observe(
     output: Output,
     connection: Connection,
 ) -> None:
-    """Simulate what an observer sees of a print or panel under its lenses, with pupil, pixels, gap and crosstalk."""
+    """Simulate what an eye sees of a print under its lenses. Pupil, pixels, gap and crosstalk are modelled."""
     from lippmann.cli.option_values import eye_of, part_of
     from lippmann.lightfield.observer.viewing_conditions import ViewingConditions
     from lippmann.lightfield.views.perspective import Eye

@@ -83,14 +83,12 @@ def orthoscopic(
     ] = None,
     linear: Annotated[
         bool,
-        typer.Option(
-            "--linear", help="The pixels of the PNG or TIFF are linear light and not sRGB, whatever the file says."
-        ),
+        typer.Option("--linear", help="Read the codes of the pictures as linear light, whatever the files say."),
     ] = False,
     *,
     output: Output,
 ) -> None:
-    """Convert a pseudoscopic integral image to an orthoscopic one, by half-turns of its elemental images.
+    """Make a pseudoscopic integral image orthoscopic. Every elemental image is turned by 180 degrees.
 
     The options of another display convert it for that display, by SPOC (smart pseudoscopic-to-orthoscopic conversion).
     """

@@ -12,7 +12,7 @@ from lippmann.cli.options import OutputFolder, with_context
 from lippmann.terminal.output import Output
 
 app = typer.Typer(
-    help="Repeat and measure the experiments of Athineos et al. 2006. Each command writes a figure and its numbers.",
+    help="Repeat the experiments of Athineos et al. 2006. Each command writes a figure and its numbers.",
     no_args_is_help=True,
 )
 
@@ -26,14 +26,14 @@ Camera = Annotated[
 ]
 
 FIGURES = {
-    "fig3": "Make a sample capture with the square array, and an enlarged part of it.",
-    "fig4": "Make a sample capture with the hexagonal array, and an enlarged part of it.",
+    "fig3": "Make a sample capture with the square array. A part is enlarged.",
+    "fig4": "Make a sample capture with the hexagonal array. A part is enlarged.",
     "fig5": "Show the scene and its image behind the imaging lens.",
-    "fig7": "Capture with four positions of the array, from real to virtual, and measure the depths.",
+    "fig7": "Capture with four positions of the array, and measure the depths.",
     "fig8": "Measure rendering time against pixels per lens.",
-    "fig9": "Measure rendering time against the antialiasing threshold, with both sampling methods.",
+    "fig9": "Measure rendering time against the antialiasing threshold.",
     "fig10": "Make two successive frames of an integral video.",
-    "fig11": "Make the 16 views of these frames, and the movie of all views.",
+    "fig11": "Make the 16 views of these frames, and the video of all views.",
 }
 
 

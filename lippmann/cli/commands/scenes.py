@@ -87,7 +87,7 @@ def init(
     *,
     output: Output,
 ) -> None:
-    """Write a scene.toml beside a scene, from the scene's own camera."""
+    """Write a scene.toml from the camera of a .pov file. It lies beside the file and gives its reasons as comments."""
     from lippmann.local.scene_init import init_scene
 
     made = init_scene(file)
@@ -111,7 +111,7 @@ def capture(
     *,
     output: Output,
 ) -> None:
-    """Render one frame on this machine, without a farm, with the same code as a worker."""
+    """Render one frame on this machine, without a farm. The pixels are those of a farm."""
     from lippmann.local.capture import capture
 
     captured = capture(scene, job_file, overrides or (), frame=frame, out=out)

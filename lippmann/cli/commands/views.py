@@ -53,7 +53,7 @@ def view(
     output: Output,
     connection: Connection,
 ) -> None:
-    """Extract one view of an integral image, or compute what an eye sees of it."""
+    """Extract a view, or compute what an eye sees. `lippmann observe` also models pupil, lenses and gap."""
     from lippmann.cli.option_values import eye_of
     from lippmann.local.files.open_master import open_master
     from lippmann.local.files.picture_size import PictureSize
@@ -117,7 +117,7 @@ def refocus(
     output: Output,
     connection: Connection,
 ) -> None:
-    """Refocus an integral image at one depth, as a focal stack, or all in focus."""
+    """Refocus at one depth, as a focal stack, or all in focus."""
     from lippmann.cli.option_values import depths_of
     from lippmann.local.files.open_master import open_master
     from lippmann.local.files.picture_size import PictureSize

@@ -47,13 +47,13 @@ def fig10(request: FigureRequest) -> FigureResult:
 
 
 def fig11(request: FigureRequest) -> FigureResult:
-    """Make the 16 views of a row of two frames, six of them large, and the movie of all successive views."""
+    """Make the 16 views of a row of two frames, six of them large, and the video of all successive views."""
     spec = settings.video(frames=FRAMES, quick=request.quick, camera=request.camera)
     with prepared(spec, request) as job:
         cpu_s = job.render(request.report)
-        figure, sheet, movie = request.file(".png"), request.file("-16-views.png"), request.file(".mp4")
+        figure, sheet, video = request.file(".png"), request.file("-16-views.png"), request.file(".mp4")
         views = [_row_of_views(job, frame) for frame in (1, 2)]
-        job.video("views.mp4", movie)
+        job.video("views.mp4", video)
         n = job.layout.px_per_lens
     six = [0, n // 2, n - 1]
     write_panels(figure, [_six(row, six, start) for row, start in zip(views, (0, 3), strict=True)])
@@ -73,11 +73,11 @@ def fig11(request: FigureRequest) -> FigureResult:
     }
     rows, cols = views[0][0].shape[:2]
     text = (
-        f"{2 * n} views of {cols} x {rows} px in a row of two frames, {2 * n * n} in the movie;"
+        f"{2 * n} views of {cols} x {rows} px in a row of two frames, {2 * n * n} in the video;"
         f" from one view to the next they differ by {steps['to_the_next_view']:.3f} of white on average,"
         f" from one frame to the next by {steps['to_the_next_frame']:.3f}"
     )
-    return FigureResult(files=(figure, sheet, movie), settings=settings.job_data(spec), measured=measured, text=text)
+    return FigureResult(files=(figure, sheet, video), settings=settings.job_data(spec), measured=measured, text=text)
 
 
 def _wholes(first: Light, second: Light) -> list[Panel]:

@@ -1,4 +1,4 @@
-"""What workers report over Redis: events on one stream, the presence of a worker, and the lease of an attempt.
+"""The reports of workers over Redis: events on one stream, the presence of a worker, and the lease of an attempt.
 
 The stop signal of an attempt travels in the other direction and has its place here, beside the lease.
 

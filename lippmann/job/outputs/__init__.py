@@ -1,4 +1,4 @@
-"""What a job may ask for beside its masters: one model with its options for each kind of output.
+"""The outputs that a job may ask for beside its masters: one model with its options for each kind of output.
 
 output      the base of all kinds, and the registry of the kinds
 choice      all kinds as one field of a job, and their short spelling: `views.mp4`

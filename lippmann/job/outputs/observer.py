@@ -1,4 +1,4 @@
-"""What an observer of the display sees: as a clip, and as a picture of every frame."""
+"""The view of an observer of the display: as a clip, and as a picture of every frame."""
 
 from __future__ import annotations
 
@@ -104,7 +104,7 @@ class ObserverVideo(ObserverOptions, ClipOptions, VideoOptions):
 
 @output_kind
 class ObserverPictures(ObserverOptions):
-    """What an observer sees of every frame from one place, as PNG."""
+    """The view of an observer of every frame from one place, as PNG."""
 
     SPELLINGS: ClassVar[Mapping[str, Mapping[str, Any]]] = {".png": {}}
 

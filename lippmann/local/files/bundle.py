@@ -1,4 +1,4 @@
-"""Scene bundles from disk: a folder, a zip, or the name of an included scene."""
+"""Scene bundles from disk: a folder, a zip, or the name of a built-in scene."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def read_bundle(path: Path) -> bytes:
 
 
 def find_bundle(scene: str) -> tuple[str, bytes]:
-    """Return the name and the bundle of an included scene, or of a folder or zip.
+    """Return the name and the bundle of a built-in scene, or of a folder or zip.
 
     Raises
     ------

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from pydantic import ValidationError
 
 from lippmann.errors import ArtifactBroken, BadInput, LayoutError
+from lippmann.job.problem_words import first_problem
 from lippmann.job.rig import Rig
 from lippmann.job.stage import Stage
 from lippmann.lattice.layout import CellLayout
@@ -143,7 +144,7 @@ def rig_in(path: Path) -> Rig | None:
     try:
         return None if text is None else Rig.model_validate_json(text)
     except ValidationError as error:
-        raise BadInput(f"{path}: expected a rig in the header, got {error.errors()[0]['msg']}") from error
+        raise BadInput(f"{path}: the rig in the header: {first_problem(error)}") from error
 
 
 def stage_in(path: Path) -> Stage | None:
@@ -158,7 +159,7 @@ def stage_in(path: Path) -> Stage | None:
     try:
         return None if text is None else Stage.model_validate_json(text)
     except ValidationError as error:
-        raise BadInput(f"{path}: expected a stage in the header, got {error.errors()[0]['msg']}") from error
+        raise BadInput(f"{path}: the stage in the header: {first_problem(error)}") from error
 
 
 @contextmanager

@@ -68,7 +68,7 @@ def with_semi_apertures(rows: Sequence[Row], system: System, *, words: str) -> t
     for row in rows:
         if row.surface.get("index", 1.0) != 1.0 and row.surface["thickness_mm"] < 0:
             got = f"{row.surface['thickness_mm']:g}"
-            raise wrong(f"{row.place}, thickness_mm", "glass of a thickness greater than or equal to 0", got)
+            raise wrong(f"{row.place}, thickness_mm", "glass of a thickness of at least 0", got)
     with np.errstate(all="ignore"):
         heights_mm, lost = _heights_mm(rows, system, first)
     filled = list(rows)

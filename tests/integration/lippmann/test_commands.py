@@ -169,7 +169,7 @@ def test_fields_that_are_wrong_are_named_with_and_without_the_service(farm: Up) 
     here = _run(farm, "submit", "-", "--set", "rig.px_per_lens=1", given=json.dumps(SMALL))
     there = _run(farm, "submit", "-", "--set", "parameters.nonsense=1", given=json.dumps(SMALL))
     assert (here.returncode, there.returncode) == (2, 2)
-    assert "rig.px_per_lens: expected greater than or equal to 2, got 1" in here.stderr
+    assert "rig.px_per_lens: expected a number of at least 2, got 1" in here.stderr
     assert "parameters.nonsense: expected" in there.stderr
 
 

@@ -124,6 +124,31 @@ def test_every_setting_is_documented_and_no_other(heading: str, settings: type[B
     assert set(re.findall(r"LIPPMANN_(\w+)`", section)) == {name.upper() for name in settings.model_fields}
 
 
+@pytest.mark.parametrize(("heading", "settings"), [("The service", Settings), ("A worker", WorkerSettings)])
+def test_the_documented_defaults_of_the_settings_are_those_of_the_code(heading: str, settings: type[BaseModel]) -> None:
+    section = (DOCS / "settings.md").read_text().split(f"## {heading}\n")[1].split("\n## ")[0]
+    documented = dict(re.findall(r"^\| `LIPPMANN_(\w+)` \| .* \| ([^|]*?)(?: \(\d+ \w+\))? \|$", section, re.MULTILINE))
+    for name, field in settings.model_fields.items():
+        if field.default_factory is None and field.default is not None:
+            assert is_default(documented[name.upper()], field.default), name
+
+
+def is_default(documented: str, value: object) -> bool:
+    if isinstance(value, bool):
+        return documented == str(value).lower()
+    return float(documented) == value if isinstance(value, float) else documented == (str(value) or "-")
+
+
+def test_every_variable_of_the_command_is_documented_with_its_option_and_no_other() -> None:
+    section = (DOCS / "settings.md").read_text().split("## The command\n")[1].split("\n## ")[0]
+    read, commands = set(), [typer.main.get_group(app)]
+    while commands:
+        command = commands.pop()
+        commands += getattr(command, "commands", {}).values()
+        read |= {(one.envvar, one.opts[0]) for one in command.params if one.envvar}
+    assert set(re.findall(r"^\| `(\w+)` \| `([-\w]+)` \|", section, re.MULTILINE)) == read
+
+
 def test_every_check_of_the_doctor_is_documented_and_no_other() -> None:
     rows = [row for row in rows_of("operations.md") if len(row) == 4 and row[0].startswith("`")]
     assert {row[0].strip("`") for row in rows} == set(Check)
@@ -133,8 +158,21 @@ def test_every_command_in_a_block_of_code_is_one_that_lippmann_has() -> None:
     commands = set(typer.main.get_group(app).commands)
     for page in PAGES:
         for block in re.findall(r"```[a-z]*\n(.*?)```", page.read_text(), re.DOTALL):
-            for word in re.findall(r"^\s*(?:\$ )?lippmann ([a-z-]+)", block, re.MULTILINE):
+            for word in re.findall(r"^\s*(?:\$ )?lippmann ([a-z][a-z-]*)", block, re.MULTILINE):
                 assert word in commands, f"{page.name}: lippmann {word}"
+
+
+def test_every_option_of_a_command_in_the_docs_is_one_that_it_has() -> None:
+    for page in PAGES:
+        for line in re.findall(
+            r"(?:^|`)\s*(lippmann [a-z][^`\n]*)", page.read_text().replace("\\\n", " "), re.MULTILINE
+        ):
+            command, words = typer.main.get_group(app), line.partition("#")[0].split()[1:]
+            while words and (inner := getattr(command, "commands", {}).get(words[0])) is not None:
+                command, words = inner, words[1:]
+            known = {option for one in command.params for option in (*one.opts, *one.secondary_opts)}
+            given = {word.partition("=")[0] for word in words if re.match(r"--\w", word)}
+            assert given <= known | {"--help"}, f"{page.name}: {line}"
 
 
 def test_every_make_target_in_the_docs_is_in_the_makefile() -> None:

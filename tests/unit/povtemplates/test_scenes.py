@@ -1,4 +1,4 @@
-"""The scenes that come with the project."""
+"""The built-in scenes."""
 
 from __future__ import annotations
 

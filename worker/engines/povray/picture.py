@@ -1,4 +1,4 @@
-"""What a picture of POV-Ray may be, read from its header before anything decodes it.
+"""The kinds of pictures that POV-Ray may make, read from its header before anything decodes it.
 
 A scene may have taken POV-Ray over, so its picture is untrusted. It has to be what POV-Ray writes for this command and
 nothing else: one kind of pixels, one compression, the size that was asked for. Only such a file is decoded.

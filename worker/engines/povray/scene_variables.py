@@ -1,4 +1,4 @@
-"""What the files of a scene name: clock, variables of an animation, time of day, chance, files that they write."""
+"""The names in the files of a scene: clock, variables of an animation, time of day, chance, files that they write."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _CHANCE = re.compile(
     rb"\b(?:crand|jitter|media|photons|radiosity|subsurface)\b"
     rb'|(?i:\b(?:rad_def|stage1|stoneold|stones[12]?|textures)(?:\.inc)?")'
 )
-"""What POV-Ray samples at random, each thread with numbers of its own, or an include of POV-Ray that has it."""
+"""Features that POV-Ray samples at random, each thread with numbers of its own, or an include that has one of them."""
 _POV_FILE = re.compile(rb'\.pov"', re.IGNORECASE)
 _BEFORE_NAME = re.compile(rb'["/\\\r\n]')
 _LONGEST_NAME = 204

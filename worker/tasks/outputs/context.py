@@ -1,4 +1,4 @@
-"""What the maker of an output receives: the frames, a scratch folder, the store and the progress monitor."""
+"""The context of the maker of an output: the frames, a scratch folder, the store and the progress monitor."""
 
 from __future__ import annotations
 

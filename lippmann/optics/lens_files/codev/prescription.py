@@ -42,7 +42,7 @@ EXPECTED: Mapping[str, str] = MappingProxyType(
         **dict.fromkeys(("REX", "REY", "ELX", "ELY"), ROUND),
     }
 )
-"""What is expected in the place of commands that cannot be modelled."""
+"""The words for what is expected in the place of commands that cannot be modelled."""
 NOT_LENSES = frozenset({"REFL", "TIR"})
 SUPPORTED = "RDM DIM TIT SO S SI RDY CUY THI GLA STO CIR K A-H PRV EPD FNO NA NAO WL and fields"
 

@@ -156,8 +156,15 @@ def test_an_answer_that_is_no_problem_says_its_status() -> None:
         (["jobs", "--limits", "3"], 2, "--limit"),
         (["rm"], 2, "JOB..."),
         (["priority", "a", "b", "101"], 2, "PRIORITY"),
-        (["jobs", "--limit", "0"], 2, "--limit"),
-        (["up", "--port", "99999"], 2, "--port"),
+        (["jobs", "--limit", "0"], 2, "lippmann: --limit: expected a number of at least 1, got '0' `lippmann jobs -h`"),
+        (["up", "--port", "99999"], 2, "--port: expected a number of at most 65535, got '99999'"),
+        (["view", "a.exr", "--out", "a.png", "--u", "left"], 2, "--u: expected a whole number, got 'left'"),
+        (
+            ["jobs", "--status", "over"],
+            2,
+            "--status: expected one of queued, probing, running, paused, done, failed, cancelled, got 'over'",
+        ),
+        (["keys"], 2, "Usage: lippmann keys COMMAND ..."),
         (["demo", "--frames", "6-1"], 2, "expected a range that counts up"),
         (["submit", "nowhere.json"], 2, "expected a job file, got nowhere.json"),
         (["capture"], 2, "expected a SCENE"),
@@ -245,8 +252,8 @@ def test_json_is_the_only_thing_on_stdout(capsys: pytest.CaptureFixture[str]) ->
     assert said.err == "for people\n"
 
 
-def _raising(error: BaseException) -> Callable[[], None]:
-    def app() -> None:
+def _raising(error: BaseException) -> Callable[..., None]:
+    def app(*, standalone_mode: bool) -> None:
         raise error
 
     return app

@@ -155,10 +155,10 @@ def test_a_device_master_that_is_none_is_refused(tmp_path: Path) -> None:
         (["view", "MASTER", "--centre", "--scale", "0"], "expected a --scale above 0, got 0"),
         (["view", "MASTER", "--centre", "--scale", "1e9"], "expected a picture of at most 32768 px a side"),
         (["view", "MASTER", "--centre", "--size", "0"], "expected a --size of 1 to 32768 px, got 0"),
-        (["view", "MASTER", "--centre", "--filter", "gauss"], "'gauss' is not one of 'box', 'triangle', 'mitchell'"),
+        (["view", "MASTER", "--centre", "--filter", "gauss"], "--filter: expected one of box, triangle, mitchell, "),
         (
             ["refocus", "MASTER", "--depth-mm", "9", "--method", "magic"],
-            "'magic' is not one of 'shift_and_sum'",
+            "--method: expected one of shift_and_sum, ciir, got 'magic'",
         ),
         (["refocus", "MASTER", "--depth-mm", "9", "--px-per-lens", "3"], "expected --px-per-lens with --method ciir"),
         (["refocus", "MASTER", "--depth-mm", "600", "--method", "ciir"], "at most 501.6 mm from the display, got 600"),

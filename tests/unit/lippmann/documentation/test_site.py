@@ -55,6 +55,7 @@ def test_the_site_loads_nothing_from_elsewhere(site: dict[Path, str]) -> None:
     [
         ("[a](keys.md#x-y)", '<a href="keys.html#x-y">a</a>'),
         ("[a](sub/other.md)", '<a href="sub/other.html">a</a>'),
+        ("[keys.md](keys.md#x) or keys.md", '<a href="keys.html#x">keys</a> or keys.md'),
         ("[a](https://example.org/b.md)", '<a href="https://example.org/b.md">a</a>'),
         ("[a](#here)", '<a href="#here">a</a>'),
         ("[a *b*](../service/main.py) [c](keys.md)", 'a <em>b</em> <a href="keys.html">c</a>'),

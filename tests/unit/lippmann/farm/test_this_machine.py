@@ -14,6 +14,7 @@ from lippmann.cli import main
 from lippmann.errors import FarmFailed
 from lippmann.farm import this_machine
 from lippmann.farm.this_machine import examine_machine
+from lippmann.terminal.extras import how_to_install
 from service.doctor.finding import Check, Finding, Level
 
 Usage = namedtuple("Usage", "total used free")
@@ -44,7 +45,16 @@ def test_what_is_missing_comes_with_the_way_to_get_it(
     assert (found[Check.POVRAY].level, found[Check.BROKER].level) == (level, level)
     assert "apt-get install povray povray-includes" in found[Check.POVRAY].message
     assert "install one; `lippmann up` starts no farm without it" in found[Check.BROKER].message
-    assert "`pip install 'lippmann[postgresql]'`" in found[Check.PACKAGES].message
+    assert "`pip install 'lippmann[oidc]'`" in found[Check.PACKAGES].message
+
+
+def test_in_an_environment_of_pipx_the_advice_is_a_command_of_pipx(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sys, "prefix", str(tmp_path))
+    assert how_to_install("plots") == "pip install 'lippmann[plots]'"
+    (tmp_path / "pipx_metadata.json").write_text("{}")
+    assert how_to_install("plots") == "pipx runpip lippmann install 'lippmann[plots]'"
 
 
 def test_a_disk_that_is_nearly_full_and_one_that_cannot_be_written_are_warned_about(

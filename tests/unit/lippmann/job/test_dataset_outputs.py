@@ -20,7 +20,7 @@ def test_the_short_spellings_are_the_names_of_folders_and_files() -> None:
     ("output", "rig", "field", "expected"),
     [
         ({"kind": "subaperture_ppm", "views": [9, 8]}, {}, "outputs.1.views", "at most 8 x 8 views"),
-        ({"kind": "npz", "views": [0, 1]}, {}, "outputs.1.views.0", "greater than or equal to 1"),
+        ({"kind": "npz", "views": [0, 1]}, {}, "outputs.1.views.0", "a number of at least 1"),
         ({"kind": "hci", "views": [8, 9]}, {}, "outputs.1.views", "at most 8 x 8 views"),
         (
             {"kind": "hci", "views": [7, 7]},

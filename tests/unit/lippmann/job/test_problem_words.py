@@ -13,6 +13,7 @@ from lippmann.job.spec import parse_spec
 NAME = "lower-case letters, digits and dashes, with a letter or digit first"
 JARGON = re.compile(
     "[Ii]nput|[Ss]tring|[Tt]uple|dictionary|valid |instance|parse|constrained|literal|None|True|False|discriminator"
+    "|greater|less"
 )
 
 
@@ -45,7 +46,7 @@ JARGON = re.compile(
         ),
         ({"rig": {"dispersion": "maybe"}}, "rig.dispersion: expected true or false, got 'maybe'"),
         ({"render": {"tiles": "x"}}, "render.tiles: expected 'auto' or a list, got 'x'"),
-        ({"render": {"tiles": [0, 1]}}, "render.tiles.0: expected greater than or equal to 1, got 0"),
+        ({"render": {"tiles": [0, 1]}}, "render.tiles.0: expected a number of at least 1, got 0"),
         ({"outputs": "views.mp4"}, "outputs: expected a list, got 'views.mp4'"),
         ({"sceen": 1}, "sceen: expected no field of this name (did you mean scene?), got 1"),
     ],

@@ -69,7 +69,7 @@ def test_a_parameter_out_of_bounds_is_named(parameter: dict[str, Any], value: An
         ({"include": ["x" * 201]}, "include: expected folders"),
         ({"include": ["a"] * 17}, "include: expected .*16"),
         ({"file": "picture.png"}, "file: expected"),
-        ({"stage": STAGE | {"reference_mm": 0}}, r"stage\.reference_mm: expected greater than 0"),
+        ({"stage": STAGE | {"reference_mm": 0}}, r"stage\.reference_mm: expected a number above 0"),
         ({"colour": "red"}, "colour: expected no field of this name"),
         ({"parameters": {"clock": TURN}}, "that POV-Ray does not keep, got 'clock'"),
         ({"parameters": {"Turn-x": TURN}}, "lower snake case"),

@@ -116,7 +116,7 @@ def test_lenses_are_found_from_white_and_a_wrong_pitch_is_put_right(tmp_path: Pa
     [
         ((), "expected --pitch-px, or --find, or --find-from"),
         (("--pitch-px", 8, "--lenses", "8x6"), "has room for 7 x 6, or as many with a pitch of 7.00 px"),
-        (("--pitch-px", 1), "pitch_px: expected greater than or equal to 2, got 1.0"),
+        (("--pitch-px", 1), "pitch_px: expected a number of at least 2, got 1.0"),
         (("--pitch-px", 8, "--first-lens-px", "1"), "expected --first-lens-px as RIGHT,DOWN"),
         (("--find",), "give the pitch"),
     ],

@@ -160,7 +160,7 @@ def test_an_eye_beside_the_viewing_zone_is_told_so(master: Path, run: Run, tmp_p
         (["--part", "0,0,5"], "expected a part of the display as X,Y,W,H in mm, got 0,0,5"),
         (["--part", "0,0,0,5"], "expected a window of a positive width and height in mm"),
         (["--stereo", "anaglyph", "--eye-distance-mm", "-1"], "expected a positive distance between the eyes in mm"),
-        (["--stereo", "wiggle"], "'wiggle' is not one of 'side_by_side', 'cross_eyed', 'anaglyph'"),
+        (["--stereo", "wiggle"], "--stereo: expected one of side_by_side, cross_eyed, anaglyph, got 'wiggle'"),
         (["--clip", "horizontal"], "expected a .mp4 in --out, got eye.png"),
         (["--clip", "horizontal", "--out", "a.mp4", "--fps", "0"], "expected a clip of 1 to 10000 frames, got 4 s"),
         (["--clip", "toward", "--out", "a.mp4", "--reach-mm", "400"], "comes nearer by less than its distance, 400 mm"),

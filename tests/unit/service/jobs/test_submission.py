@@ -65,7 +65,7 @@ def test_a_job_with_an_old_name_is_taken_and_keeps_a_note_of_the_new_one(api: Cl
         ({"frames": "4-1"}, "frames", "a range that counts up"),
         ({"scene": "nowhere"}, "scene", "the name of a scene on this farm"),
         ({"parameters": {"hue": 1}}, "parameters.hue", "no parameters"),
-        ({"priority": 101}, "priority", "less than or equal to 100"),
+        ({"priority": 101}, "priority", "a number of at most 100"),
     ],
 )
 def test_what_cannot_be_is_named_by_field(api: Client, change: Any, field: str, expected: str) -> None:

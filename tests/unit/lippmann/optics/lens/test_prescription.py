@@ -188,7 +188,7 @@ def test_total_reflection_of_the_marginal_ray_names_the_surface() -> None:
     [
         (
             {"index": 0.9, "material": None},
-            "rig.imaging_lens.surfaces.0.index: expected greater than or equal to 1, got 0.9",
+            "rig.imaging_lens.surfaces.0.index: expected a number of at least 1, got 0.9",
         ),
         ({"material": "XYZ"}, "rig.imaging_lens.surfaces.0.material: expected a glass of Schott"),
         ({"material": "XYZ", "index": None}, "or an index of refraction beside it, got 'XYZ'"),
@@ -198,7 +198,7 @@ def test_total_reflection_of_the_marginal_ray_names_the_surface() -> None:
             {"radius_mm": 0},
             "rig.imaging_lens.surfaces.0.radius_mm: expected a radius other than 0, or null for a plane",
         ),
-        ({"thickness_mm": -1}, "rig.imaging_lens.surfaces.0.thickness_mm: expected greater than or equal to 0, got -1"),
+        ({"thickness_mm": -1}, "rig.imaging_lens.surfaces.0.thickness_mm: expected a number of at least 0, got -1"),
     ],
 )
 def test_a_surface_that_cannot_be_is_named(fields: dict[str, Any], problem: str) -> None:
@@ -216,7 +216,7 @@ def test_a_lens_of_too_few_surfaces_is_named(count: int) -> None:
 
 
 def test_a_focal_length_that_no_number_can_hold_is_named() -> None:
-    problem = r"rig\.imaging_lens\.focal_length_mm: expected greater than or equal to 0\.000001, got 1e-300"
+    problem = r"rig\.imaging_lens\.focal_length_mm: expected a number of at least 0\.000001, got 1e-300"
     with pytest.raises(SpecError, match=problem):
         found({"name": "cooke-triplet", "focal_length_mm": 1e-300})
 

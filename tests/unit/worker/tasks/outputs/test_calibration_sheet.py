@@ -84,8 +84,8 @@ def test_the_command_writes_by_the_suffix_and_names_its_files(tmp_path: Path, su
         ("a.pdf", {"dpi": 300, "pitch_um": 40}, "either --dpi or --pitch-um, got both"),
         ("a.pdf", {"dpi": 50}, "--dpi: expected pixels of at most 247.5 um, .* got 508 um"),
         ("a.pdf", {"pitch_um": 500}, "--pitch-um: expected pixels of at most"),
-        ("a.pdf", {"dpi": 300, "steps": 1}, "--steps: expected greater than or equal to 3, got 1"),
-        ("a.pdf", {"dpi": 300, "pitch_mm": -1}, "--pitch-mm: expected greater than 0, got -1"),
+        ("a.pdf", {"dpi": 300, "steps": 1}, "--steps: expected a number of at least 3, got 1"),
+        ("a.pdf", {"dpi": 300, "pitch_mm": -1}, "--pitch-mm: expected a number above 0, got -1"),
         ("a.pdf", {"dpi": 300, "length_mm": 5}, "--length-mm: expected at least ten lenses, 10 mm, got 5"),
     ],
 )

@@ -205,7 +205,7 @@ def test_sheets_are_the_masters_of_the_job_at_their_size_on_paper(tmp_path: Path
         ({"kind": "quilt", "columns": 7, "count": 48}, {}, "columns", "divides the 48 views", "7"),
         ({"kind": "quilt", "views": "all", "count": 9}, {}, "count", "the grid of views", "9"),
         ({"kind": "quilt", "views": "all"}, {"lens_array": {"lattice": "hexagonal"}}, "views", "row", "'all'"),
-        ({"kind": "quilt", "aspect": 0}, {}, "aspect", "greater than or equal to 0.01", "0"),
+        ({"kind": "quilt", "aspect": 0}, {}, "aspect", "a number of at least 0.01", "0"),
         ({"kind": "quilt", "count": 4096, "scale": 10}, {}, "scale", "at most 32768 px a side", "57600 px"),
         ({"kind": "quilt", "filter": "sinc"}, {}, "filter", "lanczos3", "'sinc'"),
         ({"kind": "epi", "lens_rows": [3, 90]}, {}, "lens_rows.1", "from 0 to 89", "90"),

@@ -86,7 +86,7 @@ def test_the_rig_of_the_display_has_the_depths_of_the_display() -> None:
         ({"pitch_mm": 0.001}, {}, "pitch_mm: expected a pitch at which at most 4096 lenses"),
         ({"reference_mm": 0}, {}, "outputs.0.reference_mm: expected a depth other than 0"),
         ({}, {"lens_array": {"offset_mm": -3.3}}, "outputs.0.reference_mm: expected a depth other than 0"),
-        ({"gap_mm": -1}, {}, "outputs.0.gap_mm: expected greater than 0, got -1"),
+        ({"gap_mm": -1}, {}, "outputs.0.gap_mm: expected a number above 0, got -1"),
         ({"lattice": "round"}, {}, "outputs.0.lattice: expected 'square' or 'hexagonal', got 'round'"),
     ],
     ids=str,

@@ -187,7 +187,7 @@ def test_a_file_needs_neither_object_nor_image() -> None:
         (
             "S     61.47 6.0",
             "S     61.47 -6.0",
-            "line 15, S1, thickness_mm: expected glass of a thickness greater than or equal to 0, got -6",
+            "line 15, S1, thickness_mm: expected glass of a thickness of at least 0, got -6",
         ),
         ("S     61.47 6.0", "S     61.47 inf", "line 15, S: expected a finite thickness"),
         ("S     61.47", "S     much", "line 15, S: expected a number"),

@@ -121,7 +121,7 @@ def test_units_scale_lengths_and_terms(unit: str, mm: float) -> None:
             "line 25, PARM: expected terms of r^2 to r^16",
         ),
         ("DISZ 0.999975", "DISZ INFINITY", "line 26, DISZ: expected a finite distance, got INFINITY"),
-        ("DISZ 0.999975", "DISZ -1", "line 23, SURF 3, thickness_mm: expected greater than or equal to 0, got -1.0"),
+        ("DISZ 0.999975", "DISZ -1", "line 23, SURF 3, thickness_mm: expected a number of at least 0, got -1.0"),
         ("GLAS F2 0 0 1.5 40", "GLAS H-XYZ 0 0 1 0", "got H-XYZ; the numbers behind the name, 1 0, are placeholders"),
         ("GLAS F2 0 0 1.5 40", "GLAS H-XYZ 0 0 0 0", "got H-XYZ; the numbers behind the name, 0 0, are placeholders"),
         ("GLAS F2 0 0 1.5 40 0 0 0", "GLAS H-XYZ", "(--catalogue FILE.agf), got H-XYZ"),
@@ -265,7 +265,7 @@ def test_the_files_own_numbers_of_surfaces_stay() -> None:
     file = read_lens_zmx(triplet().replace("SURF 1\n", before + "SURF 1\n"))
     assert [place.rpartition(" ")[2] for place in file.places] == ["1", "2", "3", "4", "5", "6"]
     text = triplet().replace("SURF 1\n", before + "SURF 1\n").replace("DISZ 6.007551", "DISZ -6")
-    with pytest.raises(SpecError, match=r"line 26, SURF 2, thickness_mm: expected greater than or equal to 0, got -6"):
+    with pytest.raises(SpecError, match=r"line 26, SURF 2, thickness_mm: expected a number of at least 0, got -6"):
         read_lens_zmx(text)
 
 
