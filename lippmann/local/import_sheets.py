@@ -26,6 +26,7 @@ from lippmann.local.files.master import naming, rig_in
 from lippmann.local.files.source_pictures import (
     Decoding,
     SourcePicture,
+    not_finite_notes,
     page_notes,
     read_picture,
     source_pictures,
@@ -112,13 +113,15 @@ def import_sheets(files: Sequence[Path], options: ImportOptions, *, out: Path) -
     lenses = find_lenses(files[0], first, options)
     check_writable(out)
     written: list[Path] = []
+    odd: list[str] = []
     with ProgressLine("import") as line:
         for place, source in enumerate(sources):
             picture = first if place == 0 else _divided(read_picture(source, options.decoding), white, options)
+            odd += not_finite_notes(source, picture)
             written += write_frame(picture, lenses, source.name, frame=place + 1, out=out)
             line.show((place + 1) / len(sources), source.name)
     read = picture_notes(files, linear=options.decoding.linear)
-    notes = (*lenses.notes, *page_notes(sources), *map(_with_override, read), *filter(None, [unused_bits]))
+    notes = (*lenses.notes, *page_notes(sources), *map(_with_override, read), *filter(None, [unused_bits]), *odd)
     return ImportResult(lenses=lenses, files=tuple(written), notes=notes)
 
 

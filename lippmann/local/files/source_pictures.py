@@ -152,6 +152,21 @@ def unused_bits_note(picture: SourcePicture, light: NDArray[np.float32], decodin
     return None
 
 
+def not_finite_notes(picture: SourcePicture, light: NDArray[np.float32]) -> Iterator[str]:
+    """Yield a note if numbers of a picture are not finite; they are kept.
+
+    Parameters
+    ----------
+    picture
+        The picture.
+    light
+        Its light, as it was read.
+    """
+    count = light.size - np.count_nonzero(np.isfinite(light))
+    if count:
+        yield f"{picture.name}: {count} of its {light.size} numbers are not finite; they are kept."
+
+
 def _pictures_in(path: Path) -> tuple[SourcePicture, ...]:
     check_suffix(path)
     with whole_picture(path):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -82,6 +83,29 @@ def test_twelve_bits_in_sixteen_are_noted_and_read_with_their_white_level(tmp_pa
     assert np.array_equal(_light(tmp_path / "out"), np.ones((*SIZE, 3)))
     sheets = tomllib.loads((tmp_path / "bundle/scene.toml").read_text())["sheets"]
     assert (sheets["white_level"], sheets["linear"]) == (4095, True)
+
+
+def test_numbers_that_are_not_finite_are_noted(tmp_path: Path) -> None:
+    light = np.full((*SIZE, 3), 0.5, np.float32)
+    light[3, 4] = np.nan, np.inf, 0.5
+    tifffile.imwrite(tmp_path / "a.tif", light, photometric="rgb")
+    ran = _run(tmp_path / "a.tif", *GRID, "--out", tmp_path / "out")
+    assert f"a.tif: 2 of its {light.size} numbers are not finite; they are kept" in ran.stderr
+
+
+@pytest.mark.parametrize(("size", "said"), [((8, 6), "8 x 6 px in .*a.tif#2; save the pages"), (SIZE[::-1], None)])
+def test_frames_of_another_size_are_refused_before_one_is_decoded(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: tuple[int, int], said: str | None
+) -> None:
+    with tifffile.TiffWriter(tmp_path / "a.tif") as file:
+        for cols, rows in (SIZE[::-1], size):
+            file.write(np.zeros((rows, cols, 3), np.uint8), photometric="rgb", metadata=None)
+    words = ["import", str(tmp_path / "a.tif"), *map(str, GRID), "--out", str(tmp_path / "out")]
+    if said is not None:
+        monkeypatch.setattr("lippmann.local.import_sheets.read_picture", pytest.fail)
+    ran = CliRunner().invoke(app, words)
+    assert (ran.exit_code == 0) == (said is None)
+    assert said is None or re.search(said, str(ran.exception))
 
 
 def test_a_white_frame_takes_the_vignetting_away(tmp_path: Path) -> None:
