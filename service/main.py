@@ -52,7 +52,7 @@ from service.routes import (
 )
 from service.routes.description import DescribedApp
 from service.routes.json_bodies import JsonBodies
-from service.routes.middleware import AddressRate, BodyLimit, PathPrefix, ResponseHeaders
+from service.routes.middleware import AddressRate, BodyLimit, HeadAsGet, PathPrefix, ResponseHeaders
 from service.scenes import sync_builtin
 from service.schemas.links import API
 from service.settings import Settings
@@ -105,6 +105,7 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
         _add_openid(app, settings, clock)
     app.include_router(dashboard.router, include_in_schema=False)
     problems.install(app, page=partial(dashboard.problem_page, settings.path_prefix))
+    app.add_middleware(HeadAsGet)
     app.add_middleware(JsonBodies)
     app.add_middleware(BodyLimit, limit_bytes=int(settings.body_limit_mb * 1e6))
     app.add_middleware(AddressRate, rate=app.state.lippmann.rates.by_address)

@@ -32,6 +32,8 @@ NEAR_MM = 1000.0
 """The distance from which the lens of the paper works."""
 RIG_LENGTH_MM = 600.0
 """The length of a rig of glass behind surface 1."""
+_NEAREST = 0.8
+"""The share of the way to the nearest objects by which a rig may be nearer than an orthographic camera."""
 DEEPEST = 10.0
 """The largest ratio of the far depth to the near one that is written; a horizon is farther."""
 _MOVING_FRAMES = 9
@@ -139,10 +141,12 @@ def _placed_rig(camera: SceneCamera, view: OwnView) -> PlacedRig:
     """Return the stage of a rig that sees what a camera sees, from farther away.
 
     The camera sees half of its picture's width at tan(a / 2) of the distance and the rig at `RIG_TANGENT`, so the rig
-    is farther from the middle of the scene by their ratio.
+    is farther from the middle of the scene by their ratio. An orthographic camera sees the same width everywhere.
     """
-    factor = max(1.0, math.tan(math.radians(camera.angle_deg) / 2) / RIG_TANGENT)
-    back = (factor - 1.0) * view.middle
+    if view.width is None:
+        back = (max(1.0, math.tan(math.radians(camera.angle_deg) / 2) / RIG_TANGENT) - 1.0) * view.middle
+    else:
+        back = max(view.width / 2 / RIG_TANGENT - view.middle, -_NEAREST * view.near)
     mm_per_unit = _rounded(NEAR_MM / (view.near + back))
     location = _along(camera, -back, view.middle)
     look_at = _along(camera, view.middle, view.middle)
@@ -151,7 +155,7 @@ def _placed_rig(camera: SceneCamera, view: OwnView) -> PlacedRig:
     return PlacedRig(
         location=location,
         look_at=look_at,
-        factor=factor,
+        factor=back / view.middle + 1.0,
         mm_per_unit=mm_per_unit,
         far_mm=max(NEAR_MM, math.ceil(far * mm_per_unit / 50) * 50.0),
         free=missing if missing is not None and missing > 0 else None,
@@ -170,12 +174,13 @@ def _manifest_text(
 ) -> str:
     """Return the text of a scene.toml with its reasons as comments."""
     rig, own = _placed_rig(camera, view), _along(camera, 0.0, view.middle)
+    seen = f"{camera.angle_deg:.3g} degrees" if view.width is None else f"a width of {view.width:.3g} by parallel rays"
     lines = [
         f'file = "{name}"',
         *([f"include = {json.dumps(ini.include)}   # Library_Path of {ini.name}"] if ini and ini.include else []),
         "",
         "[stage]",
-        f"# The camera of the scene is at {_vector(own)} and sees {camera.angle_deg:.3g} degrees.",
+        f"# The camera of the scene is at {_vector(own)} and sees {seen}.",
         f"# The rig sees 17 degrees, so it is {rig.factor:.3g} times as far from the middle of what the camera sees.",
         f"location = {_vector(rig.location)}",
         f"look_at = {_vector(rig.look_at)}",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
@@ -68,6 +69,8 @@ def read_json(data: bytes | str, *, field: str, limits: JsonLimits = LIMITS) -> 
 def _decoded(data: bytes | str, field: str) -> str:
     if isinstance(data, str):
         return data
+    if data.startswith((BOM_UTF16_LE, BOM_UTF16_BE)):
+        raise InvalidText(FieldProblem(field=field, expected="JSON in UTF-8", got="UTF-16"))
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -1,4 +1,4 @@
-"""The middleware of all requests: path prefix, request ids, security headers, rates, and limit of the request size."""
+"""The middleware of all requests: HEAD, prefix, request ids, security headers, rates, and limit of their size."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import time
 
 import structlog
 from fastapi import Request
+from starlette.routing import Match
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.browser_sessions import OVERLAP_S
@@ -24,6 +25,30 @@ REFUSALS = frozenset({401, 429})
 """The statuses of refusals that anybody can cause, as often as they like."""
 STRICT_TRANSPORT = (b"strict-transport-security", b"max-age=31536000")
 _REQUEST_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
+
+
+class HeadAsGet:
+    """Answers HEAD as GET without the body, where a route has no HEAD of its own."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Handle one request."""
+        if scope["type"] != "http" or scope["method"] != "HEAD" or _has_route(scope):
+            await self._app(scope, receive, send)
+            return
+
+        async def send_no_body(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                await send(message)
+                await send({"type": "http.response.body", "body": b""})  # A stream ends here too.
+
+        await self._app({**scope, "method": "GET"}, receive, send_no_body)
+
+
+def _has_route(scope: Scope) -> bool:
+    return any(route.matches(scope)[0] is Match.FULL for route in scope["app"].routes)
 
 
 class PathPrefix:

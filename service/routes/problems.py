@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from http import HTTPStatus
 from typing import Any
@@ -14,6 +15,7 @@ from fastapi.responses import JSONResponse, Response
 from sqlalchemy.exc import DataError, InterfaceError, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.exceptions import HTTPException
+from starlette.routing import Match
 
 from lippmann.errors import FieldProblem, LippmannError, StoreFull, first_problems
 from lippmann.job.problem_words import expected_words, got_words
@@ -34,6 +36,8 @@ MEDIA_TYPE = "application/problem+json"
 REPAIR_S = "10"
 """The seconds after which a client may ask again for an artifact that is made again."""
 NOTHING_HERE = "there is nothing at this address"
+_REFUSED = re.compile(r"\s*q\s*=\s*0(?:\.0*)?\s*")
+_METHODS = ("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE")
 _CODE_OF_STATUS = {404: "not-found", 405: "method-not-allowed", 400: "bad-request", 413: "too-large"}
 
 log = structlog.get_logger("service.problems")
@@ -68,8 +72,11 @@ async def answer(request: Request, error: Exception) -> Response:
         error = error.__cause__  # raised while FastAPI read the body
     if isinstance(error, HTTPException):
         code = _CODE_OF_STATUS.get(error.status_code, "bad-request")
-        detail = NOTHING_HERE if code == "not-found" else str(error.detail)
-        return problem_response(request, error.status_code, code, detail, headers=error.headers)
+        detail, headers = NOTHING_HERE if code == "not-found" else str(error.detail), error.headers
+        if code == "method-not-allowed":
+            allowed = _methods(request)
+            detail, headers = f"expected {' or '.join(allowed)}, got {request.method}", {"Allow": ", ".join(allowed)}
+        return problem_response(request, error.status_code, code, detail, headers=headers)
     known = translate(error)
     status = status_of(known.code)
     if status >= 500 and not isinstance(known, ArtifactRepairing):
@@ -131,7 +138,15 @@ def problem_response(
 
 def wants_page(request: Request) -> bool:
     """Return whether a request asks for a page, as browsers do for the address of a window and for a form."""
-    return "text/html" in request.headers.get("accept", "")
+    kinds = [part.split(";") for part in request.headers.get("accept", "").lower().split(",")]
+    return any(kind.strip() == "text/html" and not any(map(_REFUSED.fullmatch, more)) for kind, *more in kinds)
+
+
+def _methods(request: Request) -> list[str]:
+    """Return the methods of an address. What has GET has HEAD: see `middleware.HeadAsGet`."""
+    asked = {method: {**request.scope, "method": "GET" if method == "HEAD" else method} for method in _METHODS}
+    routes = request.app.routes
+    return [name for name, scope in asked.items() if any(one.matches(scope)[0] is Match.FULL for one in routes)]
 
 
 def _field_problem(item: Any) -> FieldProblem:

@@ -82,7 +82,9 @@ async def upload_scene(
     async with request.form(max_files=1, max_fields=10) as form:
         bundle = form.get("bundle")
         if not isinstance(bundle, UploadFile):
-            problem = FieldProblem(field="bundle", expected="a file in multipart/form-data", got=repr(bundle)[:120])
+            problem = FieldProblem(
+                field="bundle", expected="a file in multipart/form-data", got="nothing" if bundle is None else "text"
+            )
             raise Invalid(str(problem), problems=[problem])
         scene, is_new = await anyio.to_thread.run_sync(_store, state, caller, name, bundle.file, limiter=UPLOADS)
     response.status_code = 201 if is_new else 200

@@ -64,6 +64,21 @@ def test_a_scene_whose_name_no_scene_toml_can_have_is_refused(tmp_path: Path, na
         init_scene(tmp_path / name)
 
 
+@pytest.mark.parametrize(
+    ("camera", "width"),
+    [
+        ("orthographic location <0, 0, -10> right 4 * x up 3 * y look_at 0", 4.0),
+        ("orthographic angle 45 right -x * 4/3 location <0, 0, -10> look_at 0", 20 * np.tan(np.radians(22.5))),
+    ],
+)
+def test_a_rig_sees_the_width_that_an_orthographic_camera_sees(tmp_path: Path, camera: str, width: float) -> None:
+    wall = "box { <-99, -99, 3.9>, <99, 99, 5> pigment { rgb 1 } }"
+    (tmp_path / "plan.pov").write_text(f"#version 3.7; camera {{ {camera} }} {wall}")
+    stage = parse_scene(tomllib.loads(init_scene(tmp_path / "plan.pov").file.read_text())).stage
+    # The wall is at 3.9.
+    assert 3.9 - stage.location[2] == pytest.approx(width / 2 / 0.15, rel=0.01)
+
+
 def test_a_rig_that_would_stand_below_the_ground_is_pointed_out(tmp_path: Path) -> None:
     text = BALLS.replace("location <0, 0, -10>", "location <0, -1, -10>") + "plane { y, -2 pigment { rgb 0.5 } }"
     (tmp_path / "low.pov").write_text(text.replace("look_at 0", "look_at <0, 2, 0>"))
@@ -79,6 +94,8 @@ def test_a_scene_toml_is_not_overwritten_and_a_capture_without_one_says_how_to_g
     (tmp_path / "scene.toml").write_text('file = "other.pov"\n')
     with pytest.raises(BadInput, match=r"expected a folder without scene\.toml"):
         init_scene(tmp_path / "balls.pov")
+    with pytest.raises(BadInput, match=r"one of fish, .* \(did you mean fish\?\), got 'fihs'"):
+        find_bundle("fihs")
     with pytest.raises(BadInput, match=r"expected balls\.pov as `file` of .*got 'other\.pov'"):
         find_bundle(str(tmp_path / "balls.pov"))
 

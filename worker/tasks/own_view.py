@@ -13,7 +13,15 @@ from lippmann.job.scene_camera import SceneCamera
 from worker.engines.povray.command import RenderCommand
 from worker.engines.povray.depth_codes import FOGGY, FogLight, fog_light, fog_light_among_others
 from worker.engines.povray.pixels import read_codes
-from worker.engines.povray.scene_camera import COLS, ROWS, along_axis, distances_text
+from worker.engines.povray.scene_camera import (
+    COLS,
+    ROWS,
+    WIDTH_SCALES,
+    along_axis,
+    distances_text,
+    read_width,
+    report_text,
+)
 from worker.sandbox.log import AttemptLog
 from worker.tasks.depth_pass import has_fog
 from worker.tasks.monitor import NullMonitor
@@ -24,6 +32,7 @@ DISTANCES_FILE = "lippmann-distances.pov"
 
 _FIRST_SCALES = (10.0, 1e4, 1e-2)
 """The scales of distances that are tried until something is seen, scene units."""
+_SAME_WIDTH = 0.2
 _NARROW = 0.02
 """The width of the picture at distance 1 when looking backward."""
 
@@ -39,6 +48,8 @@ class OwnView:
     """The depth that a twentieth of the visible points are farther than."""
     behind: float | None
     """The distance of the nearest object behind the camera on its axis; None without such an object."""
+    width: float | None = None
+    """The width of what an orthographic camera sees; None for a camera of another kind."""
 
 
 def own_view(
@@ -52,10 +63,11 @@ def own_view(
         Whatever the scene fails with.
     """
     room = _Room(place, sheet, folder, log)
-    seen = room.distances(camera)
+    width = room.width()
+    seen = room.distances(camera if width is None else None)
     if seen is None:
         return None
-    depths = along_axis(seen, camera)
+    depths = seen if width is not None else along_axis(seen, camera)
     near, middle, far = (float(value) for value in np.nanpercentile(depths, (5, 50, 95)))
     x, y, z = camera.direction
     backward = camera.model_copy(
@@ -66,7 +78,7 @@ def own_view(
         }
     )
     behind = room.distances(backward)
-    return OwnView(near, middle, far, None if behind is None else float(np.nanmin(behind)))
+    return OwnView(near, middle, far, None if behind is None else float(np.nanmin(behind)), width)
 
 
 @dataclass(frozen=True)
@@ -76,8 +88,21 @@ class _Room:
     folder: Path
     log: AttemptLog
 
-    def distances(self, camera: SceneCamera) -> NDArray[np.float64] | None:
-        """Return the distances along the rays of a camera, NaN for nothing; None if no ray meets an object."""
+    def width(self) -> float | None:
+        """Return the width of what the scene's camera sees if its rays are parallel, scene units."""
+        for scale in WIDTH_SCALES:
+            width = self._width(scale)
+            if width is not None:
+                # What a perspective camera sees of the wall is as wide at every scale of the scene.
+                other = self._width(scale / 2)
+                return width if other is not None and abs(other / width - 1) < _SAME_WIDTH else None
+        return None
+
+    def _width(self, scale: float) -> float | None:
+        return read_width(self._codes(report_text(self.sheet.at(1), "width", scale=scale)), scale=scale)
+
+    def distances(self, camera: SceneCamera | None) -> NDArray[np.float64] | None:
+        """Return the distances along the rays of a camera, or of that of the scene; None if no ray meets an object."""
         for scale in _FIRST_SCALES:
             found = self._light(camera, scale).distance_mm(near_mm=scale)
             if not np.isfinite(found).any():
@@ -88,15 +113,17 @@ class _Room:
             return self._light(camera, middle).distance_mm(near_mm=middle)
         return None
 
-    def _light(self, camera: SceneCamera, scale: float) -> FogLight:
+    def _light(self, camera: SceneCamera | None, scale: float) -> FogLight:
         with self.place.bundle(self.sheet.bundle) as bundle:
             foggy = has_fog(bundle)
         if foggy:
-            return fog_light_among_others(*(self._codes(camera, scale, amount) for amount in (0.0, FOGGY, -FOGGY)))
-        return fog_light(self._codes(camera, scale, 1.0))
+            return fog_light_among_others(*(self._fog_codes(camera, scale, amount) for amount in (0.0, FOGGY, -FOGGY)))
+        return fog_light(self._fog_codes(camera, scale, 1.0))
 
-    def _codes(self, camera: SceneCamera, scale: float, amplitude: float) -> NDArray[np.uint16]:
-        text = distances_text(self.sheet, near=scale, amplitude=amplitude, camera=camera)
+    def _fog_codes(self, camera: SceneCamera | None, scale: float, amplitude: float) -> NDArray[np.uint16]:
+        return self._codes(distances_text(self.sheet, near=scale, amplitude=amplitude, camera=camera))
+
+    def _codes(self, text: str) -> NDArray[np.uint16]:
         (self.folder / DISTANCES_FILE).write_text(text)
         command = RenderCommand(
             pov_file=DISTANCES_FILE,

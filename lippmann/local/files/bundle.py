@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from difflib import get_close_matches
 from pathlib import Path
 
 from lippmann.errors import BadInput
@@ -45,8 +46,9 @@ def find_bundle(scene: str) -> tuple[str, bytes]:
     path = Path(scene)
     if path.suffix.lower() in _SCENE_SUFFIXES and path.is_file():
         path = _folder_of(path)
-    if not path.exists():
-        raise BadInput(f"expected a folder, a zip or one of {', '.join(folders)}, got {scene!r}")
+    if "\0" in scene or not path.exists():
+        hint = "".join(f" (did you mean {meant}?)" for meant in get_close_matches(scene[:100], folders, n=1))
+        raise BadInput(f"expected a folder, a zip or a .pov file, or one of {', '.join(folders)}{hint}, got {scene!r}")
     return path.resolve().stem, read_bundle(path)
 
 

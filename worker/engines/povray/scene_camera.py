@@ -34,6 +34,9 @@ _REACH = 0.9
 SCALES = (1.0, 2.0**-20)
 """The scales of the scene in which its camera is searched: up to 1.9 million units from the origin, and beyond."""
 
+WIDTH_SCALES = (1.0, 2.0**7, 2.0**14, 2.0**21)
+_LEAST_WIDTH, _GREATEST_WIDTH = 0.003, 0.5
+
 _LARGEST_ERROR = 1e-3
 """The largest root-mean-square error of the fitted directions, as a share of the distance; codes give 1e-5."""
 _LARGEST_ERROR_UNITS = 0.01
@@ -49,15 +52,15 @@ class Vectors:
     up: NDArray[np.float64]
 
 
-def report_text(sheet: ResolvedJob, what: Literal["vectors", "location"], *, scale: float = 1.0) -> str:
+def report_text(sheet: ResolvedJob, what: Literal["vectors", "width", "location"], *, scale: float = 1.0) -> str:
     """Return the .pov text of a report at a frame: see `ResolvedJob.at`.
 
     Parameters
     ----------
     what
-        The vectors of the camera, or its location.
+        The vectors of the camera, the width of what a camera of parallel rays sees, or the location of the camera.
     scale
-        The scale of the scene in which the location is reported, one of `SCALES`.
+        The scale of the scene in which the location or the width is reported, one of `SCALES` or `WIDTH_SCALES`.
     """
     return write.write_camera_report(
         title=f"Scene {sheet.spec.scene}",
@@ -65,7 +68,8 @@ def report_text(sheet: ResolvedJob, what: Literal["vectors", "location"], *, sca
         as_itself=sheet.file.lower().endswith(".pov"),
         parameters=parameter_literals(sheet),
         distances=None,
-        vectors=what == "vectors",
+        vectors=what in ("vectors", "width"),
+        width=what == "width",
         code_span=_CODE_SPAN,
         step=_STEP,
         half=int(_HALF),
@@ -86,9 +90,10 @@ def distances_text(
     amplitude
         The brightness of the fog.
     camera
-        The camera; None for that of the scene.
+        The perspective camera; None for that of the scene, of any kind.
     """
     vectors = {} if camera is None else camera.model_dump()
+    kind = "" if camera is None else "perspective "
     return write.write_camera_report(
         title=f"Scene {sheet.spec.scene}",
         file=literals.file_name(sheet.file.rpartition("/")[2]),
@@ -98,7 +103,7 @@ def distances_text(
             "amplitude": literals.number(amplitude),
             "near": literals.number(near),
             "far": literals.number(FAR * near),
-            "camera": " ".join(f"{name} {literals.vector(vector)}" for name, vector in vectors.items()),
+            "camera": kind + " ".join(f"{name} {literals.vector(vector)}" for name, vector in vectors.items()),
         },
     )
 
@@ -136,6 +141,19 @@ def read_vectors(codes: NDArray[np.uint16]) -> Vectors | None:
     sign = math.copysign(1.0, float((ray * point).sum()))
     error = float(np.sqrt(np.mean((sign * ray - point) ** 2)))
     return Vectors(sign * direction, sign * right, sign * up) if error < _LARGEST_ERROR else None
+
+
+def read_width(codes: NDArray[np.uint16], *, scale: float) -> float | None:
+    """Return the width of what a camera sees on the wall of a box, from the codes of its report, scene units.
+
+    For a camera of parallel rays it does not depend on the scale. It is None if the wall shows too little of it at this
+    scale, or is not before the camera.
+    """
+    point = (codes.reshape(ROWS, COLS, 3) / TOP - 0.5) * _CODE_SPAN
+    if not (np.abs(np.abs(point).max(axis=-1) - 1.0) < _LARGEST_ERROR).all():
+        return None
+    width = float(np.linalg.norm((point[:, -1] - point[:, 0]).mean(axis=0)))
+    return width * _HALF / scale * COLS / (COLS - 1) if _LEAST_WIDTH < width < _GREATEST_WIDTH else None
 
 
 def read_location(codes: NDArray[np.uint16], *, scale: float) -> NDArray[np.float64] | None:

@@ -49,6 +49,36 @@ def test_errors_are_problems(api: Client, method: str, path: str, status: int, c
     assert problem["detail"]
 
 
+def test_a_method_that_an_address_does_not_have_is_named_with_those_that_it_has(api: Client) -> None:
+    refused = api.put("/api/v1/jobs")
+    assert refused.json()["detail"] == "expected GET or HEAD or POST, got PUT"
+    assert refused.headers["allow"] == "GET, HEAD, POST"
+
+
+@pytest.mark.parametrize("path", ["/api/v1/health", "/api/v1/jobs", "/login", "/api/v1/nothing", "/api/v1/events"])
+def test_head_is_get_without_the_body(api: Client, path: str) -> None:
+    head = api.head(path)
+    assert head.content == b""
+    if path != "/api/v1/events":
+        got = api.get(path)
+        assert (head.status_code, head.headers["content-type"]) == (got.status_code, got.headers["content-type"])
+        assert head.headers["content-length"] == got.headers["content-length"]
+
+
+@pytest.mark.parametrize(
+    ("accept", "kind"),
+    [
+        ("text/html", "text/html"),
+        ("application/xhtml+xml, text/HTML;q=0.9", "text/html"),
+        ("*/*", "application/problem+json"),
+        ("*/*;q=0.1, text/html;q=0", "application/problem+json"),
+        ("text/htmlx, ,;q=x", "application/problem+json"),
+    ],
+)
+def test_a_problem_is_a_page_for_those_who_accept_pages(api: Client, accept: str, kind: str) -> None:
+    assert api.get("/nothing", headers={"Accept": accept}).headers["content-type"].startswith(kind)
+
+
 def test_a_wrong_cursor_is_named(api: Client, api_farm: Farm) -> None:
     job_id = api_farm.submit()
     answer = api.get(f"/api/v1/jobs/{job_id}/tasks", params={"cursor": "soon"})
