@@ -52,7 +52,7 @@ from lippmann.cli.plain_help import PlainGroup, use_plain_help
 from lippmann.cli.usage_errors import usage_error_text
 from lippmann.errors import InputNote, LippmannError
 from lippmann.job.old_names import rename_settings
-from lippmann.terminal.output import print_any_path
+from lippmann.terminal.output import print_any_path, shown
 
 app = typer.Typer(
     name="lippmann",
@@ -157,13 +157,13 @@ def main() -> None:
 def _print_warning(message: Warning | str, category: type[Warning], *where: Any, **more: Any) -> None:
     """Print a warning for users as one line, and any other as Python does."""
     if issubclass(category, FutureWarning | InputNote):
-        print(f"note: {message}", file=sys.stderr)
+        print(shown(f"note: {message}"), file=sys.stderr)
     else:
         print(warnings.formatwarning(message, category, *where[:2]), file=sys.stderr, end="")
 
 
 def _print_error(message: str, code: ExitCode) -> int:
-    print(f"lippmann: {message}", file=sys.stderr)
+    print(shown(f"lippmann: {message}"), file=sys.stderr)
     return int(code)
 
 

@@ -55,6 +55,7 @@ from lippmann.errors import (
     SceneError,
     Stopped,
 )
+from worker.engines.povray.hints import with_hint
 from worker.engines.povray.messages import Message, MessageKind, read_messages, relative
 from worker.engines.povray.places import ScenePlaces
 from worker.engines.povray.progress import Phase, Progress
@@ -205,7 +206,7 @@ def _scene(case: Case) -> LippmannError | None:
                 case.places.scene.missing(missing[1]) if case.places else f"no file {missing[1]!r} in the scene bundle"
             )
             return SceneError(str(replace(hint, text=text)))
-    return SceneError(str(error))
+    return SceneError(str(with_hint(error, case.places.scene) if case.places else error))
 
 
 def _unwritable(case: Case) -> LippmannError | None:

@@ -146,8 +146,8 @@ def read_vectors(codes: NDArray[np.uint16]) -> Vectors | None:
 def read_width(codes: NDArray[np.uint16], *, scale: float) -> float | None:
     """Return the width of what a camera sees on the wall of a box, from the codes of its report, scene units.
 
-    For a camera of parallel rays it does not depend on the scale. It is None if the wall shows too little of it at this
-    scale, or is not before the camera.
+    For a camera of parallel rays it does not depend on the scale. There is no width if the wall shows too little of it
+    at this scale, or is not before the camera.
     """
     point = (codes.reshape(ROWS, COLS, 3) / TOP - 0.5) * _CODE_SPAN
     if not (np.abs(np.abs(point).max(axis=-1) - 1.0) < _LARGEST_ERROR).all():

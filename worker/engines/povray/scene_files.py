@@ -72,6 +72,11 @@ class SceneFiles:
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
                 (folder / name).symlink_to(file)
 
+    def found(self, name: str) -> Path | None:
+        """Return the file that POV-Ray finds by a name of the scene; None without one."""
+        there = (folder / name for folder in self.folders)
+        return next((path for path in there if path.is_file()), self._links.get(name))
+
     def own_name(self, name: str) -> str:
         """Return the name of a file by which POV-Ray found it, or that of the file behind a link."""
         file = self._links.get(name)

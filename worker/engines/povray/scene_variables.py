@@ -31,6 +31,7 @@ _WORDS = (b"#", b"clock", b"frame", b"now", b"save_file", b"camera", b"crand", b
           b"radiosity", b"subsurface")  # fmt: skip
 """One of these is in every file that counts; directives, such as #include and #fopen, begin with the first."""
 _HEAD_BYTES = 8192
+_SDL = frozenset({".pov", ".inc"})
 _NO_SDL = frozenset({".toml", ".md", ".html", ".json", ".py"})
 """The suffixes of text in other languages, such as that of the manifest, which names the clock."""
 _PROSE = frozenset({"authors", "changelog", "copying", "licence", "license", "notice", "readme"})
@@ -124,11 +125,12 @@ def _pov_files(code: bytes) -> Iterator[str]:
 def texts(bundle: Path) -> Iterator[tuple[Path, bytes]]:
     """Yield the files of a bundle that may be SDL, with their bytes: POV-Ray includes files of any name.
 
-    A picture has a zero soon.
+    A picture has a zero soon, and some editors write zeros at the end of a scene.
     """
     for path in filter(Path.is_file, bundle.rglob("*")):
-        data = b"" if path.suffix.lower() in _NO_SDL else path.read_bytes()
-        if b"\0" not in data[:_HEAD_BYTES]:
+        kind = path.suffix.lower()
+        data = b"" if kind in _NO_SDL else path.read_bytes()
+        if kind in _SDL or b"\0" not in data[:_HEAD_BYTES]:
             yield path, data
 
 
