@@ -38,6 +38,7 @@ def find_address(*, url: str | None, key: str | None, data_dir: Path) -> Address
     NotAllowed
         If there is a URL but no key.
     """
+    key = key and key.strip()  # A file with a key ends with a line end.
     farm = None if url is not None and key is not None else read_farm_file(data_dir)
     if url is None:
         if farm is None:
@@ -68,7 +69,7 @@ def environment_address(*, url: str | None, key: str | None, data_dir: Path | No
     url = url or os.environ.get("LIPPMANN_URL") or None
     if key is None:
         key = os.environ.get("LIPPMANN_KEY") or None
-    data_dir = data_dir or Path(os.environ.get("LIPPMANN_DATA_DIR") or DATA_DIR)
+    data_dir = Path(data_dir or os.environ.get("LIPPMANN_DATA_DIR") or DATA_DIR)
     return find_address(url=url, key=key, data_dir=data_dir)
 
 

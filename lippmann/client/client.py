@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import uuid
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from http import HTTPStatus
@@ -16,9 +17,10 @@ from lippmann.client.errors import NotLippmann, Refused
 from lippmann.client.names import plain_name
 from lippmann.client.stream import ServerEvent
 from lippmann.client.transport import PATIENCE_S, Download, Response, Transport
-from lippmann.errors import JobEnded
+from lippmann.errors import BadInput, JobEnded
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import ENDED_JOBS
+from lippmann.untrusted.shown import shown
 from service.schemas.access import AuditEntry, AuditPage, Key, KeyList, LoginLink, NewKey, Session
 from service.schemas.artifact import Artifact, ArtifactLink, ArtifactPage
 from service.schemas.events import (
@@ -404,7 +406,22 @@ def _first(limit: int | None, items: Iterator[Shape]) -> Iterator[Shape]:
 
 
 def _job_file(job: JobSpec | Mapping[str, Any]) -> dict[str, Any]:
-    return job.model_dump(mode="json", exclude_none=True) if isinstance(job, JobSpec) else dict(job)
+    """Return a job as JSON.
+
+    Raises
+    ------
+    BadInput
+        If it is no mapping of JSON values.
+    """
+    if isinstance(job, JobSpec):
+        return job.model_dump(mode="json", exclude_none=True)
+    if not isinstance(job, Mapping):
+        raise BadInput(f"expected a job as a mapping or a JobSpec, got {shown(job)}")
+    try:
+        json.dumps(dict(job), allow_nan=False)
+    except (TypeError, ValueError) as error:
+        raise BadInput(f"expected a job of values that JSON has, got one that it has not: {error}") from error
+    return dict(job)
 
 
 def _answered(shape: type[Shape], response: Response) -> Shape:

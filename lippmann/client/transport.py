@@ -18,7 +18,7 @@ import itertools
 import os
 import time
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
@@ -150,7 +150,12 @@ class Transport:
         between the attempts, and may raise to end the download.
         """
         sleep = sleep or self._sleep
-        etag = _etag(self._request("HEAD", path, repeated=_BUSY_OR_TOO_MANY, sleep=sleep))
+        try:
+            etag = _etag(self._request("HEAD", path, repeated=_BUSY_OR_TOO_MANY, sleep=sleep))
+        except Refused:
+            with suppress(httpx.HTTPError), self._streamed(path):
+                pass  # An answer to HEAD has no details; this one raises them.
+            raise
         part = target.with_name(f".{target.name}.{hashlib.sha256(etag.encode()).hexdigest()[:12]}.part")
         self._retried(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes), sleep)
         return _finished(part, target, etag)

@@ -64,26 +64,44 @@ def frames_of_job(client: Client, job_id: str, *, frames: str | None) -> Iterato
         yield files_frames(folder, fps=job.fps, display=job.spec.display)
 
 
-def parse_outputs(written: Sequence[str], source: FrameSource) -> tuple[OutputOptions, ...]:
-    """Parse outputs, each written as the name of a file or as JSON.
-
-    Parameters
-    ----------
-    written
-        The outputs.
-    source
-        The frames that they are made from.
+def read_outputs(written: Sequence[str]) -> tuple[OutputOptions, ...]:
+    """Read outputs, each written as the name of a file or as JSON, without the frames that they are made from.
 
     Raises
     ------
     BadInput
         If the JSON of an output is invalid.
     SpecError
-        If an option cannot be; the error names every one.
+        If there is no such output, or an option cannot be; the error names every one.
     """
     try:
         outputs = TypeAdapter(tuple[Output, ...]).validate_python([_read(text) for text in written])
         check_names(outputs)
+    except ValidationError as error:
+        problems = (replace(problem, field=f"outputs.{problem.field}") for problem in problems_of(error))
+        raise SpecError.of(problems) from error
+    except FieldError as error:
+        raise BadInput(f"{error.field}: expected {error.expected}, got {error.got}") from error
+    return outputs
+
+
+def parse_outputs(written: Sequence[str], source: FrameSource) -> tuple[OutputOptions, ...]:
+    """Read outputs and check their options against the frames.
+
+    Parameters
+    ----------
+    written
+        The outputs, as in `read_outputs`.
+    source
+        The frames that they are made from.
+
+    Raises
+    ------
+    BadInput, SpecError
+        As in `read_outputs`, and if an option does not fit the frames.
+    """
+    outputs = read_outputs(written)
+    try:
         check_options(
             outputs,
             source.rig(source.frames[0]),
@@ -91,9 +109,6 @@ def parse_outputs(written: Sequence[str], source: FrameSource) -> tuple[OutputOp
             has_depth=source.has_depth,
             viewing_distance_mm=source.display.viewing_distance_mm,
         )
-    except ValidationError as error:
-        problems = (replace(problem, field=f"outputs.{problem.field}") for problem in problems_of(error))
-        raise SpecError.of(problems) from error
     except FieldError as error:
         raise BadInput(f"{error.field}: expected {error.expected}, got {error.got}") from error
     return outputs

@@ -38,9 +38,10 @@ def export(
     connection: Connection,
 ) -> None:
     """Make the outputs of a job from frames that exist already."""
-    from lippmann.local.export import frames_of_job
+    from lippmann.local.export import frames_of_job, read_outputs
     from lippmann.local.files.frame_source import files_frames
 
+    read_outputs(outputs)  # A mistake is found before any frame is fetched.
     if Path(source).exists():
         _export(files_frames(Path(source), frames=frames, fps=fps), outputs, out, output)
     else:

@@ -121,6 +121,23 @@ def test_a_url_of_something_else_is_named_with_what_answered(kind: str, data: by
             assert exit_code_of(said.value) is ExitCode.UNREACHABLE
 
 
+def test_a_refused_download_has_the_reason_that_head_cannot_have(tmp_path: Path) -> None:
+    problem = json.dumps({"detail": "there is no file 'a.png'", "code": "not-found"}).encode()
+    with (
+        _serving(lambda request: request.say(404, problem)) as server,
+        _talking_to(server) as transport,
+        pytest.raises(Refused, match=r"there is no file 'a\.png'") as refused,
+    ):
+        transport.download("/file", tmp_path / "a.png")
+    assert (refused.value.status, refused.value.code) == (404, "not-found")
+
+
+@pytest.mark.parametrize("job", ["fish", {"fps": float("nan")}, {"scene": object()}])
+def test_what_is_no_job_is_refused_before_it_is_sent(job: object) -> None:
+    with Client("http://127.0.0.1:1", "lip_a_b") as client, pytest.raises(BadInput, match="expected a job"):
+        client.submit(job)  # type: ignore[arg-type]  # it is what is tested
+
+
 @pytest.mark.parametrize("breaks", [0, 1, 5])
 def test_a_download_goes_on_where_it_broke_off_and_comes_whole(tmp_path: Path, breaks: int) -> None:
     with _serving(_file(DATA, breaks=breaks)) as server:

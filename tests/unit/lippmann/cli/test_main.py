@@ -43,6 +43,12 @@ def _commands(group: Any, path: tuple[str, ...] = ()) -> Iterator[tuple[tuple[st
 COMMANDS = dict(_commands(typer.main.get_command(main.app)))
 
 
+def test_a_mistyped_output_is_found_before_a_service_is_asked_for_frames(tmp_path: Path) -> None:
+    ran = CliRunner().invoke(main.app, ["export", "job", "quilt.pgn", "--data-dir", str(tmp_path)])
+    assert isinstance(ran.exception, SpecError)
+    assert "did you mean quilt.png?" in ran.exception.message
+
+
 def test_there_are_the_commands_that_were_promised() -> None:
     farm = {"up", "serve", "worker", "workers", "status", "demo", "keys"}
     jobs = {"submit", "jobs", "show", "tasks", "watch", "fetch", "cancel", "pause", "resume", "retry", "repair", "skip"}

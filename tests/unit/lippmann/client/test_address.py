@@ -30,6 +30,10 @@ def test_options_go_before_the_farm_of_the_folder(tmp_path: Path) -> None:
     assert find_address(url=None, key="k", data_dir=tmp_path) == Address(FARM.url, "k")
 
 
+def test_a_key_may_be_that_of_a_file_with_its_line_end(tmp_path: Path) -> None:
+    assert find_address(url="https://farm.example", key=" lip_a_b\r\n", data_dir=tmp_path).key == "lip_a_b"
+
+
 def test_a_url_may_be_that_of_the_api(tmp_path: Path) -> None:
     write_farm_file(tmp_path, FARM)
     assert find_address(url=FARM.url + "/api/v1/", key=None, data_dir=tmp_path) == FARM

@@ -17,7 +17,7 @@ BROWSER = "text/html,application/xhtml+xml,application/xml;q=0.9,*/*;q=0.8"
         ("/api/v1/jobs", 401, "A key is required"),
         ("/login?token=used", 401, "this login link was used or has expired"),
         ("/api/v1/links/job/video/views.mp4?token=old", 401, "this link is invalid or has expired"),
-        ("/logout", 405, "Method Not Allowed"),
+        ("/logout", 405, "expected POST, got GET"),
     ],
 )
 def test_a_browser_gets_a_page_and_others_a_problem(stranger: Client, path: str, status: int, said: str) -> None:

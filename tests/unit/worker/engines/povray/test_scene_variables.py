@@ -55,6 +55,10 @@ def test_every_file_that_may_be_included_counts_whatever_its_name(tmp_path: Path
     assert variables(tmp_path, "#declare Leg = clock;", "parts/legs.dat").clock
 
 
+def test_a_scene_with_zeros_at_its_end_counts(tmp_path: Path) -> None:
+    assert variables(tmp_path, b"sphere { 0, clock }\x1a\0\0", "Scene.POV").clock
+
+
 def test_pictures_and_the_manifest_do_not_count(tmp_path: Path) -> None:
     variables(tmp_path, "[clock]\nfirst = 0\n# now", "scene.toml")
     variables(tmp_path, "The clock stands now.", "README.md")
