@@ -405,7 +405,7 @@ def _first(limit: int | None, items: Iterator[Shape]) -> Iterator[Shape]:
         yield item
 
 
-def _job_file(job: JobSpec | Mapping[str, Any]) -> dict[str, Any]:
+def _job_file(job: object) -> dict[str, Any]:
     """Return a job as JSON.
 
     Raises
