@@ -15,7 +15,7 @@ from service.browser_sessions import OVERLAP_S
 from service.dependencies import OFFER
 from service.errors import TooLarge, TooManyRequests
 from service.rate_limits import RateLimit, RefusalBrake
-from service.routes.problems import answer
+from service.routes.problems import answer, head_is_get
 
 TEXT_LIMIT_BYTES = 2_000_000
 """The largest request that is not an upload. The longest valid job file is far smaller."""
@@ -35,7 +35,7 @@ class HeadAsGet:
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Handle one request."""
-        if scope["type"] != "http" or scope["method"] != "HEAD" or _has_route(scope):
+        if scope["type"] != "http" or scope["method"] != "HEAD" or not head_is_get(scope) or _has_route(scope):
             await self._app(scope, receive, send)
             return
 

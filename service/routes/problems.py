@@ -16,6 +16,7 @@ from sqlalchemy.exc import DataError, InterfaceError, OperationalError
 from sqlalchemy.exc import TimeoutError as PoolTimeout
 from starlette.exceptions import HTTPException
 from starlette.routing import Match
+from starlette.types import Scope
 
 from lippmann.errors import FieldProblem, LippmannError, StoreFull, first_problems
 from lippmann.job.problem_words import expected_words, got_words
@@ -142,9 +143,16 @@ def wants_page(request: Request) -> bool:
     return any(kind.strip() == "text/html" and not any(map(_REFUSED.fullmatch, more)) for kind, *more in kinds)
 
 
+def head_is_get(scope: Scope) -> bool:
+    """Return whether HEAD is answered as GET: not at the login, whose links serve once."""
+    return not scope["path"].removeprefix(scope.get("root_path", "")).startswith("/login")
+
+
 def _methods(request: Request) -> list[str]:
     """Return the methods of an address. What has GET has HEAD: see `middleware.HeadAsGet`."""
-    asked = {method: {**request.scope, "method": "GET" if method == "HEAD" else method} for method in _METHODS}
+    asked = {method: {**request.scope, "method": method} for method in _METHODS}
+    if head_is_get(request.scope):
+        asked["HEAD"] = asked["GET"]
     routes = request.app.routes
     return [name for name, scope in asked.items() if any(one.matches(scope)[0] is Match.FULL for one in routes)]
 

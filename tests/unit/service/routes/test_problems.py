@@ -55,7 +55,7 @@ def test_a_method_that_an_address_does_not_have_is_named_with_those_that_it_has(
     assert refused.headers["allow"] == "GET, HEAD, POST"
 
 
-@pytest.mark.parametrize("path", ["/api/v1/health", "/api/v1/jobs", "/login", "/api/v1/nothing", "/api/v1/events"])
+@pytest.mark.parametrize("path", ["/api/v1/health", "/api/v1/jobs", "/docs", "/api/v1/nothing", "/api/v1/events"])
 def test_head_is_get_without_the_body(api: Client, path: str) -> None:
     head = api.head(path)
     assert head.content == b""
@@ -63,6 +63,13 @@ def test_head_is_get_without_the_body(api: Client, path: str) -> None:
         got = api.get(path)
         assert (head.status_code, head.headers["content-type"]) == (got.status_code, got.headers["content-type"])
         assert head.headers["content-length"] == got.headers["content-length"]
+
+
+def test_head_uses_no_login_link_up(api: Client) -> None:
+    link = api.post("/api/v1/login-tokens").json()["url"]
+    refused = api.head(link)
+    assert (refused.status_code, refused.headers["allow"]) == (405, "GET, POST")
+    assert api.get(link, follow_redirects=False).status_code == 303
 
 
 @pytest.mark.parametrize(
