@@ -149,7 +149,8 @@ def _read_output(data: bytes) -> object:
         places = ScenePlaces(pov, files)
         lines = data.decode(errors="replace").splitlines()
         found = [places.translate(message) for message in read_messages(lines, roots=(files.bundle,))]
-        return [files.missing(message.text) for message in found if message.kind is not MessageKind.WARNING]
+        wrong = [message for message in found if message.kind is not MessageKind.WARNING]
+        return [files.missing(message.text) for message in wrong[:1]]
 
 
 FILE_READERS: Mapping[str, tuple[Make, Read]] = {

@@ -195,7 +195,7 @@ def request_reader() -> Iterator[Read]:
         def send(data: bytes) -> object:
             for path in ("/api/v1/jobs", "/api/v1/design"):
                 answer = client.post(path, content=data, headers={"Content-Type": "application/json"})
-                if answer.status_code >= 500:
+                if answer.status_code >= 500 or answer.status_code == 429:
                     raise AssertionError(f"{path} answered {answer.status_code}: {answer.text[:500]}")
                 if len(answer.content) > 2_000_000:
                     raise AssertionError(f"{path} answered {len(answer.content)} bytes")
