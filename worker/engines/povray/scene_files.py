@@ -66,7 +66,7 @@ class SceneFiles:
             The folder of the links, which may have them already.
         """
         folder.mkdir(exist_ok=True)
-        for name, file in islice(self._links.items(), _MOST_LINKS):
+        for name, file in islice(self._read_links().items(), _MOST_LINKS):
             # A name that is both that of a file and that of a folder has one link, and POV-Ray reports the other.
             with suppress(FileExistsError, NotADirectoryError):
                 (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -102,8 +102,12 @@ class SceneFiles:
             return f"{said}: POV-Ray reads a letter outside ASCII as a blank, so give the file a name of ASCII letters"
         return f"{said}: name the file so in the scene"
 
-    @property
+    @cached_property
     def _links(self) -> Mapping[str, Path]:
+        """The links, read once: POV-Ray can print thousands of messages, and a bundle can have thousands of files."""
+        return self._read_links()
+
+    def _read_links(self) -> Mapping[str, Path]:
         return _links(self.bundle, (*self.folders, SYSTEM_INCLUDE), listing_of(self.bundle), self.file)
 
     @cached_property

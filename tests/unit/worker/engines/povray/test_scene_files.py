@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from worker.engines.povray import scene_files
 from worker.engines.povray.command import SYSTEM_INCLUDE
 from worker.engines.povray.scene_files import SceneFiles
+from worker.sandbox.bundle import listing_of
 
 OE = "\N{LATIN SMALL LETTER O WITH DIAERESIS}"
 FILES = ("Parts.inc", "maps/wood.png", "models/trees/oak.inc", "models/Leaf.png", f"H{OE}lz/{OE}l.png", f"b{OE}d.inc")
@@ -134,3 +136,18 @@ def test_what_was_read_of_a_damaged_bundle_is_not_kept(tmp_path: Path) -> None:
     (tmp_path / "away").rename(files.bundle / "maps" / "wood.png")
     files.make_links(tmp_path / "after")
     assert (list((tmp_path / "before").iterdir()), (tmp_path / "after" / "Maps" / "WOOD.png").is_file()) == ([], True)
+
+
+def test_the_files_of_a_scene_are_listed_once_for_any_number_of_messages(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    files, listed = scene(tmp_path, 'png "Maps/WOOD.png"'), list[Path]()
+
+    def listing(folder: Path) -> str:
+        listed.append(folder)
+        return listing_of(folder)
+
+    monkeypatch.setattr(scene_files, "listing_of", listing)
+    names = [files.own_name("Maps/WOOD.png") for _ in range(100)]
+    assert set(names) == {"maps/wood.png"}
+    assert len(listed) <= 2, "before and after the texts are read"
