@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import webbrowser
 from collections.abc import Callable
 
+import pytest
 from playwright.sync_api import Page, expect
 
+from lippmann.farm.browser_door import open_browser
 from service.auth import create_login_token
 from service.schemas.access import Role
 from tests.browser.conftest import Farm, Watch
@@ -41,6 +44,23 @@ def test_a_login_link_opens_the_dashboard(page: Page, farm: Farm) -> None:
         token = create_login_token(session)
     page.goto(f"{farm.url}/login?token={token}")
     expect(page.get_by_role("heading", name="Jobs")).to_be_visible()
+
+
+def test_the_browser_of_up_comes_in_by_an_address_that_is_no_link(
+    page: Page, farm: Farm, watch: Watch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    with farm.service.state.database.writing() as session:
+        token = create_login_token(session)
+    addresses: list[str] = []
+    monkeypatch.setattr(webbrowser, "open", addresses.append)
+    open_browser(lambda: f"{farm.url}/login?token={token}")
+    assert token not in addresses[0]
+    page.goto(addresses[0])
+    expect(page.get_by_role("heading", name="Jobs")).to_be_visible()
+    page.reload()
+    expect(page.get_by_role("heading", name="Jobs")).to_be_visible()
+    assert watch.strangers == addresses
+    watch.strangers.clear()
 
 
 def test_a_viewer_sees_jobs_and_no_buttons_that_change_them(

@@ -261,13 +261,14 @@ def _print_address(farm: Farm, data_dir: Path, output: Output) -> None:
 
 def _open_browser(farm: Farm, output: Output) -> None:
     """Open the dashboard by a link of its own, so that the printed link still works."""
-    import webbrowser
-
     from lippmann.client import Client
+    from lippmann.farm.browser_door import open_browser
 
-    with Client(farm.address.url, farm.address.key) as client:
-        link = client.login_link()
-    if not webbrowser.open(link.url):
+    def make_link() -> str:
+        with Client(farm.address.url, farm.address.key) as client:
+            return client.login_link().url
+
+    if not open_browser(make_link):
         output.note("note: expected a browser for --open, got none; open the link above")
 
 
