@@ -33,7 +33,9 @@ from worker.liveness import ConsumerLiveness, StuckWatch
 from worker.refusals import refusals
 from worker.report import QUICK_S, BrokerClient
 from worker.sandbox.detect import detect
+from worker.sandbox.groups import make_room
 from worker.settings import STOPPING, WorkerSettings
+from worker.store.owner import check_owner
 from worker.whole_file import check_folder
 
 REDELIVERY_S = 8 * 86_400
@@ -119,6 +121,8 @@ def _prepare(**_: Any) -> None:
             left.unlink(missing_ok=True)
     settings.stopping_file.unlink(missing_ok=True)
     try:
+        if not settings.store_url:
+            check_owner(settings.artifacts_dir)
         settings.order_keys.keys()
         broker = BrokerClient(
             settings.broker, settings.worker_name, settings.instance, seals=settings.seals, timeout_s=QUICK_S
@@ -161,7 +165,11 @@ def presence() -> Presence:
         If the worker could not do its work.
     """
     now_s = time.time()
-    sandbox = detect(settings.sandbox)
+    if settings.cgroup == "auto":
+        make_room()
+    sandbox = detect(settings.sandbox, cgroup=settings.cgroup)
+    if sandbox.groups is not None:
+        sandbox.groups.remove_stale()
     if sandbox.mode == "none" and settings.sandbox != "none":
         raise SandboxMissing("expected bubblewrap or Landlock to hold POV-Ray, got neither; install bubblewrap")
     return Presence(
@@ -170,7 +178,7 @@ def presence() -> Presence:
         host=platform.node(),
         pid=os.getpid(),
         slots=settings.slots,
-        sandbox=sandbox.mode,
+        sandbox=sandbox.text,
         povray=_povray(),
         version=version("lippmann"),
         started_s=now_s,

@@ -30,6 +30,9 @@ class WorkerSettings(BrokerSettings):
     """The name of the worker; it must be unique on the farm."""
     sandbox: Literal["auto", "bwrap", "landlock", "none"] = "auto"
     """The sandbox of POV-Ray. A worker with `none` renders only the scenes that come with the project."""
+    cgroup: str = "auto"
+    """The cgroup below which each task has a group with its limits of memory and processes: `auto` for the one that
+    systemd has delegated to the worker, `none`, or a folder, such as `/sys/fs/cgroup/lippmann`."""
     povray: str = "povray"
     """The command of POV-Ray."""
     needs_povray: bool = True

@@ -247,7 +247,8 @@ def _check_white_level(path: Path, header: PictureHeader, white_level: int | Non
 
 @cache
 def _own_sandbox() -> Sandbox:
-    return replace(detect(WorkerSettings().sandbox), allow_none=True)
+    settings = WorkerSettings()
+    return replace(detect(settings.sandbox, cgroup=settings.cgroup), allow_none=True)
 
 
 def _decoded(
@@ -305,6 +306,7 @@ def _decode(
             should_stop=should_stop,
             log=log,
             limits=limits,
+            groups=sandbox.groups,
         )
     last = outcome.lines[-1] if outcome.lines else ""
     if outcome.ending is Ending.EXITED and outcome.exit_code == 0 and last in _DTYPES:

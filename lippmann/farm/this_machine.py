@@ -8,13 +8,16 @@ import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
-from lippmann.errors import FarmFailed, PovrayMissing, SandboxMissing
+from lippmann.errors import FarmFailed, PovrayMissing, SandboxMissing, StoreUnavailable
 from lippmann.farm.supervisor.broker import find_server
+from lippmann.private_files import keep_private
 from lippmann.terminal.progress import size_text
 from service.doctor.finding import Check, Finding, Level
 from worker.engines.povray.version import check_povray, povray_version
 from worker.sandbox.detect import detect
 from worker.settings import WorkerSettings
+from worker.store.opening import ARTIFACTS
+from worker.store.owner import check_owner
 
 LITTLE_BYTES = 2e9
 """The free space below which a disk is named as nearly full; a job of some frames needs some hundred megabytes."""
@@ -43,7 +46,9 @@ def examine_machine(data_dir: Path, *, has_farm: bool) -> Iterator[Finding]:
     yield _povray(missing)
     yield _sandbox(missing)
     yield from _broker(missing)
-    if not has_farm:  # The space of a farm's store is a check of its own.
+    if has_farm:
+        yield from () if WorkerSettings().store_url else _store_owner(data_dir)
+    else:  # The space of a farm's store is a check of its own.
         yield _disk(data_dir)
     yield _cores_and_gpu()
     yield from _extras()
@@ -61,13 +66,16 @@ def _povray(missing: Level) -> Finding:
 
 def _sandbox(missing: Level) -> Finding:
     """Return the sandbox in which a worker on this machine, with these settings, would run scenes."""
-    wanted = WorkerSettings().sandbox
+    settings = WorkerSettings()
+    wanted = settings.sandbox
     try:
-        mode = detect(wanted).mode
+        sandbox = detect(wanted, cgroup=settings.cgroup)
     except SandboxMissing as error:
         return Finding(Check.SANDBOX, Level.WARNING, error.message)
-    if mode != "none":
-        return Finding(Check.SANDBOX, Level.NOTE, f"a worker on this machine runs scenes in {mode}")
+    if sandbox.mode != "none":
+        memory = "each process of a task" if sandbox.groups is None else "each task as a whole, with a cgroup"
+        message = f"a worker on this machine runs scenes in {sandbox.mode}; the kernel limits the memory of {memory}"
+        return Finding(Check.SANDBOX, Level.NOTE, message)
     if wanted == "none":
         message = "LIPPMANN_SANDBOX is none: a worker with it renders only the scenes that come with the project"
         return Finding(Check.SANDBOX, Level.WARNING, message)
@@ -98,6 +106,18 @@ def _disk(data_dir: Path) -> Finding:
     if free < LITTLE_BYTES:
         return Finding(Check.DISK, Level.WARNING, f"only {text}; --data-dir takes another disk")
     return Finding(Check.DISK, Level.NOTE, text)
+
+
+def _store_owner(data_dir: Path) -> Iterator[Finding]:
+    was = os.umask(0o077)
+    os.umask(was)
+    keep_private()  # as a worker does
+    try:
+        check_owner(data_dir / ARTIFACTS)
+    except StoreUnavailable as error:
+        yield Finding(Check.STORE, Level.WARNING, error.message)
+    finally:
+        os.umask(was)
 
 
 def _cores_and_gpu() -> Finding:

@@ -61,7 +61,7 @@ def depth_alone(place: Workplace, sheet: ResolvedJob) -> DepthMap:
     """Return the depth of a stored job's first frame as captured, without its colours."""
     (tile,) = tiles_of(sheet.spec)
     with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
-        return depth_of_tile(place, sheet, 1, tile, folder=folder, log=log, monitor=NullMonitor())[0]
+        return depth_of_tile(place, sheet, 1, tile, folder=folder, log=log, monitor=NullMonitor())
 
 
 def upright(values: NDArray[Any], spec: JobSpec) -> NDArray[Any]:

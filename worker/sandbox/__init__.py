@@ -8,6 +8,7 @@ landlock  the launcher for Landlock
 seccomp   the filter of system calls
 own_user  a user of its own for the program of a worker that is root
 limits    CPU time, memory and file sizes, enforced by the kernel
+groups    a cgroup for each task, where one was given to the worker
 totals    files, memory and processes of a task together, counted while it runs
 child     a child process that ends with its parent
 process   runs a child to its end, with a progress reader of the engine

@@ -15,6 +15,7 @@ from typing import Literal
 
 from lippmann.errors import SandboxMissing
 from worker.sandbox import breakout
+from worker.sandbox.groups import Groups, find_groups
 from worker.sandbox.limits import Limits
 from worker.sandbox.sandbox import PATH, Sandbox, SandboxMode
 
@@ -25,7 +26,7 @@ _MODES: tuple[SandboxMode, ...] = ("bwrap", "landlock")
 _LIMITS = Limits(cpu_s=20, memory_mb=512, file_mb=1)
 
 
-def detect(wanted: SandboxMode | Literal["auto"]) -> Sandbox:
+def detect(wanted: SandboxMode | Literal["auto"], *, cgroup: str = "none") -> Sandbox:
     """Return the sandbox to use: the required one, or the best that works here.
 
     It is found by trying, so call this once.
@@ -33,10 +34,16 @@ def detect(wanted: SandboxMode | Literal["auto"]) -> Sandbox:
     `auto` on a machine where no sandbox works gives mode `none`. The setting never allows an uploaded scene to run
     without a sandbox: `allow_none` depends on whose scene it is.
 
+    Parameters
+    ----------
+    cgroup
+        The group below which each task gets one of its own; see `find_groups`.
+
     Raises
     ------
     SandboxMissing
-        If the wanted one does not hold here; the message says what a program inside it could do.
+        If the wanted one does not hold here; the message says what a program inside it could do. Also if the group is
+        a folder in which no groups can be made.
     """
     if wanted == "none":
         return Sandbox("none")
@@ -44,7 +51,8 @@ def detect(wanted: SandboxMode | Literal["auto"]) -> Sandbox:
     for mode in _MODES if wanted == "auto" else (wanted,):
         fault = trial(Sandbox(mode))
         if fault is None:
-            return Sandbox(mode)
+            found = find_groups(cgroup)
+            return Sandbox(mode, groups=found if isinstance(found, Groups) else None)
         faults[mode] = fault
     if wanted == "auto":
         return Sandbox("none")

@@ -12,6 +12,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from enum import StrEnum
 from functools import partial
@@ -20,6 +21,7 @@ from typing import Generic, Protocol, TypeVar
 
 from lippmann.errors import SandboxMissing
 from worker.sandbox.child import Child
+from worker.sandbox.groups import Groups, TaskGroup
 from worker.sandbox.limits import Limits, TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.totals import Excess, find_excess
@@ -105,6 +107,7 @@ def run(
     should_stop: Callable[[], bool],
     log: AttemptLog,
     limits: Limits | None = None,
+    groups: Groups | None = None,
 ) -> Outcome[P]:
     """Run a child to its end and return its outcome.
 
@@ -127,6 +130,8 @@ def run(
         Receives the output.
     limits
         The totals of the folder `cwd`, of memory and of processes; the child is ended when it exceeds one.
+    groups
+        Where the child has a group of its own, in which the kernel limits memory and processes together.
 
     Raises
     ------
@@ -137,16 +142,19 @@ def run(
     output = _OutputReader(log, reader)
     rule = _EndingRule(reader, times, should_stop)
     reported, report_timer = reader.progress, _Interval(REPORT_S)
-    with _started(argv, cwd, env) as child:
-        if limits is not None:
-            rule.find_excess = partial(_excess, cwd, child, limits)
-        while not child.is_over():
-            output.feed(child.read(POLL_S if reader.progress == reported else REPORT_S))
-            if rule.update() is not Ending.EXITED:
-                child.end()
-            if reader.progress != reported and report_timer.is_due():
-                reported = reader.progress
-                on_progress(reported)
+    with _group(groups, limits) as group:
+        with _started(argv if group is None else group.entering(argv), cwd, env) as child:
+            if limits is not None:
+                rule.find_excess = partial(_excess, cwd, child, limits)
+            while not child.is_over():
+                output.feed(child.read(POLL_S if reader.progress == reported else REPORT_S))
+                if rule.update() is not Ending.EXITED:
+                    child.end()
+                if reader.progress != reported and report_timer.is_due():
+                    reported = reader.progress
+                    on_progress(reported)
+        if limits is not None and group is not None and group.ran_out_of_memory():
+            rule.run_out_of_memory(limits)
     output.close()
     if reader.progress != reported:
         on_progress(reader.progress)
@@ -179,6 +187,10 @@ class Lines:
     def close(self) -> list[str]:
         """Return the unfinished last line, if there is one."""
         return self.feed(b"\n") if self._rest else []
+
+
+def _group(groups: Groups | None, limits: Limits | None) -> AbstractContextManager[TaskGroup | None]:
+    return nullcontext() if groups is None or limits is None else groups.task(limits)
 
 
 def _excess(folder: Path, child: Child, limits: Limits) -> Excess | None:
@@ -233,6 +245,12 @@ class _EndingRule:
         if self.ending is Ending.EXITED:
             self.ending = self._ending(now_s)
         return self.ending
+
+    def run_out_of_memory(self, limits: Limits) -> None:
+        """Note that the kernel ended the child because its group was at the limit of memory."""
+        if self.ending is Ending.EXITED:
+            self.ending = Ending.TOO_MUCH_MEMORY
+            self.excess = f"its processes together have the memory of its cgroup; the limit is {limits.memory_mb} MB"
 
     def _ending(self, now_s: float) -> Ending:
         if self._stop_timer.is_due() and self._should_stop():

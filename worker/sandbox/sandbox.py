@@ -25,6 +25,7 @@ from typing import Literal
 
 from lippmann.errors import SandboxMissing
 from worker.sandbox import landlock
+from worker.sandbox.groups import Groups
 from worker.sandbox.limits import Limits, limited
 from worker.sandbox.own_user import hand_over, is_open_to_all, let_read, own_user
 from worker.sandbox.seccomp import filter_path
@@ -50,6 +51,17 @@ class Sandbox:
     allow_none: bool = False
     """True for the scenes that come with the project and for the files of the person who runs the command; whatever
     else is handled in the mode `none` is refused."""
+    groups: Groups | None = None
+    """The place of the group of each task; None where the kernel limits each process alone."""
+
+    @property
+    def text(self) -> str:
+        """The mode, and whether tasks have groups.
+
+        >>> Sandbox("bwrap").text
+        'bwrap'
+        """
+        return self.mode if self.groups is None else f"{self.mode}+cgroup"
 
     def wrap(self, argv: Sequence[str], *, readable: Sequence[Path], writable: Path, limits: Limits) -> list[str]:
         """Return the command line that runs `argv` inside; it may read `readable`, and it works in `writable`.

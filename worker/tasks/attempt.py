@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -51,8 +52,6 @@ HUNG_S = {
 class TaskResult:
     """The result of an attempt that succeeded."""
 
-    cpu_s: float = 0.0
-    """CPU seconds of the child processes; the attempt adds its own."""
     probe: ProbeResult | None = None
     digests: Mapping[str, Digest] = field(default_factory=dict)
     """The digests of the artifacts that the task stored, by their names below the job."""
@@ -79,7 +78,7 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
     if not begin(lambda: broker.claim(order, lease)):
         return
     place.store.expect(order.store_id)
-    started_s, started_cpu_s = time.monotonic(), time.process_time()
+    started_s, started_cpu_s = time.monotonic(), _cpu_s()
     with AttemptHeartbeat(
         broker, order, worker_stopping=place.stopping, hung_s=HUNG_S[order.kind], announce=place.announce
     ) as heartbeat:
@@ -88,7 +87,7 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
         order,
         EventKind.FAILED if failure else EventKind.DONE,
         broker,
-        cpu_s=work.cpu_s + time.process_time() - started_cpu_s,
+        cpu_s=_cpu_s() - started_cpu_s,
         wall_s=time.monotonic() - started_s,
         failure=failure,
         probe=work.probe,
@@ -101,6 +100,12 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
     except RedisError as error:
         # The service notices the artifact, or that the heartbeats are missing. The lease expires by itself.
         log.warning("final event lost", job=order.job_id, task=order.task_id, attempt=order.attempt, error=repr(error))
+
+
+def _cpu_s() -> float:
+    """Return the CPU seconds of this process and of its children that have ended; it makes one attempt at a time."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + used.ru_utime + used.ru_stime
 
 
 def _done_or_failed(

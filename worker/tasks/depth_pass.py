@@ -54,8 +54,8 @@ def depth_of_tile(
     folder: Path,
     log: AttemptLog,
     monitor: ProgressMonitor,
-) -> tuple[DepthMap, float]:
-    """Return the depth of a tile, as captured, and the CPU seconds that POV-Ray took.
+) -> DepthMap:
+    """Return the depth of a tile, as captured.
 
     Raises
     ------
@@ -70,22 +70,19 @@ def depth_of_tile(
     rows, cols = layout.rows, layout.cols
     region = Region(tile.row_start, tile.row_stop, tile.col_start, tile.col_stop)
     shared = write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=region, monitor=monitor)
-    spent_s = 0.0
 
     def codes(depth: DepthPass) -> NDArray[np.uint16]:
-        nonlocal spent_s
         (folder / DEPTH_POV_FILE).write_text(pov_text(there, "ray_camera", depth=depth))
         command = _command(tile, sheet.clock, frame)
-        outcome = run_povray(place, there, command, folder=folder, log=log, monitor=monitor)
-        spent_s += outcome.cpu_s
-        return read_codes(outcome.picture)[LEADING_ROWS:]
+        picture = run_povray(place, there, command, folder=folder, log=log, monitor=monitor).picture
+        return read_codes(picture)[LEADING_ROWS:]
 
     near_mm = _scale_mm(there.stage, optical_bench)
     first = DepthPass(outside=(0, 0, 0), cols=tile.cols, near_mm=near_mm)
     with place.bundle(sheet.bundle) as bundle:
         foggy = has_fog(bundle)
     light = found_light(codes, first, there.stage, foggy=foggy)
-    return _depth_map(light.distance_mm(near_mm=near_mm), optical_bench, tile, shared, monitor), spent_s
+    return _depth_map(light.distance_mm(near_mm=near_mm), optical_bench, tile, shared, monitor)
 
 
 def _command(tile: Tile, clock: Clock, frame: int) -> RenderCommand:

@@ -51,7 +51,7 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
         camera=seen.camera,
         notes=seen.notes,
     )
-    return TaskResult(cpu_s=outcome.cpu_s, probe=result)
+    return TaskResult(probe=result)
 
 
 def probe_size(size: CellLayout) -> tuple[int, int]:

@@ -40,11 +40,10 @@ def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Tas
     if cache is not None and cache.take():
         return TaskResult(digests=artifacts.stored, cached=True)
     depth = sheet.spec.capture.depth
-    cpu_s = 0.0
     with place.task_folder() as folder:
         with kept_log(place, order, folder) as log:
             if depth:
-                cpu_s = _store_depth(place, sheet, order, tile, artifacts, folder, log, PartMonitor(monitor, 0.0, 0.5))
+                _store_depth(place, sheet, order, tile, artifacts, folder, log, PartMonitor(monitor, 0.0, 0.5))
             rest = PartMonitor(monitor, 0.5, 1.0) if depth else monitor
             threads = threads_of(place, sheet.at(order.frame), order)
             picture = render_region(
@@ -57,7 +56,7 @@ def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Tas
         artifacts.put(names.tile_name(order.frame, order.tile), cropped)
     if cache is not None:
         cache.keep()
-    return TaskResult(cpu_s=cpu_s + picture.outcome.cpu_s, digests=artifacts.stored)
+    return TaskResult(digests=artifacts.stored)
 
 
 def threads_of(place: Workplace, sheet: ResolvedJob, order: Order) -> int:
@@ -75,15 +74,14 @@ def _store_depth(
     folder: Path,
     log: AttemptLog,
     monitor: ProgressMonitor,
-) -> float:
-    """Store the depth of a tile; of the two the tile itself comes last and means both. Return the CPU seconds."""
+) -> None:
+    """Store the depth of a tile; of the two the tile itself comes last and means both."""
     assert order.frame is not None  # noqa: S101 - as in render_tile
-    found, cpu_s = depth_of_tile(place, sheet, order.frame, tile, folder=folder, log=log, monitor=monitor)
+    found = depth_of_tile(place, sheet, order.frame, tile, folder=folder, log=log, monitor=monitor)
     path = folder / "depth.exr"
     size = found.values.shape[:2]
     write_channels(path, (found.values,), CHANNELS, size=size, attributes=tile_header(sheet, order.frame))
     artifacts.put(names.depth_tile_name(order.frame, tile.index), path)
-    return cpu_s
 
 
 def render_region(

@@ -133,7 +133,7 @@ def workplace(
     return Workplace(
         settings=settings,
         store=open_store(settings, reserve_bytes=settings.disk_reserve_bytes),
-        sandbox=detect(settings.sandbox),
+        sandbox=detect(settings.sandbox, cgroup=settings.cgroup),
         announce=announce,
         own_files=own_files,
     )

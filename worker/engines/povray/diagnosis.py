@@ -23,7 +23,7 @@ SIGXFSZ                                      limit of a file's size          Ren
 SIGABRT, "thread_resource_error"             no room for threads             RenderCrashed
 SIGKILL                                      most often out of memory        RenderCrashed
 another signal                               it crashed                      RenderCrashed
-125 "landlock:", 1 "bwrap:"                  the sandbox did not start       SandboxMissing
+125 "landlock:" "enter:", 1 "bwrap:"         the sandbox did not start       SandboxMissing
 127 "prlimit: failed to execute"             not installed                   PovrayMissing
 anything else                                                                RenderFailed
 ============================================ =============================== =====================================
@@ -157,7 +157,7 @@ def _sandbox(case: Case) -> LippmannError | None:
     if case.outcome.progress.phase is not Phase.STARTING:
         return None
     for line in case.outcome.lines:
-        if line.startswith(("sandbox: ", "bwrap: ", "landlock: ", "setpriv: ")):
+        if line.startswith(("sandbox: ", "bwrap: ", "landlock: ", "setpriv: ", "enter: ")):
             return SandboxMissing(f"The sandbox did not start: {line}")
         if line.startswith("prlimit: failed to execute"):
             return PovrayMissing(f"POV-Ray did not start: {line}")

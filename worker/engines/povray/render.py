@@ -11,7 +11,7 @@ from lippmann.errors import PovrayMissing, RenderFailed
 from worker.engines.povray.command import RenderCommand, povray_argv
 from worker.engines.povray.diagnosis import Case, diagnose, is_startup_fault
 from worker.engines.povray.environment import ascii_path, prepare
-from worker.engines.povray.messages import MessageKind, Statistics, read_statistics
+from worker.engines.povray.messages import Statistics, read_statistics
 from worker.engines.povray.picture import check_picture, max_picture_bytes
 from worker.engines.povray.places import ScenePlaces
 from worker.engines.povray.progress import PovrayProgressReader, Progress
@@ -28,8 +28,6 @@ STARTS = 4
 WORK_FOLDER = "work"
 """The folder in the folder of a task that POV-Ray can write."""
 
-_KEPT_WARNINGS = 20
-
 
 @dataclass(frozen=True)
 class RenderOutcome:
@@ -44,8 +42,6 @@ class RenderOutcome:
     statistics: Statistics
     radiosity_seen: bool
     photons_seen: bool
-    warnings: tuple[str, ...]
-    """The warnings of POV-Ray."""
 
 
 def render(
@@ -131,6 +127,7 @@ def _render(
             should_stop=should_stop,
             log=log,
             limits=limits,
+            groups=sandbox.groups,
         )
 
     outcome, spent_cpu_s = _start_until_it_starts(start, log)
@@ -158,9 +155,6 @@ def _render(
         statistics=statistics.at_most(wall_s=outcome.wall_s, cpu_s=outcome.cpu_s),
         radiosity_seen=outcome.progress.radiosity,
         photons_seen=outcome.progress.photons,
-        warnings=tuple(str(message) for message in case.messages if message.kind is MessageKind.WARNING)[
-            :_KEPT_WARNINGS
-        ],
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import shutil
 import sys
 from collections import namedtuple
@@ -55,6 +56,21 @@ def test_in_an_environment_of_pipx_the_advice_is_a_command_of_pipx(
     assert how_to_install("plots") == "pip install 'lippmann[plots]'"
     (tmp_path / "pipx_metadata.json").write_text("{}")
     assert how_to_install("plots") == "pipx runpip lippmann install 'lippmann[plots]'"
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root gives a folder to another user")
+def test_a_store_of_another_user_is_warned_about(tmp_path: Path) -> None:
+    (tmp_path / "artifacts").mkdir()
+    assert Check.STORE not in _found(tmp_path, has_farm=True)
+    os.chown(tmp_path / "artifacts", 65_533, 65_533)
+    before = os.umask(0o022)
+    try:
+        found = _found(tmp_path, has_farm=True)[Check.STORE]
+        assert os.umask(0o022) == 0o022
+    finally:
+        os.umask(before)
+    assert found.level is Level.WARNING
+    assert "expected a worker of the user 65533" in found.message
 
 
 def test_a_disk_that_is_nearly_full_and_one_that_cannot_be_written_are_warned_about(

@@ -83,14 +83,32 @@ def doing(result: TaskResult | Exception) -> Callable[[Workplace, Order, Progres
 
 def test_an_attempt_that_ends_well_says_claimed_and_done(place: Workplace, redis: Redis) -> None:
     measured = ProbeResult(start_s=0.7, s_per_px=1e-5, tileable=True)
-    attempt(place, order(), doing(TaskResult(cpu_s=3.0, probe=measured)))
+    attempt(place, order(), doing(TaskResult(probe=measured)))
     claimed, done = said(redis)
     assert (claimed.kind, done.kind) == (EventKind.CLAIMED, EventKind.DONE)
     assert done.attempt == "a1"
     assert done.probe == measured
-    assert done.cpu_s is not None
-    assert done.cpu_s >= 3.0
     assert not redis.exists(wire.lease_key("a1"))
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_the_seconds_of_every_program_count_also_if_the_attempt_fails(
+    place: Workplace, redis: Redis, *, fails: bool
+) -> None:
+    """A program such as the report of a scene's camera, whose outcome is not that of the task."""
+    program = [sys.executable, "-c", "import time\nwhile time.process_time() < 0.3: pass"]
+
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
+        subprocess.run(program, check=True)
+        if fails:
+            raise SceneError("line 3: what")
+        return TaskResult()
+
+    attempt(place, order(), do)
+    ended = said(redis)[-1]
+    assert ended.kind is (EventKind.FAILED if fails else EventKind.DONE)
+    assert ended.cpu_s is not None
+    assert ended.cpu_s >= 0.3
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,212 @@
+"""The cgroups of tasks: real ones where some were given to the tests, which `LIPPMANN_TEST_CGROUP` names."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from lippmann.errors import SandboxMissing
+from tests.waiting import until
+from worker.sandbox.groups import Groups, NoGroups, TaskGroup, find_groups, own_group
+from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
+from worker.sandbox.log import AttemptLog
+from worker.sandbox.process import Ending, run
+
+LIMITS = Limits(cpu_s=60, memory_mb=100, processes=10)
+BOMB = """
+import os, sys, time
+for _ in range(4):
+    if os.fork() == 0:
+        kept = bytes(1) * 60 * 2**20
+        time.sleep(600)
+os.wait()
+time.sleep(600)
+"""
+"""Four processes, each of which takes less than the limit."""
+FORKS = """
+import os, time
+count = 0
+try:
+    while count < 100:
+        if os.fork() == 0:
+            os.closerange(0, 3)
+            time.sleep(600)
+        count += 1
+except OSError:
+    print(count, flush=True)
+"""
+
+
+@pytest.fixture
+def groups() -> Groups:
+    """Return the place of real groups."""
+    found = find_groups(os.environ.get("LIPPMANN_TEST_CGROUP", "auto"))
+    if isinstance(found, NoGroups):
+        pytest.skip(f"needs a cgroup for the groups of tasks, which LIPPMANN_TEST_CGROUP names: {found.reason}")
+    return found
+
+
+def _run(group: TaskGroup, program: str) -> subprocess.CompletedProcess[str]:
+    argv = group.entering([sys.executable, "-I", "-S", "-c", program])
+    return subprocess.run(argv, capture_output=True, text=True, timeout=120)
+
+
+def _left(groups: Groups) -> list[Path]:
+    return [group for folder in groups.folders for group in folder.glob("lippmann-task-*")]
+
+
+@pytest.mark.promise("Scenes", "Where a cgroup was given to the worker, the kernel limits the memory of a whole task.")
+def test_the_kernel_ends_processes_that_together_have_more_memory_than_the_task_may(groups: Groups) -> None:
+    with groups.task(LIMITS) as group:
+        began_s = time.monotonic()
+        if (group.folders[0] / "memory.oom.group").exists():
+            assert _run(group, BOMB).returncode < 0, "all of them, not one of the four"
+        else:
+            _await_first_kill(group)
+        assert group.ran_out_of_memory()
+        assert time.monotonic() - began_s < 100
+    assert _left(groups) == []
+
+
+def _await_first_kill(group: TaskGroup) -> None:
+    """In cgroup v1, the kernel kills one process at a time."""
+    with subprocess.Popen(group.entering([sys.executable, "-I", "-S", "-c", BOMB])) as ran:
+        until(group.ran_out_of_memory)
+        ran.kill()
+
+
+def test_a_task_within_its_limits_ends_as_it_wants(groups: Groups) -> None:
+    with groups.task(LIMITS) as group:
+        assert _run(group, "print(2)").stdout == "2\n"
+        assert not group.ran_out_of_memory()
+
+
+def test_a_run_out_of_memory_is_told_as_the_limit_of_memory(groups: Groups, tmp_path: Path) -> None:
+    limit = TimeLimit(120, "the test")
+    with AttemptLog(tmp_path / "log.txt") as log:
+        outcome = run(
+            [sys.executable, "-I", "-S", "-c", BOMB],
+            cwd=tmp_path,
+            env={},
+            times=TimeLimits(total=limit, stall=limit),
+            reader=_Silent(),
+            on_progress=lambda _: None,
+            should_stop=lambda: False,
+            log=log,
+            limits=LIMITS,
+            groups=groups,
+        )
+    assert outcome.ending is Ending.TOO_MUCH_MEMORY
+    assert "the limit is 100 MB" in outcome.excess
+    assert _left(groups) == []
+
+
+class _Silent:
+    progress, phase, growth = 0, "working", 0.0
+
+    def read(self, line: str) -> bool:
+        return False
+
+
+def test_a_group_has_a_limit_of_processes(groups: Groups) -> None:
+    with groups.task(LIMITS) as group:
+        if not any((folder / "pids.max").exists() for folder in group.folders):
+            pytest.skip("needs the controller of processes")
+        assert 5 < int(_run(group, FORKS).stdout.split()[-1]) < 20
+    assert _left(groups) == [], "also with processes in it"
+
+
+SERVICE = """
+from worker.sandbox.groups import find_groups, make_room, own_group
+from worker.sandbox.limits import Limits
+before, nothing = own_group(), find_groups("auto")
+make_room()
+with find_groups("auto").task(Limits(cpu_s=1, memory_mb=9)) as group:
+    print(nothing.reason, own_group() == before / "lippmann-worker", group.folders[0].parent == before, sep=";")
+"""
+
+
+def test_a_worker_makes_room_in_the_group_that_systemd_has_delegated_to_it(groups: Groups) -> None:
+    service = groups.folders[0] / "service"
+    if not (service.parent / "cgroup.controllers").exists():
+        pytest.skip("needs cgroup v2")
+    service.mkdir()
+    try:
+        os.setxattr(service, "user.delegate", b"1")
+        argv = TaskGroup((service,)).entering([sys.executable, "-c", SERVICE])
+        ran = subprocess.run(argv, capture_output=True, text=True, timeout=120)
+        assert ran.stdout == "the worker is in no cgroup that was delegated to it;True;True\n", ran.stderr
+    finally:
+        for group in (service / "lippmann-worker", service):
+            group.rmdir()
+
+
+CONTAINER = """
+from worker.sandbox.groups import make_room, own_group
+make_room()
+print(own_group())
+"""
+
+
+def test_the_group_of_a_container_stays_as_it_is(groups: Groups) -> None:
+    container = groups.folders[0] / "container"
+    if not (container.parent / "cgroup.controllers").exists():
+        pytest.skip("needs cgroup v2")
+    container.mkdir()
+    try:
+        os.setxattr(container, "user.delegate", b"1")
+        inside = 'umount -l /sys/fs/cgroup; mount -t cgroup2 cgroup /sys/fs/cgroup && exec "$@"'
+        argv = ["unshare", "-C", "-m", "sh", "-c", inside, "sh", sys.executable, "-c", CONTAINER]
+        entering = TaskGroup((container,)).entering(argv)
+        ran = subprocess.run(entering, capture_output=True, text=True, timeout=120)
+        assert ran.stdout == "/sys/fs/cgroup\n", ran.stderr
+        assert not (container / "lippmann-worker").exists()
+    finally:
+        container.rmdir()
+
+
+def test_groups_of_workers_that_have_ended_are_removed(groups: Groups) -> None:
+    ended = subprocess.Popen(["/bin/true"])
+    ended.wait()
+    names = [f"lippmann-task-{pid}-aa" for pid in (ended.pid, os.getpid())]
+    try:
+        for name in names:
+            (groups.folders[0] / name).mkdir()
+        groups.remove_stale()
+        assert [group.name for group in _left(groups)] == names[1:]
+    finally:
+        for group in _left(groups):
+            group.rmdir()
+
+
+def test_a_folder_that_is_no_group_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(SandboxMissing, match=f"LIPPMANN_CGROUP: expected a cgroup .*, got {tmp_path}: .*no controller"):
+        find_groups(str(tmp_path))
+    with pytest.raises(SandboxMissing, match="got /nowhere: "):
+        find_groups("/nowhere")
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("group", "mounts", "expected"),
+    [
+        ("0::/a/b\n", "30 24 0:26 / /sys/fs/cgroup rw - cgroup2 cgroup2 rw\n", "/sys/fs/cgroup/a/b"),
+        ("4:memory:/x\n0::/\n", "9 8 0:7 / /sys/fs/cgroup/unified rw - cgroup2 c rw\n", "/sys/fs/cgroup/unified"),
+        ("0::/pod/b\n", "30 24 0:26 /pod /sys/fs/cgroup ro - cgroup2 cgroup2 rw\n", "/sys/fs/cgroup/b"),
+        ("0::/other\n", "30 24 0:26 /pod /sys/fs/cgroup ro - cgroup2 cgroup2 rw\n", None),
+        ("4:memory:/x\n", "30 24 0:26 / /sys/fs/cgroup/memory rw - cgroup cgroup rw,memory\n", None),
+    ],
+)
+def test_the_group_of_a_process_is_found(tmp_path: Path, group: str, mounts: str, expected: str | None) -> None:
+    (tmp_path / "cgroup").write_text(group)
+    (tmp_path / "mountinfo").write_text(f"24 1 8:1 / / rw - ext4 /dev/sda rw\n{mounts}")
+    assert own_group(tmp_path) == (None if expected is None else Path(expected))
+
+
+def test_no_group_is_used_that_was_not_given() -> None:
+    assert find_groups("none") == NoGroups("LIPPMANN_CGROUP is none")
