@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -74,22 +75,29 @@ class LocalJob:
     def _render_tiles(self, wanted: list[tuple[int, Tile]], report: Report) -> float:
         watches = [_Watched() for _ in wanted]
 
-        def render_one(frame: int, tile: Tile, monitor: _Watched) -> float:
-            work = render_tile(self.place, _order(TaskKind.RENDER, frame=frame, tile=tile), monitor)
+        def render_one(frame: int, tile: Tile, monitor: _Watched) -> None:
+            render_tile(self.place, _order(TaskKind.RENDER, frame=frame, tile=tile), monitor)
             monitor.progress = 1.0
             done = sum(each.progress for each in watches) / len(watches)
             report(0.9 * done, f"rendered {done:.0%}")
-            return work.cpu_s
 
+        before_s = _cpu_s_of_children()
         with ThreadPoolExecutor(self.place.settings.slots) as pool:
             running = [pool.submit(render_one, *one, monitor) for one, monitor in zip(wanted, watches, strict=True)]
             try:
-                return sum(future.result() for future in running)
+                for future in running:
+                    future.result()
             except BaseException:
                 for monitor, future in zip(watches, running, strict=True):
                     monitor.stopped = True
                     future.cancel()
                 raise
+        return _cpu_s_of_children() - before_s
+
+
+def _cpu_s_of_children() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 @contextmanager

@@ -46,10 +46,10 @@ def run_shares(
                     break
             if not running:
                 return
-            for receiver in wait(list(running)):
-                assert isinstance(receiver, Connection)
-                share, process = running.pop(receiver)
-                yield share, _received(receiver)
+            for ready in wait(list(running)):
+                assert isinstance(ready, Connection)
+                share, process = running.pop(ready)
+                yield share, _received(ready)
                 process.join()
     finally:
         for _, process in running.values():
