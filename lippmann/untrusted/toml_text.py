@@ -55,6 +55,11 @@ def read_toml(data: bytes, *, field: str) -> dict[str, Any]:
         _refuse(field, "TOML in UTF-8", "UTF-16")
     try:
         text = data.decode("utf-8-sig").replace("\r\n", "\n")
+    except UnicodeDecodeError as error:
+        line = 1 + data.count(b"\n", 0, error.start)
+        got = f"byte {data[error.start]:#04x} in line {line}; save the file as UTF-8"
+        raise InvalidText(FieldProblem(field=field, expected="TOML in UTF-8", got=got)) from error
+    try:
         _scan(text, field)
         return tomllib.loads(text)
     except (ValueError, RecursionError) as error:
