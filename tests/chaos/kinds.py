@@ -241,7 +241,8 @@ def _kills(parts: Parts, job_id: str, rng: Random) -> None:
 
 @_kind("all: a SIGKILL every 10 s, while 1,000 frames render", work=LONG)
 def _kills_all_along(parts: Parts, job_id: str, rng: Random) -> None:
-    while parts.client.job(job_id).status not in ENDED_JOBS:
+    # The video takes longer than the pause between two kills, and a task that is lost ten times is not tried again.
+    while (job := parts.client.job(job_id)).status not in ENDED_JOBS and job.frames_done < job.frames_total:
         rng.choice(parts.processes).kill_one(rng)
         _pause(rng, 0.0, 1.0)
         for part in parts.processes:
