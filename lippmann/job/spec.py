@@ -30,6 +30,7 @@ from lippmann.job.problems import FieldError, problems_of
 from lippmann.job.render_settings import Capture, RenderSettings
 from lippmann.job.rig import MAX_FRAME_PX, Rig
 from lippmann.job.stage import StageChange
+from lippmann.untrusted.shown import shown
 
 ParameterValue = bool | int | float | str
 
@@ -255,7 +256,7 @@ def parse_spec(data: Any) -> JobSpec:
         The job has an old name, one warning for each; see `lippmann.job.old_names`.
     """
     if not isinstance(data, Mapping):
-        raise SpecError(f"expected a job as a JSON object, got {type(data).__name__}")
+        raise SpecError(f"expected a job as a JSON object, got {shown(data)}")
     for note in current_job(data)[1]:
         warnings.warn(note, FutureWarning, stacklevel=2)
     try:

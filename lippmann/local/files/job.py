@@ -11,6 +11,7 @@ from typing import Any
 
 from lippmann.errors import BadInput, InputNote, InvalidText
 from lippmann.untrusted.json_text import LIMITS, read_json
+from lippmann.untrusted.shown import shown
 
 
 def read_job(source: str, overrides: Sequence[str] = ()) -> dict[str, Any]:
@@ -123,5 +124,5 @@ def _parse(data: bytes, source: str) -> dict[str, Any]:
     where = "stdin" if source == "-" else source
     job = read_json(data, field=where)
     if not isinstance(job, dict):
-        raise BadInput(f"{where}: expected a job as a JSON object, got {type(job).__name__}")
+        raise BadInput(f"{where}: expected a job as a JSON object, got {shown(job)}")
     return job

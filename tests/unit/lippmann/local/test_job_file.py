@@ -52,7 +52,7 @@ def test_an_override_below_a_value_says_which_value_is_in_the_way() -> None:
     ("text", "said"),
     [
         ("{", "expected JSON, got .* at line 1, column 2"),
-        ("[1]", "expected a job as a JSON object, got list"),
+        ("[1]", r"expected a job as a JSON object, got \[1\]"),
         ("\xff", "UTF-8"),
     ],
 )
