@@ -56,7 +56,8 @@ class ObjectStore:
         data.mkdir(exist_ok=True)
         options = {
             "dir": str(data), "ip": "127.0.0.1", "ip.bind": "127.0.0.1", "s3": "true", "s3.port": str(self.port),
-            "s3.config": str(users), "s3.port.iceberg": "0", "s3.iam": "false", "s3.autoCreateBucket": "false",
+            "s3.config": str(users), "s3.port.iceberg": "0", "s3.port.lance": "0",
+            "s3.iam": "false", "s3.autoCreateBucket": "false",
             "master.telemetry": "false",
             "master.volumeSizeLimitMB": "64", "volume.max": "0", "master.volumePreallocate": "false",
             "s3.localSocket": str(self.folder / "s3.sock"), "filer.localSocket": str(self.folder / "filer.sock"),

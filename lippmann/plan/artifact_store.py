@@ -64,7 +64,7 @@ class ArtifactStore(Protocol):
         """Store a copy of a file completely or not at all; see `put_bytes`."""
 
     def link(self, source: str, name: str) -> None:
-        """Store the content of an artifact under a second name, completely or not at all, without more room for it.
+        """Store the content of an artifact under a second name, completely or not at all; on a disk it takes no room.
 
         Each name keeps the content when the other is deleted or replaced. ArtifactMissing if there is no `source`.
         """
@@ -85,7 +85,7 @@ class ArtifactStore(Protocol):
         """Return bytes [start, stop) of an artifact in chunks, fewer if the artifact is shorter.
 
         ArtifactMissing is raised by this call, not with the first chunk. An artifact that is replaced while it is read
-        is read to its end with the old content.
+        is read to its end with the old content, or StoreUnavailable is raised; the two are never mixed.
         """
 
     def list(self, prefix: str, *, after: str = "", limit: int | None = None) -> builtins.list[ArtifactInfo]:

@@ -14,6 +14,10 @@ ARTIFACTS = "artifacts"
 """The folder of the artifacts below the data folder; the service and the workers use the same one."""
 
 
+COPIES = "copies"
+"""The folder below the data folder for copies of the artifacts of a bucket."""
+
+
 def open_store(settings: BrokerSettings, *, reserve_bytes: int = 0) -> ArtifactStore:
     """Return the store of a farm: the bucket of `store_url`, or the folder `artifacts` of the data folder.
 
@@ -37,7 +41,8 @@ def open_store(settings: BrokerSettings, *, reserve_bytes: int = 0) -> ArtifactS
         ) from error
     url = urlsplit(settings.store_url)
     return S3Store(
-        url.netloc, prefix=url.path.strip("/"), endpoint=settings.s3_endpoint, region=settings.s3_region
+        url.netloc, copies=settings.data_dir / COPIES, prefix=url.path.strip("/"), endpoint=settings.s3_endpoint,
+        region=settings.s3_region,
     )  # fmt: skip
 
 

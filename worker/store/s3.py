@@ -8,17 +8,22 @@ interrupted are invisible, and `sweep` removes them later. Objects whose names b
 
 Access keys come from where every program for S3 finds them: AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, the file that
 AWS_SHARED_CREDENTIALS_FILE names, or the role of the machine.
+
+Whoever reads an artifact as a file gets a copy of it in a folder of this machine. The copies that a killed process left
+there are removed when the next one starts.
 """
 
 from __future__ import annotations
 
 import builtins
+import fcntl
 import os
+import shutil
 import tempfile
 import time
 import uuid
 from collections.abc import Iterator
-from contextlib import closing, contextmanager, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from datetime import UTC, datetime, timedelta
 from functools import cached_property
 from itertools import islice
@@ -31,7 +36,7 @@ from botocore.config import Config
 from botocore.exceptions import BotoCoreError, ClientError, HTTPClientError
 
 from lippmann.digest import Digest, digest_of
-from lippmann.errors import ArtifactMissing, StoreUnavailable
+from lippmann.errors import NO_ROOM, ArtifactMissing, DiskFull, StoreUnavailable
 from lippmann.plan.artifact_store import ArtifactInfo
 from worker.store.names import check_name, check_prefix
 from worker.store.s3_errors import code_of, translated
@@ -55,6 +60,8 @@ class S3Store:
     ----------
     bucket
         The name of the bucket, which exists.
+    copies
+        The folder on this machine for copies of artifacts; it is made if it does not exist.
     prefix
         The names of all objects begin with it and a slash; if empty, the store is the whole bucket.
     endpoint
@@ -68,8 +75,8 @@ class S3Store:
     """
 
     def __init__(
-        self, bucket: str, *, prefix: str = "", endpoint: str = "", region: str = "", connect_s: float = 5.0,
-        read_s: float = 30.0, attempts: int = 5,
+        self, bucket: str, *, copies: Path, prefix: str = "", endpoint: str = "", region: str = "",
+        connect_s: float = 5.0, read_s: float = 30.0, attempts: int = 5,
     ) -> None:  # fmt: skip
         self._bucket = bucket
         self._prefix = f"{check_prefix(prefix)}/" if prefix else ""
@@ -78,8 +85,12 @@ class S3Store:
         self._config = Config(
             connect_timeout=connect_s, read_timeout=read_s, max_pool_connections=32,
             retries={"mode": "standard", "total_max_attempts": attempts},
+            # The farm has digests of its own, and not every server understands those of Amazon.
+            request_checksum_calculation="when_required", response_checksum_validation="when_required",
         )  # fmt: skip
         self._attempts = attempts
+        self._copies = copies
+        _remove_left(copies)
         self._expected: str | None = None
         self._known_until_s = 0.0
         self._clients: dict[int, Any] = {}
@@ -214,11 +225,19 @@ class S3Store:
     def local_path(self, name: str) -> Iterator[Path]:
         """Yield the path of a copy of an artifact, which is removed afterwards."""
         check_name(name)
-        with tempfile.TemporaryDirectory(prefix="lippmann-artifact-") as folder:
-            path = Path(folder, Path(name).name)
-            with path.open("xb") as file:
-                for chunk in self.read_range(name, 0, self.size(name)):
-                    file.write(chunk)
+        with self._reading(name):
+            answer = self._client.get_object(**self._at(name))
+        chunks = self._chunks(name, 0, int(answer["ContentLength"]), answer)
+        with ExitStack() as stack:
+            try:
+                folder = stack.enter_context(_copy_folder(self._copies))
+                path = folder / Path(name).name
+                with path.open("xb") as file:
+                    file.writelines(chunks)
+            except OSError as error:
+                if error.errno in NO_ROOM:
+                    raise DiskFull(f"no room for a copy of {name} in {self._copies}: {error.strerror}") from error
+                raise
             yield path
 
     def free_bytes(self) -> int | None:
@@ -276,6 +295,7 @@ class S3Store:
             with translated(name, self.place):
                 yield
         except ArtifactMissing:
+            self._known_until_s = 0.0
             if self._expected is None:
                 with translated(name, self.place):
                     # Unlike the answer about one object, this one tells a missing bucket.
@@ -307,6 +327,8 @@ class S3Store:
                     if attempt == self._attempts:
                         message = f"cannot reach {name} in the store: {self.place}: the connection failed"
                         raise StoreUnavailable(message) from error
+            if start >= stop:
+                return
             time.sleep(_pause_s(attempt))
             with translated(name, self.place):
                 answer = self._client.get_object(**self._at(name), Range=f"bytes={start}-{stop - 1}", IfMatch=etag)
@@ -325,7 +347,8 @@ class S3Store:
         for page in self._pages(Prefix=self._prefix + folder, **start):
             for entry in page.get("Contents", ()):
                 name = entry["Key"].removeprefix(self._prefix)
-                if not name.startswith("."):
+                # Some consoles make an empty object for a folder.
+                if name and not name.startswith(".") and not name.endswith("/"):
                     yield _info(name, entry)
 
     def _walk(self, folder: str, after: str) -> Iterator[ArtifactInfo]:
@@ -368,7 +391,35 @@ class S3Store:
 
 
 _IN_PARTS = TransferConfig(multipart_threshold=PART_BYTES, multipart_chunksize=PART_BYTES, max_concurrency=4)
+_NEW_S = 60.0
 _BROKEN = (BotoCoreError, HTTPClientError, OSError)
+
+
+@contextmanager
+def _copy_folder(copies: Path) -> Iterator[Path]:
+    """Yield a new folder that is locked while this process lives, and is removed afterwards."""
+    copies.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=copies, ignore_cleanup_errors=True) as name:
+        descriptor = os.open(name, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+            yield Path(name)
+        finally:
+            os.close(descriptor)
+
+
+def _remove_left(copies: Path) -> None:
+    """Remove the folders of processes that died. One that is not locked yet is younger than a minute."""
+    for folder in copies.glob("*"):
+        with suppress(OSError):
+            if time.time() - folder.stat().st_mtime < _NEW_S:
+                continue
+            descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+            try:
+                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                shutil.rmtree(folder)
+            finally:
+                os.close(descriptor)
 
 
 def _pause_s(attempt: int) -> float:

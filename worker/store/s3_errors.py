@@ -47,11 +47,6 @@ def code_of(error: ClientError) -> str:
     return str(error.response.get("Error", {}).get("Code", ""))
 
 
-def is_missing(error: ClientError) -> bool:
-    """Return whether a server answered that the object does not exist."""
-    return code_of(error) in _MISSING
-
-
 @contextmanager
 def translated(what: str, place: str) -> Iterator[None]:
     """Translate the errors of botocore.

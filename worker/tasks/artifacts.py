@@ -6,11 +6,13 @@ from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
-from lippmann.digest import Digest
-from lippmann.errors import ArtifactBroken, ArtifactMissing
+from lippmann.digest import Digest, digest_of
+from lippmann.errors import ArtifactBroken, ArtifactMissing, StoreUnavailable
 from lippmann.job.messages.orders import Order
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore, read_digest
+
+CHUNK_BYTES = 1 << 20
 
 
 class TaskArtifacts:
@@ -22,7 +24,7 @@ class TaskArtifacts:
         self._store = store
         self._job_id = order.job_id
         self._expected: Mapping[str, Digest] = order.digests
-        self._verified: set[str] = set()
+        self._verified: set[tuple[str, Path]] = set()
 
     def put(self, name: str, path: Path) -> None:
         """Store a file, completely or not at all, and record its digest."""
@@ -52,20 +54,25 @@ class TaskArtifacts:
             reads the file.
         """
         with naming_artifact(name), self._store.local_path(self._full(name)) as path:
-            self._verify(name)
+            self._verify(name, path)
             yield path
 
-    def _verify(self, name: str) -> None:
+    def _verify(self, name: str, path: Path) -> None:
+        """Check the file that is read; of a bucket it is a copy, and a second one might differ."""
         expected = self._expected.get(name)
-        if expected is None or name in self._verified:
+        if expected is None or (name, path) in self._verified:
             return
-        size = self._store.size(self._full(name))
-        if size != expected.size:
-            raise ArtifactBroken(f"{name}: expected {expected.size} bytes, got {size}")
-        found = read_digest(self._store, self._full(name))
+        try:
+            size = path.stat().st_size
+            if size != expected.size:
+                raise ArtifactBroken(f"{name}: expected {expected.size} bytes, got {size}")
+            with path.open("rb") as file:
+                found = digest_of(iter(lambda: file.read(CHUNK_BYTES), b""))
+        except OSError as error:
+            raise StoreUnavailable(f"cannot read {name} of the store: {error.strerror}") from error
         if found != expected:
             raise ArtifactBroken(f"{name}: expected the SHA-256 {expected.sha256}, got {found.sha256}")
-        self._verified.add(name)
+        self._verified.add((name, path))
 
     def _full(self, name: str) -> str:
         return names.job_artifact(self._job_id, name)

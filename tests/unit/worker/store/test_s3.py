@@ -7,6 +7,7 @@ import multiprocessing
 import os
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,10 @@ import botocore.auth
 import pytest
 from boto3.s3.transfer import TransferConfig
 
-from lippmann.errors import ArtifactMissing, StoreUnavailable
+from lippmann.errors import ArtifactMissing, DiskFull, StoreUnavailable
 from tests.broker import free_port
 from tests.object_store import ObjectStore
+from tests.unit.worker.store.conftest import TINY_BYTES
 from tests.waiting import ENOUGH_S
 from worker.store import s3
 from worker.store.s3 import IDENTITY, S3Store
@@ -29,18 +31,26 @@ def bucket(object_store: ObjectStore) -> str:
 
 
 @pytest.fixture
-def store(object_store: ObjectStore, bucket: str) -> S3Store:
-    return S3Store(bucket, endpoint=object_store.endpoint)
+def copies(tmp_path: Path) -> Path:
+    return tmp_path / "copies"
 
 
-def test_of_several_processes_one_makes_the_id(object_store: ObjectStore, bucket: str) -> None:
-    def make(_: int) -> str:
-        return S3Store(bucket, endpoint=object_store.endpoint).make_identity()
+@pytest.fixture
+def make_store(object_store: ObjectStore, bucket: str, copies: Path) -> Callable[..., S3Store]:
+    """Open the bucket, or another one, at the server or elsewhere."""
+    return lambda **change: S3Store(**{"bucket": bucket, "copies": copies, "endpoint": object_store.endpoint, **change})
 
-    assert S3Store(bucket, endpoint=object_store.endpoint).identity() is None
+
+@pytest.fixture
+def store(make_store: Callable[..., S3Store]) -> S3Store:
+    return make_store()
+
+
+def test_of_several_processes_one_makes_the_id(make_store: Callable[..., S3Store]) -> None:
+    assert make_store().identity() is None
     with ThreadPoolExecutor(8) as pool:
-        (made,) = {*pool.map(make, range(8))}
-    assert S3Store(bucket, endpoint=object_store.endpoint).identity() == made
+        (made,) = {*pool.map(lambda _: make_store().make_identity(), range(8))}
+    assert make_store().identity() == made
 
 
 def test_the_store_of_another_farm_is_unavailable_and_its_artifacts_are_not_missing(store: S3Store) -> None:
@@ -66,8 +76,8 @@ def test_a_store_without_its_id_is_unavailable(store: S3Store, object_store: Obj
         store.put_bytes("a", b"")
 
 
-def test_a_bucket_holds_several_stores(object_store: ObjectStore, bucket: str) -> None:
-    one, two = (S3Store(bucket, prefix=name, endpoint=object_store.endpoint) for name in ("farms/one", "farms/one-b"))
+def test_a_bucket_holds_several_stores(make_store: Callable[..., S3Store]) -> None:
+    one, two = (make_store(prefix=name) for name in ("farms/one", "farms/one-b"))
     one.put_bytes("job/a", b"1")
     two.put_bytes("job/b", b"2")
     assert one.make_identity() != two.make_identity()
@@ -85,19 +95,19 @@ def test_a_bucket_holds_several_stores(object_store: ObjectStore, bucket: str) -
     ],
 )
 def test_a_wrong_key_is_named(
-    object_store: ObjectStore, bucket: str, monkeypatch: pytest.MonkeyPatch, change: dict[str, str], reason: str
+    make_store: Callable[..., S3Store], monkeypatch: pytest.MonkeyPatch, change: dict[str, str], reason: str
 ) -> None:
     for name, value in change.items():
         monkeypatch.setenv(name, value) if value else monkeypatch.delenv(name)
-    store = S3Store(bucket, endpoint=object_store.endpoint)
+    store = make_store()
     for ask in (store.make_identity, lambda: store.put_bytes("a", b""), lambda: store.get_bytes("a")):
         with pytest.raises(StoreUnavailable, match=reason) as caught:
             ask()
         assert "wrong" not in str(caught.value)
 
 
-def test_a_wrong_bucket_is_unavailable_and_nothing_in_it_is_missing(object_store: ObjectStore) -> None:
-    store = S3Store("no-such-bucket", endpoint=object_store.endpoint)
+def test_a_wrong_bucket_is_unavailable_and_nothing_in_it_is_missing(make_store: Callable[..., S3Store]) -> None:
+    store = make_store(bucket="no-such-bucket")
     for ask in (
         store.identity,
         store.make_identity,
@@ -121,8 +131,8 @@ def test_a_clock_that_is_wrong_is_named(store: S3Store, monkeypatch: pytest.Monk
         store.put_bytes("a", b"")
 
 
-def test_a_server_that_is_away_is_unavailable(bucket: str) -> None:
-    store = S3Store(bucket, endpoint=f"http://127.0.0.1:{free_port()}", attempts=1)
+def test_a_server_that_is_away_is_unavailable(make_store: Callable[..., S3Store]) -> None:
+    store = make_store(endpoint=f"http://127.0.0.1:{free_port()}", attempts=1)
     for ask in (lambda: store.put_bytes("a", b""), lambda: store.get_bytes("a"), lambda: store.exists("a")):
         with pytest.raises(StoreUnavailable, match="the server does not answer"):
             ask()
@@ -161,7 +171,7 @@ class Dying(s3.S3Store):
             if params["url"].find("partNumber=2") >= 0: os.kill(os.getpid(), signal.SIGKILL)
         client.meta.events.register("before-call.s3.UploadPart", die)
         return client
-Dying(sys.argv[1], endpoint=sys.argv[2]).put_file("job/large", Path(sys.argv[3]))
+Dying(sys.argv[1], copies=Path(sys.argv[3] + "-copies"), endpoint=sys.argv[2]).put_file("job/large", Path(sys.argv[3]))
 """
 
 
@@ -267,6 +277,67 @@ def test_a_thousand_objects_and_more_are_listed_and_deleted(store: S3Store, monk
     assert [info.name for info in store.list("job", after="job/03", limit=9)] == names[4:13]
     store.delete("job")
     assert [info.name for info in store.list("")] == ["jobs"]
+
+
+def test_a_bucket_that_is_deleted_has_no_missing_artifacts(
+    store: S3Store, object_store: ObjectStore, bucket: str
+) -> None:
+    store.expect(store.make_identity())
+    store.put_bytes("a", b"1")
+    admin = object_store.client()
+    for key in ("a", IDENTITY):
+        admin.delete_object(Bucket=bucket, Key=key)
+    admin.delete_bucket(Bucket=bucket)
+    # The id was read a moment ago.
+    for ask in (lambda: store.exists("a"), lambda: store.get_bytes("a"), lambda: store.size("a")):
+        with pytest.raises(StoreUnavailable, match="no bucket of this name"):
+            ask()
+
+
+def test_a_folder_of_a_console_is_no_artifact(make_store: Callable[..., S3Store], object_store: ObjectStore) -> None:
+    store = make_store(prefix="farm")
+    for key in ("farm/", "farm/job/"):
+        object_store.client().put_object(Bucket=store._bucket, Key=key, Body=b"")
+    store.put_bytes("job/a", b"")
+    for is_sorted in (False, True):
+        store._is_sorted = is_sorted
+        assert [info.name for info in store.list("")] == ["job/a"]
+
+
+COPYING = """
+import os, signal, sys
+from pathlib import Path
+from worker.store.s3 import S3Store
+with S3Store(sys.argv[1], copies=Path(sys.argv[3]), endpoint=sys.argv[2]).local_path("a"):
+    os.kill(os.getpid(), signal.SIGKILL)
+"""
+
+
+def test_copies_of_a_killed_process_are_removed_and_those_of_a_living_one_stay(
+    store: S3Store, make_store: Callable[..., S3Store], object_store: ObjectStore, bucket: str, copies: Path
+) -> None:
+    store.put_bytes("a", b"data")
+    command = [sys.executable, "-c", COPYING, bucket, object_store.endpoint, str(copies)]
+    assert subprocess.run(command, timeout=300).returncode == -9
+    with store.local_path("a") as path:
+        assert len(list(copies.iterdir())) == 2
+        for folder in copies.iterdir():
+            os.utime(folder, (0, 0))
+        make_store()
+        assert [path.parent] == list(copies.iterdir())
+        assert path.read_bytes() == b"data"
+    assert list(copies.iterdir()) == []
+
+
+def test_a_full_disk_has_no_room_for_a_copy(
+    store: S3Store, tiny_disk: Path, make_store: Callable[..., S3Store]
+) -> None:
+    store.put_bytes("a", os.urandom(2 * TINY_BYTES))
+    with (
+        pytest.raises(DiskFull, match=f"no room for a copy of a in {tiny_disk}"),
+        make_store(copies=tiny_disk / "copies").local_path("a"),
+    ):
+        pass
 
 
 def test_an_artifact_that_is_missing_is_named(store: S3Store) -> None:

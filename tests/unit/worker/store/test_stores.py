@@ -32,8 +32,8 @@ def make_store(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPath
     if request.param == "disk":
         return lambda: LocalStore(tmp_path_factory.mktemp("store"))
     server = request.getfixturevalue("object_store")
-    bucket, numbers = server.new_bucket(), count()
-    return lambda: S3Store(bucket, prefix=f"farm{next(numbers)}", endpoint=server.endpoint)
+    bucket, numbers, copies = server.new_bucket(), count(), tmp_path_factory.mktemp("copies")
+    return lambda: S3Store(bucket, copies=copies, prefix=f"farm{next(numbers)}", endpoint=server.endpoint)
 
 
 @pytest.fixture

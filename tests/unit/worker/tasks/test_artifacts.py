@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import pytest
 
-from lippmann.digest import Digest
+from lippmann.digest import Digest, digest_of
 from lippmann.errors import ArtifactBroken, ArtifactMissing
 from lippmann.job.messages.events import Event
 from lippmann.job.messages.orders import Order, TaskKind
@@ -110,18 +110,18 @@ def test_a_master_is_verified_once_an_attempt_however_often_it_is_read(
     job = given_job(tmp_path, frames="1")
     known = digests(job.place, "orthoscopic")
     order = order_of(TaskKind.ENCODE, frame=None).model_copy(update={"digests": known})
-    read: list[str] = []
+    read: list[Digest] = []
 
-    def counted(store: object, name: str) -> Digest:
-        read.append(name)
-        return known["orthoscopic/0001.exr"]
+    def counted(chunks: Iterable[bytes]) -> Digest:
+        read.append(digest_of(chunks))
+        return read[-1]
 
-    monkeypatch.setattr(module, "read_digest", counted)
+    monkeypatch.setattr(module, "digest_of", counted)
     artifacts = module.TaskArtifacts(job.place.store, order)
     for _ in range(3):
         with artifacts.opened("orthoscopic/0001.exr"):
             pass
-    assert read == [f"{JOB_ID}/orthoscopic/0001.exr"]
+    assert read == [known["orthoscopic/0001.exr"]]
 
 
 def test_digests_travel_in_orders_and_events_and_older_messages_have_none(tmp_path: Path) -> None:
