@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterable
 
 
@@ -38,12 +37,14 @@ def numbers(values: Iterable[float]) -> str:
 
 
 def file_name(name: str) -> str:
-    """Return the name of a file as POV-Ray reads it: a blank in place of each byte that is not ASCII.
+    """Return the name by which a frame includes a scene: its own, or that of a link if POV-Ray could not read it.
 
-    >>> file_name("Würfel.pov")
-    'W  rfel.pov'
+    POV-Ray reads a blank in place of each byte outside ASCII, so that two names may become one.
+
+    >>> file_name("fish.pov"), file_name("Würfel.pov")
+    ('fish.pov', 'lippmann-scene.pov')
     """
-    return re.sub(rb"[\x80-\xff]", b" ", name.encode()).decode("ascii")
+    return name if name.isascii() else f"lippmann-scene{'.pov' if name.lower().endswith('.pov') else '.inc'}"
 
 
 def switch(value: bool) -> str:

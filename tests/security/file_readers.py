@@ -17,6 +17,7 @@ from PIL import Image
 
 from tests import bombs
 from tests.security.mutations import mutated_bytes
+from worker.engines.povray.hints import with_hint
 from worker.engines.povray.messages import MessageKind, read_messages
 from worker.engines.povray.places import ScenePlaces
 from worker.engines.povray.scene_files import SceneFiles
@@ -150,7 +151,7 @@ def _read_output(data: bytes) -> object:
         lines = data.decode(errors="replace").splitlines()
         found = [places.translate(message) for message in read_messages(lines, roots=(files.bundle,))]
         wrong = [message for message in found if message.kind is not MessageKind.WARNING]
-        return [files.missing(message.text) for message in wrong[:1]]
+        return [(files.missing(message.text), with_hint(message, files)) for message in wrong[:1]]
 
 
 FILE_READERS: Mapping[str, tuple[Make, Read]] = {

@@ -193,7 +193,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     finally:
         print(*totals.values(), sep="\n", flush=True)
         for name, report in totals.items():
-            missing = (options.inputs - options.first) // SLOWER.get(name, 1) - report.inputs
+            slower = SLOWER.get(name, 1)
+            missing = options.inputs // slower - options.first // slower - report.inputs
             if missing:
                 print(f"{name}: {missing} inputs were not tried", flush=True)
     return 1 if any(report.findings for report in totals.values()) else 0

@@ -33,7 +33,17 @@ _BEGINNINGS = (
 
 
 def with_hint(message: Message, scene: SceneFiles) -> Message:
-    """Return an error of a scene, with what is known of its cause."""
+    """Return an error of a scene, with what is known of its cause.
+
+    A scene can print any text as the name of a file, also one that the system refuses to look up.
+    """
+    try:
+        return _hinted(message, scene)
+    except (OSError, ValueError):
+        return message
+
+
+def _hinted(message: Message, scene: SceneFiles) -> Message:
     if message.file is None or message.line is None:
         return message
     path = scene.bundle / message.file

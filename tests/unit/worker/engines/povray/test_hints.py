@@ -43,10 +43,15 @@ def test_an_error_of_another_line_names_no_picture(tmp_path: Path) -> None:
     assert hinted(tmp_path, PNG, text=WALL.replace("\n  ", "\n\n\n\n\n\n")) == "Not a PNG file"
 
 
-@pytest.mark.parametrize("file", ["/dev/zero", "../outside.pov", "missing.pov", "maps"])
+@pytest.mark.parametrize("file", ["/dev/zero", "../outside.pov", "missing.pov", "maps", "a" * 300, "b/" * 2500, "a\0b"])
 def test_a_scene_that_prints_an_error_of_another_file_gets_no_hint(tmp_path: Path, file: str) -> None:
     (tmp_path / "outside.pov").write_text(WALL)
     assert hinted(tmp_path, Message(MessageKind.ERROR, "Not a PNG file", file, 3)) == "Not a PNG file"
+
+
+def test_a_quoted_text_that_is_longer_than_any_name_is_no_picture(tmp_path: Path) -> None:
+    text = WALL.replace("Maps/WOOD.png", "圖" * 90)
+    assert hinted(tmp_path, PNG, text=text) == "Not a PNG file"
 
 
 def test_a_picture_outside_the_bundle_is_not_looked_at(tmp_path: Path) -> None:

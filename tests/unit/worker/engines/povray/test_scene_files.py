@@ -96,8 +96,17 @@ def test_a_scene_file_outside_ascii_has_a_link(tmp_path: Path) -> None:
     (tmp_path / f"W{OE}rfel.pov").write_bytes(b"")
     files = SceneFiles(tmp_path, f"W{OE}rfel.pov")
     files.make_links(tmp_path / "links")
-    assert files.own_name("W  rfel.pov") == f"W{OE}rfel.pov"
-    assert (tmp_path / "links" / "W  rfel.pov").resolve() == tmp_path / f"W{OE}rfel.pov"
+    assert files.own_name("lippmann-scene.pov") == f"W{OE}rfel.pov"
+    assert (tmp_path / "links" / "lippmann-scene.pov").resolve() == tmp_path / f"W{OE}rfel.pov"
+
+
+def test_a_scene_whose_name_reads_like_that_of_its_include_has_links_for_both(tmp_path: Path) -> None:
+    (tmp_path / "場景.inc").write_text('#include "材質.inc"')
+    (tmp_path / "材質.inc").write_bytes(b"")
+    files = SceneFiles(tmp_path, "場景.inc")
+    files.make_links(tmp_path / "links")
+    assert (tmp_path / "links" / "lippmann-scene.inc").resolve() == tmp_path / "場景.inc"
+    assert (tmp_path / "links" / "      .inc").resolve() == tmp_path / "材質.inc"
 
 
 def test_links_are_made_once(tmp_path: Path) -> None:

@@ -100,7 +100,7 @@ def test_the_truth_that_is_gone_is_named_and_may_be_there_at_the_next_attempt(tm
         ({"source": "estimate", "u": 8, "v": 0}, "u", "a view from (0, 0) to (7, 7)"),
         ({"source": "estimate", "nearest_mm": 3}, "farthest_mm", "both or neither"),
         ({"source": "estimate", "nearest_mm": 3, "farthest_mm": 4}, "nearest_mm", "more than farthest_mm, 4"),
-        ({"source": "estimate", "reach": 0}, "reach", "greater"),
+        ({"source": "estimate", "reach": 0}, "reach", "a number of at least 1"),
     ],
 )
 def test_what_cannot_be_is_refused_by_name(output: dict[str, Any], field: str, expected: str) -> None:
