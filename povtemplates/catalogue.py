@@ -17,5 +17,5 @@ POSTER = "poster.png"
 
 
 def scene_folders() -> dict[str, Path]:
-    """Return the folders of the scenes that come with the project, sorted by name."""
+    """Return the folders of the built-in scenes, sorted by name."""
     return {folder.name: folder for folder in sorted(SCENES_FOLDER.iterdir()) if (folder / MANIFEST).is_file()}

@@ -29,7 +29,7 @@ class WorkerSettings(BrokerSettings):
     worker_name: str = Field(default_factory=lambda: f"{platform.node()}-{os.getpid()}", min_length=1, max_length=100)
     """The name of the worker; it must be unique on the farm."""
     sandbox: Literal["auto", "bwrap", "landlock", "none"] = "auto"
-    """The sandbox of POV-Ray. A worker with `none` renders only the scenes that come with the project."""
+    """The sandbox of POV-Ray. A worker with `none` renders only the built-in scenes."""
     cgroup: str = "auto"
     """The cgroup below which each task has a group with its limits of memory and processes: `auto` for the one that
     systemd has delegated to the worker, `none`, or a folder, such as `/sys/fs/cgroup/lippmann`."""

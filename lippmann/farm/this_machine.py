@@ -77,7 +77,7 @@ def _sandbox(missing: Level) -> Finding:
         message = f"a worker on this machine runs scenes in {sandbox.mode}; the kernel limits the memory of {memory}"
         return Finding(Check.SANDBOX, Level.NOTE, message)
     if wanted == "none":
-        message = "LIPPMANN_SANDBOX is none: a worker with it renders only the scenes that come with the project"
+        message = "LIPPMANN_SANDBOX is none: a worker with it renders only the built-in scenes"
         return Finding(Check.SANDBOX, Level.WARNING, message)
     message = (
         "neither bubblewrap nor Landlock works here, so no worker can on this machine; install bubblewrap (Debian: "

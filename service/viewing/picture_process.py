@@ -32,10 +32,10 @@ from service.viewing.render import Wanted
 from service.viewing.sheet_cache import SheetCache
 
 PATH, PICTURE, PROBLEM, TOO_LARGE = b"path", b"pict", b"prob", b"huge"
-"""What an answer is; its first four bytes."""
+"""The kinds of answers; the first four bytes of one."""
 KIND_BYTES = 4
 NICENESS = 10
-"""What the niceness of the process is above that of the service, once it has started, for which somebody waits."""
+"""The niceness of the process above that of the service, once it has started; somebody waits for the start."""
 _PR_SET_PDEATHSIG = 1
 
 

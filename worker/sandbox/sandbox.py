@@ -5,7 +5,7 @@ mode      holds                                                                 
 ========= ====================================================================== ==========================
 bwrap     files, network, processes, IPC: namespaces with nothing else in them   user namespaces
 landlock  files and TCP; no new processes                                        Linux 5.13, no privilege
-none      nothing but limits; for scenes that come with the project and one's    nothing
+none      nothing but limits; for built-in scenes and one's                      nothing
           own files, never for scenes that were uploaded
 ========= ====================================================================== ==========================
 
@@ -49,7 +49,7 @@ class Sandbox:
 
     mode: SandboxMode
     allow_none: bool = False
-    """True for the scenes that come with the project and for the files of the person who runs the command; whatever
+    """True for built-in scenes and for the files of the person who runs the command; whatever
     else is handled in the mode `none` is refused."""
     groups: Groups | None = None
     """The place of the group of each task; None where the kernel limits each process alone."""

@@ -1,4 +1,4 @@
-"""What the scene's own camera sees: how far away the objects are, and what stands behind the camera."""
+"""The view of the scene's own camera: how far away the objects are, and what stands behind the camera."""
 
 from __future__ import annotations
 

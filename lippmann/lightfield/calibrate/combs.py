@@ -92,7 +92,7 @@ class Comb:
     grid: Measured | None
     """The clearest grid that is not that of lenses: what is shown goes on across it, or it may be of JPEG's blocks."""
     disturbed: Interference | None = None
-    """What makes the pitch of the lenses uncertain."""
+    """The reason why the pitch of the lenses is uncertain."""
 
 
 def measure_comb(tone: NDArray[np.float32], *, near_px: float | None = None) -> Comb:

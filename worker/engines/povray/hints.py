@@ -1,4 +1,4 @@
-"""What the author of a scene may want to know with a message of POV-Ray: which picture it is about, which dialect."""
+"""Hints for the author of a scene with a message of POV-Ray: the picture that it is about, the dialect."""
 
 from __future__ import annotations
 

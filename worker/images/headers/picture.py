@@ -1,4 +1,4 @@
-"""What the header of a picture says."""
+"""The header of a picture: size, channels, depth and colour."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class DamagedHeader(Exception):
 
 @dataclass(frozen=True)
 class PictureHeader:
-    """What the header of a picture says, within the limits."""
+    """The header of a picture, within the limits."""
 
     format: str
     rows: int
@@ -55,7 +55,7 @@ class PictureHeader:
     page: int = 0
     """The number of the picture among `pages`."""
     foreign_colours: str = ""
-    """What the channels are if they are neither grey nor red, green and blue, such as `CMYK`."""
+    """The names of the channels if they are neither grey nor red, green and blue, such as `CMYK`."""
     has_more_parts: bool = False
     """True if an EXR has more parts than the first one, which alone is read."""
     highest_code: int = 0

@@ -39,7 +39,7 @@ _FOREIGN_COLOURS = {
     32844: "CIE Log2(L)",
     32845: "CIE Log2(L) (u', v')",
 }
-"""What is refused by its photometric interpretation."""
+"""The photometric interpretations that are refused."""
 _CODES_AT_MOST = 16
 """The bits of the largest codes that are read."""
 _TURNED_BY_LIBTIFF = 6
