@@ -111,7 +111,7 @@ Renderer = Callable[[Sheet, ViewableFrame, Any], Light]
 
 
 class Wanted(Protocol):
-    """The picture that a process is asked to make. Its fields are pickled, so the functions among them are those of a module."""
+    """The picture that a process is asked to make. Its fields are pickled: functions in them are those of a module."""
 
     @property
     def sheet_name(self) -> str:
