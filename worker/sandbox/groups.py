@@ -58,8 +58,8 @@ class TaskGroup:
         return ["/bin/sh", "-c", _ENTER_ALL, "enter", *map(str, self.folders), "--", *argv]
 
     def ran_out_of_memory(self) -> bool:
-        """Return whether the kernel has ended a process of the group because the group is at its limit."""
-        return any(_oom_kills(folder) for folder in self.folders)
+        """Return whether the kernel has ended a process of the group because the group is at its own limit."""
+        return any(_killed_at_own_limit(folder) for folder in self.folders)
 
 
 @dataclass(frozen=True)
@@ -219,12 +219,25 @@ def _limit(folder: Path, limits: Limits) -> None:
             (folder / name).write_text(str(value))
 
 
-def _oom_kills(folder: Path) -> int:
-    for name in ("memory.events", "memory.oom_control"):
-        if (folder / name).exists():
-            counts = dict(line.split() for line in (folder / name).read_text().splitlines())
-            return int(counts.get("oom_kill", 0))
-    return 0
+def _killed_at_own_limit(folder: Path) -> bool:
+    """Return whether a group has reached its own limit of memory, and a process of it was killed.
+
+    `oom_kill` alone also counts processes that were killed because the machine or a group above had no memory left.
+    """
+    counts = _counts(folder / "memory.events.local") or _counts(folder / "memory.events")
+    at_limit = counts.get("oom", 0)
+    if not counts:  # cgroup v1
+        counts = _counts(folder / "memory.oom_control")
+        at_limit = sum(_counts(folder / f"memory.{kind}failcnt").get("", 0) for kind in ("", "memsw."))
+    return at_limit > 0 and counts.get("oom_kill", 0) > 0
+
+
+def _counts(path: Path) -> dict[str, int]:
+    """Return the named numbers of a file of a group, and a number alone without a name; none if there is no file."""
+    with suppress(OSError):
+        pairs = (line.rpartition(" ") for line in path.read_text().splitlines())
+        return {name: int(number) for name, _, number in pairs}
+    return {}
 
 
 def _remove(folder: Path) -> None:

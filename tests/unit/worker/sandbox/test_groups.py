@@ -210,3 +210,24 @@ def test_the_group_of_a_process_is_found(tmp_path: Path, group: str, mounts: str
 
 def test_no_group_is_used_that_was_not_given() -> None:
     assert find_groups("none") == NoGroups("LIPPMANN_CGROUP is none")
+
+
+@pytest.mark.parametrize(
+    ("files", "expected"),
+    [
+        ({"memory.events": "low 0\nmax 9\noom 1\noom_kill 4\noom_group_kill 1\n"}, True),
+        ({"memory.events": "low 0\nmax 9\noom 0\noom_kill 1\n"}, False),
+        ({"memory.events": "max 9\noom 1\noom_kill 0\n"}, False),
+        ({"memory.events.local": "oom 0\noom_kill 1\n", "memory.events": "oom 1\noom_kill 1\n"}, False),
+        ({"memory.oom_control": "oom_kill_disable 0\nunder_oom 0\noom_kill 1\n", "memory.failcnt": "7\n"}, True),
+        ({"memory.oom_control": "oom_kill 1\n", "memory.failcnt": "0\n", "memory.memsw.failcnt": "7\n"}, True),
+        ({"memory.oom_control": "under_oom 0\noom_kill 1\n", "memory.failcnt": "0\n"}, False),
+        ({}, False),
+    ],
+)
+def test_only_a_kill_at_the_own_limit_is_the_limit_of_the_group(
+    tmp_path: Path, files: dict[str, str], expected: bool
+) -> None:
+    for name, text in files.items():
+        (tmp_path / name).write_text(text)
+    assert TaskGroup((tmp_path,)).ran_out_of_memory() is expected
