@@ -11,6 +11,7 @@ import time
 from importlib.metadata import version
 from typing import Any
 
+import structlog
 from celery import Celery
 from celery.signals import (
     setup_logging,
@@ -37,6 +38,8 @@ from worker.sandbox.groups import make_room
 from worker.settings import STOPPING, WorkerSettings
 from worker.store.owner import check_owner
 from worker.whole_file import check_folder
+
+log = structlog.get_logger()
 
 REDELIVERY_S = 8 * 86_400
 """Longer than any time limit of a job: the service, not the broker, decides that an order is lost."""
@@ -170,6 +173,8 @@ def presence() -> Presence:
     sandbox = detect(settings.sandbox, cgroup=settings.cgroup)
     if sandbox.groups is not None:
         sandbox.groups.remove_stale()
+    if sandbox.unused_group:
+        log.warning("cgroup not used", reason=sandbox.unused_group)
     if sandbox.mode == "none" and settings.sandbox != "none":
         raise SandboxMissing("expected bubblewrap or Landlock to hold POV-Ray, got neither; install bubblewrap")
     return Presence(

@@ -39,7 +39,7 @@ from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.process import Ending, Outcome, run
 from worker.sandbox.results import take_result
-from worker.sandbox.sandbox import PATH, Sandbox
+from worker.sandbox.sandbox import COMPLAINTS, PATH, Sandbox
 from worker.settings import WorkerSettings
 
 START_S = 60.0
@@ -335,7 +335,7 @@ def _readable(prefix: Path) -> list[Path]:
 
 
 def _error(name: str, outcome: Outcome[None], last: str, times: TimeLimits) -> LippmannError:
-    if last.startswith(("bwrap: ", "landlock: ", "setpriv: ", "prlimit: ")):
+    if last.startswith((*COMPLAINTS, "prlimit: ")):
         return SandboxMissing(f"The sandbox did not start: {last[:300]}")
     if outcome.ending is Ending.STOPPED:
         return Stopped()

@@ -65,25 +65,26 @@ def _povray(missing: Level) -> Finding:
 
 
 def _sandbox(missing: Level) -> Finding:
-    """Return the sandbox in which a worker on this machine, with these settings, would run scenes."""
+    """Return the sandbox in which a worker started here, by this shell and with its settings, would run scenes."""
     settings = WorkerSettings()
     wanted = settings.sandbox
     try:
         sandbox = detect(wanted, cgroup=settings.cgroup)
     except SandboxMissing as error:
         return Finding(Check.SANDBOX, Level.WARNING, error.message)
+    unused = f"; a cgroup is not used: {sandbox.unused_group}" if sandbox.unused_group else ""
     if sandbox.mode != "none":
         memory = "each process of a task" if sandbox.groups is None else "each task as a whole, with a cgroup"
-        message = f"a worker on this machine runs scenes in {sandbox.mode}; the kernel limits the memory of {memory}"
-        return Finding(Check.SANDBOX, Level.NOTE, message)
+        message = f"a worker started here runs scenes in {sandbox.mode}; the kernel limits the memory of {memory}"
+        return Finding(Check.SANDBOX, Level.WARNING if unused else Level.NOTE, message + unused)
     if wanted == "none":
         message = "LIPPMANN_SANDBOX is none: a worker with it renders only the built-in scenes"
-        return Finding(Check.SANDBOX, Level.WARNING, message)
+        return Finding(Check.SANDBOX, Level.WARNING, message + unused)
     message = (
         "neither bubblewrap nor Landlock works here, so no worker can on this machine; install bubblewrap (Debian: "
         "apt-get install bubblewrap), or use Linux 5.13 or later with Landlock"
     )
-    return Finding(Check.SANDBOX, missing, message)
+    return Finding(Check.SANDBOX, Level.WARNING if unused else missing, message + unused)
 
 
 def _broker(missing: Level) -> Iterator[Finding]:

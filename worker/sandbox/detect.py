@@ -45,18 +45,25 @@ def detect(wanted: SandboxMode | Literal["auto"], *, cgroup: str = "none") -> Sa
         If the wanted one does not hold here; the message says what a program inside it could do. Also if the group is
         a folder in which no groups can be made.
     """
+    nothing = Sandbox("none", unused_group=_without_sandbox(cgroup))
     if wanted == "none":
-        return Sandbox("none")
+        return nothing
     faults = {}
     for mode in _MODES if wanted == "auto" else (wanted,):
         fault = trial(Sandbox(mode))
         if fault is None:
             found = find_groups(cgroup)
-            return Sandbox(mode, groups=found if isinstance(found, Groups) else None)
+            if isinstance(found, Groups):
+                return Sandbox(mode, groups=found)
+            return Sandbox(mode, unused_group=found.reason if found.was_given else "")
         faults[mode] = fault
     if wanted == "auto":
-        return Sandbox("none")
+        return nothing
     raise SandboxMissing(f"Sandbox {wanted} does not hold on this machine: {faults[wanted]}")
+
+
+def _without_sandbox(cgroup: str) -> str:
+    return "" if cgroup in ("auto", "none") else f"LIPPMANN_CGROUP is {cgroup}, and no sandbox holds that would use it"
 
 
 def trial(sandbox: Sandbox) -> str | None:

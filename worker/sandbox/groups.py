@@ -22,9 +22,13 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+import structlog
+
 from lippmann.errors import SandboxMissing
 from worker.sandbox.limits import Limits
 from worker.sandbox.totals import OUR_PROCESSES
+
+log = structlog.get_logger()
 
 OURS_MB = 16
 """The memory of the sandbox itself, which counts in the group of the task."""
@@ -44,6 +48,8 @@ class NoGroups:
     """No group was given to this worker."""
 
     reason: str
+    was_given: bool = False
+    """True if there is a group that was given to this worker, which does not work."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +62,13 @@ class TaskGroup:
     def entering(self, argv: Sequence[str]) -> list[str]:
         """Return the command line that runs `argv` in this group: it enters the group before it becomes the program."""
         return ["/bin/sh", "-c", _ENTER_ALL, "enter", *map(str, self.folders), "--", *argv]
+
+    def cpu_s(self) -> float:
+        """Return the CPU seconds of all processes that were in the group, also of those that nobody waited for.
+
+        It is 0 in cgroup v1.
+        """
+        return _counts(self.folders[0] / "cpu.stat").get("usage_usec", 0) / 1e6
 
     def ran_out_of_memory(self) -> bool:
         """Return whether the kernel has ended a process of the group because the group is at its own limit."""
@@ -78,7 +91,7 @@ class Groups:
         SandboxMissing
             If the group cannot be made.
         """
-        name = f"{_TASK}{os.getpid()}-{secrets.token_hex(6)}"
+        name = f"{_TASK}{_namespace()}-{os.getpid()}-{secrets.token_hex(6)}"
         group = TaskGroup(tuple(folder / name for folder in self.folders))
         try:
             try:
@@ -93,13 +106,23 @@ class Groups:
                 _remove(folder)
 
     def remove_stale(self) -> None:
-        """Remove the groups of tasks whose worker has ended; a group with processes stays."""
+        """Remove the groups of tasks whose worker has ended; a group with processes stays.
+
+        The groups of workers in other PID namespaces stay too: their process numbers mean nothing here.
+        """
+        own = f"{_TASK}{_namespace()}-"
         for folder in self.folders:
-            for group in folder.glob(f"{_TASK}*"):
-                pid = group.name.removeprefix(_TASK).partition("-")[0]
+            for group in folder.glob(f"{own}*"):
+                pid = group.name.removeprefix(own).partition("-")[0]
                 if not Path("/proc", pid).exists():
                     with suppress(OSError):
                         group.rmdir()
+
+
+def _namespace() -> str:
+    """Return the name of the namespace in which the process numbers of this process hold: its boot and its inode."""
+    boot = Path("/proc/sys/kernel/random/boot_id").read_text()[:8]
+    return f"{boot}-{os.stat('/proc/self/ns/pid').st_ino}"
 
 
 def find_groups(wanted: str) -> Groups | NoGroups:
@@ -119,10 +142,10 @@ def find_groups(wanted: str) -> Groups | NoGroups:
         return NoGroups("LIPPMANN_CGROUP is none")
     if wanted == "auto":
         own = own_group()
-        if own is None or not _is_given(own.parent):
+        if own is None or own.name != _WORKER or not _is_given(own.parent):
             return NoGroups("the worker is in no cgroup that was delegated to it")
         found = _tried((own.parent,))
-        return found if isinstance(found, Groups) else NoGroups(found)
+        return found if isinstance(found, Groups) else NoGroups(f"{own.parent}: {found}", was_given=True)
     folder = Path(wanted)
     pids = _beside(folder, "pids")
     found = _tried((folder,) if pids is None else (folder, pids))
@@ -137,16 +160,22 @@ def make_room() -> None:
     # The group of a container is its mount; programs that are started in the container later need it as it is.
     if own is None or own.is_mount() or not _is_given(own):
         return
-    below = own / _WORKER
-    with suppress(OSError):
-        below.mkdir(exist_ok=True)
-        for _ in range(_ROUNDS):
-            pids = (own / "cgroup.procs").read_text().split()
-            if not pids:
-                return
-            for pid in pids:
-                with suppress(ProcessLookupError):
-                    (below / "cgroup.procs").write_text(pid)
+    try:
+        _move_all(own, own / _WORKER)
+    except OSError as error:
+        log.warning("cgroup not used, because its processes cannot move below it", cgroup=str(own), error=str(error))
+
+
+def _move_all(group: Path, below: Path) -> None:
+    below.mkdir(exist_ok=True)
+    for _ in range(_ROUNDS):
+        pids = (group / "cgroup.procs").read_text().split()
+        if not pids:
+            return
+        for pid in pids:
+            with suppress(ProcessLookupError):
+                (below / "cgroup.procs").write_text(pid)
+    raise TimeoutError(f"it still has the processes {' '.join(pids)} after {_ROUNDS} rounds")
 
 
 def own_group(proc: Path = Path("/proc/self")) -> Path | None:
@@ -182,6 +211,8 @@ def _tried(folders: tuple[Path, ...]) -> Groups | str:
             subprocess.run(group.entering(["/bin/true"]), check=True, capture_output=True, timeout=60)
     except SandboxMissing as error:
         return error.message
+    except subprocess.CalledProcessError as error:
+        return error.stderr.decode(errors="replace").strip()[:300] or str(error)
     except (OSError, subprocess.SubprocessError) as error:
         return str(error)
     return found

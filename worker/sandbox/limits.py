@@ -27,7 +27,7 @@ class Limits:
 
     cpu_s: float
     memory_mb: int
-    """The limit of the address space."""
+    """The limit of the address space of each process, and of the memory of all processes of the task together."""
     file_mb: int = 8192
     """The limit of the size of one file. POV-Ray stores its state beside the picture: 20 bytes per pixel."""
     disk_mb: int = 16_384

@@ -136,12 +136,14 @@ def run(
     Raises
     ------
     SandboxMissing
-        If the child cannot be started: the first word of the command line is the sandbox's program.
+        If the child cannot be started, as the first word of the command line is the sandbox's program, or if its group
+        cannot be made.
     """
     started_s = time.monotonic()
     output = _OutputReader(log, reader)
     rule = _EndingRule(reader, times, should_stop)
     reported, report_timer = reader.progress, _Interval(REPORT_S)
+    cpu_s = 0.0
     with _group(groups, limits) as group:
         with _started(argv if group is None else group.entering(argv), cwd, env) as child:
             if limits is not None:
@@ -153,8 +155,10 @@ def run(
                 if reader.progress != reported and report_timer.is_due():
                     reported = reader.progress
                     on_progress(reported)
-        if limits is not None and group is not None and group.ran_out_of_memory():
-            rule.run_out_of_memory(limits)
+        if limits is not None and group is not None:
+            cpu_s = group.cpu_s()
+            if group.ran_out_of_memory():
+                rule.run_out_of_memory(limits)
     output.close()
     if reader.progress != reported:
         on_progress(reader.progress)
@@ -164,7 +168,7 @@ def run(
         lines=tuple(output.kept),
         progress=reader.progress,
         wall_s=time.monotonic() - started_s,
-        cpu_s=child.cpu_s,
+        cpu_s=max(child.cpu_s, cpu_s),
         peak_memory_mb=child.peak_memory_mb,
         excess=rule.excess,
     )

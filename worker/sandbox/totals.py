@@ -1,4 +1,6 @@
-"""Totals of a running task that no limit of the kernel covers: its files together, its memory together, its processes.
+"""Totals of a running task: its files together, its memory together, its processes.
+
+No limit of the kernel covers the files, and memory and processes only where each task has a cgroup (`groups`).
 
 They are counted several times a second, and a task that exceeds one is ended. A program can be faster than the count,
 but only for a fraction of a second: the totals bound what a task may keep, and the limits of the kernel bound what one

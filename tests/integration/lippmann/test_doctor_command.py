@@ -20,7 +20,7 @@ from tests.waiting import until
 def test_nothing_is_wrong_with_a_farm_that_runs(farm: Up) -> None:
     ran = run("doctor", "--deep", "--data-dir", str(farm.data_dir))
     assert ran.returncode == 0
-    assert re.search(r"^note: sandbox: a worker on this machine runs ", ran.stdout, re.MULTILINE)
+    assert re.search(r"^note: sandbox: a worker started here runs ", ran.stdout, re.MULTILINE)
     assert all(line.startswith("note: ") for line in ran.stdout.splitlines()[:-1])
     assert ran.stdout.endswith("\nNothing is wrong.\n")
 

@@ -11,7 +11,7 @@ import pytest
 import tifffile
 from PIL import Image
 
-from lippmann.errors import ArtifactBroken, ArtifactMissing, Stopped
+from lippmann.errors import ArtifactBroken, ArtifactMissing, SandboxMissing, Stopped
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from tests.bombs import LIES
 from worker import untrusted
@@ -19,6 +19,8 @@ from worker.images import decoder, rows
 from worker.images.colour import srgb_codes
 from worker.images.read import read_rgb
 from worker.images.write import write_channels, write_exr
+from worker.sandbox.groups import Groups
+from worker.sandbox.sandbox import Sandbox
 from worker.untrusted import decoded_rows, picture_codes, read_depth_numbers, read_imported, read_master_light
 
 RNG = np.random.default_rng(0)
@@ -209,3 +211,13 @@ def test_what_is_read_without_a_sandbox_has_one_reader_too(tmp_path: Path) -> No
     Image.fromarray(CODES_8).save(tmp_path / "b.exr", "gif")
     with pytest.raises(ArtifactBroken, match=r"b\.exr: expected PNG, TIFF, EXR, JPEG, PFM or PNM, got GIF"):
         read_rgb(tmp_path / "b.exr", np.float32)
+
+
+def test_a_program_of_the_sandbox_that_is_not_there_is_no_fault_of_the_picture(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(untrusted, "PATH", str(tmp_path))
+    Image.fromarray(CODES_8).save(tmp_path / "a.png")
+    entered = Sandbox("none", allow_none=True, groups=Groups((tmp_path,)))
+    with pytest.raises(SandboxMissing, match=r"did not start: enter: .*not found"):
+        read_imported(tmp_path / "a.png", sandbox=entered)

@@ -61,6 +61,7 @@ from worker.engines.povray.places import ScenePlaces
 from worker.engines.povray.progress import Phase, Progress
 from worker.sandbox.limits import Limits, TimeLimits
 from worker.sandbox.process import Ending, Outcome
+from worker.sandbox.sandbox import COMPLAINTS
 
 NO_ROOM_BYTES = 1024 * 1024
 """A failure with less free room than this in the folder of the task is that of a full disk."""
@@ -157,7 +158,7 @@ def _sandbox(case: Case) -> LippmannError | None:
     if case.outcome.progress.phase is not Phase.STARTING:
         return None
     for line in case.outcome.lines:
-        if line.startswith(("sandbox: ", "bwrap: ", "landlock: ", "setpriv: ", "enter: ")):
+        if line.startswith(COMPLAINTS):
             return SandboxMissing(f"The sandbox did not start: {line}")
         if line.startswith("prlimit: failed to execute"):
             return PovrayMissing(f"POV-Ray did not start: {line}")

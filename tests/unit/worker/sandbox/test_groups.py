@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
+import structlog
 
 from lippmann.errors import SandboxMissing
 from tests.waiting import until
+from worker.sandbox import groups as sandbox_groups
+from worker.sandbox.detect import detect
 from worker.sandbox.groups import Groups, NoGroups, TaskGroup, find_groups, own_group
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.process import Ending, run
+from worker.sandbox.sandbox import Sandbox
 
 LIMITS = Limits(cpu_s=60, memory_mb=100, processes=10)
 BOMB = """
@@ -60,7 +65,9 @@ def _left(groups: Groups) -> list[Path]:
     return [group for folder in groups.folders for group in folder.glob("lippmann-task-*")]
 
 
-@pytest.mark.promise("Scenes", "Where a cgroup was given to the worker, the kernel limits the memory of a whole task.")
+@pytest.mark.promise(
+    "Scenes", "Where a sandbox holds and the worker has a cgroup, the kernel limits the memory of a whole task."
+)
 def test_the_kernel_ends_processes_that_together_have_more_memory_than_the_task_may(groups: Groups) -> None:
     with groups.task(LIMITS) as group:
         began_s = time.monotonic()
@@ -170,15 +177,22 @@ def test_the_group_of_a_container_stays_as_it_is(groups: Groups) -> None:
         container.rmdir()
 
 
-def test_groups_of_workers_that_have_ended_are_removed(groups: Groups) -> None:
+def test_groups_of_workers_that_have_ended_are_removed(tmp_path: Path) -> None:
+    groups = Groups((tmp_path,))
     ended = subprocess.Popen(["/bin/true"])
     ended.wait()
-    names = [f"lippmann-task-{pid}-aa" for pid in (ended.pid, os.getpid())]
+    boot, namespace = Path("/proc/sys/kernel/random/boot_id").read_text()[:8], os.stat("/proc/self/ns/pid").st_ino
+    stale = f"lippmann-task-{boot}-{namespace}-{ended.pid}-aa"
+    kept = {
+        f"lippmann-task-{boot}-{namespace}-{os.getpid()}-aa",
+        f"lippmann-task-{boot}-{namespace + 1}-{ended.pid}-aa",
+        f"lippmann-task-00000000-{namespace}-{ended.pid}-aa",
+    }
     try:
-        for name in names:
+        for name in (stale, *kept):
             (groups.folders[0] / name).mkdir()
         groups.remove_stale()
-        assert [group.name for group in _left(groups)] == names[1:]
+        assert {group.name for group in _left(groups)} == kept
     finally:
         for group in _left(groups):
             group.rmdir()
@@ -206,6 +220,53 @@ def test_the_group_of_a_process_is_found(tmp_path: Path, group: str, mounts: str
     (tmp_path / "cgroup").write_text(group)
     (tmp_path / "mountinfo").write_text(f"24 1 8:1 / / rw - ext4 /dev/sda rw\n{mounts}")
     assert own_group(tmp_path) == (None if expected is None else Path(expected))
+
+
+def test_a_group_that_cannot_be_entered_is_named_with_the_words_of_the_kernel(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "given" / "lippmann-worker").mkdir(parents=True)
+    monkeypatch.setattr(sandbox_groups, "own_group", lambda: tmp_path / "given" / "lippmann-worker")
+    monkeypatch.setattr(sandbox_groups, "_is_given", lambda folder: folder.name == "given")
+    monkeypatch.setattr(sandbox_groups, "_limit", lambda folder, _: _as_group_that_is_closed(folder))
+    found = find_groups("auto")
+    assert isinstance(found, NoGroups)
+    assert found.was_given
+    assert re.match(rf"{tmp_path}/given: enter: .*cgroup\.procs", found.reason)
+
+
+def _as_group_that_is_closed(folder: Path) -> None:
+    (folder / "memory.max").write_text("max")
+    (folder / "cgroup.procs").mkdir()
+
+
+def test_the_group_of_a_parent_is_not_taken_for_that_of_the_worker(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(sandbox_groups, "own_group", lambda: tmp_path / "given" / "shell")
+    monkeypatch.setattr(sandbox_groups, "_is_given", lambda folder: folder.name == "given")
+    assert find_groups("auto") == NoGroups("the worker is in no cgroup that was delegated to it")
+
+
+def test_a_group_that_is_named_and_not_used_is_told() -> None:
+    assert detect("none", cgroup="/given").unused_group.startswith("LIPPMANN_CGROUP is /given, and no sandbox")
+    assert detect("none", cgroup="auto") == Sandbox("none")
+
+
+def test_a_group_out_of_which_the_worker_cannot_move_is_logged(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sandbox_groups, "own_group", lambda: tmp_path)
+    monkeypatch.setattr(sandbox_groups, "_is_given", lambda _: True)
+    with structlog.testing.capture_logs() as logs:
+        sandbox_groups.make_room()
+    assert [(line["log_level"], line["cgroup"], "cgroup.procs" in line["error"]) for line in logs] == [
+        ("warning", str(tmp_path), True)
+    ]
+
+
+def test_the_cpu_time_of_a_group_is_that_of_the_kernel(tmp_path: Path) -> None:
+    assert TaskGroup((tmp_path,)).cpu_s() == 0
+    (tmp_path / "cpu.stat").write_text("usage_usec 2500000\nuser_usec 1\nsystem_usec 2\n")
+    assert TaskGroup((tmp_path,)).cpu_s() == 2.5
 
 
 def test_no_group_is_used_that_was_not_given() -> None:

@@ -180,6 +180,11 @@ ANSWERS = {
         RenderCrashed,
         "SIGABRT",
     ),
+    "enter": (
+        _outcome(127, "enter: 1: exec: bwrap: not found\n", phase=Phase.STARTING),
+        SandboxMissing,
+        "The sandbox did not start: enter: 1: exec: bwrap: not found",
+    ),
     "bwrap": (
         _outcome(1, "bwrap: Can't find source path /nope: No such file or directory\n", phase=Phase.STARTING),
         SandboxMissing,
