@@ -90,7 +90,24 @@ def _await_first_kill(group: TaskGroup) -> None:
 def test_a_task_within_its_limits_ends_as_it_wants(groups: Groups) -> None:
     with groups.task(LIMITS) as group:
         assert _run(group, "print(2)").stdout == "2\n"
+        assert (group.cpu_s() > 0) is (group.folders[0] / "cpu.stat").exists()
         assert not group.ran_out_of_memory()
+
+
+def test_a_kill_because_the_group_above_has_no_memory_is_not_the_limit_of_the_task(groups: Groups) -> None:
+    above = groups.folders[0] / "above"
+    if not (above.parent / "cgroup.controllers").exists():
+        pytest.skip("needs cgroup v2")
+    above.mkdir()
+    try:
+        (above / "cgroup.subtree_control").write_text("+memory")
+        (above / "memory.max").write_text(str(60 * 2**20))
+        with Groups((above,)).task(LIMITS) as group:
+            assert _run(group, BOMB).returncode < 0
+            assert "oom_kill 0" not in (group.folders[0] / "memory.events").read_text()
+            assert not group.ran_out_of_memory()
+    finally:
+        above.rmdir()
 
 
 def test_a_run_out_of_memory_is_told_as_the_limit_of_memory(groups: Groups, tmp_path: Path) -> None:
