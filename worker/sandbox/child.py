@@ -24,6 +24,24 @@ _CHUNK_BYTES = 65_536
 _REAP_S = 0.01
 
 
+class LostCpu:
+    """The CPU seconds of processes below children of this process for which nobody waited, so `getrusage` lacks them.
+
+    The kernel ends all processes of a group at once, and then those below the child have no parent that waits.
+    """
+
+    def __init__(self) -> None:
+        self.seconds = 0.0
+
+    def add(self, *, counted_s: float, of_group_s: float) -> None:
+        """Add what a group has used and the children of this process have not."""
+        self.seconds += max(0.0, of_group_s - counted_s)
+
+
+lost_cpu = LostCpu()
+"""Those of this process, which makes one attempt at a time."""
+
+
 class Child:
     """A process that leads its own session; as a context manager, it has ended when the context is left."""
 

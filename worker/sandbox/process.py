@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Generic, Protocol, TypeVar
 
 from lippmann.errors import SandboxMissing
-from worker.sandbox.child import Child
+from worker.sandbox.child import Child, lost_cpu
 from worker.sandbox.groups import Groups, TaskGroup
 from worker.sandbox.limits import Limits, TimeLimits
 from worker.sandbox.log import AttemptLog
@@ -89,7 +89,7 @@ class Outcome(Generic[P]):
     progress: P
     wall_s: float
     cpu_s: float
-    """CPU time of the child and of all processes below it."""
+    """CPU time of the child and of all processes below it; where it has no cgroup, of those that were waited for."""
     peak_memory_mb: float
     """Resident memory of the largest process."""
     excess: str = ""
@@ -157,6 +157,7 @@ def run(
                     on_progress(reported)
         if limits is not None and group is not None:
             cpu_s = group.cpu_s()
+            lost_cpu.add(counted_s=child.cpu_s, of_group_s=cpu_s)
             if group.ran_out_of_memory():
                 rule.run_out_of_memory(limits)
     output.close()

@@ -29,6 +29,7 @@ from lippmann.job.messages.events import EventKind, Failure, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
 from worker.engines.povray.diagnosis import NO_ROOM_BYTES
 from worker.report import START_S, AttemptHeartbeat, event_of
+from worker.sandbox.child import lost_cpu
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.workplace import Workplace
 from worker.whole_file import check_folder
@@ -103,9 +104,9 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
 
 
 def _cpu_s() -> float:
-    """Return the CPU seconds of this process and of its children that have ended; it makes one attempt at a time."""
+    """Return the CPU seconds of this process and of all below it that have ended; it makes one attempt at a time."""
     used = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return time.process_time() + used.ru_utime + used.ru_stime
+    return time.process_time() + used.ru_utime + used.ru_stime + lost_cpu.seconds
 
 
 def _done_or_failed(

@@ -8,7 +8,9 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from worker.sandbox.limits import TimeLimit, TimeLimits
+from worker.sandbox.child import lost_cpu
+from worker.sandbox.groups import Groups
+from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.process import MAX_LINE_BYTES, Ending, Lines, Outcome, run
 
@@ -41,6 +43,7 @@ def _run(
     look_s: float = 60,
     on_progress: Callable[[int], None] = lambda progress: None,
     should_stop: Callable[[], bool] = lambda: False,
+    groups: Groups | None = None,
 ) -> Outcome[int]:
     with AttemptLog(folder / "log.txt") as log:
         return run(
@@ -56,6 +59,8 @@ def _run(
             on_progress=on_progress,
             should_stop=should_stop,
             log=log,
+            limits=None if groups is None else Limits(cpu_s=60, memory_mb=1000),
+            groups=groups,
         )
 
 
@@ -117,3 +122,11 @@ def test_a_line_without_end_is_cut() -> None:
     found = [line for _ in range(100) for line in lines.feed(b"x" * 1000)]
     assert found
     assert max(map(len, found)) <= MAX_LINE_BYTES
+
+
+def test_cpu_time_that_only_the_group_has_counted_is_counted(tmp_path: Path) -> None:
+    before_s = lost_cpu.seconds
+    script = "for group in lippmann-task-*; do echo usage_usec 3000000 >$group/cpu.stat; done"
+    assert _run(tmp_path, script, groups=Groups((tmp_path,))).cpu_s == 3
+    assert 2 < lost_cpu.seconds - before_s <= 3
+    assert _run(tmp_path, "true", groups=Groups((tmp_path,))).cpu_s < 1
