@@ -254,6 +254,7 @@ def _killed_at_own_limit(folder: Path) -> bool:
     """Return whether a group has reached its own limit of memory, and a process of it was killed.
 
     `oom_kill` alone also counts processes that were killed because the machine or a group above had no memory left.
+    In cgroup v1, the limit also counts as reached where the kernel then found memory to free.
     """
     counts = _counts(folder / "memory.events.local") or _counts(folder / "memory.events")
     at_limit = counts.get("oom", 0)

@@ -36,8 +36,8 @@ PATH = "/usr/local/bin:/usr/bin:/bin"
 """The search path inside the sandbox."""
 
 COMPLAINTS = ("bwrap: ", "landlock: ", "setpriv: ", "sandbox: ", "enter: ")
-"""How a line of output begins that a program of the sandbox has written because it did not start; `enter` is the one
-that enters the group of the task."""
+"""The beginnings of lines of output by which a program of the sandbox says that it did not start. The program `enter`
+is the one that enters the group of the task."""
 
 _REAPER = ["/bin/sh", "-c", '"$@"; exit $?', "sh"]
 """Process 1 of the namespace. As process 1, POV-Ray would not end on SIGXCPU or SIGXFSZ; and bwrap's own process 1 is
@@ -58,7 +58,7 @@ class Sandbox:
     groups: Groups | None = None
     """The place of the group of each task; None where the kernel limits each process alone."""
     unused_group: str = ""
-    """Why a group that was given to the worker, or that its settings name, is not used; empty if there is none."""
+    """Why a group that was given to the worker, or that its settings name, is not used; empty if nothing was given."""
 
     @property
     def text(self) -> str:

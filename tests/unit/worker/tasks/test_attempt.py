@@ -22,6 +22,7 @@ from tests.builders_messages import SEALS, seals_in
 from tests.waiting import ENOUGH_S, until
 from worker.refusals import refusals
 from worker.report import AttemptHeartbeat, BrokerClient
+from worker.sandbox.child import lost_cpu
 from worker.sandbox.sandbox import Sandbox
 from worker.settings import WorkerSettings
 from worker.store.local import LocalStore
@@ -100,6 +101,7 @@ def test_the_seconds_of_every_program_count_also_if_the_attempt_fails(
 
     def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
         subprocess.run(program, check=True)
+        lost_cpu.add(counted_s=0.5, of_group_s=1.5)
         if fails:
             raise SceneError("line 3: what")
         return TaskResult()
@@ -108,7 +110,7 @@ def test_the_seconds_of_every_program_count_also_if_the_attempt_fails(
     ended = said(redis)[-1]
     assert ended.kind is (EventKind.FAILED if fails else EventKind.DONE)
     assert ended.cpu_s is not None
-    assert ended.cpu_s >= 0.3
+    assert ended.cpu_s >= 1.3
 
 
 @pytest.mark.parametrize(
