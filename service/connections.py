@@ -8,7 +8,7 @@ them, a thousand half requests keep everybody out, the coordinator and the datab
 | without a complete request line and headers | after `headers_s`, with 408; at `HEAD_BYTES`, with 431 |
 | whose body arrives too slowly | after `body_s` with less than `BODY_BYTES`, with 408 |
 | whose client does not read the answer | after `STALLED_S` |
-| above a cap | the oldest one that waits for a request is closed, else the oldest one that waits for a body |
+| above a cap | the oldest one of the first phase that has any is closed: held, waits for a request, waits for a body |
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ import resource
 import time
 from collections import deque
 from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from enum import IntEnum
 from ipaddress import IPv4Network, IPv6Network, ip_address
-from itertools import chain
 from typing import Any
 
 import structlog
@@ -45,6 +45,8 @@ SWEEP_S = 1.0
 """The interval at which the deadlines of a connection are checked."""
 SWEPT_AT_ONCE = 100
 """The number of connections that are checked before the event loop turns to requests."""
+HOLD = "lippmann.hold"
+"""The ASGI extension of a connection: a coroutine function that waits for some seconds before an answer is sent."""
 LOG_S = 10.0
 """The interval at which the log says how many connections were closed, and that a request could not be parsed."""
 
@@ -75,11 +77,13 @@ logging.getLogger("uvicorn.error").addFilter(_Seldom())
 class Phase(IntEnum):
     """What a connection waits for. A smaller phase is closed earlier when there are too many connections."""
 
-    REQUEST = 0
+    HELD = 0
+    """For an answer that is held back, whatever else it waits for."""
+    REQUEST = 1
     """For a request, or for the rest of its headers."""
-    BODY = 1
+    BODY = 2
     """For the rest of a body."""
-    ANSWER = 2
+    ANSWER = 3
     """For the service."""
 
 
@@ -219,9 +223,9 @@ class _Connections:
         del self._waiting[self._phases.pop(connection)][connection]
 
     def oldest_besides(self, new: GuardedProtocol) -> GuardedProtocol | None:
-        """Return the connection that has waited longest for a request, or else for a body."""
-        waiting = chain(self._waiting[Phase.REQUEST], self._waiting[Phase.BODY])
-        return next((one for one in waiting if one is not new), None)
+        """Return the oldest connection of the smallest phase; none that waits for the service."""
+        phases = (Phase.HELD, Phase.REQUEST, Phase.BODY)
+        return next((one for phase in phases for one in self._waiting[phase] if one is not new), None)
 
 
 class GuardedProtocol(HttpToolsProtocol):
@@ -232,7 +236,10 @@ class GuardedProtocol(HttpToolsProtocol):
         self._guard = guard
         self.address = ""
         """The address of the peer."""
-        self.phase = Phase.REQUEST
+        self._phase = Phase.REQUEST
+        self._is_held = False
+        self._over = asyncio.Event()
+        """Set when the connection has ended, or is to end because the server stops."""
         self.since_s = time.monotonic()
         """The time since when the connection is in its phase."""
         self._received_bytes = 0
@@ -241,6 +248,22 @@ class GuardedProtocol(HttpToolsProtocol):
         """The time since when an answer waits and the client has read nothing; None if no answer waits."""
         self._unread_bytes = 0
         """The bytes that waited then."""
+
+    @property
+    def phase(self) -> Phase:
+        """What the connection waits for."""
+        return Phase.HELD if self._is_held else self._phase
+
+    async def hold(self, wait_s: float) -> None:
+        """Wait for some seconds before an answer is sent, but not beyond the end of the connection or of the server."""
+        self._is_held = True
+        self._enter(self._phase)
+        try:
+            with suppress(TimeoutError):
+                await asyncio.wait_for(self._over.wait(), wait_s)
+        finally:
+            self._is_held = False
+            self._enter(self._phase)
 
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin to wait for a request."""
@@ -251,11 +274,14 @@ class GuardedProtocol(HttpToolsProtocol):
     def connection_lost(self, exc: Exception | None) -> None:
         """Forget the connection."""
         self._guard.remove(self)
+        self._over.set()
         super().connection_lost(exc)
 
     def on_headers_complete(self) -> None:
         """Begin to wait for the body."""
         self._enter(Phase.BODY)
+        extensions: Any = {HOLD: self.hold}
+        self.scope["extensions"] = extensions
         super().on_headers_complete()
 
     def data_received(self, data: bytes) -> None:
@@ -275,6 +301,11 @@ class GuardedProtocol(HttpToolsProtocol):
         if not self.pipeline:
             self._enter(Phase.REQUEST)
         super().on_response_complete()
+
+    def shutdown(self) -> None:
+        """Begin to end the connection, since the server stops."""
+        super().shutdown()
+        self._over.set()
 
     def pause_writing(self) -> None:
         """Begin to wait for the client to read."""
@@ -312,7 +343,7 @@ class GuardedProtocol(HttpToolsProtocol):
         self.transport.abort()
 
     def _enter(self, phase: Phase) -> None:
-        self.phase, self.since_s, self._received_bytes = phase, time.monotonic(), 0
+        self._phase, self.since_s, self._received_bytes = phase, time.monotonic(), 0
         self._guard.enter(self)
 
     def _end(self, status: int, reason: str) -> None:

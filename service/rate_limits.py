@@ -5,9 +5,8 @@ Each process of the service counts by itself and in memory, since no request may
 
 from __future__ import annotations
 
-import asyncio
 import time
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from dataclasses import dataclass
 
 from limits import RateLimitItemPerMinute
@@ -19,13 +18,14 @@ from service.errors import TooManyRequests
 MOST_COUNTERS = 4_096
 """The largest number of counters of one rate. A client has one for this minute and one for the minute before."""
 
-
 REFUSALS_AT_ONCE = 200
 """The number of refusals that an address gets at once; a page or a script with an old key soon gives up."""
 REFUSED_SHARE = 0.03
 """The rate of the refusals that an address gets after these, in parts of the rate of its requests."""
 LONGEST_WAIT_S = 10.0
 """The longest time for which a refusal is held back."""
+MOST_HELD = 256
+"""The largest number of refusals that are held back at the same time. Each of them takes a connection and memory."""
 
 
 class RateLimit:
@@ -90,6 +90,7 @@ class RefusalBrake:
     def __init__(self, per_minute: int, *, steady: Callable[[], float] = time.monotonic) -> None:
         self._pause_s = 60 / (per_minute * REFUSED_SHARE)
         self._steady = steady
+        self._held = 0
         self._paid_s: dict[str, float] = {}
         """The time until which an address has used up its refusals."""
 
@@ -104,11 +105,16 @@ class RefusalBrake:
             self._paid_s[address] = paid_s
         return min(max(0.0, wait_s), LONGEST_WAIT_S)
 
-    async def hold_back(self, address: str) -> None:
-        """Wait for as long as a refusal is held back."""
+    async def hold_back(self, address: str, wait: Callable[[float], Awaitable[None]]) -> None:
+        """Wait for as long as a refusal is held back: not at all if too many are."""
         wait_s = self.wait_s(address)
-        if wait_s > 0:
-            await asyncio.sleep(wait_s)
+        if wait_s <= 0 or self._held >= MOST_HELD:
+            return
+        self._held += 1
+        try:
+            await wait(wait_s)
+        finally:
+            self._held -= 1
 
 
 @dataclass(frozen=True)

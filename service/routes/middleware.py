@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import re
 import secrets
 import time
@@ -12,6 +13,7 @@ from starlette.routing import Match
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from service.browser_sessions import OVERLAP_S
+from service.connections import HOLD
 from service.dependencies import OFFER
 from service.errors import TooLarge, TooManyRequests
 from service.rate_limits import RateLimit, RefusalBrake
@@ -116,7 +118,8 @@ def _offered(scope: Scope) -> list[tuple[bytes, bytes]]:
 class AddressRate:
     """Refuses requests of an address that sends too many, before anything else is done for them.
 
-    Refusals for this reason, or for lack of a key, are held back from an address that gets many.
+    Refusals for this reason, or for lack of a key, are held back from an address that gets many, for as long as the
+    client waits for them.
     """
 
     def __init__(self, app: ASGIApp, *, rate: RateLimit) -> None:
@@ -130,6 +133,7 @@ class AddressRate:
             await self._app(scope, receive, send)
             return
         app, request = self._app, Request(scope)
+        wait = scope.get("extensions", {}).get(HOLD, asyncio.sleep)
         address = address_of(request)
         try:
             await self._rate.check(address, "this address sends too many requests")
@@ -138,7 +142,7 @@ class AddressRate:
 
         async def send_refusals_later(message: Message) -> None:
             if message["type"] == "http.response.start" and message["status"] in REFUSALS:
-                await self._brake.hold_back(address)
+                await self._brake.hold_back(address, wait)
             await send(message)
 
         await app(scope, receive, send_refusals_later)

@@ -13,6 +13,7 @@ from service.errors import TooManyRequests
 from service.rate_limits import (
     LONGEST_WAIT_S,
     MOST_COUNTERS,
+    MOST_HELD,
     REFUSALS_AT_ONCE,
     REFUSED_SHARE,
     RateLimit,
@@ -110,3 +111,30 @@ def test_no_refusal_is_held_back_for_longer_than_a_limit_and_what_is_remembered_
         brake.wait_s(str(number))
         now_s[0] += 60.0
     assert len(brake._paid_s) <= MOST_COUNTERS
+
+
+def test_refusals_above_a_number_are_not_held_back_until_others_are_over() -> None:
+    brake = RefusalBrake(60)
+
+    async def run() -> None:
+        over, waits = asyncio.Event(), list[float]()
+
+        async def wait(seconds: float) -> None:
+            waits.append(seconds)
+            await over.wait()
+
+        async with asyncio.TaskGroup() as group:
+            for _ in range(REFUSALS_AT_ONCE):
+                await brake.hold_back("a", wait)
+            assert not waits
+            for _ in range(MOST_HELD):
+                group.create_task(brake.hold_back("a", wait))
+            await asyncio.sleep(0)
+            assert len(waits) == MOST_HELD
+            await asyncio.wait_for(brake.hold_back("a", wait), 1.0)
+            assert len(waits) == MOST_HELD
+            over.set()
+        await brake.hold_back("a", wait)
+        assert len(waits) == MOST_HELD + 1
+
+    asyncio.run(run())

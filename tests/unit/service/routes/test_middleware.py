@@ -71,7 +71,7 @@ def test_refusals_are_held_back_from_an_address_that_gets_many_and_answers_are_n
         waits.append(seconds)
 
     stop_minutes(monkeypatch)
-    monkeypatch.setattr("service.rate_limits.asyncio", SimpleNamespace(sleep=sleep))
+    monkeypatch.setattr("service.routes.middleware.asyncio", SimpleNamespace(sleep=sleep))
     api = make_client(make_farm(requests_per_minute_by_address=2 * REFUSALS_AT_ONCE, **SILENT))
     nobody = {"Authorization": ""}
     statuses = [api.get("/api/v1/scenes", headers=nobody).status_code for _ in range(REFUSALS_AT_ONCE + 3)]
