@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -27,7 +28,9 @@ class Wanted:
     sheet_name: str = "sheet"
 
     def make(self, _pictures: object, _sheets: object, local_path: Callable[[], Path]) -> bytes:
-        return read(local_path()) if self.run is read else self.run(self.folder)
+        if self.run is read_twice:
+            local_path()
+        return read(local_path()) if self.run in (read, read_twice) else self.run(self.folder)
 
 
 def facts(_: Path) -> bytes:
@@ -53,6 +56,17 @@ def _kinds_of_descriptors() -> list[str]:
 def read(path: Path) -> bytes:
     """Return what is in the file of the sheet."""
     return path.read_bytes()
+
+
+def read_twice(path: Path) -> bytes:
+    """Ask for the path of the sheet twice."""
+    return read(path)
+
+
+def babble(_: Path) -> bytes:
+    """Fail, and tell it in words that the service does not know."""
+    vars(sys.modules["__main__"])["_problem"] = lambda _: b'["u: expected"'
+    raise KeyError("u")
 
 
 def pid(_: Path) -> bytes:

@@ -59,7 +59,7 @@ class Process:
         """The sheet of its last picture."""
         self.used_s = time.monotonic()
         self.is_in_step = True
-        """False from a request until its answer has come, so a process that failed is not used again."""
+        """False from a request until a whole answer has come in time, so a process that failed is not used again."""
         self._limits = limits
         self._is_late = False
         self._connection, theirs = Pipe()
@@ -74,7 +74,11 @@ class Process:
                 process_group=0,
             )
         self.pid = self._process.pid
-        _restrain(self.pid, limits.memory_bytes)
+        try:
+            self._memory_bytes = _restrain(self.pid, limits.memory_bytes)
+        except OSError:
+            self.end()
+            raise
         with suppress(OSError):  # A process that has died already is found by the request.
             self._connection.send((pictures, limits.room_bytes // limits.places))
 
@@ -89,6 +93,9 @@ class Process:
                 return self._answered(wanted, store, paths)
         finally:
             timer.cancel()
+            timer.join()
+            if self._is_late:  # It may have answered just before it was killed.
+                self.is_in_step = False
 
     def has_died(self) -> bool:
         """Return whether the process has ended."""
@@ -106,25 +113,31 @@ class Process:
 
     def _answered(self, wanted: Wanted, store: ArtifactStore, paths: ExitStack) -> bytes:
         self._send(wanted)
-        while True:
-            answer = self._receive()
-            kind, content = answer[: child.KIND_BYTES], answer[child.KIND_BYTES :]
-            if kind == child.PATH:
-                self._send(self._path(wanted.sheet_name, store, paths))
-                continue
-            if kind == child.TOO_LARGE:
-                raise _too_large(self._limits.memory_bytes)
+        kind, content = self._receive()
+        if kind == child.PATH:  # A picture has one sheet, whose path is asked for once.
+            self._send(self._path(wanted.sheet_name, store, paths))
+            kind, content = self._receive()
+        if kind == child.TOO_LARGE:
+            raise _too_large(self._memory_bytes, is_setting=self._memory_bytes == self._limits.memory_bytes)
+        if kind == child.PICTURE:
             self.is_in_step = True
-            if kind == child.PICTURE:
-                return content
-            raise _error(json.loads(content))
+            return content
+        try:
+            told = _error(kind, content)
+        except (ValueError, KeyError, TypeError, RecursionError) as error:
+            raise self._failure() from error
+        self.is_in_step = True
+        raise told
 
     def _path(self, name: str, store: ArtifactStore, paths: ExitStack) -> Path:
         try:
             return paths.enter_context(store.local_path(name))
-        except LippmannError:
+        except (LippmannError, OSError) as error:
             self._send(None)
             self.is_in_step = True
+            if isinstance(error, OSError):
+                reason = error.strerror or type(error).__name__
+                raise PictureFailed(f"the sheet of the picture cannot be read: {reason}") from error
             raise
 
     def _send(self, message: Any) -> None:
@@ -133,11 +146,13 @@ class Process:
         except ConnectionError as error:
             raise self._failure() from error
 
-    def _receive(self) -> bytes:
+    def _receive(self) -> tuple[bytes, bytes]:
+        """Return what an answer is, and its content."""
         try:
-            return self._connection.recv_bytes(MOST_BYTES)
+            answer = self._connection.recv_bytes(MOST_BYTES)
         except (EOFError, OSError) as error:
             raise self._failure() from error
+        return answer[: child.KIND_BYTES], answer[child.KIND_BYTES :]
 
     def _end_late(self) -> None:
         self._is_late = True
@@ -159,22 +174,30 @@ def _environment() -> dict[str, str]:
     return {**passed, "PYTHONPATH": os.pathsep.join(filter(None, sys.path)), "OPENBLAS_NUM_THREADS": "1"}
 
 
-def _restrain(pid: int, memory_bytes: int) -> None:
+def _restrain(pid: int, memory_bytes: int) -> int:
+    """Limit what a process may take, and return its address space, which is smaller if the service has a limit."""
     with suppress(ProcessLookupError):
+        _, hard = resource.prlimit(pid, resource.RLIMIT_AS)
+        memory_bytes = memory_bytes if hard == resource.RLIM_INFINITY else min(memory_bytes, hard)
         resource.prlimit(pid, resource.RLIMIT_AS, (memory_bytes, memory_bytes))
         resource.prlimit(pid, resource.RLIMIT_CORE, (0, 0))
     with suppress(OSError):  # Some containers do not allow it.
         Path(f"/proc/{pid}/oom_score_adj").write_text(str(FIRST_KILLED))
+    return memory_bytes
 
 
-def _too_large(memory_bytes: int) -> Invalid:
-    expected = f"a picture that is made in {memory_bytes / 1e6:.0f} MB (LIPPMANN_PICTURE_MEMORY_MB)"
+def _too_large(memory_bytes: int, *, is_setting: bool) -> Invalid:
+    limit = "LIPPMANN_PICTURE_MEMORY_MB" if is_setting else "the limit of the address space of the service"
+    expected = f"a picture that is made in {memory_bytes / 1e6:.0f} MB ({limit})"
     problem = FieldProblem(field="frame", expected=expected, got="a larger one")
     return Invalid(str(problem), problems=[problem])
 
 
-def _error(told: dict[str, Any]) -> ServiceError | LippmannError:
-    """Return the error that a process told."""
+def _error(kind: bytes, content: bytes) -> ServiceError | LippmannError:
+    """Return the error that a process told; raise another one if the process told none."""
+    if kind != child.PROBLEM:
+        raise ValueError(f"expected {child.PROBLEM!r}, got {kind!r}")
+    told = json.loads(content)
     if "trace" in told:
         log.error("a picture failed", trace=told["trace"])
         return ServiceError()

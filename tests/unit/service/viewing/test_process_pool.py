@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import resource
 import signal
 import socket
 import subprocess
@@ -22,7 +24,7 @@ from lippmann.errors import ArtifactBroken, StoreUnavailable
 from service.errors import Invalid, PictureFailed, ServiceError
 from service.ports import Parts
 from service.viewing.picture_process import NICENESS
-from service.viewing.process_handle import ProcessLimits
+from service.viewing.process_handle import Process, ProcessLimits, _restrain
 from service.viewing.process_pool import ProcessPool
 from service.viewing.render import Wanted as AnyWanted
 from tests import builders_pictures as run
@@ -194,9 +196,61 @@ def test_an_error_of_a_picture_or_of_the_store_leaves_the_process(
     store.error = StoreUnavailable("away")
     with pytest.raises(StoreUnavailable, match="away"):
         pool.make(Wanted(run.read, folder))
+    store.error = OSError(errno.ENOSPC, "No space left on device")
+    with pytest.raises(PictureFailed, match="the sheet of the picture cannot be read: No space left on device"):
+        pool.make(Wanted(run.read, folder))
     store.error = None
     assert pool.make(Wanted(run.read, folder)) == b"light"
     assert pool.make(Wanted(run.pid, folder)) == process
+
+
+@pytest.mark.parametrize("run_wrong", [run.babble, run.read_twice])
+def test_a_process_that_says_what_nobody_expects_is_used_no_longer(
+    make_pool: Callable[..., ProcessPool], folder: Path, run_wrong: Callable[[Path], bytes]
+) -> None:
+    pool = make_pool()
+    with pytest.raises(PictureFailed):
+        pool.make(Wanted(run_wrong, folder))
+    assert not pool.pids
+
+
+def test_a_process_that_answers_just_before_it_is_killed_for_its_time_is_used_no_longer(
+    make_pool: Callable[..., ProcessPool], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def answered_late(process: Process, *given: Any) -> bytes:
+        content = answered(process, *given)
+        process._end_late()
+        return content
+
+    answered = Process._answered
+    monkeypatch.setattr(Process, "_answered", answered_late)
+    pool = make_pool()
+    assert pool.make(Wanted(run.pid, folder))
+    assert not pool.pids
+
+
+def test_a_process_keeps_a_limit_of_memory_that_is_smaller_than_the_setting() -> None:
+    with subprocess.Popen(["sleep", str(ENOUGH_S)]) as process:
+        resource.prlimit(process.pid, resource.RLIMIT_AS, (10**8, 10**8))
+        assert _restrain(process.pid, 10**9) == 10**8
+        assert resource.prlimit(process.pid, resource.RLIMIT_AS) == (10**8, 10**8)
+        assert _restrain(process.pid, 10**7) == 10**7
+        process.kill()
+
+
+def test_a_process_that_cannot_be_limited_is_ended(
+    make_pool: Callable[..., ProcessPool], folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pids: list[int] = []
+
+    def refuse(pid: int, _: int) -> int:
+        pids.append(pid)
+        raise PermissionError(errno.EPERM, "Operation not permitted")
+
+    monkeypatch.setattr("service.viewing.process_handle._restrain", refuse)
+    with pytest.raises(PictureFailed, match="no process can be started to make the picture: Operation not permitted"):
+        make_pool().make(Wanted(run.pid, folder))
+    assert not Path(f"/proc/{pids[0]}").exists()
 
 
 def test_a_service_that_stops_ends_the_pictures_that_are_being_made(
