@@ -53,7 +53,7 @@ def adopt_store(database: Database, store: ArtifactStore) -> str:
 def _new_identity(database: Database, store: ArtifactStore) -> str:
     if store.identity() is None and _has_used_a_store(database) and not store.folders():
         store.expect(UNKNOWN)
-        raise StoreUnavailable("cannot use the store: the folder in its place is empty")
+        raise StoreUnavailable("cannot use the store: it is empty, and this farm has used one")
     identity = store.make_identity()
     with database.writing() as session:
         coordinator_rows.adopt_store(session, identity, instead_of=None)

@@ -195,7 +195,7 @@ class Coordinator:
             if any(event and event.failure and event.failure.code in INFRASTRUCTURE for _, event in entries):
                 self.fault_monitor.poke()
             consume_events(self._database, entries, was=was, now_s=self._clock(), settings=self._settings)
-            if _may_lead_to_orders(entries):
+            if _may_lead_to_orders(entries) or self._has_stops():
                 self._wakeup.notify()
             else:
                 self._wakeup.notify_coroutines()
@@ -333,6 +333,10 @@ class Coordinator:
             with self._database.writing() as session:
                 coordinator_rows.add_dropped(session, dropped - self._dropped)
             self._dropped = dropped
+
+    def _has_stops(self) -> bool:
+        with self._database.reading() as session:
+            return bool(coordinator_rows.pending_stops(session, limit=1))
 
     def _signal_stops(self) -> None:
         with self._database.reading() as session:

@@ -32,7 +32,7 @@ _AFTER = {
 }
 """The statuses of a task after an event. An event that finds them, from the same attempt, is a repetition."""
 WORKING = frozenset({EventKind.CLAIMED, EventKind.HEARTBEAT})
-"""The events of an attempt that works. No order follows from them."""
+"""The events of an attempt that works. No order follows from them, but a stop of an attempt that owns no task."""
 
 
 @dataclass

@@ -29,7 +29,7 @@ class EventStream(StreamingResponse):
     """Counts the stream while it is open; refuses it if there are too many."""
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        """Send the stream, which counts from its first byte on."""
+        """Send the stream, which counts from its request on."""
         with self.counted:
             await super().__call__(scope, receive, send)
 

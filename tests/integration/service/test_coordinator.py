@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from sqlalchemy.exc import OperationalError
 
+from lippmann.job.messages import wire
 from lippmann.job.messages.events import Event
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
@@ -29,7 +30,7 @@ class Rounds:
         url = f"sqlite:///{tmp_path}/farm.db"
         self.farm = Farm(url, redis_url=broker.url, data_dir=tmp_path, tick_s=0.01, leader_ttl_s=600)
         self.steady_s = 0.0
-        self._client = broker.client
+        self.client = broker.client
         self.seals = seals_in(tmp_path)
         self.wakeup = Wakeup()
         self.coordinator = Coordinator(
@@ -42,7 +43,7 @@ class Rounds:
 
     def send(self, *events: Event) -> None:
         for event in events:
-            add_event(self._client, event, self.seals)
+            add_event(self.client, event, self.seals)
 
     def running(self) -> list[Order]:
         """Return orders that attempts are at work on."""
@@ -150,6 +151,17 @@ def test_a_heartbeat_is_written_with_what_follows_it_and_wakes_no_scheduler(
         assert woken.is_set()
     assert len(reads) == 2
     assert rounds.statuses([order]) == {TaskStatus.DONE}
+
+
+def test_a_heartbeat_of_an_attempt_that_must_stop_wakes_the_scheduler(rounds: Rounds) -> None:
+    order, *_ = rounds.running()
+    late = heartbeat(order).model_copy(update={"attempt": "taken-back"})
+    with rounds.wakeup.for_thread() as woken:
+        rounds.send(late)
+        rounds.coordinator.consume_round()
+        assert woken.is_set()
+    rounds.coordinator.schedule_round()
+    assert rounds.client.exists(wire.stop_key("taken-back"))
 
 
 def test_the_silent_are_lost_though_the_farm_is_so_busy_that_rounds_are_full(rounds: Rounds) -> None:

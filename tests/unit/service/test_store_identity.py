@@ -56,7 +56,7 @@ def test_a_store_that_has_an_id_keeps_it(database: Database, tmp_path: Path) -> 
 def test_a_farm_that_has_used_a_store_takes_no_empty_folder(used: Database, tmp_path: Path) -> None:
     store = LocalStore(tmp_path / "store")
     for _ in range(2):
-        with pytest.raises(StoreUnavailable, match="the folder in its place is empty"):
+        with pytest.raises(StoreUnavailable, match="it is empty, and this farm has used one"):
             identify_store(used, store)
         with pytest.raises(StoreUnavailable, match="has no id"):
             store.put_bytes("a/b", b"")
