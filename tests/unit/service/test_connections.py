@@ -13,12 +13,13 @@ import uvicorn
 from starlette.types import Receive, Scope, Send
 
 from service.connections import ConnectionGuard, ConnectionLimits, GuardedProtocol, Phase
-from service.rate_limits import LONGEST_WAIT_S, RateLimit
+from service.rate_limits import RateLimit
 from service.routes.middleware import AddressRate
 from tests.waiting import ENOUGH_S
 
-SOON_S = LONGEST_WAIT_S / 2
-"""A time in which no refusal ends that is held back as long as it may be."""
+HELD_S = 2 * ENOUGH_S
+"""The time for which each refusal is held back here, which no test waits for."""
+SOON_S = 60.0
 Stream = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
 
@@ -30,7 +31,7 @@ async def application(scope: Scope, _receive: Receive, send: Send) -> None:
 
 
 class Running:
-    """A server that listens in this event loop, and that holds each refusal back for as long as it may."""
+    """A server that listens in this event loop."""
 
     def __init__(self, *, most: int) -> None:
         limits = ConnectionLimits(total=most, by_address=most, headers_s=ENOUGH_S, body_s=ENOUGH_S)
@@ -90,7 +91,8 @@ async def running(*, most: int = 100) -> AsyncIterator[Running]:
 
 @pytest.fixture
 def serve(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[[], Awaitable[None]]], None]:
-    monkeypatch.setattr("service.rate_limits.REFUSALS_AT_ONCE", 0)
+    for name, value in {"REFUSALS_AT_ONCE": 0, "REFUSED_SHARE": 1e-5, "LONGEST_WAIT_S": HELD_S}.items():
+        monkeypatch.setattr(f"service.rate_limits.{name}", value)
 
     async def limited(test: Callable[[], Awaitable[None]]) -> None:
         await asyncio.wait_for(test(), ENOUGH_S)
