@@ -17,10 +17,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from configparser import ConfigParser, Error
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from itertools import pairwise, product
 from pathlib import Path
 from typing import Literal
 
@@ -33,6 +33,9 @@ Parallax = Literal["row", "grid"]
 NameOrder = Literal["column_row", "row_column"]
 """The meaning of the two numbers in the names of views."""
 
+_Named = list[tuple[Path, tuple[int, int]]]
+"""Pictures with the (row, column) that their names give."""
+
 VIEWS_AT_MOST = 65_536
 """The largest number of files of a folder that are taken for views."""
 
@@ -40,12 +43,16 @@ _QUILT = re.compile(r"(?<![a-z])qs(\d{1,3})x(\d{1,3})(?:a(\d{0,3}(?:\.\d{1,9})?)
 _HCI = re.compile(r"input_Cam(\d{1,6})")
 _NUMBERS = re.compile(r"\d{1,9}")
 _TWO_NUMBERS = re.compile(r"(\d{1,5})_(\d{1,5})")
-_BETWEEN, _WHOLE_NUMBER = re.compile(r"[-_ ,()]+"), re.compile(r"\d{1,5}")
+_BETWEEN = re.compile(r"[-_ ,()]+")
+_FIRST_NUMBER, _SECOND_NUMBER = re.compile(r"(?:.*[^\d.])?(\d{1,5})"), re.compile(r"(\d{1,5})")
+"""Two neighbouring words that place a view; a name may stand before the first number, as in `view00_00`."""
 _LETTERED = tuple(
     re.compile(rf"(?<![a-z])(?:{words})[-_= ]?(\d{{1,5}})(?!\d|\.\d)", re.IGNORECASE)
     for words in ("row|r|v|y", "column|col|c|u|x")
 )
 """The row and the column of a view behind a letter or a word."""
+_LETTERS_AT_MOST = 4
+"""The number of rows, and of columns, in a name that are tried, since a v may name a version."""
 _CAMERAS_FILE, _CAMERAS_BYTES = "parameters.cfg", 1 << 16
 
 
@@ -118,12 +125,11 @@ def view_files(folder: Path, parallax: Parallax, *, order: NameOrder | None = No
     numbered = {int(found[1]): path for path in pictures if (found := _HCI.fullmatch(path.stem))}
     if numbered:
         return _hci(folder, numbered, parallax)
-    lettered = _by_letters(pictures)
-    if lettered:
-        return _whole(folder, lettered)
-    placed = _by_two_numbers(pictures, order)
-    if placed:
-        return replace(_whole(folder, placed), note=None if order else _order_note(next(iter(placed.values()))))
+    lettered, numbered_pairs = _by_letters(pictures), _by_two_numbers(pictures, order)
+    named = max((*lettered, *numbered_pairs), key=_weight, default=[])
+    if named:
+        note = _order_note(named[0][0]) if not order and named not in lettered else None
+        return replace(_whole(folder, _placed(named)), note=note)
     if parallax == "row" and pictures:
         in_order = sorted(pictures, key=_by_numbers)
         return ViewFiles(1, len(pictures), {(0, place): path for place, path in enumerate(in_order)})
@@ -161,39 +167,45 @@ def _cameras(path: Path) -> tuple[int, int] | None:
     return (rows, cols) if min(rows, cols) > 0 else None
 
 
-def _by_letters(pictures: list[Path]) -> dict[tuple[int, int], Path]:
-    of_row, of_col = _LETTERED
-    found = [(path, of_row.search(path.stem), of_col.search(path.stem)) for path in pictures]
-    return _placed((path, (int(row[1]), int(col[1]))) for path, row, col in found if row and col)
+def _by_letters(pictures: list[Path]) -> list[_Named]:
+    """Return the views by every row and column that their names give behind letters."""
+    found = [[[int(one[1]) for one in axis.finditer(path.stem)] for axis in _LETTERED] for path in pictures]
+    named: list[_Named] = []
+    for of_row, of_col in product(range(_LETTERS_AT_MOST), repeat=2):
+        with_both = zip(pictures, found, strict=True)
+        named.append(
+            [
+                (path, (rows[of_row], cols[of_col]))
+                for path, (rows, cols) in with_both
+                if of_row < len(rows) and of_col < len(cols)
+            ]
+        )
+    return [one for one in named if one]
 
 
-def _by_two_numbers(pictures: list[Path], order: NameOrder | None) -> dict[tuple[int, int], Path]:
-    """Return views by two neighbouring numbers of their names: the first two that place every view somewhere else."""
+def _by_two_numbers(pictures: list[Path], order: NameOrder | None) -> list[_Named]:
+    """Return the views by every two neighbouring numbers of their names."""
     pairs = {path: _pairs(path.stem) for path in pictures}
-    tried: list[list[tuple[Path, tuple[int, int]]]] = []
-    for number in range(max(map(len, pairs.values()), default=0)):
-        named = [
-            (path, _row_and_column(path, found[number], order)) for path, found in pairs.items() if number < len(found)
-        ]
-        tried.append(named)
-        if _fill_a_rectangle([place for _, place in named]):
-            break
-    else:
-        tried = tried[:1]
-    return _placed(tried[-1]) if tried else {}
+    return [
+        [(path, _row_and_column(path, found[number], order)) for path, found in pairs.items() if number < len(found)]
+        for number in range(max(map(len, pairs.values()), default=0))
+    ]
+
+
+def _weight(named: _Named) -> int:
+    """Return how likely places are those of views: by the pictures that have one, twice if they fill a rectangle."""
+    return len(named) * (2 if _fill_a_rectangle([place for _, place in named]) else 1)
 
 
 def _pairs(stem: str) -> list[tuple[int, int]]:
     """Return the whole numbers that stand side by side in a name.
 
-    >>> _pairs("IMG_0001_03_12"), _pairs("out_03_12_-381.9_776.3_")
-    ([(1, 3), (3, 12)], [(3, 12)])
+    >>> _pairs("IMG_0001_03_12"), _pairs("out_03_12_-381.9_776.3_"), _pairs("view03_12")
+    ([(1, 3), (3, 12)], [(3, 12)], [(3, 12)])
     """
-    return [
-        (int(one), int(two))
-        for one, two in pairwise(_BETWEEN.split(stem))
-        if _WHOLE_NUMBER.fullmatch(one) and _WHOLE_NUMBER.fullmatch(two)
-    ]
+    words = pairwise(_BETWEEN.split(stem))
+    found = [(_FIRST_NUMBER.fullmatch(one), _SECOND_NUMBER.fullmatch(two)) for one, two in words]
+    return [(int(one[1]), int(two[1])) for one, two in found if one and two]
 
 
 def _row_and_column(path: Path, numbers: tuple[int, int], order: NameOrder | None) -> tuple[int, int]:
@@ -220,7 +232,7 @@ def _fill_a_rectangle(places: list[tuple[int, int]]) -> bool:
     return len(set(places)) == len(places) == math.prod(spans)
 
 
-def _placed(named: Iterable[tuple[Path, tuple[int, int]]]) -> dict[tuple[int, int], Path]:
+def _placed(named: _Named) -> dict[tuple[int, int], Path]:
     placed: dict[tuple[int, int], Path] = {}
     for path, place in named:
         if place in placed:

@@ -17,7 +17,6 @@ from lippmann.lattice.layout import CellLayout
 from lippmann.local.export import export_outputs, parse_outputs
 from lippmann.local.files.frame_source import files_frames
 from lippmann.local.files.source_pictures import Decoding, SourcePicture
-from lippmann.local.files.view_files import quilt_name, view_files
 from lippmann.local.image import IntegralImage, open_orthoscopic
 from lippmann.local.import_views import Views, ViewsOptions, import_views
 from worker.images.colour import srgb_codes
@@ -153,31 +152,6 @@ def test_views_that_cannot_be_are_refused(
     assert not (tmp_path / "out").exists()
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "out_{v:02d}_{u:02d}_-780_1103_.png",
-        "Sub-aperture_{v:02d}_{u:02d}.png",
-        "scene ({v}, {u}).png",
-        "frame_0007_{v}_{u}.png",
-        "{v}_{u}_0007.png",
-        "lf-{v}-{u}.png",
-        "View_v={v}_u={u}.png",
-        "row{v:02d}col{u:02d}.png",
-        "x{u}y{v}_z1.5.png",
-        "{u}_{v}.png",
-    ],
-)
-def test_rows_and_columns_in_names_are_told_apart(tmp_path: Path, name: str) -> None:
-    for v, u in np.ndindex(2, 3):
-        (tmp_path / name.format(v=v + 4, u=u + 1)).touch()
-    found = view_files(tmp_path, "grid")
-    assert (found.rows, found.cols) == (2, 3)
-    assert [found.files[place].name for place in np.ndindex(2, 3)] == [
-        name.format(v=v + 4, u=u + 1) for v, u in np.ndindex(2, 3)
-    ]
-
-
 def test_names_that_do_not_say_which_number_is_the_row_have_a_note(tmp_path: Path) -> None:
     for v, u in np.ndindex(2, 2):
         Image.new("L", (4, 4)).save(tmp_path / f"{u}_{v}.png")
@@ -186,21 +160,6 @@ def test_names_that_do_not_say_which_number_is_the_row_have_a_note(tmp_path: Pat
     assert "give --view-names row_column" in ran.stderr
     ran = _import(tmp_path, "--views", "grid", "--view-names", "row_column", "--out", tmp_path / "out")
     assert "--view-names" not in ran.stderr
-
-
-@pytest.mark.parametrize(
-    ("name", "expected"),
-    [
-        ("a_qs8x6a0.75.png", (8, 6, 0.75)),
-        ("a_QS05x09A1.png", (5, 9, 1.0)),
-        ("a_qs8x6a.5 (1).png", (8, 6, 0.5)),
-        ("qs8x6.png", (8, 6, None)),
-        ("a_qs8x6a1.777778_v2.png", (8, 6, 1.777778)),
-    ],
-)
-def test_names_of_quilts_as_other_programs_write_them(name: str, expected: tuple[int, int, float | None]) -> None:
-    found = quilt_name(Path(name))
-    assert (found.columns, found.rows, found.aspect) == expected
 
 
 @pytest.mark.parametrize(
@@ -265,10 +224,3 @@ def test_a_quilt_that_cannot_be_is_refused(tmp_path: Path, name: str, size: tupl
     ran = CliRunner().invoke(app, ["import", *map(str, words)])
     assert ran.exit_code != 0
     assert said in str(ran.exception)
-
-
-def test_views_of_other_names_are_a_row_in_the_order_of_their_numbers(tmp_path: Path) -> None:
-    for number in range(1, 13):
-        Image.new("L", (2, 2)).save(tmp_path / f"view{number}.png")
-    found = view_files(tmp_path, "row")
-    assert [found.files[0, col].stem for col in range(12)] == [f"view{number}" for number in range(1, 13)]
