@@ -13,13 +13,15 @@ from lippmann.job.frames import MAX_FRAME_NUMBER
 _MAX_BYTES = 64 * 1024
 _SECTION = re.compile(r"\s*\[")
 _OPTION = re.compile(r"\s*([A-Za-z_]+)\s*=\s*(.*)")
-_SWITCH = re.compile(r'([+-])(KFI|KFF|KI|KF|KC|I|L)("[^"]*"|\S*)', re.IGNORECASE)
+_WORD = re.compile(r'(?:"[^"]*"|\S)+')
+_SWITCH = re.compile(r"([+-])(KFI|KFF|KI|KF|KC|K|I|L)(.*)", re.IGNORECASE)
 _SWITCHES: Mapping[str, str] = {
     "KFI": "initial_frame",
     "KFF": "final_frame",
     "KI": "initial_clock",
     "KF": "final_clock",
     "KC": "cyclic_animation",
+    "K": "clock",
     "I": "input_file_name",
     "L": "library_path",
 }
@@ -72,9 +74,8 @@ def _options(path: Path) -> Iterator[tuple[str, str]]:
         if option := _OPTION.fullmatch(text):
             yield option[1].lower(), option[2].strip("\"' ")
         else:
-            for sign, switch, value in _SWITCH.findall(text):
-                name = _SWITCHES[switch.upper()]
-                yield name, value.strip('"') or ("on" if sign == "+" else "off")
+            for switch in filter(None, map(_SWITCH.fullmatch, _WORD.findall(text))):
+                yield _SWITCHES[switch[2].upper()], switch[3].strip('"') or ("on" if switch[1] == "+" else "off")
 
 
 def _read(path: Path, options: list[tuple[str, str]]) -> AnimationIni:

@@ -42,6 +42,9 @@ def test_the_options_of_the_ini_that_starts_a_scene_are_read(tmp_path: Path) -> 
         ("+KFI1 +KFF30 +KI0.5 +KF2 +KC", {"first": 0.5, "last": 2.0, "frames": 30, "cyclic": True}),
         ("Final_Frame=30", {"first": 0.0, "last": 1.0, "frames": 30, "cyclic": False}),
         ("Clock=0.3\n+A0.3", {"first": 0.3}),
+        ("+W640 +K0.5 +A0.3", {"first": 0.5}),
+        ("+KFF30 +O/tmp/x-ki2 -KC", {"first": 0.0, "last": 1.0, "frames": 30, "cyclic": False}),
+        ('+KFF2 +O"a +KFF9 -KI3.png"', {"first": 0.0, "last": 1.0, "frames": 2, "cyclic": False}),
         ("Width=640", {}),
         ("Final_Frame=1\nFinal_Clock=4", {}),
         ("Final_Frame=many\nFinal_Clock=nan\nInitial_Frame=1e99\n=\n\xff[\n", {}),
@@ -53,6 +56,12 @@ def test_an_ini_of_the_same_name_is_read_with_options_or_switches(
     ini = animation_ini(read(tmp_path, Orbit=text))
     assert ini is not None
     assert ini.clock == clock
+
+
+def test_the_name_of_a_picture_is_no_switch(tmp_path: Path) -> None:
+    ini = animation_ini(read(tmp_path, orbit='+Oout-i.png\n+Oimg-light.png\n+L"models" +KFF9'))
+    assert ini is not None
+    assert (ini.include, ini.notes, ini.clock["frames"]) == (("models",), (), 9)
 
 
 def test_an_ini_that_starts_another_scene_does_not_count(tmp_path: Path) -> None:
