@@ -45,8 +45,9 @@ def doctor(
 
     Of a farm, the database, the store and the settings are examined, also while it runs.
 
-    Without a farm, only the machine is examined: what it has, what it lacks, and how to get that. LIPPMANN_DATABASE_URL
-    names the database if it is not in the data folder. The exit code is 0 when nothing is wrong, and 1 when there are
+    Without a farm, only the machine is examined: what it has, what it lacks, and how to get that; likewise on a machine
+    of workers alone, which has LIPPMANN_STORE_URL and no database. LIPPMANN_DATABASE_URL names the database if it is
+    not in the data folder. The exit code is 0 when nothing is wrong, and 1 when there are
     errors or warnings, after the repair if there was one.
     """
     from lippmann.farm.this_machine import examine_machine
@@ -55,10 +56,19 @@ def doctor(
     from worker.store.opening import ARTIFACTS
 
     # The artifacts of a farm on a bucket are not in its data folder.
-    has_farm = (data_dir / ARTIFACTS).is_dir() or "LIPPMANN_STORE_URL" in os.environ
-    if has_farm:
+    has_bucket = bool(os.environ.get("LIPPMANN_STORE_URL"))
+    has_farm = (data_dir / ARTIFACTS).is_dir() or has_bucket
+    if has_bucket and not (os.environ.get("LIPPMANN_DATABASE_URL") or (data_dir / "lippmann.db").is_file()):
+        if repair or deep or adopt_store:
+            raise BadInput(f"expected LIPPMANN_DATABASE_URL or a database in {data_dir}, got neither")
+        text = (
+            f"there is no database in {data_dir}/ and no LIPPMANN_DATABASE_URL, as beside a worker; `lippmann doctor`"
+            " with the settings of the service examines the farm"
+        )
+        found = Diagnosis((Finding(Check.FARM, Level.NOTE, text),))
+    elif has_farm:
         found = _farm(data_dir, repair=repair, deep=deep, adopt_store=adopt_store)
-    elif data_dir != DATA_DIR or repair or deep or adopt_store or _SETTINGS_OF_A_FARM & os.environ.keys():
+    elif data_dir != DATA_DIR or repair or deep or adopt_store or any(map(os.environ.get, _SETTINGS_OF_A_FARM)):
         raise BadInput(f"expected the data folder of a farm, got {data_dir} without {ARTIFACTS}/")
     else:
         text = f"there is no farm in {data_dir}/; `lippmann up` starts one, and --data-dir names another folder"

@@ -77,3 +77,21 @@ def test_what_is_no_farm_is_refused_and_what_is_no_database_is_found(tmp_path: P
         (tmp_path / "lippmann.db").write_bytes(content)
         ran = run("doctor", "--data-dir", str(tmp_path))
         assert (ran.returncode, "error: integrity: the database cannot be read" in ran.stdout) == (1, True)
+
+
+def test_beside_a_worker_of_a_cluster_only_the_machine_is_examined(tmp_path: Path) -> None:
+    words, bucket = ("doctor", "--data-dir", str(tmp_path)), {"LIPPMANN_STORE_URL": "s3://farm/lippmann"}
+    ran = run(*words, "--json", **bucket)
+    checks = {one["check"]: one for one in json.loads(ran.stdout)["findings"]}
+    assert "with the settings of the service examines the farm" in checks["farm"]["message"]
+    assert {"povray", "sandbox", "broker"} <= checks.keys()
+    assert not {"integrity", "store", "settings"} & checks.keys()
+    ran = run(*words, "--repair", **bucket)
+    assert (ran.returncode, "expected LIPPMANN_DATABASE_URL or a database in" in ran.stderr) == (2, True)
+    ran = run(*words, **bucket, LIPPMANN_DATABASE_URL=f"sqlite:///{tmp_path}/none.db")
+    assert (ran.returncode, "examines the farm" in ran.stdout) == (2, False)
+
+
+def test_an_empty_setting_names_no_farm(tmp_path: Path) -> None:
+    ran = run("doctor", "--data-dir", str(tmp_path), LIPPMANN_STORE_URL="")
+    assert (ran.returncode, "without artifacts/" in ran.stderr) == (2, True)
