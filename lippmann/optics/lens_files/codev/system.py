@@ -30,6 +30,7 @@ class SystemReader:
     def take(self, command: Command) -> bool:
         """Take a command, and return whether it is one of the whole lens."""
         if command.word in _NUMBERS or (command.word == "REF" and command.values):
+            self._found.pop(command.word, None)  # The dictionary keeps the order in which they are given last.
             self._found[command.word] = command.all_numbers()
             return True
         return False
@@ -47,9 +48,10 @@ class SystemReader:
         return System(aperture=self._aperture(mm), fields=tuple(self._fields(mm)), object_mm=object_mm)
 
     def _aperture(self, mm: float) -> Aperture | None:
-        for name, kind in _APERTURES.items():
-            value = (self._found.get(name) or [0.0])[0]
-            if value > 0:
+        """Return the aperture that is given last, as each replaces the one before."""
+        for name in reversed(self._found):
+            kind, value = _APERTURES.get(name), (self._found[name] or [0.0])[0]
+            if kind is not None and value > 0:
                 return Aperture(kind, value * mm if kind == "entrance pupil" else value)
         return None
 
