@@ -138,8 +138,9 @@ def _refuse_disturbed(lenses: Measured, disturbed: Interference) -> None:
     """Refuse a pitch that another grid may have drawn away, as blocks of a codec do."""
     why = f"another grid, of {disturbed.grid.lay.pitch_px:.2f} px, is clearer, as the blocks of JPEG are after scaling"
     other = "" if disturbed.pitch_px is None else f", or {disturbed.pitch_px:.2f} px by the lines that it does not have"
+    name, found_px = (("pitch", lenses.lay.pitch_px), ("row pitch", lenses.lay.row_pitch_px))[disturbed.axis]
     raise LayoutError(
-        f"expected {EDGES}, got one whose pitch is uncertain, {lenses.lay.pitch_px:.2f} px by the borders of the"
+        f"expected {EDGES}, got one whose {name} is uncertain, {found_px:.2f} px by the borders of the"
         f" cells{other}: {why}; give the pitch and leave out --find"
     )
 

@@ -71,6 +71,17 @@ def test_twice_the_pitch_is_not_taken_for_it_after_strong_compression(
     assert found.grid.pitch_px == pytest.approx(scale * pitch_px, rel=0.002)
 
 
+@pytest.mark.parametrize(("is_turned", "name"), [(False, "pitch"), (True, "row pitch")])
+def test_a_pitch_that_scaled_blocks_draw_away_along_one_axis_is_refused(is_turned: bool, name: str) -> None:
+    grid = LensGrid(1, 1, pitch_px=13.37, offset_px=(13.37 / 2, 13.37 / 2))
+    codes = Image.fromarray(integral_image(grid, (400, 500), FAR, seed=7)).resize((500, 399), Image.Resampling.BICUBIC)
+    turned = codes.transpose(Image.Transpose.TRANSPOSE) if is_turned else codes
+    blocks = Image.fromarray(through_jpeg(np.asarray(turned), 7))
+    larger = blocks.resize((blocks.width * 3 // 2, blocks.height * 3 // 2), Image.Resampling.BICUBIC)
+    with pytest.raises(LayoutError, match=rf"whose {name} is uncertain, 20\.00 px .*, or 20\.\d+ px by the lines"):
+        calibrate_picture(light_of(np.asarray(larger)))
+
+
 @pytest.mark.parametrize("quality", [8, 5])
 def test_a_pitch_that_scaled_blocks_draw_away_is_refused_with_the_reason(quality: int) -> None:
     grid = LensGrid(1, 1, pitch_px=13.37, offset_px=(13.37 / 2, 13.37 / 2))
