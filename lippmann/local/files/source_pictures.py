@@ -140,6 +140,8 @@ def unused_bits_note(picture: SourcePicture, light: NDArray[np.float32], decodin
     header = read_header(picture.path, page=picture.page or 0)
     if decoding.white_level is not None or header.is_light or header.pixel_bytes != 2 * header.channels:
         return None
+    if header.white_is_zero or header.highest_code != np.iinfo(np.uint16).max:
+        return None  # The white of such a file cannot be given.
     space = linear_space(None) if decoding.linear else colour_space(header)
     codes = np.array([2**bits - 1 for bits in SENSOR_BITS], dtype=np.uint16)
     brightest = float(light.max())

@@ -85,6 +85,15 @@ def test_twelve_bits_in_sixteen_are_noted_and_read_with_their_white_level(tmp_pa
     assert (sheets["white_level"], sheets["linear"]) == (4095, True)
 
 
+def test_no_white_level_is_proposed_where_none_can_be_given(tmp_path: Path) -> None:
+    codes = np.full(SIZE, 1023, ">u2")
+    (tmp_path / "own.pgm").write_bytes(b"P5 %d %d 4095\n" % SIZE[::-1] + codes.tobytes())
+    tifffile.imwrite(tmp_path / "negative.tif", 65535 - codes.astype(np.uint16), photometric="miniswhite")
+    for name in ("own.pgm", "negative.tif"):
+        ran = _run(tmp_path / name, *GRID, "--out", tmp_path / f"out-{name}")
+        assert "--white-level" not in ran.stderr
+
+
 def test_numbers_that_are_not_finite_are_noted(tmp_path: Path) -> None:
     light = np.full((*SIZE, 3), 0.5, np.float32)
     light[3, 4] = np.nan, np.inf, 0.5
