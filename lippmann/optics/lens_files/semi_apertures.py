@@ -7,7 +7,7 @@ Vignetting factors narrow the bundle of a field point at the stop.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -82,10 +82,21 @@ def with_semi_apertures(rows: Sequence[Row], system: System, *, words: str) -> t
     more = f" and {len(absent) - SHOWN} more" if len(absent) > SHOWN else ""
     field = "" if system.fields else ", for a point on the axis alone, because the file gives no field"
     notes = [f"{which}{more}: the semi-diameter is computed from the rays of the file's aperture{field}"]
-    if lost:
-        points = ", ".join(f"{point.value:g} {'degrees' if point.kind == 'angle' else 'mm'}" for point in lost[:SHOWN])
-        notes.append(f"the field points at {points} are left out, because none of their rays passes the lens")
-    return filled, notes
+    return filled, [*notes, *_lost_notes(lost, system)]
+
+
+def _lost_notes(lost: Sequence[FieldPoint], system: System) -> Iterator[str]:
+    """Yield a note for every reason for which field points are left out."""
+    nowhere = [point for point in lost if point.kind == "object height" and system.is_far]
+    blocked = [point for point in lost if point not in nowhere]
+    reasons = {
+        "none of their rays passes the lens": blocked,
+        "a height of the object needs a near object, and that of the file is at infinity": nowhere,
+    }
+    for why, those in reasons.items():
+        points = ", ".join(f"{point.value:g} {'degrees' if point.kind == 'angle' else 'mm'}" for point in those[:SHOWN])
+        if those:
+            yield f"the field points at {points} are left out, because {why}"
 
 
 def _heights_mm(rows: Sequence[Row], system: System, first: str) -> tuple[Array, list[FieldPoint]]:

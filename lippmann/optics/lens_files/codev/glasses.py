@@ -45,9 +45,11 @@ class PrivateGlasses:
         if self._start is None:
             self._start = command if command.word == "PRV" else None
             return self._start is not None
-        if command.word == "END":
+        # A glass may be named ENDURO or, in quotes, END.
+        whole = command.name if command.word.isalpha() else ""
+        if whole == "END":
             self._start = None
-        elif command.word == "PWL":
+        elif whole == "PWL":
             self._waves = command
         elif len(self._entries) < MAX_PRIVATE:
             named = Command(command.number, command.name, command.values)

@@ -43,6 +43,8 @@ EXPECTED: Mapping[str, str] = MappingProxyType(
     }
 )
 """The words for what is expected in the place of commands that cannot be modelled."""
+APERTURES = frozenset({"EDG", "CLR", "OBS", "HOL"})
+"""The words that may stand between CIR and the semi-diameter."""
 NOT_LENSES = frozenset({"REFL", "TIR"})
 SUPPORTED = "RDM DIM TIT SO S SI RDY CUY THI GLA STO CIR K A-H PRV EPD FNO NA NAO WL and fields"
 
@@ -139,7 +141,7 @@ class _Reader:
             return
         if command.word in EXPECTED:
             command.refuse(EXPECTED[command.word])
-        surface, rest = self._surface_of(command)
+        surface, rest = self._surface_of(_in_order(command) if command.word == "CIR" else command)
         name = rest.word
         if name in ("RDY", "CUY", "THI") and _is_solve(rest):
             surface.solves.append((rest, name))
@@ -150,7 +152,8 @@ class _Reader:
         elif name == "GLA":
             self._set_glass(rest, surface, rest.values[0] if rest.values else "")
         elif name == "STO":
-            surface.is_stop = True
+            for one in self.surfaces:
+                one.is_stop = one is surface  # A later STO moves the stop.
         elif name == "CIR":
             self._set_aperture(rest, surface)
         elif name == "K":
@@ -164,7 +167,7 @@ class _Reader:
         values = command.values
         place = self.current
         is_glass = command.word == "GLA" and len(values) < 2  # A private glass may be named S1.
-        if values and not is_glass and _SURFACE.fullmatch(values[0].upper()) and values[0].upper() != "S":
+        if values and not is_glass and _names_surface(values[0]):
             place = self._place(command, values[0].upper()[1:])
             values = values[1:]
         rest = Command(command.number, command.word, values)
@@ -186,9 +189,7 @@ class _Reader:
         kind = command.values[0].upper() if command.values else ""
         if kind in ("OBS", "HOL"):
             command.refuse("a clear aperture; obscurations and holes cannot be modelled")
-        # An aperture may have a label, as in CIR EDG L'A' 5.
-        unlabelled = tuple(value for value in command.values if not value.upper().startswith(("L'", 'L"')))
-        size = abs(Command(command.number, command.word, unlabelled).value(1 if kind in ("EDG", "CLR") else 0))
+        size = abs(command.value(1 if kind in ("EDG", "CLR") else 0))
         if kind == "EDG":
             surface.edge = size
         else:
@@ -241,6 +242,17 @@ class _Reader:
         if known is None:
             command.refuse(self.glasses.expected(name), name[:100])
         return self.glasses.medium(command.place, name, known)
+
+
+def _in_order(command: Command) -> Command:
+    """Return an aperture with the surface first, then its kind, then its size, and without a label as L'A'."""
+    values = [value for value in command.values if not value.upper().startswith(("L'", 'L"'))]
+    values.sort(key=lambda value: (not _names_surface(value), value.upper() not in APERTURES))
+    return Command(command.number, command.word, tuple(values))
+
+
+def _names_surface(value: str) -> bool:
+    return _SURFACE.fullmatch(value.upper()) is not None and value.upper() != "S"
 
 
 def _is_solve(command: Command) -> bool:

@@ -224,3 +224,13 @@ def test_vignetting_is_of_the_entrance_pupil_even_where_the_stop_turns_it_over()
     for low, high in ((-1.0, 0.5), (-0.5, 1.0)):
         system = System(Aperture("entrance pupil", 4.0), (FieldPoint("angle", 1.0, low, high),))
         assert semis(rows, system)[0] == pytest.approx(200 * slope + 2 * high, abs=0.15)
+
+
+def test_heights_of_an_object_at_infinity_are_left_out_with_their_own_reason() -> None:
+    points = (FieldPoint("object height", 3.0), FieldPoint("angle", 80.0))
+    _, notes = with_semi_apertures(plano_convex(), System(Aperture("entrance pupil", 8.0), points), words="DIAM")
+    assert notes[1:] == [
+        "the field points at 80 degrees are left out, because none of their rays passes the lens",
+        "the field points at 3 mm are left out, because a height of the object needs a near object, and that of the"
+        " file is at infinity",
+    ]

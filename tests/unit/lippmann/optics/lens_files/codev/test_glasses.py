@@ -43,13 +43,17 @@ def test_indices_are_interpolated() -> None:
     assert notes == []
 
 
-@pytest.mark.parametrize("name", ["GLASS7", "CROWNGLASS", "A", "SO", "S1", "K", "PRVX", "517642"])
+@pytest.mark.parametrize("name", ["GLASS7", "CROWNGLASS", "A", "SO", "S1", "K", "PRVX", "517642", "ENDURO", "PWLA"])
 @pytest.mark.parametrize("quote", ["'", '"', ""])
 def test_a_name_is_kept_whole(name: str, quote: str) -> None:
     text = f"PRV\nPWL 587.6\n{quote}{name}{quote} 1.6\n{quote}{name}2{quote} 1.7\nEND"
     assert found(text, name)[0] == Glass(1.6, None)
     assert found(text, name.lower() + "2")[0] == Glass(1.7, None)
     assert found(text, name + "3")[0] is None
+
+
+def test_a_glass_in_quotes_is_no_command() -> None:
+    assert found("PRV\nPWL 587.6\n'END' 1.6\n'PWL' 1.7\nEND", "end")[0] == Glass(1.6, None)
 
 
 def test_a_laurent_series_is_the_formula_of_schott() -> None:

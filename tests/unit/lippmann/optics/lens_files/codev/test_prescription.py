@@ -227,6 +227,33 @@ def test_decentres_of_0_and_labels_of_apertures_change_nothing() -> None:
     assert prescription(ACHROMAT.replace("  PIM\n", harmless)) == prescription(ACHROMAT)
 
 
+@pytest.mark.parametrize(
+    "aperture",
+    [
+        "CIR EDG 12.5",
+        "CIR L'A' EDG 12.5",
+        "CIR EDG L'A' 12.5",
+        "CIR EDG S3 12.5",
+        "CIR S3 EDG 12.5",
+        "cir s3 l'a' 12.5",
+    ],
+)
+def test_the_words_of_an_aperture_may_have_any_order(aperture: str) -> None:
+    without = ACHROMAT.replace("  CIR EDG 12.5\n", "")
+    text = without + aperture if "S3" in aperture.upper() else without.replace("  PIM", aperture)
+    assert prescription(text) == prescription(ACHROMAT)
+
+
+@pytest.mark.parametrize("aperture", ["CIR S1 OBS 2", "CIR OBS S1 2", "CIR L'A' HOL 2"])
+def test_an_obscuration_is_refused_in_any_order(aperture: str) -> None:
+    with pytest.raises(SpecError, match="obscurations and holes cannot be modelled"):
+        read_lens_seq(ACHROMAT.replace("  PIM", f"  {aperture}"))
+
+
+def test_the_last_sto_names_the_stop() -> None:
+    assert prescription(ACHROMAT + "STO S3") == prescription(ACHROMAT.replace("  STO\n", "").replace("  PIM", "  STO"))
+
+
 @pytest.mark.parametrize("text", ["", "hello", "SO 0 inf", "SO 0 inf\nS 5 5\nSI 0 0", "RDM\nSO\nSI"])
 def test_a_file_without_a_lens_is_refused(text: str) -> None:
     with pytest.raises(SpecError):
