@@ -126,7 +126,7 @@ def view_files(folder: Path, parallax: Parallax, *, order: NameOrder | None = No
     if numbered:
         return _hci(folder, numbered, parallax)
     lettered, numbered_pairs = _by_letters(pictures), _by_two_numbers(pictures, order)
-    named = max((*lettered, *numbered_pairs), key=_weight, default=[])
+    named = max((*lettered, *numbered_pairs), key=_weight, default=None)
     if named:
         note = _order_note(named[0][0]) if not order and named not in lettered else None
         return replace(_whole(folder, _placed(named)), note=note)
