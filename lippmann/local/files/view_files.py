@@ -127,8 +127,9 @@ def view_files(folder: Path, parallax: Parallax, *, order: NameOrder | None = No
         return _hci(folder, numbered, parallax)
     lettered, numbered_pairs = _by_letters(pictures), _by_two_numbers(pictures, order)
     named = max((*lettered, *numbered_pairs), key=_weight, default=None)
-    if named:
-        note = _order_note(named[0][0]) if not order and named not in lettered else None
+    is_told = order is not None or named in lettered
+    if named and (is_told or parallax == "grid" or len({col for _, (_, col) in named}) > 1):
+        note = None if is_told else _order_note(named[0][0])
         return replace(_whole(folder, _placed(named)), note=note)
     if parallax == "row" and pictures:
         in_order = sorted(pictures, key=_by_numbers)

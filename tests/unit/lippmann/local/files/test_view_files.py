@@ -71,6 +71,15 @@ def test_a_picture_in_the_place_of_a_view_is_refused(tmp_path: Path) -> None:
         view_files(tmp_path, "grid")
 
 
+def test_a_number_that_all_names_end_with_leaves_a_row_of_views(tmp_path: Path) -> None:
+    for number in (1, 2, 10):
+        (tmp_path / f"cam{number}_2048.png").touch()
+    found = view_files(tmp_path, "row")
+    assert (found.rows, [found.files[0, col].stem for col in range(found.cols)], found.note) == (
+        1, ["cam1_2048", "cam2_2048", "cam10_2048"], None,
+    )  # fmt: skip
+
+
 def test_a_missing_view_is_named_though_another_picture_has_letters(tmp_path: Path) -> None:
     for v, u in list(np.ndindex(3, 4))[:-1]:
         (tmp_path / f"out_{v}_{u}.png").touch()
