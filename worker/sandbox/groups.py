@@ -12,6 +12,7 @@ moves into a group below that one, with everything else of the service (`make_ro
 from __future__ import annotations
 
 import errno
+import logging
 import os
 import secrets
 import signal
@@ -22,13 +23,11 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-import structlog
-
 from lippmann.errors import SandboxMissing
 from worker.sandbox.limits import Limits
 from worker.sandbox.totals import OUR_PROCESSES
 
-log = structlog.get_logger()
+log = logging.getLogger(__name__)
 
 OURS_MB = 16
 """The memory of the sandbox itself, which counts in the group of the task."""
@@ -163,7 +162,7 @@ def make_room() -> None:
     try:
         _move_all(own, own / _WORKER)
     except OSError as error:
-        log.warning("cgroup not used, because its processes cannot move below it", cgroup=str(own), error=str(error))
+        log.warning("the cgroup %s is not used, because its processes cannot move below it: %s", own, error)
 
 
 def _move_all(group: Path, below: Path) -> None:
