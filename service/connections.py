@@ -75,7 +75,7 @@ logging.getLogger("uvicorn.error").addFilter(_Seldom())
 
 
 class Phase(IntEnum):
-    """What a connection waits for. A smaller phase is closed earlier when there are too many connections."""
+    """The thing that a connection waits for. A smaller phase is closed earlier when there are too many connections."""
 
     HELD = 0
     """For an answer that is held back, whatever else it waits for."""
@@ -251,7 +251,7 @@ class GuardedProtocol(HttpToolsProtocol):
 
     @property
     def phase(self) -> Phase:
-        """What the connection waits for."""
+        """The thing that the connection waits for; an answer that is held back comes first."""
         return Phase.HELD if self._is_held else self._phase
 
     async def hold(self, wait_s: float) -> None:

@@ -1,4 +1,4 @@
-"""What a process that makes pictures is asked for in tests. It imports little, since the process imports it, too."""
+"""Pictures that tests ask of a process. The module imports little, since the process imports it, too."""
 
 from __future__ import annotations
 

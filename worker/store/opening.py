@@ -14,8 +14,9 @@ ARTIFACTS = "artifacts"
 """The folder of the artifacts below the data folder; the service and the workers use the same one."""
 
 
-COPIES = "copies"
-"""The folder below the data folder for copies of the artifacts of a bucket."""
+COPIES = "scratch/copies"
+"""The folder below the data folder for copies of the artifacts of a bucket. The room of a worker's scratch folder is
+checked before each attempt, and in a container a worker writes there and nowhere else."""
 
 
 def open_store(settings: BrokerSettings, *, reserve_bytes: int = 0) -> ArtifactStore:

@@ -9,17 +9,13 @@ interrupted are invisible, and `sweep` removes them later. Objects whose names b
 Access keys come from where every program for S3 finds them: AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, the file that
 AWS_SHARED_CREDENTIALS_FILE names, or the role of the machine.
 
-Whoever reads an artifact as a file gets a copy of it in a folder of this machine. The copies that a killed process left
-there are removed when the next one starts.
+Whoever reads an artifact as a file gets a copy of it in a folder of this machine (`worker.store.copies`).
 """
 
 from __future__ import annotations
 
 import builtins
-import fcntl
 import os
-import shutil
-import tempfile
 import time
 import uuid
 from collections.abc import Iterator
@@ -38,6 +34,7 @@ from botocore.exceptions import BotoCoreError, ClientError, HTTPClientError
 from lippmann.digest import Digest, digest_of
 from lippmann.errors import NO_ROOM, ArtifactMissing, DiskFull, StoreUnavailable
 from lippmann.plan.artifact_store import ArtifactInfo
+from worker.store.copies import copy_folder, remove_left
 from worker.store.names import check_name, check_prefix
 from worker.store.s3_errors import code_of, translated
 
@@ -90,7 +87,7 @@ class S3Store:
         )  # fmt: skip
         self._attempts = attempts
         self._copies = copies
-        _remove_left(copies)
+        remove_left(copies)
         self._expected: str | None = None
         self._known_until_s = 0.0
         self._clients: dict[int, Any] = {}
@@ -230,7 +227,7 @@ class S3Store:
         chunks = self._chunks(name, 0, int(answer["ContentLength"]), answer)
         with ExitStack() as stack:
             try:
-                folder = stack.enter_context(_copy_folder(self._copies))
+                folder = stack.enter_context(copy_folder(self._copies))
                 path = folder / Path(name).name
                 with path.open("xb") as file:
                     file.writelines(chunks)
@@ -391,35 +388,7 @@ class S3Store:
 
 
 _IN_PARTS = TransferConfig(multipart_threshold=PART_BYTES, multipart_chunksize=PART_BYTES, max_concurrency=4)
-_NEW_S = 60.0
 _BROKEN = (BotoCoreError, HTTPClientError, OSError)
-
-
-@contextmanager
-def _copy_folder(copies: Path) -> Iterator[Path]:
-    """Yield a new folder that is locked while this process lives, and is removed afterwards."""
-    copies.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=copies, ignore_cleanup_errors=True) as name:
-        descriptor = os.open(name, os.O_RDONLY | os.O_DIRECTORY)
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
-            yield Path(name)
-        finally:
-            os.close(descriptor)
-
-
-def _remove_left(copies: Path) -> None:
-    """Remove the folders of processes that died. One that is not locked yet is younger than a minute."""
-    for folder in copies.glob("*"):
-        with suppress(OSError):
-            if time.time() - folder.stat().st_mtime < _NEW_S:
-                continue
-            descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
-            try:
-                fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                shutil.rmtree(folder)
-            finally:
-                os.close(descriptor)
 
 
 def _pause_s(attempt: int) -> float:

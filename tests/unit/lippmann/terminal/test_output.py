@@ -1,4 +1,4 @@
-"""What a command prints: no text of a stranger moves the cursor or changes the terminal."""
+"""The output of a command: no text of a stranger moves the cursor or changes the terminal."""
 
 from __future__ import annotations
 

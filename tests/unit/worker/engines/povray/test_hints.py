@@ -1,4 +1,4 @@
-"""What is said with an error of a scene: the picture that it is about, and the dialect of the scene."""
+"""Hints with an error of a scene: the picture that it is about, and the dialect of the scene."""
 
 from __future__ import annotations
 
