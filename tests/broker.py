@@ -17,7 +17,7 @@ import redis
 
 from lippmann.farm.supervisor.broker import find_server
 from lippmann.farm.supervisor.descendants import dying_with
-from tests.waiting import ENOUGH_S, until
+from tests.waiting import ENOUGH_S, halt, until
 
 _PORTS = range(20_000, 32_000)
 """Below the ports that the kernel gives to outgoing connections (net.ipv4.ip_local_port_range)."""
@@ -55,7 +55,7 @@ class Broker:
         return redis.Redis.from_url(self.url, protocol=2, socket_timeout=ENOUGH_S)
 
     def freeze(self) -> None:
-        self.process.send_signal(signal.SIGSTOP)
+        halt(self.process.pid)
 
     def thaw(self) -> None:
         self.process.send_signal(signal.SIGCONT)

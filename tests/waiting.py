@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import signal
 import time
+from pathlib import Path
 from typing import Any
 
 ENOUGH_S = 300.0
@@ -18,3 +21,19 @@ def until(question: Any, *, within_s: float = ENOUGH_S) -> Any:
             return answer
         time.sleep(0.01)
     raise AssertionError(f"expected a yes within {within_s} s")
+
+
+def halt(pid: int) -> None:
+    """Stop a process with SIGSTOP and wait until all its threads stand still.
+
+    Until then, a process on a busy machine may still handle another signal that has a lower number.
+    """
+    os.kill(pid, signal.SIGSTOP)
+    until(lambda: all(_state(thread) in "TtZX" for thread in Path(f"/proc/{pid}/task").iterdir()))
+
+
+def _state(thread: Path) -> str:
+    try:
+        return (thread / "stat").read_text().rpartition(")")[2].split()[0]
+    except OSError:  # It has ended meanwhile.
+        return "X"

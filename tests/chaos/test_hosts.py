@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import signal
 import socket
 import subprocess
@@ -21,7 +20,7 @@ from tests.needs import needs_povray
 from tests.network_host import NetworkHost, network_host, why_no_network_host
 from tests.outages import QUICK
 from tests.repository import ROOT
-from tests.waiting import ENOUGH_S, until
+from tests.waiting import ENOUGH_S, halt, until
 
 pytestmark = pytest.mark.skipif(bool(reason := why_no_network_host()), reason=str(reason))
 
@@ -127,7 +126,7 @@ def test_the_job_of_a_cut_host_ends_on_the_other_one(tmp_path: Path) -> None:
         until(lambda: parts.client.job(job.id).status == "running")
         cut, other = parts.workers
         assert isinstance(cut.link, NetworkHost)
-        os.kill(until(lambda: cut.below("povray"))[0], signal.SIGSTOP)  # It does not store the tile after the cut.
+        halt(until(lambda: cut.below("povray"))[0])  # It does not store the tile after the cut.
         cut_off(parts, job.id, cut, cut.link.lose)
         job = ended(parts.client, job.id)
         assert job.status == "done", job.error

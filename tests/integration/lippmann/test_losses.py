@@ -22,7 +22,7 @@ from service.schemas.task import Task
 from tests.builders import small_job
 from tests.farm import Farm, busy_children, ended, farm_up
 from tests.needs import needs_povray
-from tests.waiting import until
+from tests.waiting import halt, until
 
 pytestmark = needs_povray
 
@@ -69,7 +69,8 @@ def test_the_scratch_folder_of_a_killed_pool_process_is_removed_while_its_neighb
     killed, living = until(lambda: _two(busy_children(worker.pid)))
     left, kept = attempt_folder(killed, farm.data_dir), attempt_folder(living, farm.data_dir)
     renderers = descendants(living)
-    send(signal.SIGSTOP, renderers)  # the neighbour cannot end and remove its folder itself
+    for pid in renderers:
+        halt(pid)  # the neighbour cannot end and remove its folder itself
     os.kill(killed, signal.SIGKILL)
     until(lambda: not left.exists())
     until(lambda: taken_again(farm.client, job))

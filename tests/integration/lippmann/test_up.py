@@ -19,7 +19,7 @@ from lippmann.farm.supervisor.broker import socket_path
 from lippmann.farm.supervisor.descendants import descendants
 from tests.integration.lippmann.conftest import LIPPMANN, Up, alive, born, lippmann_up, run
 from tests.needs import needs_povray
-from tests.waiting import ENOUGH_S, until
+from tests.waiting import ENOUGH_S, halt, until
 
 pytestmark = needs_povray
 
@@ -91,7 +91,7 @@ def test_a_second_ctrl_c_ends_everything_at_once(tmp_path: Path) -> None:
             until(lambda: client.health().slots == 2)
         processes = set(up.below())
         worker = up.one("lippmann.cli.main worker")
-        os.kill(worker, signal.SIGSTOP)  # it will not hear that it should end
+        halt(worker)  # it will not hear that it should end
         up.process.send_signal(signal.SIGINT)
         until(lambda: signal.SIGTERM in _signals(worker, "ShdPnd"))
         up.process.send_signal(signal.SIGINT)
