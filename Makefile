@@ -69,7 +69,7 @@ bench: installed ## Measure ratios against plain POV-Ray and against the limits
 	$(BIN)/python -m tests.benchmarks $(ARGS)
 
 # What the images run. `make lock` keeps the versions that still fit; ARGS=--upgrade takes the newest.
-RUN_EXTRAS := s3 postgresql oidc
+RUN_EXTRAS := s3 postgresql oidc telemetry
 COMPILE := uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --quiet
 
 lock: ## Write the three requirements*.lock from pyproject.toml (needs uv)
