@@ -20,6 +20,8 @@ from lippmann.job.scene_camera import SceneCamera
 
 MAX_EVENT_BYTES = 32_000_000
 """The limit of an event; the digests of a data set of 100,000 files have 20 MB."""
+MAX_MESSAGE_VALUES = 500_000
+"""The limit of the values in a message, counted by its commas; the digests of 100,000 files are 200,000."""
 MAX_MESSAGE = 20_000
 """The length at which the text of a message is cut."""
 MAX_PRESENCE_BYTES = 1_000_000

@@ -19,6 +19,7 @@ from lippmann.job.messages import wire
 from lippmann.job.messages.events import (
     MAX_EVENT_BYTES,
     MAX_LEASE_BYTES,
+    MAX_MESSAGE_VALUES,
     MAX_PRESENCE_BYTES,
     Event,
     Lease,
@@ -249,6 +250,8 @@ def canonical(fields: Mapping[str, Any]) -> bytes:
 def _parsed(text: bytes, most_bytes: int) -> object:
     if len(text) > most_bytes:
         raise Refused(f"the message has {len(text)} bytes, more than {most_bytes}")
+    if (values := text.count(b",") + 1) > MAX_MESSAGE_VALUES:  # Before a signature is checked, memory is bounded.
+        raise Refused(f"the message has about {values} values, more than {MAX_MESSAGE_VALUES}")
     try:
         return json.loads(text)
     except (ValueError, RecursionError) as error:

@@ -16,6 +16,7 @@ from lippmann.job.messages import wire
 from lippmann.job.messages.events import (
     MAX_EVENT_BYTES,
     MAX_LEASE_BYTES,
+    MAX_MESSAGE_VALUES,
     MAX_PRESENCE_BYTES,
     MAX_SLOTS,
     Event,
@@ -164,6 +165,18 @@ def test_what_is_no_event_is_refused_at_once(text: bytes) -> None:
     for seals in (SEALS, UNSIGNED):
         with pytest.raises(Refused):
             seals.open_event(text)
+
+
+def test_a_message_of_very_many_values_is_refused_before_it_is_parsed() -> None:
+    text = b"[" + b"0," * MAX_MESSAGE_VALUES + b"0]"
+    with pytest.raises(Refused, match=f"about {MAX_MESSAGE_VALUES + 1} values"):
+        SEALS.open_event(text)
+
+
+def test_the_digests_of_a_hundred_thousand_files_are_one_event() -> None:
+    digest = Digest(1, "0" * 64)
+    event = EVENT.model_copy(update={"digests": {f"view/{number}.png": digest for number in range(100_000)}})
+    assert SEALS.open_event(SEALS.sealed_event(event).encode()) == event
 
 
 @pytest.mark.parametrize("change", [{"worker": "a\nb"}, {"worker": ""}, {"worker": "w" * 101}, {"attempt": "a" * 501}])
