@@ -33,13 +33,15 @@ MAX_SLOTS = 100_000
 LONGEST_S = 1e9
 """The bound of measured times, 30 years, which keeps sums finite."""
 
+_NOT_STORABLE = re.compile("[\0\ud800-\udfff]")
+
 
 def _storable(text: str) -> str:
-    return text[:MAX_MESSAGE].replace("\0", "\N{REPLACEMENT CHARACTER}")
+    return _NOT_STORABLE.sub("\N{REPLACEMENT CHARACTER}", text[:MAX_MESSAGE])
 
 
 Text = Annotated[str, AfterValidator(_storable)]
-"""A text for people. It is cut, and its NUL characters are replaced, which PostgreSQL does not store."""
+"""A text for people. It is cut, and what PostgreSQL does not store is replaced: NUL and halves of surrogate pairs."""
 Name = Annotated[str, Field(max_length=500, pattern=r"^[^\x00]*$")]
 """An id or a name."""
 Seconds = Annotated[float, Field(ge=0, le=LONGEST_S)]

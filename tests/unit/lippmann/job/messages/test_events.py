@@ -47,6 +47,9 @@ DIGEST = [7, "0" * 64]
     [
         {"job_id": "j" * 501},
         {"worker": "a\0b"},
+        {"worker": "a\udc00b"},
+        {"attempt": "a\udc00b"},
+        {"digests": {"a\udc00b": DIGEST}},
         {"cpu_s": -1.0},
         {"wall_s": 1e300},
         {"failure": FAILURE | {"frame": 2**63}},
@@ -65,8 +68,8 @@ def test_an_event_that_a_database_does_not_take_is_refused(change: dict[str, Any
 
 def test_a_message_is_cut_and_has_no_nul() -> None:
     """What a scene prints gets into messages, so they are mended and not refused."""
-    failure = Failure.model_validate(FAILURE | {"message": "a\0b" + "c" * MAX_MESSAGE})
-    assert failure.message == "a\N{REPLACEMENT CHARACTER}b" + "c" * (MAX_MESSAGE - 3)
+    failure = Failure.model_validate(FAILURE | {"message": "a\0b\udc00" + "c" * MAX_MESSAGE})
+    assert failure.message == "a\N{REPLACEMENT CHARACTER}b\N{REPLACEMENT CHARACTER}" + "c" * (MAX_MESSAGE - 4)
 
 
 @pytest.mark.parametrize("change", [{"slots": 10**9}, {"slots": -1}, {"seen_s": float("inf")}, {"host": "h" * 501}])
