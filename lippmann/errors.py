@@ -73,12 +73,12 @@ class FieldProblem:
         return f"{self.field}: expected {self.expected}, got {self.got}"
 
 
-def first_problems(problems: Iterable[FieldProblem]) -> tuple[FieldProblem, ...]:
-    """Return the first problems, and one more that counts the rest."""
+def first_problems(problems: Iterable[FieldProblem], *, more: int = 0) -> tuple[FieldProblem, ...]:
+    """Return the first problems, and one more that counts the rest; `more` of them are not among those given."""
     kept = tuple(problems)
-    if len(kept) <= MAX_PROBLEMS + 1:
+    if not more and len(kept) <= MAX_PROBLEMS + 1:
         return kept
-    rest = f"{len(kept) - MAX_PROBLEMS:,} more"
+    rest = f"{len(kept[MAX_PROBLEMS:]) + more:,} more"
     return (*kept[:MAX_PROBLEMS], FieldProblem(field="(whole)", expected="no further problems", got=rest))
 
 

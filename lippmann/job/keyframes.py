@@ -14,7 +14,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator
 
-from lippmann.job.model import JobModel
+from lippmann.job.model import JobModel, at_most
 
 ANIMATED_PARTS = ("rig", "stage", "parameters")
 """The parts of a job whose numbers may change with the frame."""
@@ -33,7 +33,7 @@ Key = tuple[Annotated[int, Field(ge=1, le=MAX_FRAME_NUMBER)], Annotated[float, F
 class Keyframes(JobModel):
     """A number that changes from frame to frame; it is constant before the first keyframe and after the last."""
 
-    keyframes: Annotated[tuple[Key, ...], Field(min_length=1, max_length=MAX_KEYS)]
+    keyframes: Annotated[tuple[Key, ...], Field(min_length=1, max_length=MAX_KEYS), at_most(MAX_KEYS)]
     """The keyframes as (frame, value), in ascending order of the frames."""
     interpolation: Literal["linear", "smooth"] = "linear"
     """The interpolation between keyframes: `linear`, or `smooth`, a monotone cubic with a continuous slope."""

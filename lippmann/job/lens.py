@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from lippmann.job.glasses import expected_glass, glass
-from lippmann.job.model import JobModel
+from lippmann.job.model import JobModel, at_most
 
 MIN_SURFACES = 2
 MAX_SURFACES = 60
@@ -42,7 +42,7 @@ class LensSurface(JobModel):
     conic: float = Field(default=0.0, ge=-1000, le=1000)
     """The conic constant: 0 for a sphere, -1 for a paraboloid, less for a hyperboloid, between 0 and -1 for an
     ellipsoid."""
-    aspheric: tuple[float, ...] = Field(default=(), max_length=8)
+    aspheric: Annotated[tuple[float, ...], Field(max_length=8), at_most(8)] = ()
     """The coefficients of r^4, r^6, ... in the sag, in mm^-3, mm^-5, ..."""
 
     @model_validator(mode="before")
@@ -99,7 +99,11 @@ class Prescription(JobModel):
     """The title of the lens."""
     source: str = Field(default="", max_length=500)
     """The publication that the prescription is from."""
-    surfaces: tuple[LensSurface, ...] = Field(max_length=MAX_SURFACES, json_schema_extra={"minItems": MIN_SURFACES})
+    surfaces: Annotated[
+        tuple[LensSurface, ...],
+        Field(max_length=MAX_SURFACES, json_schema_extra={"minItems": MIN_SURFACES}),
+        at_most(MAX_SURFACES),
+    ]
     """The surfaces, from the object to the image."""
     stop_z_mm: float | None = Field(default=None, ge=-MAX_MM, le=MAX_MM)
     """The position of a variable stop behind the vertex of surface 1."""

@@ -7,8 +7,8 @@ import inspect
 import textwrap
 from typing import Any
 
-from pydantic import BaseModel, ConfigDict, GetJsonSchemaHandler
-from pydantic_core import CoreSchema
+from pydantic import BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler
+from pydantic_core import CoreSchema, PydanticKnownError
 
 
 class JobModel(BaseModel):
@@ -29,6 +29,21 @@ class JobModel(BaseModel):
             if name in properties:
                 properties[name].setdefault("description", text)
         return schema
+
+
+def at_most(count: int) -> BeforeValidator:
+    """Refuse a list of more items before they are validated.
+
+    `max_length` alone counts the valid items only, so that each item of a list of any length has errors of its own.
+    """
+
+    def check(value: object) -> object:
+        if isinstance(value, list | tuple) and len(value) > count:
+            sizes = {"field_type": "Tuple", "max_length": count, "actual_length": len(value)}
+            raise PydanticKnownError("too_long", sizes)
+        return value
+
+    return BeforeValidator(check)
 
 
 def _field_docstrings(model: type[JobModel]) -> dict[str, str]:

@@ -13,11 +13,13 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, Discriminator, ValidationError
 
-from lippmann.errors import FieldProblem, first_problems
+from lippmann.errors import MAX_PROBLEMS, FieldProblem, first_problems
 from lippmann.job.problem_words import expected_words, got_words
 
 _ALTERNATIVES = frozenset({"bool", "int", "float", "str"})
 _TYPE = re.compile(r"(literal|tuple|list|dict)\[.*\]|constrained-\w+", re.DOTALL)
+MAX_TRANSLATED = 10 * MAX_PROBLEMS
+"""The errors of pydantic that are translated; those after them are counted, since a sender may make any number."""
 MAX_NAME = 100
 """The characters of an unknown field that are compared with the known ones, since a sender may write any number."""
 
@@ -49,7 +51,8 @@ def problems_of(error: ValidationError, model: type[BaseModel] | None = None) ->
         The model that was validated, from whose fields the one is suggested that an unknown field may stand for.
     """
     errors = [item for item in error.errors(include_url=False) if item["type"] != "default_factory_not_called"]
-    return first_problems(_problem(item, model) for item in _without_alternatives(errors))
+    problems = [_problem(item, model) for item in _without_alternatives(errors[:MAX_TRANSLATED])]
+    return first_problems(problems, more=len(errors[MAX_TRANSLATED:]))
 
 
 def _without_alternatives(errors: Sequence[Any]) -> Iterator[Any]:

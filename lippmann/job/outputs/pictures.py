@@ -9,6 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import Field, model_validator
 
 from lippmann.job.frames import FrameList, parse_frames
+from lippmann.job.model import at_most
 from lippmann.job.outputs.output import Name, OutputOptions, output_kind
 from lippmann.job.problems import FieldError
 from lippmann.job.rig import MAX_FRAME_PX, Rig
@@ -151,9 +152,9 @@ class Epi(PictureOptions):
 
     kind: Literal["epi"] = "epi"
     name: Name = "epi"
-    lens_rows: Annotated[tuple[Index, ...], Field(max_length=4096)] = ()
+    lens_rows: Annotated[tuple[Index, ...], Field(max_length=4096), at_most(4096)] = ()
     """Horizontal slices: u down, lenses across. If no lens is named, the middle row."""
-    lens_cols: Annotated[tuple[Index, ...], Field(max_length=4096)] = ()
+    lens_cols: Annotated[tuple[Index, ...], Field(max_length=4096), at_most(4096)] = ()
     """Vertical slices: v across, lenses down."""
     view_px: int = Field(default=1, ge=1, le=64)
     """The width of the line of each view, in pixels."""

@@ -28,5 +28,11 @@ def test_problems_that_were_counted_once_are_not_counted_again() -> None:
     assert first_problems(counted) == counted
 
 
+def test_problems_that_were_not_translated_are_counted_too() -> None:
+    *named, rest = first_problems(problems(2), more=3)
+    assert named == problems(2)
+    assert rest.got == "3 more"
+
+
 def test_one_problem_beyond_the_limit_is_named_as_well() -> None:
     assert first_problems(problems(MAX_PROBLEMS + 1)) == tuple(problems(MAX_PROBLEMS + 1))

@@ -1,0 +1,55 @@
+"""Lists of a job: their length is checked before their items."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import pytest
+from pydantic import Field, ValidationError
+
+from lippmann.errors import MAX_PROBLEMS, SpecError
+from lippmann.job.model import JobModel, at_most
+from lippmann.job.problems import MAX_TRANSLATED
+from lippmann.job.spec import parse_spec
+
+LISTS = {
+    "outputs": lambda items: {"outputs": items},
+    "rig.imaging_lens.surfaces": lambda items: {"rig": {"imaging_lens": {"surfaces": items}}},
+    "rig.imaging_lens.surfaces.0.aspheric": lambda items: {
+        "rig": {"imaging_lens": {"surfaces": [{"aspheric": items}]}}
+    },
+    "animation.rig.f_number.keyframes": lambda items: {"animation": {"rig.f_number": {"keyframes": items}}},
+    "outputs.0.lens_rows": lambda items: {"outputs": [{"kind": "epi", "lens_rows": items}]},
+    "outputs.0.lens_cols": lambda items: {"outputs": [{"kind": "epi", "lens_cols": items}]},
+}
+
+
+class Row(JobModel):
+    """A model with one list."""
+
+    items: Annotated[tuple[int, ...], Field(max_length=3), at_most(3)] = ()
+
+
+def test_a_list_of_too_many_items_has_one_error_whatever_they_are() -> None:
+    assert Row(items=(1, 2, 3)).items == (1, 2, 3)
+    with pytest.raises(ValidationError) as raised:
+        Row.model_validate({"items": [{}] * 4})
+    (error,) = raised.value.errors()
+    assert (error["type"], error["loc"], error["ctx"]["max_length"]) == ("too_long", ("items",), 3)
+
+
+@pytest.mark.parametrize("field", LISTS)
+def test_a_long_list_of_nonsense_in_a_job_is_one_problem(field: str) -> None:
+    spec: dict[str, Any] = {"scene": "fish", **LISTS[field]([{}] * 5000)}
+    with pytest.raises(SpecError) as raised:
+        parse_spec(spec)
+    found = [problem for problem in raised.value.problems if problem.field.startswith(field)]
+    assert len(found) == 1, raised.value
+    assert found[0].expected.removeprefix("a list of ").startswith("at most ")
+
+
+def test_very_many_unknown_fields_are_counted_though_not_all_are_translated() -> None:
+    unknown = MAX_TRANSLATED + 200
+    with pytest.raises(SpecError) as raised:
+        parse_spec({"scene": "fish", **{f"f{number}": 1 for number in range(unknown)}})
+    assert raised.value.problems[-1].got == f"{unknown - MAX_PROBLEMS:,} more"
