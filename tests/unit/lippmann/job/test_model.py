@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any
 
 import pytest
@@ -12,13 +13,13 @@ from lippmann.job.model import JobModel, at_most
 from lippmann.job.problems import MAX_TRANSLATED
 from lippmann.job.spec import parse_spec
 
-LISTS = {
+LISTS: dict[str, Callable[[Any], dict[str, Any]]] = {
     "outputs": lambda items: {"outputs": items},
     "rig.imaging_lens.surfaces": lambda items: {"rig": {"imaging_lens": {"surfaces": items}}},
     "rig.imaging_lens.surfaces.0.aspheric": lambda items: {
         "rig": {"imaging_lens": {"surfaces": [{"aspheric": items}]}}
     },
-    "animation.rig.f_number.keyframes": lambda items: {"animation": {"rig.f_number": {"keyframes": items}}},
+    "rig.f_number.keyframes": lambda items: {"animation": {"rig.f_number": {"keyframes": items}}},
     "outputs.0.lens_rows": lambda items: {"outputs": [{"kind": "epi", "lens_rows": items}]},
     "outputs.0.lens_cols": lambda items: {"outputs": [{"kind": "epi", "lens_cols": items}]},
 }
