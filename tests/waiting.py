@@ -12,14 +12,14 @@ ENOUGH_S = 300.0
 """A limit for what takes seconds when nothing else runs: tests also pass on a machine that does much else."""
 
 
-def until(question: Any, *, within_s: float = ENOUGH_S) -> Any:
+def until(question: Any, *, within_s: float = ENOUGH_S, every_s: float = 0.01) -> Any:
     """Ask until the answer is yes; for things that other threads and processes do."""
     end_s = time.monotonic() + within_s
     while time.monotonic() < end_s:
         answer = question()
         if answer:
             return answer
-        time.sleep(0.01)
+        time.sleep(every_s)
     raise AssertionError(f"expected a yes within {within_s} s")
 
 

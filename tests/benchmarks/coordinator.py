@@ -96,7 +96,9 @@ def _rate(url: str, folder: Path) -> float:
     farm = Farm(url, data_dir=folder)
     job_id = farm.planned(frames=f"1-{FRAMES}", outputs=[])
     broker = Broker(folder)
-    worker = multiprocessing.get_context("spawn").Process(target=_work, args=(broker.url, folder), daemon=True)
+    worker = multiprocessing.get_context("spawn").Process(
+        target=simulated_slots, args=(broker.url, folder), daemon=True
+    )
     worker.start()
     with coordinating(farm, broker):
         # The first and the last tasks are not counted: the queue fills and empties.
@@ -107,18 +109,18 @@ def _rate(url: str, folder: Path) -> float:
     return (ended - begun) / (ended_s - begun_s)
 
 
-def done_at(database: Database, job_id: str, tasks: int) -> tuple[float, int]:
-    """Wait until so many tasks of a job are done; return the time and their number then."""
+def done_at(database: Database, job_id: str, tasks: int, *, every_s: float = 0.01) -> tuple[float, int]:
+    """Wait until so many tasks of a job are done, asking in an interval; return the time and their number then."""
 
     def count() -> int:
         with database.reading() as session:
             return session.scalar(select(Job.done).where(Job.id == job_id)) or 0
 
-    until(lambda: count() >= tasks, within_s=WITHIN_S)
+    until(lambda: count() >= tasks, within_s=WITHIN_S, every_s=every_s)
     return time.monotonic(), count()
 
 
-def _work(url: str, data_dir: Path) -> None:
+def simulated_slots(url: str, data_dir: Path) -> None:
     """Do what the slots of a farm do, in no time: take orders, and report each of them as claimed and done."""
     client, seals = redis.Redis.from_url(url, protocol=2), seals_in(data_dir)
     key, seen_s = wire.CARRIER_PREFIX + wire.QUEUE, 0.0
