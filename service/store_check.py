@@ -51,16 +51,22 @@ class StoreCheck:
         self._lock = threading.Lock()
         self._thread: threading.Thread | None = None
         self._answer: LippmannError | None = None
+        self._waits_for_database = False
         self._was_full = False
 
     def error(self) -> LippmannError | None:
-        """Store and delete a small file, and return the error; None if the store takes artifacts."""
+        """Store and delete a small file, and return the error; None if the store takes artifacts.
+
+        While the database does not answer, this is the answer of before.
+        """
         with self._lock:
             if self._thread is None or not self._thread.is_alive():
                 self._thread = threading.Thread(target=self._check, name="store-check", daemon=True)
                 self._thread.start()
             self._thread.join(self._answer_s)
             if self._thread.is_alive():
+                if self._waits_for_database:
+                    return self._answer
                 return StoreUnavailable(f"The artifact store does not answer within {self._answer_s:g} s.")
             return self._answer
 
@@ -77,12 +83,19 @@ class StoreCheck:
         except LippmannError:
             return False
 
+    def _identify_again(self) -> None:
+        # A database that does not answer is another fault; the store expects the id that it expected before.
+        self._waits_for_database = True
+        try:
+            with suppress(SQLAlchemyError):
+                self._identify()
+        finally:
+            self._waits_for_database = False
+
     def _try(self) -> LippmannError | None:
         name = f"{CHECKS}/{uuid.uuid4().hex}"
         try:
-            # A database that does not answer is another fault; the store expects the id that it expected before.
-            with suppress(SQLAlchemyError):
-                self._identify()
+            self._identify_again()
             self._store.put_bytes(name, b"This file checks whether the store takes artifacts.\n")
             self._store.delete(name)
             free = self._store.free_bytes()

@@ -17,6 +17,7 @@ import redis
 
 from lippmann.farm.supervisor.broker import find_server
 from lippmann.farm.supervisor.descendants import dying_with
+from tests.network_host import NetworkHost
 from tests.waiting import ENOUGH_S, halt, until
 
 _PORTS = range(20_000, 32_000)
@@ -27,21 +28,26 @@ _claims: list[socket.socket] = []
 class Broker:
     """A valkey-server child on a loopback port, which can be wiped, stopped and killed.
 
-    With `addresses` it listens there too, for processes in network namespaces of this machine.
+    With `addresses` it listens there too, for processes in network namespaces of this machine. With `host` it is in
+    that namespace itself, and listens on its address.
     """
 
-    def __init__(self, folder: Path, *, keeps_data: bool = False, addresses: Sequence[str] = ()) -> None:
-        self._addresses = addresses
+    def __init__(
+        self, folder: Path, *, keeps_data: bool = False, addresses: Sequence[str] = (), host: NetworkHost | None = None
+    ) -> None:
+        self._addresses = [host.address] if host else addresses
+        self._inside = host.inside if host else ()
         self._saving = ["--appendonly", "yes", "--appendfsync", "always"] if keeps_data else []
         self.port = free_port()
-        self.url = f"redis://127.0.0.1:{self.port}/0"
+        self.url = f"redis://{host.address if host else '127.0.0.1'}:{self.port}/0"
         self.unix_url = f"unix://{folder}/broker.sock"
         self._on_socket = ["--unixsocket", "broker.sock"]
         self._folder = folder
         self.start()
 
     def start(self) -> None:
-        command = [str(find_server()), "--port", str(self.port), "--bind", "127.0.0.1", *self._addresses, "--save", ""]
+        command = [*self._inside, str(find_server()), "--port", str(self.port), "--save", ""]
+        command += ["--bind", "127.0.0.1", *self._addresses]
         command += [*self._on_socket, *self._saving]
         if self._addresses:  # Otherwise it answers loopback alone, as it has no password.
             command += ["--protected-mode", "no"]

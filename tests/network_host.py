@@ -1,182 +1,242 @@
-"""A network namespace for a process, as on a host of its own, with a link to it that a test cuts, slows and silences.
+"""Network namespaces for processes, as on hosts of their own, with links that a test cuts, slows and silences.
 
-Each end of the link is a TUN device, one here and one in the namespace, and a thread carries the packets between them.
-TCP is the kernel's own: what is lost here is sent again there. Few kernels have netem and nftables, and this needs
-neither, but it needs root. The kernel removes a TUN device with its last descriptor, and a namespace with its last
-process, so nothing stays when this process ends, however it ends.
+Each host and this machine have a TUN device on one network, and a thread carries the packets between them. TCP is the
+kernel's own: what is lost here is sent again there. See `tests.network_device` for what it needs of the machine.
 
 pass_on         packets travel in both directions, and the link is up
 lose            packets of both directions or of one disappear, all or every few; nobody learns of it
 delay           packets travel later by a number of seconds
+throttle        packets travel later, and only so many bytes a second
 down            the interface in the namespace is down: no route leads out of it
-change_address  the namespace has another address: existing connections stay open and silent, new ones work
+change_address  the host has another address: existing connections stay open and silent, new ones work
+
+With `peer`, a fault is between a host and that one alone.
 """
 
 from __future__ import annotations
 
-import ctypes
-import fcntl
 import heapq
 import os
 import selectors
 import socket
-import struct
 import threading
 import time
 from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, suppress
-from itertools import count
+from dataclasses import dataclass
+from itertools import count, cycle
 
+from tests.network_device import Device, new_namespace
 from tests.tcp_proxy import BOTH, Direction
 from tests.waiting import ENOUGH_S
 
-_CLONE_NEWNET = 0x4000_0000
-_TUNSETIFF, _IFF_TUN, _IFF_NO_PI = 0x4004_54CA, 0x0001, 0x1000
-_SIOCGIFFLAGS, _SIOCSIFFLAGS, _SIOCSIFADDR, _SIOCSIFNETMASK = 0x8913, 0x8914, 0x8916, 0x891C
-_IFF_UP = 0x0001
-
 LARGEST_PACKET = 65_536
+AT_ONCE = 64
+"""The number of packets of one device that are carried before those of the others."""
+BACKLOG_S = 1.0
+"""A throttled way loses the packets that would wait longer, as a router does whose buffer is full."""
+_VERSION_4 = 4
+_DESTINATION = slice(16, 20)
+"""The address of the destination in a packet of IPv4."""
+
+End = int | None
+"""The descriptor of the device of a host; None is any host."""
 
 
-class _Interface:
-    """A TUN device in the network namespace of the calling thread."""
+@dataclass
+class _Fault:
+    """What happens to the packets of one way."""
 
-    def __init__(self, name: str) -> None:
-        self.fd = os.open("/dev/net/tun", os.O_RDWR | os.O_NONBLOCK)
-        made = fcntl.ioctl(self.fd, _TUNSETIFF, struct.pack("16sH22x", name.encode(), _IFF_TUN | _IFF_NO_PI))
-        self.name = made[:16].rstrip(b"\0").decode()
-        self._control = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)  # It stays in this namespace.
+    lost_every: int = 0
+    delay_s: float = 0.0
+    bytes_per_s: float = 0.0
+    """Zero is without a limit."""
+    free_s: float = 0.0
+    """The time at which a throttled way has sent what it has."""
 
-    def set_address(self, address: str) -> None:
-        """Give the device this address alone, in a network of eight."""
-        for request, value in ((_SIOCSIFADDR, address), (_SIOCSIFNETMASK, "255.255.255.248")):
-            self._ask(request, self.name, struct.pack("=HH4s8x", socket.AF_INET, 0, socket.inet_aton(value)))
-
-    def set_up(self, *, up: bool, name: str | None = None) -> None:
-        """Take the device, or another of its namespace, up or down."""
-        name = name or self.name
-        (flags,) = struct.unpack_from("H", self._ask(_SIOCGIFFLAGS, name, b""), 16)
-        self._ask(_SIOCSIFFLAGS, name, struct.pack("H", flags | _IFF_UP if up else flags & ~_IFF_UP))
-
-    def _ask(self, request: int, name: str, value: bytes) -> bytes:
-        return fcntl.ioctl(self._control, request, struct.pack("16s24s", name.encode(), value))
-
-    def close(self) -> None:
-        self._control.close()
-        os.close(self.fd)
+    def arrival_s(self, number: int, size: int, now_s: float) -> float | None:
+        """Return when a packet arrives; None if it is lost."""
+        if self.lost_every and number % self.lost_every == 0:
+            return None
+        if self.bytes_per_s:
+            begin_s = max(self.free_s, now_s)
+            if begin_s - now_s > BACKLOG_S:
+                return None
+            now_s = self.free_s = begin_s + size / self.bytes_per_s
+        return now_s + self.delay_s
 
 
 class NetworkHost:
-    """A network namespace with a link to this one.
+    """A network namespace on a network.
 
-    `here` is the address of this machine on the link. `inside` runs the command after it in the namespace. `interface`
-    is the index of the device here, which the kernel gives only once.
+    `address` is its own address, and `here` that of this machine. `inside` runs the command after it in the namespace.
     """
 
-    def __init__(self) -> None:
-        self._near = _Interface("lippmann%d")
-        self.interface = socket.if_nametoindex(self._near.name)
-        # The kernel numbers the devices of all test runs. 198.18.0.0/15 is for tests of networks (RFC 2544).
-        number = int(self._near.name.removeprefix("lippmann"))
-        network = f"198.18.{number // 32}.{{}}".format
-        first = number % 32 * 8
-        self.here = network(first + 1)
-        self._addresses = (network(first + 2 + turn % 5) for turn in count())
-        try:
-            with ThreadPoolExecutor(1) as thread:  # A thread of its own, which alone moves into the namespace.
-                self._far, self._namespace = thread.submit(_make_namespace, next(self._addresses)).result()
-        except OSError:
-            self._near.close()
-            raise
-        self._near.set_address(self.here)
-        self._near.set_up(up=True)
+    def __init__(self, network: Network, address: str) -> None:
+        self.network = network
+        self.address = address
+        self.here = network.here
+        self.device, self._namespace = new_namespace(address)
         self.inside = ("nsenter", f"--net=/proc/{os.getpid()}/fd/{self._namespace}")
-        self._lost: dict[Direction, int] = {}
-        self._delay_s = 0.0
-        self._wake, self._waker = socket.socketpair()
-        self._thread = threading.Thread(target=self._carry, name="network-host", daemon=True)
-        self._thread.start()
 
     def pass_on(self) -> None:
         """Let packets travel again."""
-        self._far.set_up(up=True)
-        self._lost, self._delay_s = {}, 0.0
+        self.device.set_up(up=True)
+        self.network.forget_faults(self.device.fd)
 
-    def lose(self, *directions: Direction, every: int = 1) -> None:
+    def lose(self, *directions: Direction, every: int = 1, peer: NetworkHost | None = None) -> None:
         """Lose every packet of both directions or of one, or every third and so on."""
-        self._lost = dict.fromkeys(directions or BOTH, every)
+        self._set(_Fault(lost_every=every), directions, peer)
 
     def delay(self, seconds: float) -> None:
         """Deliver packets later."""
-        self._delay_s = seconds
+        self._set(_Fault(delay_s=seconds), BOTH, None)
+
+    def throttle(self, *, delay_s: float, bits_per_s: float, peer: NetworkHost | None = None) -> None:
+        """Deliver packets later, and only so many bits a second in each direction."""
+        self._set(_Fault(delay_s=delay_s, bytes_per_s=bits_per_s / 8), BOTH, peer)
 
     def down(self) -> None:
         """Take the interface in the namespace down."""
-        self._far.set_up(up=False)
+        self.device.set_up(up=False)
 
     def change_address(self) -> None:
-        """Give the namespace another address in the place of the one that it has."""
-        self._far.set_address(next(self._addresses))
+        """Give the host another address in the place of the one that it has."""
+        self.address = self.network.new_address(self.device.fd)
+        self.device.set_address(self.address)
 
     def close(self) -> None:
-        """End the link; the namespace ends with the last process in it."""
+        self.device.close()
+        os.close(self._namespace)
+
+    def _set(self, fault: _Fault, directions: tuple[Direction, ...], peer: NetworkHost | None) -> None:
+        own, other = self.device.fd, peer.device.fd if peer else None
+        for direction in directions or BOTH:
+            way = (own, other) if direction == "requests" else (other, own)
+            self.network.set_fault(way, _Fault(fault.lost_every, fault.delay_s, fault.bytes_per_s))
+
+
+class Network:
+    """A network of this machine and of hosts in namespaces.
+
+    `here` is the address of this machine. `interface` is the index of its device, which the kernel gives only once.
+    """
+
+    def __init__(self, hosts: int = 1) -> None:
+        self._near = Device("lippmann%d")
+        self.interface = socket.if_nametoindex(self._near.name)
+        # The kernel numbers the devices of all test runs. 198.18.0.0/15 is for tests of networks (RFC 2544).
+        number = int(self._near.name.removeprefix("lippmann"))
+        self._addresses = (f"198.{18 + number // 256}.{number % 256}.{last}" for last in cycle(range(1, 255)))
+        self._ends: dict[bytes, int] = {}
+        """The descriptors of devices by address."""
+        self._faults: dict[tuple[End, End], _Fault] = {}
+        self.here = self.new_address(self._near.fd)
+        self._near.set_address(self.here)
+        self._near.set_up(up=True)
+        self.hosts: list[NetworkHost] = []
+        try:
+            for _ in range(hosts):
+                self._add_host()
+        except OSError:
+            self._close_devices()
+            raise
+        self._wake, self._waker = socket.socketpair()
+        self._thread = threading.Thread(target=self._carry, name="network", daemon=True)
+        self._thread.start()
+
+    def new_address(self, end: int) -> str:
+        """Return an address that nobody has, and carry its packets to a device."""
+        address = next(address for address in self._addresses if socket.inet_aton(address) not in self._ends)
+        others = {known: other for known, other in self._ends.items() if other != end}
+        self._ends = {**others, socket.inet_aton(address): end}
+        return address
+
+    def set_fault(self, way: tuple[End, End], fault: _Fault) -> None:
+        """Treat the packets of a way, from one end to another, in this way from now on."""
+        self._faults = {**self._faults, way: fault}
+
+    def forget_faults(self, end: int) -> None:
+        """Let the packets of a host travel again."""
+        self._faults = {way: fault for way, fault in self._faults.items() if end not in way}
+
+    def close(self) -> None:
+        """End the links; a namespace ends with the last process in it."""
         self._waker.close()
         self._thread.join(ENOUGH_S)
         self._wake.close()
+        self._close_devices()
+
+    def _add_host(self) -> None:
+        address = next(self._addresses)
+        host = NetworkHost(self, address)
+        self.hosts.append(host)
+        self._ends[socket.inet_aton(address)] = host.device.fd
+
+    def _close_devices(self) -> None:
         self._near.close()
-        self._far.close()
-        os.close(self._namespace)
+        for host in self.hosts:
+            host.close()
 
     def _carry(self) -> None:
         """Carry packets until the end."""
-        ways: dict[int, tuple[int, Direction]] = {
-            self._near.fd: (self._far.fd, "answers"),
-            self._far.fd: (self._near.fd, "requests"),
-        }
         numbers = count()
         travelling: list[tuple[float, int, int, bytes]] = []
         with selectors.DefaultSelector() as selector:
             wake = self._wake.fileno()
-            for readable in (*ways, wake):
+            for readable in (self._near.fd, *(host.device.fd for host in self.hosts), wake):
                 selector.register(readable, selectors.EVENT_READ)
             while True:
                 wait_s = max(0.0, travelling[0][0] - time.monotonic()) if travelling else None
                 for key, _ in selector.select(wait_s):
                     if key.fd == wake:
                         return
-                    to, direction = ways[key.fd]
-                    with suppress(OSError):  # Another packet was not there after all.
-                        packet, number = os.read(key.fd, LARGEST_PACKET), next(numbers)
-                        every = self._lost.get(direction)
-                        if every is None or number % every:
-                            heapq.heappush(travelling, (time.monotonic() + self._delay_s, number, to, packet))
+                    for packet in _packets(key.fd):
+                        number, to = next(numbers), self._ends.get(packet[_DESTINATION])
+                        if to is None or packet[0] >> 4 != _VERSION_4:
+                            continue
+                        arrival_s = self._fault(key.fd, to).arrival_s(number, len(packet), time.monotonic())
+                        if arrival_s is not None:
+                            heapq.heappush(travelling, (arrival_s, number, to, packet))
                 while travelling and travelling[0][0] <= time.monotonic():
                     _, _, to, packet = heapq.heappop(travelling)
                     with suppress(OSError):  # The interface is down.
                         os.write(to, packet)
 
+    def _fault(self, sender: int, receiver: int) -> _Fault:
+        faults = self._faults
+        for way in ((sender, receiver), (sender, None), (None, receiver)):
+            if way in faults:
+                return faults[way]
+        return _NONE
 
-def _make_namespace(address: str) -> tuple[_Interface, int]:
-    """Move this thread into a new network namespace; return its device and a descriptor that keeps it."""
-    libc = ctypes.CDLL(None, use_errno=True)
-    if libc.unshare(_CLONE_NEWNET):
-        raise OSError(ctypes.get_errno(), "unshare: " + os.strerror(ctypes.get_errno()))
-    device = _Interface("link0")
-    device.set_up(up=True, name="lo")
-    device.set_address(address)
-    device.set_up(up=True)
-    return device, os.open("/proc/thread-self/ns/net", os.O_RDONLY)
+
+_NONE = _Fault()
+
+
+def _packets(end: int) -> Iterator[bytes]:
+    for _ in range(AT_ONCE):
+        try:
+            yield os.read(end, LARGEST_PACKET)
+        except OSError:  # There is no other one.
+            return
+
+
+@contextmanager
+def network_hosts(number: int) -> Iterator[list[NetworkHost]]:
+    """Lend network namespaces on one network."""
+    network = Network(number)
+    try:
+        yield network.hosts
+    finally:
+        network.close()
 
 
 @contextmanager
 def network_host() -> Iterator[NetworkHost]:
     """Lend a network namespace with a link to it."""
-    host = NetworkHost()
-    try:
+    with network_hosts(1) as (host,):
         yield host
-    finally:
-        host.close()
 
 
 def why_no_network_host() -> str | None:

@@ -19,6 +19,7 @@ import pytest
 from lippmann.farm.supervisor.descendants import dying_with
 from tests.broker import free_port
 from tests.needs import missing
+from tests.network_host import NetworkHost
 from tests.waiting import ENOUGH_S, until
 
 ADMIN_KEY = "admin"
@@ -27,7 +28,6 @@ ACCESS_KEY = "lippmann"
 """The access key of a farm."""
 RIGHTS = ("Read", "Write", "List")
 SECRET_KEY = "the-secret-of-the-tests"
-PARTS = ("master", "volume", "filer")
 KEYS = {"AWS_ACCESS_KEY_ID": ACCESS_KEY, "AWS_SECRET_ACCESS_KEY": SECRET_KEY, "AWS_EC2_METADATA_DISABLED": "true"}
 PARTS = ("master", "volume", "filer")
 PORTS = (*(f"{part}.port" for part in PARTS), *(f"{part}.port.grpc" for part in (*PARTS, "s3")))
@@ -40,12 +40,18 @@ class ObjectStore:
 
     folder: Path
     port: int
+    host: NetworkHost | None = None
+    """The network namespace that it is in, and on whose address it listens; by default that of this process."""
     process: subprocess.Popen[bytes] | None = None
     ports: dict[str, int] = field(default_factory=lambda: {name: free_port() for name in PORTS})
 
     @property
+    def address(self) -> str:
+        return self.host.address if self.host else "127.0.0.1"
+
+    @property
     def endpoint(self) -> str:
-        return f"http://127.0.0.1:{self.port}"
+        return f"http://{self.address}:{self.port}"
 
     def start(self) -> None:
         if not PROGRAM.exists():
@@ -55,7 +61,7 @@ class ObjectStore:
         data = self.folder / "data"
         data.mkdir(exist_ok=True)
         options = {
-            "dir": str(data), "ip": "127.0.0.1", "ip.bind": "127.0.0.1", "s3": "true", "s3.port": str(self.port),
+            "dir": str(data), "ip": self.address, "ip.bind": self.address, "s3": "true", "s3.port": str(self.port),
             "s3.config": str(users), "s3.port.iceberg": "0", "s3.port.lance": "0",
             "s3.iam": "false", "s3.autoCreateBucket": "false",
             "master.telemetry": "false",
@@ -63,9 +69,10 @@ class ObjectStore:
             "s3.localSocket": str(self.folder / "s3.sock"), "filer.localSocket": str(self.folder / "filer.sock"),
             **{name: str(port) for name, port in self.ports.items()},
         }  # fmt: skip
+        inside = self.host.inside if self.host else ()
         with (self.folder / "log").open("ab") as log:
             self.process = subprocess.Popen(
-                [PROGRAM, "server", *(f"-{name}={value}" for name, value in options.items())],
+                [*inside, PROGRAM, "server", *(f"-{name}={value}" for name, value in options.items())],
                 stdout=log, stderr=log, cwd=self.folder, preexec_fn=dying_with(os.getpid()),
             )  # fmt: skip
         until(self._answers)
@@ -112,12 +119,12 @@ def _user(access_key: str, *actions: str) -> dict[str, Any]:
 
 
 @contextmanager
-def running_object_store() -> Iterator[ObjectStore]:
-    """Run an S3 server, with its keys in the environment meanwhile."""
+def running_object_store(host: NetworkHost | None = None) -> Iterator[ObjectStore]:
+    """Run an S3 server, in a network namespace if there is one, with its keys in the environment meanwhile."""
     with tempfile.TemporaryDirectory(prefix="lippmann-s3-") as folder, pytest.MonkeyPatch.context() as patch:
         for name, value in KEYS.items():
             patch.setenv(name, value)
-        store = ObjectStore(Path(folder), free_port())
+        store = ObjectStore(Path(folder), free_port(), host)
         store.start()
         try:
             yield store

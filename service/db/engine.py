@@ -29,6 +29,10 @@ BUSY_PAUSE_S = 0.01
 """The pause before a new SQLite file that another process writes to is tried again."""
 POOL: dict[str, Any] = {"pool_size": 10, "max_overflow": 50, "pool_timeout": BUSY_TIMEOUT_S}
 """One connection for each of the 40 threads that answer requests, and for the threads of the coordinator."""
+CONNECT_S = 5
+"""The longest time in which a connection to PostgreSQL is made."""
+SILENCE_S = 15
+"""The time after which a connection to PostgreSQL whose other end acknowledges nothing has ended, for both ends."""
 WRITER_LOCK = 1908
 """PostgreSQL's advisory lock of the single writer: events get their ids in the order in which they become visible."""
 
@@ -188,13 +192,29 @@ def _begin_sqlite(connection: Connection) -> None:
 
 
 def _postgresql_engine(url: URL) -> Engine:
-    engine = create_engine(
-        url, pool_pre_ping=True, **POOL, connect_args={"connect_timeout": 5, "options": "-c lock_timeout=10000"}
-    )
+    engine = create_engine(url, pool_pre_ping=True, **POOL, connect_args=_connection_options())
     # Rows are inserted many at a time; otherwise each row is a statement of its own.
     engine.dialect.use_insertmanyvalues_wo_returning = True
     event.listen(engine, "begin", _begin_postgresql)
     return engine
+
+
+def _connection_options() -> dict[str, Any]:
+    """Return the limits of a connection, with those that the server keeps.
+
+    A network that loses packets tells nobody. By default, a thread waits for an answer for hours; and the server keeps
+    the transaction of a client that is gone for as long, and with it the lock of the single writer.
+    """
+    probe_s = max(1, SILENCE_S // 3)
+    ours = {
+        "connect_timeout": CONNECT_S, "tcp_user_timeout": SILENCE_S * 1000,
+        "keepalives_idle": probe_s, "keepalives_interval": probe_s, "keepalives_count": 2,
+    }  # fmt: skip
+    of_server = {
+        "lock_timeout": 10_000, "tcp_user_timeout": SILENCE_S * 1000,
+        "tcp_keepalives_idle": probe_s, "tcp_keepalives_interval": probe_s, "tcp_keepalives_count": 2,
+    }  # fmt: skip
+    return {**ours, "options": " ".join(f"-c {name}={value}" for name, value in of_server.items())}
 
 
 def _begin_postgresql(connection: Connection) -> None:

@@ -45,9 +45,10 @@ def main() -> int:
         return 0
     heed_ctrl_c()
     watch_this_run()
-    if any(kind.hosts for kind in kinds) and (reason := why_no_network_host()):
-        print(*(f"skipped: {kind.name} ({reason})" for kind in kinds if kind.hosts), sep="\n", flush=True)
-        kinds = [kind for kind in kinds if not kind.hosts]
+    in_namespaces = [kind for kind in kinds if kind.hosts or kind.seven]
+    if in_namespaces and (reason := why_no_network_host()):
+        print(*(f"skipped: {kind.name} ({reason})" for kind in in_namespaces), sep="\n", flush=True)
+        kinds = [kind for kind in kinds if kind not in in_namespaces]
     return _try(kinds, range(options.seed, options.seed + options.runs), options.out.resolve())
 
 

@@ -109,7 +109,7 @@ class Parts:
 
     @property
     def data_dir(self) -> Path:
-        return self.folder / "data"
+        return Path(self.service.env["LIPPMANN_DATA_DIR"])
 
     @property
     def redis(self) -> Any:
@@ -152,7 +152,7 @@ def separate_parts(
             inside = network.inside if network else ()
             env |= {"LIPPMANN_REDIS_URL": f"redis://{address[0]}:{address[1]}/0"}
             made = Part(name, [*inside, LIPPMANN, *command], {**shared, **env}, folder / f"{name}.log", link)
-            stack.callback(_end, made)
+            stack.callback(end, made)
             made.start()
             return made
 
@@ -169,7 +169,8 @@ def separate_parts(
             yield Parts(folder, broker, service, workers, client)
 
 
-def _end(part: Part) -> None:
+def end(part: Part) -> None:
+    """End a part, also one that stands still."""
     if part.lives:
         part.send(signal.SIGCONT)
         try:

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
+import ctypes
 import signal
 import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from tests.builders import small_job
-from tests.chaos.kinds import cut_off
+from tests.chaos.kinds.worker_hosts import cut_off
 from tests.chaos.parts import separate_parts
 from tests.farm import ended
 from tests.needs import needs_povray
-from tests.network_host import NetworkHost, network_host, why_no_network_host
+from tests.network_host import NetworkHost, network_host, network_hosts, why_no_network_host
 from tests.outages import QUICK
 from tests.repository import ROOT
 from tests.waiting import ENOUGH_S, halt, until
@@ -82,6 +85,64 @@ def test_another_address_leaves_old_connections_silent_and_lets_new_ones_in() ->
             assert comes_back(new, b"after", within_s=ENOUGH_S)
 
 
+def connection(client: NetworkHost, server: NetworkHost) -> tuple[socket.socket, socket.socket]:
+    """Return both ends of a connection between two hosts."""
+    with socket_of(server) as listening, socket_of(client) as connecting:
+        listening.bind((server.address, 0))
+        listening.listen()
+        listening.settimeout(ENOUGH_S)
+        connecting.connect(listening.getsockname())
+        return connecting.dup(), listening.accept()[0]
+
+
+def socket_of(host: NetworkHost) -> socket.socket:
+    """Return a socket in the namespace of a host: those of a thread that has entered it."""
+
+    def enter() -> socket.socket:
+        with open(host.inside[1].removeprefix("--net=")) as namespace:
+            assert ctypes.CDLL(None).setns(namespace.fileno(), 0) == 0
+        return socket.socket()
+
+    with ThreadPoolExecutor(1) as thread:
+        return thread.submit(enter).result()
+
+
+def arrives(sender: socket.socket, receiver: socket.socket, *, within_s: float) -> bool:
+    sender.sendall(b"hello")
+    receiver.settimeout(within_s)
+    try:
+        return receiver.recv(5) == b"hello"
+    except TimeoutError:
+        return False
+
+
+def test_a_fault_between_two_hosts_in_one_direction_is_no_fault_of_the_others() -> None:
+    with network_hosts(3) as (one, two, three):
+        here, there = connection(one, two)
+        aside, third = connection(one, three)
+        with here, there, aside, third:
+            one.lose("requests", peer=two)
+            assert not arrives(here, there, within_s=SHORT_S)
+            assert arrives(there, here, within_s=ENOUGH_S)
+            assert arrives(aside, third, within_s=ENOUGH_S)
+            two.pass_on()
+            there.settimeout(ENOUGH_S)
+            assert there.recv(5) == b"hello"
+
+
+def test_a_throttled_link_carries_only_so_many_bits_a_second() -> None:
+    with network_hosts(2) as (one, two):
+        here, there = connection(one, two)
+        with here, there:
+            there.settimeout(ENOUGH_S)
+            one.throttle(delay_s=0.1, bits_per_s=1e6)
+            begun_s = time.monotonic()
+            here.sendall(bytes(50_000))
+            with there.makefile("rb") as stream:
+                assert stream.read(50_000) == bytes(50_000)
+            assert time.monotonic() - begun_s > 0.1 + 8 * 50_000 / 1e6
+
+
 def is_there(interface: int) -> bool:
     return interface in {index for index, _ in socket.if_nameindex()}
 
@@ -91,7 +152,7 @@ def test_nothing_stays_of_a_host_after_ctrl_c() -> None:
 
     def interrupted() -> None:
         with network_host() as host:
-            found.extend([host.interface, is_there(host.interface)])
+            found.extend([host.network.interface, is_there(host.network.interface)])
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
@@ -105,7 +166,7 @@ HOST = """
 import signal
 from tests.network_host import network_host
 with network_host() as host:
-    print(host.interface, flush=True)
+    print(host.network.interface, flush=True)
     signal.pause()
 """
 

@@ -6,21 +6,25 @@ import hashlib
 import json
 import os
 import subprocess
+import tempfile
 import time
 from collections.abc import Iterable
-from contextlib import suppress
+from contextlib import AbstractContextManager, suppress
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from random import Random
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lippmann.plan import artifact_names as names
 from service.schemas.job import Job
 from tests.chaos.kinds import Kind, Work
 from tests.chaos.parts import Parts, separate_parts
+from tests.chaos.seven_hosts import seven_hosts
 from tests.farm import LIPPMANN, ended
 from tests.waiting import until
+from tests.without_farm import masters_without_farm
 from worker.images.read import read_rgb
 
 JOB_S = 7200.0
@@ -49,13 +53,10 @@ class Verdict:
 
 
 def undisturbed(work: Work, folder: Path) -> Pixels:
-    """Return the pixels of the compared frames in a farm that nothing disturbs."""
+    """Return the pixels of the compared frames without a farm."""
     folder.mkdir(parents=True)
-    with separate_parts(folder) as parts:
-        spec = work.spec(f"1-{work.frames}:{work.compared}")
-        job = ended(parts.client, parts.client.submit(spec).id, within_s=JOB_S)
-        assert job.status == "done", job.error
-        return _pixels(parts, job, spec.frame_numbers)
+    masters = masters_without_farm(folder, work.spec(f"1-{work.frames}:{work.compared}"))
+    return {frame: _digest(master) for frame, master in masters.items()}
 
 
 def go_through(kind: Kind, seed: int, right: Pixels, folder: Path) -> Verdict:
@@ -63,10 +64,10 @@ def go_through(kind: Kind, seed: int, right: Pixels, folder: Path) -> Verdict:
     rng, verdict = Random(f"{kind.name} {seed}"), Verdict(kind.name, seed)
     folder.mkdir(parents=True)
     try:
-        with separate_parts(folder, keeps_data=kind.keeps_data, hosts=kind.hosts) as parts:
+        with _opened(kind, folder) as parts:
             begun_s = time.monotonic()
             job_id = parts.client.submit(kind.work.spec(f"1-{kind.work.frames}")).id
-            until(lambda: parts.client.job(job_id).tasks.running == 2, within_s=JOB_S)
+            until(lambda: parts.client.job(job_id).tasks.running == len(parts.workers), within_s=JOB_S)
             time.sleep(rng.uniform(0.0, 4.0))  # faults come at any moment
             verdict.recovered_s = kind.inject(parts, job_id, rng)
             parts.heal()
@@ -75,12 +76,18 @@ def go_through(kind: Kind, seed: int, right: Pixels, folder: Path) -> Verdict:
             if kind.damages:
                 parts.client.repair(job_id)
                 until(lambda: parts.client.job(job_id).status == "done", within_s=JOB_S)
-            verdict.wrong += _too_late(kind, verdict.recovered_s) + _wrong(parts, job, kind.work, right)
+            verdict.wrong += _too_late(kind, verdict.recovered_s) + wrong_with(parts, job, kind.work, right)
             verdict.attempts_again = sum(task.attempt_number - 1 for task in parts.client.tasks(job_id))
     except Exception as error:  # a trial that breaks is a verdict, and the next one follows
         verdict.wrong.append(f"{type(error).__name__}: {error}"[:500])
     verdict.wrong += [f"left behind: {line}" for line in _left_behind(folder)]
     return verdict
+
+
+def _opened(kind: Kind, folder: Path) -> AbstractContextManager[Parts]:
+    if kind.seven:
+        return seven_hosts(folder)
+    return separate_parts(folder, keeps_data=kind.keeps_data, hosts=kind.hosts)
 
 
 def _too_late(kind: Kind, recovered_s: float | None) -> list[str]:
@@ -90,7 +97,7 @@ def _too_late(kind: Kind, recovered_s: float | None) -> list[str]:
     return [f"tasks were with a lost worker for {recovered_s:.0f} s instead of {limit_s:.0f} s"]
 
 
-def _wrong(parts: Parts, job: Job, work: Work, right: Pixels) -> list[str]:
+def wrong_with(parts: Parts, job: Job, work: Work, right: Pixels) -> list[str]:
     """Return what is wrong with a job that has ended and with its farm."""
     if job.status != "done":
         return [f"the job ended as {job.status}: {job.error}"]
@@ -113,23 +120,29 @@ def _wrong(parts: Parts, job: Job, work: Work, right: Pixels) -> list[str]:
 
 def _pixels(parts: Parts, job: Job, frames: Iterable[int]) -> Pixels:
     found = {}
-    for frame in frames:
-        path = parts.data_dir / "artifacts" / names.job_artifact(job.id, names.orthoscopic_name(frame))
-        found[frame] = hashlib.sha256(np.ascontiguousarray(read_rgb(path, np.float16)).tobytes()).hexdigest()
+    with tempfile.TemporaryDirectory(dir=parts.folder) as folder:
+        for frame in frames:
+            path = Path(folder, f"{frame}.exr")
+            parts.client.download(job.id, names.orthoscopic_name(frame), path)
+            found[frame] = _digest(read_rgb(path, np.float16))
     return found
+
+
+def _digest(picture: NDArray[np.float16]) -> str:
+    return hashlib.sha256(np.ascontiguousarray(picture).tobytes()).hexdigest()
 
 
 def _pending(parts: Parts) -> list[str]:
     """Return what a farm without open jobs still does or keeps."""
     busy = [f"{part.name} runs povray" for part in parts.workers if part.below("povray")]
-    scratch = (parts.data_dir / "scratch" / "attempts").glob("*")
+    scratch = parts.folder.glob("*/scratch/attempts/*")
     orders = parts.redis.llen("lippmann:celery:lippmann")
     return busy + [f"scratch stays: {path.name}" for path in scratch] + ([f"{orders} orders wait"] if orders else [])
 
 
 def _doctor(parts: Parts) -> list[str]:
     command = [LIPPMANN, "doctor", "--deep", "--json", "--data-dir", str(parts.data_dir)]
-    ran = subprocess.run(command, capture_output=True, text=True)
+    ran = subprocess.run(command, env=parts.service.env, capture_output=True, text=True)
     if not ran.stdout:
         return [f"doctor: {ran.stderr.strip()}"]
     bad = [one for one in json.loads(ran.stdout)["findings"] if one["level"] in ("warning", "error")]
@@ -138,10 +151,10 @@ def _doctor(parts: Parts) -> list[str]:
 
 def _left_behind(folder: Path) -> list[str]:
     """Return the processes of a farm that live although it has ended."""
-    mark = b"LIPPMANN_DATA_DIR=" + os.fsencode(folder / "data")
+    mark = b"LIPPMANN_DATA_DIR=" + os.fsencode(folder) + b"/"
     found = []
     for process in Path("/proc").iterdir():
         with suppress(OSError):
-            if process.name.isdigit() and mark in (process / "environ").read_bytes().split(b"\0"):
+            if process.name.isdigit() and mark in (process / "environ").read_bytes():
                 found.append((process / "cmdline").read_bytes().replace(b"\0", b" ").decode("utf-8", "replace")[:120])
     return found

@@ -11,19 +11,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from lippmann.job.messages.orders import TaskKind
 from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names
-from lippmann.plan.sampling import cut_tiles, frame_size
-from tests.builders import local_place, order_of, small_job, stored_job, stored_picture
+from tests.builders import small_job
 from tests.cluster import Cluster, cluster_up
 from tests.farm import LIPPMANN, ended, until
 from tests.object_store import ObjectStore, running_object_store
 from tests.postgresql import postgresql as postgresql
+from tests.without_farm import masters_without_farm
 from worker.images.read import read_rgb
-from worker.tasks.assemble import assemble_frame
-from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_tile
 
 FRAMES = 4
 
@@ -48,12 +44,7 @@ def fish(frames: str) -> JobSpec:
 @pytest.fixture(scope="module")
 def undisturbed(tmp_path_factory: pytest.TempPathFactory) -> NDArray[np.float16]:
     """Frame 1, rendered without a farm."""
-    place, spec = local_place(tmp_path_factory.mktemp("undisturbed")), fish("1")
-    stored_job(place, spec)
-    for tile in cut_tiles(frame_size(spec.rig), tile_rows=2, tile_cols=1):
-        render_tile(place, order_of(TaskKind.RENDER, tile=tile), NullMonitor())
-    assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
-    return stored_picture(place, names.orthoscopic_name(1))
+    return masters_without_farm(tmp_path_factory.mktemp("undisturbed"), fish("1"))[1]
 
 
 def first_frame(cluster: Cluster, job_id: str, folder: Path) -> NDArray[np.float16]:

@@ -295,6 +295,18 @@ def test_a_store_without_an_answer_is_a_fault_and_blocks_nothing() -> None:
     hung.set()
 
 
+def test_a_database_that_does_not_answer_is_no_fault_of_the_store() -> None:
+    came_back = threading.Event()
+
+    def wait_for_database() -> None:
+        came_back.wait()
+
+    check = StoreCheck(DictStore(), reserve_bytes=0, answer_s=0.05, identify=wait_for_database)
+    assert check.error() is None
+    came_back.set()
+    assert check.error() is None
+
+
 def test_a_store_below_its_reserve_is_full_until_half_as_much_more_is_free() -> None:
     store = DictStore()
     check = StoreCheck(store, reserve_bytes=50_000_000)
