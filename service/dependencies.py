@@ -34,6 +34,8 @@ from service.events.wakeup import Wakeup
 from service.health import Checks
 from service.jobs.artifact_guard import ArtifactGuard
 from service.last_use import LastUse
+from service.metrics.access import MonitorAccess
+from service.metrics.readings import FarmReader
 from service.ports import Parts
 from service.rate_limits import RateLimits
 from service.roster import RosterCache
@@ -70,6 +72,8 @@ class AppState:
     rates: RateLimits
     pictures: PictureQueue
     links: ArtifactLinks
+    monitors: MonitorAccess
+    farm_reader: FarmReader
     clock: Callable[[], float] = field(default=time.time)
 
     def now_s(self) -> float:

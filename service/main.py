@@ -28,8 +28,11 @@ from service.dependencies import AppState
 from service.events.hub import EventHub
 from service.events.wakeup import Wakeup
 from service.health import Checks, package_version
+from service.instruments import LOOP_LAG_S, Refusal
 from service.jobs.artifact_guard import ArtifactGuard
 from service.last_use import WRITE_S, LastUse
+from service.metrics.access import MonitorAccess
+from service.metrics.readings import FarmReader
 from service.ports import Parts
 from service.rate_limits import RateLimit, RateLimits
 from service.roster import RosterCache
@@ -42,6 +45,7 @@ from service.routes import (
     keys,
     links,
     login,
+    metrics,
     outputs,
     problems,
     scenes,
@@ -52,7 +56,7 @@ from service.routes import (
 )
 from service.routes.description import DescribedApp
 from service.routes.json_bodies import JsonBodies
-from service.routes.middleware import AddressRate, BodyLimit, HeadAsGet, PathPrefix, ResponseHeaders
+from service.routes.middleware import AddressRate, BodyLimit, HeadAsGet, PathPrefix, RequestTimes, ResponseHeaders
 from service.scenes import sync_builtin
 from service.schemas.links import API
 from service.settings import Settings
@@ -63,6 +67,8 @@ from service.viewing.queue import AT_ONCE, PictureQueue
 
 SHUTDOWN_S = 5
 """The longest time for open requests when the server stops."""
+LAG_EVERY_S = 0.5
+"""The interval at which it is measured how late the event loop is."""
 END_IDLE_S = 5.0
 """The interval at which the processes that make pictures are looked after."""
 
@@ -98,13 +104,16 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
         webhooks,
     ):
         app.include_router(module.router, prefix=API)
-    app.include_router(login.api, prefix=API)
+    for router in (login.api, metrics.api):
+        app.include_router(router, prefix=API)
     app.webhooks.include_router(webhooks.messages)
-    app.include_router(login.router, include_in_schema=False)
+    for router in (login.router, metrics.router):
+        app.include_router(router, include_in_schema=False)
     if settings.oidc_issuer:
         _add_openid(app, settings, clock)
     app.include_router(dashboard.router, include_in_schema=False)
     problems.install(app, page=partial(dashboard.problem_page, settings.path_prefix))
+    app.add_middleware(RequestTimes)
     app.add_middleware(HeadAsGet)
     app.add_middleware(JsonBodies)
     app.add_middleware(BodyLimit, limit_bytes=int(settings.body_limit_mb * 1e6))
@@ -184,8 +193,8 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
     last_use = LastUse(database)
     rates = RateLimits(
         by_key=RateLimit(settings.requests_per_minute),
-        by_address=RateLimit(settings.requests_per_minute_by_address),
-        failed_logins=RateLimit(settings.failed_logins_per_minute),
+        by_address=RateLimit(settings.requests_per_minute_by_address, counted_as=Refusal.ADDRESS),
+        failed_logins=RateLimit(settings.failed_logins_per_minute, counted_as=Refusal.LOGIN),
     )
     pictures = PictureQueue()
     artifact_links = ArtifactLinks(settings.link_keys.keys)
@@ -204,6 +213,8 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
         rates,
         pictures,
         artifact_links,
+        MonitorAccess(settings),
+        FarmReader(database, parts.store, stream),
         clock,
     )
 
@@ -212,6 +223,14 @@ async def _write_last_use(last_use: LastUse) -> None:
     while True:
         await asyncio.sleep(WRITE_S)
         await run_in_threadpool(last_use.write)
+
+
+async def _measure_loop() -> None:
+    loop = asyncio.get_running_loop()
+    while True:
+        due_s = loop.time() + LAG_EVERY_S
+        await asyncio.sleep(LAG_EVERY_S)
+        LOOP_LAG_S.observe(max(0.0, loop.time() - due_s))
 
 
 async def _end_idle_processes(processes: ProcessPool) -> None:
@@ -254,6 +273,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     repeated = [
         asyncio.create_task(_write_last_use(state.last_use)),
         asyncio.create_task(_end_idle_processes(state.processes)),
+        asyncio.create_task(_measure_loop()),
     ]
     coordinator = None
     if state.settings.coordinator:

@@ -14,6 +14,7 @@ from limits.aio.storage import MemoryStorage
 from limits.aio.strategies import SlidingWindowCounterRateLimiter
 
 from service.errors import TooManyRequests
+from service.instruments import Refusal, count_refusal
 
 MOST_COUNTERS = 4_096
 """The largest number of counters of one rate. A client has one for this minute and one for the minute before."""
@@ -32,10 +33,16 @@ class RateLimit:
     """Allows each client a number of requests a minute, which may come at once.
 
     It counts in the event loop, where no two requests count at the same time.
+
+    Parameters
+    ----------
+    counted_as
+        The name of the rate in the figures of this process.
     """
 
-    def __init__(self, per_minute: int) -> None:
+    def __init__(self, per_minute: int, *, counted_as: Refusal = Refusal.KEY) -> None:
         self.per_minute = per_minute
+        self.counted_as = counted_as
         self._allowance = RateLimitItemPerMinute(per_minute)
         self._limiter = SlidingWindowCounterRateLimiter(_BoundedStorage())
 
@@ -59,6 +66,7 @@ class RateLimit:
             If the client must wait; the request is not counted.
         """
         if not await self.count(client):
+            count_refusal(self.counted_as)
             raise TooManyRequests(message, retry_after_s=await self.wait_s(client))
 
 
@@ -129,4 +137,5 @@ class RateLimits:
         """Raise TooManyRequests if too many logins from an address have failed."""
         wait_s = await self.failed_logins.wait_s(address)
         if wait_s > 0:
+            count_refusal(Refusal.LOGIN)
             raise TooManyRequests("too many logins from this address have failed", retry_after_s=wait_s)

@@ -19,7 +19,7 @@ from service.schemas.access import Role
 
 PATH = re.compile(r"[A-Za-z0-9_~][A-Za-z0-9._~-]*(/[A-Za-z0-9_~][A-Za-z0-9._~-]*)*")
 """A path prefix, without the slash at its begin."""
-OWN_PATHS = frozenset({"api", "docs", "static", "login", "logout"})
+OWN_PATHS = frozenset({"api", "docs", "static", "login", "logout", "metrics"})
 """The first parts of the paths of the service. A prefix that begins with one would be ambiguous."""
 
 
@@ -52,6 +52,10 @@ def is_secure_url(url: str) -> bool:
         return False
     is_here = host in ("localhost", "127.0.0.1", "::1")
     return bool(host) and (found.scheme == "https" or (found.scheme == "http" and is_here))
+
+
+def _networks(text: str) -> tuple[IPv4Network | IPv6Network, ...]:
+    return tuple(ip_network(part.strip()) for part in text.split(",") if part.strip())
 
 
 class Settings(BrokerSettings):
@@ -213,6 +217,13 @@ class Settings(BrokerSettings):
     trusted_proxies: str = ""
     """The addresses and networks of reverse proxies, separated by commas; only from them does the service believe
     `X-Forwarded-For` and `X-Forwarded-Proto`, and they have no limit of connections of their own."""
+    metrics_token_file: Path | None = None
+    """The file of a token, of at least 20 characters, with which a monitor reads `/metrics` and `/api/v1/waiting`
+    without a key, also while the database is away; if empty, only a key opens
+    them."""
+    metrics_networks: str = ""
+    """The addresses and networks, separated by commas, from which they are read without a key or a token; if empty,
+    none."""
     connections: int = Field(default=4096, ge=1)
     """The largest number of open connections; fewer if the limit of descriptors allows fewer."""
     connections_per_address: int = Field(default=1024, ge=1)
@@ -249,11 +260,10 @@ class Settings(BrokerSettings):
             raise ValueError(f"expected a path that does not begin as one of the service, got {path!r}")
         return text
 
-    @field_validator("trusted_proxies")
+    @field_validator("trusted_proxies", "metrics_networks")
     @classmethod
     def _check_networks(cls, text: str) -> str:
-        for part in filter(None, map(str.strip, text.split(","))):
-            ip_network(part)
+        _networks(text)
         return text
 
     @field_validator("oidc_issuer")
@@ -277,7 +287,12 @@ class Settings(BrokerSettings):
     @property
     def proxy_networks(self) -> tuple[IPv4Network | IPv6Network, ...]:
         """The networks of `trusted_proxies`."""
-        return tuple(ip_network(text.strip()) for text in self.trusted_proxies.split(",") if text.strip())
+        return _networks(self.trusted_proxies)
+
+    @property
+    def metrics_allowed_networks(self) -> tuple[IPv4Network | IPv6Network, ...]:
+        """The networks of `metrics_networks`."""
+        return _networks(self.metrics_networks)
 
     @property
     def link_keys(self) -> KeyFile:

@@ -105,6 +105,14 @@ class ArtifactStore(Protocol):
 
 
 @runtime_checkable
+class LimitsFiles(Protocol):
+    """A store that may take no more files although it has free space."""
+
+    def free_files(self) -> int | None:
+        """Return how many more files it takes; None without a limit."""
+
+
+@runtime_checkable
 class LeavesPartialFiles(Protocol):
     """A store whose writers leave something that is no artifact when they die."""
 

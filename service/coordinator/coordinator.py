@@ -42,6 +42,7 @@ from service.db import coordinator as coordinator_rows
 from service.db.engine import Database
 from service.errors import BrokerUnavailable
 from service.events.wakeup import Wakeup
+from service.instruments import ORDERS
 from service.jobs.storage_quota import resume_within_quota
 from service.order_queue import OrderQueue
 from service.settings import Settings
@@ -231,6 +232,7 @@ class Coordinator:
             ahead=self._order_rate.ahead(at_s=self._steady()),
         )
         self._order_rate.record(sent, at_s=self._steady())
+        ORDERS.inc(sent)
         return sent
 
     def fault_round(self) -> None:

@@ -7,6 +7,7 @@ counts once. An event that cannot be written is logged, counted as late and skip
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from functools import partial
 
@@ -17,11 +18,12 @@ from sqlalchemy.orm import Session
 from lippmann.job.messages.events import Event
 from service.broker_stream import Entry
 from service.coordinator.batch_writer import close_jobs, write_batch
-from service.coordinator.event_rules import fold_events, task_key, without_old_heartbeats
+from service.coordinator.event_rules import Batch, fold_events, task_key, without_old_heartbeats
 from service.db import coordinator as coordinator_rows
 from service.db import task_sets
 from service.db.counters import add_to_counters
 from service.db.engine import Database
+from service.instruments import Outcome, count_attempts
 from service.settings import Settings
 
 log = structlog.get_logger("service.event_consumer")
@@ -34,31 +36,35 @@ def consume_events(database: Database, entries: Sequence[Entry], *, was: str, no
         with database.writing() as session:
             if not coordinator_rows.advance_position(session, was, entries[-1][0]):
                 return False
-            touched = write_events(session, events, now_s=now_s, settings=settings)
-            close_jobs(session, touched, now_s=now_s, settings=settings)
+            batch = write_events(session, events, now_s=now_s, settings=settings)
+            close_jobs(session, batch.touched, now_s=now_s, settings=settings)
     except OperationalError:
         raise  # the database is unavailable, which is no fault of the events
     except Exception as error:  # one event that cannot be written must not block those behind it
         log.warning("a chunk of the stream is written event by event", after=was, error=repr(error))
         return _consume_singly(database, events, was=was, to=entries[-1][0], now_s=now_s, settings=settings)
+    count_attempts(batch.outcomes)
     return True
 
 
-def write_events(session: Session, events: Sequence[Event], *, now_s: float, settings: Settings) -> set[str]:
-    """Write events, and return the jobs whose tasks they changed."""
+def write_events(session: Session, events: Sequence[Event], *, now_s: float, settings: Settings) -> Batch:
+    """Write events, and return what they changed."""
     keys = {key for key in map(task_key, events) if key is not None}
     batch = fold_events(task_sets.states(session, keys), events, now_s=now_s, settings=settings)
     write_batch(session, batch)
-    return batch.touched
+    return batch
 
 
 def _consume_singly(
     database: Database, events: Sequence[Event], *, was: str, to: str, now_s: float, settings: Settings
 ) -> bool:
     touched: set[str] = set()
+    outcomes: Counter[Outcome] = Counter()
 
     def write(event: Event) -> None:
-        touched.update(write_events(session, [event], now_s=now_s, settings=settings))
+        batch = write_events(session, [event], now_s=now_s, settings=settings)
+        touched.update(batch.touched)
+        outcomes.update(batch.outcomes)
 
     with database.writing() as session:
         if not coordinator_rows.advance_position(session, was, to):
@@ -70,6 +76,7 @@ def _consume_singly(
         for job_id in sorted(touched):
             close = partial(close_jobs, session, {job_id}, now_s=now_s, settings=settings)
             _is_written(session, close, job=job_id)
+    count_attempts(outcomes)
     return True
 
 

@@ -10,10 +10,11 @@ from lippmann.digest import Digest
 from lippmann.job.messages.events import Event, EventKind, Failure, ProbeResult
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import HELD_TASKS, TaskStatus
-from service.coordinator.retry_policy import Fault, fail_attempt
+from service.coordinator.retry_policy import Fault, fail_attempt, outcome_of
 from service.db.task_state import TaskKey, TaskState
 from service.errors import NotFound
 from service.ids import parse_task_id
+from service.instruments import Outcome
 from service.jobs.task_draft import TaskDraft
 from service.settings import Settings
 
@@ -49,6 +50,8 @@ class Batch:
     faults: list[Fault] = field(default_factory=list)
     probes: dict[str, ProbeResult] = field(default_factory=dict)
     """The measurements of probes, by job."""
+    outcomes: Counter[Outcome] = field(default_factory=Counter)
+    """The attempts that ended, by how they did."""
 
     @property
     def suspicious(self) -> set[str]:
@@ -118,6 +121,7 @@ def finish(
 
 def fail(batch: Batch, draft: TaskDraft, failure: Failure, *, worker: str | None) -> None:
     """Apply that an attempt failed."""
+    batch.outcomes[outcome_of(failure)] += 1
     fault = fail_attempt(draft, failure, worker=worker, now_s=batch.now_s, settings=batch.settings)
     if fault is not None:
         batch.faults.append(fault)
@@ -148,6 +152,7 @@ def _done(batch: Batch, draft: TaskDraft, event: Event) -> None:
             fail(batch, draft, NO_PROBE, worker=event.worker)
             return
         batch.probes[draft.now.job_id] = event.probe
+    batch.outcomes[Outcome.DONE] += 1
     cached = event.cached and draft.now.kind is TaskKind.RENDER
     finish(draft, cpu_s=event.cpu_s, wall_s=event.wall_s, now_s=batch.now_s, digests=event.digests, cached=cached)
 
@@ -158,6 +163,7 @@ def _failed(batch: Batch, draft: TaskDraft, event: Event) -> None:
 
 
 def _declined(batch: Batch, draft: TaskDraft, _event: Event) -> None:
+    batch.outcomes[Outcome.DECLINED] += 1
     due_s = batch.now_s + batch.settings.decline_pause_s
     draft.transition(TaskStatus.READY, progress=None, not_before_s=due_s)
 

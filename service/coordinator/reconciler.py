@@ -24,6 +24,7 @@ from service.db import tasks as task_rows
 from service.db.counters import miscounted, recount
 from service.db.engine import Database
 from service.db.task_state import HeldAttempt
+from service.instruments import Outcome, count_attempts
 from service.jobs.completion import has_ended, settle
 from service.jobs.state_machine import transition_tasks
 from service.jobs.task_draft import TaskDraft
@@ -125,6 +126,7 @@ class Reconciler:
             _end(batch, batch.drafts[task.key], failure, exists=exists)
             write_batch(session, batch)
             close_jobs(session, batch.touched, now_s=now_s, settings=self.settings)
+        count_attempts(batch.outcomes)
 
     def _tick_idle(self, view: FarmView, held: Sequence[HeldAttempt]) -> float:
         """Advance the idle clock by the time since the last run, if some slot was free."""
@@ -193,6 +195,7 @@ def _end(batch: Batch, draft: TaskDraft, failure: Failure | None, *, exists: boo
     task = draft.now
     if exists:
         hold(draft, task.worker, task.instance, now_s=batch.now_s)
+        batch.outcomes[Outcome.DONE] += 1
         finish(draft, cpu_s=None, wall_s=None, now_s=batch.now_s)
     elif failure is None:
         draft.transition(TaskStatus.READY)

@@ -25,6 +25,7 @@ from lippmann.errors import (
 from lippmann.job.messages.events import LOST, Failure
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
+from service.instruments import Outcome
 from service.jobs.task_draft import TaskDraft
 from service.settings import Settings
 
@@ -97,6 +98,19 @@ def fail_attempt(
     if worker and not failure.permanent:
         return Fault(draft.now.job_id, worker)
     return None
+
+
+def outcome_of(failure: Failure) -> Outcome:
+    """Return how an attempt ended that failed.
+
+    >>> str(outcome_of(Failure(code="store-full", message="no room", permanent=False)))
+    'deferred'
+    """
+    if failure.code == Stopped.code:
+        return Outcome.STOPPED
+    if failure.code == LOST:
+        return Outcome.LOST
+    return Outcome.DEFERRED if failure.code in INFRASTRUCTURE and not failure.permanent else Outcome.FAILED
 
 
 def _repeats(code: str, before: str | None) -> bool:

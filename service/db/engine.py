@@ -21,6 +21,7 @@ from sqlalchemy.sql.dml import UpdateBase
 
 from lippmann.errors import BadInput, FarmFailed
 from service.db.reserve import Reserve, is_full
+from service.instruments import timed_transaction
 
 Answer = TypeVar("Answer")
 
@@ -57,7 +58,7 @@ class Database:
     @contextmanager
     def reading(self) -> Iterator[Session]:
         """Open a session that only reads."""
-        with Session(self._engine, expire_on_commit=False) as session:
+        with timed_transaction(writes=False), Session(self._engine, expire_on_commit=False) as session:
             yield session
 
     @contextmanager
@@ -67,7 +68,11 @@ class Database:
         When the disk is full, the reserve is given up, so that the next transaction finds room.
         """
         try:
-            with Session(self._write_engine, expire_on_commit=False, autoflush=False) as session, session.begin():
+            with (
+                timed_transaction(writes=True),
+                Session(self._write_engine, expire_on_commit=False, autoflush=False) as session,
+                session.begin(),
+            ):
                 yield session
         except DBAPIError as error:
             if is_full(error):

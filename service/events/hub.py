@@ -33,6 +33,7 @@ from service.events.publish import job_snapshot
 from service.events.sse import comment, encode
 from service.events.subscription import Batch, Subscription
 from service.events.wakeup import Wakeup
+from service.instruments import Refusal, count_refusal
 from service.schemas.events import EventTopic, Reset
 
 log = structlog.get_logger("service.events")
@@ -107,6 +108,11 @@ class EventHub:
         self._reader = ThreadPoolExecutor(1, thread_name_prefix="event-hub")
         self._catch_up = ThreadPoolExecutor(CATCH_UP_THREADS, thread_name_prefix="event-catch-up")
 
+    @property
+    def streams(self) -> int:
+        """The number of open event streams of this process."""
+        return sum(self._streams.values())
+
     def start(self) -> None:
         """Start to distribute events, in the running event loop."""
         self._loop = asyncio.get_running_loop()
@@ -128,6 +134,7 @@ class EventHub:
             If the credential has as many streams, in this process.
         """
         if self._streams[caller_id] >= most:
+            count_refusal(Refusal.STREAMS)
             raise TooManyRequests("the key has too many open event streams", retry_after_s=STREAM_RETRY_S)
         self._streams[caller_id] += 1
         try:

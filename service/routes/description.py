@@ -22,6 +22,7 @@ from service.dependencies import (
     require_admin,
     require_submitter,
 )
+from service.routes.metrics import admit_monitor
 from service.routes.problems import MEDIA_TYPE
 from service.schemas.problem import Problem
 
@@ -54,6 +55,7 @@ _PROBLEMS = MappingProxyType(
 """The name and the description of each status of a problem."""
 _HEADERS = MappingProxyType({401: "WWW-Authenticate", 416: "Content-Range", 429: "Retry-After", 503: "Retry-After"})
 """The header that belongs to a status."""
+_ASKS_FOR_KEY = frozenset({identify_caller, admit_monitor})
 _EXTRA_KEYS = MappingProxyType({require_submitter: 403, require_admin: 403, get_own_job: 403})
 
 
@@ -96,7 +98,7 @@ def _describe(described: dict[str, Any], app: FastAPI) -> None:
 
 def _describe_operation(operation: dict[str, Any], method: str, route: RouteContext) -> None:
     calls = set(_calls(route.dependant))
-    if identify_caller in calls:
+    if calls & _ASKS_FOR_KEY:
         operation["security"] = [{"key": []}, {"session": []}]
     declared = {int(status) for status in operation["responses"] if int(status) >= 400} - {422}
     for status in sorted(declared | set(_statuses(operation, method, calls))):
@@ -115,7 +117,7 @@ def _statuses(operation: dict[str, Any], method: str, calls: set[Any]) -> Iterat
     """Yield the statuses of problems that follow from what an operation is."""
     parameters = operation.get("parameters", ())
     yield from (429, 500)
-    if identify_caller in calls:
+    if calls & _ASKS_FOR_KEY:
         yield from (401, 503)
         if method not in SAFE_METHODS:
             yield from (403, 507)

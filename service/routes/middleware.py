@@ -16,8 +16,10 @@ from service.browser_sessions import OVERLAP_S
 from service.connections import HOLD
 from service.dependencies import OFFER
 from service.errors import TooLarge, TooManyRequests
+from service.instruments import REQUEST_S
 from service.rate_limits import RateLimit, RefusalBrake
 from service.routes.problems import answer, head_is_get
+from service.schemas.links import API
 
 TEXT_LIMIT_BYTES = 2_000_000
 """The largest request that is not an upload. The longest valid job file is far smaller."""
@@ -25,8 +27,38 @@ _UPLOAD_PATH = "/api/v1/scenes"
 _UPLOAD_TYPE = b"multipart/form-data"
 REFUSALS = frozenset({401, 429})
 """The statuses of refusals that anybody can cause, as often as they like."""
+_METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 STRICT_TRANSPORT = (b"strict-transport-security", b"max-age=31536000")
 _REQUEST_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
+
+
+class RequestTimes:
+    """Measures the time until the answer to a request begins, by the route and not by the path, which has ids."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Handle one request."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+        begun_s = time.perf_counter()
+
+        async def send_measured(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                _measure(scope, message["status"], time.perf_counter() - begun_s)
+            await send(message)
+
+        await self._app(scope, receive, send_measured)
+
+
+def _measure(scope: Scope, status: int, seconds: float) -> None:
+    route = getattr(scope.get("route"), "path", "none")
+    is_of_api = scope["path"].removeprefix(scope.get("root_path", "")).startswith(f"{API}/")
+    method = scope["method"] if scope["method"] in _METHODS else "other"
+    path = f"{API}{route}" if is_of_api and route != "none" else route
+    REQUEST_S.labels(method, path, f"{status // 100}xx").observe(seconds)
 
 
 class HeadAsGet:

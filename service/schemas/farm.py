@@ -112,6 +112,19 @@ class Worker(Answer):
     """The time since when it takes no orders although it has a free slot, in seconds since 1970; null if it does."""
 
 
+class WaitingWork(Answer):
+    """The work that waits for slots and that has some, as the database has it now."""
+
+    waiting_tasks: int
+    """The number of tasks that wait for a slot and nothing else, orders that no worker has taken included. Tasks of
+    paused jobs do not wait for a slot."""
+    running_tasks: int
+    """The number of tasks that workers run."""
+    wanted_slots: int
+    """The number of slots that would have work now: running tasks, and waiting ones as far as the limits of slots of
+    their owners allow."""
+
+
 class WorkerList(Answer):
     """The workers that are online, sorted by name."""
 

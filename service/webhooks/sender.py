@@ -19,6 +19,7 @@ from service.db import webhooks as rows
 from service.db.engine import Database
 from service.db.tables import WebhookDelivery
 from service.events.publish import publish_jobs
+from service.instruments import Delivery, count_delivery
 from service.settings import Settings
 from service.webhooks.post import NoAnswer, post
 from service.webhooks.receiver import ReceiverRefused, parse_receiver, resolve, rules_of
@@ -131,11 +132,13 @@ class WebhookSender:
             self._end(delivery, f"the webhook was not delivered in {most} attempts: {reason}")
             return
         message = f"attempt {number} of {most} to deliver the webhook: {reason}"
+        count_delivery(Delivery.FAILED)
         log.info("a webhook was not delivered", job=delivery.job_id, message=delivery.id, error=message)
         self._show(delivery, message)
 
     def _end(self, delivery: WebhookDelivery, error: str | None) -> None:
         """Delete a message that was delivered or is given up."""
+        count_delivery(Delivery.DELIVERED if error is None else Delivery.GIVEN_UP)
         if error is not None:
             log.warning("a webhook is given up", job=delivery.job_id, message=delivery.id, error=error)
         self._show(delivery, error, is_last=True)

@@ -187,6 +187,12 @@ class LocalStore:
         with _translated("its folder"):
             return shutil.disk_usage(self._root).free
 
+    def free_files(self) -> int | None:
+        """Return how many more files the disk takes; None for a file system without such a limit."""
+        with _translated("its folder"):
+            found = os.statvfs(self._root)
+        return found.f_favail if found.f_files else None
+
     def sweep(self, older_than_s: float) -> int:
         """Remove partial files that dead processes left more than `older_than_s` ago; return their number.
 

@@ -37,6 +37,8 @@ RULES: dict[str, tuple[str, bool]] = {
     "GET /api/v1/openapi.json": (SEE, False),
     "GET /api/v1/session": (SEE, False),
     "GET /api/v1/workers": (SEE, False),
+    "GET /metrics": (SEE, False),
+    "GET /api/v1/waiting": (SEE, False),
     "POST /api/v1/design": (SEE, False),
     "GET /api/v1/events": (SEE, False),
     "GET /api/v1/scenes": (SEE, False),

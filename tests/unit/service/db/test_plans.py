@@ -20,6 +20,7 @@ from lippmann.job.states import JobStatus, TaskStatus
 from service.api.usage import usage_of
 from service.coordinator.reconciler import FarmView, Reconciler
 from service.db import events as event_rows
+from service.db import farm as farm_rows
 from service.db import jobs as job_rows
 from service.db import task_sets
 from service.db import tasks as task_rows
@@ -225,6 +226,10 @@ HOT: dict[str, tuple[Callable[[Session, str], object], set[str]]] = {
         lambda s, _: usage_rows.resumable(s, max_artifacts_mb=10),
         {"ix_jobs_status", "owner_usage"},
     ),
+    "the tasks of open jobs, for the figures": (lambda s, _: farm_rows.tasks(s), {"ix_jobs_status"}),
+    "the work that waits, for an autoscaler": (lambda s, _: farm_rows.wanted(s), {"ix_jobs_status"}),
+    "the number of open jobs by status": (lambda s, _: farm_rows.jobs(s, job_rows.OPEN), {"ix_jobs_status"}),
+    "the oldest job that has not begun": (lambda s, _: farm_rows.oldest_queued_s(s), {"ix_jobs_status"}),
     "the events of a job": (
         lambda s, job_id: event_rows.after(s, 4_000, job_id=job_id[:-1], limit=100),
         {"ix_job_events_job"},

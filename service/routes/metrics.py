@@ -1,0 +1,56 @@
+"""The figures of the farm, for Prometheus and for autoscalers."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Cookie, Depends, Header, Request, Response
+from starlette.concurrency import run_in_threadpool
+
+from service.db import farm as farm_rows
+from service.dependencies import AppStateDep, get_caller_or_none, identify_caller, require_viewer
+from service.metrics.scrape import MEDIA_TYPE, scrape_text
+from service.metrics.waiting import waiting_work
+from service.routes.middleware import address_of
+from service.schemas.farm import WaitingWork
+
+router = APIRouter()
+api = APIRouter(tags=["farm"])
+
+
+async def admit_monitor(
+    request: Request,
+    state: AppStateDep,
+    authorization: Annotated[str | None, Header(include_in_schema=False)] = None,
+    lippmann_session: Annotated[str | None, Cookie(include_in_schema=False)] = None,
+) -> None:
+    """Let programs in that watch the farm, and everybody with a key.
+
+    Raises
+    ------
+    Unauthorized
+        If there is no key, and neither the token of monitors nor an address that the operator has listed.
+    """
+    is_forwarded = "x-forwarded-for" in request.headers or "forwarded" in request.headers
+    if state.monitors.admits(address=address_of(request), is_forwarded=is_forwarded, authorization=authorization):
+        return
+    caller = await identify_caller(request, state, authorization, None, lippmann_session)
+    await require_viewer(await get_caller_or_none(state, caller))
+
+
+MonitorDep = Depends(admit_monitor)
+
+
+@router.get("/metrics", dependencies=[MonitorDep])
+async def get_metrics(state: AppStateDep) -> Response:
+    """Get the figures of this process and of the farm in the text format of Prometheus."""
+    reading = await state.farm_reader.read(now_s=state.now_s())
+    text = await run_in_threadpool(scrape_text, reading, state.settings, streams=state.hub.streams)
+    return Response(text, media_type=MEDIA_TYPE)
+
+
+@api.get("/waiting", dependencies=[MonitorDep])
+def get_waiting_work(state: AppStateDep) -> WaitingWork:
+    """Get the work that waits for slots, for an autoscaler of workers. It is as the database has it now."""
+    with state.database.reading() as session:
+        return waiting_work(farm_rows.wanted(session), max_slots=state.settings.max_slots)
