@@ -47,7 +47,8 @@ def scrape(http: httpx.Client) -> Scrape:
         found = Scrape(http.get("/metrics").text)
         return found if found.values.get(("lippmann_workers", frozenset({("state", "online")}))) else None
 
-    return until(read)
+    found: Scrape = until(read)
+    return found
 
 
 def queries() -> Iterator[tuple[str, str]]:
