@@ -108,7 +108,7 @@ def read_secret(path: Path) -> str:
     BadInput
         If others may read the file, or it is empty or cannot be read.
     """
-    secret = _private_bytes(path).decode("utf-8", "replace").strip()
+    secret = private_bytes(path).decode("utf-8", "replace").strip()
     if not secret:
         raise BadInput(f"expected a secret in {path}, got an empty file")
     return secret
@@ -122,7 +122,7 @@ def read_keys(path: Path) -> tuple[bytes, ...]:
     BadInput
         If the file holds something else, others may read it, or it cannot be read.
     """
-    data = _private_bytes(path)
+    data = private_bytes(path)
     lines = [line.split(b"#")[0].strip() for line in data.splitlines()]
     texts = [line for line in lines if line]
     if not texts or len(texts) > MAX_KEYS or len(data) > MAX_BYTES:
@@ -136,13 +136,20 @@ def read_keys(path: Path) -> tuple[bytes, ...]:
     return keys
 
 
-def _private_bytes(path: Path) -> bytes:
+def private_bytes(path: Path, *, what: str = "key file", most_bytes: int = MAX_BYTES) -> bytes:
+    """Return the content of a file of secrets; of a larger one, `most_bytes` and one more.
+
+    Raises
+    ------
+    BadInput
+        If others may read the file, or it cannot be read.
+    """
     try:
         with path.open("rb") as file:
             mode = stat.S_IMODE(os.fstat(file.fileno()).st_mode)
-            data = file.read(MAX_BYTES + 1)
+            data = file.read(most_bytes + 1)
     except OSError as error:
-        raise BadInput(f"expected a key file that can be read, got {path}: {error.strerror}") from error
+        raise BadInput(f"expected a {what} that can be read, got {path}: {error.strerror}") from error
     if mode & FORBIDDEN_MODE:
-        raise BadInput(f"expected a key file that only its user may read (chmod 600), got {path} with mode {mode:04o}")
+        raise BadInput(f"expected a {what} that only its user may read (chmod 600), got {path} with mode {mode:04o}")
     return data

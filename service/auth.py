@@ -112,7 +112,7 @@ def caller_of_id(session: Session, credential_id: str, *, now_s: float, idle_s: 
     if not access_rows.valid(session, [credential_id], now_s=now_s, idle_s=idle_s):
         return None
     found = access_rows.credential(session, credential_id)
-    return None if found is None or found.kind is CredentialKind.LOGIN else as_caller(found)
+    return None if found is None or found.kind not in (CredentialKind.KEY, CredentialKind.SESSION) else as_caller(found)
 
 
 def find_key(session: Session, key: str, *, now_s: float) -> Credential | None:

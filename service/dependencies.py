@@ -44,6 +44,8 @@ from service.schemas.answer import MAX_LIMIT
 from service.settings import Settings
 from service.viewing.process_pool import ProcessPool
 from service.viewing.queue import PictureQueue
+from service.worker_keys.broker_users import BrokerUsers
+from service.worker_keys.registry import WorkerKeys
 
 log = structlog.get_logger("service.access")
 
@@ -74,6 +76,8 @@ class AppState:
     links: ArtifactLinks
     monitors: MonitorAccess
     farm_reader: FarmReader
+    broker_users: BrokerUsers
+    worker_keys: WorkerKeys
     clock: Callable[[], float] = field(default=time.time)
 
     def now_s(self) -> float:

@@ -42,6 +42,7 @@ STATUS_OF_CODE = MappingProxyType(
         "picture-failed": 503,
         "database-unavailable": 503,
         "provider-unavailable": 503,
+        "broker-unavailable": 503,
         "store-unavailable": 503,
         "store-full": 507,
     }

@@ -52,6 +52,7 @@ from service.routes import (
     tasks,
     viewing,
     webhooks,
+    worker_keys,
     workers,
 )
 from service.routes.description import DescribedApp
@@ -64,6 +65,8 @@ from service.store_identity import identify_store
 from service.viewing.process_handle import ProcessLimits
 from service.viewing.process_pool import ProcessPool
 from service.viewing.queue import AT_ONCE, PictureQueue
+from service.worker_keys.broker_users import BrokerUsers
+from service.worker_keys.registry import WorkerKeys
 
 SHUTDOWN_S = 5
 """The longest time for open requests when the server stops."""
@@ -101,6 +104,7 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
         events,
         workers,
         keys,
+        worker_keys,
         webhooks,
     ):
         app.include_router(module.router, prefix=API)
@@ -180,7 +184,13 @@ def _process_limits(settings: Settings) -> ProcessLimits:
 
 def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -> AppState:
     database = Database(settings.database, reserve_bytes=round(settings.database_reserve_mb * 1e6))
-    stream = Stream(settings.broker, seals=settings.seals, timeout_s=settings.broker_timeout_s)
+    last_use = LastUse(database)
+    registry = WorkerKeys(
+        database, needed=settings.workers_need_keys, clock=clock,
+        note_use=lambda key_id, now_s: last_use.note(key_id, now_s=now_s),
+    )  # fmt: skip
+    stream = Stream(settings.broker, seals=registry.seals(settings), timeout_s=settings.broker_timeout_s)
+    broker_users = BrokerUsers(settings.broker, timeout_s=settings.broker_timeout_s)
     checks = Checks(database, parts.store, stream)
     processes = ProcessPool(parts, _process_limits(settings))
     guard = ArtifactGuard(database, parts.store)
@@ -190,7 +200,6 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
         idle_s=settings.session_idle_s,
     )  # fmt: skip
     roster = RosterCache(stream)
-    last_use = LastUse(database)
     rates = RateLimits(
         by_key=RateLimit(settings.requests_per_minute),
         by_address=RateLimit(settings.requests_per_minute_by_address, counted_as=Refusal.ADDRESS),
@@ -215,6 +224,8 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
         artifact_links,
         MonitorAccess(settings),
         FarmReader(database, parts.store, stream),
+        broker_users,
+        registry,
         clock,
     )
 
@@ -277,7 +288,10 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     ]
     coordinator = None
     if state.settings.coordinator:
-        coordinator = Coordinator(state.database, state.parts.store, state.settings, state.wakeup, clock=state.clock)
+        coordinator = Coordinator(
+            state.database, state.parts.store, state.settings, state.wakeup, clock=state.clock,
+            worker_keys=state.worker_keys,
+        )  # fmt: skip
         state.checks.monitor = coordinator.fault_monitor
         coordinator.start()
     try:
@@ -294,4 +308,5 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await run_in_threadpool(state.processes.close)
         state.guard.close()
         state.stream.close()
+        state.broker_users.close()
         state.database.dispose()

@@ -66,6 +66,8 @@ class Settings(BrokerSettings):
     link_key_file: Path | None = None
     """The file of the keys from which those of links to artifacts and of webhooks are derived; if empty, `link.key` in
     `data_dir`. The service writes it if it does not exist, and workers have no use for it."""
+    workers_need_keys: bool = False
+    """True if only workers with a key of their own, which joined by a file, are accepted."""
     host: str = "127.0.0.1"
     """The address to listen on."""
     port: int = Field(default=8080, ge=0, le=65_535)

@@ -7,7 +7,9 @@ import os
 import platform
 import signal
 import sys
+import threading
 import time
+from contextlib import suppress
 from importlib.metadata import version
 from typing import Any
 
@@ -22,6 +24,7 @@ from celery.signals import (
     worker_shutting_down,
 )
 from kombu.entity import Queue
+from redis.exceptions import RedisError
 
 from lippmann.errors import LippmannError, PovrayMissing, SandboxMissing
 from lippmann.job.messages import wire
@@ -49,6 +52,10 @@ LOST_WAIT_S = 0.5
 wait protects nothing here, since attempts report on the stream and not by results."""
 
 STALE_STOPPING_S = 3600.0
+
+EXIT_REFUSED = 78
+"""The exit code of a worker whose key the farm refuses: EX_CONFIG of sysexits.h."""
+REFUSED = "the farm refuses the key {key_id} of this worker: it was revoked, has expired, or is of another farm"
 
 _PR_SET_PDEATHSIG = 1
 
@@ -103,6 +110,9 @@ app = make_app(settings)
 handover = Handover()
 """The handover of the slots of this worker; its pool processes inherit it."""
 
+is_key_refused = threading.Event()
+"""Set when the farm refuses the key of this worker, which then ends."""
+
 _liveness: ConsumerLiveness | None = None
 _stuck_watch: StuckWatch | None = None
 
@@ -130,13 +140,33 @@ def _prepare(**_: Any) -> None:
         broker = BrokerClient(
             settings.broker, settings.worker_name, settings.instance, seals=settings.seals, timeout_s=QUICK_S
         )
+        _check_key(broker)
         _liveness = ConsumerLiveness(
-            broker, presence(), settings.heartbeat_file, find_fault=find_fault, refused=lambda: refusals.count
-        )
+            broker, presence(), settings.heartbeat_file, find_fault=find_fault, refused=lambda: refusals.count,
+            on_key_refused=_end_refused,
+        )  # fmt: skip
         _stuck_watch = StuckWatch(_liveness, settings.stopping_file)
     except LippmannError as error:
         # Celery logs and ignores errors of signal handlers; this one means that no order could be done here.
         raise SystemExit(f"lippmann worker: {error.message}") from error
+
+
+def _check_key(broker: BrokerClient) -> None:
+    """End if the farm already refuses the key of this worker. A broker that is away is no reason not to start."""
+    key = settings.worker_key
+    with suppress(RedisError):
+        if key is not None and broker.is_key_refused(key.id):
+            is_key_refused.set()
+            log.critical(REFUSED.format(key_id=key.id))
+            raise SystemExit(EXIT_REFUSED)
+
+
+def _end_refused(key_id: str) -> None:
+    """End as on SIGTERM, once, because the farm refuses the key: nothing that this worker does would count."""
+    if not is_key_refused.is_set():
+        is_key_refused.set()
+        log.critical(f"{REFUSED.format(key_id=key_id)}; the worker ends")
+        os.kill(os.getpid(), signal.SIGTERM)
 
 
 def broker_client() -> BrokerClient:
@@ -188,6 +218,7 @@ def presence() -> Presence:
         version=version("lippmann"),
         started_s=now_s,
         seen_s=now_s,
+        worker_key=None if settings.worker_key is None else settings.worker_key.id,
     )
 
 

@@ -14,6 +14,7 @@ from typing import Any
 from celery.utils.log import get_logger
 from celery.worker import state
 from celery.worker.consumer import Consumer
+from redis.exceptions import AuthenticationError
 
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.messages.wire import task_name
@@ -146,7 +147,9 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
     def _record_refusal(self, error: Exception, pause_s: float) -> None:
         self._liveness.record_refusal()
         if not self._is_outage_logged:
-            log.warning("the broker does not answer, and is tried every %g s: %s", pause_s, error)
+            is_unknown = isinstance(error, AuthenticationError)
+            what = "refuses the user of this worker, whose key may be revoked," if is_unknown else "does not answer,"
+            log.warning("the broker %s and is tried every %g s: %s", what, pause_s, error)
         self._is_outage_logged = True
 
     def _tick(self) -> None:

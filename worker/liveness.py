@@ -44,10 +44,12 @@ class ConsumerLiveness:
         *,
         find_fault: Callable[[], PresenceFault | None] = lambda: None,
         refused: Callable[[], int] = lambda: 0,
+        on_key_refused: Callable[[str], None] = lambda key_id: None,
         clock: Callable[[], float] = time.time,
     ) -> None:
         self._find_fault = find_fault
         self._refused = refused
+        self._on_key_refused = on_key_refused
         self._is_unsigned_logged = False
         self.signs = 0
         """The number of answered polls and refused connections; the consumer is stuck while it does not grow."""
@@ -86,6 +88,9 @@ class ConsumerLiveness:
         try:
             self._broker.publish_presence(self._presence)
             self._is_unsigned_logged = False
+            key_id = self._presence.worker_key
+            if key_id is not None and self._broker.is_key_refused(key_id):
+                self._on_key_refused(key_id)
         except RedisError:
             return
         except (NoKey, BadInput) as error:

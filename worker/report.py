@@ -33,6 +33,7 @@ from lippmann.job.messages.events import (
 )
 from lippmann.job.messages.orders import Order
 from lippmann.job.messages.seals import Refused, Seals
+from lippmann.job.messages.worker_keys import key_refusal
 from worker.refusals import refusals
 
 START_S = 60.0
@@ -176,6 +177,12 @@ class BrokerClient:
                     raise
                 time.sleep(pause_s)
                 pause_s = min(2 * pause_s, 1.0)
+
+    def is_key_refused(self, key_id: str) -> bool:
+        """Return whether the service says that it refuses a worker key."""
+        name = key_refusal(key_id)
+        found = self._redis.get(wire.stop_key(name))
+        return isinstance(found, bytes) and self._is_stop(name, found)
 
     def publish_presence(self, presence: Presence) -> None:
         """Publish that the worker is alive, for the next `PRESENCE_TTL_S`."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import platform
 import secrets
+from dataclasses import replace
+from functools import cached_property
 from pathlib import Path
 from typing import Literal
 
@@ -12,7 +14,11 @@ from pydantic import Field, PrivateAttr
 from pydantic_settings import SettingsConfigDict
 
 from lippmann.broker_settings import BrokerSettings
+from lippmann.errors import BadInput
+from lippmann.job.messages.seals import Seals
+from lippmann.job.messages.worker_keys import KEY_ID, WorkerKey
 from lippmann.job.rig import MAX_FRAME_PX
+from lippmann.key_file import read_secret
 from lippmann.plan.artifact_store import RESERVE_MB
 
 STOPPING = "stopping-"
@@ -56,16 +62,42 @@ class WorkerSettings(BrokerSettings):
     the health check of a container."""
     final_event_s: float = Field(default=600.0, ge=0)
     """The time for which an attempt that has ended keeps its final event while the broker is unreachable."""
+    worker_key_file: Path | None = None
+    """The file of the id and the secret of the worker's own key, as `lippmann worker --join` writes it; if empty, the
+    worker signs its messages with the key of the farm only."""
     handover: bool = True
     """True if the next attempt of a slot starts while the one before it ends. Two scenes may then be in memory for a
     moment, so a worker with little memory may switch it off."""
 
     _instance: str = PrivateAttr(default_factory=lambda: secrets.token_hex(8))
 
+    @cached_property
+    def worker_key(self) -> WorkerKey | None:
+        """The worker's own key; None if it has none.
+
+        Raises
+        ------
+        BadInput
+            If its file cannot be read, or holds something else.
+        """
+        if self.worker_key_file is None:
+            return None
+        key_id, _, secret = read_secret(self.worker_key_file).partition(" ")
+        if not KEY_ID.fullmatch(key_id) or not secret:
+            raise BadInput(
+                f"expected the id and the secret of a worker key in {self.worker_key_file}, got another text"
+            )
+        return WorkerKey.of_secret(key_id, secret)
+
+    @property
+    def seals(self) -> Seals:
+        """The seals of the messages between the service and this worker."""
+        return replace(super().seals, worker_key=self.worker_key)
+
     @property
     def instance(self) -> str:
-        """A random name of this start of the worker process; its pool processes inherit it."""
-        return self._instance
+        """A random name of this start of the worker process; its pool processes inherit it. It names the key too."""
+        return self._instance if self.worker_key is None else self.worker_key.instance(self._instance)
 
     @property
     def processes(self) -> int:

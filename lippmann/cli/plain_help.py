@@ -22,7 +22,7 @@ EXAMPLES: Mapping[str, str] = {
     "up": "lippmann up --open",
     "demo": "lippmann demo --frames 1-45",
     "serve": "lippmann serve --key-file admin.key",
-    "worker": "lippmann worker --slots 4",
+    "worker": "lippmann worker --join render7.toml --slots 4",
     "keys create": "lippmann keys create alice --role submitter --days 90",
     "keys revoke": "lippmann keys revoke 3f2a90c1d4e5",
     "keys audit": "lippmann keys audit --limit 20",

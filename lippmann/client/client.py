@@ -40,6 +40,7 @@ from service.schemas.task import Task, TaskPage
 from service.schemas.usage import Usage
 from service.schemas.viewing import FrameViews
 from service.schemas.webhook import WebhookSecret
+from service.schemas.worker_keys import BrokerUser, NewWorkerKey, WorkerKey, WorkerKeyList
 
 if TYPE_CHECKING:
     from service.schemas.design import Design
@@ -362,6 +363,21 @@ class Client:
         body = {"name": name, "role": role} | {field: value for field, value in options.items() if value is not None}
         return _answered(NewKey, self._transport.request("POST", f"{_API}/keys", json=body))
 
+    def worker_keys(self) -> tuple[WorkerKey, ...]:
+        """Return every worker key without its secret."""
+        return self._get(WorkerKeyList, "/worker-keys").items
+
+    def create_worker_key(
+        self, name: str, *, expires_in_days: float | None = None, broker_user: BrokerUser = "own"
+    ) -> NewWorkerKey:
+        """Create a worker key with its join file, which only this answer contains. `revoke_key` revokes it.
+
+        With the `broker_user` `given`, the join file has no user and no password at the broker, and you add them.
+        """
+        options = {"expires_in_days": expires_in_days} if expires_in_days is not None else {}
+        body = {"name": name, "broker_user": broker_user} | options
+        return _answered(NewWorkerKey, self._transport.request("POST", f"{_API}/worker-keys", json=body))
+
     def usage(self) -> Usage:
         """Return what the owner of the key uses of the farm, and the limits of the key."""
         return self._get(Usage, "/usage")
@@ -371,7 +387,7 @@ class Client:
         return self._get(WebhookSecret, "/webhook-secret")
 
     def revoke_key(self, key_id: str) -> None:
-        """Revoke a key. The browser sessions that it opened and their event streams end at once."""
+        """Revoke a key, also one of a worker. The browser sessions that it opened and their streams end at once."""
         _check_done(self._transport.request("DELETE", f"{_API}/keys/{plain_name(key_id)}"))
 
     def audit(self, *, limit: int | None = None) -> Iterator[AuditEntry]:

@@ -38,6 +38,10 @@ def run_worker(*, slots: int) -> None:
     os.environ |= {"LIPPMANN_WORKER_NAME": name, "LIPPMANN_SLOTS": str(slots)}
     # This must be set before NumPy is imported: a slot is one core, for matrix products too.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
-    from worker.app import app
+    from worker.app import EXIT_REFUSED, app, is_key_refused
 
-    app.worker_main(worker_arguments(name=name))
+    try:
+        app.worker_main(worker_arguments(name=name))
+    finally:
+        if is_key_refused.is_set():
+            raise SystemExit(EXIT_REFUSED)

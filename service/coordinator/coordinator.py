@@ -20,6 +20,7 @@ import structlog
 from sqlalchemy.exc import OperationalError, SQLAlchemyError
 
 from lippmann.job.messages.events import Presence
+from lippmann.job.messages.worker_keys import KEY_REFUSED, key_refusal
 from lippmann.logs import trace_of
 from lippmann.plan.artifact_store import ArtifactStore
 from service.broker_stream import Entry, Stream, attempt_of
@@ -49,6 +50,8 @@ from service.settings import Settings
 from service.store_check import StoreCheck
 from service.store_identity import identify_store
 from service.webhooks.sender import WebhookSender
+from service.worker_keys.broker_users import BrokerUsers
+from service.worker_keys.registry import WorkerKeys
 
 BATCH = 200
 """The largest number of events in one transaction."""
@@ -88,7 +91,8 @@ class Coordinator:
 
     def __init__(
         self, database: Database, store: ArtifactStore, settings: Settings, wakeup: Wakeup,
-        *, clock: Callable[[], float] = time.time, steady: Callable[[], float] = time.monotonic,
+        *, worker_keys: WorkerKeys | None = None,
+        clock: Callable[[], float] = time.time, steady: Callable[[], float] = time.monotonic,
     ) -> None:  # fmt: skip
         self.election = LeaderElection(database, ttl_s=settings.leader_ttl_s)
         self._database = database
@@ -96,7 +100,9 @@ class Coordinator:
         self._settings = settings
         self._wakeup = wakeup
         self._clock = clock
-        self._stream = Stream(settings.broker, seals=settings.seals, timeout_s=settings.broker_timeout_s)
+        registry = worker_keys or WorkerKeys(database, needed=settings.workers_need_keys, clock=clock)
+        self._stream = Stream(settings.broker, seals=registry.seals(settings), timeout_s=settings.broker_timeout_s)
+        self._broker_users = BrokerUsers(settings.broker, timeout_s=settings.broker_timeout_s)
         self._queue = OrderQueue(
             settings.broker, seals=settings.seals, timeout_s=settings.broker_timeout_s, clock=clock
         )
@@ -158,6 +164,7 @@ class Coordinator:
         with suppress(SQLAlchemyError):
             self.election.step_down()
         self._stream.close()
+        self._broker_users.close()
         self._queue.close()
 
     def election_round(self) -> None:
@@ -261,6 +268,8 @@ class Coordinator:
         if self._clock() - self._checkpoint_s > CHECKPOINT_S:
             self._checkpoint_s = self._clock()
             self._database.checkpoint()
+        with suppress(BrokerUnavailable):
+            self._broker_users.reconcile(self._database, now_s=now_s)
 
     def loss_round(self) -> None:
         """Take back the tasks of lost attempts and lost orders."""
@@ -312,12 +321,20 @@ class Coordinator:
         if self._clock() - self._workers_s > PRESENCE_S:
             try:
                 self._workers = self._stream.presences()
+                self._signal_refused_keys()
                 self._watch_claims()
             except BrokerUnavailable:
                 self._claim_watch.reset()
                 raise
             self._workers_s = self._clock()
         return self._workers
+
+    def _signal_refused_keys(self) -> None:
+        """Tell workers whose keys are refused that they are, so that they end."""
+        refused = [one.worker_key for one in self._workers if one.fault is not None and one.fault.code == KEY_REFUSED]
+        names = sorted({key_refusal(key_id) for key_id in refused if key_id is not None})
+        if names:
+            self._stream.stop(names, ttl_s=self._settings.stop_ttl_s)
 
     def _watch_claims(self) -> None:
         first = self._stream.first_order()

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from lippmann.digest import Digest
 from lippmann.job.messages.events import Event, EventKind, Failure, ProbeResult
 from lippmann.job.messages.orders import TaskKind
+from lippmann.job.messages.worker_keys import key_of_instance
 from lippmann.job.states import HELD_TASKS, TaskStatus
 from service.coordinator.retry_policy import Fault, fail_attempt, outcome_of
 from service.db.task_state import TaskKey, TaskState
@@ -181,7 +182,8 @@ def _is_of_holder(task: TaskState, event: Event) -> bool:
     """Return whether an event is of the worker process that claimed the attempt, if one has claimed it."""
     if task.worker is None:
         return True
-    is_same_process = None in (task.instance, event.instance) or task.instance == event.instance
+    is_older = None in (task.instance, event.instance) and key_of_instance(task.instance) is None
+    is_same_process = is_older or task.instance == event.instance
     return task.worker == event.worker and is_same_process
 
 

@@ -10,6 +10,9 @@ from sqlalchemy.orm import Session
 from service.db.engine import changed
 from service.db.tables import AuditRow, Credential, CredentialKind, IdempotencyKey
 
+LISTED = (CredentialKind.KEY, CredentialKind.WORKER)
+"""The credentials that stay when they have expired, until somebody revokes them."""
+
 
 def credential(session: Session, credential_id: str) -> Credential | None:
     """Return a credential."""
@@ -26,6 +29,25 @@ def keys(session: Session) -> Sequence[Credential]:
     """Return all keys, oldest first; people create them, so there are few."""
     query = select(Credential).where(Credential.kind == CredentialKind.KEY)
     return session.scalars(query.order_by(Credential.created_s).limit(1000)).all()
+
+
+def worker_keys(session: Session) -> Sequence[Credential]:
+    """Return all worker keys, oldest first, also those that have expired and those that were revoked just now."""
+    query = select(Credential).where(Credential.kind == CredentialKind.WORKER)
+    return session.scalars(query.order_by(Credential.created_s).limit(10_000)).all()
+
+
+def revoke_worker_key(session: Session, key_id: str, *, now_s: float) -> bool:
+    """Revoke a worker key; return whether it existed. Its row stays until its user at the broker is gone."""
+    statement = update(Credential).where(Credential.id == key_id, Credential.kind == CredentialKind.WORKER)
+    return changed(session, statement.where(Credential.revoked_s.is_(None)).values(revoked_s=now_s)) == 1
+
+
+def delete_revoked_worker_keys(session: Session, gone: Iterable[str]) -> None:
+    """Delete worker keys that were revoked and have no user at the broker: those that never had one, and `gone`."""
+    is_gone = or_(~Credential.has_broker_user, Credential.id.in_([*gone]))
+    of_kind = Credential.kind == CredentialKind.WORKER
+    changed(session, delete(Credential).where(of_kind, Credential.revoked_s.is_not(None), is_gone))
 
 
 def sessions(session: Session, *, now_s: float, idle_s: float) -> Sequence[Credential]:
@@ -90,7 +112,7 @@ def delete_expired(session: Session, *, now_s: float, idle_s: float, idempotency
     Expired keys stay in the list until somebody revokes them.
     """
     is_expired = or_(Credential.expires_s < now_s, _is_idle(now_s - idle_s))
-    changed(session, delete(Credential).where(Credential.kind != CredentialKind.KEY, is_expired))
+    changed(session, delete(Credential).where(Credential.kind.not_in(LISTED), is_expired))
     changed(session, delete(AuditRow).where(AuditRow.at_s < now_s - audit_s))
     changed(session, delete(IdempotencyKey).where(IdempotencyKey.created_s < now_s - idempotency_s))
 

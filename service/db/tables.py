@@ -48,6 +48,7 @@ class CredentialKind(StrEnum):
     KEY = "key"
     LOGIN = "login"
     SESSION = "session"
+    WORKER = "worker"
 
 
 ADMIN_OWNER = "admin"
@@ -311,7 +312,7 @@ class CoordinatorRow(Base):
 
 
 class Credential(Base):
-    """A key, a login token or a browser session; only the SHA-256 of the secret is stored.
+    """A key, a login token, a browser session or a worker key; only the SHA-256 of the secret is stored.
 
     Keys with the same `owner_id` own the same jobs and scenes. A key that names no owner is its own.
     """
@@ -338,6 +339,10 @@ class Credential(Base):
     """The token of a session that was replaced last."""
     renewed_s: Mapped[float | None]
     """When it was replaced; None if the session still has its first token."""
+    has_broker_user: Mapped[bool] = mapped_column(default=False, server_default=false())
+    """True if the worker key has a user of its own at the broker, which ends with the key."""
+    revoked_s: Mapped[float | None]
+    """When the worker key was revoked; the row is deleted as soon as its user at the broker is gone."""
 
 
 class AuditRow(Base):

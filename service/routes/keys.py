@@ -24,6 +24,7 @@ from service.schemas.access import (
 )
 from service.schemas.answer import utc, utc_or_none
 from service.schemas.usage import Usage
+from service.worker_keys.joining import end_connections, revoke_worker_key
 
 router = APIRouter(tags=["access"])
 
@@ -81,11 +82,19 @@ def create_key(request: KeyRequest, state: AppStateDep, caller: AdminDep) -> New
 
 @router.delete("/keys/{key_id}", status_code=204)
 def revoke_key(key_id: str, state: AppStateDep, caller: AdminDep) -> None:
-    """Revoke a key. The browser sessions that it opened and all their event streams end at once."""
+    """Revoke a key, also that of a worker.
+
+    The browser sessions that it opened and all their event streams end at once. What a worker with a revoked key does
+    counts no more.
+    """
     with state.database.writing() as session:
-        keys.revoke_key(session, key_id)
+        is_of_worker = revoke_worker_key(session, key_id, now_s=state.now_s())
+        if not is_of_worker:
+            keys.revoke_key(session, key_id)
         record(session, caller, AuditAction.REVOKE_KEY, key_id, now_s=state.now_s())
     state.hub.check_credentials()
+    if is_of_worker:
+        end_connections(state.database, state.broker_users, now_s=state.now_s())
 
 
 @router.get("/usage")

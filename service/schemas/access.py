@@ -167,6 +167,7 @@ class AuditAction(StrEnum):
     REMOVE_SCENE = "remove-scene"
     CREATE_KEY = "create-key"
     REVOKE_KEY = "revoke-key"
+    CREATE_WORKER_KEY = "create-worker-key"
     CREATE_LOGIN_LINK = "create-login-link"
     LOG_IN = "log-in"
     LOG_OUT = "log-out"

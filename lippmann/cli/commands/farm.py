@@ -19,6 +19,7 @@ from lippmann.terminal.output import Output
 if TYPE_CHECKING:
     from lippmann.farm.supervisor.farm import Farm
     from lippmann.farm.supervisor.plan import FarmPlan
+    from lippmann.join_file import JoinFile
 
 Host = Annotated[str, typer.Option(envvar="LIPPMANN_HOST", help="The address to listen on.")]
 Port = Annotated[
@@ -128,12 +129,30 @@ def serve(
         raise FarmFailed("the service did not start")
 
 
-def worker(data_dir: DataDir = DATA_DIR, slots: Slots = None, *, output: Output) -> None:
-    """Start only a worker. LIPPMANN_REDIS_URL names the broker. The data folder is that of the service."""
+def worker(
+    data_dir: DataDir = DATA_DIR,
+    slots: Slots = None,
+    join: Annotated[
+        Path | None,
+        typer.Option(
+            envvar="LIPPMANN_JOIN_FILE",
+            help="The file with which this machine joins a farm, from `keys create --worker`. It needs nothing else.",
+        ),
+    ] = None,
+    *,
+    output: Output,
+) -> None:
+    """Start only a worker. LIPPMANN_REDIS_URL or a join file names the broker.
+
+    Without a bucket, the data folder is that of the service.
+    """
     from lippmann.farm.worker import run_worker, worker_name
     from worker.settings import WorkerSettings
 
+    found = None if join is None else _read_join_file(join)
     _prepare_folder(data_dir, data_dir / "scratch")  # It writes the artifacts too, which may be another volume.
+    if found is not None:
+        _join_farm(found, data_dir, output)
     if WorkerSettings().needs_povray:
         _check_povray()
     os.environ["LIPPMANN_DATA_DIR"] = str(data_dir)
@@ -141,6 +160,23 @@ def worker(data_dir: DataDir = DATA_DIR, slots: Slots = None, *, output: Output)
     if output.as_json:
         output.result({"worker": worker_name(), "slots": slots, "pid": os.getpid()}, "")
     run_worker(slots=slots)
+
+
+def _read_join_file(path: Path) -> JoinFile:
+    from datetime import UTC, datetime
+
+    from lippmann.join_file import read_join_file
+
+    return read_join_file(path, now=datetime.now(UTC))
+
+
+def _join_farm(join: JoinFile, data_dir: Path, output: Output) -> None:
+    """Take the settings of this process from a join file."""
+    from lippmann.farm.joining import join_farm
+
+    for name in join_farm(join, data_dir, os.environ):
+        output.note(f"note: {name} of the environment does not count, since there is a join file")
+    output.note(f"Joining {join.farm} with the worker key {join.worker.id} ({join.worker.name}).")
 
 
 def workers(output: Output, connection: Connection) -> None:

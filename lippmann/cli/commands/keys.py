@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from pathlib import Path
+from typing import Annotated, Any, Literal
 
 import typer
 
@@ -33,16 +34,77 @@ def create(
         list[str] | None,
         typer.Option(metavar="NAME=NUMBER", help="A limit of the key, such as `open_jobs=10`; it may be repeated."),
     ] = None,
+    worker: Annotated[
+        bool,
+        typer.Option(
+            "--worker", help="Make a worker key instead, and write a file with which a machine joins the farm."
+        ),
+    ] = False,
+    out: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The join file of a worker key. It must not exist.")
+    ] = None,
+    redis_url: Annotated[
+        str | None,
+        typer.Option(help="The broker in the join file, and your user for workers, if not as the service has them."),
+    ] = None,
+    redis_password_file: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The password of that user; the key then gets none of its own.")
+    ] = None,
+    s3_endpoint: Annotated[
+        str | None, typer.Option(metavar="URL", help="The S3 server in the join file, if not as the service has it.")
+    ] = None,
+    s3_access_key_file: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The access keys for it, in a file as AWS has it.")
+    ] = None,
     *,
     output: Output,
     connection: Connection,
 ) -> None:
-    """Create a key. It is shown only once."""
+    """Create a key. It is shown only once. With --worker, it is written to a file."""
+    given = {
+        "redis_url": redis_url, "password_file": redis_password_file, "s3_endpoint": s3_endpoint,
+        "access_key_file": s3_access_key_file,
+    }  # fmt: skip
+    if worker:
+        if owner is not None or limit or role != "submitter":
+            raise BadInput(
+                "--worker: expected no --role, --owner and --limit, since a worker key opens nothing in the API"
+            )
+        if out is None:
+            raise BadInput("--worker: expected --out FILE for the join file, got none")
+        _create_worker_key(name, days, out, given, output, connection)
+        return
+    if out is not None or any(value is not None for value in given.values()):
+        raise BadInput("expected --worker beside --out, --redis-... and --s3-..., got none")
     limits = dict(_limit(text) for text in limit or ())
     with connection.client() as client:
         made = client.create_key(name, role, owner_id=owner, expires_in_days=days, limits=limits or None)
     output.note(f"Key {made.id} ({made.role}) of {made.name}. Keep it, because it is not shown again:")
     output.result(made.model_dump(mode="json"), made.key)
+
+
+def _create_worker_key(
+    name: str, days: float | None, out: Path, given: dict[str, Any], output: Output, connection: Connection
+) -> None:
+    from lippmann.farm.joining import complete, notes_on
+    from lippmann.join_file import check_absent, write_join_file
+
+    check_absent(out)
+    with connection.client() as client:
+        made = client.create_worker_key(
+            name, expires_in_days=days, broker_user="own" if given["password_file"] is None else "given"
+        )
+        try:
+            join = complete(made.join, **given)
+            write_join_file(out, join)
+        except BaseException:
+            client.revoke_key(made.id)  # Nobody has it.
+            raise
+    for note in notes_on(join):
+        output.note(f"note: {note}")
+    output.note(f"Worker key {made.id} of {made.name}. On the other machine: lippmann worker --join {out.name}")
+    data = made.model_dump(mode="json", exclude={"join"}) | {"file": str(out)}
+    output.result(data, str(out))
 
 
 def _limit(text: str) -> tuple[str, float]:
@@ -61,8 +123,10 @@ def list_keys(output: Output, connection: Connection) -> None:
     from lippmann.cli.text.access import key_table
 
     with connection.client() as client:
-        found = client.keys()
-    output.result([one.model_dump(mode="json") for one in found], key_table(found))
+        found, workers = client.keys(), client.worker_keys()
+    data = [one.model_dump(mode="json") for one in found]
+    data += [one.model_dump(mode="json") | {"role": "worker"} for one in workers]
+    output.result(data, key_table(found, workers))
 
 
 @app.command()
@@ -72,7 +136,10 @@ def revoke(
     output: Output,
     connection: Connection,
 ) -> None:
-    """Revoke a key. The browser sessions that it opened and their event streams end at once."""
+    """Revoke a key. The browser sessions that it opened and their event streams end at once.
+
+    The workers that joined with a worker key end, and their tasks go to others.
+    """
     with connection.client() as client:
         client.revoke_key(key_id)
     output.result({"id": key_id, "revoked": True}, f"Key {key_id} is revoked.")

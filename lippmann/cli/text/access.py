@@ -11,14 +11,15 @@ from lippmann.terminal.table import table
 if TYPE_CHECKING:
     from service.schemas.access import AuditEntry, Key
     from service.schemas.usage import Usage
+    from service.schemas.worker_keys import WorkerKey
 
 
-def key_table(keys: Iterable[Key]) -> str:
-    """Return keys, one a line, without secrets."""
+def key_table(keys: Iterable[Key], workers: Iterable[WorkerKey] = ()) -> str:
+    """Return keys and worker keys, one a line, without secrets."""
     rows = [
         (
             key.id,
-            key.role,
+            key.role.value,
             time_text(key.created_at),
             "never" if key.expires_at is None else time_text(key.expires_at),
             "never" if key.used_at is None else time_text(key.used_at),
@@ -26,6 +27,18 @@ def key_table(keys: Iterable[Key]) -> str:
             key.name,
         )
         for key in keys
+    ]
+    rows += [
+        (
+            key.id,
+            "worker",
+            time_text(key.created_at),
+            "never" if key.expires_at is None else time_text(key.expires_at),
+            "never" if key.used_at is None else time_text(key.used_at),
+            "",
+            key.name,
+        )
+        for key in workers
     ]
     return table(("id", "role", "created", "expires", "last used", "owner", "name"), rows)
 

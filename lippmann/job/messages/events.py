@@ -220,5 +220,7 @@ class Presence(BaseModel):
     """The time at which the consumer last took an order; None before the first one."""
     fault: PresenceFault | None = None
     """The reason why it can do no work now; None if it can, or if the worker is older than the field."""
+    worker_key: Name | None = None
+    """The id of the worker key that signed it; None from a worker without a key of its own."""
     refused_orders: int = Field(default=0, ge=0, lt=2**63)
     """The number of messages of the broker that it did not accept since it started: orders, stop signals, leases."""

@@ -25,9 +25,18 @@ from lippmann.job.messages.events import (
     Lease,
     NotClaiming,
     Presence,
+    PresenceFault,
     StopSignal,
 )
 from lippmann.job.messages.orders import Order, TaskKind
+from lippmann.job.messages.worker_keys import (
+    KEY_REFUSED,
+    WORKER_KEY,
+    WORKER_SEAL,
+    FindWorkerKey,
+    WorkerKey,
+    key_of_instance,
+)
 
 SEAL = "seal"
 SEALED_S = "sealed_s"
@@ -48,6 +57,10 @@ class Refused(ValueError):
     """The message is not accepted."""
 
 
+class KeyRefused(Refused):
+    """The message is of a worker whose key is missing, unknown or revoked, or has expired."""
+
+
 class NoKey(ValueError):
     """There is no key to sign messages with."""
 
@@ -62,10 +75,16 @@ class Seals:
         Returns the keys, the signing one first, whenever a message is signed or verified.
     accept_unsigned
         True while hosts of a version without seals are on the farm. A wrong seal is refused all the same.
+    worker_key
+        The key of the worker that signs; None in the service, and in a worker that has none.
+    find_worker_key
+        What the service verifies the keys of workers with; None in a worker, which does not verify them.
     """
 
     keys: Callable[[], Sequence[bytes]]
     accept_unsigned: bool = False
+    worker_key: WorkerKey | None = None
+    find_worker_key: FindWorkerKey | None = None
 
     def sealed_order(self, order: Order, *, now_s: float) -> dict[str, Any]:
         """Return the message of an order.
@@ -118,7 +137,9 @@ class Seals:
         Refused
             If it is not signed, is too large, or cannot be decoded.
         """
-        return _decoded(Event, self._verified("event", _parsed(text, MAX_EVENT_BYTES)))
+        fields = self._verified("event", _parsed(text, MAX_EVENT_BYTES))
+        self._check_worker("event", fields)
+        return _decoded(Event, fields)
 
     def sealed_presence(self, presence: Presence) -> str:
         """Return the message of a presence.
@@ -133,14 +154,22 @@ class Seals:
     def open_presence(self, text: bytes, *, key: bytes) -> Presence:
         """Return the presence in the value of a key of the broker.
 
+        A worker whose key is refused is present with this fault, without slots and without attempts.
+
         Raises
         ------
         Refused
             If it is not signed, is too large, cannot be decoded, or is of another worker than the key.
         """
-        presence = _decoded(Presence, self._verified("presence", _parsed(text, MAX_PRESENCE_BYTES)))
+        fields = self._verified("presence", _parsed(text, MAX_PRESENCE_BYTES))
+        presence = _decoded(Presence, fields)
         if wire.presence_key(presence.name).encode() != key:
             raise Refused(f"the presence of {presence.name} has the key {key!r}")
+        try:
+            self._check_worker("presence", fields)
+        except KeyRefused as error:
+            fault = PresenceFault(code=KEY_REFUSED, message=str(error))
+            return presence.model_copy(update={"slots": 0, "holds": (), "consuming_s": None, "fault": fault})
         return presence
 
     def sealed_lease(self, lease: Lease) -> str:
@@ -161,7 +190,9 @@ class Seals:
         Refused
             If it is not signed, is too large, cannot be decoded, or is of another attempt.
         """
-        lease = _decoded(Lease, self._verified("lease", _parsed(text, MAX_LEASE_BYTES)))
+        fields = self._verified("lease", _parsed(text, MAX_LEASE_BYTES))
+        self._check_worker("lease", fields)
+        lease = _decoded(Lease, fields)
         if lease.attempt != attempt and not (lease.attempt is None and self.accept_unsigned):
             raise Refused(f"the lease of {lease.attempt} has the key of {attempt}")
         return lease
@@ -214,6 +245,9 @@ class Seals:
         keys = self.keys()
         if not keys:
             raise NoKey("expected a key to sign messages with, got none")
+        if self.worker_key is not None:
+            fields = {**fields, WORKER_KEY: self.worker_key.id}
+            fields[WORKER_SEAL] = _seal(self.worker_key.message_key, purpose, fields)
         return {**fields, SEAL: _seal(keys[0], purpose, fields)}
 
     def _verified(self, purpose: Purpose, message: object) -> Mapping[str, Any]:
@@ -232,6 +266,31 @@ class Seals:
         if not is_valid:
             raise Refused(f"the {purpose} has a wrong signature")
         return fields
+
+    def _check_worker(self, purpose: Purpose, fields: Mapping[str, Any]) -> None:
+        """Verify the own signature of a worker in a message that the key of the farm has signed.
+
+        Raises
+        ------
+        Refused
+            If the signature is wrong, or the message names a start of a worker with another key.
+        KeyRefused
+            If the farm refuses the key.
+        """
+        if self.find_worker_key is None:
+            return
+        key_id, given = fields.get(WORKER_KEY), fields.get(WORKER_SEAL)
+        if key_id is not None and not isinstance(key_id, str):
+            raise Refused(f"the {purpose} has no valid worker key")
+        if key_of_instance(fields.get("instance")) != key_id:
+            raise Refused(f"the {purpose} is not signed with the key of its worker")
+        key = self.find_worker_key(key_id)
+        if key_id is None:
+            return
+        signed = {name: value for name, value in fields.items() if name != WORKER_SEAL}
+        is_text = isinstance(given, str) and given.isascii()
+        if not is_text or not hmac.compare_digest(str(given), _seal(key, purpose, signed)):
+            raise Refused(f"the {purpose} has a wrong signature of the worker key {key_id[:32]}")
 
 
 def _seal(key: bytes, purpose: Purpose, fields: Mapping[str, Any]) -> str:

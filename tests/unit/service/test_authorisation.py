@@ -78,6 +78,8 @@ RULES: dict[str, tuple[str, bool]] = {
     "GET /api/v1/keys": (ADMIN, False),
     "POST /api/v1/keys": (ADMIN, True),
     "DELETE /api/v1/keys/{key_id}": (ADMIN, True),
+    "GET /api/v1/worker-keys": (ADMIN, False),
+    "POST /api/v1/worker-keys": (ADMIN, True),
     "GET /api/v1/sessions": (ADMIN, False),
     "DELETE /api/v1/sessions/{session_id}": (ADMIN, True),
     "POST /api/v1/login-tokens": (ADMIN, True),
@@ -169,6 +171,7 @@ class Door:
             "POST /api/v1/design": {"json": SPEC},
             "PATCH /api/v1/jobs/{job_id}": {"json": {"priority": 60}},
             "POST /api/v1/keys": {"json": {"name": "new"}},
+            "POST /api/v1/worker-keys": {"json": {"name": "new", "broker_user": "given"}},
             "POST /api/v1/jobs/{job_id}/links": {"json": {"artifact": "job.json"}},
             "POST /api/v1/scenes": {
                 "params": {"name": f"new-{self._audited()}"},
@@ -251,7 +254,7 @@ def test_a_farm_with_a_provider_has_two_more_routes(make_farm: Callable[..., Far
 
 @pytest.mark.parametrize("sharing", [True, False])
 def test_every_role_may_do_what_the_rules_say_and_no_more(make_farm: Callable[..., Farm], *, sharing: bool) -> None:
-    farm = make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0", sharing=sharing)
+    farm = make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0", sharing=sharing, store_url="s3://farm")
     with _door(farm) as door:
         # Sharing is about jobs and scenes of users, so the other routes are asked only once.
         asked = [(route, who) for route in RULES if sharing or _has_owner(route) for who in CALLERS]

@@ -62,6 +62,14 @@ def test_an_event_of_a_worker_process_that_does_not_hold_the_attempt_changes_and
     assert (batch.touched, batch.late, batch.stops) == (set(), {"j": 1}, [])
 
 
+@pytest.mark.parametrize("instance", [None, "f00d", "bb.f00d"])
+def test_only_the_process_with_its_key_reports_on_the_attempt_of_a_worker_that_has_one(instance: str | None) -> None:
+    message = done(ORDER).model_copy(update={"worker": "w1", "instance": instance})
+    batch = fold(message, status=TaskStatus.RUNNING, worker="w1", instance="aa.f00d")
+    assert (batch.touched, batch.late) == (set(), {"j": 1})
+    assert fold(message, status=TaskStatus.RUNNING, worker="w1", instance=None).touched == {"j"}
+
+
 def test_an_attempt_that_owns_nothing_is_requested_to_stop_only_while_it_works() -> None:
     told = [fold(say(ORDER), attempt="b").stops for say in (claimed, heartbeat, done, failed, declined)]
     assert told == [["a"], ["a"], [], [], []]
