@@ -72,7 +72,7 @@ def create_worker_key(
 
 
 def revoke_worker_key(session: Session, key_id: str, *, now_s: float) -> bool:
-    """Revoke a worker key; return False if there is none with this id."""
+    """Revoke a worker key; return False if no worker key has this id."""
     is_revoked = access_rows.revoke_worker_key(session, key_id, now_s=now_s)
     access_rows.delete_revoked_worker_keys(session, ())
     return is_revoked

@@ -66,7 +66,7 @@ class WorkerKeys:
         Raises
         ------
         KeyRefused
-            If the key is unknown, was revoked or has expired, or if there is none and workers need one.
+            If the key is unknown, was revoked or has expired, or if it is missing and workers need one.
         """
         if key_id is None:
             if self._needed:
