@@ -181,6 +181,12 @@ class BrokerUnavailable(ServiceError):
     code = "broker-unavailable"
 
 
+class NotLeading(ServiceError):
+    """Another process leads."""
+
+    code = "not-leading"
+
+
 def status_of(code: str) -> int:
     """Return the HTTP status for an error code."""
     return STATUS_OF_CODE.get(code, 500)

@@ -7,7 +7,6 @@ from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Protocol, TypeVar
 
 import anyio
-from sqlalchemy import text
 
 from lippmann.job.messages.events import Presence
 from lippmann.plan.artifact_store import ArtifactStore
@@ -102,10 +101,8 @@ class Checks:
 
     def _coordinator(self, now_s: float) -> CoordinatorHealth:
         with self._database.reading() as session:
-            session.execute(text("SELECT 1"))
-            row = coordinator_rows.current(session)
-            leads = row.leader is not None and row.leader_until_s >= now_s
-            return CoordinatorHealth(ok=leads, leader=row.leader if leads else None)
+            leader = coordinator_rows.leader(session, now_s=now_s)
+            return CoordinatorHealth(ok=leader is not None, leader=leader)
 
     def _faults(self) -> tuple[Fault, ...]:
         if self.monitor is not None and self.monitor.faults:

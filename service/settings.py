@@ -82,7 +82,7 @@ class Settings(BrokerSettings):
     """The interval at which the coordinator looks for work when nothing wakes it."""
     reconcile_s: float = Field(default=5.0, gt=0)
     """The interval at which the reconciler runs."""
-    leader_ttl_s: float = Field(default=10.0, gt=0)
+    leader_ttl_s: float = Field(default=5.0, gt=0)
     """The time after which a silent leader is replaced."""
     lease_ttl_s: float = Field(default=wire.SILENCE_S, gt=0)
     """The time after which a silent attempt is lost."""

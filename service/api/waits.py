@@ -72,7 +72,6 @@ def _shared(wait: Wait, outlook: Outlook) -> Wait:
 
 
 def _farm_state(session: Session, outlook: Outlook) -> FarmState:
-    leader = coordinator_rows.current(session)
     settings = outlook.settings
     busy = waiting_rows.holders(session)
     holders = tuple(claim_of(row[:6], settings) for row in busy)
@@ -82,7 +81,7 @@ def _farm_state(session: Session, outlook: Outlook) -> FarmState:
     return FarmState(
         now_s=outlook.now_s,
         settings=settings,
-        has_leader=leader.leader is not None and leader.leader_until_s >= outlook.now_s,
+        has_leader=coordinator_rows.leader(session, now_s=outlook.now_s) is not None,
         faults=coordinator_rows.faults(session),
         roster=outlook.roster,
         line=tuple(claim_of(row, settings) for row in line),

@@ -20,6 +20,7 @@ from service.db import task_sets
 from service.db import tasks as task_rows
 from service.db.engine import Database
 from service.db.tables import BackgroundJob, Job, Task
+from service.errors import NotLeading
 from service.jobs.artifact_repair import CODES, REPAIRS_ALLOWED, damage_found_by, take_back
 from service.jobs.completion import settle
 from service.jobs.state_machine import set_job, write_drafts
@@ -55,8 +56,8 @@ class ArtifactRepairer:
                 else:
                     self._repair_chunk(job_id, now_s)
                 done = True
-            except OperationalError:
-                raise  # the database is unavailable, which is no fault of the job
+            except (OperationalError, NotLeading):
+                raise  # the database is unavailable, or another process leads, which is no fault of the job
             except Exception as error:  # a store that does not answer is tried again in the next round
                 log.warning("artifacts could not be verified", job=job_id, error=repr(error))
         return done

@@ -16,6 +16,7 @@ from lippmann.plan.artifact_store import ArtifactStore
 from service.db import jobs as job_rows
 from service.db.engine import Database
 from service.db.tables import BackgroundJob, Job
+from service.errors import NotLeading
 from service.jobs.commands import cancel_chunk, remove_chunk, retry_chunk
 from service.jobs.completion import fail_job
 from service.jobs.planner import Planner
@@ -69,8 +70,8 @@ class BackgroundJobs:
     def _try(self, job_id: str, kind: BackgroundJob, slots: int, workers: int, now_s: float) -> bool:
         try:
             more = self._run_chunk(job_id, kind, slots, workers, now_s)
-        except OperationalError:
-            raise  # the database is unavailable, which is no fault of the job
+        except (OperationalError, NotLeading):
+            raise  # the database is unavailable, or another process leads, which is no fault of the job
         except Exception as error:  # the failure of one job must not stop the orders of the others
             if kind is BackgroundJob.PLAN and isinstance(error, (ValueError, ArithmeticError)):
                 self._give_up(job_id, error, now_s)

@@ -41,7 +41,7 @@ from service.coordinator.retry_policy import INFRASTRUCTURE
 from service.coordinator.scheduler import ROUND, OrderRate, dispatch
 from service.db import coordinator as coordinator_rows
 from service.db.engine import Database
-from service.errors import BrokerUnavailable
+from service.errors import BrokerUnavailable, NotLeading
 from service.events.wakeup import Wakeup
 from service.instruments import ORDERS
 from service.jobs.storage_quota import resume_within_quota
@@ -65,6 +65,8 @@ IDLE_ROUNDS = 50
 """The number of rounds without work after which the scheduler looks for work less often, every `IDLE_TICKS` ticks.
 What happens in its own process wakes it at once; this is the time until it notices an action in another process."""
 IDLE_TICKS = 5
+ELECTION_S = 0.5
+"""The interval at which a process looks whether it may lead."""
 PRESENCE_S = 1.0
 """The time for which the list of workers is cached."""
 LOSS_S = 1.0
@@ -95,6 +97,10 @@ class Coordinator:
         clock: Callable[[], float] = time.time, steady: Callable[[], float] = time.monotonic,
     ) -> None:  # fmt: skip
         self.election = LeaderElection(database, ttl_s=settings.leader_ttl_s)
+        # The sender needs no proof: it counts each attempt, and a message that was delivered is deleted by anybody.
+        self._webhooks = WebhookSender(database, settings, is_active=self._is_active, clock=clock)
+        identify = partial(identify_store, database, store)
+        database = database.guarded(self.election.prove)
         self._database = database
         self._store = store
         self._settings = settings
@@ -108,8 +114,7 @@ class Coordinator:
         )
         self._reconciler = Reconciler(database, store, settings)
         store_check = StoreCheck(
-            store, reserve_bytes=settings.disk_reserve_bytes, identify=partial(identify_store, database, store),
-            make_room=partial(drop_cache, store),
+            store, reserve_bytes=settings.disk_reserve_bytes, identify=identify, make_room=partial(drop_cache, store)
         )  # fmt: skip
         self.fault_monitor = FaultMonitor(database, self._stream, store_check, settings)
         self._repairer = ArtifactRepairer(database, store, settings)
@@ -128,13 +133,12 @@ class Coordinator:
         self._checkpoint_s = clock()
         self._dropped: Counter[str] = Counter()
         self._stopping = threading.Event()
-        self._webhooks = WebhookSender(database, settings, is_active=self._is_active, clock=clock)
         self._threads: list[threading.Thread] = []
 
     def start(self) -> None:
         """Start the threads."""
         loops = {
-            "leader-election": (self.election_round, self._settings.leader_ttl_s / 4),
+            "leader-election": (self.election_round, min(ELECTION_S, self._settings.leader_ttl_s / 4)),
             "event-consumer": (self.consume_round, 0.0),
             SCHEDULER: (self.schedule_round, self._settings.tick_s),
             "fault-monitor": (self.fault_round, FAULT_S),
@@ -169,7 +173,11 @@ class Coordinator:
 
     def election_round(self) -> None:
         """Become or remain the leader; a new leader first repairs the counters."""
+        if not self.election.is_due:
+            return
         was_leader = self.election.is_leader
+        if not was_leader:
+            self.fault_monitor.begin()
         if self.election.renew(now_s=self._clock()) and not was_leader:
             self._liveness.record_gap()
             self._loss_monitor.begin(now_s=self._clock())
@@ -375,6 +383,8 @@ class Coordinator:
                 try:
                     run()
                     is_logged = False
+                except NotLeading:
+                    log.info("another process leads", loop=name)
                 except Exception as error:  # the outermost frame of the thread: the next round follows in any case
                     # What is unavailable for an hour, or full, is logged once and not 18,000 times.
                     is_outage = isinstance(error, BrokerUnavailable | OperationalError)

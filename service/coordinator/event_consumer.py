@@ -23,6 +23,7 @@ from service.db import coordinator as coordinator_rows
 from service.db import task_sets
 from service.db.counters import add_to_counters
 from service.db.engine import Database
+from service.errors import NotLeading
 from service.instruments import Outcome, count_attempts
 from service.settings import Settings
 
@@ -38,8 +39,8 @@ def consume_events(database: Database, entries: Sequence[Entry], *, was: str, no
                 return False
             batch = write_events(session, events, now_s=now_s, settings=settings)
             close_jobs(session, batch.touched, now_s=now_s, settings=settings)
-    except OperationalError:
-        raise  # the database is unavailable, which is no fault of the events
+    except (OperationalError, NotLeading):
+        raise  # the database is unavailable, or another process leads, which is no fault of the events
     except Exception as error:  # one event that cannot be written must not block those behind it
         log.warning("a chunk of the stream is written event by event", after=was, error=repr(error))
         return _consume_singly(database, events, was=was, to=entries[-1][0], now_s=now_s, settings=settings)
@@ -85,7 +86,7 @@ def _is_written(session: Session, write: Callable[[], None], **what: object) -> 
     try:
         with session.begin_nested():
             write()
-    except OperationalError:
+    except (OperationalError, NotLeading):
         raise
     except Exception as error:  # logged and counted; the next event is written
         log.warning("skipped", **what, error=repr(error))

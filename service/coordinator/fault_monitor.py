@@ -23,6 +23,7 @@ from service.db import tasks as task_rows
 from service.db.engine import Database
 from service.db.reserve import is_full
 from service.db.tables import WorkerFault
+from service.errors import NotLeading
 from service.jobs.farm_pause import pause_for_farm, resume_for_farm
 from service.schemas.farm import Fault
 from service.settings import Settings
@@ -45,7 +46,8 @@ class FaultMonitor:
         self._stream = stream
         self._store_check = store_check
         self._settings = settings
-        self._faults: tuple[Fault, ...] | None = None
+        self._faults: tuple[Fault, ...] = ()
+        self._has_read = False
         self._poked = threading.Event()
         self._next_s = float("-inf")
         self._pause_s = FIRST_CHECK_S
@@ -53,7 +55,11 @@ class FaultMonitor:
     @property
     def faults(self) -> tuple[Fault, ...]:
         """The causes that prevent all work of the farm, first cause first; nothing is dispatched meanwhile."""
-        return self._faults or ()
+        return self._faults
+
+    def begin(self) -> None:
+        """Continue with the faults that another leader found, which this process does not know."""
+        self._has_read = False
 
     def poke(self) -> None:
         """Check in the next round, because something failed."""
@@ -73,9 +79,13 @@ class FaultMonitor:
             self._pause_where_no_worker_can_work(workers, now_s)
 
     def _known(self) -> tuple[Fault, ...]:
-        if self._faults is None:  # a new leader continues with what the last one found
+        if not self._has_read:
             with self._database.reading() as session:
-                self._faults = coordinator_rows.faults(session)
+                stored = coordinator_rows.faults(session)
+            known = {(fault.component, fault.code) for fault in stored}
+            own = (fault for fault in self._faults if (fault.component, fault.code) not in known)
+            self._faults = (*stored, *own)
+            self._has_read = True
         return self._faults
 
     def _is_due(self, known: Sequence[Fault], now_s: float) -> bool:
@@ -116,6 +126,8 @@ class FaultMonitor:
             with self._database.writing() as session:
                 coordinator_rows.add_idle(session, 0.0)
             return None if self._database.reserve.keep() else full
+        except NotLeading:
+            return None  # it has begun a write transaction
         except DBAPIError as error:
             if is_full(error):
                 return full

@@ -2,6 +2,10 @@
 
 A leader whose process has died on this machine is replaced at once, so that a farm that was killed goes on as soon as
 it is started again.
+
+A process that was stopped may go on in the middle of a round, long after another one has become the leader. So every
+write transaction of the coordinator proves that its process leads (`LeaderElection.prove`): no process can become the
+leader before the transaction has ended, because there is a single writer.
 """
 
 from __future__ import annotations
@@ -14,11 +18,16 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+from sqlalchemy.orm import Session
+
 from service.db import coordinator as coordinator_rows
 from service.db.engine import Database
+from service.errors import NotLeading
 
 SAFETY = 0.9
 """The part of its time to live for which a leader believes that it leads, so that two processes never both do."""
+RENEWED = 0.25
+"""The part of its time to live after which a leader renews."""
 
 
 class LeaderElection:
@@ -39,29 +48,60 @@ class LeaderElection:
         self._ttl_s = ttl_s
         self._steady = steady
         self._until_s = float("-inf")
+        self._due_s = float("-inf")
 
     @property
     def is_leader(self) -> bool:
         """True if this process leads now; it becomes False on its own if the row is not renewed in time."""
         return self._steady() < self._until_s
 
+    @property
+    def is_due(self) -> bool:
+        """True if a leader has to renew, and always for a process that does not lead."""
+        return not self.is_leader or self._steady() >= self._due_s
+
     def renew(self, *, now_s: float) -> bool:
         """Become or remain the leader; return whether this process leads."""
         # The deadline counts from before the row was written.
         begun_s = self._steady()
-        with self._database.writing() as session:
-            leader = coordinator_rows.current(session).leader
-            if leader is not None and self._has_died(leader):
-                coordinator_rows.release_leadership(session, leader)
-            won = coordinator_rows.acquire_leadership(session, self.name, now_s=now_s, until_s=now_s + self._ttl_s)
+        won = (self.is_leader or self._may_lead(now_s)) and self._acquire(now_s)
         self._until_s = begun_s + SAFETY * self._ttl_s if won else float("-inf")
+        self._due_s = begun_s + RENEWED * self._ttl_s
         return won
+
+    def prove(self, session: Session) -> None:
+        """Check in a write transaction that this process leads, which it then does until the transaction has ended.
+
+        Raises
+        ------
+        NotLeading
+            If another process leads, or any may.
+        """
+        if not coordinator_rows.is_led_by(session, self.name):
+            self._until_s = float("-inf")
+            raise NotLeading
 
     def step_down(self) -> None:
         """Allow another process to lead at once."""
         self._until_s = float("-inf")
         with self._database.writing() as session:
             coordinator_rows.release_leadership(session, self.name)
+
+    def _may_lead(self, now_s: float) -> bool:
+        """Return whether nobody else seems to lead; candidates ask often, and must not keep the writer waiting."""
+        with self._database.reading() as session:
+            leader = coordinator_rows.leader(session, now_s=now_s)
+        return leader is None or leader == self.name or self._has_died(leader)
+
+    def _acquire(self, now_s: float) -> bool:
+        with self._database.writing() as session:
+            leader = coordinator_rows.current(session).leader
+            if leader is not None and self._has_died(leader):
+                coordinator_rows.release_leadership(session, leader)
+            shared_s = coordinator_rows.clock_s(session, local_s=now_s)
+            return coordinator_rows.acquire_leadership(
+                session, self.name, now_s=shared_s, until_s=shared_s + self._ttl_s
+            )  # fmt: skip
 
     def _has_died(self, leader: str) -> bool:
         if not leader.startswith(self._prefix):

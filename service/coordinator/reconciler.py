@@ -24,6 +24,7 @@ from service.db import tasks as task_rows
 from service.db.counters import miscounted, recount
 from service.db.engine import Database
 from service.db.task_state import HeldAttempt
+from service.errors import NotLeading
 from service.instruments import Outcome, count_attempts
 from service.jobs.completion import has_ended, settle
 from service.jobs.state_machine import transition_tasks
@@ -108,8 +109,8 @@ class Reconciler:
         for item in items:
             try:
                 repair(item)
-            except OperationalError:
-                raise  # the database is unavailable, which is no fault of the rows
+            except (OperationalError, NotLeading):
+                raise  # the database is unavailable, or another process leads, which is no fault of the rows
             except Exception as error:  # one row must not prevent the others; logged together below
                 errors.append(error)
         if errors:

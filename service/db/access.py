@@ -88,8 +88,9 @@ def take_token(session: Session, session_id: str, new: str, *, now_s: float) -> 
 
 
 def set_used(session: Session, used_s: Mapping[str, float]) -> None:
-    """Store when credentials were used last; those that are gone are left out."""
-    statement = update(Credential).where(Credential.id == bindparam("of_id")).values(used_s=bindparam("at_s"))
+    """Store when credentials were used last; those that are gone are left out, and another process may know better."""
+    is_later = or_(Credential.used_s.is_(None), Credential.used_s < bindparam("at_s"))
+    statement = update(Credential).where(Credential.id == bindparam("of_id"), is_later).values(used_s=bindparam("at_s"))
     if used_s:
         rows = [{"of_id": credential_id, "at_s": at_s} for credential_id, at_s in sorted(used_s.items())]
         session.connection().execute(statement, rows)

@@ -22,6 +22,8 @@ _ADVANCE = (
     .where(CoordinatorRow.stream_position == bindparam("was"))
     .values(stream_position=bindparam("to"))
 )
+_LEADER = select(CoordinatorRow.leader)
+_CLOCK = text("SELECT CAST(extract(epoch FROM clock_timestamp()) AS double precision)")
 _POSITION = select(CoordinatorRow.stream_position)
 _PENDING_STOPS = select(StopRequest.attempt).order_by(StopRequest.requested_s).limit(bindparam("limit"))
 
@@ -34,6 +36,28 @@ def stream_position(session: Session) -> str:
 def current(session: Session) -> CoordinatorRow:
     """Return the single row as it is in the database now."""
     return session.get_one(CoordinatorRow, 1, populate_existing=True)
+
+
+def clock_s(session: Session, *, local_s: float) -> float:
+    """Return the time by the clock that all processes on this database share, s since 1970.
+
+    It is that of PostgreSQL, because the clocks of several machines differ. The processes on an SQLite are on one
+    machine, by whose clock it is `local_s`.
+    """
+    if session.get_bind().dialect.name == "sqlite":
+        return local_s
+    return float(session.scalars(_CLOCK).one())
+
+
+def leader(session: Session, *, now_s: float) -> str | None:
+    """Return the process that leads now; None if none does."""
+    row = current(session)
+    return row.leader if row.leader_until_s >= clock_s(session, local_s=now_s) else None
+
+
+def is_led_by(session: Session, name: str) -> bool:
+    """Return whether a process is the leader, or was it last."""
+    return session.scalars(_LEADER).one() == name
 
 
 def acquire_leadership(session: Session, name: str, *, now_s: float, until_s: float) -> bool:

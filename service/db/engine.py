@@ -10,11 +10,12 @@ import sqlite3
 import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import closing, contextmanager, suppress
+from copy import copy
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
 from sqlalchemy import Connection, CursorResult, create_engine, event, text
-from sqlalchemy.engine import URL, Engine, make_url
+from sqlalchemy.engine import URL, Engine, ExceptionContext, make_url
 from sqlalchemy.exc import DBAPIError, OperationalError
 from sqlalchemy.orm import Session
 from sqlalchemy.sql.dml import UpdateBase
@@ -36,6 +37,11 @@ SILENCE_S = 15
 """The time after which a connection to PostgreSQL whose other end acknowledges nothing has ended, for both ends."""
 WRITER_LOCK = 1908
 """PostgreSQL's advisory lock of the single writer: events get their ids in the order in which they become visible."""
+LONGEST_IDLE_S = 5.0
+"""The time without a statement after which PostgreSQL ends a write transaction. A process that was stopped in the
+middle of one, or cut from the database, would otherwise keep every other process from writing."""
+_IDLE = "25P03"
+"""PostgreSQL's code of the error with which it does so."""
 
 
 class Database:
@@ -52,6 +58,7 @@ class Database:
         self.is_sqlite = self.url.get_backend_name() == "sqlite"
         self._engine = _sqlite_engine(self.url) if self.is_sqlite else _postgresql_engine(self.url)
         self._write_engine = self._engine.execution_options(writes=True)
+        self._check: Callable[[Session], None] | None = None
         file = self.url.database if self.is_sqlite else None
         self.reserve = Reserve(Path(f"{file}.reserve") if file else None, reserve_bytes)
 
@@ -73,11 +80,22 @@ class Database:
                 Session(self._write_engine, expire_on_commit=False, autoflush=False) as session,
                 session.begin(),
             ):
+                if self._check is not None:
+                    self._check(session)
                 yield session
         except DBAPIError as error:
             if is_full(error):
                 self.reserve.give_up()
             raise
+
+    def guarded(self, check: Callable[[Session], None]) -> Database:
+        """Return this database with a check that begins every write transaction, and fails it by an error.
+
+        What it has checked in the transaction of the single writer remains true until the transaction commits.
+        """
+        twin = copy(self)
+        twin._check = check
+        return twin
 
     def write_in_reserve(self, work: Callable[[Session], Answer]) -> Answer:
         """Do `work` in a write transaction, and once more if the reserve was given up for it: for actions on jobs."""
@@ -103,7 +121,7 @@ class Database:
         """Open a write connection for migrations."""
         if self.is_sqlite and self.url.database:
             _make_private(Path(self.url.database))
-        with self._write_engine.begin() as connection:
+        with self._write_engine.execution_options(may_idle=True).begin() as connection:
             yield connection
 
     def checkpoint(self) -> None:
@@ -201,6 +219,7 @@ def _postgresql_engine(url: URL) -> Engine:
     # Rows are inserted many at a time; otherwise each row is a statement of its own.
     engine.dialect.use_insertmanyvalues_wo_returning = True
     event.listen(engine, "begin", _begin_postgresql)
+    event.listen(engine, "handle_error", _as_unavailable)
     return engine
 
 
@@ -222,9 +241,24 @@ def _connection_options() -> dict[str, Any]:
     return {**ours, "options": " ".join(f"-c {name}={value}" for name, value in of_server.items())}
 
 
+_LOCK = text("SELECT set_config('idle_in_transaction_session_timeout', :idle, true), pg_advisory_xact_lock(:lock)")
+
+
 def _begin_postgresql(connection: Connection) -> None:
-    if connection.get_execution_options().get("writes"):
-        connection.execute(text("SELECT pg_advisory_xact_lock(:lock)"), {"lock": WRITER_LOCK})
+    options = connection.get_execution_options()
+    if not options.get("writes"):
+        return
+    idle_s = 0.0 if options.get("may_idle") else LONGEST_IDLE_S
+    connection.execute(_LOCK, {"lock": WRITER_LOCK, "idle": f"{idle_s * 1000:.0f}"})
+
+
+def _as_unavailable(context: ExceptionContext) -> OperationalError | None:
+    """Return the error of a transaction that was ended because it was idle as what it is: a lost connection."""
+    error = context.original_exception
+    if getattr(error, "sqlstate", None) != _IDLE:
+        return None
+    context.is_disconnect = True
+    return OperationalError(context.statement, context.parameters, error, connection_invalidated=True)
 
 
 def _make_private(path: Path) -> None:

@@ -9,6 +9,7 @@ from sqlalchemy import func, select
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import HELD_TASKS, TaskStatus
+from service.db import coordinator as coordinator_rows
 from service.db.tables import CoordinatorRow, StopRequest, Task, WebhookDelivery
 from service.doctor.finding import Check, Finding, Level, tasks_text
 from service.settings import Settings
@@ -30,14 +31,15 @@ def check_farm(session: Session, settings: Settings, *, now_s: float) -> Iterato
         yield Finding(Check.COORDINATOR, Level.ERROR, message, repairable=not rows)
         return
     (row,) = rows
-    if row.leader_until_s > now_s + 2 * settings.leader_ttl_s:
+    left_s = row.leader_until_s - coordinator_rows.clock_s(session, local_s=now_s)
+    if left_s > 2 * settings.leader_ttl_s:
         message = (
-            f"the leader {row.leader} is in office for another {row.leader_until_s - now_s:.0f} s, because a clock was "
+            f"the leader {row.leader} is in office for another {left_s:.0f} s, because a clock was "
             "set; no other process can lead until then"
         )
         yield Finding(Check.LEADER, Level.ERROR, message, repairable=True)
     yield from _check_idle_clock(session, row)
-    if row.leader is not None and now_s <= row.leader_until_s:
+    if row.leader is not None and left_s >= 0:
         yield from _check_watched(session, settings, now_s)
 
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sqlite3
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -15,12 +17,17 @@ from lippmann.job.states import JobStatus, TaskStatus
 from service.broker_stream import Entry
 from service.coordinator import coordinator as module
 from service.coordinator.coordinator import BATCH, Coordinator
+from service.coordinator.leader_election import LeaderElection
 from service.db import coordinator as coordinator_rows
+from service.db.tables import BackgroundJob, Job
+from service.errors import NotLeading
 from service.events.wakeup import Wakeup
 from service.jobs.commands import remove_job
+from service.store_identity import identify_store
 from tests.broker import Broker
 from tests.builders_messages import add_event, put_presence, seals_in
-from tests.builders_service import Farm, claimed, done, heartbeat, presence
+from tests.builders_service import T0, Farm, claimed, done, heartbeat, presence
+from tests.integration.service.conftest import ORDERS
 
 
 class Rounds:
@@ -209,3 +216,43 @@ def test_a_job_whose_folder_cannot_be_removed_keeps_no_order_from_going_out(
     rounds.coordinator.schedule_round()
     assert farm.job(job_id).dispatched == 1
     assert farm.tasks(job_id)[0].kind is TaskKind.PROBE
+
+
+def _dump(rounds: Rounds) -> list[str]:
+    with closing(sqlite3.connect(rounds.farm.database.url.database or "")) as connection:
+        return list(connection.iterdump())
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "consume_round",
+        "schedule_round",
+        "fault_round",
+        "loss_round",
+        "reconcile_round",
+        "repair_round",
+        "collect_round",
+    ],
+)
+def test_whatever_a_process_does_that_was_stopped_in_mid_round_and_replaced_changes_nothing(
+    rounds: Rounds, broker: Broker, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    put_presence(broker.client, presence("w1", slots=30), rounds.seals)
+    running, *_ = rounds.running()
+    rounds.send(done(running))
+    rounds.client.delete(wire.MARKER)
+    ready = rounds.farm.submit()
+    identify_store(rounds.farm.database, rounds.farm.store)
+    rounds.farm.store.away = True
+    with rounds.farm.writing() as session:
+        session.get_one(Job, running.job_id).background_job = BackgroundJob.VERIFY
+        assert coordinator_rows.acquire_leadership(session, "another", now_s=2 * T0, until_s=3 * T0)
+    before = _dump(rounds)
+    # It had looked whether it leads, and was stopped.
+    monkeypatch.setattr(LeaderElection, "is_leader", True)
+    with pytest.raises(NotLeading):
+        getattr(rounds.coordinator, name)()
+    assert _dump(rounds) == before
+    assert rounds.client.llen(ORDERS) == 0
+    assert rounds.farm.job(ready).dispatched == 0

@@ -14,6 +14,7 @@ from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
 from service.coordinator.orphan_sweeper import ORPHAN_S
+from service.db import coordinator as coordinator_rows
 from service.db.engine import Database
 from service.db.migrations import migrate
 from service.doctor.examine import Patient, examine, examine_and_repair
@@ -31,7 +32,8 @@ from worker.store.local import LocalStore
 
 
 @pytest.fixture
-def farm(url: str, tmp_path: Path) -> Iterator[Farm]:
+def farm(url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Farm]:
+    monkeypatch.setattr(coordinator_rows, "clock_s", lambda _session, *, local_s: local_s)
     farm = Farm(url, data_dir=tmp_path)
     yield farm
     farm.database.dispose()

@@ -51,3 +51,16 @@ def test_times_that_cannot_be_written_are_kept_and_a_revoked_key_is_left_out(
         row = access_rows.credential(session, key_id)
         assert row is not None
         assert row.used_s == T0
+
+
+def test_of_several_processes_the_one_that_knows_the_later_time_is_believed(farm: Farm) -> None:
+    with farm.writing() as session:
+        key_id, _ = create_key(session, "lab", Role.VIEWER)
+    for used_s in (T0 + 20, T0):
+        last_use = LastUse(farm.database)
+        last_use.note(key_id, now_s=used_s)
+        last_use.write()
+    with farm.database.reading() as session:
+        row = access_rows.credential(session, key_id)
+        assert row is not None
+        assert row.used_s == T0 + 20

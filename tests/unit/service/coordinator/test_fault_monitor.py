@@ -99,6 +99,20 @@ def test_a_store_that_takes_nothing_pauses_every_job_with_the_reason_until_it_ta
     assert {task.failures for job_id in (first, second) for task in watched.farm.tasks(job_id)} == {0}
 
 
+def test_a_process_that_leads_again_ends_the_faults_that_another_leader_found(watched: Watched) -> None:
+    job_id = watched.farm.planned()
+    watched.run()
+    first, watched.monitor = watched.monitor, watched.new_monitor()
+    watched.farm.store.away = True
+    watched.run()
+    assert watched.faults() == ["store"]
+    watched.farm.store.away = False
+    watched.monitor = first
+    first.begin()
+    watched.run()
+    assert (watched.faults(), watched.pause(job_id)) == ([], RUNNING)
+
+
 def test_an_empty_folder_in_the_place_of_the_store_pauses_jobs_and_loses_no_artifact(
     watched: Watched, tmp_path: Path
 ) -> None:

@@ -16,10 +16,12 @@ import pytest
 from sqlalchemy import text
 from sqlalchemy.exc import OperationalError
 
+from service.db import coordinator as coordinator_rows
 from service.db import engine
 from service.db.engine import Database
 from service.db.migrations import migrate
 from service.db.tables import CoordinatorRow
+from tests.postgresql import new_database
 from tests.waiting import ENOUGH_S
 
 PROCESSES, FILES = 4, 6
@@ -64,6 +66,18 @@ def test_another_error_than_a_lock_is_an_error_at_once(tmp_path: Path, monkeypat
     with pytest.raises(OperationalError, match="readonly"):
         _journal_mode(f"file:{tmp_path}/new.db?mode=ro&uri=true")
     assert time.monotonic() - started_s < ENOUGH_S
+
+
+def test_a_process_that_was_stopped_in_a_write_transaction_does_not_keep_the_writer(
+    postgresql: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(engine, "LONGEST_IDLE_S", 0.2)
+    with new_database(postgresql) as url, _disposed(Database(url)) as database:
+        migrate(database)
+        with pytest.raises(OperationalError):
+            _stop_while_another_writes(database)
+        with database.reading() as session:
+            assert coordinator_rows.current(session).idle_s == 2.0
 
 
 def test_processes_that_start_together_on_new_files_all_find_the_tables(tmp_path: Path) -> None:
@@ -112,3 +126,17 @@ def _writing(file: Path) -> Iterator[sqlite3.Connection]:
     with closing(sqlite3.connect(file, isolation_level=None, check_same_thread=False)) as connection:
         connection.execute("BEGIN IMMEDIATE")
         yield connection
+
+
+@contextmanager
+def _disposed(database: Database) -> Iterator[Database]:
+    yield database
+    database.dispose()
+
+
+def _stop_while_another_writes(database: Database) -> None:
+    with database.writing() as stopped:
+        coordinator_rows.add_idle(stopped, 1.0)
+        with database.writing() as other:
+            coordinator_rows.add_idle(other, 2.0)
+        coordinator_rows.add_idle(stopped, 1.0)

@@ -28,8 +28,9 @@ TEN_FRAMES = {"frames": "1-10", "outputs": []}
 
 
 @pytest.fixture
-def farm(farm: Farm) -> Farm:
+def farm(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> Farm:
     """Lend a farm that has a leader for a long time."""
+    monkeypatch.setattr(coordinator_rows, "clock_s", lambda _session, *, local_s: local_s)
     with farm.writing() as session:
         coordinator_rows.acquire_leadership(session, "me", now_s=farm.now_s, until_s=farm.now_s + 1e6)
     return farm
