@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from lippmann.cli.options import with_context
+from lippmann.cli.options import DATA_DIR, DataDir, with_context
 from lippmann.client.connection import Connection
 from lippmann.errors import BadInput
 from lippmann.terminal.output import Output
@@ -105,6 +105,44 @@ def _create_worker_key(
     output.note(f"Worker key {made.id} of {made.name}. On the other machine: lippmann worker --join {out.name}")
     data = made.model_dump(mode="json", exclude={"join"}) | {"file": str(out)}
     output.result(data, str(out))
+
+
+@app.command()
+@with_context
+def admin(
+    name: Annotated[str, typer.Argument(help="The name of the key.")] = "admin",
+    data_dir: DataDir = DATA_DIR,
+    *,
+    output: Output,
+) -> None:
+    """Create an admin key in the database itself.
+
+    It is the first key of a farm, or one in place of a lost one. It needs no key and no service that answers, since
+    whoever can write the database is an administrator already. LIPPMANN_DATABASE_URL names the database if it is not in
+    the data folder.
+    """
+    import time
+
+    from pydantic import ValidationError
+
+    from service.audit import record
+    from service.auth import Caller, create_key
+    from service.db.engine import opened
+    from service.db.tables import ADMIN_OWNER
+    from service.schemas.access import AuditAction, KeyRequest, Role
+    from service.settings import Settings
+
+    try:
+        wanted = KeyRequest(name=name, role=Role.ADMIN)
+    except ValidationError:
+        raise BadInput(f"NAME: expected 1 to 64 characters in one line, got {name!r}") from None
+    with opened(Settings(data_dir=data_dir).database) as database, database.writing() as session:
+        now_s = time.time()
+        key_id, key = create_key(session, wanted.name, Role.ADMIN, owner_id=ADMIN_OWNER, now_s=now_s)
+        caller = Caller(id="", key_id="", name="lippmann keys admin", role=Role.ADMIN, owner_id=ADMIN_OWNER)
+        record(session, caller, AuditAction.CREATE_KEY, key_id, now_s=now_s, detail=f"name {wanted.name}, role admin")
+    output.note(f"Key {key_id} (admin) of {wanted.name}. Keep it, because it is not shown again:")
+    output.result({"id": key_id, "name": wanted.name, "role": "admin", "key": key}, key)
 
 
 def _limit(text: str) -> tuple[str, float]:
