@@ -21,7 +21,7 @@ from redis.retry import Retry
 
 from lippmann.errors import InvalidText
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import Event, Lease, NotClaiming, Presence
+from lippmann.job.messages.events import Directions, Event, Lease, NotClaiming, Presence
 from lippmann.job.messages.seals import Refused, Seals
 from lippmann.untrusted.json_text import JsonLimits, read_json
 from service.errors import BrokerUnavailable
@@ -70,11 +70,21 @@ class Stream:
         found = (self._presence(key, text) for key, text in zip(keys, texts, strict=True) if text is not None)
         return tuple(sorted((presence for presence in found if presence), key=lambda presence: presence.name))
 
-    def first_order(self) -> bytes | None:
-        """Return the message that the next poll of a worker gets; None if no order waits."""
+    def first_order(self, requirement: str = "") -> bytes | None:
+        """Return the message that the next poll of the queue of a requirement gets; None if no order waits."""
         with _translated():
-            first: Any = self._quick.lindex(wire.CARRIER_PREFIX + wire.QUEUE, -1)
+            first: Any = self._quick.lindex(wire.CARRIER_PREFIX + wire.queue_of(requirement), -1)
             return first  # type: ignore[no-any-return]
+
+    def delete_queue(self, requirement: str) -> None:
+        """Delete the orders in the queue of a requirement that no open job has any more."""
+        with _translated():
+            self._quick.delete(wire.CARRIER_PREFIX + wire.queue_of(requirement))
+
+    def publish_directions(self, directions: Directions) -> None:
+        """Publish the directions to the workers."""
+        with _translated():
+            self._quick.set(wire.DIRECTIONS, self._seals.sealed_directions(directions))
 
     def leases(self, attempts: Sequence[str]) -> Mapping[str, Lease | None]:
         """Return the leases of attempts; None for one that has expired, was released, or is refused."""

@@ -6,17 +6,58 @@ same order has been first in the queue for a while and the worker has taken noth
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Iterable, Mapping, Sequence, Set
 
 from lippmann.job.messages.events import Presence
+from lippmann.job.workers import WorkerRequirement
 
 SILENT_S = 20.0
 """The time without an answered poll after which a worker does not take orders, by its own account."""
 
 
+def takes_orders(worker: Presence) -> bool:
+    """Return whether a worker takes orders by its own account, and understands them."""
+    return worker.closed is None and worker.understands()
+
+
+def is_able(worker: Presence) -> bool:
+    """Return whether a worker takes orders and can do them."""
+    return worker.fault is None and takes_orders(worker)
+
+
+def fitting(workers: Iterable[Presence], requirement: str) -> tuple[Presence, ...]:
+    """Return the workers that meet the requirement of a job, given as `WorkerRequirement.text`."""
+    needed = WorkerRequirement.of(requirement)
+    return tuple(worker for worker in workers if not worker.lacks(needed))
+
+
+def rooms(
+    workers: Sequence[Presence], held: Mapping[str, int], requirements: Iterable[str], *, per_slot: int, ahead: int = 0
+) -> dict[str, int]:
+    """Return how many further orders there is room for, by the requirement of their jobs; it may be negative.
+
+    Parameters
+    ----------
+    held
+        The number of outstanding orders, by requirement.
+    per_slot
+        The number of orders for each slot of the workers that fit.
+    ahead
+        The number of outstanding orders for which there is room even if it is more than that.
+    """
+    found = {}
+    for requirement in requirements:
+        slots = sum(worker.slots for worker in fitting(workers, requirement) if is_able(worker))
+        found[requirement] = max(per_slot * slots, ahead) - held.get(requirement, 0) if slots else 0
+    return found
+
+
 def declining_workers(workers: Sequence[Presence], avoided: Set[str]) -> tuple[str, ...]:
-    """Return the workers that decline an order: those at fault, and those avoided unless no other would be left."""
-    at_fault = {worker.name for worker in workers if worker.fault is not None}
+    """Return the workers that decline an order: those at fault, those that do not understand it, and those avoided.
+
+    If no other worker would be left, none is avoided.
+    """
+    at_fault = {worker.name for worker in workers if worker.fault is not None or not worker.understands()}
     is_left = any(worker.name not in avoided | at_fault for worker in workers)
     return tuple(sorted(avoided | at_fault if is_left else at_fault))
 
@@ -54,7 +95,7 @@ class ClaimWatch:
         if first is None or first != self._first or now_s < self._since_s:
             self._first, self._since_s = first, now_s
         unmoved_s = 0.0 if first is None else now_s - self._since_s
-        silent = {worker.name: self._silent_s(worker, unmoved_s) for worker in workers}
+        silent = {worker.name: self._silent_s(worker, unmoved_s) for worker in workers if takes_orders(worker)}
         return {name: now_s - seconds for name, seconds in silent.items() if seconds is not None}
 
     def _silent_s(self, worker: Presence, unmoved_s: float) -> float | None:
@@ -67,3 +108,33 @@ class ClaimWatch:
             return None
         has_taken = worker.order_s is not None and worker.seen_s - worker.order_s < unmoved_s
         return None if has_taken else unmoved_s
+
+
+class ClaimWatches:
+    """A `ClaimWatch` for each queue, of the workers that take its orders."""
+
+    def __init__(self, *, unmoved_s: float) -> None:
+        self._unmoved_s = unmoved_s
+        self._watches: dict[str, ClaimWatch] = {}
+
+    def reset(self) -> None:
+        """Forget all orders: the broker is unreachable, so nobody can take them."""
+        self._watches.clear()
+
+    def observe(
+        self, workers: Sequence[Presence], first_orders: Mapping[str, bytes | None], *, now_s: float
+    ) -> Mapping[str, float]:
+        """Return the workers that do not take orders, with the time since when.
+
+        Parameters
+        ----------
+        first_orders
+            The order that is first in each queue, by the requirement of its jobs; None if the queue is empty.
+        """
+        self._watches = {
+            text: self._watches.get(text) or ClaimWatch(unmoved_s=self._unmoved_s) for text in first_orders
+        }
+        found: dict[str, float] = {}
+        for text, first in first_orders.items():
+            found |= self._watches[text].observe(fitting(workers, text), first, now_s=now_s)
+        return found

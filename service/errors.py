@@ -40,9 +40,9 @@ STATUS_OF_CODE = MappingProxyType(
         "artifact-broken": 500,
         "artifact-repairing": 503,
         "picture-failed": 503,
+        "broker-unavailable": 503,
         "database-unavailable": 503,
         "provider-unavailable": 503,
-        "broker-unavailable": 503,
         "store-unavailable": 503,
         "store-full": 507,
     }

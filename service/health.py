@@ -9,6 +9,7 @@ from typing import Any, Protocol, TypeVar
 import anyio
 
 from lippmann.job.messages.events import Presence
+from lippmann.job.messages.protocol import PROTOCOL
 from lippmann.plan.artifact_store import ArtifactStore
 from service.broker_stream import Stream
 from service.db import coordinator as coordinator_rows
@@ -33,6 +34,8 @@ ANSWER_S = 0.8
 _THREADS = 8
 """The largest number of threads for checks; a check that hangs keeps its thread."""
 
+WORKER_VERSION = "worker-version"
+"""The code of the fault of a worker whose messages the service does not understand."""
 NOT_CLAIMING = "not-claiming"
 """The code of the fault of a worker that takes no orders although it has a free slot."""
 
@@ -152,6 +155,7 @@ def _health(coordinator: object, workers: object, free: object, found: object) -
         slots=None if roster is None else roster.slots,
         sandboxes=None if roster is None else tuple(sorted({worker.sandbox for worker in roster.present})),
         faults=faults,
+        notes=() if roster is None else tuple(filter(None, map(version_note, roster.present))),
     )
 
 
@@ -199,8 +203,23 @@ def _detail(answer: object) -> str:
     return str(answer) if isinstance(answer, TimeoutError) else type(answer).__name__
 
 
+def version_note(worker: Presence) -> str | None:
+    """Return a sentence on the release of a worker if it is another one than that of the service."""
+    if not worker.understands():
+        return (
+            f"{worker.name} runs Lippmann {worker.version} (messages {worker.protocol}), this service "
+            f"{package_version()} (messages {PROTOCOL}): they do not understand each other, so it gets no orders."
+        )
+    if worker.version == package_version():
+        return None
+    return f"{worker.name} runs Lippmann {worker.version}, this service {package_version()}: upgrade the older one."
+
+
 def _faults_of(worker: Presence, not_claiming: Mapping[str, float]) -> Iterator[Fault]:
     """Yield what a worker says of itself, and that it takes no orders."""
+    if not worker.understands():
+        message = version_note(worker) or ""
+        yield Fault(component="workers", code=WORKER_VERSION, message=message, since_s=worker.started_s)
     if worker.fault is not None:
         message = f"{worker.name}: {worker.fault.message}."
         yield Fault(component="workers", code=worker.fault.code, message=message, since_s=worker.seen_s)
@@ -213,4 +232,10 @@ def _worker(presence: Presence, running: dict[str, int], not_claiming: Mapping[s
     known = presence.model_dump(include=set(Worker.model_fields), exclude={"fault"})
     fault = None if presence.fault is None else presence.fault.message
     since_s = not_claiming.get(presence.name)
-    return Worker(**known, running=running.get(presence.name, 0), fault=fault, not_claiming_since_s=since_s)
+    return Worker(
+        **known,
+        running=running.get(presence.name, 0),
+        fault=fault,
+        not_claiming_since_s=since_s,
+        version_note=version_note(presence),
+    )

@@ -78,7 +78,7 @@ class OrderQueue:
             wire.task_name(order.kind),
             kwargs={"order": self._seals.sealed_order(order, now_s=self._clock())},
             task_id=order.attempt,
-            queue=wire.QUEUE,
+            queue=wire.queue_of(order.requirement),
             producer=producer,
             ignore_result=True,
             retry=False,

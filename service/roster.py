@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 from lippmann.job.messages.events import Presence
 from service.broker_stream import Stream
+from service.claiming import fitting, is_able, takes_orders
 from service.errors import BrokerUnavailable
 
 FRESH_S = 1.0
@@ -27,12 +28,16 @@ class Roster:
     @property
     def claiming(self) -> tuple[Presence, ...]:
         """The workers that take orders."""
-        return tuple(worker for worker in self.present if worker.name not in self.not_claiming)
+        return tuple(worker for worker in self.present if worker.name not in self.not_claiming and takes_orders(worker))
 
     @property
     def able(self) -> tuple[Presence, ...]:
         """The workers that take orders and can do them."""
-        return tuple(worker for worker in self.claiming if worker.fault is None)
+        return tuple(filter(is_able, self.claiming))
+
+    def fitting(self, requirement: str) -> Roster:
+        """Return the workers that meet the requirement of a job."""
+        return Roster(fitting(self.present, requirement), self.not_claiming)
 
     @property
     def slots(self) -> int:

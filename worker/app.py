@@ -29,8 +29,11 @@ from redis.exceptions import RedisError
 from lippmann.errors import LippmannError, PovrayMissing, SandboxMissing
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Presence, PresenceFault
+from lippmann.job.messages.protocol import OLDEST_PROTOCOL, PROTOCOL
 from lippmann.logs import configure_logs
 from worker.consumer import OrderConsumer
+from worker.drain_signals import drain_by_signals
+from worker.duty import Duty, queue_of_pool
 from worker.engines.povray.version import povray_version
 from worker.handover import Handover
 from worker.liveness import ConsumerLiveness, StuckWatch
@@ -56,17 +59,22 @@ STALE_STOPPING_S = 3600.0
 EXIT_REFUSED = 78
 """The exit code of a worker whose key the farm refuses: EX_CONFIG of sysexits.h."""
 REFUSED = "the farm refuses the key {key_id} of this worker: it was revoked, has expired, or is of another farm"
+NO_POVRAY = "none"
+"""The version of POV-Ray of a worker that has none."""
 
 _PR_SET_PDEATHSIG = 1
 
 
 def _consumer(*args: Any, **options: Any) -> OrderConsumer:
     assert _liveness is not None  # noqa: S101 - Celery sends worker_init before it makes the consumer
-    return OrderConsumer(_liveness, handover, settings.slots, *args, **options)
+    assert _duty is not None  # noqa: S101
+    assert _broker is not None  # noqa: S101
+    return OrderConsumer(_liveness, handover, settings.slots, _duty, _broker.directions, *args, **options)
 
 
 def make_app(settings: WorkerSettings) -> Celery:
     """Return the Celery application of one worker."""
+    queue = queue_of_pool(settings.worker_pool)
     app = Celery("lippmann", broker=wire.broker_url(settings.broker), include=["worker.tasks.entry"])
     transport = {
         "global_keyprefix": wire.CARRIER_PREFIX,
@@ -83,8 +91,8 @@ def make_app(settings: WorkerSettings) -> Celery:
         broker_connection_retry_on_startup=True,
         # A broker that answers with an error (READONLY, NOREPLICAS, LOADING) may soon do so no longer.
         broker_channel_error_retry=True,
-        task_queues=[Queue(wire.QUEUE, no_ack=True)],  # type: ignore[no-untyped-call]  # kombu has few types
-        task_default_queue=wire.QUEUE,
+        task_queues=[Queue(queue, no_ack=True)],  # type: ignore[no-untyped-call]  # kombu has few types
+        task_default_queue=queue,
         task_ignore_result=True,
         task_serializer="json",
         accept_content=["json"],
@@ -114,6 +122,8 @@ is_key_refused = threading.Event()
 """Set when the farm refuses the key of this worker, which then ends."""
 
 _liveness: ConsumerLiveness | None = None
+_broker: BrokerClient | None = None
+_duty: Duty | None = None
 _stuck_watch: StuckWatch | None = None
 
 
@@ -126,7 +136,7 @@ def _log(**_: Any) -> None:
 @worker_init.connect
 def _prepare(**_: Any) -> None:
     """Remove the files of earlier workers, and check that this worker can work."""
-    global _liveness, _stuck_watch
+    global _liveness, _stuck_watch, _broker, _duty
     settings.scratch_dir.mkdir(parents=True, exist_ok=True)
     for left in settings.scratch_dir.glob(f"{STOPPING}*"):
         # A worker was killed while it shut down; a name is not used twice.
@@ -137,12 +147,14 @@ def _prepare(**_: Any) -> None:
         if not settings.store_url:
             check_owner(settings.artifacts_dir)
         settings.order_keys.keys()
-        broker = BrokerClient(
+        _broker = BrokerClient(
             settings.broker, settings.worker_name, settings.instance, seals=settings.seals, timeout_s=QUICK_S
         )
-        _check_key(broker)
+        _check_key(_broker)
+        profile = presence()
+        _duty = Duty(profile, settings.worker_hours)
         _liveness = ConsumerLiveness(
-            broker, presence(), settings.heartbeat_file, find_fault=find_fault, refused=lambda: refusals.count,
+            _broker, profile, settings.heartbeat_file, find_fault=find_fault, refused=lambda: refusals.count,
             on_key_refused=_end_refused,
         )  # fmt: skip
         _stuck_watch = StuckWatch(_liveness, settings.stopping_file)
@@ -178,6 +190,8 @@ def broker_client() -> BrokerClient:
 def _start_stuck_watch(**_: Any) -> None:
     if _stuck_watch:
         _stuck_watch.start()
+    if _duty:
+        drain_by_signals(_duty, drain_s=settings.drain_s, is_refused=is_key_refused.is_set)
 
 
 def find_fault() -> PresenceFault | None:
@@ -207,6 +221,7 @@ def presence() -> Presence:
         log.warning("cgroup not used", reason=sandbox.unused_group)
     if sandbox.mode == "none" and settings.sandbox != "none":
         raise SandboxMissing("expected bubblewrap or Landlock to hold POV-Ray, got neither; install bubblewrap")
+    povray = _povray()
     return Presence(
         name=settings.worker_name,
         instance=settings.instance,
@@ -214,11 +229,18 @@ def presence() -> Presence:
         pid=os.getpid(),
         slots=settings.slots,
         sandbox=sandbox.text,
-        povray=_povray(),
+        povray=povray,
         version=version("lippmann"),
         started_s=now_s,
         seen_s=now_s,
         worker_key=None if settings.worker_key is None else settings.worker_key.id,
+        pool=settings.worker_pool,
+        tags=settings.worker_tags,
+        memory_mb=settings.memory_mb,
+        engines=() if povray == NO_POVRAY else ("povray",),
+        hours=settings.worker_hours.text if settings.worker_hours else None,
+        protocol=PROTOCOL,
+        oldest_protocol=OLDEST_PROTOCOL,
     )
 
 
@@ -228,7 +250,7 @@ def _povray() -> str:
     except PovrayMissing:
         if settings.needs_povray:
             raise
-        return "none"
+        return NO_POVRAY
 
 
 @worker_shutting_down.connect

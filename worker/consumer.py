@@ -7,17 +7,22 @@ The service takes back an order that no worker claims, so an acknowledgement wou
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Callable
+from contextlib import suppress
 from queue import Empty
 from typing import Any
 
 from celery.utils.log import get_logger
 from celery.worker import state
 from celery.worker.consumer import Consumer
-from redis.exceptions import AuthenticationError
+from kombu.entity import Queue
+from redis.exceptions import AuthenticationError, RedisError
 
+from lippmann.job.messages.events import Directions
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.messages.wire import task_name
+from worker.duty import Duty
 from worker.handover import Handover
 from worker.liveness import ConsumerLiveness
 from worker.refusals import refusals
@@ -52,10 +57,25 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         The announcements of attempts that end.
     slots
         The number of attempts that may be held beside those that end.
+    duty
+        The rule whether orders are taken, and from which queues.
+    find_directions
+        Returns the directions of the service.
     """
 
-    def __init__(self, liveness: ConsumerLiveness, handover: Handover, slots: int, *args: Any, **options: Any) -> None:
+    def __init__(
+        self,
+        liveness: ConsumerLiveness,
+        handover: Handover,
+        slots: int,
+        duty: Duty,
+        find_directions: Callable[[], Directions | None],
+        *args: Any,
+        **options: Any,
+    ) -> None:
         self._liveness = liveness
+        self._duty = duty
+        self._find_directions = find_directions
         self._handover = handover
         self._slots = slots
         self._silent_ticks = 0
@@ -119,7 +139,11 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         return can_consume_with_free_slot
 
     def _has_free_slot(self) -> bool:
-        return self._handover.occupied(request.id for request in state.reserved_requests) < self._slots
+        """Return whether an order may be taken: a slot is free, and the worker is not closed."""
+        return (
+            self._duty.closed is None
+            and self._handover.occupied(request.id for request in state.reserved_requests) < self._slots
+        )
 
     def _recorded(self, read: Any) -> Any:
         """Return a function that reads the answer to a poll and records it."""
@@ -161,10 +185,27 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
             If there is a free slot and no answer. Celery then connects anew, because it is a ConnectionError.
         """
         holds = tuple(sorted(request.id for request in state.reserved_requests))
+        self._follow_directions(held=len(holds))
         if not self._has_free_slot() or len(holds) >= self.pool.num_processes:
             self._record_poll()  # no slot is free, so there is nothing to poll for
         self._silent_ticks += 1
         self.pool.maintain_pool()  # Celery does it every 5 s, which delays the report of a lost attempt
-        self._liveness.publish(holds=holds)
+        self._liveness.publish(holds=holds, closed=self._duty.closed, opens_s=self._duty.opens_s)
         if self._silent_ticks > SILENT_TICKS:
             raise NotPolling(f"expected an answer of the broker within {SILENT_TICKS * TICK_S:g} s, got none")
+
+    def _follow_directions(self, *, held: int) -> None:
+        """Take orders from the queues that this worker shall take them from, and end if it has been drained."""
+        with suppress(RedisError):  # the directions of before hold until the broker answers
+            directions = self._find_directions()
+            if directions is not None:
+                self._duty.follow(directions)
+        self._duty.refresh()
+        for name in self._duty.queues:
+            if not self.task_consumer.consuming_from(name):
+                self.task_consumer.add_queue(Queue(name, no_ack=True))  # type: ignore[no-untyped-call]
+                self.task_consumer.consume()
+        for name in {queue.name for queue in self.task_consumer.queues} - self._duty.queues:
+            self.task_consumer.cancel_by_queue(name)
+        if self._duty.may_end(held=held):
+            signal.raise_signal(signal.SIGTERM)

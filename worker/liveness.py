@@ -72,16 +72,25 @@ class ConsumerLiveness:
         """Record that the broker refused a connection or did not answer in time."""
         self._record_sign()
 
-    def publish(self, *, holds: tuple[str, ...]) -> None:
-        """Publish the presence with the attempts that the worker holds, every few seconds and when they change."""
+    def publish(self, *, holds: tuple[str, ...], closed: str | None = None, opens_s: float | None = None) -> None:
+        """Publish the presence every few seconds, and when the attempts change, or whether the worker takes orders.
+
+        Parameters
+        ----------
+        holds
+            The attempts that the worker holds.
+        closed, opens_s
+            The reason why it takes no orders, and the time at which it takes some again, as in the presence.
+        """
         now_s = self._clock()
         is_due = not 0 <= self._next_s - now_s <= wire.HEARTBEAT_S
-        if not is_due and holds == self._presence.holds:
+        if not is_due and (holds, closed) == (self._presence.holds, self._presence.closed):
             return
         self._next_s = now_s + wire.HEARTBEAT_S
         self._presence = self._presence.model_copy(
             update={
                 "seen_s": now_s, "holds": holds, "fault": self._find_fault(), "refused_orders": self._refused(),
+                "closed": closed, "opens_s": opens_s,
             }
         )  # fmt: skip
         # While Redis is unreachable, or there is no key yet, the next presence is tried in a few seconds.

@@ -13,7 +13,7 @@ import threading
 import time
 from collections.abc import Callable, Mapping
 from types import TracebackType
-from typing import Self, TypeVar
+from typing import Any, Self, TypeVar
 
 from redis import Redis
 from redis.backoff import ExponentialBackoff
@@ -24,6 +24,7 @@ from lippmann.digest import Digest
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import (
     MAX_LEASE_BYTES,
+    Directions,
     Event,
     EventKind,
     Failure,
@@ -183,6 +184,15 @@ class BrokerClient:
         name = key_refusal(key_id)
         found = self._redis.get(wire.stop_key(name))
         return isinstance(found, bytes) and self._is_stop(name, found)
+
+    def directions(self) -> Directions | None:
+        """Return the directions of the coordinator; None if there are none, or none that are signed."""
+        text: Any = self._redis.get(wire.DIRECTIONS)
+        try:
+            return None if text is None else self._seals.open_directions(text)
+        except Refused as error:
+            refusals.record(error)
+            return None
 
     def publish_presence(self, presence: Presence) -> None:
         """Publish that the worker is alive, for the next `PRESENCE_TTL_S`."""

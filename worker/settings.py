@@ -8,18 +8,22 @@ import secrets
 from dataclasses import replace
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, PrivateAttr
-from pydantic_settings import SettingsConfigDict
+from pydantic import Field, PrivateAttr, TypeAdapter, field_validator
+from pydantic_settings import NoDecode, SettingsConfigDict
 
 from lippmann.broker_settings import BrokerSettings
 from lippmann.errors import BadInput
 from lippmann.job.messages.seals import Seals
 from lippmann.job.messages.worker_keys import KEY_ID, WorkerKey
 from lippmann.job.rig import MAX_FRAME_PX
+from lippmann.job.workers import LABEL, MAX_TAGS, Tag
 from lippmann.key_file import read_secret
 from lippmann.plan.artifact_store import RESERVE_MB
+from worker.hours import Hours, parse_hours
+
+_WorkerTags = TypeAdapter(Annotated[tuple[Tag, ...], Field(max_length=MAX_TAGS)])
 
 STOPPING = "stopping-"
 """The prefix of the names of stopping files."""
@@ -34,6 +38,16 @@ class WorkerSettings(BrokerSettings):
     """The number of tasks that run at the same time, each with one POV-Ray thread, or more if slots would idle."""
     worker_name: str = Field(default_factory=lambda: f"{platform.node()}-{os.getpid()}", min_length=1, max_length=100)
     """The name of the worker; it must be unique on the farm."""
+    worker_pool: str = Field(default="", pattern=f"^({LABEL})?$")
+    """The pool of the worker, whose jobs alone it does; if empty, it does the jobs that ask for no pool."""
+    worker_tags: Annotated[tuple[str, ...], NoDecode] = Field(default_factory=tuple)
+    """The tags of the worker, separated by commas, such as `fast-disk,big`; jobs may ask for workers that have some."""
+    worker_hours: Annotated[Hours | None, NoDecode] = None
+    """The hours in which it takes orders, such as `Mon-Fri 19:00-07:00, Sat-Sun 00:00-24:00`, by the clock of its
+    machine; if empty, it always does."""
+    drain_s: float = Field(default=0.0, ge=0)
+    """The time that running attempts have to finish after SIGTERM, s, in which no order is taken; with 0 they end at
+    once and are done again elsewhere."""
     sandbox: Literal["auto", "bwrap", "landlock", "none"] = "auto"
     """The sandbox of POV-Ray. A worker with `none` renders only the built-in scenes."""
     cgroup: str = "auto"
@@ -68,6 +82,21 @@ class WorkerSettings(BrokerSettings):
     handover: bool = True
     """True if the next attempt of a slot starts while the one before it ends. Two scenes may then be in memory for a
     moment, so a worker with little memory may switch it off."""
+
+    @field_validator("worker_tags", mode="before")
+    @classmethod
+    def _split_tags(cls, tags: object) -> object:
+        if isinstance(tags, str):
+            tags = tuple(tag.strip() for tag in tags.split(",") if tag.strip())
+        return _WorkerTags.validate_python(tags)
+
+    @field_validator("worker_hours", mode="before")
+    @classmethod
+    def _parse_hours(cls, text: object) -> object:
+        try:
+            return (parse_hours(text) if text.strip() else None) if isinstance(text, str) else text
+        except BadInput as error:
+            raise ValueError(error.message) from error
 
     _instance: str = PrivateAttr(default_factory=lambda: secrets.token_hex(8))
 

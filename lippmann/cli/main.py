@@ -45,6 +45,7 @@ from lippmann.cli.commands import (
     paper,
     scenes,
     views,
+    workers,
 )
 from lippmann.cli.exit_codes import ExitCode, exit_code_of
 from lippmann.cli.options import with_context
@@ -69,7 +70,6 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "serve": farm.serve,
         "worker": farm.worker,
         "status": farm.status,
-        "workers": farm.workers,
     },
     "Keep a farm": {"backup": backup.backup, "restore": backup.restore, "doctor": doctor.doctor},
     "Jobs": {
@@ -127,6 +127,7 @@ for panel, commands in COMMANDS.items():
         app.command(name, rich_help_panel=panel)(with_context(command))
 app.command("views", hidden=True)(with_context(import_sheets.views))
 app.add_typer(scenes.app, name="scenes", rich_help_panel="Scenes")
+app.add_typer(workers.app, name="workers", rich_help_panel="Run a farm")
 app.add_typer(keys.app, name="keys", rich_help_panel="Run a farm")
 app.add_typer(paper.app, name="paper", rich_help_panel="Optics")
 use_plain_help(app)

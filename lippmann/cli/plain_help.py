@@ -23,6 +23,7 @@ EXAMPLES: Mapping[str, str] = {
     "demo": "lippmann demo --frames 1-45",
     "serve": "lippmann serve --key-file admin.key",
     "worker": "lippmann worker --join render7.toml --slots 4",
+    "workers drain": "lippmann workers drain render-7 --exit",
     "keys create": "lippmann keys create alice --role submitter --days 90",
     "keys revoke": "lippmann keys revoke 3f2a90c1d4e5",
     "keys audit": "lippmann keys audit --limit 20",

@@ -9,6 +9,7 @@ from http import HTTPStatus
 from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Literal, Self, TypeVar
+from urllib.parse import quote
 
 from pydantic import BaseModel, ValidationError
 
@@ -340,6 +341,19 @@ class Client:
     def workers(self) -> WorkerList:
         """Return the connected workers."""
         return self._get(WorkerList, "/workers")
+
+    def drain(self, worker: str, *, ends: bool = False) -> None:
+        """Let a worker take no further orders; it finishes its tasks. This needs an admin key.
+
+        With `ends`, the worker process ends afterwards. A restart of the worker ends the drain.
+        """
+        _check_done(
+            self._transport.request("PUT", f"{_API}/workers/{quote(worker, safe='')}/drain", json={"ends": ends})
+        )
+
+    def undrain(self, worker: str) -> None:
+        """Let a worker that was drained take orders again. This needs an admin key."""
+        _check_done(self._transport.request("DELETE", f"{_API}/workers/{quote(worker, safe='')}/drain"))
 
     def keys(self) -> tuple[Key, ...]:
         """Return every key without its secret."""

@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 import platform
 
-from lippmann.job.messages import wire
-
 
 def worker_name() -> str:
     """Return the name of the worker that this process becomes."""
@@ -14,14 +12,13 @@ def worker_name() -> str:
 
 
 def worker_arguments(*, name: str) -> list[str]:
-    """Return Celery's command line for one worker; the number of its processes is in the settings of its application.
+    """Return Celery's command line for one worker; its application sets its queues and the number of its processes.
 
     Gossip, mingle and heartbeats are Celery's own messages among workers, and nothing here reads them.
     """
     return [
         "worker",
         *("--pool", "prefork"),
-        *("--queues", wire.QUEUE),
         *("--hostname", name),
         *("--loglevel", "INFO"),
         *("-O", "fair"),

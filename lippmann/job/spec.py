@@ -30,6 +30,7 @@ from lippmann.job.problems import FieldError, problems_of
 from lippmann.job.render_settings import Capture, RenderSettings
 from lippmann.job.rig import MAX_FRAME_PX, Rig
 from lippmann.job.stage import StageChange
+from lippmann.job.workers import WorkerRequirement
 from lippmann.untrusted.shown import shown
 
 ParameterValue = bool | int | float | str
@@ -39,6 +40,9 @@ CONSTANT_FIELDS = ("rig.lens_array.count", "rig.px_per_lens", "rig.device")
 
 MAX_OUTPUTS = 100
 """The greatest number of outputs of a job."""
+
+MAX_JOB_SLOTS = 100_000
+"""The greatest limit of slots of a job."""
 
 MAX_PARAMETERS = 1000
 """The greatest number of parameters of a scene."""
@@ -86,6 +90,10 @@ class JobSpec(JobModel):
     """The display that shows the integral image."""
     priority: int = Field(default=50, ge=0, le=100)
     """The priority of the job; jobs with a higher priority are scheduled first."""
+    slots: int | None = Field(default=None, ge=1, le=MAX_JOB_SLOTS)
+    """The greatest number of tasks of the job that run at the same time; null for no limit of its own."""
+    workers: WorkerRequirement = WorkerRequirement()
+    """The workers that may do the tasks of the job."""
     outputs: Annotated[tuple[Output, ...], Field(max_length=MAX_OUTPUTS)] = DEFAULT_OUTPUTS
     """The outputs of the job."""
     animation: dict[str, Keyframes] = Field(default_factory=dict)

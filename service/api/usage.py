@@ -29,7 +29,7 @@ def _used(session: Session, owner_id: str) -> dict[str, float]:
     return {
         "open_jobs": jobs,
         "open_frames": frames,
-        "slots": job_rows.outstanding(session).get(owner_id, 0),
+        "slots": sum(count for (owner, _), count in job_rows.outstanding(session).items() if owner == owner_id),
         "scenes": usage_rows.scene_count(session, owner_id),
         "bundles": bundles,
         "bundles_mb": bundle_bytes / MEGABYTE,

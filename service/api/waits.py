@@ -15,8 +15,9 @@ from service.db.faults import avoided_workers
 from service.db.tables import Job, Task
 from service.ids import task_id
 from service.jobs.fair_share import is_at_limit, slots_by_owner
+from service.jobs.farm_state import NAMED, FarmState
 from service.jobs.limits import claim_of
-from service.jobs.waiting import NAMED, FarmState, JobState, Needs, job_wait, task_wait
+from service.jobs.waiting import JobState, Needs, job_wait, task_wait
 from service.roster import Roster
 from service.schemas.wait import Wait
 from service.settings import Settings
@@ -74,7 +75,7 @@ def _shared(wait: Wait, outlook: Outlook) -> Wait:
 def _farm_state(session: Session, outlook: Outlook) -> FarmState:
     settings = outlook.settings
     busy = waiting_rows.holders(session)
-    holders = tuple(claim_of(row[:6], settings) for row in busy)
+    holders = tuple(claim_of(row[:-1], settings) for row in busy)
     held = slots_by_owner(holders)
     full = {claim.owner_id: held[claim.owner_id] for claim in holders if is_at_limit(claim, held)}
     line = waiting_rows.line(session, now_s=outlook.now_s, max_slots=settings.max_slots, held=full)
@@ -86,7 +87,7 @@ def _farm_state(session: Session, outlook: Outlook) -> FarmState:
         roster=outlook.roster,
         line=tuple(claim_of(row, settings) for row in line),
         holders=holders,
-        running=sum(row[6] for row in busy),
+        running=sum(row[-1] for row in busy),
     )
 
 

@@ -5,11 +5,13 @@ A background job that fails is logged and tried again after a growing pause. Oth
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import structlog
 from sqlalchemy.exc import OperationalError
 
+from lippmann.job.messages.events import Presence
 from lippmann.job.states import JobStatus
 from lippmann.logs import trace_of
 from lippmann.plan.artifact_store import ArtifactStore
@@ -19,7 +21,7 @@ from service.db.tables import BackgroundJob, Job
 from service.errors import NotLeading
 from service.jobs.commands import cancel_chunk, remove_chunk, retry_chunk
 from service.jobs.completion import fail_job
-from service.jobs.planner import Planner
+from service.jobs.planner import Capacity, Planner
 from service.jobs.state_machine import set_job
 from service.settings import Settings
 
@@ -55,8 +57,14 @@ class BackgroundJobs:
         self._planner = Planner(database, store, settings)
         self._backoffs: dict[str, Backoff] = {}
 
-    def run_round(self, *, slots: int, workers: int = 0, now_s: float) -> bool:
-        """Run one chunk of every background job; return whether there is more that is not paused."""
+    def run_round(self, *, slots: int, workers: int = 0, fleet: Sequence[Presence] = (), now_s: float) -> bool:
+        """Run one chunk of every background job; return whether there is more that is not paused.
+
+        Parameters
+        ----------
+        slots, workers, fleet
+            The workers for which jobs are planned; see `service.jobs.planner.Capacity`.
+        """
         with self._database.reading() as session:
             pending = job_rows.background_jobs(session, KINDS)
         self._backoffs = {job_id: self._backoffs[job_id] for job_id, _ in pending if job_id in self._backoffs}
@@ -64,12 +72,12 @@ class BackgroundJobs:
         for job_id, kind in pending:
             backoff = self._backoffs.get(job_id)
             if backoff is None or backoff.is_over(now_s):
-                more |= self._try(job_id, kind, slots, workers, now_s)
+                more |= self._try(job_id, kind, Capacity(slots, workers, fleet), now_s)
         return more
 
-    def _try(self, job_id: str, kind: BackgroundJob, slots: int, workers: int, now_s: float) -> bool:
+    def _try(self, job_id: str, kind: BackgroundJob, capacity: Capacity, now_s: float) -> bool:
         try:
-            more = self._run_chunk(job_id, kind, slots, workers, now_s)
+            more = self._run_chunk(job_id, kind, capacity, now_s)
         except (OperationalError, NotLeading):
             raise  # the database is unavailable, or another process leads, which is no fault of the job
         except Exception as error:  # the failure of one job must not stop the orders of the others
@@ -104,9 +112,9 @@ class BackgroundJobs:
                 set_job(session, row, background_job=None)
                 fail_job(session, row, UNPLANNABLE, f"the job cannot be planned: {error}", now_s=now_s)
 
-    def _run_chunk(self, job_id: str, kind: BackgroundJob, slots: int, workers: int, now_s: float) -> bool:
+    def _run_chunk(self, job_id: str, kind: BackgroundJob, capacity: Capacity, now_s: float) -> bool:
         if kind is BackgroundJob.PLAN:
-            return self._planner.plan_chunk(job_id, slots=slots, workers=workers, now_s=now_s)
+            return self._planner.plan_chunk(job_id, capacity, now_s=now_s)
         if kind is BackgroundJob.REMOVE:
             return remove_chunk(self._database, self._store, job_id)
         with self._database.writing() as session:

@@ -24,11 +24,12 @@ from lippmann.job.messages.worker_keys import KEY_REFUSED, key_refusal
 from lippmann.logs import trace_of
 from lippmann.plan.artifact_store import ArtifactStore
 from service.broker_stream import Entry, Stream, attempt_of
-from service.claiming import ClaimWatch
+from service.claiming import ClaimWatches, is_able
 from service.coordinator.artifact_repairer import ArtifactRepairer
 from service.coordinator.background_jobs import BackgroundJobs
 from service.coordinator.bundle_collector import BundleCollector
 from service.coordinator.cache_collector import collect_cache, drop_cache
+from service.coordinator.directions import DirectionsPublisher
 from service.coordinator.event_consumer import consume_events
 from service.coordinator.event_rules import WORKING
 from service.coordinator.fault_monitor import FaultMonitor
@@ -43,6 +44,7 @@ from service.db import coordinator as coordinator_rows
 from service.db.engine import Database
 from service.errors import BrokerUnavailable, NotLeading
 from service.events.wakeup import Wakeup
+from service.health import package_version
 from service.instruments import ORDERS
 from service.jobs.storage_quota import resume_within_quota
 from service.order_queue import OrderQueue
@@ -125,9 +127,11 @@ class Coordinator:
         self._steady = steady
         self._order_rate = OrderRate()
         self._idle_rounds = 0
-        self._claim_watch = ClaimWatch(unmoved_s=settings.not_claiming_s)
+        self._claim_watches = ClaimWatches(unmoved_s=settings.not_claiming_s)
+        self._directions = DirectionsPublisher(database, self._stream, release=package_version(), steady=steady)
         self._not_claiming: Mapping[str, float] = {}
-        self._first_order: str | None = None
+        self._first_orders: Mapping[str, str | None] = {}
+        """The attempt of the order that is first in each queue, by the requirement of its jobs."""
         self._liveness = Liveness(silence_s=settings.lease_ttl_s, clock=clock, steady=steady)
         self._loss_monitor = LossMonitor(database, self._stream, self._reconciler, self._liveness, settings)
         self._checkpoint_s = clock()
@@ -227,7 +231,7 @@ class Coordinator:
             with suppress(BrokerUnavailable):
                 self._present()
             more = self._background_jobs.run_round(
-                slots=self._slots(), workers=len(self._claiming()), now_s=self._clock()
+                slots=self._slots(), workers=len(self._claiming()), fleet=self._claiming(), now_s=self._clock()
             )
             self._signal_stops()
             sent = 0 if self.fault_monitor.faults else self._dispatch()
@@ -272,7 +276,8 @@ class Coordinator:
         # The time is read before the liveness, so that a clock that is set between the two is noticed.
         now_s = self._clock()
         is_live = self._liveness.live_s() is not None
-        self._reconciler.run(FarmView(now_s=now_s, slots=self._slots(), is_live=is_live))
+        view = FarmView(now_s=now_s, slots=self._slots(), is_live=is_live, workers=self._claiming())
+        self._reconciler.run(view)
         if self._clock() - self._checkpoint_s > CHECKPOINT_S:
             self._checkpoint_s = self._clock()
             self._database.checkpoint()
@@ -285,7 +290,7 @@ class Coordinator:
             return
         try:
             count = self._loss_monitor.take_back_if_wiped(now_s=self._clock())
-            count += self._loss_monitor.run(self._present(), self._first_order, now_s=self._clock())
+            count += self._loss_monitor.run(self._present(), self._first_orders, now_s=self._clock())
         except BrokerUnavailable:
             self._liveness.record_gap()
             raise
@@ -319,7 +324,7 @@ class Coordinator:
         return self.election.is_leader and not self._stopping.is_set()
 
     def _slots(self) -> int:
-        return sum(worker.slots for worker in self._claiming())
+        return sum(worker.slots for worker in self._claiming() if is_able(worker))
 
     def _claiming(self) -> tuple[Presence, ...]:
         """Return the workers that take orders, whose slots count."""
@@ -332,7 +337,7 @@ class Coordinator:
                 self._signal_refused_keys()
                 self._watch_claims()
             except BrokerUnavailable:
-                self._claim_watch.reset()
+                self._claim_watches.reset()
                 raise
             self._workers_s = self._clock()
         return self._workers
@@ -345,10 +350,12 @@ class Coordinator:
             self._stream.stop(names, ttl_s=self._settings.stop_ttl_s)
 
     def _watch_claims(self) -> None:
-        first = self._stream.first_order()
-        self._first_order = attempt_of(first)
+        if self.election.is_leader:
+            self._directions.run()
+        first = {text: self._stream.first_order(text) for text in self._directions.requirements}
+        self._first_orders = {text: attempt_of(message) for text, message in first.items()}
         was = self._not_claiming
-        self._not_claiming = self._claim_watch.observe(self._workers, first, now_s=self._clock())
+        self._not_claiming = self._claim_watches.observe(self._workers, first, now_s=self._clock())
         if was or self._not_claiming:
             self._stream.publish_not_claiming(self._not_claiming)
         if was.keys() != self._not_claiming.keys():

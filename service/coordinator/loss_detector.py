@@ -35,8 +35,10 @@ class Sighting:
     """The workers that are online, by name."""
     leases: Mapping[str, Lease | None]
     """The leases of those attempts for which nobody vouches."""
-    first_order: str | None
-    """The attempt whose order is first in the queue; None if the queue is empty."""
+    first_orders: Mapping[str, str | None]
+    """The attempt whose order is first in each queue, by the requirement of its jobs; None if the queue is empty."""
+    requirements: Mapping[str, str] = field(default_factory=dict)
+    """The requirements of the jobs that have one, by job."""
 
 
 @dataclass
@@ -119,9 +121,13 @@ def _missing_order(each: HeldAttempt, seen: Sighting, sent_s: Mapping[str, float
     """Return why an order that no worker has claimed is nowhere."""
     if seen.leases.get(each.attempt) is not None or any(_may_hold(one, each.attempt) for one in seen.workers.values()):
         return None
-    if seen.first_order is not None:
+    requirement = seen.requirements.get(each.job_id, "")
+    if requirement not in seen.first_orders:
+        return None  # the queue is too new to have been looked at
+    first_order = seen.first_orders[requirement]
+    if first_order is not None:
         # The queue is first in, first out: what was sent before its first order has left it.
-        first_s = sent_s.get(seen.first_order)
+        first_s = sent_s.get(first_order)
         if first_s is None or (each.dispatched_s or 0.0) >= first_s:
             return None
     return "the order is neither in the queue nor with a worker"

@@ -6,7 +6,7 @@ attempts for which no presence vouches, which are few.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import structlog
 
@@ -58,8 +58,13 @@ class LossMonitor:
         self._known_s = now_s
         return count
 
-    def run(self, workers: Sequence[Presence], first_order: str | None, *, now_s: float) -> int:
+    def run(self, workers: Sequence[Presence], first_orders: Mapping[str, str | None], *, now_s: float) -> int:
         """Take back the tasks of what is lost now, and return their number.
+
+        Parameters
+        ----------
+        first_orders
+            The attempt of the order that is first in each queue, by the requirement of its jobs.
 
         Raises
         ------
@@ -68,6 +73,7 @@ class LossMonitor:
         """
         with self._database.reading() as session:
             held = task_rows.held(session, job_rows.busy_ids(session))
+            requirements = job_rows.requirements_of_busy(session)
         by_name = {worker.name: worker for worker in workers}
         leases = self._stream.leases(without_voucher(held, by_name))
         # Read last: the events of before the queries are then read in the rounds that follow.
@@ -75,7 +81,8 @@ class LossMonitor:
         if live_s is None:
             return 0
         seen = Sighting(
-            live_s=live_s, rounds=rounds, workers=by_name, leases=leases, first_order=first_order
+            live_s=live_s, rounds=rounds, workers=by_name, leases=leases, first_orders=first_orders,
+            requirements=requirements,
         )  # fmt: skip
         reasons = self._detector.observe(held, seen)
         lost = [each for each in held if each.attempt in reasons]

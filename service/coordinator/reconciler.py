@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import TypeVar
@@ -9,10 +10,11 @@ from typing import TypeVar
 import structlog
 from sqlalchemy.exc import OperationalError
 
-from lippmann.job.messages.events import LOST, Failure
+from lippmann.job.messages.events import LOST, Failure, Presence
 from lippmann.job.states import TaskStatus
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
+from service.claiming import fitting, is_able
 from service.coordinator.batch_writer import close_jobs, write_batch
 from service.coordinator.event_rules import Batch, fail, finish, hold
 from service.db import access as access_rows
@@ -47,6 +49,13 @@ class FarmView:
     slots: int
     is_live: bool
     """True while every event is read; False while the broker is unavailable or events wait to be read."""
+    workers: tuple[Presence, ...] | None = None
+    """The workers that take orders; None if only the number of their slots is known."""
+
+    def has_free_slot(self, requirement: str) -> bool:
+        """Return whether a worker that meets a requirement has a free slot, or no worker meets it."""
+        able = [worker for worker in fitting(self.workers or (), requirement) if is_able(worker)]
+        return not able or any(worker.holds is None or len(worker.holds) < worker.slots for worker in able)
 
 
 @dataclass
@@ -59,6 +68,7 @@ class Reconciler:
     _last_s: float | None = None
     _reached: dict[str, int] = field(default_factory=dict)
     _reached_job: str = ""
+    _free_s: dict[str, float] = field(default_factory=dict)
 
     def start(self) -> int:
         """Recount the tasks of every open job, and return the number of jobs whose counters were wrong."""
@@ -74,8 +84,13 @@ class Reconciler:
         """Repair all rows that are wrong."""
         with self.database.reading() as session:
             held = task_rows.held(session, job_rows.busy_ids(session))
+            requirements = job_rows.requirements_of_busy(session)
+        free_s = self._tick_free(view, {requirements.get(task.job_id, "") for task in held})
         idle_s = self._tick_idle(view, held)
-        unclaimed = [task for task in held if self._is_unclaimed(task, idle_s)]
+        is_free = {requirement: seconds >= self.settings.unclaimed_s for requirement, seconds in free_s.items()}
+        unclaimed = [
+            task for task in held if self._is_unclaimed(task, idle_s) and is_free[requirements.get(task.job_id, "")]
+        ]
         self.take_back(unclaimed, now_s=view.now_s)
         self._each(self._next_jobs(), lambda job_id: self._repair_job(job_id, view.now_s))
         self._delete_expired(view.now_s)
@@ -128,6 +143,18 @@ class Reconciler:
             write_batch(session, batch)
             close_jobs(session, batch.touched, now_s=now_s, settings=self.settings)
         count_attempts(batch.outcomes)
+
+    def _tick_free(self, view: FarmView, requirements: set[str]) -> dict[str, float]:
+        """Return for how long the workers that meet each requirement have had a free slot in every run.
+
+        Orders of a requirement may wait rightly while slots of other workers are free.
+        """
+        if view.workers is None:
+            return dict.fromkeys(requirements, math.inf)
+        passed_s = 0.0 if self._last_s is None else max(0.0, view.now_s - self._last_s)
+        free = [requirement for requirement in requirements if view.has_free_slot(requirement)]
+        self._free_s = {requirement: self._free_s.get(requirement, 0.0) + passed_s for requirement in free}
+        return {requirement: self._free_s.get(requirement, 0.0) for requirement in requirements}
 
     def _tick_idle(self, view: FarmView, held: Sequence[HeldAttempt]) -> float:
         """Advance the idle clock by the time since the last run, if some slot was free."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter, deque
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 
 from sqlalchemy.orm import Session
 
@@ -16,7 +17,7 @@ from lippmann.job.messages.events import Presence
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import TaskStatus
 from lippmann.plan.cost import threads_of_each
-from service.claiming import declining_workers
+from service.claiming import declining_workers, fitting, is_able, rooms
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import task_sets
@@ -81,15 +82,22 @@ def dispatch(
         If the orders cannot be sent. Their tasks are ready again by then.
     """
     with database.reading() as session:
-        held = job_rows.outstanding(session)
+        held = Outstanding(job_rows.outstanding(session))
+        requirements = ("", *job_rows.requirements(session))
+        by_requirement = rooms(
+            workers, held.by_requirement, requirements, per_slot=settings.orders_per_slot, ahead=ahead
+        )
+        served = [requirement for requirement, room in by_requirement.items() if room > 0]
         room = _room(held, workers, settings, ahead)
-        if room <= 0 or not job_rows.can_dispatch(session, now_s=now_s):
+        if room <= 0 or not served or not job_rows.can_dispatch(session, served, now_s=now_s):
             return 0
     with database.writing() as session:
         # Only the leader sends orders, so that until here an owner can only have come to hold fewer.
         claims = {row[0]: claim_of(row, settings) for row in job_rows.claims(session, now_s=now_s)}
-        best = _best(session, claims, held, room, now_s)
-        orders = assign(session, workers, best, now_s=now_s, threads=_threads(claims, held, workers, best))
+        best = _best(session, claims, held, room, by_requirement, now_s)
+        asked = {claim.job_id: claim.requirement for claim in claims.values()}
+        threads = _threads(claims, held, workers, best)
+        orders = assign(session, workers, best, now_s=now_s, threads=threads, requirements=asked)
     try:
         if orders:
             queue.publish(orders)
@@ -101,7 +109,13 @@ def dispatch(
 
 
 def assign(
-    session: Session, workers: Sequence[Presence], ready: Sequence[TaskState], *, now_s: float, threads: int = 1
+    session: Session,
+    workers: Sequence[Presence],
+    ready: Sequence[TaskState],
+    *,
+    now_s: float,
+    threads: int = 1,
+    requirements: Mapping[str, str] = MappingProxyType({}),
 ) -> list[Order]:
     """Assign ready tasks to new attempts, by a handful of statements, and return their orders.
 
@@ -109,6 +123,8 @@ def assign(
     ----------
     threads
         The number of threads that each task may use.
+    requirements
+        What the jobs of these tasks ask of their workers, by job.
     """
     if not ready:
         return []
@@ -126,10 +142,13 @@ def assign(
     tasks = [draft.now for draft in drafts]
     avoided, digests = avoided_workers(session, job_ids, now_s=now_s), input_digests(session, tasks)
     skipped = task_rows.skipped_frames(session, {task.job_id for task in tasks if task.kind is TaskKind.ENCODE})
+    asked = {job_id: requirements.get(job_id, "") for job_id in job_ids}
+    able = {requirement: fitting(workers, requirement) for requirement in set(asked.values())}
     return [
         _order(
             task,
-            declining_workers(workers, avoided[task.job_id] | set(task.failed_on)),
+            asked[task.job_id],
+            declining_workers(able[asked[task.job_id]], avoided[task.job_id] | set(task.failed_on)),
             digests.get(task.key, {}),
             skipped.get(task.job_id, ()) if task.kind is TaskKind.ENCODE else (),
             coordinator.store_id,
@@ -151,38 +170,63 @@ def take_back(session: Session, orders: Sequence[Order], *, now_s: float) -> Non
     write_drafts(session, taken)
 
 
-def _room(held: Mapping[str, int], workers: Sequence[Presence], settings: Settings, ahead: int) -> int:
-    slots = sum(worker.slots for worker in workers if worker.fault is None)
+class Outstanding:
+    """The number of outstanding orders.
+
+    Parameters
+    ----------
+    held
+        The number by the owner and the requirement of the jobs.
+    """
+
+    def __init__(self, held: Mapping[tuple[str, str], int]) -> None:
+        self.by_owner: Counter[str] = Counter()
+        self.by_requirement: Counter[str] = Counter()
+        for (owner_id, requirement), count in held.items():
+            self.by_owner[owner_id] += count
+            self.by_requirement[requirement] += count
+        self.total = self.by_owner.total()
+
+
+def _room(held: Outstanding, workers: Sequence[Presence], settings: Settings, ahead: int) -> int:
+    slots = sum(worker.slots for worker in workers if is_able(worker))
     if not slots:
         return 0
-    return min(max(settings.orders_per_slot * slots, ahead) - sum(held.values()), ROUND)
+    return min(max(settings.orders_per_slot * slots, ahead) - held.total, ROUND)
 
 
 def _threads(
-    claims: Mapping[str, Claim], held: Mapping[str, int], workers: Sequence[Presence], best: Sequence[TaskState]
+    claims: Mapping[str, Claim], held: Outstanding, workers: Sequence[Presence], best: Sequence[TaskState]
 ) -> int:
     """Return the number of threads of each task: more than one if the only worker would have idle slots with these."""
-    able = [worker for worker in workers if worker.fault is None]
-    if not best or len(able) != 1 or any(held.values()):
+    able = [worker for worker in workers if is_able(worker)]
+    if not best or len(able) != 1 or held.total:
         return 1
-    # The owner of a job may be allowed fewer slots than there are.
-    limits = (claims[task.job_id].max_slots for task in best)
+    # A job or its owner may be allowed fewer slots than there are.
+    limits = (limit for task in best for limit in (claims[task.job_id].max_slots, claims[task.job_id].own_slots))
     return threads_of_each(len(best), slots=min(able[0].slots, *(limit for limit in limits if limit is not None)))
 
 
 def _best(
-    session: Session, claims: Mapping[str, Claim], held: Mapping[str, int], room: int, now_s: float
+    session: Session,
+    claims: Mapping[str, Claim],
+    held: Outstanding,
+    room: int,
+    by_requirement: Mapping[str, int],
+    now_s: float,
 ) -> list[TaskState]:
     claims = dict(claims)
     reached = dict.fromkeys(claims, -1)
-    holds = Counter(held)
+    holds = Counter(held.by_owner)
+    left = Counter(by_requirement)
     best: list[TaskState] = []
-    while len(best) < room and (shares := share_out(claims.values(), room - len(best), held=holds)):
+    while len(best) < room and (shares := share_out(claims.values(), room - len(best), held=holds, rooms=left)):
         for job_id, wanted in shares.items():
             tasks = task_sets.ready(session, job_id, now_s=now_s, after=reached[job_id], limit=wanted)
             best += tasks
             claim = claims.pop(job_id)
             holds[claim.owner_id] += len(tasks)
+            left[claim.requirement] -= len(tasks)
             if len(tasks) == wanted < claim.ready:
                 reached[job_id] = tasks[-1].sequence
                 rest = replace(claim, outstanding=claim.outstanding + wanted, ready=claim.ready - wanted)
@@ -191,8 +235,8 @@ def _best(
 
 
 def _order(
-    task: TaskState, avoid: tuple[str, ...], digests: dict[str, Digest], skipped_frames: tuple[int, ...],
-    store_id: str | None, threads: int,
+    task: TaskState, requirement: str, avoid: tuple[str, ...], digests: dict[str, Digest],
+    skipped_frames: tuple[int, ...], store_id: str | None, threads: int,
 ) -> Order:  # fmt: skip
     return Order(
         kind=task.kind,
@@ -207,5 +251,6 @@ def _order(
         skipped_frames=skipped_frames,
         digests=digests,
         threads=threads,
+        requirement=requirement,
         store_id=store_id,
     )

@@ -22,6 +22,8 @@ WORKABLE = (JobStatus.PROBING, JobStatus.RUNNING)
 BEGUN = (*WORKABLE, JobStatus.PAUSED)
 """The statuses of jobs that have begun and not ended."""
 
+HAS_REQUIREMENT = Job.requirement != literal_column("''")
+"""The condition that a job asks something of its workers, as the index `ix_jobs_requirement` has it."""
 IS_BUSY = Job.dispatched + Job.running > literal_column("0")
 """The condition that a job has outstanding orders, as the index `ix_jobs_busy` has it."""
 
@@ -36,14 +38,17 @@ IS_DISPATCHABLE = (
     Job.status.in_(SCHEDULABLE),
     Job.ready > 0,
     Job.background_job.is_(None),
+    or_(Job.own_slots.is_(None), Job.dispatched + Job.running < Job.own_slots),
     _due_task().is_not(None),  # not EXISTS, for the reason given in `service.db.tasks.is_blocked`
 )
 """The conditions that some task of a job may be dispatched at the time of the parameter `now_s`."""
 CLAIM = (
     Job.id, Job.priority, (Job.dispatched + Job.running).label("outstanding"), Job.ready, Job.owner_id, Job.max_slots,
+    Job.requirement, Job.own_slots,
 )  # fmt: skip
-"""The columns of a job that wants slots: id, priority, outstanding orders, ready tasks, owner, limit of its key."""
-ClaimRow = tuple[str, int, int, int, str, int | None]
+"""The columns of a job that wants slots: id, priority, outstanding orders, ready tasks, owner, limit of its key, what
+it asks of its workers, and its own limit."""
+ClaimRow = tuple[str, int, int, int, str, int | None, str, int | None]
 """The values of `CLAIM`."""
 
 # Statements that every round executes are made once.
@@ -66,13 +71,17 @@ _PAUSED_BY_FARM = (
     .where(Job.pause_code.is_distinct_from(StorageQuotaExceeded.code))
     .order_by(Job.id)
 )
-_FIRST_CLAIM = select(Job.id).where(*IS_DISPATCHABLE).limit(1)
+_FIRST_CLAIM = (
+    select(Job.id).where(*IS_DISPATCHABLE, Job.requirement.in_(bindparam("requirements", expanding=True))).limit(1)
+)
 _CLAIMS = select(*CLAIM).where(*IS_DISPATCHABLE).order_by(Job.id)
 _OUTSTANDING = (
-    select(Job.owner_id, func.sum(Job.dispatched + Job.running))
+    select(Job.owner_id, Job.requirement, func.sum(Job.dispatched + Job.running))
     .where(IS_BUSY, Job.status.in_(OPEN))
-    .group_by(Job.owner_id)
+    .group_by(Job.owner_id, Job.requirement)
 )
+_REQUIREMENTS = select(Job.requirement).where(HAS_REQUIREMENT, Job.status.in_(OPEN)).distinct()
+_BUSY_REQUIREMENTS = select(Job.id, Job.requirement).where(IS_BUSY, Job.status.in_(OPEN))
 
 
 def job(session: Session, job_id: str) -> Job | None:
@@ -158,9 +167,10 @@ def page(
     return session.scalars(query.order_by(Job.id.desc()).limit(limit)).all()
 
 
-def can_dispatch(session: Session, *, now_s: float) -> bool:
-    """Return whether some task may be dispatched now."""
-    return session.execute(_FIRST_CLAIM, {"now_s": now_s}).first() is not None
+def can_dispatch(session: Session, requirements: Iterable[str] = ("",), *, now_s: float) -> bool:
+    """Return whether some task of a job with one of some requirements may be dispatched now."""
+    parameters = {"now_s": now_s, "requirements": [*requirements]}
+    return session.execute(_FIRST_CLAIM, parameters).first() is not None
 
 
 def claims(session: Session, *, now_s: float) -> Sequence[ClaimRow]:
@@ -168,9 +178,19 @@ def claims(session: Session, *, now_s: float) -> Sequence[ClaimRow]:
     return session.execute(_CLAIMS, {"now_s": now_s}).all()
 
 
-def outstanding(session: Session) -> dict[str, int]:
-    """Return the number of outstanding orders, by owner."""
-    return {owner_id: int(count) for owner_id, count in session.execute(_OUTSTANDING)}
+def outstanding(session: Session) -> dict[tuple[str, str], int]:
+    """Return the number of outstanding orders, by the owner and the requirement of their jobs."""
+    return {(owner_id, requirement): int(count) for owner_id, requirement, count in session.execute(_OUTSTANDING)}
+
+
+def requirements(session: Session) -> Sequence[str]:
+    """Return the different requirements of the open jobs that have one, sorted."""
+    return sorted(session.scalars(_REQUIREMENTS))
+
+
+def requirements_of_busy(session: Session) -> dict[str, str]:
+    """Return the requirements of the jobs with outstanding orders that have one, by job."""
+    return {job_id: requirement for job_id, requirement in session.execute(_BUSY_REQUIREMENTS) if requirement}
 
 
 def busy_ids(session: Session) -> Sequence[str]:

@@ -97,6 +97,7 @@ class Job(Base):
         _partial_index("ix_jobs_background_job", "background_job", where="background_job IS NOT NULL"),
         Index("ix_jobs_bundle", "bundle"),
         _partial_index("ix_jobs_busy", "status", "id", where="dispatched + running > 0"),
+        _partial_index("ix_jobs_requirement", "status", "requirement", where="requirement <> ''"),
     )
 
     id: Mapped[str] = mapped_column(String(32), primary_key=True)
@@ -122,6 +123,10 @@ class Job(Base):
     """The limit `slots` of the key that submitted the job; None if the key has none of its own."""
     max_artifacts_mb: Mapped[int | None]
     """The limit `artifacts_mb` of that key."""
+    own_slots: Mapped[int | None]
+    """The limit `slots` of the job file; None if the job has none of its own."""
+    requirement: Mapped[str] = mapped_column(String(1000), default="", server_default="")
+    """What the job asks of its workers, as `WorkerRequirement.text`; empty if nothing."""
     created_s: Mapped[float]
     started_s: Mapped[float | None]
     planned_s: Mapped[float | None]
@@ -274,6 +279,18 @@ class StopRequest(Base):
 
     attempt: Mapped[str] = mapped_column(String(32), primary_key=True)
     requested_s: Mapped[float]
+
+
+class Drain(Base):
+    """A worker process that takes no further orders, because an admin has drained it."""
+
+    __tablename__ = "drains"
+
+    instance: Mapped[str] = mapped_column(String(64), primary_key=True)
+    worker: Mapped[str] = mapped_column(String(100))
+    ends: Mapped[bool]
+    """True if the worker ends when it has finished its attempts."""
+    since_s: Mapped[float]
 
 
 class WebhookDelivery(Base):

@@ -17,7 +17,7 @@ from service.db.tasks import UNSATISFIED
 LINE = 100
 """The largest number of jobs that are looked at to tell which ones come first."""
 
-HolderRow = tuple[str, int, int, int, str, int | None, int]
+HolderRow = tuple[str, int, int, int, str, int | None, str, int | None, int]
 """The columns of `CLAIM`, and the number of running tasks."""
 
 

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import closing
 
 from redis.exceptions import AuthenticationError, NoPermissionError, RedisError, ResponseError
 
 from lippmann.errors import BadInput
+from lippmann.job.messages.events import Presence
 from service.broker_stream import Stream
 from service.doctor.finding import Check, Finding, Level
 from service.errors import BrokerUnavailable
+from service.health import version_note
 from service.settings import Settings
 
 _REFUSALS = (AuthenticationError, NoPermissionError, ResponseError)
@@ -32,8 +34,16 @@ def check_broker(settings: Settings) -> Iterator[Finding]:
     with closing(Stream(url, seals=seals, timeout_s=settings.broker_timeout_s)) as stream:
         try:
             stream.first_order()
+            yield from _check_workers(stream.presences())
         except BrokerUnavailable as error:
             cause = error.__cause__
             is_refused = isinstance(cause, _REFUSALS) or _INVALID_CERTIFICATE in str(cause)
             level = Level.ERROR if is_refused and isinstance(cause, RedisError) else Level.NOTE
             yield Finding(Check.BROKER, level, " ".join(error.args[0].split()))
+
+
+def _check_workers(workers: Iterable[Presence]) -> Iterator[Finding]:
+    """Yield the workers of another release; those that get no orders because of it are a warning."""
+    for worker in workers:
+        if (note := version_note(worker)) is not None:
+            yield Finding(Check.WORKERS, Level.NOTE if worker.understands() else Level.WARNING, note)

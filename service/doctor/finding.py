@@ -54,6 +54,7 @@ class Check(StrEnum):
     STORE = "store"
     SETTINGS = "settings"
     BROKER = "broker"
+    WORKERS = "workers"
     SANDBOX = "sandbox"
     POVRAY = "povray"
     DISK = "disk"

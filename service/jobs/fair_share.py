@@ -24,15 +24,28 @@ class Claim:
     max_slots: int | None = None
     """The largest number of outstanding orders of all jobs of the owner with which this job gets its next one; None
     without a limit. An order holds its slot from the time at which it is sent."""
+    requirement: str = ""
+    """What the job asks of its workers, as `WorkerRequirement.text`."""
+    own_slots: int | None = None
+    """The largest number of outstanding orders of the job itself; None without a limit."""
 
 
-def share_out(claims: Iterable[Claim], room: int, *, held: Mapping[str, int] = MappingProxyType({})) -> dict[str, int]:
+def share_out(
+    claims: Iterable[Claim],
+    room: int,
+    *,
+    held: Mapping[str, int] = MappingProxyType({}),
+    rooms: Mapping[str, int] | None = None,
+) -> dict[str, int]:
     """Divide `room` orders between jobs.
 
     Parameters
     ----------
     held
         The number of outstanding orders of each owner, those of jobs without a claim included.
+    rooms
+        The number of orders that jobs with a requirement may get, by requirement, and none for one that is missing;
+        None if only `room` limits them.
 
     Examples
     --------
@@ -40,6 +53,8 @@ def share_out(claims: Iterable[Claim], room: int, *, held: Mapping[str, int] = M
     {'b': 4, 'a': 1}
     >>> share_out([Claim("a", 90, 1, 9, "ann", max_slots=2), Claim("b", 50, 0, 9, "bob")], 5, held={"ann": 1})
     {'a': 1, 'b': 4}
+    >>> share_out([Claim("a", 90, 1, 9, own_slots=3), Claim("b", 50, 0, 9, requirement="r")], 9, rooms={"": 9, "r": 1})
+    {'a': 2, 'b': 1}
     """
     heap = [
         (-claim.priority, claim.outstanding, claim.job_id, claim.ready, claim) for claim in claims if claim.ready > 0
@@ -47,11 +62,18 @@ def share_out(claims: Iterable[Claim], room: int, *, held: Mapping[str, int] = M
     heapq.heapify(heap)
     given: Counter[str] = Counter()
     holds = Counter(held)
+    left = None if rooms is None else Counter(rooms)
     while heap and given.total() < room:
         priority, outstanding, job_id, ready, claim = heapq.heappop(heap)
-        if is_at_limit(claim, holds):
+        if (
+            is_at_limit(claim, holds)
+            or is_full(claim, outstanding)
+            or (left is not None and left[claim.requirement] < 1)
+        ):
             continue
         given[job_id] += 1
+        if left is not None:
+            left[claim.requirement] -= 1
         holds[claim.owner_id] += 1
         if ready > 1:
             heapq.heappush(heap, (priority, outstanding + 1, job_id, ready - 1, claim))
@@ -69,3 +91,8 @@ def slots_by_owner(holders: Iterable[Claim]) -> Counter[str]:
 def is_at_limit(claim: Claim, held: Mapping[str, int]) -> bool:
     """Return whether a job gets no further order, because its owner holds as many slots as its key allows."""
     return claim.max_slots is not None and held.get(claim.owner_id, 0) >= claim.max_slots
+
+
+def is_full(claim: Claim, outstanding: int) -> bool:
+    """Return whether a job with some outstanding orders gets no further one, by its own limit."""
+    return claim.own_slots is not None and outstanding >= claim.own_slots

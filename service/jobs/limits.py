@@ -64,9 +64,9 @@ def task_count(spec: JobSpec, *, tile_rows: int, tile_cols: int) -> int:
 
 def claim_of(row: job_rows.ClaimRow, settings: Settings) -> Claim:
     """Return the claim of a job, with the lower one of the limits of slots of the farm and of its key."""
-    job_id, priority, outstanding, ready, owner_id, of_key = row
+    job_id, priority, outstanding, ready, owner_id, of_key, requirement, own_slots = row
     max_slots = settings.max_slots if of_key is None else min(settings.max_slots, of_key)
-    return Claim(job_id, priority, outstanding, ready, owner_id, max_slots)
+    return Claim(job_id, priority, outstanding, ready, owner_id, max_slots, requirement, own_slots)
 
 
 def check_quota(session: Session, owner_id: str, *, frames: int, limits: Limits) -> None:

@@ -6,19 +6,21 @@ job, so that a later process continues the same plan; the highest task number gi
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import islice
 
 from sqlalchemy import insert, update
 from sqlalchemy.orm import Session
 
-from lippmann.job.messages.events import ProbeResult
+from lippmann.job.messages.events import Presence, ProbeResult
 from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
 from lippmann.plan.tasks import PlannedTask, plan_sheet, plan_tasks
+from service.claiming import fitting, is_able
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.counters import add_to_counters
@@ -30,6 +32,24 @@ from service.jobs.state_machine import set_job, transition_job
 from service.settings import FailureLimit, Settings
 
 
+@dataclass(frozen=True)
+class Capacity:
+    """The workers for which jobs are planned."""
+
+    slots: int
+    workers: int = 0
+    """The number of workers that have these slots; 0 if it is not known."""
+    fleet: Sequence[Presence] = ()
+    """The workers that take orders; empty if they are not known."""
+
+    def of_job(self, row: Job) -> Capacity:
+        """Return the capacity that a job may use: of the workers that it may have, within its own limit."""
+        able = [worker for worker in fitting(self.fleet, row.requirement) if is_able(worker)]
+        slots = sum(worker.slots for worker in able) if able else self.slots
+        workers = len(able) if able else self.workers
+        return Capacity(slots if row.own_slots is None else min(slots, row.own_slots), workers)
+
+
 class Planner:
     """Plans jobs in chunks. It keeps nothing in memory but the positions of its iterators."""
 
@@ -39,26 +59,21 @@ class Planner:
         self._settings = settings
         self._iterators: dict[str, tuple[int, Iterator[PlannedTask]]] = {}
 
-    def plan_chunk(self, job_id: str, *, slots: int, workers: int = 0, now_s: float) -> bool:
-        """Plan the next chunk of a job; return whether there is more.
-
-        Parameters
-        ----------
-        workers
-            The number of workers that have these slots; 0 if it is not known.
-        """
+    def plan_chunk(self, job_id: str, capacity: Capacity, *, now_s: float) -> bool:
+        """Plan the next chunk of a job; return whether there is more."""
         with self._database.reading() as session:
             row = session.get(Job, job_id)
             if row is None or row.background_job is not BackgroundJob.PLAN:
                 self._iterators.pop(job_id, None)
                 return False
-            spec, sheet = row.parsed_spec, row.plan
+            spec, sheet, for_job = row.parsed_spec, row.plan, capacity.of_job(row)
             probe = ProbeResult.model_validate(row.probe)
             reached = task_rows.last_sequence(session, job_id)
             is_busy = sheet is None and any(job_rows.outstanding(session).values())
         if sheet is None:
             clock = self._resolved(job_id).clock
-            planned = plan_sheet(spec, probe, slots=max(1, slots), idle_workers=0 if is_busy else workers, clock=clock)
+            idle = 0 if is_busy else for_job.workers
+            planned = plan_sheet(spec, probe, slots=max(1, for_job.slots), idle_workers=idle, clock=clock)
             self._decide(job_id, _with_few_tasks(spec, planned, self._settings.max_tasks))
             return True
         decided = StoredPlan.model_validate(sheet)

@@ -100,7 +100,9 @@ def submit_job(
     if not sharing:
         sheet = sheet.model_copy(update={"cache_scope": caller.owner_id})
     # Workers of an earlier release refuse a field that they do not know.
-    data = sheet.model_dump_json(indent=2, exclude={"cache_scope"} if sharing else None).encode()
+    unneeded = {name for name in ("slots", "workers") if getattr(spec, name) == JobSpec.model_fields[name].default}
+    excluded: dict[str, Any] = {"spec": unneeded} | ({"cache_scope": True} if sharing else {})
+    data = sheet.model_dump_json(indent=2, exclude=excluded).encode()
     parts.store.put_bytes(names.job_artifact(sheet.job_id, names.JOB_FILE), data)
     with database.writing() as session:
         known = _known(session, caller, idempotency_key, fingerprint)
@@ -176,6 +178,8 @@ def _insert(
         farm_webhook_url=farm_webhook,
         max_slots=caller.limits.slots,
         max_artifacts_mb=caller.limits.artifacts_mb,
+        own_slots=spec.slots,
+        requirement=spec.workers.text,
         created_s=now_s,
         frames_total=len(spec.frame_numbers),
     )

@@ -9,25 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
 
-from lippmann.job.messages.events import Presence
 from lippmann.job.states import ENDED_JOBS, JobStatus, PausedBy, TaskStatus
 from service.claiming import declining_workers
 from service.db.tables import BackgroundJob, Job, Task
 from service.jobs.artifact_repair import CODES as UNREADABLE
-from service.jobs.fair_share import Claim, is_at_limit, share_out, slots_by_owner
+from service.jobs.fair_share import Claim, is_at_limit, is_full, share_out
+from service.jobs.farm_state import NAMED, FarmState, wait_for_workers, wait_of
 from service.jobs.limits import claim_of
 from service.limits import Limits
-from service.roster import Roster
 from service.schemas.access import KeyLimits
 from service.schemas.answer import utc_or_none
-from service.schemas.farm import Fault
-from service.schemas.wait import WAITS, Wait, WaitCode
-from service.settings import Settings
-
-NAMED = 10
-"""The largest number of jobs and of tasks that a reason names."""
+from service.schemas.wait import Wait, WaitCode
 
 _PREPARATIONS: Mapping[BackgroundJob | None, WaitCode] = {
     BackgroundJob.PLAN: WaitCode.PREPARATION,
@@ -35,45 +28,6 @@ _PREPARATIONS: Mapping[BackgroundJob | None, WaitCode] = {
     BackgroundJob.REPAIR: WaitCode.VERIFICATION,
     BackgroundJob.VERIFY: WaitCode.VERIFICATION,
 }
-
-
-@dataclass(frozen=True)
-class FarmState:
-    """The facts that decide which tasks are dispatched next."""
-
-    now_s: float
-    settings: Settings
-    has_leader: bool
-    faults: tuple[Fault, ...]
-    """The causes that prevent all work of the farm, first cause first."""
-    roster: Roster | None
-    """The workers that are online; None if the broker does not answer."""
-    line: tuple[Claim, ...] = ()
-    """The first jobs with tasks that may be dispatched now, in the order in which they get slots."""
-    holders: tuple[Claim, ...] = ()
-    """All jobs with outstanding orders."""
-    running: int = 0
-    """The number of running tasks of all jobs."""
-
-    @property
-    def able(self) -> tuple[Presence, ...]:
-        """The workers whose slots count."""
-        return () if self.roster is None else self.roster.able
-
-    @property
-    def slots(self) -> int:
-        """The slots that count."""
-        return sum(worker.slots for worker in self.able)
-
-    @cached_property
-    def held(self) -> Mapping[str, int]:
-        """The slots that the jobs of each owner hold."""
-        return slots_by_owner(self.holders)
-
-    @property
-    def has_free_slot(self) -> bool:
-        """True if a slot is free for an order."""
-        return self.running < self.slots
 
 
 @dataclass(frozen=True)
@@ -101,7 +55,7 @@ class Needs:
 
 def job_wait(job: JobState, farm: FarmState) -> Wait | None:
     """Return why no task of a job runs; None for a job that has ended, and for one that works."""
-    row = job.row
+    row, farm = job.row, farm.of_job(job.row)
     if row.status in ENDED_JOBS:
         return None
     paused = _pause(row)
@@ -113,7 +67,7 @@ def job_wait(job: JobState, farm: FarmState) -> Wait | None:
     if row.dispatched:
         return _order_wait(row, farm)
     if not row.ready:
-        return _wait(WaitCode.EARLIER_STAGE, "Its tasks need others that are not done.") if row.waiting else None
+        return wait_of(WaitCode.EARLIER_STAGE, "Its tasks need others that are not done.") if row.waiting else None
     return _hindrance(job.delayed, job, farm) or _turn(row, farm)
 
 
@@ -125,7 +79,7 @@ def task_wait(task: Task, job: JobState, farm: FarmState, needs: Needs | None = 
     needs
         The unfinished tasks of the stage that the task needs.
     """
-    row = job.row
+    row, farm = job.row, farm.of_job(job.row)
     if row.status in ENDED_JOBS or task.status not in (TaskStatus.WAITING, TaskStatus.READY, TaskStatus.DISPATCHED):
         return None
     wait = _pause(row) or (_blocked(task, needs) if task.status is TaskStatus.WAITING else _farm_wait(row, farm))
@@ -145,54 +99,39 @@ def _pause(row: Job) -> Wait | None:
     if row.status is not JobStatus.PAUSED:
         return None
     if row.paused_by is PausedBy.FARM:
-        return _wait(WaitCode.PAUSED_BY_FARM, f"The farm has paused it: {row.pause_reason}", fault=row.pause_code)
-    return _wait(WaitCode.PAUSED)
+        return wait_of(WaitCode.PAUSED_BY_FARM, f"The farm has paused it: {row.pause_reason}", fault=row.pause_code)
+    return wait_of(WaitCode.PAUSED)
 
 
 def _farm_wait(row: Job, farm: FarmState) -> Wait | None:
     """Return why the farm dispatches nothing, or nothing of this job."""
     if not farm.has_leader:
-        return _wait(WaitCode.NO_COORDINATOR)
+        return wait_of(WaitCode.NO_COORDINATOR)
     if row.background_job in _PREPARATIONS:
-        return _wait(_PREPARATIONS[row.background_job])
+        return wait_of(_PREPARATIONS[row.background_job])
     if farm.faults:
         cause = farm.faults[0]
-        return _wait(WaitCode.FARM_FAULT, cause.message, fault=cause.code)
-    if farm.roster is None:
-        return _wait(WaitCode.BROKER_AWAY)
-    if not farm.roster.present:
-        return _wait(WaitCode.NO_WORKER)
-    if not farm.able:
-        return _unable(farm.roster)
-    return None
-
-
-def _unable(roster: Roster) -> Wait:
-    names = tuple(worker.name for worker in roster.present)
-    at_fault = next((worker for worker in roster.claiming if worker.fault is not None), None)
-    if at_fault is None or at_fault.fault is None:
-        return _wait(WaitCode.NOT_CLAIMING, workers=names)
-    message = f"No worker can work; {at_fault.name}: {at_fault.fault.message}."
-    return _wait(WaitCode.FARM_FAULT, message, fault=at_fault.fault.code, workers=names)
+        return wait_of(WaitCode.FARM_FAULT, cause.message, fault=cause.code)
+    return wait_for_workers(row, farm)
 
 
 def _blocked(task: Task, needs: Needs | None) -> Wait:
     if task.error_code in UNREADABLE:
         message = f"It could not read an artifact, which is verified and made again: {task.error_message}"
-        return _wait(WaitCode.ARTIFACT_REPAIR, message, fault=task.error_code)
+        return wait_of(WaitCode.ARTIFACT_REPAIR, message, fault=task.error_code)
     if needs is None or not needs.count:
-        return _wait(WaitCode.EARLIER_STAGE, f"It needs the stage {task.needs}, which has just ended.")
+        return wait_of(WaitCode.EARLIER_STAGE, f"It needs the stage {task.needs}, which has just ended.")
     failed = f"; {needs.failed} of them failed" if needs.failed else ""
     what = f"{_many(needs.count, 'task')} of the stage {task.needs} that {'is' if needs.count == 1 else 'are'} not done"
-    return _wait(WaitCode.EARLIER_STAGE, f"It needs {what}{failed}.", tasks=tuple(needs.first[:NAMED]))
+    return wait_of(WaitCode.EARLIER_STAGE, f"It needs {what}{failed}.", tasks=tuple(needs.first[:NAMED]))
 
 
 def _order_wait(row: Job, farm: FarmState) -> Wait:
     """Return why an order that was sent is not claimed."""
     if farm.has_free_slot:
-        return _wait(WaitCode.STARTING)
+        return wait_of(WaitCode.STARTING)
     jobs = _names(claim for claim in farm.holders if claim.job_id != row.id)
-    return _wait(WaitCode.ORDER_SENT, f"Its order is in the queue, and {_busy(farm)}.", jobs=jobs)
+    return wait_of(WaitCode.ORDER_SENT, f"Its order is in the queue, and {_busy(farm)}.", jobs=jobs)
 
 
 def _hindrance(task: Task | None, job: JobState, farm: FarmState) -> Wait | None:
@@ -212,7 +151,7 @@ def _delay(task: Task, delay_s: float) -> Wait:
     else:
         code, begin = WaitCode.RETRY_DELAY, f"{_many(task.failures + task.losses, 'attempt')} failed"
     message = f"{begin}, and it is tried again in {delay_s:.0f} s: {task.error_message}"
-    return _wait(code, message, fault=task.error_code, until_at=utc_or_none(task.not_before_s))
+    return wait_of(code, message, fault=task.error_code, until_at=utc_or_none(task.not_before_s))
 
 
 def _avoidance(job: JobState, failed_on: Collection[str], farm: FarmState) -> Wait | None:
@@ -223,7 +162,7 @@ def _avoidance(job: JobState, failed_on: Collection[str], farm: FarmState) -> Wa
         return None
     names = tuple(sorted(declining))
     message = f"It avoids {', '.join(names)}, where it or its job failed, and the other workers have no free slot."
-    return _wait(WaitCode.WORKERS_AVOIDED, message, workers=names)
+    return wait_of(WaitCode.WORKERS_AVOIDED, message, workers=names)
 
 
 def _task_turn(task: Task, job: JobState, farm: FarmState) -> Wait:
@@ -235,28 +174,32 @@ def _task_turn(task: Task, job: JobState, farm: FarmState) -> Wait:
     if turn.code is WaitCode.STARTING and (is_next or _granted(job.row, farm) >= job.row.ready):
         return turn
     is_behind_own = turn.code is WaitCode.SLOTS_BUSY and not turn.jobs and job.row.dispatched + job.row.running > 0
-    return turn if is_next and not is_behind_own else _wait(WaitCode.EARLIER_TASKS)
+    return turn if is_next and not is_behind_own else wait_of(WaitCode.EARLIER_TASKS)
 
 
 def _granted(row: Job, farm: FarmState) -> int:
     """Return how many tasks of a job the next round of the scheduler dispatches."""
-    room = farm.settings.orders_per_slot * farm.slots - sum(claim.outstanding for claim in farm.holders)
     line = [*(claim for claim in farm.line if claim.job_id != row.id), _claim(row, farm)]
-    return share_out(line, max(room, 0), held=farm.held).get(row.id, 0)
+    rooms = farm.rooms([row.requirement])
+    return share_out(line, farm.room(), held=farm.held, rooms=rooms).get(row.id, 0)
 
 
 def _claim(row: Job, farm: FarmState) -> Claim:
     outstanding = row.dispatched + row.running
-    return claim_of((row.id, row.priority, outstanding, row.ready, row.owner_id, row.max_slots), farm.settings)
+    limits = (row.owner_id, row.max_slots, row.requirement, row.own_slots)
+    return claim_of((row.id, row.priority, outstanding, row.ready, *limits), farm.settings)
 
 
 def _turn(row: Job, farm: FarmState) -> Wait:
     """Return which jobs get the slots before a job that has tasks which may be dispatched now."""
     own = _claim(row, farm)
+    if is_full(own, own.outstanding):
+        held = f"It holds {_many(own.outstanding, 'slot')}; expected at most {own.own_slots} (slots of the job)."
+        return wait_of(WaitCode.SLOT_LIMIT, held)
     if is_at_limit(own, farm.held):
         return _at_limit(row, farm)
     if _granted(row, farm):
-        return _wait(WaitCode.STARTING)
+        return wait_of(WaitCode.STARTING)
     others = {claim.job_id: claim for claim in (*farm.line, *farm.holders) if claim.job_id != row.id}
     higher = sorted((claim for claim in others.values() if claim.priority > row.priority), key=rank)
     if higher:
@@ -265,21 +208,21 @@ def _turn(row: Job, farm: FarmState) -> Wait:
             if len(higher) == 1
             else f"{len(higher)} jobs with higher priorities get"
         )
-        return _wait(WaitCode.HIGHER_PRIORITY, f"{begin} the slots first.", jobs=_names(higher))
+        return wait_of(WaitCode.HIGHER_PRIORITY, f"{begin} the slots first.", jobs=_names(higher))
     fewer = sorted((claim for claim in farm.line if claim.job_id != row.id and rank(claim) < rank(own)), key=rank)
     if fewer:
         verb = "gets" if len(fewer) == 1 else "get"
         message = f"{_many(len(fewer), 'job')} of the same priority, with fewer orders or submitted before it, {verb} "
-        return _wait(WaitCode.FAIR_SHARE, f"{message}the slots first.", jobs=_names(fewer))
+        return wait_of(WaitCode.FAIR_SHARE, f"{message}the slots first.", jobs=_names(fewer))
     holders = _names(claim for claim in farm.holders if claim.job_id != row.id)
-    return _wait(WaitCode.SLOTS_BUSY, f"It is the next one, but {_busy(farm)}.", jobs=holders)
+    return wait_of(WaitCode.SLOTS_BUSY, f"It is the next one, but {_busy(farm)}.", jobs=holders)
 
 
 def _at_limit(row: Job, farm: FarmState) -> Wait:
     limit = Limits(farm.settings, KeyLimits(slots=row.max_slots))["slots"]
     message = f"The jobs of its owner hold {_many(farm.held[row.owner_id], 'slot')}; expected {limit}."
     jobs = _names(claim for claim in farm.holders if claim.owner_id == row.owner_id and claim.job_id != row.id)
-    return _wait(WaitCode.SLOT_LIMIT, message, jobs=jobs)
+    return wait_of(WaitCode.SLOT_LIMIT, message, jobs=jobs)
 
 
 def _busy(farm: FarmState) -> str:
@@ -292,7 +235,3 @@ def _many(count: int, thing: str) -> str:
 
 def _names(claims: Iterable[Claim]) -> tuple[str, ...]:
     return tuple(claim.job_id for claim in claims)[:NAMED]
-
-
-def _wait(code: WaitCode, message: str | None = None, **more: object) -> Wait:
-    return Wait.model_validate({"code": code, "message": message or WAITS[code], **more})

@@ -172,6 +172,8 @@ class AuditAction(StrEnum):
     LOG_IN = "log-in"
     LOG_OUT = "log-out"
     END_SESSION = "end-session"
+    DRAIN_WORKER = "drain-worker"
+    UNDRAIN_WORKER = "undrain-worker"
 
 
 class AuditEntry(Answer):
@@ -186,7 +188,7 @@ class AuditEntry(Answer):
     role: Role
     action: AuditAction
     subject: str
-    """The job, the scene, the key or the browser session that was changed."""
+    """The job, the scene, the key, the browser session or the worker that was changed."""
     detail: str
     """The new state of the subject, such as `priority 80`; empty if the action says it all."""
     address: str

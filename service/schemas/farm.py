@@ -80,6 +80,8 @@ class Health(Answer):
     faults: tuple[Fault, ...] = ()
     """The causes that prevent work now, first cause first; empty without a key. The farm has paused its running jobs
     until all of them are gone."""
+    notes: tuple[str, ...] = ()
+    """Remarks on things that prevent no work, such as workers of another release; empty without a key."""
     dropped: DroppedMessages | None = None
     """The messages that the coordinator and the workers refused; null unless an admin asks, and without a database."""
 
@@ -108,6 +110,24 @@ class Worker(Answer):
     refused_orders: int = 0
     """The number of orders, stop signals and leases that it did not accept, because they were not signed or could not
     be read."""
+    pool: str = ""
+    """The pool of the worker, whose jobs alone it does; empty for a worker that does the jobs without a pool."""
+    tags: tuple[str, ...] = ()
+    """The tags of the worker, for which jobs ask."""
+    memory_mb: int | None = None
+    """The memory that it gives one task, MB; null if it is older than this field."""
+    engines: tuple[str, ...] = ()
+    """The engines that it has, such as `povray`."""
+    hours: str | None = None
+    """The hours in which it takes orders, such as `Mon-Fri 19:00-07:00`; null if it always does."""
+    protocol: int = 1
+    """The version of the messages that it sends."""
+    closed: str | None = None
+    """The reason why it takes no orders: `draining`, `hours` or `version`; null if it takes some."""
+    opens_s: float | None = None
+    """The time at which its hours begin again, in seconds since 1970; null if it is not outside them."""
+    version_note: str | None = None
+    """The sentence on its release and that of the service, if they differ."""
     not_claiming_since_s: float | None
     """The time since when it takes no orders although it has a free slot, in seconds since 1970; null if it does."""
 
@@ -123,6 +143,13 @@ class WaitingWork(Answer):
     wanted_slots: int
     """The number of slots that would have work now: running tasks, and waiting ones as far as the limits of slots of
     their owners allow."""
+
+
+class DrainRequest(Answer):
+    """A request to drain a worker."""
+
+    ends: bool = False
+    """True if the worker process ends, with the exit code 0, when it has finished its tasks."""
 
 
 class WorkerList(Answer):

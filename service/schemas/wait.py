@@ -20,6 +20,8 @@ class WaitCode(StrEnum):
     FARM_FAULT = "farm-fault"
     BROKER_AWAY = "broker-away"
     NO_WORKER = "no-worker"
+    NO_FITTING_WORKER = "no-fitting-worker"
+    WORKERS_CLOSED = "workers-closed"
     NOT_CLAIMING = "not-claiming"
     EARLIER_STAGE = "earlier-stage"
     ARTIFACT_REPAIR = "artifact-repair"
@@ -47,13 +49,15 @@ WAITS = MappingProxyType(
         _C.FARM_FAULT: "The store, the database, the broker or every worker is at fault, so nothing is dispatched.",
         _C.BROKER_AWAY: "The broker does not answer, so nothing is dispatched.",
         _C.NO_WORKER: "No worker is online.",
+        _C.NO_FITTING_WORKER: "No worker that is online has the pool, the tags or the memory that the job asks for.",
+        _C.WORKERS_CLOSED: "Every worker that may do it is drained, outside its hours, or of another version.",
         _C.NOT_CLAIMING: "Every worker that is online takes no orders although it has a free slot.",
         _C.EARLIER_STAGE: "It needs tasks that are not done.",
         _C.ARTIFACT_REPAIR: "It could not read an artifact, which is verified and made again if it is damaged.",
         _C.RETRY_DELAY: "An attempt failed, and the next one has to wait until `until_at`.",
         _C.DEFERRED: "A disk, the store, the sandbox or a missing POV-Ray prevented it. It waits until `until_at`.",
         _C.WORKERS_AVOIDED: "It avoids workers on which it or its job failed, and the others have no free slot.",
-        _C.SLOT_LIMIT: "The jobs of its owner hold as many slots as the farm or the key allows.",
+        _C.SLOT_LIMIT: "The job, or its owner's jobs, hold as many slots as the job file, the key or the farm allows.",
         _C.HIGHER_PRIORITY: "Jobs with a higher priority get the slots first.",
         _C.FAIR_SHARE: "Jobs of the same priority with fewer orders get the slots first.",
         _C.EARLIER_TASKS: "Tasks of the same job that come before it get the slots first.",

@@ -27,8 +27,8 @@ PREFIX = "lippmann-worker-"
 """The prefix of the names of these users; the id of the worker key follows."""
 RIGHTS = (
     "resetchannels ~lippmann:celery:* ~lippmann:lease:* ~lippmann:stop:* ~lippmann:worker:* ~lippmann:events "
-    "-@all +@connection +@transaction +brpop +del +evalsha +exists +get +llen +sadd +script|load +set +smembers +xadd "
-    "+zrange -@dangerous"
+    "%R~lippmann:directions -@all +@connection +@transaction +brpop +del +evalsha +exists +get +llen +sadd "
+    "+script|load +set +smembers +xadd +zrange -@dangerous"
 )
 """The rights of a worker, as in `deploy/broker-users.acl`."""
 CHECK_S = 10.0

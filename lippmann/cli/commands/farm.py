@@ -139,6 +139,16 @@ def worker(
             help="The file with which this machine joins a farm, from `keys create --worker`. It needs nothing else.",
         ),
     ] = None,
+    pool: Annotated[
+        str | None,
+        typer.Option(help="The pool of the worker, whose jobs alone it does. The default is LIPPMANN_WORKER_POOL."),
+    ] = None,
+    tag: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="TAG", help="A tag of the worker; it may be repeated. The default is LIPPMANN_WORKER_TAGS."
+        ),
+    ] = None,
     *,
     output: Output,
 ) -> None:
@@ -150,6 +160,7 @@ def worker(
     from worker.settings import WorkerSettings
 
     found = None if join is None else _read_join_file(join)
+    _set_profile(pool, tag)
     _prepare_folder(data_dir, data_dir / "scratch")  # It writes the artifacts too, which may be another volume.
     if found is not None:
         _join_farm(found, data_dir, output)
@@ -179,20 +190,6 @@ def _join_farm(join: JoinFile, data_dir: Path, output: Output) -> None:
     output.note(f"Joining {join.farm} with the worker key {join.worker.id} ({join.worker.name}).")
 
 
-def workers(output: Output, connection: Connection) -> None:
-    """List the workers that are online. Those that take no orders are named."""
-    import time
-
-    from lippmann.cli.text.farm import worker_table, workers_data
-    from lippmann.errors import FarmFailed
-
-    with connection.client() as client:
-        found = client.workers()
-    if not found.known:
-        raise FarmFailed("expected the broker to name the workers, got no answer from it")
-    output.result(workers_data(found.items), worker_table(found.items, now_s=time.time()))
-
-
 def status(output: Output, connection: Connection) -> None:
     """Show health, workers, space and open jobs of the farm.
 
@@ -210,6 +207,23 @@ def status(output: Output, connection: Connection) -> None:
     output.result(status_data(farm), status_text(farm))
     if health.status != "ok":
         raise typer.Exit(ExitCode.FAILED)
+
+
+def _set_profile(pool: str | None, tags: list[str] | None) -> None:
+    """Give the settings of the worker the pool and the tags of the command line, and check them and its hours."""
+    from pydantic import ValidationError
+
+    from lippmann.errors import BadInput
+    from worker.settings import WorkerSettings
+
+    given = {"LIPPMANN_WORKER_POOL": pool, "LIPPMANN_WORKER_TAGS": ",".join(tags) if tags else None}
+    os.environ |= {name: value for name, value in given.items() if value is not None}
+    try:
+        WorkerSettings()
+    except ValidationError as error:
+        first = error.errors(include_url=False, include_context=False)[0]
+        name = f"LIPPMANN_{str(first['loc'][0]).upper()}" if first["loc"] else "settings"
+        raise BadInput(f"{name}: {first['msg'].removeprefix('Value error, ')}, got {first['input']!r}") from error
 
 
 def _prepare_folder(data_dir: Path, written: Path) -> None:

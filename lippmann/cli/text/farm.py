@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from service.schemas.farm import ComponentHealth, Health, StoreHealth, Worker
     from service.schemas.job import Job
 
-_EPOCH_FIELDS = ("since_s", "started_s", "seen_s", "not_claiming_since_s")
+_EPOCH_FIELDS = ("since_s", "started_s", "seen_s", "not_claiming_since_s", "opens_s")
 """The fields of the API that are times in seconds since 1970."""
 COUNTED = 1000
 """The open jobs of each status that are counted, and the number above which there are just more."""
@@ -46,6 +46,7 @@ def status_text(farm: FarmState) -> str:
             ("farm", f"{farm.url}, version {health.version}"),
             ("health", health.status if not bad else f"{health.status}: {'; '.join(bad)}"),
             *(("fault", f"{one.message} (since {_epoch_text(one.since_s)})") for one in health.faults),
+            *(("note", note) for note in health.notes),
             ("store", None if free is None else f"{size_text(free)} free"),
             ("workers", _workers_text(farm)),
             (
@@ -96,7 +97,7 @@ def _workers_text(farm: FarmState) -> str:
     if farm.workers is None:
         return "not known, because the broker does not answer"
     slots, busy = sum(one.slots for one in farm.workers), sum(one.running for one in farm.workers)
-    idle = sum(one.fault is not None or one.not_claiming_since_s is not None for one in farm.workers)
+    idle = sum(_takes_none(one) for one in farm.workers)
     text = f"{len(farm.workers)} online, {busy} of {slots} slots busy"
     return f"{text}; {idle} of them take no orders (`lippmann workers`)" if idle else text
 
@@ -113,23 +114,42 @@ def _job_line(job: Job) -> str:
 
 def worker_table(workers: Iterable[Worker], *, now_s: float) -> str:
     """Return workers, one a line, with those that take no orders marked."""
+    found = tuple(workers)
     rows = [
         (
             worker.name,
             f"{worker.running}/{worker.slots}",
             _claiming_text(worker, now_s),
+            ", ".join(filter(None, [worker.pool and f"pool {worker.pool}", *worker.tags])),
             "none: scenes of Lippmann only" if worker.sandbox == "none" else worker.sandbox,
             worker.host,
             worker.version,
         )
-        for worker in workers
+        for worker in found
     ]
-    return table(("name", "running", "orders", "sandbox", "host", "version"), rows) if rows else "No workers."
+    notes = [f"note: {worker.version_note}" for worker in found if worker.version_note]
+    if not rows:
+        return "No workers."
+    return "\n".join([table(("name", "running", "orders", "tags", "sandbox", "host", "version"), rows), *notes])
+
+
+def _takes_none(worker: Worker) -> bool:
+    return any(one is not None for one in (worker.fault, worker.closed, worker.not_claiming_since_s))
 
 
 def _claiming_text(worker: Worker, now_s: float) -> str:
     if worker.fault is not None:
         return worker.fault
+    if worker.closed is not None:
+        return _closed_text(worker)
     if worker.not_claiming_since_s is None:
         return "takes orders"
     return f"has taken none for {duration_text(now_s - worker.not_claiming_since_s)}"
+
+
+def _closed_text(worker: Worker) -> str:
+    if worker.closed == "draining":
+        return f"draining, {worker.running} left" if worker.running else "drained"
+    if worker.closed == "hours":
+        return "outside its hours" + ("" if worker.opens_s is None else f" until {_epoch_text(worker.opens_s)}")
+    return "none: of another version"

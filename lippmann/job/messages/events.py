@@ -16,7 +16,9 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field
 
 from lippmann.digest import Digest
 from lippmann.job.frames import MAX_FRAME_NUMBER
+from lippmann.job.messages.protocol import OLDEST_PROTOCOL, PROTOCOL, understand_each_other
 from lippmann.job.scene_camera import SceneCamera
+from lippmann.job.workers import WorkerRequirement
 
 MAX_EVENT_BYTES = 32_000_000
 """The limit of an event; the digests of a data set of 100,000 files have 20 MB."""
@@ -30,6 +32,8 @@ MAX_LEASE_BYTES = 4096
 """The limit of a lease and of a stop signal."""
 MAX_SLOTS = 100_000
 """The greatest number of slots of a worker that is believed; workers have at most 1,024."""
+PROTOCOL_OF_OLD_WORKERS = 1
+"""The version of the messages of a worker that does not say it."""
 LONGEST_S = 1e9
 """The bound of measured times, 30 years, which keeps sums finite."""
 
@@ -181,6 +185,31 @@ class NotClaiming(BaseModel):
     """The time since when, in seconds since 1970, by the name of the worker."""
 
 
+class Directions(BaseModel):
+    """What the coordinator tells all workers: the queues that there are, and which workers are drained."""
+
+    model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
+
+    requirements: tuple[Name, ...] = ()
+    """The requirements of the open jobs that have one, as `WorkerRequirement.text`. Each has a queue of its own."""
+    drains: dict[Name, bool] = Field(default_factory=dict)
+    """The worker processes that take no further orders, by their `instance`; true for those that end afterwards."""
+    release: Name
+    """The version of Lippmann that the service runs."""
+    protocol: int
+    """The version of the messages of the service."""
+    oldest_protocol: int
+    """The oldest version that the service understands."""
+
+
+class Closed(StrEnum):
+    """The reason why a worker takes no orders by its own decision."""
+
+    DRAINING = "draining"
+    HOURS = "hours"
+    VERSION = "version"
+
+
 class PresenceFault(BaseModel):
     """The reason why a worker that is online can do no work now."""
 
@@ -224,3 +253,29 @@ class Presence(BaseModel):
     """The id of the worker key that signed it; None from a worker without a key of its own."""
     refused_orders: int = Field(default=0, ge=0, lt=2**63)
     """The number of messages of the broker that it did not accept since it started: orders, stop signals, leases."""
+    pool: Name = ""
+    """The pool of the worker; empty if it is in none."""
+    tags: tuple[Name, ...] = ()
+    """The tags of the worker."""
+    memory_mb: int | None = Field(default=None, ge=0, lt=2**63)
+    """The memory that it gives one task, MB; None if the worker is older than the field."""
+    engines: tuple[Name, ...] = ()
+    """The engines that it has, such as `povray`."""
+    hours: Name | None = None
+    """The hours in which it takes orders; None if it always does."""
+    protocol: int = PROTOCOL_OF_OLD_WORKERS
+    """The version of its messages."""
+    oldest_protocol: int = PROTOCOL_OF_OLD_WORKERS
+    """The oldest version that it understands."""
+    closed: Name | None = None
+    """The reason why it takes no orders by its own decision, one of `Closed`; None if it takes orders."""
+    opens_s: float | None = None
+    """The time at which its hours begin again, in seconds since 1970; None if that is not known."""
+
+    def lacks(self, requirement: WorkerRequirement) -> tuple[str, ...]:
+        """Return what the worker lacks to do the tasks of a job, as parts of a sentence; empty if it lacks nothing."""
+        return requirement.lacks(pool=self.pool, tags=self.tags, memory_mb=self.memory_mb)
+
+    def understands(self, protocol: int = PROTOCOL, oldest_protocol: int = OLDEST_PROTOCOL) -> bool:
+        """Return whether the worker and a service of a version, by default this one, understand each other."""
+        return understand_each_other((self.protocol, self.oldest_protocol), (protocol, oldest_protocol))

@@ -21,6 +21,7 @@ from lippmann.job.messages.events import (
     MAX_LEASE_BYTES,
     MAX_MESSAGE_VALUES,
     MAX_PRESENCE_BYTES,
+    Directions,
     Event,
     Lease,
     NotClaiming,
@@ -49,7 +50,7 @@ Model = TypeVar("Model", bound=BaseModel)
 UNSIGNED_STOP = b"1"
 """The stop signal of a version without seals."""
 
-Purpose = Literal["order", "event", "presence", "lease", "stop", "not-claiming"]
+Purpose = Literal["order", "event", "presence", "lease", "stop", "not-claiming", "directions"]
 """The kind of a message. It is signed too, so that no event is taken for an order."""
 
 
@@ -240,6 +241,26 @@ class Seals:
             If it is not signed, is too large, or cannot be decoded.
         """
         return _decoded(NotClaiming, self._verified("not-claiming", _parsed(text, MAX_EVENT_BYTES)))
+
+    def sealed_directions(self, directions: Directions) -> str:
+        """Return the text of the directions to the workers.
+
+        Raises
+        ------
+        NoKey
+            If there is no key.
+        """
+        return json.dumps(self._sealed("directions", directions.model_dump(mode="json")))
+
+    def open_directions(self, text: bytes) -> Directions:
+        """Return the directions to the workers.
+
+        Raises
+        ------
+        Refused
+            If they are not signed, are too large, or cannot be decoded.
+        """
+        return _decoded(Directions, self._verified("directions", _parsed(text, MAX_PRESENCE_BYTES)))
 
     def _sealed(self, purpose: Purpose, fields: Mapping[str, Any]) -> dict[str, Any]:
         keys = self.keys()

@@ -5,6 +5,7 @@ Redis only carries messages: everything under these names may be deleted at any 
 
 from __future__ import annotations
 
+import hashlib
 from urllib.parse import parse_qsl, quote, urlencode, urlsplit, urlunsplit
 
 from lippmann.job.messages.orders import TaskKind
@@ -18,6 +19,7 @@ MARKER = PREFIX + "broker"
 """A key that exists until the broker is wiped."""
 
 QUEUE = "lippmann"
+"""The queue of the jobs that ask for no particular worker; see `queue_of` for the others."""
 CARRIER_PREFIX = PREFIX + "celery:"
 """The prefix of all keys of Celery, which both sides must configure alike."""
 
@@ -40,6 +42,22 @@ STOP_POLL_S = 1.0
 NOT_CLAIMING = PREFIX + "not-claiming"
 """The key of the workers that take no orders, by the judgement of the coordinator."""
 NOT_CLAIMING_TTL_S = 10.0
+
+DIRECTIONS = PREFIX + "directions"
+"""The key of the `Directions` of the coordinator, which workers read."""
+DIRECTIONS_S = 5.0
+"""The interval at which the directions are published if they do not change."""
+
+
+def queue_of(requirement: str) -> str:
+    """Return the queue of the orders of jobs with a requirement, which is given as `WorkerRequirement.text`.
+
+    >>> queue_of("")
+    'lippmann'
+    >>> queue_of('{"pool":"night"}')
+    'lippmann.fdf141d1076cb343'
+    """
+    return f"{QUEUE}.{hashlib.sha256(requirement.encode()).hexdigest()[:16]}" if requirement else QUEUE
 
 
 def full_redis_url(redis_url: str, *, password: str = "", ca_file: str = "") -> str:

@@ -39,6 +39,8 @@ RULES: dict[str, tuple[str, bool]] = {
     "GET /api/v1/workers": (SEE, False),
     "GET /metrics": (SEE, False),
     "GET /api/v1/waiting": (SEE, False),
+    "PUT /api/v1/workers/{worker:path}/drain": (ADMIN, True),
+    "DELETE /api/v1/workers/{worker:path}/drain": (ADMIN, True),
     "POST /api/v1/design": (SEE, False),
     "GET /api/v1/events": (SEE, False),
     "GET /api/v1/scenes": (SEE, False),

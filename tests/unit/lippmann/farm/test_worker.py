@@ -10,8 +10,6 @@ def test_a_worker_talks_to_nobody_but_the_broker() -> None:
         "worker",
         "--pool",
         "prefork",
-        "--queues",
-        "lippmann",
         "--hostname",
         "host-1",
         "--loglevel",

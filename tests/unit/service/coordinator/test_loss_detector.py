@@ -48,7 +48,7 @@ class Watch:
         by_name = {one.name: one for one in self.workers}
         leases = {attempt: self.leases.get(attempt) for attempt in without_voucher(self.held, by_name)}
         seen = Sighting(
-            live_s=self.live_s, rounds=self.rounds, workers=by_name, leases=leases, first_order=self.first_order
+            live_s=self.live_s, rounds=self.rounds, workers=by_name, leases=leases, first_orders={"": self.first_order}
         )
         return self.detector.observe(self.held, seen)
 

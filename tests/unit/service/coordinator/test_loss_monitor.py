@@ -47,7 +47,7 @@ class Watch:
 
     def look(self, *workers: Presence, first_order: str | None = None) -> int:
         self.wait(2)
-        return self.monitor.run(workers, first_order, now_s=self.farm.now_s)
+        return self.monitor.run(workers, {"": first_order}, now_s=self.farm.now_s)
 
     def lease(self, order: Order, *, at_s: float) -> None:
         lease = Lease(attempt=order.attempt, worker="w1", instance="i1", at_s=at_s)
@@ -151,7 +151,7 @@ def test_nothing_is_judged_while_events_are_not_read(watch: Watch) -> None:
     running(watch)
     watch.look(worker("i2", seen_s=104.0))
     watch.liveness.record_gap()
-    assert watch.monitor.run([worker("i2", seen_s=104.0)], None, now_s=watch.farm.now_s) == 0
+    assert watch.monitor.run([worker("i2", seen_s=104.0)], {"": None}, now_s=watch.farm.now_s) == 0
 
 
 def test_a_new_leader_forgets_what_an_earlier_one_saw(watch: Watch) -> None:

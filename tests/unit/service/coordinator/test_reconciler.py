@@ -35,7 +35,7 @@ class Watch:
         if self.is_live:
             with self.farm.database.reading() as session:
                 held = task_rows.held(session, job_rows.busy_ids(session))
-            seen = Sighting(live_s=self.live_s, rounds=0, workers={}, leases={}, first_order="")
+            seen = Sighting(live_s=self.live_s, rounds=0, workers={}, leases={}, first_orders={"": ""})
             reasons = self.detector.observe(held, seen)
             lost = [(each, reasons[each.attempt]) for each in held if each.attempt in reasons]
             self.reconciler.give_up(lost, now_s=self.farm.now_s)

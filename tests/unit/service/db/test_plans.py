@@ -153,6 +153,15 @@ HOT: dict[str, tuple[Callable[[Session, str], object], set[str]]] = {
         lambda s, _: job_rows.claims(s, now_s=T0),
         {"ix_jobs_status", BY_STATUS},
     ),
+    "the first job that wants slots": (
+        lambda s, _: job_rows.can_dispatch(s, ["", "another"], now_s=T0),
+        {"ix_jobs_status", BY_STATUS},
+    ),
+    "the requirements of open jobs": (lambda s, _: job_rows.requirements(s), {"ix_jobs_requirement"}),
+    "the requirements of jobs with outstanding orders": (
+        lambda s, _: job_rows.requirements_of_busy(s),
+        {"ix_jobs_busy"},
+    ),
     "the jobs to reconcile": (lambda s, _: job_rows.to_reconcile(s, after="", limit=500), {"ix_jobs_status"}),
     "the best tasks of a job": (
         lambda s, job_id: task_sets.ready(s, job_id, now_s=T0, after=-1, limit=BATCH),

@@ -1,0 +1,77 @@
+"""The workers that may do the tasks of a job: their pool, their tags, and the memory that they give a task."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Collection
+from typing import Annotated, Any, Self
+
+from pydantic import Field
+
+from lippmann.job.model import JobModel
+
+LABEL = r"[a-z0-9][a-z0-9._-]{0,31}"
+"""The pattern of a tag and of the name of a pool."""
+MAX_TAGS = 10
+"""The greatest number of tags of a job and of a worker."""
+
+Tag = Annotated[str, Field(pattern=f"^{LABEL}$")]
+"""The name of something that a worker has, such as `fast-disk`."""
+Pool = Annotated[str, Field(pattern=f"^({LABEL})?$")]
+"""The name of a part of the farm; empty for the workers that are in no pool."""
+
+
+class WorkerRequirement(JobModel):
+    """The requirement of a job for the workers that do its tasks."""
+
+    pool: Pool = ""
+    """The pool whose workers do the tasks; if empty, the workers that are in no pool do them."""
+    tags: tuple[Tag, ...] = Field(default=(), max_length=MAX_TAGS)
+    """The tags that a worker must have, all of them."""
+    memory_mb: int | None = Field(default=None, ge=1, le=100_000_000)
+    """The memory in MB that a worker must give one task, by its `LIPPMANN_MEMORY_MB`; null for any."""
+
+    @property
+    def text(self) -> str:
+        """The requirement as a short text, the same for equal requirements; empty if nothing is required.
+
+        >>> WorkerRequirement(tags=("b", "a", "a")).text
+        '{"tags":["a","b"]}'
+        >>> WorkerRequirement().text
+        ''
+        """
+        given: dict[str, Any] = {
+            "pool": self.pool,
+            "tags": sorted(set(self.tags)),
+            "memory_mb": self.memory_mb,
+        }
+        kept = {name: value for name, value in given.items() if value}
+        return json.dumps(kept, sort_keys=True, separators=(",", ":")) if kept else ""
+
+    @classmethod
+    def of(cls, text: str) -> Self:
+        """Return the requirement of a text that `text` gave.
+
+        Raises
+        ------
+        ValidationError
+            If it is another text.
+        """
+        return cls.model_validate_json(text) if text else cls()
+
+    def lacks(self, *, pool: str, tags: Collection[str], memory_mb: int | None) -> tuple[str, ...]:
+        """Return what a worker lacks, as parts of a sentence; empty if it may do the tasks.
+
+        >>> need = WorkerRequirement(tags=("gpu",), memory_mb=64_000)
+        >>> need.lacks(pool="", tags=["fast-disk"], memory_mb=16_000)
+        ('the tag gpu', '64000 MB for a task')
+        >>> need.lacks(pool="night", tags=["gpu"], memory_mb=64_000)
+        ('no pool',)
+        """
+        lacking = []
+        if pool != self.pool:
+            lacking.append(f"the pool {self.pool}" if self.pool else "no pool")
+        lacking += [f"the tag {tag}" for tag in sorted(set(self.tags) - set(tags))]
+        if self.memory_mb is not None and (memory_mb or 0) < self.memory_mb:
+            lacking.append(f"{self.memory_mb} MB for a task")
+        return tuple(lacking)

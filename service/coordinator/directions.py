@@ -1,0 +1,70 @@
+"""The directions of the coordinator to all workers: the queues that there are, and which workers are drained.
+
+A worker reads them every second (`worker.duty`). Orders of jobs with a requirement may wait in their queue before any
+worker has read that it exists.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import suppress
+
+from lippmann.job.messages import wire
+from lippmann.job.messages.events import Directions
+from lippmann.job.messages.protocol import OLDEST_PROTOCOL, PROTOCOL
+from service.broker_stream import Stream
+from service.db import drains as drain_rows
+from service.db import jobs as job_rows
+from service.db.engine import Database
+from service.errors import BrokerUnavailable
+
+
+class DirectionsPublisher:
+    """Publishes the directions when they change, and every few seconds.
+
+    Parameters
+    ----------
+    release
+        The version of Lippmann.
+    steady
+        A clock that is never set, in seconds.
+    """
+
+    def __init__(self, database: Database, stream: Stream, *, release: str, steady: Callable[[], float]) -> None:
+        self._database = database
+        self._stream = stream
+        self._release = release
+        self._steady = steady
+        self._published: Directions | None = None
+        self._next_s = float("-inf")
+
+    @property
+    def requirements(self) -> tuple[str, ...]:
+        """The requirements of the open jobs, with the empty one first, as they were published last."""
+        return ("", *(self._published.requirements if self._published is not None else ()))
+
+    def run(self) -> None:
+        """Publish the directions if it is time; the queues of requirements that no job has any more are deleted.
+
+        Raises
+        ------
+        BrokerUnavailable
+            If the broker does not answer.
+        """
+        with self._database.reading() as session:
+            directions = Directions(
+                requirements=tuple(job_rows.requirements(session)),
+                drains=drain_rows.drains(session),
+                release=self._release,
+                protocol=PROTOCOL,
+                oldest_protocol=OLDEST_PROTOCOL,
+            )
+        if directions == self._published and self._steady() < self._next_s:
+            return
+        gone = set(self.requirements) - {"", *directions.requirements}
+        self._stream.publish_directions(directions)
+        self._published = directions
+        self._next_s = self._steady() + wire.DIRECTIONS_S
+        with suppress(BrokerUnavailable):  # what is left there is refused by the workers, as of attempts that are over
+            for requirement in gone:
+                self._stream.delete_queue(requirement)

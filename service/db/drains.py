@@ -1,0 +1,25 @@
+"""Queries on the workers that are drained. A drain is of one start of a worker process, so a restart ends it."""
+
+from __future__ import annotations
+
+from sqlalchemy import delete, select
+from sqlalchemy.orm import Session
+
+from service.db.engine import changed
+from service.db.tables import Drain
+
+
+def drains(session: Session) -> dict[str, bool]:
+    """Return the worker processes that are drained, by instance; true for those that end afterwards."""
+    return {row.instance: row.ends for row in session.execute(select(Drain.instance, Drain.ends))}
+
+
+def set_drain(session: Session, worker: str, instance: str, *, ends: bool, now_s: float) -> None:
+    """Drain a worker process, and forget drains of earlier processes of the same name."""
+    changed(session, delete(Drain).where(Drain.worker == worker, Drain.instance != instance))
+    session.merge(Drain(instance=instance, worker=worker, ends=ends, since_s=now_s))
+
+
+def delete_drain(session: Session, worker: str) -> bool:
+    """Let a worker take orders again; return False if it was not drained."""
+    return bool(changed(session, delete(Drain).where(Drain.worker == worker)))

@@ -1,0 +1,167 @@
+"""Orders go to the queues of workers that fit, and jobs hold no more slots than they ask for."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import Any
+
+import pytest
+
+from lippmann.job.messages.events import Presence, PresenceFault
+from lippmann.job.messages.protocol import PROTOCOL
+from lippmann.job.workers import WorkerRequirement
+from service.claiming import ClaimWatches
+from service.coordinator.loss_detector import ROUNDS, LossDetector, Sighting
+from service.coordinator.reconciler import FarmView, Reconciler
+from service.db import jobs as job_rows
+from service.db import tasks as task_rows
+from tests.builders_service import T0, Farm, claimed, done, failed, presence
+
+GPU = {"tags": ["gpu"]}
+NIGHT = {"pool": "night"}
+
+
+def worker(name: str, slots: int = 2, **changes: Any) -> Presence:
+    return presence(name, slots).model_copy(update=changes)
+
+
+def text(given: dict[str, Any]) -> str:
+    return WorkerRequirement.model_validate(given).text
+
+
+def test_a_job_whose_workers_are_not_there_gets_no_order_and_keeps_none_from_others(farm: Farm) -> None:
+    farm.workers = [worker("plain")]
+    waiting = farm.submit(workers=GPU, priority=90)
+    other = farm.submit()
+    assert [order.job_id for order in farm.dispatch()] == [other]
+    assert farm.dispatch() == []
+    farm.workers.append(worker("with", tags=("gpu", "more")))
+    (order,) = farm.dispatch()
+    assert (order.job_id, order.requirement) == (waiting, '{"tags":["gpu"]}')
+
+
+@pytest.mark.parametrize("memory_mb", [None, 32_000])
+def test_memory_is_what_a_worker_gives_a_task(farm: Farm, memory_mb: int | None) -> None:
+    farm.workers = [worker("w", memory_mb=memory_mb)]
+    farm.submit(workers={"memory_mb": 64_000})
+    assert farm.dispatch() == []
+    farm.workers = [worker("w", memory_mb=64_000)]
+    assert len(farm.dispatch()) == 1
+
+
+def test_a_pool_does_its_own_jobs_and_no_others(farm: Farm) -> None:
+    farm.workers = [worker("day", 1), worker("night", 3, pool="night")]
+    jobs = [farm.submit(), farm.submit(workers=NIGHT)]
+    for order in farm.dispatch():
+        farm.say(claimed(order), done(order))
+    farm.plan()
+    orders = farm.dispatch()
+    assert Counter((order.job_id, order.requirement) for order in orders) == {
+        (jobs[0], ""): 2, (jobs[1], text(NIGHT)): 6,
+    }  # fmt: skip
+
+
+def test_orders_of_few_workers_are_as_many_as_those_have_slots_for(farm: Farm) -> None:
+    farm.workers = [worker("with", 1, tags=("gpu",)), *(worker(f"w{i}", 4) for i in range(3))]
+    tagged = farm.planned(workers=GPU, frames="1-50")
+    assert len(farm.dispatch()) == 2
+    plain = farm.submit(frames="1-50")
+    assert {order.job_id for order in farm.dispatch()} == {plain}
+    assert farm.job(tagged).dispatched == 2
+
+
+def test_a_worker_that_takes_no_orders_has_no_slots(farm: Farm) -> None:
+    farm.planned(frames="1-50")
+    for changes in ({"closed": "draining"}, {"protocol": PROTOCOL + 2, "oldest_protocol": PROTOCOL + 2}):
+        farm.workers = [worker("w").model_copy(update=changes)]
+        assert farm.dispatch() == []
+    farm.workers = [worker("w"), worker("old", 5, protocol=0, oldest_protocol=0)]
+    orders = farm.dispatch()
+    assert len(orders) == 4
+    assert {order.avoid for order in orders} == {("old",)}, "an old worker reads no directions"
+
+
+def test_workers_that_do_not_fit_are_no_others_for_a_task_that_failed(farm: Farm) -> None:
+    farm.workers = [worker("with", tags=("gpu",)), worker("plain")]
+    farm.planned(workers=GPU)
+    order = farm.dispatch()[0]
+    farm.say(claimed(order, "with"), failed(order, "with"))
+    farm.now_s += 60
+    again = next(each for each in farm.dispatch() if each.task_id == order.task_id)
+    assert again.avoid == (), "the only worker that fits has failed it"
+    farm.say(claimed(again, "with"), failed(again, "with"))
+    farm.workers.append(worker("second", tags=("gpu",)))
+    farm.now_s += 600
+    third = next(each for each in farm.dispatch() if each.task_id == order.task_id)
+    assert third.avoid == ("with",)
+
+
+def test_a_job_holds_no_more_slots_than_its_own_limit(farm: Farm) -> None:
+    farm.workers = [worker("w", 8)]
+    limited = farm.planned(slots=3, frames="1-20", priority=90)
+    other = farm.submit(frames="1-20")
+    assert Counter(order.job_id for order in farm.dispatch()) == {limited: 3, other: 1}
+    held = [order for order in farm.queue.orders if order.job_id == limited][-3:]
+    farm.say(claimed(held[0]), done(held[0]))
+    assert [order.job_id for order in farm.dispatch()] == [limited]
+    with farm.database.reading() as session:
+        assert [row[0] for row in job_rows.claims(session, now_s=farm.now_s)] == [], "nothing is looked for in vain"
+
+
+def test_an_order_behind_others_of_busy_workers_that_fit_is_not_taken_back(farm: Farm) -> None:
+    busy = worker("with", 1, tags=("gpu",), holds=("a",))
+    farm.workers = [busy, worker("idle", 4, holds=())]
+    farm.planned(workers=GPU)
+    running, waiting = farm.dispatch()
+    farm.say(claimed(running, "with"))
+    reconciler = Reconciler(farm.database, farm.store, farm.settings)
+
+    def pass_by(seconds: float) -> None:
+        for _ in range(int(seconds / farm.settings.reconcile_s) + 1):
+            farm.now_s += farm.settings.reconcile_s
+            reconciler.run(FarmView(now_s=farm.now_s, slots=5, is_live=True, workers=tuple(farm.workers)))
+
+    pass_by(5 * farm.settings.unclaimed_s)
+    assert farm.task(waiting).status == "dispatched"
+    farm.workers[0] = busy.model_copy(update={"holds": ()})
+    pass_by(farm.settings.unclaimed_s / 2)
+    assert farm.task(waiting).status == "dispatched"
+    pass_by(farm.settings.unclaimed_s)
+    assert farm.task(waiting).status == "ready"
+
+
+def test_an_order_is_looked_for_in_its_own_queue(farm: Farm) -> None:
+    farm.workers = [worker("with", tags=("gpu",), holds=())]
+    farm.planned(workers=GPU)
+    first, *_ = farm.dispatch()
+    with farm.database.reading() as session:
+        held = task_rows.held(session, job_rows.busy_ids(session))
+        requirements = job_rows.requirements_of_busy(session)
+
+    def lost(first_orders: dict[str, str | None]) -> set[str]:
+        detector = LossDetector(silence_s=45.0)
+        found: set[str] = set()
+        for second in range(20):
+            seen = Sighting(
+                live_s=float(second), rounds=second * ROUNDS, workers={w.name: w for w in farm.workers}, leases={},
+                first_orders=first_orders, requirements=requirements,
+            )  # fmt: skip
+            found |= set(detector.observe(held, seen))
+        return found
+
+    assert lost({"": "another", text(GPU): first.attempt}) == set()
+    assert lost({"": None}) == set(), "nobody has looked at the queue yet"
+    assert first.attempt in lost({"": "another", text(GPU): None})
+
+
+def test_workers_are_named_that_leave_an_order_of_their_own_queue() -> None:
+    workers = [
+        worker("with", tags=("gpu",), holds=()),
+        worker("without", holds=()),
+        worker("drained", tags=("gpu",), holds=(), closed="draining"),
+        worker("at fault", tags=("gpu",), holds=(), fault=PresenceFault(code="disk-full", message="full")),
+    ]
+    watches = ClaimWatches(unmoved_s=15.0)
+    assert watches.observe(workers, {"": None, text(GPU): b"a"}, now_s=T0) == {}
+    found = watches.observe(workers, {"": None, text(GPU): b"a"}, now_s=T0 + 15)
+    assert set(found) == {"with", "at fault"}
