@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import ssl
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -25,16 +26,23 @@ class PrefixProxy(ThreadingHTTPServer):
         The path under which it serves the service; below other paths there is another site.
     removes
         Whether it removes the prefix from the paths that it forwards.
+    port
+        The port to listen on; 0 takes a free one.
+    tls
+        What it speaks TLS with.
     """
 
     daemon_threads = True
     upstream = ""
     """The URL of the service."""
 
-    def __init__(self, prefix: str, *, removes: bool) -> None:
-        super().__init__(("127.0.0.1", 0), _Handler)
+    def __init__(self, prefix: str, *, removes: bool, port: int = 0, tls: ssl.SSLContext | None = None) -> None:
+        super().__init__(("127.0.0.1", port), _Handler)
         self.prefix, self.removes = prefix, removes
-        self.origin = f"http://127.0.0.1:{self.server_address[1]}"
+        self.scheme = "https" if tls else "http"
+        if tls:
+            self.socket = tls.wrap_socket(self.socket, server_side=True)
+        self.origin = f"{self.scheme}://127.0.0.1:{self.server_address[1]}"
         self.url = self.origin + prefix
 
 
@@ -51,7 +59,8 @@ class _Handler(BaseHTTPRequestHandler):
             return
         path = (self.path.removeprefix(proxy.prefix) or "/") if proxy.removes else self.path
         body = self.rfile.read(int(self.headers.get("Content-Length", 0)))
-        headers = [*self.headers.items(), ("X-Forwarded-For", self.client_address[0])]
+        forwarded = {"X-Forwarded-For": self.client_address[0], "X-Forwarded-Proto": proxy.scheme}
+        headers = [*self.headers.items(), *forwarded.items()]
         with (
             httpx.Client(timeout=ENOUGH_S) as client,
             client.stream(self.command, proxy.upstream + path, headers=headers, content=body) as answer,

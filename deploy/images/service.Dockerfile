@@ -21,6 +21,7 @@ RUN useradd --system --uid 10001 --create-home lippmann && install -d -m 0700 -o
 COPY --from=build /opt/lippmann /opt/lippmann
 ENV PATH=/opt/lippmann/bin:$PATH
 USER 10001
+WORKDIR /home/lippmann
 VOLUME /data
 EXPOSE 8080
 CMD ["lippmann", "serve", "--host", "0.0.0.0", "--port", "8080"]

@@ -71,7 +71,12 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "worker": farm.worker,
         "status": farm.status,
     },
-    "Keep a farm": {"backup": backup.backup, "restore": backup.restore, "doctor": doctor.doctor},
+    "Keep a farm": {
+        "backup": backup.backup,
+        "restore": backup.restore,
+        "migrate": backup.migrate,
+        "doctor": doctor.doctor,
+    },
     "Jobs": {
         "submit": jobs.submit,
         "jobs": jobs.jobs,

@@ -1,7 +1,8 @@
 """The address of the service, and the key to it.
 
 They come from the options `--url` and `--key`, else from the environment (`LIPPMANN_URL`, `LIPPMANN_KEY`), else from
-`farm.json`. `lippmann up` keeps that file in its data folder while it runs, and only its user may read it.
+`farm.json`. `lippmann up` keeps that file in its data folder while it runs, and only its user may read it. In a
+container of the service, the key comes from the file of `LIPPMANN_KEY_FILE`, which `lippmann serve` has written.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from lippmann.errors import BadInput, NotAllowed, Unreachable
+from lippmann.key_file import read_secret
 
 FARM_FILE = "farm.json"
 DATA_DIR = Path("data")
@@ -32,7 +34,7 @@ def find_address(*, url: str | None, key: str | None, data_dir: Path) -> Address
     Raises
     ------
     BadInput
-        If the URL is invalid.
+        If the URL is invalid, or the file of `LIPPMANN_KEY_FILE` is needed and cannot be read.
     Unreachable
         If there is neither a URL nor a farm.
     NotAllowed
@@ -51,8 +53,10 @@ def find_address(*, url: str | None, key: str | None, data_dir: Path) -> Address
         raise BadInput(f"--url: expected http:// or https://, got {url!r}")
     if key is None and farm is not None and farm.url == url:
         key = farm.key
+    if key is None and (key_file := os.environ.get("LIPPMANN_KEY_FILE")):
+        key = read_secret(Path(key_file))
     if key is None:
-        raise NotAllowed(f"expected a key to {url} in --key or LIPPMANN_KEY, got none")
+        raise NotAllowed(f"expected a key to {url} in --key, LIPPMANN_KEY or the file of LIPPMANN_KEY_FILE, got none")
     return Address(url=url, key=key)
 
 

@@ -25,6 +25,8 @@ from service.schemas.access import Role
 from service.settings import Settings
 from worker.store.opening import open_store
 
+log = logging.getLogger(__name__)
+
 
 class _Announcing(Server):
     """A server that prints a line when it accepts requests."""
@@ -73,6 +75,7 @@ def keep_admin_key(settings: Settings, key_file: Path) -> None:
                 _, key = keys.create_key(session, "admin", Role.ADMIN, owner_id=ADMIN_OWNER)
                 key_file.parent.mkdir(parents=True, exist_ok=True)
                 write_private(key_file, key + "\n")  # If this fails, the new key is rolled back.
+                log.info("%s has a new admin key; `lippmann keys link` makes a link that logs a browser in", key_file)
     finally:
         database.dispose()
 

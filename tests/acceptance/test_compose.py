@@ -1,113 +1,120 @@
-"""The commands of docker-compose.yml as plain processes: a broker, a service and two workers that share a folder."""
+"""docker-compose.yml and its overrides: every line of their comments is run as a user would, on processes.
+
+`tests.composition` says what is not here: Docker itself, and images.
+"""
 
 from __future__ import annotations
 
 import json
-import os
+import ssl
 import subprocess
-import sysconfig
+import tarfile
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
 
 import httpx
-import pytest
 
 from lippmann.client import Client
-from tests.broker import broker_with_users, free_port
-from tests.farm import LIPPMANN, ended
+from lippmann.job.states import JobStatus
+from tests.composition.composition import Composition, commands_of, composition
 from tests.repository import ROOT
-from tests.waiting import ENOUGH_S, until
+from tests.waiting import ENOUGH_S
 
-COMPOSE = str(Path(sysconfig.get_path("scripts")) / "docker-compose")
-RUN_SECRETS = "/run/secrets/"
-
-
-def composed() -> dict[str, Any]:
-    ran = subprocess.run(
-        [COMPOSE, "--file", ROOT / "docker-compose.yml", "config", "--format", "json"],
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    described: dict[str, Any] = json.loads(ran.stdout)
-    return described
+OVERRIDES = ROOT / "deploy/compose"
+LINK = "docker compose exec service lippmann keys link"
+FETCHED = {"video/centre.mp4", "orthoscopic/0001.png", "orthoscopic/0002.png"}
 
 
-def secrets_of(service: dict[str, Any], files: dict[str, Any], folder: Path) -> dict[str, str]:
-    """Return the files in `folder` that a container sees below /run/secrets."""
-    return {
-        RUN_SECRETS + secret.get("target", secret["source"]): str(folder / Path(files[secret["source"]]["file"]).name)
-        for secret in service["secrets"]
-    }
+def follow(farm: Composition, file: Path) -> dict[str, str]:
+    """Run the lines of the comments of a file, and return what each printed."""
+    lines = commands_of(file)
+    assert lines, f"expected commands in the comments of {file}, got none"
+    return {line: farm.type(line) for line in lines}
 
 
-@pytest.fixture
-def worker_folders(tmp_path: Path) -> tuple[Path, Path]:
-    """The data folders of the workers: each has the artifacts of the farm and nothing else of it."""
-    return tmp_path / "worker-1", tmp_path / "worker-2"
+@contextmanager
+def logged_in(link: str, verify: ssl.SSLContext | bool = True) -> Iterator[httpx.Client]:
+    """Open a login link as a browser does, and yield the browser."""
+    with httpx.Client(base_url=link.partition("/login")[0], verify=verify, timeout=ENOUGH_S) as browser:
+        answer = browser.get(link)
+        assert (answer.status_code, answer.headers["location"]) == (303, "/")
+        assert "Log in" not in browser.get("/").text
+        yield browser
 
 
-@pytest.fixture
-def started(tmp_path: Path, worker_folders: tuple[Path, Path]) -> Iterator[Client]:
-    """Every command with the environment and the secrets the file gives it; only addresses and folders are others."""
-    described, port, secrets = composed(), free_port(), tmp_path / "secrets"
-    subprocess.run([ROOT / "deploy/secrets", secrets, str(os.getuid())], check=True)
-    for folder in worker_folders:
-        folder.mkdir()
-        (folder / "artifacts").symlink_to(tmp_path / "data/artifacts")
-    with ExitStack() as stack:
-        broker_port = stack.enter_context(broker_with_users(secrets / "broker-users.acl", tmp_path))
-        here = {"0.0.0.0": "127.0.0.1", "8080": str(port)}
-        processes: list[subprocess.Popen[bytes]] = []
-        url = f"http://127.0.0.1:{port}"
-        for name, data_dir in [("service", tmp_path / "data"), *(("worker", folder) for folder in worker_folders)]:
-            service = described["services"][name]
-            seen = secrets_of(service, described["secrets"], secrets)
-            env = {key: seen.get(value, value) for key, value in service["environment"].items()}
-            env["LIPPMANN_REDIS_URL"] = env["LIPPMANN_REDIS_URL"].replace("redis:6379", f"127.0.0.1:{broker_port}")
-            env |= {
-                "LIPPMANN_DATA_DIR": str(data_dir),
-                "LIPPMANN_HEARTBEAT_FILE": str(tmp_path / f"heartbeat-{len(processes)}"),
-                "LIPPMANN_KEY_FILE": str(tmp_path / "key"),
-                "LIPPMANN_SLOTS": "1",
+def check_job(farm: Composition) -> None:
+    """See that the job of the comments was done by the two workers, and that its files were copied out."""
+    key = farm.type("docker compose exec service cat /data/admin.key").strip()
+    with Client(farm.url, key, patience_s=ENOUGH_S) as client:
+        assert client.job(farm.job_id).status is JobStatus.DONE
+        assert len(client.workers().items) == 2
+
+
+def test_the_comments_of_the_small_farm_lead_to_a_login_a_key_and_a_job(tmp_path: Path) -> None:
+    with composition(tmp_path) as farm:
+        printed = follow(farm, ROOT / "docker-compose.yml")
+        with logged_in(printed[LINK].strip()) as browser:
+            assert browser.get("/api/v1/session").json() == {"name": "admin", "role": "admin", "owner_id": "admin"}
+        key = printed["docker compose exec service lippmann keys create me --role submitter"].strip()
+        headers = {"Authorization": f"Bearer {key}"}
+        assert httpx.get(f"{farm.url}/api/v1/session", headers=headers).json()["role"] == "submitter"
+        assert "admin.key has a new admin key; `lippmann keys link`" in printed["docker compose logs service"]
+        check_job(farm)
+        fetched = farm.clone / "out" / farm.job_id
+        assert {path.relative_to(fetched).as_posix() for path in fetched.rglob("*")} >= FETCHED
+        # Each worker has its artifacts and its scratch folder; the database is the service's alone.
+        for worker in farm.containers["worker"]:
+            assert {target for target, (_, writable) in worker.mounts.items() if writable} == {
+                "/data/artifacts",
+                "/data/scratch",
+                "/tmp",
             }
-            words = [here.get(word, word) for word in service["command"]]
-            processes.append(subprocess.Popen([LIPPMANN, *words[1:]], env=os.environ | env))
-            stack.callback(_end, processes[-1])
-            until(lambda: answers(url))  # Workers start once the service is healthy.
-        with Client(url, (tmp_path / "key").read_text().strip(), patience_s=ENOUGH_S) as client:
-            yield client
-        processes[0].terminate()
-        assert processes[0].wait(ENOUGH_S) == 0, "the service ends well when it is told to"
+        follow(farm, OVERRIDES / "gpu.yml")
+        assert farm.containers["service"][0].stop() == 0, "the service ends well when it is told to"
 
 
-def _end(process: subprocess.Popen[bytes]) -> None:
-    process.terminate()
-    process.wait(ENOUGH_S)
+def test_the_comments_of_the_cluster_lead_to_a_login_a_job_and_a_backup(tmp_path: Path) -> None:
+    with composition(tmp_path) as farm:
+        printed = follow(farm, OVERRIDES / "cluster.yml")
+        with logged_in(printed[LINK].strip()) as browser:
+            assert browser.get("/api/v1/session").json()["role"] == "admin"
+        check_job(farm)
+        with tarfile.open(farm.clone / "monday.tar") as backup:
+            manifest = backup.extractfile("monday/manifest.json")
+            assert manifest is not None
+            assert json.load(manifest)["artifacts"]["count"] > 0
+        assert not (farm.folder / "volumes/data/artifacts").exists(), "the artifacts are in the bucket"
+        assert not (farm.folder / "volumes/data/lippmann.db").exists(), "the database is PostgreSQL"
+        check_store_is_closed(farm)
 
 
-def answers(url: str) -> bool:
-    try:
-        return httpx.get(f"{url}/api/v1/health").status_code == 200
-    except httpx.TransportError:
-        return False
+def check_store_is_closed(farm: Composition) -> None:
+    """See that the ports of the store that other containers reach want a key."""
+    assert httpx.get(f"http://127.0.0.1:{farm.ports['8333']}/farm/lippmann/.store").status_code == 403
+    port, empty = farm.stores["s3.port.grpc"], b"\0\0\0\0\0"
+    url = f"http://127.0.0.1:{port}/messaging_pb.SeaweedS3IamCache/PutIdentity"
+    words = ["curl", "-sS", "--include", "--http2-prior-knowledge", "--header", "content-type: application/grpc"]
+    ran = subprocess.run([*words, "--data-binary", "@-", url], input=empty, capture_output=True, check=True)
+    assert b"grpc-status: 16" in ran.stdout, "unauthenticated"
 
 
-def test_a_service_and_two_workers_do_a_job(started: Client, tmp_path: Path, worker_folders: tuple[Path, Path]) -> None:
-    until(lambda: len(started.workers().items) == 2)
-    job = started.submit(
-        {
-            "scene": "target-letter",
-            "frames": "1-4",
-            "rig": {"lens_array": {"count": [20, 20]}, "px_per_lens": 4},
-            "outputs": ["orthoscopic.mkv"],
-        }
-    )
-    assert ended(started, job.id).status == "done"
-    workers = {task.worker for task in started.tasks(job.id) if task.kind == "render"}
-    assert len(workers) == 2, "both of them rendered"
-    assert all((tmp_path / f"heartbeat-{number}").exists() for number in (1, 2))
-    # What a worker writes lies in its two volumes; the rest of its file system cannot be written.
-    assert all({path.name for path in folder.iterdir()} == {"artifacts", "scratch"} for folder in worker_folders)
+def test_the_comments_of_the_proxy_lead_to_a_login_over_tls(tmp_path: Path) -> None:
+    with composition(tmp_path, without={"worker"}) as farm:
+        printed = follow(farm, OVERRIDES / "proxy.yml")
+        assert printed[LINK].startswith(f"https://localhost:{farm.ports['443']}/login?token=")
+        authority = ssl.create_default_context(cafile=str(farm.clone / "root.crt"))
+        with logged_in(printed[LINK].strip(), verify=authority) as browser:
+            assert browser.get("/api/v1/session").json()["role"] == "admin"
+            assert all(cookie.secure for cookie in browser.cookies.jar)
+            assert "strict-transport-security" in browser.get("/").headers
+
+
+def test_the_comments_of_monitoring_lead_to_figures_that_prometheus_may_read(tmp_path: Path) -> None:
+    with composition(tmp_path, without={"worker"}) as farm:
+        printed = follow(farm, OVERRIDES / "monitoring.yml")
+        assert len(printed["sudo cat secrets/grafana.password"].strip()) == 64
+        token = (farm.clone / "secrets/prometheus.token").read_text().strip()
+        headers = {"Authorization": f"Bearer {token}"}
+        assert "lippmann_workers" in httpx.get(f"{farm.url}/metrics", headers=headers).text
+        assert httpx.get(f"{farm.url}/metrics").status_code == 401

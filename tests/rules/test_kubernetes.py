@@ -24,7 +24,7 @@ from service.main import SHUTDOWN_S
 from service.settings import Settings
 from tests.kustomize import Thing, build, containers_of, pods_of
 from tests.repository import DOCS, ROOT
-from tests.rules.test_deploy import composed
+from tests.rules.test_deploy import services
 from worker.settings import WorkerSettings
 
 HERE = ROOT / "deploy/kubernetes"
@@ -185,7 +185,7 @@ def test_every_file_of_a_setting_is_mounted_and_nothing_else(overlay: str, name:
 
 @pytest.mark.parametrize("name", ["service", "worker"])
 def test_our_containers_are_those_of_compose(name: str) -> None:
-    theirs: Any = composed()[name]
+    theirs: Any = services()[name]
     (ours,) = pods_of(objects("small"))[f"lippmann-{name}"]["spec"]["containers"]
     assert ours["command"] == theirs["command"]
     assert ours["image"] == f"lippmann-{name}", "what compose calls the image that it builds"
@@ -199,7 +199,7 @@ def test_our_containers_are_those_of_compose(name: str) -> None:
 
 
 def test_the_broker_is_that_of_compose() -> None:
-    theirs: Any = composed()["redis"]
+    theirs: Any = services()["redis"]
     (ours,) = pods_of(objects("small"))["redis"]["spec"]["containers"]
     assert ours["image"] == theirs["image"]
     users = theirs["command"][theirs["command"].index("--aclfile") + 1]

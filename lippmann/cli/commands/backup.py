@@ -1,4 +1,4 @@
-"""Backup and restore of a farm."""
+"""Backup and restore of a farm, and the upgrade of its database."""
 
 from __future__ import annotations
 
@@ -84,6 +84,23 @@ def restore(
     )
     data = {"data_dir": str(data_dir.resolve()), "tasks_taken_back": done.taken_back, "revision": done.revision}
     output.result({**_data(done.manifest), **data}, text)
+
+
+def migrate(data_dir: DataDir = DATA_DIR, *, output: Output) -> None:
+    """Upgrade the database of a farm to this version. The service does it at its start, too.
+
+    A database that is empty gets its tables. LIPPMANN_DATABASE_URL names the database if it is not in the data folder.
+    """
+    from lippmann.private_files import keep_private
+    from service.db import migrations
+    from service.db.engine import opened
+    from service.settings import Settings
+
+    keep_private()
+    with opened(Settings(data_dir=data_dir).database, must_exist=False) as database:
+        migrations.migrate(database)
+    newest = migrations.revisions()[0]
+    output.result({"revision": newest}, f"The database has the schema of this version, {newest}.")
 
 
 def _data(manifest: Manifest) -> dict[str, object]:

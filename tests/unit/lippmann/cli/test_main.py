@@ -55,7 +55,7 @@ def test_there_are_the_commands_that_were_promised() -> None:
     jobs |= {"link", "logs", "rm", "priority"}
     integral = {"import", "view", "refocus", "observe", "export", "coding-study", "orthoscopic", "depth"}
     optics = {"design", "lens", "paper", "calibration-sheet"}
-    care = {"backup", "restore", "doctor", "docs"}
+    care = {"backup", "restore", "migrate", "doctor", "docs"}
     assert {path[0] for path in COMMANDS} == farm | care | jobs | integral | optics | {"scenes", "capture", "compare"}
 
 

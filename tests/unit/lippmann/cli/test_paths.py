@@ -28,7 +28,7 @@ NOWHERE = ("--url", "http://127.0.0.1:1", "--key", "k")
 
 FARM = {("up",), ("demo",), ("serve",), ("worker",)}
 """tests/integration/lippmann/test_up.py runs a farm in such a data folder."""
-OPERATION = {("backup",), ("restore",), ("doctor",), ("keys", "admin")}
+OPERATION = {("backup",), ("restore",), ("migrate",), ("doctor",), ("keys", "admin")}
 """These open the data folder themselves, and need no farm that answers."""
 SLOW = {("coding-study",), *(path for path in COMMANDS if path[0] == "paper")}
 """The options of these write what other commands write, and they take long."""

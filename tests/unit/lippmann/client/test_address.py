@@ -4,7 +4,15 @@ from pathlib import Path
 import pytest
 
 from lippmann import Client
-from lippmann.client.address import FARM_FILE, Address, find_address, read_farm_file, remove_farm_file, write_farm_file
+from lippmann.client.address import (
+    FARM_FILE,
+    Address,
+    find_address,
+    read_farm_file,
+    remove_farm_file,
+    write_farm_file,
+    write_private,
+)
 from lippmann.errors import BadInput, NotAllowed, Unreachable
 
 FARM = Address(url="http://127.0.0.1:8080", key="lip_a_b")
@@ -44,6 +52,31 @@ def test_the_farms_key_is_never_sent_to_another_service(tmp_path: Path) -> None:
     assert find_address(url=FARM.url + "/", key=None, data_dir=tmp_path) == FARM
     with pytest.raises(NotAllowed, match="expected a key to http://elsewhere"):
         find_address(url="http://elsewhere", key=None, data_dir=tmp_path)
+
+
+def test_the_key_of_a_service_may_be_in_the_file_that_the_service_wrote(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    key_file = tmp_path / "admin.key"
+    monkeypatch.setenv("LIPPMANN_KEY_FILE", str(key_file))
+    write_private(key_file, "lip_c_d\n")
+    assert find_address(url=FARM.url, key=None, data_dir=tmp_path) == Address(FARM.url, "lip_c_d")
+    assert find_address(url=FARM.url, key="k", data_dir=tmp_path).key == "k"
+    write_farm_file(tmp_path, FARM)
+    assert find_address(url=None, key=None, data_dir=tmp_path) == FARM, "the file is the key of another service"
+
+
+def test_a_key_file_that_others_may_read_or_that_is_missing_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    key_file = tmp_path / "admin.key"
+    monkeypatch.setenv("LIPPMANN_KEY_FILE", str(key_file))
+    with pytest.raises(BadInput, match=r"admin\.key: No such file"):
+        find_address(url=FARM.url, key=None, data_dir=tmp_path)
+    key_file.write_text("lip_c_d\n")
+    key_file.chmod(0o644)
+    with pytest.raises(BadInput, match="chmod 600"):
+        find_address(url=FARM.url, key=None, data_dir=tmp_path)
 
 
 def test_no_service_anywhere_says_what_was_looked_for(tmp_path: Path) -> None:
