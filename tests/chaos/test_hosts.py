@@ -1,4 +1,4 @@
-"""Workers on hosts of their own, whose network fails: short forms of kinds of `make chaos`, and what they stand on."""
+"""Hosts in network namespaces, and what happens to their connections when a link fails."""
 
 from __future__ import annotations
 
@@ -11,19 +11,12 @@ import time
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
-from pathlib import Path
 
 import pytest
 
-from tests.builders import small_job
-from tests.chaos.kinds.worker_hosts import cut_off
-from tests.chaos.parts import separate_parts
-from tests.farm import ended
-from tests.needs import needs_povray
 from tests.network_host import NetworkHost, network_host, network_hosts, why_no_network_host
-from tests.outages import QUICK
 from tests.repository import ROOT
-from tests.waiting import ENOUGH_S, halt, until
+from tests.waiting import ENOUGH_S, until
 
 pytestmark = pytest.mark.skipif(bool(reason := why_no_network_host()), reason=str(reason))
 
@@ -178,23 +171,3 @@ def test_nothing_stays_of_a_host_when_its_process_is_killed() -> None:
         assert is_there(interface)
         process.send_signal(signal.SIGKILL)
     until(lambda: not is_there(interface))
-
-
-@needs_povray
-def test_the_job_of_a_cut_host_ends_on_the_other_one(tmp_path: Path) -> None:
-    with separate_parts(tmp_path, hosts=True, env=QUICK) as parts:
-        job = parts.client.submit(small_job("fish", count=(40, 40), frames="1-3", tiles=[2, 1]))
-        until(lambda: parts.client.job(job.id).status == "running")
-        cut, other = parts.workers
-        assert isinstance(cut.link, NetworkHost)
-        halt(until(lambda: cut.below("povray"))[0])  # It does not store the tile after the cut.
-        cut_off(parts, job.id, cut, cut.link.lose)
-        job = ended(parts.client, job.id)
-        assert job.status == "done", job.error
-        tasks = list(parts.client.tasks(job.id))
-        assert all(task.status == "done" for task in tasks)
-        assert {task.worker for task in tasks if task.losses} == {other.name}
-        cut.kill_all()
-        cut.link.change_address()
-        parts.heal()
-        until(lambda: parts.client.health().slots == 2)
