@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from sqlalchemy import bindparam, func, literal_column, select
+from sqlalchemy import bindparam, case, func, literal_column, or_, select
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import JobStatus
@@ -15,7 +15,8 @@ TaskRow = tuple[JobStatus, int, int, int, int, int]
 """The status and the priority of open jobs, and the number of their waiting, ready, dispatched and running tasks."""
 WantRow = tuple[str, int | None, int, int, int]
 """An owner, the limit of slots of a key, and the number of ready, dispatched and running tasks of their jobs. A task of
-a job that is paused or has a background job is not ready, since it takes no slot."""
+a job that is paused or has a background job is not ready, since it takes no slot, and neither are those beyond the own
+limit of their job."""
 
 _TASKS = (
     select(
@@ -26,10 +27,13 @@ _TASKS = (
     .group_by(Job.status, Job.priority)
 )  # fmt: skip
 _IS_FREE = Job.background_job.is_(None)
+_LEFT = Job.own_slots - Job.dispatched - Job.running
+_ALLOWED = case((or_(Job.own_slots.is_(None), Job.ready <= _LEFT), Job.ready), (_LEFT > 0, _LEFT), else_=0)
+"""The ready tasks of a job that its own limit of slots lets run now."""
 _WANTED = (
     select(
         Job.owner_id, Job.max_slots, Job.status, _IS_FREE,
-        func.sum(Job.ready), func.sum(Job.dispatched), func.sum(Job.running),
+        func.sum(_ALLOWED), func.sum(Job.dispatched), func.sum(Job.running),
     )
     .where(Job.status.in_(OPEN))
     .group_by(Job.owner_id, Job.max_slots, Job.status, _IS_FREE)

@@ -68,3 +68,11 @@ def test_a_paused_job_waits_for_no_slot_but_keeps_those_that_it_has(farm: Farm) 
         cancel_job(session, job_id, now_s=farm.now_s)
     farm.plan()
     assert figures(farm) == (0, 0, 0)
+
+
+def test_a_job_wants_no_more_slots_than_its_own_limit(farm: Farm) -> None:
+    farm.planned(slots=2, frames="1-9")
+    assert figures(farm) == (2, 0, 2)
+    orders = farm.dispatch()
+    farm.say(claimed(orders[0]))
+    assert figures(farm) == (1, 1, 2)
