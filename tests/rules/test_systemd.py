@@ -17,6 +17,7 @@ from service.main import SHUTDOWN_S
 from service.settings import Settings
 from tests.farm import LIPPMANN
 from tests.repository import DOCS, ROOT
+from worker.app import EXIT_REFUSED
 from worker.liveness import EXIT_STUCK
 from worker.settings import WorkerSettings
 
@@ -95,6 +96,11 @@ def test_a_unit_gains_no_rights_and_writes_its_folder_alone(unit: str) -> None:
     assert float(one(unit, "TimeoutStopSec")) >= 2 * SHUTDOWN_S
 
 
+def test_a_worker_has_the_time_to_finish_what_it_renders() -> None:
+    given = dict(value.split("=", 1) for value in options_of("worker")["Environment"])
+    assert float(one("worker", "TimeoutStopSec")) >= float(given["LIPPMANN_DRAIN_S"]) + 30
+
+
 def test_the_sandbox_of_a_worker_works_in_its_unit() -> None:
     allowed = set(one("worker", "SystemCallFilter").split())
     # bubblewrap mounts, and Landlock has calls that @system-service of systemd 252 lacks; each fails without.
@@ -111,8 +117,9 @@ def test_a_worker_sees_of_the_service_nothing_but_the_artifacts() -> None:
     assert one("worker", "BindPaths").split() == ["/var/lib/lippmann/artifacts", "/var/lib/lippmann/scratch"]
     theirs = set(re.findall(r"/etc/lippmann/[\w.-]+", (HERE / "lippmann-service.service").read_text()))
     hidden = {path.lstrip("-") for path in one("worker", "InaccessiblePaths").split()}
-    assert theirs - hidden == {"/etc/lippmann/order.key"}
+    assert theirs - hidden == {"/etc/lippmann/order.key"}, "both have the key of messages"
 
 
-def test_a_worker_that_is_stuck_ends_with_the_code_that_the_unit_names() -> None:
+def test_a_worker_that_is_stuck_is_started_again_and_one_that_is_shut_out_is_not() -> None:
     assert f"ends by itself, with {EXIT_STUCK}," in (HERE / "lippmann-worker.service").read_text()
+    assert one("worker", "RestartPreventExitStatus") == str(EXIT_REFUSED)
