@@ -20,8 +20,12 @@ from tests.broker import free_port
 from tests.farm import LIPPMANN
 from tests.waiting import ENOUGH_S, halt, until
 
-ANSWER_S = 3.0
+ANSWER_S = 2.0
 """The time after which a load balancer asks another service."""
+AWAY_S = 5.0
+"""The time for which it then leaves a service alone."""
+PAUSE_S = 0.02
+"""The pause between two requests of the traffic, so that tests have the cores too."""
 
 
 class ServiceProcess:
@@ -73,6 +77,7 @@ class Balancer:
 
     def __init__(self, urls: Sequence[str], key: str) -> None:
         self._turns = itertools.cycle(urls)
+        self._away_until_s = dict.fromkeys(urls, 0.0)
         headers = {"Authorization": f"Bearer {key}"}
         self._client = httpx.Client(headers=headers, timeout=httpx.Timeout(ANSWER_S))
 
@@ -80,14 +85,19 @@ class Balancer:
         """Return the first answer of a service that is there and has its database."""
         end_s = time.monotonic() + ENOUGH_S
         while time.monotonic() < end_s:
+            url = next(self._turns)
+            if self._away_until_s[url] > time.monotonic() and min(self._away_until_s.values()) < time.monotonic():
+                continue
             try:
-                answer = self._client.request(method, f"{next(self._turns)}/api/v1{path}", **options)
+                answer = self._client.request(method, f"{url}/api/v1{path}", **options)
             except httpx.TransportError:
+                self._away_until_s[url] = time.monotonic() + AWAY_S
                 continue
             if answer.status_code != httpx.codes.SERVICE_UNAVAILABLE:
                 answer.raise_for_status()
                 return answer
-            time.sleep(0.01)
+            self._away_until_s[url] = time.monotonic() + AWAY_S
+            time.sleep(PAUSE_S)
         raise AssertionError(f"no service has answered {method} {path} within {ENOUGH_S} s")
 
     def get(self, path: str) -> Any:
@@ -122,6 +132,7 @@ def traffic(balancer: Balancer, paths: Sequence[str]) -> Iterator[Traffic]:
                 balancer.get(path)
                 sent.requests += 1
                 sent.longest_s = max(sent.longest_s, time.monotonic() - begun_s)
+                time.sleep(PAUSE_S)
         except BaseException as error:  # raised in the thread of the test, below
             sent.error = error
 
@@ -139,7 +150,6 @@ class EventReader:
 
     def __init__(self, urls: Sequence[str], key: str) -> None:
         self.ids: list[int] = []
-        self.streams = 0
         self._turns, self._key = itertools.cycle(urls), key
         self._stopping = threading.Event()
         self._thread = threading.Thread(target=self._read_always, daemon=True)
@@ -158,14 +168,13 @@ class EventReader:
                     "GET", f"{next(self._turns)}/api/v1/events", headers=headers, timeout=ANSWER_S
                 ) as got:
                     got.raise_for_status()
-                    self.streams += 1
                     self._read(got)
             except httpx.HTTPError:
                 continue
 
     def _read(self, answer: httpx.Response) -> None:
-        for event in parse_events(answer.iter_lines()):
-            if self._stopping.is_set():
-                return
+        # Comments come all the time, so a reader that is told to stop soon does.
+        lines = itertools.takewhile(lambda _: not self._stopping.is_set(), answer.iter_lines())
+        for event in parse_events(lines):
             if event.id:
                 self.ids.append(int(event.id))

@@ -1,10 +1,12 @@
-"""Make `old_farm.tar.xz`: the data folder of a farm of commit 43cd948 (revision 0002), killed in the middle of a job.
+"""Make `old_farm_REVISION.tar.xz`: the data folder of a farm of an older version, killed in the middle of a job.
 
+The versions are commit 43cd948 (revision 0002) and commit 5191796 (revision 0009), the last one before stores in
+buckets.
 It runs with that version, and only the standard library:
 
-    git worktree add /tmp/old 43cd948
+    git worktree add /tmp/old 5191796
     python3 -m venv /tmp/old/.venv && /tmp/old/.venv/bin/pip install /tmp/old
-    cd tests/integration/lippmann && PATH=/tmp/old/.venv/bin:$PATH python3 old_farm.py old_farm.tar.xz
+    cd tests/integration/lippmann && PATH=/tmp/old/.venv/bin:$PATH python3 old_farm.py old_farm_0009.tar.xz
 
 The folder holds the database, without posters and without the scenes that the job does not use, and the artifacts of
 the job. The broker's data is left out, as if it had been wiped.

@@ -1,4 +1,4 @@
-"""A farm of the release before, killed in the middle of a job, goes on with this version; see `old_farm.py`."""
+"""A farm of an older version, killed in the middle of a job, goes on with this version; see `old_farm.py`."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ from contextlib import closing
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from tests.farm import ended, farm_up
 from tests.integration.lippmann.conftest import run
 from tests.needs import needs_povray
 
-FARM = Path(__file__).with_name("old_farm.tar.xz")
+NEWEST = "0009"
 ENVIRONMENT = {"LIPPMANN_LEASE_TTL_S": "8"}
 """Nothing but the silence is known of the attempts of an older worker, and a test does not wait for 45 s."""
 
@@ -23,12 +25,19 @@ def _tasks(data: Path) -> dict[int, dict[str, Any]]:
         return {row["sequence"]: dict(row) for row in connection.execute("SELECT * FROM tasks")}
 
 
-@needs_povray
-def test_a_job_of_the_release_before_ends_with_every_frame_rendered_once(tmp_path: Path) -> None:
-    data = tmp_path / "data"
+def unpacked(revision: str, folder: Path) -> Path:
+    """Unpack the farm of an older version, and return its data folder."""
+    data = folder / "data"
     data.mkdir()
-    with tarfile.open(FARM) as archive:
+    with tarfile.open(Path(__file__).with_name(f"old_farm_{revision}.tar.xz")) as archive:
         archive.extractall(data, filter="data")
+    return data
+
+
+@needs_povray
+@pytest.mark.parametrize("revision", [pytest.param("0002", marks=pytest.mark.long), NEWEST])
+def test_a_job_of_an_older_version_ends_with_every_frame_rendered_once(tmp_path: Path, revision: str) -> None:
+    data = unpacked(revision, tmp_path)
     before = _tasks(data)
     done = {number for number, task in before.items() if task["status"] == "done"}
     held = {number for number, task in before.items() if task["status"] in ("running", "dispatched")}

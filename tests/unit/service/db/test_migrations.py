@@ -1,17 +1,24 @@
-"""A job that was taken before outputs had options: it shows, is retried and finishes; nothing is migrated."""
+"""A job that was taken before outputs had options: it shows, is retried and finishes; nothing is migrated.
+
+And migrations only add to the schema of the version before, whose processes go on during an upgrade.
+"""
 
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
-from sqlalchemy import update
+from alembic import command
+from sqlalchemy import Connection, inspect, update
 
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.outputs.choice import DEFAULT_OUTPUTS, output_called
 from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.job.states import JobStatus
 from lippmann.plan import artifact_names as names
+from service.db.engine import Database
+from service.db.migrations import alembic_config
 from service.db.tables import Job
 from tests.builders_service import Client, Farm, claimed, done, failed
 
@@ -69,3 +76,33 @@ def test_a_job_of_before_that_is_not_planned_yet_asks_workers_for_the_same_files
     assert [(task.output, task.artifact) for task in encodes] == [(name, f"video/{name}") for name in NAMES]
     sheet = ResolvedJob.model_validate_json(api_farm.store.files[f"{job_id}/{names.JOB_FILE}"])
     assert tuple(output_called(sheet.spec.outputs, name) for name in NAMES) == DEFAULT_OUTPUTS
+
+
+ROLLING = "0009"
+"""The revision of the oldest version that may be upgraded while it works."""
+
+
+def _columns(connection: Connection) -> dict[tuple[str, str], tuple[str, bool, bool]]:
+    """Return the type of each column, whether it may be null, and whether it has a default."""
+    found = inspect(connection)
+    return {
+        (table, column["name"]): (str(column["type"]), bool(column["nullable"]), column["default"] is not None)
+        for table in found.get_table_names()
+        if table != "alembic_version"
+        for column in found.get_columns(table)
+    }
+
+
+def test_a_process_of_the_version_before_can_work_with_the_schema_of_this_one(tmp_path: Path) -> None:
+    database = Database(f"sqlite:///{tmp_path}/farm.db")
+    with database.connecting() as connection:
+        command.upgrade(alembic_config(connection), ROLLING)
+        before = _columns(connection)
+        command.upgrade(alembic_config(connection), "head")
+        after = _columns(connection)
+    database.dispose()
+    assert before.keys() <= after.keys(), "the version before reads and writes these columns"
+    assert {name: after[name][:2] for name in before} == {name: kind[:2] for name, kind in before.items()}
+    tables = {table for table, _ in before}
+    added = {name: kind for name, kind in after.items() if name not in before and name[0] in tables}
+    assert [name for name, (_, nullable, has_default) in added.items() if not (nullable or has_default)] == []
