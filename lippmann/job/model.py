@@ -7,8 +7,11 @@ import inspect
 import textwrap
 from typing import Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler
+from pydantic import BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler, field_validator
 from pydantic_core import CoreSchema, PydanticKnownError
+
+LEAST = 1e-12
+"""The least number of a job that is not 0, in whatever unit; lengths are in mm or um."""
 
 
 class JobModel(BaseModel):
@@ -19,6 +22,15 @@ class JobModel(BaseModel):
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @field_validator("*")
+    @classmethod
+    def _check_not_tiny(cls, value: Any) -> Any:
+        """Refuse numbers so small that a quotient or a product with them is infinite or 0."""
+        for number in value if isinstance(value, tuple) else (value,):
+            if isinstance(number, float) and 0 < abs(number) < LEAST:
+                raise ValueError(f"a size of at least {LEAST:g}, or 0 where 0 is possible, got {number:g}")
+        return value
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import pytest
 from pydantic import Field, ValidationError
 
 from lippmann.errors import MAX_PROBLEMS, SpecError
-from lippmann.job.model import JobModel, at_most
+from lippmann.job.model import LEAST, JobModel, at_most
 from lippmann.job.problems import MAX_TRANSLATED
 from lippmann.job.spec import parse_spec
 
@@ -54,3 +54,21 @@ def test_very_many_unknown_fields_are_counted_though_not_all_are_translated() ->
     with pytest.raises(SpecError) as raised:
         parse_spec({"scene": "fish", **{f"f{number}": 1 for number in range(unknown)}})
     assert raised.value.problems[-1].got == f"{unknown - MAX_PROBLEMS:,} more"
+
+
+@pytest.mark.parametrize(
+    ("field", "spec"),
+    [
+        ("outputs.0.pitch_um", {"outputs": [{"kind": "calibration_sheet", "pitch_um": 5e-324}]}),
+        ("outputs.0.dpi", {"outputs": [{"kind": "print", "dpi": 5e-324}]}),
+        ("rig.lens_array.pitch_mm", {"rig": {"lens_array": {"pitch_mm": 1e-13}}}),
+        ("rig.lens_array.offset_mm", {"rig": {"lens_array": {"offset_mm": -1e-300}}}),
+        ("stage.location", {"stage": {"location": [0, 1e-300, 5]}}),
+    ],
+)
+def test_a_number_that_is_almost_nothing_is_refused_by_its_name(field: str, spec: dict[str, Any]) -> None:
+    with pytest.raises(SpecError) as raised:
+        parse_spec({"scene": "fish", **spec})
+    (problem,) = raised.value.problems
+    assert problem.field == field
+    assert problem.expected == f"a size of at least {LEAST:g}, or 0 where 0 is possible"
