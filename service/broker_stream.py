@@ -23,6 +23,7 @@ from lippmann.errors import InvalidText
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Directions, Event, Lease, NotClaiming, Presence
 from lippmann.job.messages.seals import Refused, Seals
+from lippmann.job.messages.worker_keys import KEY_ID, KEY_REFUSAL
 from lippmann.untrusted.json_text import JsonLimits, read_json
 from service.errors import BrokerUnavailable
 
@@ -69,6 +70,14 @@ class Stream:
             texts: Any = self._quick.mget(keys) if keys else []
         found = (self._presence(key, text) for key, text in zip(keys, texts, strict=True) if text is not None)
         return tuple(sorted((presence for presence in found if presence), key=lambda presence: presence.name))
+
+    def refused_keys(self) -> tuple[str, ...]:
+        """Return the worker keys with which workers were refused in the last day, sorted by id."""
+        prefix = wire.stop_key(KEY_REFUSAL)
+        with _translated():
+            found = [key.decode() for key in islice(self._quick.scan_iter(match=f"{prefix}*", count=1000), MAX_WORKERS)]
+        ids = (key.removeprefix(prefix) for key in found)
+        return tuple(sorted(key_id for key_id in ids if KEY_ID.fullmatch(key_id)))
 
     def first_order(self, requirement: str = "") -> bytes | None:
         """Return the message that the next poll of the queue of a requirement gets; None if no order waits."""

@@ -58,7 +58,6 @@ STALE_STOPPING_S = 3600.0
 
 EXIT_REFUSED = 78
 """The exit code of a worker whose key the farm refuses: EX_CONFIG of sysexits.h."""
-REFUSED = "the farm refuses the key {key_id} of this worker: it was revoked, has expired, or is of another farm"
 NO_POVRAY = "none"
 """The version of POV-Ray of a worker that has none."""
 
@@ -167,18 +166,25 @@ def _check_key(broker: BrokerClient) -> None:
     """End if the farm already refuses the key of this worker. A broker that is away is no reason not to start."""
     key = settings.worker_key
     with suppress(RedisError):
-        if key is not None and broker.is_key_refused(key.id):
+        if broker.is_key_refused(None if key is None else key.id):
             is_key_refused.set()
-            log.critical(REFUSED.format(key_id=key.id))
+            log.critical(_refused_text())
             raise SystemExit(EXIT_REFUSED)
 
 
-def _end_refused(key_id: str) -> None:
+def _end_refused() -> None:
     """End as on SIGTERM, once, because the farm refuses the key: nothing that this worker does would count."""
     if not is_key_refused.is_set():
         is_key_refused.set()
-        log.critical(f"{REFUSED.format(key_id=key_id)}; the worker ends")
+        log.critical(f"{_refused_text()}; the worker ends")
         os.kill(os.getpid(), signal.SIGTERM)
+
+
+def _refused_text() -> str:
+    if settings.worker_key is None:
+        return "the farm accepts only workers with a key of their own; join it with a file (`lippmann worker --join`)"
+    key_id = settings.worker_key.id
+    return f"the farm refuses the key {key_id} of this worker: it was revoked, has expired, or is of another farm"
 
 
 def broker_client() -> BrokerClient:

@@ -44,7 +44,7 @@ class ConsumerLiveness:
         *,
         find_fault: Callable[[], PresenceFault | None] = lambda: None,
         refused: Callable[[], int] = lambda: 0,
-        on_key_refused: Callable[[str], None] = lambda key_id: None,
+        on_key_refused: Callable[[], None] = lambda: None,
         clock: Callable[[], float] = time.time,
     ) -> None:
         self._find_fault = find_fault
@@ -97,9 +97,8 @@ class ConsumerLiveness:
         try:
             self._broker.publish_presence(self._presence)
             self._is_unsigned_logged = False
-            key_id = self._presence.worker_key
-            if key_id is not None and self._broker.is_key_refused(key_id):
-                self._on_key_refused(key_id)
+            if self._broker.is_key_refused(self._presence.worker_key):
+                self._on_key_refused()
         except RedisError:
             return
         except (NoKey, BadInput) as error:

@@ -179,8 +179,8 @@ class BrokerClient:
                 time.sleep(pause_s)
                 pause_s = min(2 * pause_s, 1.0)
 
-    def is_key_refused(self, key_id: str) -> bool:
-        """Return whether the service says that it refuses a worker key."""
+    def is_key_refused(self, key_id: str | None) -> bool:
+        """Return whether the service says that it refuses a worker key, or workers without one."""
         name = key_refusal(key_id)
         found = self._redis.get(wire.stop_key(name))
         return isinstance(found, bytes) and self._is_stop(name, found)

@@ -69,6 +69,8 @@ What happens in its own process wakes it at once; this is the time until it noti
 IDLE_TICKS = 5
 ELECTION_S = 0.5
 """The interval at which a process looks whether it may lead."""
+KEYLESS_S = 60.0
+"""The time for which the broker keeps the signal that workers without a key are refused."""
 PRESENCE_S = 1.0
 """The time for which the list of workers is cached."""
 LOSS_S = 1.0
@@ -348,6 +350,8 @@ class Coordinator:
         names = sorted({key_refusal(key_id) for key_id in refused if key_id is not None})
         if names:
             self._stream.stop(names, ttl_s=self._settings.stop_ttl_s)
+        if None in refused:  # The setting that refuses them may change, so this is said for a short time.
+            self._stream.stop([key_refusal(None)], ttl_s=KEYLESS_S)
 
     def _watch_claims(self) -> None:
         if self.election.is_leader:

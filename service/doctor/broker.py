@@ -9,32 +9,38 @@ from redis.exceptions import AuthenticationError, NoPermissionError, RedisError,
 
 from lippmann.errors import BadInput
 from lippmann.job.messages.events import Presence
+from lippmann.job.messages.worker_keys import KEY_REFUSED
 from service.broker_stream import Stream
+from service.db.engine import Database
 from service.doctor.finding import Check, Finding, Level
 from service.errors import BrokerUnavailable
 from service.health import version_note
 from service.settings import Settings
+from service.worker_keys.registry import WorkerKeys
 
 _REFUSALS = (AuthenticationError, NoPermissionError, ResponseError)
 _INVALID_CERTIFICATE = "CERTIFICATE_VERIFY_FAILED"
 
 
-def check_broker(settings: Settings) -> Iterator[Finding]:
-    """Yield what is wrong with the way to the broker, if the settings name one.
+def check_broker(settings: Settings, database: Database) -> Iterator[Finding]:
+    """Yield what is wrong with the way to the broker, if the settings name one, and the workers with refused keys.
 
     A broker that does not answer is only a note, since a farm that is examined need not run.
     """
     if "redis_url" not in settings.model_fields_set:
         return
     try:
-        url, seals = settings.broker, settings.seals
+        url = settings.broker
+        seals = WorkerKeys(database, needed=settings.workers_need_keys).seals(settings)
     except BadInput as error:
         yield Finding(Check.BROKER, Level.ERROR, error.message)
         return
     with closing(Stream(url, seals=seals, timeout_s=settings.broker_timeout_s)) as stream:
         try:
             stream.first_order()
-            yield from _check_workers(stream.presences())
+            workers = stream.presences()
+            yield from _check_workers(workers)
+            yield from _refused_workers(workers, stream.refused_keys())
         except BrokerUnavailable as error:
             cause = error.__cause__
             is_refused = isinstance(cause, _REFUSALS) or _INVALID_CERTIFICATE in str(cause)
@@ -47,3 +53,16 @@ def _check_workers(workers: Iterable[Presence]) -> Iterator[Finding]:
     for worker in workers:
         if (note := version_note(worker)) is not None:
             yield Finding(Check.WORKERS, Level.NOTE if worker.understands() else Level.WARNING, note)
+
+
+def _refused_workers(workers: Iterable[Presence], refused_keys: Iterable[str]) -> Iterator[Finding]:
+    """Yield the workers whose keys are refused, and the keys of those that have ended since."""
+    present = set()
+    for worker in workers:
+        if worker.fault is not None and worker.fault.code == KEY_REFUSED:
+            present.add(worker.worker_key)
+            message = f"worker {worker.name} on {worker.host} is refused: {worker.fault.message}"
+            yield Finding(Check.WORKERS, Level.WARNING, message)
+    for key_id in sorted(set(refused_keys) - present):
+        message = f"workers with the key {key_id}, which was revoked or has expired, were refused in the last day"
+        yield Finding(Check.WORKERS, Level.NOTE, message)

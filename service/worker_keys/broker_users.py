@@ -47,6 +47,8 @@ class BrokerUsers:
         )  # fmt: skip
         self._steady = steady
         self._checked_s = float("-inf")
+        self._right: set[str] = set()
+        """The keys whose users this process has made or set right: those of an earlier release had other rights."""
 
     def make(self, key: WorkerKey) -> bool:
         """Make the user of a key, or set it right; return False if the service may not make users.
@@ -97,8 +99,9 @@ class BrokerUsers:
             is_present = user_of(row.id).encode() in present
             if is_present and not is_valid:
                 self.delete([row.id])
-            elif is_valid and not is_present and self.make(key_of(row)):
-                log.info("the broker had lost the user of a worker key", key=row.id, name=row.name)
+            elif is_valid and not (is_present and row.id in self._right) and self.make(key_of(row)):
+                self._right.add(row.id)
+                log.info("a user of the broker is set right", key=row.id, name=row.name, was_lost=not is_present)
 
     def close(self) -> None:
         """Close every connection."""

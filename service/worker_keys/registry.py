@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from sqlalchemy.exc import SQLAlchemyError
 
-from lippmann.job.messages.seals import KeyRefused, Seals
+from lippmann.job.messages.seals import KeyRefused, Refused, Seals
 from service.db import access as access_rows
 from service.db.engine import Database
 from service.settings import Settings
@@ -55,6 +55,8 @@ class WorkerKeys:
         self._lock = threading.Lock()
         self._known: Mapping[str, _Known] = {}
         self._read_s = float("-inf")
+        self._is_read = False
+        """False if the database did not answer when the keys were to be read last."""
 
     def seals(self, settings: Settings) -> Seals:
         """Return the seals of the service, which verify the keys of workers."""
@@ -67,12 +69,16 @@ class WorkerKeys:
         ------
         KeyRefused
             If the key is unknown, was revoked or has expired, or if it is missing and workers need one.
+        Refused
+            If the key is unknown while the database does not answer. Then it may be a valid one.
         """
         if key_id is None:
             if self._needed:
                 raise KeyRefused("it has no worker key, and LIPPMANN_WORKERS_NEED_KEYS is set")
             return b""
         found, now_s = self._find(key_id), self._clock()
+        if found is None and not self._is_read:
+            raise Refused(f"the worker key {key_id[:32]} cannot be verified, since the database does not answer")
         if found is None:
             raise KeyRefused(f"its worker key {key_id[:32]} was revoked, or is none of this farm")
         if found.expires_s is not None and found.expires_s < now_s:
@@ -92,6 +98,7 @@ class WorkerKeys:
             with self._database.reading() as session:
                 rows = access_rows.worker_keys(session)
         except SQLAlchemyError:
+            self._is_read = False
             return
-        self._read_s = self._steady()
+        self._read_s, self._is_read = self._steady(), True
         self._known = {row.id: _Known(key_of(row).message_key, row.expires_s) for row in rows if row.revoked_s is None}

@@ -101,7 +101,7 @@ def _farm(data_dir: Path, *, repair: bool, deep: bool, adopt_store: bool) -> Dia
             found = examine_and_repair(patient, now_s=time.time(), by_content=deep)
         else:
             found = Diagnosis(examine(patient, now_s=time.time(), by_content=deep))
-    return replace(found, findings=(*found.findings, *check_broker(settings)))
+        return replace(found, findings=(*found.findings, *check_broker(settings, database)))
 
 
 def _data(found: Diagnosis) -> dict[str, Any]:

@@ -19,6 +19,8 @@ WORKER_SEAL = "worker_seal"
 """The field of a message with the signature of that key."""
 KEY_REFUSED = "worker-key"
 """The code of the fault of a worker whose key the farm refuses."""
+KEY_REFUSAL = "worker-key-"
+"""The beginning of the names of the stop signals that say that a worker key is refused."""
 KEY_ID = re.compile(r"[0-9a-f]{12}")
 _MESSAGES = "worker messages"
 _PASSWORD = "worker password at the broker"  # noqa: S105 - the purpose of a derived key
@@ -77,6 +79,10 @@ def key_of_instance(instance: object) -> str | None:
     return instance.partition(".")[0]
 
 
-def key_refusal(key_id: str) -> str:
-    """Return the name of the stop signal that tells the workers of a key that the farm refuses it."""
-    return f"worker-key-{key_id}"
+def key_refusal(key_id: str | None) -> str:
+    """Return the name of the stop signal that tells the workers of a key, or those without one, that they are refused.
+
+    >>> key_refusal("00112233aabb"), key_refusal(None)
+    ('worker-key-00112233aabb', 'worker-key-none')
+    """
+    return f"{KEY_REFUSAL}{key_id or 'none'}"

@@ -9,21 +9,30 @@ from contextlib import ExitStack
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from lippmann.client import Client
+from lippmann.job.messages.orders import TaskKind
+from lippmann.job.spec import JobSpec
 from lippmann.join_file import write_join_file
 from lippmann.plan import artifact_names as names
 from service.schemas.task import Task
 from tests.authority import Authority
 from tests.broker import Broker, free_port
-from tests.builders import small_job
+from tests.builders import local_place, order_of, small_job, stored_job, stored_picture, tiles_of
 from tests.farm import LIPPMANN, ended
 from tests.object_store import ObjectStore, running_object_store
 from tests.tcp_proxy import tcp_proxy
 from tests.waiting import ENOUGH_S
 from tests.waiting import until as soon
-from worker.app import EXIT_REFUSED
+from worker.images.read import read_rgb
+from worker.tasks.assemble import assemble_frame
+from worker.tasks.monitor import NullMonitor
+from worker.tasks.render import render_tile
+
+EXIT_REFUSED = 78
 
 NOTHING = {name: value for name, value in os.environ.items() if name in ("PATH", "HOME", "LANG", "TMPDIR")}
 """The environment of a machine that knows nothing of the farm."""
@@ -79,14 +88,19 @@ def farm(tmp_path_factory: pytest.TempPathFactory, objects: ObjectStore) -> Iter
     with ExitStack() as stack:
         stack.callback(broker.kill)
         context = authority.server_context("127.0.0.1")
-        proxy = stack.enter_context(tcp_proxy(("127.0.0.1", broker.port), tls=context))
-        assert isinstance(proxy.address, tuple)
+
+        def behind_tls(port: int) -> str:
+            proxy = stack.enter_context(tcp_proxy(("127.0.0.1", port), tls=context))
+            assert isinstance(proxy.address, tuple)
+            return f"127.0.0.1:{proxy.address[1]}"
+
         environment = {
             **os.environ,
-            "LIPPMANN_REDIS_URL": f"rediss://127.0.0.1:{proxy.address[1]}/0",
+            "LIPPMANN_REDIS_URL": f"rediss://{behind_tls(broker.port)}/0",
             "LIPPMANN_REDIS_CA_FILE": str(authority.ca_file),
             "LIPPMANN_STORE_URL": f"s3://{objects.new_bucket()}/farm",
-            "LIPPMANN_S3_ENDPOINT": objects.endpoint,
+            "LIPPMANN_S3_ENDPOINT": f"https://{behind_tls(objects.port)}",
+            "AWS_CA_BUNDLE": str(authority.ca_file),
             "LIPPMANN_DATA_DIR": str(folder / "service"),
             "LIPPMANN_WORKERS_NEED_KEYS": "true",
         }
@@ -108,6 +122,15 @@ def task_of(farm: JoinableFarm, job_id: str, worker: str) -> Task | None:
     return next((one for one in tasks if one.status == "running" and one.worker == worker and one.frame), None)
 
 
+def rendered_here(spec: JobSpec, folder: Path) -> NDArray[np.float16]:
+    """Return the first frame, rendered without a farm."""
+    place = local_place(folder)
+    stored_job(place, spec)
+    render_tile(place, order_of(TaskKind.RENDER, tile=tiles_of(spec)[0]), NullMonitor())
+    assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
+    return stored_picture(place, names.orthoscopic_name(1))
+
+
 @pytest.mark.promise(
     "Between processes", "What a worker with a revoked key does counts no more, and its tasks go to others."
 )
@@ -118,7 +141,8 @@ def test_a_machine_joins_by_a_file_and_the_farm_goes_on_when_its_key_is_revoked_
     write_join_file(farm.file("one"), made.join)
     one = farm.join("one")
     soon(lambda: farm.client.health().slots == 1)
-    job = farm.client.submit(small_job("fish", count=(48, 36), frames="1").model_dump(mode="json"))
+    spec = small_job("fish", count=(48, 36), frames="1")
+    job = farm.client.submit(spec.model_dump(mode="json"))
     soon(lambda: task_of(farm, job.id, "one"))
     task = task_of(farm, job.id, "one")
     assert task is not None
@@ -136,10 +160,11 @@ def test_a_machine_joins_by_a_file_and_the_farm_goes_on_when_its_key_is_revoked_
     redone = farm.client.task(job.id, task.id)
     assert (redone.worker, redone.status) == ("two", "done")
     farm.client.download(job.id, names.orthoscopic_name(1), tmp_path / "first.exr")
-    assert (tmp_path / "first.exr").stat().st_size
+    assert np.array_equal(read_rgb(tmp_path / "first.exr", np.float16), rendered_here(spec, tmp_path))
     assert sorted(path.name for path in (farm.folder / "two").iterdir()) == ["data"]
     assert sorted(path.name for path in (farm.folder / "two/data").iterdir()) == ["join", "scratch"]
     (key,) = farm.client.worker_keys()
+    assert (key.name, key.used_at is not None, key.has_broker_user) == ("own user", True, True)
     farm.client.revoke_key(key.id)
     soon(lambda: "refuses the user of this worker, whose key may be revoked" in farm.log("two"))
     assert two.poll() is None

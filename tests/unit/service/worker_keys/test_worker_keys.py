@@ -16,11 +16,14 @@ from redis.exceptions import AuthenticationError, RedisError
 from redis.retry import Retry
 from sqlalchemy import text
 
-from lippmann.job.messages.seals import KeyRefused
+from lippmann.job.messages import wire
+from lippmann.job.messages.seals import KeyRefused, Refused
 from lippmann.job.messages.worker_keys import WorkerKey
 from lippmann.join_file import JoinFile
-from service.coordinator.coordinator import Coordinator
+from service.coordinator.coordinator import KEYLESS_S, Coordinator
 from service.db.tables import Credential
+from service.doctor.broker import check_broker
+from service.doctor.finding import Level
 from service.events.wakeup import Wakeup
 from service.worker_keys.broker_users import RIGHTS, user_of
 from service.worker_keys.registry import KNOWN_S, WorkerKeys
@@ -108,6 +111,11 @@ def test_while_the_database_is_away_the_known_keys_count(api: Client, api_farm: 
         session.execute(text("ALTER TABLE credentials RENAME TO gone"))
     steady[0] += 60
     assert registry.message_key(join.worker.id) == known
+    # A key that may be valid is not refused for good, or all workers would end while the database is away.
+    for unknown in (registry, WorkerKeys(api_farm.database)):
+        with pytest.raises(Refused, match="the database does not answer") as refused:
+            unknown.message_key("0" * 12)
+        assert not isinstance(refused.value, KeyRefused)
 
 
 def test_a_worker_without_a_key_is_refused_only_where_keys_are_needed(api_farm: Farm) -> None:
@@ -215,7 +223,26 @@ def test_a_worker_whose_key_was_revoked_is_shown_with_the_reason_and_told(
         return client.is_key_refused(key.id)
 
     until(is_told)
+    warned = [one for one in check_broker(farm.settings, farm.database) if "refused" in one.message]
+    broker.client.delete(wire.presence_key("w1"))
+    noted = list(check_broker(farm.settings, farm.database))
     coordinator.stop()
+    assert [one.level for one in (*warned, *noted)] == [Level.WARNING, Level.NOTE]
+    assert f"worker w1 on h is refused: its worker key {key.id} was revoked" in warned[0].message
+    assert key.id in noted[0].message
+
+
+def test_workers_without_a_key_are_told_where_keys_are_needed(make_farm: Callable[..., Farm], broker: Broker) -> None:
+    farm = make_farm(redis_url=broker.url, workers_need_keys=True)
+    farm.settings.order_keys.ensure()
+    put_presence(broker.client, presence("w1"), farm.settings.seals)
+    coordinator = Coordinator(farm.database, farm.parts.store, farm.settings, Wakeup(), clock=lambda: farm.now_s)
+    client = BrokerClient(broker.url, "w1", seals=farm.settings.seals)
+    assert not client.is_key_refused(None)
+    (found,) = coordinator._present()
+    coordinator.stop()
+    assert (found.slots, client.is_key_refused(None)) == (0, True)
+    assert 0 < broker.client.ttl(wire.stop_key("worker-key-none")) <= KEYLESS_S
 
 
 def test_a_service_that_may_make_no_users_says_which_rights_it_lacks(
