@@ -22,6 +22,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 from lippmann.broker_settings import ENDPOINT_URL, STORE_URL
 from lippmann.errors import BadInput
 from lippmann.job.messages.worker_keys import KEY_ID
+from lippmann.job.workers import MAX_TAGS, Pool, Tag
 from lippmann.key_file import KEY_BYTES, MAX_KEYS, private_bytes
 
 MAX_JOIN_BYTES = 1_000_000
@@ -73,6 +74,10 @@ class JoinKey(JoinPart):
     name: Line
     expires_at: Moment | None = None
     """The time after which the farm refuses the key; null for a key that does not expire."""
+    pool: Pool = ""
+    """The pool of the worker; if empty, its own setting counts."""
+    tags: Annotated[tuple[Tag, ...], Field(max_length=MAX_TAGS)] = ()
+    """The tags of the worker; if there are none, its own setting counts."""
 
 
 class JoinBroker(JoinPart):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import uuid
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from http import HTTPStatus
 from pathlib import Path
 from types import TracebackType
@@ -382,14 +382,20 @@ class Client:
         return self._get(WorkerKeyList, "/worker-keys").items
 
     def create_worker_key(
-        self, name: str, *, expires_in_days: float | None = None, broker_user: BrokerUser = "own"
+        self,
+        name: str,
+        *,
+        expires_in_days: float | None = None,
+        pool: str = "",
+        tags: Sequence[str] = (),
+        broker_user: BrokerUser = "own",
     ) -> NewWorkerKey:
         """Create a worker key with its join file, which only this answer contains. `revoke_key` revokes it.
 
         With the `broker_user` `given`, the join file has no user and no password at the broker, and you add them.
         """
-        options = {"expires_in_days": expires_in_days} if expires_in_days is not None else {}
-        body = {"name": name, "broker_user": broker_user} | options
+        options: dict[str, Any] = {"expires_in_days": expires_in_days} if expires_in_days is not None else {}
+        body = {"name": name, "pool": pool, "tags": list(tags), "broker_user": broker_user} | options
         return _answered(NewWorkerKey, self._transport.request("POST", f"{_API}/worker-keys", json=body))
 
     def usage(self) -> Usage:

@@ -96,6 +96,7 @@ _ABSENT = ("LIPPMANN_REDIS_PASSWORD_FILE", "LIPPMANN_REDIS_CA_FILE", "LIPPMANN_S
 def _settings(join: JoinFile) -> dict[str, str]:
     found = {"LIPPMANN_REDIS_URL": _broker_url(join), "LIPPMANN_STORE_URL": join.store.url}
     optional = {"LIPPMANN_S3_ENDPOINT": join.store.endpoint, "LIPPMANN_S3_REGION": join.store.region}
+    optional |= {"LIPPMANN_WORKER_POOL": join.worker.pool, "LIPPMANN_WORKER_TAGS": ",".join(join.worker.tags)}
     if join.store.access_key:
         optional["AWS_EC2_METADATA_DISABLED"] = "true"  # The keys are known, and nobody else is asked for them.
     return found | {name: value for name, value in optional.items() if value}

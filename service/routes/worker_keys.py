@@ -43,8 +43,7 @@ def create_worker_key(request: WorkerKeyRequest, state: AppStateDep, caller: Adm
     expires_s = None if request.expires_in_days is None else now_s + request.expires_in_days * 86_400
     with state.database.writing() as session:
         row, join = create(
-            session, request.name, settings=state.settings, users=state.broker_users, broker_user=request.broker_user,
-            expires_s=expires_s, now_s=now_s,
+            session, request, settings=state.settings, users=state.broker_users, expires_s=expires_s, now_s=now_s
         )  # fmt: skip
         record(session, caller, AuditAction.CREATE_WORKER_KEY, row.id, now_s=now_s, detail=f"name {request.name}")
         has_broker_user = row.has_broker_user

@@ -7,6 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
+from lippmann.job.workers import MAX_TAGS, Pool, Tag
 from lippmann.join_file import JoinFile
 from service.schemas.access import PRINTABLE
 from service.schemas.answer import Answer
@@ -21,6 +22,10 @@ class WorkerKeyRequest(Answer):
     """The name of the key: the machine that joins with it, or its purpose."""
     expires_in_days: float | None = Field(default=None, gt=0, le=36_500)
     """The time until the key expires; null for a key that does not."""
+    pool: Pool = ""
+    """The pool of the workers with the key; empty for the setting of the worker."""
+    tags: tuple[Tag, ...] = Field(default=(), max_length=MAX_TAGS)
+    """The tags of the workers with the key; none for the setting of the worker."""
     broker_user: BrokerUser = "own"
     """`own` for a user of its own at the broker, where the service may make users; otherwise the one of the service
     itself, if this is the default user. `given` for a join file without user and password, which you add."""

@@ -22,7 +22,7 @@ from service.db.tables import Credential, CredentialKind
 from service.errors import BrokerUnavailable
 from service.schemas.access import Role
 from service.schemas.answer import utc_or_none
-from service.schemas.worker_keys import BrokerUser
+from service.schemas.worker_keys import WorkerKeyRequest
 from service.settings import Settings
 from service.worker_keys.broker_users import BrokerUsers, user_of
 
@@ -30,8 +30,8 @@ MAX_CERTIFICATES_BYTES = 500_000
 
 
 def create_worker_key(
-    session: Session, name: str, *, settings: Settings, users: BrokerUsers, broker_user: BrokerUser,
-    expires_s: float | None, now_s: float,
+    session: Session, wanted: WorkerKeyRequest, *, settings: Settings, users: BrokerUsers, expires_s: float | None,
+    now_s: float,
 ) -> tuple[Credential, JoinFile]:  # fmt: skip
     """Create a worker key, with a user of its own at the broker if wanted and possible; return its row and join file.
 
@@ -44,14 +44,14 @@ def create_worker_key(
     """
     _check_reachable(settings)
     row, secret = create_credential(
-        session, CredentialKind.WORKER, name, Role.VIEWER, expires_s=expires_s, now_s=now_s
+        session, CredentialKind.WORKER, wanted.name, Role.VIEWER, expires_s=expires_s, now_s=now_s
     )  # fmt: skip
     key = WorkerKey.of_secret(row.id, secret)
     broker = _broker(settings)
-    if broker_user == "own" and users.make(key):
+    if wanted.broker_user == "own" and users.make(key):
         row.has_broker_user = True
         broker = broker.model_copy(update={"user": user_of(key.id), "password": key.broker_password})
-    elif broker_user == "given":
+    elif wanted.broker_user == "given":
         broker = broker.model_copy(update={"user": "", "password": ""})
     elif broker.user:
         raise BadInput(
@@ -64,7 +64,14 @@ def create_worker_key(
         farm=settings.base_url,
         release=version("lippmann"),
         order_keys=tuple(one.hex() for one in order_keys),
-        worker=JoinKey(id=row.id, secret=secret, name=name, expires_at=utc_or_none(expires_s)),
+        worker=JoinKey(
+            id=row.id,
+            secret=secret,
+            name=wanted.name,
+            expires_at=utc_or_none(expires_s),
+            pool=wanted.pool,
+            tags=wanted.tags,
+        ),
         broker=broker,
         store=_store(settings, os.environ),
     )

@@ -43,6 +43,8 @@ def create(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The join file of a worker key. It must not exist.")
     ] = None,
+    pool: Annotated[str, typer.Option(help="The pool of the worker, if it is in one.")] = "",
+    tag: Annotated[list[str] | None, typer.Option(help="A tag of the worker; it may be repeated.")] = None,
     redis_url: Annotated[
         str | None,
         typer.Option(help="The broker in the join file, and your user for workers, if not as the service has them."),
@@ -72,10 +74,12 @@ def create(
             )
         if out is None:
             raise BadInput("--worker: expected --out FILE for the join file, got none")
-        _create_worker_key(name, days, out, given, output, connection)
+        _create_worker_key(
+            name, out, {"expires_in_days": days, "pool": pool, "tags": tag or ()}, given, output, connection
+        )
         return
-    if out is not None or any(value is not None for value in given.values()):
-        raise BadInput("expected --worker beside --out, --redis-... and --s3-..., got none")
+    if out is not None or pool or tag or any(value is not None for value in given.values()):
+        raise BadInput("expected --worker beside --out, --pool, --tag, --redis-... and --s3-..., got none")
     limits = dict(_limit(text) for text in limit or ())
     with connection.client() as client:
         made = client.create_key(name, role, owner_id=owner, expires_in_days=days, limits=limits or None)
@@ -84,7 +88,7 @@ def create(
 
 
 def _create_worker_key(
-    name: str, days: float | None, out: Path, given: dict[str, Any], output: Output, connection: Connection
+    name: str, out: Path, wanted: dict[str, Any], given: dict[str, Any], output: Output, connection: Connection
 ) -> None:
     from lippmann.farm.joining import complete, notes_on
     from lippmann.join_file import check_absent, write_join_file
@@ -92,7 +96,7 @@ def _create_worker_key(
     check_absent(out)
     with connection.client() as client:
         made = client.create_worker_key(
-            name, expires_in_days=days, broker_user="own" if given["password_file"] is None else "given"
+            name, **wanted, broker_user="own" if given["password_file"] is None else "given"
         )
         try:
             join = complete(made.join, **given)

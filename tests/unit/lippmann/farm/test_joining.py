@@ -41,6 +41,15 @@ def test_a_worker_has_all_its_settings_from_the_file(tmp_path: Path, monkeypatch
     assert {path.name for path in folder.iterdir()} == before, "no temporary file is left"
 
 
+def test_the_pool_and_the_tags_of_a_file_count_and_without_them_those_of_the_environment(tmp_path: Path) -> None:
+    labelled = JOIN.model_copy(update={"worker": JOIN.worker.model_copy(update={"pool": "night", "tags": ("a", "b")})})
+    environment = {"LIPPMANN_WORKER_POOL": "day"}
+    assert join_farm(JOIN, tmp_path, environment) == []
+    assert environment["LIPPMANN_WORKER_POOL"] == "day"
+    assert join_farm(labelled, tmp_path, environment) == ["LIPPMANN_WORKER_POOL"]
+    assert (environment["LIPPMANN_WORKER_POOL"], environment["LIPPMANN_WORKER_TAGS"]) == ("night", "a,b")
+
+
 def test_what_the_environment_says_of_another_farm_does_not_count_and_is_named(tmp_path: Path) -> None:
     environment = {
         "LIPPMANN_REDIS_URL": "redis://other", "LIPPMANN_S3_REGION": "there", "LIPPMANN_SLOTS": "3",

@@ -55,7 +55,9 @@ def made(api: Client, **changes: Any) -> JoinFile:
 
 
 def test_a_worker_key_comes_with_everything_that_a_worker_needs(api: Client, api_farm: Farm) -> None:
-    join = made(api, expires_in_days=2)
+    join = made(api, expires_in_days=2, pool="night", tags=["big"])
+    assert (join.worker.pool, join.worker.tags) == ("night", ("big",))
+    assert api.post(PATH, json=GIVEN | {"tags": ["A B"]}).status_code == 422
     assert join.worker.expires_at == datetime.fromtimestamp(api_farm.now_s + 2 * 86_400, UTC)
     assert [key.hex() for key in api_farm.settings.order_keys.keys()] == list(join.order_keys)  # noqa: SIM118
     assert join.broker.model_dump() == {"url": "redis://127.0.0.1:1/0", "user": "", "password": "", "ca": ""}
