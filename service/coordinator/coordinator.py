@@ -356,7 +356,7 @@ class Coordinator:
     def _watch_claims(self) -> None:
         if self.election.is_leader:
             self._directions.run()
-        first = {text: self._stream.first_order(text) for text in self._directions.requirements}
+        first = self._stream.first_orders(self._directions.requirements)
         self._first_orders = {text: attempt_of(message) for text, message in first.items()}
         was = self._not_claiming
         self._not_claiming = self._claim_watches.observe(self._workers, first, now_s=self._clock())

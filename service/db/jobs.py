@@ -22,6 +22,8 @@ WORKABLE = (JobStatus.PROBING, JobStatus.RUNNING)
 BEGUN = (*WORKABLE, JobStatus.PAUSED)
 """The statuses of jobs that have begun and not ended."""
 
+MOST_REQUIREMENTS = 500
+"""The largest number of different requirements of open jobs that have queues; jobs with further ones wait for them."""
 HAS_REQUIREMENT = Job.requirement != literal_column("''")
 """The condition that a job asks something of its workers, as the index `ix_jobs_requirement` has it."""
 IS_BUSY = Job.dispatched + Job.running > literal_column("0")
@@ -80,7 +82,13 @@ _OUTSTANDING = (
     .where(IS_BUSY, Job.status.in_(OPEN))
     .group_by(Job.owner_id, Job.requirement)
 )
-_REQUIREMENTS = select(Job.requirement).where(HAS_REQUIREMENT, Job.status.in_(OPEN)).distinct()
+_REQUIREMENTS = (
+    select(Job.requirement)
+    .where(HAS_REQUIREMENT, Job.status.in_(OPEN))
+    .group_by(Job.requirement)
+    .order_by(func.min(Job.id))
+    .limit(MOST_REQUIREMENTS)
+)
 _BUSY_REQUIREMENTS = select(Job.id, Job.requirement).where(IS_BUSY, Job.status.in_(OPEN))
 
 
@@ -184,7 +192,7 @@ def outstanding(session: Session) -> dict[tuple[str, str], int]:
 
 
 def requirements(session: Session) -> Sequence[str]:
-    """Return the different requirements of the open jobs that have one, sorted."""
+    """Return the different requirements of the open jobs that have one, sorted: those of the oldest jobs."""
     return sorted(session.scalars(_REQUIREMENTS))
 
 

@@ -165,3 +165,18 @@ def test_workers_are_named_that_leave_an_order_of_their_own_queue() -> None:
     assert watches.observe(workers, {"": None, text(GPU): b"a"}, now_s=T0) == {}
     found = watches.observe(workers, {"": None, text(GPU): b"a"}, now_s=T0 + 15)
     assert set(found) == {"with", "at fault"}
+
+
+def test_the_number_of_queues_is_bounded_and_the_oldest_jobs_have_theirs(
+    farm: Farm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    limited = job_rows._REQUIREMENTS.limit(2)
+    monkeypatch.setattr(job_rows, "_REQUIREMENTS", limited)
+    farm.workers = [worker("w", 8, memory_mb=9_000)]
+    for memory_mb in (3_000, 1_000, 2_000):
+        farm.submit(workers={"memory_mb": memory_mb})
+        farm.now_s += 1
+    with farm.database.reading() as session:
+        assert job_rows.requirements(session) == [text({"memory_mb": size}) for size in (1_000, 3_000)]
+    orders = farm.dispatch()
+    assert {order.requirement for order in orders} == {text({"memory_mb": size}) for size in (1_000, 3_000)}

@@ -18,6 +18,26 @@ def test_the_sandbox_of_every_worker_is_shown() -> None:
     assert ["SANDBOX" in lines[0], "bwrap" in lines[1], "none: scenes of Lippmann only" in lines[2]] == [True] * 3
 
 
+def test_the_list_says_why_a_worker_takes_no_orders_and_which_jobs_it_does() -> None:
+    note = "w1 runs Lippmann 1, this service 2: upgrade the older one."
+    workers = [
+        _worker("bwrap").model_copy(update=changes)
+        for changes in (
+            {"closed": "draining", "pool": "night", "tags": ("big", "gpu")},
+            {"closed": "draining", "running": 0},
+            {"closed": "hours", "opens_s": 0.0},
+            {"closed": "version", "version_note": note},
+        )
+    ]
+    lines = worker_table(workers, now_s=1.0).splitlines()
+    assert "draining, 1 left" in lines[1]
+    assert "pool night, big, gpu" in lines[1]
+    assert "drained" in lines[2]
+    assert "outside its hours until " in lines[3]
+    assert "none: of another version" in lines[4]
+    assert lines[5] == f"note: {note}"
+
+
 def test_times_of_workers_are_iso_8601_and_durations_stay_numbers() -> None:
     (data,) = workers_data([_worker("bwrap").model_copy(update={"not_claiming_since_s": 86_400.5})])
     assert data["seen_at"] == data["started_at"] == "1970-01-01T00:00:00Z"
