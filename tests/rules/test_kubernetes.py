@@ -78,7 +78,15 @@ def test_every_object_is_one_that_kubernetes_accepts(version: str, monkeypatch: 
             kubernetes_validate.validate(each, version, strict=True)
 
 
-@pytest.mark.skipif(shutil.which("kubectl") is None, reason="kubectl is not on this machine; Debian has none")
+def has_kustomize() -> bool:
+    """Return whether there is a kubectl that knows its kustomize; that of Debian 12, 1.20, is older than its fields."""
+    if shutil.which("kubectl") is None:
+        return False
+    ran = subprocess.run(["kubectl", "version", "--client", "--output=json"], capture_output=True, check=False)
+    return b"kustomizeVersion" in ran.stdout
+
+
+@pytest.mark.skipif(not has_kustomize(), reason="needs a kubectl later than that of Debian 12")
 @pytest.mark.parametrize("folder", [f"overlays/{overlay}" for overlay in OVERLAYS])
 def test_kustomize_makes_the_same_objects(folder: str) -> None:
     ran = subprocess.run(["kubectl", "kustomize", HERE / folder], capture_output=True, text=True, check=False)
