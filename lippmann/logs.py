@@ -7,7 +7,8 @@ import os
 import sys
 import threading
 import traceback
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Literal, TextIO
 
 import structlog
@@ -35,7 +36,9 @@ def trace_of(error: BaseException) -> str:
     return _cut(f"(more exceptions came before)\n{text}" if len(links) > MAX_CHAIN else text, MAX_TEXT)
 
 
-def configure_logs(file: TextIO, *, log_format: LogFormat = "plain") -> None:
+def configure_logs(
+    file: TextIO, *, log_format: LogFormat = "plain", fields: Mapping[str, str] = MappingProxyType({})
+) -> None:
     """Write the logs of this process to a file, those of libraries included.
 
     Parameters
@@ -44,9 +47,16 @@ def configure_logs(file: TextIO, *, log_format: LogFormat = "plain") -> None:
         The file.
     log_format
         `plain` for lines that a person reads, or `json` for one JSON object a line.
+    fields
+        What every line says, such as the name of the worker.
     """
+
+    def add_fields(_logger: WrappedLogger, _name: str, event: EventDict) -> EventDict:
+        return {**fields, **event}
+
     shared: list[Processor] = [
         structlog.contextvars.merge_contextvars,
+        add_fields,
         structlog.processors.add_log_level,
         structlog.processors.TimeStamper(fmt="iso", utc=True),
         _add_trace,

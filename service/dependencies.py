@@ -211,6 +211,7 @@ async def get_caller_or_none(
         If the key sends too many requests.
     """
     if caller is not None:
+        structlog.contextvars.bind_contextvars(key=caller.key_id)  # every line about the rest of the request carries it
         await state.rates.by_key.check(caller.key_id, "the key sends too many requests")
     return caller
 

@@ -129,7 +129,7 @@ _stuck_watch: StuckWatch | None = None
 @setup_logging.connect
 def _log(**_: Any) -> None:
     """Write the log in place of Celery, whose tracebacks are not bounded."""
-    configure_logs(sys.stderr, log_format=settings.log_format)
+    configure_logs(sys.stderr, log_format=settings.log_format, fields={"worker": settings.worker_name})
 
 
 @worker_init.connect

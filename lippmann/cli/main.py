@@ -44,6 +44,7 @@ from lippmann.cli.commands import (
     orthoscopic,
     paper,
     scenes,
+    top,
     views,
     workers,
 )
@@ -70,6 +71,7 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "serve": farm.serve,
         "worker": farm.worker,
         "status": farm.status,
+        "top": top.top,
     },
     "Keep a farm": {
         "backup": backup.backup,

@@ -24,6 +24,7 @@ EXAMPLES: Mapping[str, str] = {
     "serve": "lippmann serve --key-file admin.key",
     "worker": "lippmann worker --join render7.toml --slots 4",
     "workers drain": "lippmann workers drain render-7 --exit",
+    "top": "lippmann top --once --json",
     "keys create": "lippmann keys create alice --role submitter --days 90",
     "keys revoke": "lippmann keys revoke 3f2a90c1d4e5",
     "keys audit": "lippmann keys audit --limit 20",

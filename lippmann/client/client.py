@@ -33,7 +33,7 @@ from service.schemas.events import (
     StreamEvent,
     StreamMessage,
 )
-from service.schemas.farm import Health, WorkerList
+from service.schemas.farm import Health, WaitingWork, WorkerList
 from service.schemas.frame import Frame, FramePage
 from service.schemas.job import Job, JobPage
 from service.schemas.scene import Scene, SceneList
@@ -341,6 +341,10 @@ class Client:
     def workers(self) -> WorkerList:
         """Return the connected workers."""
         return self._get(WorkerList, "/workers")
+
+    def waiting(self) -> WaitingWork:
+        """Return the work that waits for slots and that has some."""
+        return self._get(WaitingWork, "/waiting")
 
     def drain(self, worker: str, *, ends: bool = False) -> None:
         """Let a worker take no further orders; it finishes its tasks. This needs an admin key.

@@ -12,7 +12,7 @@ def table(head: Sequence[str], rows: Sequence[Sequence[object]]) -> str:
     ID  STATUS
     a1  done
     """
-    cells = [[name.upper() for name in head], *([_cell(value) for value in row] for row in rows)]
+    cells = [[name.upper() for name in head], *([cell(value) for value in row] for row in rows)]
     widths = [max(len(row[column]) for row in cells) for column in range(len(head))]
     return "\n".join(
         "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in cells
@@ -26,12 +26,12 @@ def fields(pairs: Sequence[tuple[str, object]]) -> str:
     id      a1
     status  done
     """
-    lines = [(name, _cell(value)) for name, value in pairs if value not in (None, "")]
+    lines = [(name, cell(value)) for name, value in pairs if value not in (None, "")]
     width = max((len(name) for name, _ in lines), default=0)
     return "\n".join(f"{name.ljust(width)}  {value}" for name, value in lines)
 
 
-def _cell(value: object) -> str:
-    # A cell is one line without control characters, because titles come from other users.
+def cell(value: object) -> str:
+    """Return the text of a cell: one line without control characters, because titles come from other users."""
     text = "-" if value is None else str(value)
     return "".join(letter if letter.isprintable() else " " for letter in text)

@@ -21,6 +21,7 @@ from service.db import tasks as task_rows
 from service.db.engine import Database
 from service.db.tables import BackgroundJob, Job, Task
 from service.errors import NotLeading
+from service.ids import task_id
 from service.jobs.artifact_repair import CODES, REPAIRS_ALLOWED, damage_found_by, take_back
 from service.jobs.completion import settle
 from service.jobs.state_machine import set_job, write_drafts
@@ -115,7 +116,7 @@ class ArtifactRepairer:
             draft.transition(TaskStatus.FAILED, permanent=True, ended_s=now_s, **error)
         else:
             if done:
-                log.info("damaged artifacts are made again", job=seen.job_id, task=seen.sequence, why=found[0].message)
+                log.info("damaged artifacts are made again", job=seen.job_id, task=task_id(*key), why=found[0].message)
                 take_back(session, self._store, seen.job_id, found, by_itself=True)
             if task_rows.is_waiting_rightly(session, *key):
                 draft.set(**NO_ERROR)

@@ -19,6 +19,7 @@ from service.coordinator.reconciler import Reconciler
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.engine import Database
+from service.ids import task_id
 from service.settings import Settings
 
 log = structlog.get_logger("service.loss_monitor")
@@ -87,7 +88,10 @@ class LossMonitor:
         reasons = self._detector.observe(held, seen)
         lost = [each for each in held if each.attempt in reasons]
         for each in lost:
-            log.warning("lost", job=each.job_id, task=each.sequence, attempt=each.attempt, why=reasons[each.attempt])
+            log.warning(
+                "lost", job=each.job_id, task=task_id(each.job_id, each.sequence), attempt=each.attempt,
+                worker=each.worker, why=reasons[each.attempt],
+            )  # fmt: skip
         self._reconciler.take_back((each for each in lost if each.status is TaskStatus.DISPATCHED), now_s=now_s)
         self._reconciler.give_up(
             [(each, reasons[each.attempt]) for each in lost if each.status is TaskStatus.RUNNING], now_s=now_s

@@ -18,7 +18,7 @@ from service.dependencies import OFFER
 from service.errors import TooLarge, TooManyRequests
 from service.instruments import REQUEST_S
 from service.rate_limits import RateLimit, RefusalBrake
-from service.routes.problems import answer, head_is_get
+from service.routes.problems import LOG_IDS, answer, head_is_get
 from service.schemas.links import API
 
 TEXT_LIMIT_BYTES = 2_000_000
@@ -29,6 +29,7 @@ REFUSALS = frozenset({401, 429})
 """The statuses of refusals that anybody can cause, as often as they like."""
 _METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 STRICT_TRANSPORT = (b"strict-transport-security", b"max-age=31536000")
+_JOB_PATH = re.compile(rf"{API}/(?:jobs|links)/([A-Za-z0-9-]{{1,32}})(?:/|$)")
 _REQUEST_ID = re.compile(rb"[A-Za-z0-9._-]{1,64}")
 
 
@@ -107,7 +108,8 @@ class PathPrefix:
 class ResponseHeaders:
     """Adds to every response its request id and the headers that no page or file may lack.
 
-    The request id is the caller's `X-Request-Id` or a random one. Every line that is logged meanwhile carries it.
+    The request id is the caller's `X-Request-Id` or a random one. Every line that is logged meanwhile carries it, and
+    the job that the path names.
 
     Parameters
     ----------
@@ -126,7 +128,8 @@ class ResponseHeaders:
             return
         given = dict(scope["headers"]).get(b"x-request-id", b"")
         name = given if _REQUEST_ID.fullmatch(given) else secrets.token_hex(8).encode()
-        scope.setdefault("state", {})["request_id"] = name.decode()
+        ids = {"request_id": name.decode(), **_named_job(scope["path"])}
+        scope.setdefault("state", {}).update({"request_id": name.decode(), LOG_IDS: ids})
 
         async def send_with_headers(message: Message) -> None:
             if message["type"] == "http.response.start":
@@ -136,8 +139,18 @@ class ResponseHeaders:
                 message["headers"] = [*given, *missing, *_offered(scope), (b"x-request-id", name)]
             await send(message)
 
-        with structlog.contextvars.bound_contextvars(request_id=name.decode()):
+        with structlog.contextvars.bound_contextvars(**ids):
             await self._app(scope, receive, send_with_headers)
+
+
+def _named_job(path: str) -> dict[str, str]:
+    """Return the job that a path names, for the log.
+
+    >>> _named_job("/api/v1/jobs/1q9gd6e00mbne4fz7/tasks"), _named_job("/api/v1/jobs")
+    ({'job': '1q9gd6e00mbne4fz7'}, {})
+    """
+    found = _JOB_PATH.search(path)
+    return {} if found is None else {"job": found[1]}
 
 
 def _offered(scope: Scope) -> list[tuple[bytes, bytes]]:

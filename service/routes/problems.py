@@ -41,6 +41,9 @@ _REFUSED = re.compile(r"\s*q\s*=\s*0(?:\.0*)?\s*")
 _METHODS = ("GET", "HEAD", "POST", "PUT", "PATCH", "DELETE")
 _CODE_OF_STATUS = {404: "not-found", 405: "method-not-allowed", 400: "bad-request", 413: "too-large"}
 
+LOG_IDS = "log_ids"
+"""The name under which the state of a request holds the ids that every line about it carries."""
+
 log = structlog.get_logger("service.problems")
 
 ProblemPage = Callable[[Problem], Response]
@@ -59,10 +62,10 @@ def install(app: FastAPI, *, page: ProblemPage) -> None:
 
 async def answer_unexpected(request: Request, error: Exception) -> Response:
     """Answer a request that failed for an unknown reason; no middleware adds headers to this answer."""
-    request_id = request.scope.get("state", {}).get("request_id", "")
-    with structlog.contextvars.bound_contextvars(request_id=request_id):
+    ids = request.scope.get("state", {}).get(LOG_IDS, {})
+    with structlog.contextvars.bound_contextvars(**ids):
         response = await answer(request, error)
-    response.headers["X-Request-Id"] = request_id
+    response.headers["X-Request-Id"] = ids.get("request_id", "")
     response.headers["X-Content-Type-Options"] = "nosniff"
     return response
 

@@ -68,7 +68,13 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
 
     Nothing happens if the service has requested a stop, or if another delivery of the order holds the lease. While the
     broker is unreachable, the attempt waits before it begins, and it keeps its final event until the stream has it.
+    Every line that is logged meanwhile carries the ids of the job, the task and the attempt.
     """
+    with structlog.contextvars.bound_contextvars(job=order.job_id, task=order.task_id, attempt=order.attempt):
+        _attempt(place, order, do)
+
+
+def _attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
     broker = place.broker
     begin = partial(broker.patiently, within_s=START_S, stopping=place.stopping)
     if broker.worker in order.avoid:
@@ -100,7 +106,7 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
         broker.patiently(publish, within_s=place.settings.final_event_s, stopping=place.stopping)
     except RedisError as error:
         # The service notices the artifact, or that the heartbeats are missing. The lease expires by itself.
-        log.warning("final event lost", job=order.job_id, task=order.task_id, attempt=order.attempt, error=repr(error))
+        log.warning("final event lost", error=repr(error))
 
 
 def _cpu_s() -> float:
@@ -116,8 +122,7 @@ def _done_or_failed(
         return do(place, order, monitor), None
     except Exception as error:  # the outermost frame of a task: every error is reported, and the worker goes on
         failure = _disk_failure(place, error) or failure_of(error)
-        log.warning("attempt failed", job=order.job_id, task=order.task_id, attempt=order.attempt, code=failure.code,
-                    exc_info=not isinstance(error, LippmannError))  # fmt: skip
+        log.warning("attempt failed", code=failure.code, exc_info=not isinstance(error, LippmannError))
         return TaskResult(), failure
 
 

@@ -72,7 +72,7 @@ class TileCache:
                 digests[file] = self.artifacts.stored.get(name) or read_digest(self._store, artifact)
                 self._store.link(artifact, self._name(file))
         except LippmannError as error:
-            log.warning("tile not stored in the render cache", job=self.order.job_id, key=self.key, error=str(error))
+            log.warning("tile not stored in the render cache", key=self.key, error=str(error))
             return
         assert self.order.frame is not None  # noqa: S101 - it was rendered
         self._store_entry(CacheEntry(job_id=self.order.job_id, frame=self.order.frame, files=digests))

@@ -155,5 +155,5 @@ def kept_log(place: Workplace, order: Order, folder: Path) -> Iterator[AttemptLo
         try:
             place.store.put_file(names.job_artifact(order.job_id, name), path)
         except (LippmannError, OSError) as error:
-            log.warning("attempt log not stored", job=order.job_id, name=name, error=str(error))
+            log.warning("attempt log not stored", name=name, error=str(error))
         path.unlink(missing_ok=True)

@@ -112,10 +112,21 @@ def _job_line(job: Job) -> str:
     return f"{job.id}  {job.status}, {job.progress:.0%}{left}{waits}"
 
 
+WORKER_HEAD = ("name", "running", "orders", "tags", "sandbox", "host", "version")
+
+
 def worker_table(workers: Iterable[Worker], *, now_s: float) -> str:
     """Return workers, one a line, with those that take no orders marked."""
     found = tuple(workers)
-    rows = [
+    if not found:
+        return "No workers."
+    notes = [f"note: {worker.version_note}" for worker in found if worker.version_note]
+    return "\n".join([table(WORKER_HEAD, worker_rows(found, now_s=now_s)), *notes])
+
+
+def worker_rows(workers: Iterable[Worker], *, now_s: float) -> list[tuple[str, ...]]:
+    """Return the cells of workers, under `WORKER_HEAD`."""
+    return [
         (
             worker.name,
             f"{worker.running}/{worker.slots}",
@@ -125,12 +136,8 @@ def worker_table(workers: Iterable[Worker], *, now_s: float) -> str:
             worker.host,
             worker.version,
         )
-        for worker in found
+        for worker in workers
     ]
-    notes = [f"note: {worker.version_note}" for worker in found if worker.version_note]
-    if not rows:
-        return "No workers."
-    return "\n".join([table(("name", "running", "orders", "tags", "sandbox", "host", "version"), rows), *notes])
 
 
 def _takes_none(worker: Worker) -> bool:

@@ -14,7 +14,7 @@ import yaml
 
 from service.schemas.farm import WaitingWork
 from tests.farm import ended
-from tests.integration.lippmann.conftest import Up
+from tests.integration.lippmann.conftest import Up, run
 from tests.integration.lippmann.test_commands import SMALL
 from tests.needs import needs_povray
 from tests.repository import DOCS, ROOT
@@ -93,6 +93,16 @@ def test_a_farm_that_is_well_says_so(scrape: Scrape) -> None:
     assert scrape("lippmann_leader") == 1
     assert scrape("lippmann_leader_age_seconds") < 10
     assert scrape("lippmann_store_free_bytes") > scrape("lippmann_store_reserve_bytes") > 0
+
+
+def test_top_shows_the_farm_once_as_text_and_as_json(farm: Up, scrape: Scrape) -> None:
+    once = ("top", "--once", "--interval", "0.5", "--data-dir", str(farm.data_dir))
+    text, data = run(*once), run(*once, "--json")
+    assert (text.returncode, data.returncode) == (0, 0), text.stderr + data.stderr
+    assert "1 online" in text.stdout
+    found = json.loads(data.stdout)
+    assert (found["slots"], len(found["workers"]), found["tasks_per_s"]) == (2, 1, 0.0)
+    assert scrape("lippmann_workers", state="online") == 1
 
 
 @needs_povray

@@ -114,6 +114,19 @@ def test_a_json_log_is_one_object_a_line(by_library: bool) -> None:
     assert "the key of the admin" not in line
 
 
+@pytest.mark.usefixtures("logs")
+def test_every_line_has_the_fields_of_its_process_and_the_ids_of_what_is_done_meanwhile() -> None:
+    file = io.StringIO()
+    configure_logs(file, log_format="json", fields={"worker": "w1", "job": "of the process"})
+    with structlog.contextvars.bound_contextvars(job="j", attempt="a"):
+        structlog.get_logger().warning("ours")
+        logging.getLogger("celery").warning("of a library")
+    structlog.get_logger().warning("after")
+    first, second, last = map(json.loads, file.getvalue().splitlines())
+    assert all((line["worker"], line["job"], line["attempt"]) == ("w1", "j", "a") for line in (first, second))
+    assert (last["worker"], last["job"], "attempt" in last) == ("w1", "of the process", False)
+
+
 _FORKED = """
 import io, os, sys, threading
 import structlog

@@ -12,7 +12,7 @@ from typer.testing import CliRunner
 from lippmann.cli import main, plain_help
 from tests.repository import DOCS
 
-LONGEST = 62
+LONGEST = 64
 """The largest number of lines of a help text."""
 
 

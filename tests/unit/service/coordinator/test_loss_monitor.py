@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+import structlog
 
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Lease, Presence
@@ -94,7 +95,10 @@ def test_the_attempt_of_a_restarted_worker_is_lost_with_the_reason(watch: Watch)
     watch.lease(order, at_s=100.0)
     returned = worker("i2", seen_s=104.0)
     assert watch.look(returned) == 0
-    assert watch.look(returned) == 1
+    with structlog.testing.capture_logs() as logged:
+        assert watch.look(returned) == 1
+    ids = {"job": order.job_id, "task": order.task_id, "attempt": order.attempt, "worker": "w1"}
+    assert ids.items() <= logged[0].items()
     task = watch.farm.task(order)
     assert (task.status, task.error_code) == (TaskStatus.READY, "lost")
     assert task.error_message == "worker w1 was restarted"

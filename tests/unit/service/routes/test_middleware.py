@@ -35,7 +35,9 @@ def test_a_request_that_fails_for_an_unknown_reason_has_an_id_in_answer_and_log(
         answer = api.get("/api/v1/jobs/j", headers={"X-Request-ID": "mine-2"})
     assert (answer.status_code, answer.headers["X-Request-ID"]) == (500, "mine-2")
     assert answer.headers["X-Content-Type-Options"] == "nosniff"
-    assert [line["request_id"] for line in logged if line["event"] == "a request failed"] == ["mine-2"]
+    (line,) = [line for line in logged if line["event"] == "a request failed"]
+    key_id = api.headers["Authorization"].split("_")[1]
+    assert (line["request_id"], line["job"], line["key"]) == ("mine-2", "j", key_id)
 
 
 def test_browsers_that_came_by_tls_never_use_plain_http_again(

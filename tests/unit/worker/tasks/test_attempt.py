@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import structlog
 from redis import Redis
 
 from lippmann.errors import RenderFailed, SceneError, Stopped
@@ -133,6 +134,20 @@ def test_a_failure_says_what_it_was_and_whether_to_try_again(
     assert failed.failure is not None
     assert (failed.failure.code, failed.failure.permanent) == (code, permanent)
     assert failed.failure.message
+
+
+def test_every_line_that_is_logged_in_an_attempt_has_its_ids(place: Workplace, redis: Redis) -> None:
+    def do(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
+        structlog.get_logger("worker.images").info("somewhere inside")
+        raise SceneError("line 3: what")
+
+    with structlog.testing.capture_logs(processors=[structlog.contextvars.merge_contextvars]) as logged:
+        attempt(place, order(job_id="j7", task_id="j7.3", attempt="a9"), do)
+        structlog.get_logger().info("afterwards")
+    assert [line["event"] for line in logged] == ["somewhere inside", "attempt failed", "afterwards"]
+    assert [(line.get("job"), line.get("task"), line.get("attempt")) for line in logged] == [
+        ("j7", "j7.3", "a9"), ("j7", "j7.3", "a9"), (None, None, None),
+    ]  # fmt: skip
 
 
 def test_an_attempt_publishes_nothing_in_another_store_than_its_order_names(place: Workplace, redis: Redis) -> None:
