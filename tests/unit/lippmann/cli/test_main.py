@@ -50,7 +50,7 @@ def test_a_mistyped_output_is_found_before_a_service_is_asked_for_frames(tmp_pat
 
 
 def test_there_are_the_commands_that_were_promised() -> None:
-    farm = {"up", "serve", "worker", "workers", "status", "demo", "keys"}
+    farm = {"up", "serve", "worker", "workers", "top", "status", "demo", "keys"}
     jobs = {"submit", "jobs", "show", "tasks", "watch", "fetch", "cancel", "pause", "resume", "retry", "repair", "skip"}
     jobs |= {"link", "logs", "rm", "priority"}
     integral = {"import", "view", "refocus", "observe", "export", "coding-study", "orthoscopic", "depth"}
