@@ -48,6 +48,9 @@ class BrokerSettings(BaseSettings):
     """True while the farm has processes of a version that does not sign its messages."""
     log_format: LogFormat = "plain"
     """The form of the log: `plain` lines, or `json`, one object a line."""
+    telemetry_url: str = ""
+    """The URL of an OpenTelemetry collector that gets traces by OTLP over HTTP, such as `http://collector:4318`; if
+    empty, none are made. It needs the extra `telemetry` of the package."""
 
     @field_validator("store_url")
     @classmethod
@@ -56,7 +59,7 @@ class BrokerSettings(BaseSettings):
             raise ValueError(f"expected s3://bucket or s3://bucket/prefix, got {text!r}")
         return text
 
-    @field_validator("s3_endpoint")
+    @field_validator("s3_endpoint", "telemetry_url")
     @classmethod
     def _check_endpoint(cls, text: str) -> str:
         if text and not ENDPOINT_URL.fullmatch(text):

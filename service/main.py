@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import asyncio
+import os
+import platform
 import socket
 import time
 from collections.abc import AsyncIterator, Callable
@@ -17,6 +19,7 @@ from sqlalchemy.exc import SQLAlchemyError
 from starlette.concurrency import run_in_threadpool
 
 from lippmann.errors import BadInput, StoreFull, StoreUnavailable
+from lippmann.telemetry import start_telemetry, stop_telemetry
 from service import dashboard
 from service.artifact_links import ArtifactLinks
 from service.broker_stream import Stream
@@ -273,6 +276,8 @@ async def _prepare_store_later(state: AppState) -> None:
 @asynccontextmanager
 async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
     state: AppState = app.state.lippmann
+    instance = f"{platform.node()}-{os.getpid()}"
+    start_telemetry(state.settings.telemetry_url, process="lippmann-service", instance=instance)
     await run_in_threadpool(migrate, state.database)
     await run_in_threadpool(state.settings.order_keys.ensure)
     await run_in_threadpool(state.settings.link_keys.ensure)
@@ -310,3 +315,4 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         state.stream.close()
         state.broker_users.close()
         state.database.dispose()
+        await run_in_threadpool(stop_telemetry)

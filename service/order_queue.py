@@ -18,6 +18,7 @@ from lippmann.errors import BadInput
 from lippmann.job.messages import wire
 from lippmann.job.messages.orders import Order
 from lippmann.job.messages.seals import NoKey, Seals
+from lippmann.telemetry import context_of_job, span
 from service.errors import BrokerUnavailable
 
 
@@ -74,6 +75,13 @@ class OrderQueue:
             producer.connection.release()
 
     def _send(self, producer: Any, order: Order) -> None:
+        about = {"job": order.job_id, "task": order.task_id, "attempt": order.attempt, "kind": order.kind}
+        with span("order", parent=context_of_job(order.job_id), **about) as made:
+            if made.context is not None:
+                order = order.model_copy(update={"trace": made.context})
+            self._publish(producer, order)
+
+    def _publish(self, producer: Any, order: Order) -> None:
         self._celery.send_task(
             wire.task_name(order.kind),
             kwargs={"order": self._seals.sealed_order(order, now_s=self._clock())},

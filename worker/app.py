@@ -19,6 +19,7 @@ from celery.signals import (
     setup_logging,
     worker_init,
     worker_process_init,
+    worker_process_shutdown,
     worker_ready,
     worker_shutdown,
     worker_shutting_down,
@@ -31,6 +32,7 @@ from lippmann.job.messages import wire
 from lippmann.job.messages.events import Presence, PresenceFault
 from lippmann.job.messages.protocol import OLDEST_PROTOCOL, PROTOCOL
 from lippmann.logs import configure_logs
+from lippmann.telemetry import start_telemetry, stop_telemetry
 from worker.consumer import OrderConsumer
 from worker.drain_signals import drain_by_signals
 from worker.duty import Duty, queue_of_pool
@@ -272,6 +274,17 @@ def _remove_presence(**_: Any) -> None:
     if _liveness:
         _liveness.remove()
     settings.stopping_file.unlink(missing_ok=True)
+
+
+@worker_process_init.connect
+def _start_telemetry(**_: Any) -> None:
+    """Send traces from each pool process: the thread that sends them would not survive the fork."""
+    start_telemetry(settings.telemetry_url, process="lippmann-worker", instance=settings.worker_name)
+
+
+@worker_process_shutdown.connect
+def _stop_telemetry(**_: Any) -> None:
+    stop_telemetry()
 
 
 @worker_process_init.connect

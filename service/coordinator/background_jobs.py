@@ -15,6 +15,7 @@ from lippmann.job.messages.events import Presence
 from lippmann.job.states import JobStatus
 from lippmann.logs import trace_of
 from lippmann.plan.artifact_store import ArtifactStore
+from lippmann.telemetry import context_of_job, span
 from service.db import jobs as job_rows
 from service.db.engine import Database
 from service.db.tables import BackgroundJob, Job
@@ -114,7 +115,8 @@ class BackgroundJobs:
 
     def _run_chunk(self, job_id: str, kind: BackgroundJob, capacity: Capacity, now_s: float) -> bool:
         if kind is BackgroundJob.PLAN:
-            return self._planner.plan_chunk(job_id, capacity, now_s=now_s)
+            with span("plan", parent=context_of_job(job_id), job=job_id):
+                return self._planner.plan_chunk(job_id, capacity, now_s=now_s)
         if kind is BackgroundJob.REMOVE:
             return remove_chunk(self._database, self._store, job_id)
         with self._database.writing() as session:

@@ -12,6 +12,7 @@ from fastapi import Request
 from starlette.routing import Match
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from lippmann.telemetry import span
 from service.browser_sessions import OVERLAP_S
 from service.connections import HOLD
 from service.dependencies import OFFER
@@ -46,20 +47,28 @@ class RequestTimes:
             return
         begun_s = time.perf_counter()
 
-        async def send_measured(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                _measure(scope, message["status"], time.perf_counter() - begun_s)
-            await send(message)
+        ids = scope.get("state", {}).get(LOG_IDS, {})
+        parent = dict(scope["headers"]).get(b"traceparent", b"").decode("latin-1")
+        with span(scope["method"], parent=parent, **ids) as made:
 
-        await self._app(scope, receive, send_measured)
+            async def send_measured(message: Message) -> None:
+                if message["type"] == "http.response.start":
+                    status, seconds = message["status"], time.perf_counter() - begun_s
+                    method, route = _route_of(scope)
+                    REQUEST_S.labels(method, route, f"{status // 100}xx").observe(seconds)
+                    made.rename(f"{method} {route}")
+                    made.note(status=status)
+                await send(message)
+
+            await self._app(scope, receive, send_measured)
 
 
-def _measure(scope: Scope, status: int, seconds: float) -> None:
+def _route_of(scope: Scope) -> tuple[str, str]:
+    """Return the method and the route of a request, of which there are few; a path would have ids."""
     route = getattr(scope.get("route"), "path", "none")
     is_of_api = scope["path"].removeprefix(scope.get("root_path", "")).startswith(f"{API}/")
     method = scope["method"] if scope["method"] in _METHODS else "other"
-    path = f"{API}{route}" if is_of_api and route != "none" else route
-    REQUEST_S.labels(method, path, f"{status // 100}xx").observe(seconds)
+    return method, f"{API}{route}" if is_of_api and route != "none" else route
 
 
 class HeadAsGet:

@@ -27,6 +27,7 @@ from lippmann.errors import (
 )
 from lippmann.job.messages.events import EventKind, Failure, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
+from lippmann.telemetry import span
 from worker.engines.povray.diagnosis import NO_ROOM_BYTES
 from worker.report import START_S, AttemptHeartbeat, event_of
 from worker.sandbox.child import lost_cpu
@@ -40,6 +41,7 @@ log = structlog.get_logger()
 DECLINE_PAUSE_S = 1.0
 """A worker that declines an order waits, so that it does not empty the queue before the workers that may take it."""
 
+_NO_FAILURES = frozenset({"done", "declined", "not-begun"})
 HUNG_S = {
     TaskKind.PROBE: 90_000.0,
     TaskKind.RENDER: 90_000.0,
@@ -70,20 +72,28 @@ def attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
     broker is unreachable, the attempt waits before it begins, and it keeps its final event until the stream has it.
     Every line that is logged meanwhile carries the ids of the job, the task and the attempt.
     """
-    with structlog.contextvars.bound_contextvars(job=order.job_id, task=order.task_id, attempt=order.attempt):
-        _attempt(place, order, do)
+    ids = {"job": order.job_id, "task": order.task_id, "attempt": order.attempt}
+    with (
+        structlog.contextvars.bound_contextvars(**ids),
+        span(f"attempt {order.kind}", parent=order.trace, worker=place.broker.worker, **ids) as made,
+    ):
+        outcome = _attempt(place, order, do)
+        made.note(outcome=outcome)
+        if outcome not in _NO_FAILURES:
+            made.fail(outcome)
 
 
-def _attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
+def _attempt(place: Workplace, order: Order, do: TaskFunction) -> str:
+    """Return how the attempt ended: `done`, `declined`, `not-begun`, or the code of its error."""
     broker = place.broker
     begin = partial(broker.patiently, within_s=START_S, stopping=place.stopping)
     if broker.worker in order.avoid:
         begin(lambda: broker.publish(event_of(order, EventKind.DECLINED, broker)))
         time.sleep(DECLINE_PAUSE_S)
-        return
+        return "declined"
     lease = broker.new_lease(order.attempt)
     if not begin(lambda: broker.claim(order, lease)):
-        return
+        return "not-begun"
     place.store.expect(order.store_id)
     started_s, started_cpu_s = time.monotonic(), _cpu_s()
     with AttemptHeartbeat(
@@ -107,6 +117,7 @@ def _attempt(place: Workplace, order: Order, do: TaskFunction) -> None:
     except RedisError as error:
         # The service notices the artifact, or that the heartbeats are missing. The lease expires by itself.
         log.warning("final event lost", error=repr(error))
+    return "done" if failure is None else failure.code
 
 
 def _cpu_s() -> float:

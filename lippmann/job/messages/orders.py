@@ -62,3 +62,5 @@ class Order(BaseModel):
     store_id: str | None = None
     """The id of the farm's artifact store. A worker whose store has another id or none, for example because its disk is
     not mounted, neither publishes there nor takes anything to be missing."""
+    trace: str | None = None
+    """The context of the order for traces of OpenTelemetry, as a `traceparent`; None if none are made."""
