@@ -97,7 +97,7 @@ def _workers_text(farm: FarmState) -> str:
     if farm.workers is None:
         return "not known, because the broker does not answer"
     slots, busy = sum(one.slots for one in farm.workers), sum(one.running for one in farm.workers)
-    idle = sum(_takes_none(one) for one in farm.workers)
+    idle = sum(takes_none(one) for one in farm.workers)
     text = f"{len(farm.workers)} online, {busy} of {slots} slots busy"
     return f"{text}; {idle} of them take no orders (`lippmann workers`)" if idle else text
 
@@ -140,7 +140,8 @@ def worker_rows(workers: Iterable[Worker], *, now_s: float) -> list[tuple[str, .
     ]
 
 
-def _takes_none(worker: Worker) -> bool:
+def takes_none(worker: Worker) -> bool:
+    """Return whether a worker takes no orders now."""
     return any(one is not None for one in (worker.fault, worker.closed, worker.not_claiming_since_s))
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Any
 
-from lippmann.cli.text.farm import WORKER_HEAD, worker_rows, worker_table, workers_data
+from lippmann.cli.text.farm import WORKER_HEAD, takes_none, worker_rows, worker_table, workers_data
 from lippmann.job.states import JobStatus
 from lippmann.terminal.progress import duration_text, size_text
 from lippmann.terminal.table import cell, fields, table
@@ -127,7 +127,7 @@ def summary(before: Sample | None, now: Sample) -> list[tuple[str, str | None]]:
     rate = sum(rates(before, now).values()) if before is not None else None
     free = health.store.free_bytes
     online = "not known, because the broker does not answer" if now.workers is None else f"{len(now.workers)} online"
-    deaf = sum(one.not_claiming_since_s is not None for one in now.workers or ())
+    deaf = sum(map(takes_none, now.workers or ()))
     return [
         ("farm", f"{now.url}, {health.status}"),
         *(("fault", fault.message) for fault in health.faults),

@@ -130,7 +130,7 @@ def test_a_data_folder_that_is_not_utf_8_is_looked_into(
     inputs |= {"upload": "{odd}/scene", "submit": "{job}", "view": "1m8j90emqdeyfg978 --centre --out x.png"}
     inputs |= {"refocus": "1m8j90emqdeyfg978 --depth-mm 1 --out x.png", "depth": "1m8j90emqdeyfg978 --out x.png"}
     inputs |= {"observe": "1m8j90emqdeyfg978 --eye 0,0,500 --out x.png"}
-    inputs |= {"status": "", "priority": "1m8j90emqdeyfg978 80"}
+    inputs |= {"status": "", "top": "", "priority": "1m8j90emqdeyfg978 80"}
     inputs |= {"webhook-secret": "", "usage": "", "keys link": "", "link": "1m8j90emqdeyfg978 job.json"}
     line = inputs.get(" ".join(path), inputs.get(path[-1], "1m8j90emqdeyfg978"))
     monkeypatch.setattr(sys, "argv", ["lippmann", *path, *_arguments(line, odd), "--data-dir", str(odd / "data")])
