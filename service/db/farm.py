@@ -13,8 +13,9 @@ from service.db.tables import Job, OwnerUsage, WebhookDelivery
 
 TaskRow = tuple[JobStatus, int, int, int, int, int]
 """The status and the priority of open jobs, and the number of their waiting, ready, dispatched and running tasks."""
-WantRow = tuple[str, int | None, int, int, int]
-"""An owner, the limit of slots of a key, and the number of ready, dispatched and running tasks of their jobs. A task of
+WantRow = tuple[str, int | None, str, int, int, int]
+"""An owner, the limit of slots of a key, the requirement of jobs for their workers, and the number of ready, dispatched
+and running tasks of these jobs. A task of
 a job that is paused or has a background job is not ready, since it takes no slot, and neither are those beyond the own
 limit of their job."""
 
@@ -32,11 +33,11 @@ _ALLOWED = case((or_(Job.own_slots.is_(None), Job.ready <= _LEFT), Job.ready), (
 """The ready tasks of a job that its own limit of slots lets run now."""
 _WANTED = (
     select(
-        Job.owner_id, Job.max_slots, Job.status, _IS_FREE,
+        Job.owner_id, Job.max_slots, Job.requirement, Job.status, _IS_FREE,
         func.sum(_ALLOWED), func.sum(Job.dispatched), func.sum(Job.running),
     )
     .where(Job.status.in_(OPEN))
-    .group_by(Job.owner_id, Job.max_slots, Job.status, _IS_FREE)
+    .group_by(Job.owner_id, Job.max_slots, Job.requirement, Job.status, _IS_FREE)
 )  # fmt: skip
 _JOBS = (
     select(Job.status, func.count()).where(Job.status.in_(bindparam("statuses", expanding=True))).group_by(Job.status)
@@ -56,10 +57,10 @@ def tasks(session: Session) -> Sequence[TaskRow]:
 
 
 def wanted(session: Session) -> Sequence[WantRow]:
-    """Count the tasks that have a slot or would take one now, by owner and limit; some have several rows."""
+    """Count the tasks that have a slot or would take one now, by owner, limit and requirement, in one or more rows."""
     return [
-        (owner, limit, int(ready) if is_free and status in SCHEDULABLE else 0, int(dispatched), int(running))
-        for owner, limit, status, is_free, ready, dispatched, running in session.execute(_WANTED)
+        (owner, limit, asks, int(ready) if is_free and status in SCHEDULABLE else 0, int(dispatched), int(running))
+        for owner, limit, asks, status, is_free, ready, dispatched, running in session.execute(_WANTED)
     ]
 
 

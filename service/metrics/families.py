@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping
 from prometheus_client.core import CounterMetricFamily, GaugeMetricFamily
 from prometheus_client.metrics_core import Metric
 
+from lippmann.job.messages.events import Closed
 from lippmann.job.states import JobStatus
 from service.db.jobs import SCHEDULABLE
 from service.metrics.readings import DatabaseReading, FarmReading, StoreReading
@@ -36,9 +37,13 @@ def families(reading: FarmReading, settings: Settings) -> Iterator[Metric]:
         yield from _of_workers(roster)
     if roster is not None and database is not None:
         busy = sum(running for *_, running in database.tasks)
-        slots = {"total": roster.slots, "busy": busy}
+        draining = sum(worker.slots for worker in roster.present if worker.closed == Closed.DRAINING)
+        slots = {"total": roster.slots, "busy": busy, "draining": draining}
         yield _by_label(
-            "lippmann_slots", "Slots of the workers that take orders, and those with a task.", "state", slots
+            "lippmann_slots",
+            "Slots of the workers that take orders, those with a task, and those of workers that are drained.",
+            "state",
+            slots,
         )
     if store is not None:
         yield from _of_store(store, settings)
@@ -105,10 +110,11 @@ def _of_service(database: DatabaseReading, settings: Settings, *, now_s: float) 
 def _of_workers(roster: Roster) -> Iterator[Metric]:
     deaf = sum(worker.name in roster.not_claiming for worker in roster.present)
     faulty = sum(worker.fault is not None for worker in roster.present)
-    counts = {"online": len(roster.present), "deaf": deaf, "faulty": faulty}
+    closed = sum(worker.closed is not None for worker in roster.present)
+    counts = {"online": len(roster.present), "deaf": deaf, "faulty": faulty, "closed": closed}
     yield _by_label(
         "lippmann_workers",
-        "Workers: all that are online, those that take no orders, and those that cannot work.",
+        "Workers: all that are online, deaf, faulty, and those that are drained, out of hours or of another version.",
         "state",
         counts,
     )

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
+from lippmann.job.workers import WorkerRequirement
 from service.db.farm import WantRow
 from service.schemas.farm import WaitingWork
 
@@ -15,20 +16,50 @@ def waiting_work(rows: Iterable[WantRow], *, max_slots: int) -> WaitingWork:
     Parameters
     ----------
     max_slots
-        The limit of slots of an owner whose key has none.
+        The limit of slots of an owner on the farm; that of a key may be lower.
 
-    >>> waiting_work([("ann", 4, 10, 1, 2), ("bob", None, 3, 0, 0)], max_slots=100).wanted_slots
+    >>> waiting_work([("ann", 4, "", 10, 1, 2), ("bob", None, "", 3, 0, 0)], max_slots=100).wanted_slots
     7
     """
+    return _added(_shared_out(rows, max_slots))
+
+
+def waiting_work_for(
+    rows: Iterable[WantRow], *, max_slots: int, pool: str, tags: Collection[str], memory_mb: int | None
+) -> WaitingWork:
+    """Return the part of the work that a worker with this pool, these tags and this memory may do.
+
+    >>> rows = [("ann", None, "", 3, 0, 0), ("ann", None, WorkerRequirement(pool="night").text, 5, 0, 2)]
+    >>> waiting_work_for(rows, max_slots=100, pool="night", tags=(), memory_mb=None).wanted_slots
+    7
+    """
+
+    def fits(requirement: str) -> bool:
+        return not WorkerRequirement.of(requirement).lacks(pool=pool, tags=tags, memory_mb=memory_mb)
+
+    return _added((row, gets) for row, gets in _shared_out(rows, max_slots) if fits(row[2]))
+
+
+def _shared_out(rows: Iterable[WantRow], max_slots: int) -> list[tuple[WantRow, int]]:
+    """Return each row with the number of slots that its ready tasks would get, by the limits of its owner."""
     kept = list(rows)
     held: Counter[str] = Counter()
-    for owner, _, _, dispatched, running in kept:
+    for owner, _, _, _, dispatched, running in kept:
         held[owner] += dispatched + running
+    shared = []
     # The jobs of a key with a small limit come first: those of another key of the same owner may still take more.
-    for owner, limit, ready, _, _ in sorted(kept, key=lambda row: max_slots if row[1] is None else row[1]):
-        held[owner] += min(ready, max(0, (max_slots if limit is None else limit) - held[owner]))
-    return WaitingWork(
-        waiting_tasks=sum(ready + dispatched for _, _, ready, dispatched, _ in kept),
-        running_tasks=sum(running for *_, running in kept),
-        wanted_slots=held.total(),
-    )
+    limits = ((min(max_slots, max_slots if row[1] is None else row[1]), row) for row in kept)
+    for limit, row in sorted(limits, key=lambda pair: pair[0]):
+        gets = min(row[3], max(0, limit - held[row[0]]))
+        held[row[0]] += gets
+        shared.append((row, gets))
+    return shared
+
+
+def _added(shared: Iterable[tuple[WantRow, int]]) -> WaitingWork:
+    waiting = running = wanted = 0
+    for (*_, ready, dispatched, runs), gets in shared:
+        waiting += ready + dispatched
+        running += runs
+        wanted += gets + dispatched + runs
+    return WaitingWork(waiting_tasks=waiting, running_tasks=running, wanted_slots=wanted)

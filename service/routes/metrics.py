@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Cookie, Depends, Header, Request, Response
+from fastapi import APIRouter, Cookie, Depends, Header, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
 from service.db import farm as farm_rows
 from service.dependencies import AppStateDep, get_caller_or_none, identify_caller, require_viewer
 from service.metrics.scrape import MEDIA_TYPE, scrape_text
-from service.metrics.waiting import waiting_work
+from service.metrics.waiting import waiting_work, waiting_work_for
 from service.routes.middleware import address_of
 from service.schemas.farm import WaitingWork
+
+MOST_MB = 100_000_000
+"""The largest memory of a task, MB, as in `lippmann.job.workers`."""
 
 router = APIRouter()
 api = APIRouter(tags=["farm"])
@@ -50,7 +53,18 @@ async def get_metrics(state: AppStateDep) -> Response:
 
 
 @api.get("/waiting", dependencies=[MonitorDep])
-def get_waiting_work(state: AppStateDep) -> WaitingWork:
+def get_waiting_work(
+    state: AppStateDep,
+    pool: Annotated[
+        str | None, Query(max_length=64, description="Only the work that a worker of this pool may do; empty for none.")
+    ] = None,
+    tag: Annotated[list[str] | None, Query(max_length=64, description="A tag of this worker.")] = None,
+    memory_mb: Annotated[int | None, Query(ge=1, le=MOST_MB, description="Its memory for a task, MB.")] = None,
+) -> WaitingWork:
     """Get the work that waits for slots, for an autoscaler of workers. It is as the database has it now."""
+    max_slots = state.settings.max_slots
     with state.database.reading() as session:
-        return waiting_work(farm_rows.wanted(session), max_slots=state.settings.max_slots)
+        rows = farm_rows.wanted(session)
+    if pool is None and tag is None and memory_mb is None:
+        return waiting_work(rows, max_slots=max_slots)
+    return waiting_work_for(rows, max_slots=max_slots, pool=pool or "", tags=tag or (), memory_mb=memory_mb)

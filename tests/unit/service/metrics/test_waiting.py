@@ -7,10 +7,11 @@ from collections.abc import Sequence
 import pytest
 
 from lippmann.job.states import JobStatus
+from lippmann.job.workers import WorkerRequirement
 from service.db import farm as farm_rows
 from service.db.farm import WantRow
 from service.jobs.commands import cancel_job, pause_job
-from service.metrics.waiting import waiting_work
+from service.metrics.waiting import waiting_work, waiting_work_for
 from tests.builders_service import Farm, claimed
 
 
@@ -18,14 +19,14 @@ from tests.builders_service import Farm, claimed
     ("rows", "waiting", "wanted"),
     [
         ([], 0, 0),
-        ([("ann", None, 10, 2, 3)], 12, 15),
-        ([("ann", 4, 10, 2, 3)], 12, 5),
-        ([("ann", 6, 10, 2, 3)], 12, 6),
-        ([("ann", None, 200, 0, 0)], 200, 100),
-        ([("ann", 4, 10, 0, 0), ("bob", 4, 10, 0, 0)], 20, 8),
+        ([("ann", None, "", 10, 2, 3)], 12, 15),
+        ([("ann", 4, "", 10, 2, 3)], 12, 5),
+        ([("ann", 6, "", 10, 2, 3)], 12, 6),
+        ([("ann", None, "", 200, 0, 0)], 200, 100),
+        ([("ann", 4, "", 10, 0, 0), ("bob", 4, "", 10, 0, 0)], 20, 8),
         # Two keys of one owner: what the jobs of one hold counts against the limit of the other.
-        ([("ann", 10, 3, 0, 0), ("ann", 4, 9, 0, 0)], 12, 7),
-        ([("ann", 2, 9, 0, 0), ("ann", 10, 3, 4, 0)], 16, 7),
+        ([("ann", 10, "", 3, 0, 0), ("ann", 4, "", 9, 0, 0)], 12, 7),
+        ([("ann", 2, "", 9, 0, 0), ("ann", 10, "", 3, 4, 0)], 16, 7),
     ],
 )
 def test_the_wanted_slots_are_those_that_the_owners_may_have(
@@ -33,6 +34,21 @@ def test_the_wanted_slots_are_those_that_the_owners_may_have(
 ) -> None:
     work = waiting_work(rows, max_slots=100)
     assert (work.waiting_tasks, work.wanted_slots) == (waiting, wanted)
+
+
+def test_the_limit_of_the_farm_counts_if_that_of_a_key_is_higher() -> None:
+    assert waiting_work([("ann", 1000, "", 200, 0, 0)], max_slots=100).wanted_slots == 100
+
+
+def test_a_worker_may_do_what_its_pool_its_tags_and_its_memory_allow() -> None:
+    night, large = WorkerRequirement(pool="night", tags=("gpu",)), WorkerRequirement(memory_mb=64_000)
+    rows: list[WantRow] = [("ann", 9, "", 1, 0, 0), ("ann", 9, night.text, 4, 0, 2), ("bob", None, large.text, 8, 0, 0)]
+
+    def wanted(pool: str, *tags: str, memory_mb: int | None = None) -> int:
+        return waiting_work_for(rows, max_slots=100, pool=pool, tags=tags, memory_mb=memory_mb).wanted_slots
+
+    assert (wanted("night", "gpu"), wanted("night"), wanted(""), wanted("", memory_mb=64_000)) == (6, 0, 1, 9)
+    assert waiting_work(rows, max_slots=100).wanted_slots == 15
 
 
 def figures(farm: Farm) -> tuple[int, int, int]:
