@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import re
 import ssl
 import subprocess
 import tarfile
@@ -14,11 +15,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import httpx
+import pytest
 
 from lippmann.client import Client
 from lippmann.job.states import JobStatus
 from tests.composition.composition import Composition, commands_of, composition
-from tests.repository import ROOT
+from tests.repository import DOCS, ROOT
 from tests.waiting import ENOUGH_S
 
 OVERRIDES = ROOT / "deploy/compose"
@@ -70,10 +72,25 @@ def test_the_comments_of_the_small_farm_lead_to_a_login_a_key_and_a_job(tmp_path
                 "/data/scratch",
                 "/tmp",
             }
-        follow(farm, OVERRIDES / "gpu.yml")
+        check_restore(farm)
         assert farm.containers["service"][0].stop() == 0, "the service ends well when it is told to"
 
 
+def check_restore(farm: Composition) -> None:
+    """Back the farm up and restore it into new volumes, as docs/containers.md says, with what gpu.yml adds."""
+    section = (DOCS / "containers.md").read_text().partition("## Backup and restore\n")[2].partition("\n## ")[0]
+    *lines, up = re.findall(r"^docker .*$", section, re.MULTILINE)
+    assert len(lines) == 4
+    for line in lines:
+        farm.type(line)
+    assert up in commands_of(OVERRIDES / "gpu.yml")
+    follow(farm, OVERRIDES / "gpu.yml")
+    key = farm.type("docker compose exec service cat /data/admin.key").strip()
+    with Client(farm.url, key, patience_s=ENOUGH_S) as client:
+        assert client.job(farm.job_id).status is JobStatus.DONE
+
+
+@pytest.mark.promise("Containers", "In compose, the object store does nothing for containers without a key.")
 def test_the_comments_of_the_cluster_lead_to_a_login_a_job_and_a_backup(tmp_path: Path) -> None:
     with composition(tmp_path) as farm:
         printed = follow(farm, OVERRIDES / "cluster.yml")

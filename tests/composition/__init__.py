@@ -2,7 +2,7 @@
 
 composition   the services of a composition as processes, and the lines of a shell that a user types
 container     a process behind bubblewrap: a root that cannot be written, volumes and secrets where compose has them
-docker        the program `docker` of that shell, with `compose exec`, `cp` and `logs`
+docker        the program `docker` of that shell, with `compose exec`, `run`, `cp` and `logs`
 images        the programs of foreign images, made of those that the packages for tests have
 
 Compose itself reads the files. What is not here is what Docker does alone: images are not built, containers share the

@@ -88,6 +88,10 @@ class Composition:
         if line.startswith("docker compose up "):
             self._up(line.split()[3:])
             return ""
+        if line == "docker compose down --volumes":
+            self.down()
+            shutil.rmtree(self.folder / "volumes")
+            return ""
         line = re.sub(r"\bJOB\b", self.job_id, line)
         env = {**os.environ, **self.env, "PATH": self._path, "COMPOSITION": str(self.folder / "state.json")}
         ran = subprocess.run(
@@ -139,17 +143,20 @@ class Composition:
                     del self.containers[name]
                 else:
                     container.wait_until_healthy()
-        self._write_state()
+        self._write_state(described)
 
-    def _write_state(self) -> None:
+    def _write_state(self, described: dict[str, Any]) -> None:
+        """Write for the program `docker` what the containers have."""
+        every = (self._container(described, name, 0) for name in described["services"] if name not in self.absent)
         state = {
-            name: {
-                "entrance": first.entrance,
-                "env": first.whole_env,
-                "mounts": {target: str(source) for target, (source, _) in first.mounts.items()},
-                "log": str(first.log),
+            one.service: {
+                "entrance": one.entrance,
+                "env": one.whole_env,
+                "mounts": {target: str(source) for target, (source, _) in one.mounts.items()},
+                "volumes": [str(source) for source, writable in one.mounts.values() if writable],
+                "log": str(one.log),
             }
-            for name, (first, *_) in self.containers.items()
+            for one in every
         }
         (self.folder / "state.json").write_text(json.dumps(state))
 

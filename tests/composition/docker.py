@@ -1,4 +1,4 @@
-"""The program `docker` of a user who follows the comments: `docker compose exec`, `cp` and `logs` of a composition."""
+"""The program `docker` of a user who follows the comments: `docker compose exec`, `run`, `cp` and `logs`."""
 
 from __future__ import annotations
 
@@ -17,6 +17,11 @@ def main(words: list[str]) -> None:
         case ["compose", "exec", "-T", service, *command] | ["compose", "exec", service, *command] if command:
             container = STATE[service]
             os.execvpe("bwrap", [*container["entrance"], *command], container["env"])
+        case ["compose", "run", "--rm", "--no-deps", "-T", service, *command]:
+            container = STATE[service]
+            for folder in container["volumes"]:
+                Path(folder).mkdir(parents=True, exist_ok=True)
+            os.execvpe("bwrap", [*container["entrance"], *command], container["env"])
         case ["compose", "logs", service]:
             print(Path(STATE[service]["log"]).read_text())
         case ["compose", "cp", source, target]:
@@ -24,7 +29,7 @@ def main(words: list[str]) -> None:
             place = Path(target) / found.name if Path(target).is_dir() else Path(target)
             (shutil.copytree if found.is_dir() else shutil.copy)(found, place)
         case _:
-            sys.exit(f"docker: expected compose exec, logs or cp, got {words}")
+            sys.exit(f"docker: expected compose exec, run, logs or cp, got {words}")
 
 
 def inside(name: str) -> Path:

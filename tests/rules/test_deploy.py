@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
 from tests.composition.composition import composed, files_of
 from tests.repository import ROOT
@@ -122,6 +123,28 @@ def test_a_farm_with_a_name_has_it_in_its_links_and_at_the_proxy() -> None:
 
 def test_a_worker_in_a_container_finds_its_sandbox_by_trying() -> None:
     assert services()["worker"]["environment"]["LIPPMANN_SANDBOX"] == "auto"
+
+
+def test_the_files_of_monitoring_are_where_they_look_for_each_other() -> None:
+    whole, folder = services(*OVERRIDES), ROOT / "deploy/monitoring"
+    read = yaml.safe_load((folder / "prometheus.yml").read_text())
+    mounted = {config["target"]: config["source"] for config in whole["prometheus"]["configs"]}
+    (place,) = (target for target, source in mounted.items() if source == "prometheus")
+    assert f"--config.file={place}" in whole["prometheus"]["command"]
+    assert all(str(Path(place).parent / rules) in mounted for rules in read["rule_files"])
+    (job,) = read["scrape_configs"]
+    secrets = {f"/run/secrets/{secret['target']}" for secret in whole["prometheus"]["secrets"]}
+    assert {job["authorization"]["credentials_file"]} == secrets
+    (target,) = job["dns_sd_configs"]
+    assert target["names"] == ["service"]
+    assert str(target["port"]) in whole["service"]["command"]
+    assert set(whole["prometheus"]["networks"]) & set(whole["service"]["networks"])
+    folders = {volume["target"]: Path(volume["source"]) for volume in whole["grafana"]["volumes"]}
+    assert folders["/etc/grafana/provisioning"] == folder / "grafana/provisioning"
+    (board,) = yaml.safe_load((folder / "grafana/provisioning/dashboards/lippmann.yml").read_text())["providers"]
+    assert list(folders[board["options"]["path"]].glob("*.json"))
+    (source,) = yaml.safe_load((folder / "grafana/provisioning/datasources/prometheus.yml").read_text())["datasources"]
+    assert source["url"] == "http://prometheus:9090"
 
 
 @pytest.mark.parametrize("dockerfile", DOCKERFILES, ids=lambda path: path.name)
