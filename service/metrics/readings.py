@@ -126,6 +126,8 @@ def read_database(database: Database, *, ended: Mapping[JobStatus, int]) -> Data
     """Return what the database says now, with a number of ended jobs that was counted before."""
     with database.reading() as session:
         row = coordinator_rows.current(session)
+        now_s = time.time()
+        ahead_s = now_s - coordinator_rows.clock_s(session, local_s=now_s)
         return DatabaseReading(
             tasks=farm_rows.tasks(session),
             wanted=farm_rows.wanted(session),
@@ -136,7 +138,7 @@ def read_database(database: Database, *, ended: Mapping[JobStatus, int]) -> Data
             faults=coordinator_rows.faults(session),
             dropped=dict(row.dropped or {}),
             leader=row.leader,
-            leader_until_s=row.leader_until_s,
+            leader_until_s=row.leader_until_s + ahead_s,  # as this machine tells the time
         )
 
 

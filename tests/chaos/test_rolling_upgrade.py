@@ -115,6 +115,7 @@ def test_a_job_goes_on_while_services_and_workers_are_upgraded_one_after_the_oth
         workers.start(f"old{number}", **old)
     urls, key = [service.url for service in services], (tmp_path / "admin.key").read_text().strip()
     balancer, reader = Balancer(urls, key), EventReader(urls, key)
+    stack.callback(balancer.close)
     job_id = balancer.request("POST", "/jobs", json=JOB).json()["id"]
     until(lambda: balancer.get(f"/jobs/{job_id}")["frames_done"] >= 1)
     with traffic(balancer, [f"/jobs/{job_id}", "/jobs", f"/jobs/{job_id}/tasks"]) as sent:
