@@ -59,7 +59,7 @@ class BrokerSettings(BaseSettings):
             raise ValueError(f"expected s3://bucket or s3://bucket/prefix, got {text!r}")
         return text
 
-    @field_validator("s3_endpoint", "telemetry_url")
+    @field_validator("s3_endpoint", "telemetry_url", "s3_public_endpoint", check_fields=False)
     @classmethod
     def _check_endpoint(cls, text: str) -> str:
         if text and not ENDPOINT_URL.fullmatch(text):

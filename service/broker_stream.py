@@ -10,13 +10,14 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from itertools import islice
 from typing import Any
 
 import redis
 import structlog
 from redis.backoff import NoBackoff
-from redis.exceptions import RedisError, ResponseError
+from redis.exceptions import NoPermissionError, RedisError, ResponseError
 from redis.retry import Retry
 
 from lippmann.errors import InvalidText
@@ -41,6 +42,20 @@ Entry = tuple[str, Event | None]
 
 _MESSAGE = JsonLimits(size_bytes=64_000_000)
 """The limits of an order in the queue; the order itself is one text in it."""
+
+
+NEVER_EVICTS = "noeviction"
+"""The policy of a broker that refuses to store more when its memory is full."""
+
+
+@dataclass(frozen=True)
+class BrokerKeeping:
+    """The ways in which the broker may lose data of the farm."""
+
+    evicts: str | None
+    """The policy by which it removes keys when its memory is full; None if it removes none."""
+    has_append_only_file: bool
+    """False if a restart loses orders and events. The farm then sends orders again, and repeats what was reported."""
 
 
 class Stream:
@@ -156,6 +171,19 @@ class Stream:
             return None  # it does not answer at all, which is another matter
         return None
 
+    def keeping(self) -> BrokerKeeping | None:
+        """Return how well the broker keeps what it is given; None if its user has no right to know."""
+        with _translated():
+            try:
+                memory: Any = self._quick.info("memory")
+                persistence: Any = self._quick.info("persistence")
+            except NoPermissionError:
+                return None
+        policy = str(memory.get("maxmemory_policy", NEVER_EVICTS))
+        is_limited = int(memory.get("maxmemory", 0)) > 0
+        evicts = policy if is_limited and policy != NEVER_EVICTS else None
+        return BrokerKeeping(evicts, has_append_only_file=bool(int(persistence.get("aof_enabled", 1))))
+
     def ping(self) -> None:
         """Raise BrokerUnavailable if the broker does not answer."""
         with _translated():
@@ -192,6 +220,14 @@ class Stream:
         if self._steady() - self._logged_s >= LOG_S:
             self._logged_s = self._steady()
             log.warning("messages of workers were dropped", dropped=dict(self.dropped), last=str(error)[:500])
+
+
+def evicting_text(policy: str) -> str:
+    """Return the sentence about a broker that removes keys when its memory is full."""
+    return (
+        f"The broker removes orders and events when its memory is full: expected maxmemory-policy {NEVER_EVICTS}, "
+        f"got {policy}."
+    )
 
 
 def attempt_of(message: bytes | None) -> str | None:

@@ -11,7 +11,7 @@ import anyio
 from lippmann.job.messages.events import Presence
 from lippmann.job.messages.protocol import PROTOCOL
 from lippmann.plan.artifact_store import ArtifactStore
-from service.broker_stream import Stream
+from service.broker_stream import BrokerKeeping, Stream
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
@@ -38,6 +38,8 @@ WORKER_VERSION = "worker-version"
 """The code of the fault of a worker whose messages the service does not understand."""
 NOT_CLAIMING = "not-claiming"
 """The code of the fault of a worker that takes no orders although it has a free slot."""
+
+NOT_KEPT = "answers; it has no append-only file, so orders that a restart of it loses are sent again"
 
 T = TypeVar("T")
 
@@ -75,8 +77,12 @@ class Checks:
             group.start_soon(ask, "free", self._free_bytes)
             group.start_soon(ask, "faults", self._faults)
             group.start_soon(ask, "dropped", self._dropped)
+            group.start_soon(ask, "keeping", self._stream.keeping)
             group.start_soon(ask, "role", role)
         health = _health(answers["coordinator"], answers["workers"], answers["free"], answers["faults"])
+        keeping = answers["keeping"]
+        if health.broker.ok and isinstance(keeping, BrokerKeeping) and not keeping.has_append_only_file:
+            health = health.model_copy(update={"broker": ComponentHealth(ok=True, detail=NOT_KEPT)})
         if not isinstance(answers["role"], Role):
             return _without_details(health)
         if answers["role"] is not Role.ADMIN:

@@ -75,6 +75,9 @@ class Settings(BrokerSettings):
     public_url: str = ""
     """The URL under which users reach the service; if empty, `http://host:port`. Its path, such as `/lippmann`, is the
     one under which a reverse proxy serves it."""
+    s3_public_endpoint: str = ""
+    """The URL under which users reach the S3 server of the store; if empty, `s3_endpoint`. Clients that ask for it
+    download artifacts from there."""
     coordinator: bool = True
     """True if this process may become the leader and run the coordinator."""
 

@@ -126,12 +126,15 @@ class DictStore:
     def etag(self, name: str) -> str:
         return hashlib.sha256(self.get_bytes(name)).hexdigest()[:16]
 
+    def info(self, name: str) -> ArtifactInfo:
+        return ArtifactInfo(name, self.size(name), self.modified_s(name), self.etag(name))
+
     def read_range(self, name: str, start: int, stop: int) -> Iterator[bytes]:
         yield self.get_bytes(name)[start:stop]
 
     def list(self, prefix: str, *, after: str = "", limit: int | None = None) -> builtins.list[ArtifactInfo]:
         names = sorted(name for name in self.files if name.startswith(prefix) and name > after)
-        return [ArtifactInfo(name, self.size(name), self.modified_s(name), self.etag(name)) for name in names[:limit]]
+        return [self.info(name) for name in names[:limit]]
 
     def modified_s(self, name: str) -> float:
         return self.written_s.get(name, T0)

@@ -36,7 +36,7 @@ class Cluster:
 @contextmanager
 def cluster_up(folder: Path, *, postgresql: str, objects: ObjectStore) -> Iterator[Cluster]:
     """Run a service and two workers of one slot each; yield them once both workers are online."""
-    broker, port, key_file = Broker(folder), free_port(), folder / "admin.key"
+    broker, port, key_file = Broker(folder, keeps_data=True), free_port(), folder / "admin.key"
     order_key, bucket = folder / "order.key", objects.new_bucket()
     shared = {
         **os.environ,

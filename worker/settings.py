@@ -69,6 +69,9 @@ class WorkerSettings(BrokerSettings):
     """The longest time of a probe, s; a job may only ask for less."""
     disk_reserve_mb: float = Field(default=RESERVE_MB, ge=0)
     """The free space that artifacts and attempts leave on a disk, in megabytes."""
+    bundles_mb: float = Field(default=20_000.0, ge=0)
+    """The size of the unpacked scene bundles above which the least recently used ones are removed, in megabytes; those
+    that an attempt uses stay."""
     picture_px: int = Field(default=2**27, ge=1, le=MAX_FRAME_PX**2)
     """The largest picture of another program that is decoded, in pixels; `lippmann import` and its like obey it too."""
     heartbeat_file: Path | None = None
@@ -137,6 +140,11 @@ class WorkerSettings(BrokerSettings):
     def disk_reserve_bytes(self) -> int:
         """The free space that artifacts and attempts leave on a disk, in bytes."""
         return round(self.disk_reserve_mb * 1e6)
+
+    @property
+    def bundles_bytes(self) -> int:
+        """The size of the unpacked scene bundles above which some are removed, in bytes."""
+        return round(self.bundles_mb * 1e6)
 
     @property
     def artifacts_dir(self) -> Path:

@@ -1,4 +1,4 @@
-"""HTTP: keys, retries, problem details, and downloads that resume. No other module imports the HTTP library.
+"""HTTP: keys, retries, problem details, and downloads that resume. Only `direct` imports the HTTP library, too.
 
 | answer | what we do |
 |---|---|
@@ -9,6 +9,7 @@
 | other 4xx, 5xx | `Refused` with the invalid fields |
 | 206 | append the rest of a download |
 | 200 to a request for the rest | the file changed, or ranges are not served: download from the start |
+| 307 to a download | download from the server of the store, and compare the digest; see `direct` |
 """
 
 from __future__ import annotations
@@ -21,12 +22,14 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import httpx
 
 from lippmann.client.address import Address
+from lippmann.client.direct import ASKS, NotDirect, StoreServer, expected_sha256
 from lippmann.client.errors import Refused, refusal
+from lippmann.client.partial_file import OnBytes, append, sha256_of, size_of, write
 from lippmann.client.stream import ServerEvent, parse_events
 from lippmann.errors import BadInput, LippmannError, Unreachable
 
@@ -67,6 +70,7 @@ class Transport:
         self.url = address.url.rstrip("/")
         self._patience_s = patience_s
         self._sleep = sleep
+        self._store_server = StoreServer(needs_https=self.url.startswith("https://"))
         try:
             self._http = httpx.Client(
                 base_url=self.url,
@@ -79,6 +83,7 @@ class Transport:
     def close(self) -> None:
         """Close every connection."""
         self._http.close()
+        self._store_server.close()
 
     def request(self, method: str, path: str, *, repeatable: bool | None = None, **parts: Any) -> httpx.Response:
         """Send a request and return the response.
@@ -141,23 +146,27 @@ class Transport:
         path: str,
         target: Path,
         *,
-        on_bytes: Callable[[int], None] | None = None,
+        on_bytes: OnBytes | None = None,
         sleep: Sleep | None = None,
     ) -> Download:
         """Download a file under a temporary name and rename it; an interrupted download resumes.
 
-        The temporary name contains the entity tag, so that parts of two versions are never joined. `sleep` waits
+        The temporary name contains the entity tag, so that parts of two versions are never joined. A file whose digest
+        is known comes from the server of the store, where the service has one that can be reached. `sleep` waits
         between the attempts, and may raise to end the download.
         """
         sleep = sleep or self._sleep
         try:
-            etag = _etag(self._request("HEAD", path, repeated=_BUSY_OR_TOO_MANY, sleep=sleep))
+            head = self._request("HEAD", path, repeated=_BUSY_OR_TOO_MANY, sleep=sleep)
         except Refused:
             with suppress(httpx.HTTPError), self._streamed(path):
                 pass  # An answer to HEAD has no details; this one raises them.
             raise
+        etag, sha256 = _etag(head), expected_sha256(head.headers)
         part = target.with_name(f".{target.name}.{hashlib.sha256(etag.encode()).hexdigest()[:12]}.part")
-        self._retried(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes), sleep)
+        part.parent.mkdir(parents=True, exist_ok=True)
+        if not (sha256 and etag and self._append_directly(path, part, etag=etag, sha256=sha256, on_bytes=on_bytes)):
+            etag = self._retried(part, lambda: self._append(path, part, etag=etag, on_bytes=on_bytes), sleep)
         return _finished(part, target, etag)
 
     def download_made(
@@ -166,24 +175,24 @@ class Transport:
         target: Path,
         *,
         params: Mapping[str, str],
-        on_bytes: Callable[[int], None] | None = None,
+        on_bytes: OnBytes | None = None,
         sleep: Sleep | None = None,
     ) -> Download:
         """Download a file that the service makes on demand, always from the start; `sleep` is as in `download`."""
         part = target.with_name(f".{target.name}.{os.getpid()}.part")
+        part.parent.mkdir(parents=True, exist_ok=True)
         etag = self._retried(
             part, lambda: self._write(path, part, params=params, on_bytes=on_bytes), sleep or self._sleep
         )
         return _finished(part, target, etag)
 
     def _retried(self, part: Path, download: Callable[[], str], sleep: Sleep) -> str:
-        part.parent.mkdir(parents=True, exist_ok=True)
         pauses, here = self._pauses(), -1
         while True:
             try:
                 return download()
             except httpx.HTTPError as error:
-                grown = part.stat().st_size if part.exists() else 0
+                grown = size_of(part)
                 if grown > here:  # Data arrived, so the time limit starts again.
                     pauses, here = self._pauses(), grown
                 pause_s = next(pauses)
@@ -191,25 +200,51 @@ class Transport:
                     raise self._given_up(error) from error
                 sleep(pause_s)
 
-    def _append(self, path: str, part: Path, *, etag: str, on_bytes: Callable[[int], None] | None) -> str:
-        here = part.stat().st_size if etag and part.exists() else 0
+    def _append(self, path: str, part: Path, *, etag: str, on_bytes: OnBytes | None, is_direct: bool = False) -> str:
+        here = size_of(part) if etag else 0
         headers = {"Range": f"bytes={here}-", "If-Range": etag} if here else {}
-        with self._streamed(path, headers=headers, whole_at=here) as response:
-            if response.status_code != 416:  # With 416, nothing is missing.
-                _save(response, part, mode="ab" if response.status_code == 206 else "wb", on_bytes=on_bytes)
+        if is_direct:
+            headers |= ASKS
+        with self._streamed(path, headers=headers, whole_at=here, may_redirect=is_direct) as response:
+            if not response.is_redirect:
+                append(part, response, on_bytes)
+                return etag if response.status_code != 200 else _etag(response)
+            url = response.headers.get("Location", "")
+        with self._store_server.streamed(url, start=here, etag=etag) as response:
+            append(part, response, on_bytes)
         return etag
 
-    def _write(
-        self, path: str, part: Path, *, params: Mapping[str, str], on_bytes: Callable[[int], None] | None
-    ) -> str:
+    def _append_directly(self, path: str, part: Path, *, etag: str, sha256: str, on_bytes: OnBytes | None) -> bool:
+        """Download a file from the server of the store, and return whether it is whole.
+
+        Otherwise, the service sends the rest; of a damaged file, it sends everything, once the file is made again.
+        """
+        while self._store_server.is_reachable:
+            here = size_of(part)
+            try:
+                self._append(path, part, etag=etag, on_bytes=on_bytes, is_direct=True)
+            except NotDirect:
+                return False
+            except httpx.HTTPError:
+                if size_of(part) == here:
+                    return False
+                continue
+            if sha256_of(part) == sha256:
+                return True
+            part.unlink()
+            return False
+        return False
+
+    def _write(self, path: str, part: Path, *, params: Mapping[str, str], on_bytes: OnBytes | None) -> str:
         with self._streamed(path, params=params) as response:
-            _save(response, part, mode="wb", on_bytes=on_bytes)
+            write(part, response, on_bytes)
             return _etag(response)
 
     @contextmanager
     def _streamed(
-        self, path: str, *, whole_at: int = 0, repeated: Collection[int] = _BUSY_OR_TOO_MANY, **parts: Any
-    ) -> Iterator[httpx.Response]:
+        self, path: str, *, whole_at: int = 0, repeated: Collection[int] = _BUSY_OR_TOO_MANY,
+        may_redirect: bool = False, **parts: Any,
+    ) -> Iterator[httpx.Response]:  # fmt: skip
         """Open a stream; the errors of the HTTP library that it raises are those after which it is tried again."""
         with _utf8_only(), self._http.stream("GET", path, **parts) as response:
             if response.status_code == _TOO_MANY and _TOO_MANY in repeated:
@@ -219,6 +254,8 @@ class Transport:
                 raise httpx.RemoteProtocolError(f"the service answered {response.status_code}")
             if response.is_error and not (response.status_code == 416 and _is_whole(response, whole_at)):
                 response.read()
+                _checked(response)
+            if response.is_redirect and not may_redirect:
                 _checked(response)
             yield response
 
@@ -248,16 +285,6 @@ def _utf8_only() -> Iterator[None]:
     except UnicodeEncodeError as error:
         got = ascii(error.object[max(0, error.start - 20) : error.end + 20])
         raise BadInput(f"expected names, ids and titles in UTF-8, got {got}") from error
-
-
-def _save(
-    response: httpx.Response, part: Path, *, mode: Literal["ab", "wb"], on_bytes: Callable[[int], None] | None
-) -> None:
-    with part.open(mode) as file:
-        for data in response.iter_bytes():
-            file.write(data)
-            if on_bytes:
-                on_bytes(len(data))
 
 
 def _finished(part: Path, target: Path, etag: str) -> Download:

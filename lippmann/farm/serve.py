@@ -50,7 +50,8 @@ def run_service(settings: Settings, listening: socket.socket, *, key_file: Path 
     _log_to_stderr(settings)
     if key_file is not None:
         keep_admin_key(settings, key_file)
-    app = create_app(settings, make_parts(open_store(settings, reserve_bytes=settings.disk_reserve_bytes)))
+    store = open_store(settings, reserve_bytes=settings.disk_reserve_bytes, public_endpoint=settings.s3_public_endpoint)
+    app = create_app(settings, make_parts(store))
     server = _Announcing(app, host=settings.host, port=settings.port)
     for number in (signal.SIGINT, signal.SIGTERM):
         # uvicorn raises these signals again after it has stopped in order; by then nothing is left to stop.

@@ -81,6 +81,12 @@ class ArtifactStore(Protocol):
     def etag(self, name: str) -> str:
         """Return the strong entity tag of an artifact, without quotes; ArtifactMissing if it does not exist."""
 
+    def info(self, name: str) -> ArtifactInfo:
+        """Return the size, the time and the entity tag of an artifact, which asks a server once.
+
+        ArtifactMissing is raised if it does not exist.
+        """
+
     def read_range(self, name: str, start: int, stop: int) -> Iterator[bytes]:
         """Return bytes [start, stop) of an artifact in chunks, fewer if the artifact is shorter.
 
@@ -110,6 +116,17 @@ class LimitsFiles(Protocol):
 
     def free_files(self) -> int | None:
         """Return how many more files it takes; None without a limit."""
+
+
+@runtime_checkable
+class HasDownloadUrls(Protocol):
+    """A store with a server from which clients download artifacts by themselves."""
+
+    def download_url(self, name: str, *, valid_s: int, disposition: str, media_type: str) -> str:
+        """Return a URL from which anybody downloads an artifact within a time, with these headers; no server is asked.
+
+        Whether the artifact exists is not checked. The answers of the URL obey Range and If-Match.
+        """
 
 
 @runtime_checkable

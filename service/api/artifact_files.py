@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import mimetypes
 import re
+from base64 import b64encode
 from dataclasses import dataclass
 
 from sqlalchemy.orm import Session
 
+from lippmann.digest import Digest
 from lippmann.plan import artifact_names as names
-from lippmann.plan.artifact_store import ArtifactStore
+from lippmann.plan.artifact_store import ArtifactInfo, ArtifactStore
 from service.api.listings import find_task
 from service.errors import NotFound, RangeNotSatisfiable
 from service.schemas import artifact as schema
@@ -40,6 +42,8 @@ class File:
     size: int
     etag: str
     """The entity tag with its quotes."""
+    digest: Digest | None = None
+    """The digest of the content; None if it is unknown."""
 
 
 def page_artifacts(
@@ -62,10 +66,9 @@ def page_artifacts(
     return schema.ArtifactPage(items=items, next_cursor=items[-1].name if len(found) > limit else None)
 
 
-def find_file(store: ArtifactStore, job_id: str, name: str) -> File:
-    """Find a file of a job; ArtifactMissing if it does not exist."""
-    stored = full_name(job_id, name)
-    return File(full_name=stored, name=name, size=store.size(stored), etag=f'"{store.etag(stored)}"')
+def file_of(info: ArtifactInfo, name: str, digest: Digest | None) -> File:
+    """Return a file of a job by its artifact."""
+    return File(full_name=info.name, name=name, size=info.size, etag=f'"{info.etag}"', digest=digest)
 
 
 def find_log(session: Session, store: ArtifactStore, job_id: str, task_id: str, *, attempt: int | None) -> str:
@@ -104,6 +107,24 @@ def disposition(job_id: str, name: str) -> str:
     how = "inline" if media_type(name).startswith(_INLINE) else "attachment"
     flat = re.sub(r"[^A-Za-z0-9._-]", "-", f"{job_id}-{name}")
     return f'{how}; filename="{flat}"'
+
+
+def digest_field(digest: Digest) -> str:
+    """Return the value of the header Repr-Digest (RFC 9530).
+
+    >>> digest_field(Digest(0, "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855"))
+    'sha-256=:47DEQpj8HBSa+/TImW+5JCeuQeRkm5NMpJWZG3hSuFU=:'
+    """
+    return f"sha-256=:{b64encode(bytes.fromhex(digest.sha256)).decode()}:"
+
+
+def prefers(header: str | None, preference: str) -> bool:
+    """Return whether a Prefer header (RFC 7240) has a preference.
+
+    >>> prefers("respond-async, Redirect; a=1", "redirect"), prefers(None, "redirect")
+    (True, False)
+    """
+    return any(part.partition(";")[0].strip().lower() == preference for part in (header or "").split(","))
 
 
 def is_fresh(if_none_match: str | None, etag: str) -> bool:

@@ -17,7 +17,7 @@ from lippmann.job.outputs.output import OutputOptions
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import TaskStatus
 from lippmann.plan import artifact_names as names
-from lippmann.plan.artifact_store import ArtifactStore
+from lippmann.plan.artifact_store import ArtifactInfo, ArtifactStore
 from service.db import tasks as task_rows
 from service.db.engine import Database
 from service.errors import NotFound
@@ -52,16 +52,16 @@ def find_archive(database: Database, store: ArtifactStore, guard: ArtifactGuard,
     """
     output, expected = _expected(database, store, job_id, name)
     top = names.output_folder(output).partition("/")[0]
-    listed = {info.name: info.size for info in store.list(names.job_artifact(job_id, top))}
+    listed = {info.name: info for info in store.list(names.job_artifact(job_id, top))}
     archive = ZipStream(compress_type=ZIP_STORED, sized=True)
     for file, digest in sorted(expected.items()):
-        size = listed.get(names.job_artifact(job_id, file))
-        if size is None:
+        info = listed.get(names.job_artifact(job_id, file))
+        if info is None:
             raise guard.damaged(job_id, file, Damage.MISSING, f"{file}: expected an artifact, got nothing there")
-        if digest is not None and size != digest.size:
-            raise guard.damaged(job_id, file, Damage.SIZE, f"{file}: expected {digest.size} bytes, got {size}")
-        chunks = _chunks(store, guard, job_id, file, size=size, digest=digest)
-        archive.add(chunks, file.removeprefix(f"{top}/"), size=size)
+        if digest is not None and info.size != digest.size:
+            raise guard.damaged(job_id, file, Damage.SIZE, f"{file}: expected {digest.size} bytes, got {info.size}")
+        chunks = _chunks(store, guard, job_id, file, info, digest)
+        archive.add(chunks, file.removeprefix(f"{top}/"), size=info.size)
     return Archive(len(archive), iter(archive))
 
 
@@ -91,8 +91,8 @@ def _find_output(spec: JobSpec, name: str) -> OutputOptions:
 
 
 def _chunks(
-    store: ArtifactStore, guard: ArtifactGuard, job_id: str, file: str, *, size: int, digest: Digest | None
+    store: ArtifactStore, guard: ArtifactGuard, job_id: str, file: str, info: ArtifactInfo, digest: Digest | None
 ) -> Iterator[bytes]:
     """Yield a file; the last chunk only if its content is whole. Nothing is opened before the first chunk is asked."""
-    chunks = store.read_range(names.job_artifact(job_id, file), 0, size)
-    yield from guard.verified_chunks(job_id, file, digest, chunks)
+    chunks = store.read_range(info.name, 0, info.size)
+    yield from guard.verified_chunks(job_id, file, digest, chunks, etag=info.etag)

@@ -16,14 +16,14 @@ import structlog
 from sqlalchemy.exc import DBAPIError
 
 from lippmann.job.messages.events import Presence
-from service.broker_stream import Stream
+from service.broker_stream import Stream, evicting_text
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.engine import Database
 from service.db.reserve import is_full
 from service.db.tables import WorkerFault
-from service.errors import NotLeading
+from service.errors import BrokerUnavailable, NotLeading
 from service.jobs.farm_pause import pause_for_farm, resume_for_farm
 from service.schemas.farm import Fault
 from service.settings import Settings
@@ -34,6 +34,7 @@ FIRST_CHECK_S = 1.0
 DATABASE_FULL = "database-full"
 DATABASE_UNAVAILABLE = "database-unavailable"
 BROKER_FULL = "broker-full"
+BROKER_EVICTS = "broker-evicts"
 
 log = structlog.get_logger("service.fault_monitor")
 
@@ -51,6 +52,7 @@ class FaultMonitor:
         self._poked = threading.Event()
         self._next_s = float("-inf")
         self._pause_s = FIRST_CHECK_S
+        self._told_of_restarts = False
 
     @property
     def faults(self) -> tuple[Fault, ...]:
@@ -137,7 +139,18 @@ class FaultMonitor:
 
     def _broker_fault(self) -> tuple[str, str] | None:
         reason = self._stream.write_error()
-        return None if reason is None else (BROKER_FULL, f"The broker cannot write its append-only file: {reason}.")
+        if reason is not None:
+            return BROKER_FULL, f"The broker cannot write its append-only file: {reason}."
+        try:
+            keeping = self._stream.keeping()
+        except BrokerUnavailable:
+            return None  # it does not answer at all, which is another matter
+        if keeping is not None and not keeping.has_append_only_file and not self._told_of_restarts:
+            self._told_of_restarts = True
+            log.warning("the broker has no append-only file: orders that a restart of it loses are sent again")
+        if keeping is not None and keeping.evicts:
+            return BROKER_EVICTS, evicting_text(keeping.evicts)
+        return None
 
     def _merged(self, known: Sequence[Fault], found: Sequence[Fault]) -> tuple[Fault, ...]:
         """Return the faults in the order in which they began; one that lasts keeps its time and its sentence."""

@@ -19,6 +19,7 @@ from service.ids import is_job_id
 from service.jobs.artifact_repair import REPAIRED_IN
 from service.jobs.state_machine import find_job
 from service.jobs.verification import done_pages, examine, expected_artifacts
+from service.store_check import StoreCheck
 from service.store_identity import known_identity
 
 LITTLE_BYTES = 1_000_000_000
@@ -51,6 +52,24 @@ def check_store(database: Database, store: ArtifactStore, *, by_content: bool, n
     if isinstance(store, LeavesPartialFiles) and (count := store.count_partial(PARTIAL_S)):
         message = f"{count} partial files of processes that died are older than a day"
         yield Finding(Check.PARTIAL_FILES, Level.WARNING, message, repairable=True)
+
+
+def check_way_to_store(store: ArtifactStore) -> Iterator[Finding]:
+    """Yield what is wrong with a store for a worker, which does not know its id: a small file is stored and deleted."""
+    try:
+        identity = store.identity()
+    except StoreUnavailable as error:
+        yield Finding(Check.STORE, Level.ERROR, f"the store does not answer: {error}")
+        return
+    if identity is None:
+        text = "the store has no id: it is not that of a farm, or its service has not started yet"
+        yield Finding(Check.STORE, Level.WARNING, text)
+        return
+    refused = StoreCheck(store, reserve_bytes=0).error()
+    if refused is not None:
+        yield Finding(Check.STORE, Level.ERROR, refused.message)
+        return
+    yield Finding(Check.STORE, Level.NOTE, f"the store takes artifacts, and has the id {identity}")
 
 
 def check_artifacts(database: Database, store: ArtifactStore, job_id: str, *, by_content: bool) -> Iterator[Finding]:

@@ -14,6 +14,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from dataclasses import dataclass
 
 import structlog
 
@@ -21,13 +22,13 @@ from lippmann.digest import Digest, DigestWriter
 from lippmann.errors import ArtifactBroken, ArtifactMissing, LippmannError
 from lippmann.job.states import TaskStatus
 from lippmann.plan import artifact_names as names
-from lippmann.plan.artifact_store import ArtifactStore
+from lippmann.plan.artifact_store import ArtifactInfo, ArtifactStore
 from service.db.engine import Database
 from service.db.tables import Task
 from service.errors import ArtifactRepairing
 from service.jobs.artifact_repair import find_maker, repair_artifact
 from service.jobs.state_machine import find_job
-from service.jobs.verification import Damage, examine, reported
+from service.jobs.verification import Damage, examine, reported, size_damage
 
 SMALL_BYTES = 32 * 1024 * 1024
 """The size up to which the content is verified before an answer: about 20 ms of SHA-256."""
@@ -36,6 +37,15 @@ REMEMBERED_S = 3600.0
 REMEMBERED = 20_000
 
 log = structlog.get_logger("service.artifact_guard")
+
+
+@dataclass(frozen=True)
+class FoundArtifact:
+    """An artifact that may be read."""
+
+    info: ArtifactInfo
+    digest: Digest | None
+    """The digest that its task reported; None if it is unknown."""
 
 
 class ArtifactGuard:
@@ -55,8 +65,10 @@ class ArtifactGuard:
         """End the thread of the background."""
         self._background.shutdown(wait=False, cancel_futures=True)
 
-    def check(self, job_id: str, name: str, *, whole: bool = False) -> None:
+    def check(self, job_id: str, name: str, *, whole: bool = False, content: bool = True) -> FoundArtifact | None:
         """Verify an artifact before it is read: its size, and its content if it is small.
+
+        Return what is known of it; None if it does not exist and is not made yet.
 
         Parameters
         ----------
@@ -64,27 +76,41 @@ class ArtifactGuard:
             The name below the job.
         whole
             True to verify the content also of a large artifact, because all of it is read anyway.
+        content
+            False to verify the size only, because whoever reads the artifact compares its digest.
 
         Raises
         ------
-        ArtifactMissing
-            If the artifact does not exist and is not made yet.
         ArtifactRepairing
             If the artifact is missing or damaged, and the farm makes it again.
-        ArtifactBroken
+        ArtifactMissing, ArtifactBroken
             If the artifact is missing or damaged, and the farm does not make it again by itself.
         """
         task = self._task(job_id, name)
-        if task is None or task.status is not TaskStatus.DONE:
-            if task is not None and task.repairs and not self._store.exists(names.job_artifact(job_id, name)):
-                raise ArtifactRepairing(f"{name} was damaged, and the farm makes it again")
-            return
+        is_done = task is not None and task.status is TaskStatus.DONE
+        try:
+            info = self._store.info(names.job_artifact(job_id, name))
+        except ArtifactMissing as error:
+            if is_done:
+                message = f"{name}: expected an artifact, got nothing there"
+                raise self.damaged(job_id, name, Damage.MISSING, message) from error
+            if task is not None and task.repairs:
+                raise ArtifactRepairing(f"{name} was damaged, and the farm makes it again") from error
+            return None
+        if task is None or not is_done:
+            return FoundArtifact(info, None)
         expected = reported(task).get(name)
-        found = examine(self._store, job_id, name, expected, by_content=False)
-        if found is not None:
-            raise self.damaged(job_id, name, *found)
-        if expected is not None and (whole or expected.size <= SMALL_BYTES):
-            self._verify(job_id, name, expected)
+        wrong = size_damage(name, info.size, expected)
+        if wrong is not None:
+            raise self.damaged(job_id, name, Damage.SIZE, wrong)
+        if content and expected is not None and (whole or expected.size <= SMALL_BYTES):
+            self._verify(job_id, name, expected, info.etag)
+        return FoundArtifact(info, expected)
+
+    def digest(self, job_id: str, name: str) -> Digest | None:
+        """Return the digest that the task of an artifact reported; None if it is unknown."""
+        task = self._task(job_id, name)
+        return reported(task).get(name) if task is not None and task.status is TaskStatus.DONE else None
 
     @contextmanager
     def reading(self, job_id: str, name: str) -> Iterator[None]:
@@ -101,26 +127,20 @@ class ArtifactGuard:
         except ArtifactBroken as error:
             raise self.damaged(job_id, name, Damage.CONTENT, error.message) from error
 
-    def checked_chunks(self, job_id: str, name: str, chunks: Iterator[bytes]) -> Iterator[bytes]:
-        """Yield the chunks of a whole artifact; the last one only if its content is whole.
+    def verified_chunks(
+        self, job_id: str, name: str, expected: Digest | None, chunks: Iterator[bytes], *, etag: str
+    ) -> Iterator[bytes]:
+        """Yield the chunks of a whole artifact; if its digest is known, the last one only if its content is whole.
 
         Raises
         ------
         ArtifactRepairing, ArtifactBroken
             In place of the last chunk, if the artifact is damaged.
         """
-        task = self._task(job_id, name)
-        expected = reported(task).get(name) if task is not None and task.status is TaskStatus.DONE else None
-        yield from self.verified_chunks(job_id, name, expected, chunks)
-
-    def verified_chunks(
-        self, job_id: str, name: str, expected: Digest | None, chunks: Iterator[bytes]
-    ) -> Iterator[bytes]:
-        """Yield the chunks of a whole artifact whose digest is known or not; see `checked_chunks`."""
-        if expected is None or self._is_whole(job_id, name):
+        if expected is None or self._is_whole(job_id, name, etag):
             yield from chunks
             return
-        etag, written, kept = self._store.etag(names.job_artifact(job_id, name)), DigestWriter(), b""
+        written, kept = DigestWriter(), b""
         for chunk in chunks:
             written.update(chunk)
             if kept:
@@ -131,9 +151,9 @@ class ArtifactGuard:
         self._remember(job_id, name, etag)
         yield kept
 
-    def check_later(self, job_id: str, name: str) -> None:
+    def check_later(self, job_id: str, name: str, *, etag: str) -> None:
         """Verify an artifact in the background, of which a part is being sent."""
-        if not self._is_whole(job_id, name):
+        if not self._is_whole(job_id, name, etag):
             self._background.submit(self._check_quietly, job_id, name)
 
     def damaged(self, job_id: str, name: str, damage: Damage, message: str) -> Exception:
@@ -155,10 +175,9 @@ class ArtifactGuard:
         except Exception as error:  # the outermost frame of the thread
             log.warning("an artifact could not be verified", job=job_id, artifact=name, error=repr(error))
 
-    def _verify(self, job_id: str, name: str, expected: Digest) -> None:
-        if self._is_whole(job_id, name):
+    def _verify(self, job_id: str, name: str, expected: Digest, etag: str) -> None:
+        if self._is_whole(job_id, name, etag):
             return
-        etag = self._store.etag(names.job_artifact(job_id, name))
         found = examine(self._store, job_id, name, expected)
         if found is not None:
             raise self.damaged(job_id, name, *found)
@@ -168,8 +187,8 @@ class ArtifactGuard:
         with self._database.reading() as session:
             return find_maker(session, find_job(session, job_id), name)
 
-    def _is_whole(self, job_id: str, name: str) -> bool:
-        key = (names.job_artifact(job_id, name), self._store.etag(names.job_artifact(job_id, name)))
+    def _is_whole(self, job_id: str, name: str, etag: str) -> bool:
+        key = (names.job_artifact(job_id, name), etag)
         with self._lock:
             return self._steady() - self._whole.get(key, float("-inf")) < REMEMBERED_S
 

@@ -13,12 +13,12 @@ from typing import Any
 
 from sqlalchemy.orm import Session
 
-from lippmann.digest import Digest
+from lippmann.digest import Digest, digest_of
 from lippmann.errors import ArtifactMissing
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names
-from lippmann.plan.artifact_store import ArtifactStore, read_digest
+from lippmann.plan.artifact_store import ArtifactStore
 from lippmann.plan.makers import artifacts_of
 from service.db import tasks as task_rows
 from service.db.engine import Database
@@ -91,16 +91,24 @@ def examine(
     full_name = names.job_artifact(job_id, name)
     try:
         size = store.size(full_name)
+        wrong = size_damage(name, size, expected)
+        if wrong is not None:
+            return Damage.SIZE, wrong
         if expected is None:
-            return None if size else (Damage.SIZE, f"{name}: expected some bytes, got an empty file")
-        if size != expected.size:
-            return Damage.SIZE, f"{name}: expected {expected.size} bytes, got {size}"
-        found = read_digest(store, full_name) if by_content else expected
+            return None
+        found = digest_of(store.read_range(full_name, 0, size)) if by_content else expected
     except ArtifactMissing:
         return Damage.MISSING, f"{name}: expected an artifact, got nothing there"
     if found != expected:
         return Damage.CONTENT, f"{name}: expected the SHA-256 {expected.sha256}, got {found.sha256}"
     return None
+
+
+def size_damage(name: str, size: int, expected: Digest | None) -> str | None:
+    """Return a sentence about an artifact that has another size than its task reported; None if the size is right."""
+    if expected is None:
+        return None if size else f"{name}: expected some bytes, got an empty file"
+    return None if size == expected.size else f"{name}: expected {expected.size} bytes, got {size}"
 
 
 def expected_artifacts(spec: JobSpec, task: Task) -> dict[str, Digest | None]:

@@ -64,8 +64,7 @@ async def get_linked_artifact(
 ) -> Response:
     """Get the file of a link, with a strong ETag, If-None-Match, Range and If-Range."""
     await anyio.to_thread.run_sync(_check, state, token, job_id, name)
-    file = await anyio.to_thread.run_sync(find_artifact, state, job_id, name, request.method)
-    return send_artifact(state, job_id, file, conditions, request.method)
+    return await anyio.to_thread.run_sync(send_artifact, state, job_id, name, conditions, request.method)
 
 
 def _check(state: AppState, token: str, job_id: str, name: str) -> None:

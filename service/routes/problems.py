@@ -84,7 +84,8 @@ async def answer(request: Request, error: Exception) -> Response:
     known = translate(error)
     status = status_of(known.code)
     if status >= 500 and not isinstance(known, ArtifactRepairing):
-        trace = trace_of(error)
+        # While the database is away, every request fails; a trace of each would only hide the cause.
+        trace = None if isinstance(known, DatabaseUnavailable) else trace_of(error)
         log.error("a request failed", path=request.url.path, code=known.code, error=repr(error), trace=trace)
     headers = {"WWW-Authenticate": "Bearer"} if status == 401 else {}
     if status == 503:

@@ -24,7 +24,8 @@ class ComponentHealth(Answer):
 
     ok: bool
     detail: str
-    """`answers`, the kind of the error, or the sentence of a fault; empty without a key."""
+    """`answers`, the kind of the error, or the sentence of a fault; empty without a key. A broker that loses orders in
+    a restart says so."""
 
 
 class StoreHealth(Answer):

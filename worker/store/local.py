@@ -138,6 +138,11 @@ class LocalStore:
         """Return an artifact's strong entity tag: a new file, hence a new tag, with every put."""
         return _etag(self._status(name))
 
+    def info(self, name: str) -> ArtifactInfo:
+        """Return the size, the time and the entity tag of an artifact."""
+        status = self._status(name)
+        return ArtifactInfo(name, status.st_size, status.st_mtime, _etag(status))
+
     def read_range(self, name: str, start: int, stop: int) -> Iterator[bytes]:
         """Return bytes [start, stop) of an artifact in chunks, fewer where it ends earlier."""
         if not 0 <= start <= stop:

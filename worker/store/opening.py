@@ -19,13 +19,15 @@ COPIES = "scratch/copies"
 checked before each attempt, and in a container a worker writes there and nowhere else."""
 
 
-def open_store(settings: BrokerSettings, *, reserve_bytes: int = 0) -> ArtifactStore:
+def open_store(settings: BrokerSettings, *, reserve_bytes: int = 0, public_endpoint: str = "") -> ArtifactStore:
     """Return the store of a farm: the bucket of `store_url`, or the folder `artifacts` of the data folder.
 
     Parameters
     ----------
     reserve_bytes
         The free space of a disk that artifacts leave, bytes; a bucket has no such limit.
+    public_endpoint
+        The URL of the S3 server for clients of the farm; if empty, that of the farm.
 
     Raises
     ------
@@ -43,7 +45,7 @@ def open_store(settings: BrokerSettings, *, reserve_bytes: int = 0) -> ArtifactS
     url = urlsplit(settings.store_url)
     return S3Store(
         url.netloc, copies=settings.data_dir / COPIES, prefix=url.path.strip("/"), endpoint=settings.s3_endpoint,
-        region=settings.s3_region,
+        public_endpoint=public_endpoint, region=settings.s3_region,
     )  # fmt: skip
 
 

@@ -6,8 +6,7 @@ interrupted are invisible, and `sweep` removes them later. Objects whose names b
 .store      the id of the store
 .order/     two empty objects, which show whether the server lists objects in the order of their names
 
-Access keys come from where every program for S3 finds them: AWS_ACCESS_KEY_ID and AWS_SECRET_ACCESS_KEY, the file that
-AWS_SHARED_CREDENTIALS_FILE names, or the role of the machine.
+Clients download artifacts from the server by themselves, with URLs that are signed for them and expire.
 
 Whoever reads an artifact as a file gets a copy of it in a folder of this machine (`worker.store.copies`).
 """
@@ -15,7 +14,6 @@ Whoever reads an artifact as a file gets a copy of it in a folder of this machin
 from __future__ import annotations
 
 import builtins
-import os
 import time
 import uuid
 from collections.abc import Iterator
@@ -26,7 +24,6 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-import boto3
 from boto3.s3.transfer import TransferConfig
 from botocore.config import Config
 from botocore.exceptions import BotoCoreError, ClientError, HTTPClientError
@@ -36,6 +33,7 @@ from lippmann.errors import NO_ROOM, ArtifactMissing, DiskFull, StoreUnavailable
 from lippmann.plan.artifact_store import ArtifactInfo
 from worker.store.copies import copy_folder, remove_left
 from worker.store.names import check_name, check_prefix
+from worker.store.s3_clients import S3Clients
 from worker.store.s3_errors import code_of, translated
 
 IDENTITY = ".store"
@@ -46,6 +44,8 @@ PART_BYTES = 64 << 20
 """Files of this size and more are uploaded in parts."""
 KNOWN_S = 15.0
 """The time for which the id of the store is believed without reading it again."""
+BEYOND = frozenset({"InvalidRange", "416"})
+"""The codes of an answer to a range that begins after the end of an object."""
 DELETED_AT_ONCE = 1000
 """The limit of S3 for one request."""
 
@@ -63,6 +63,8 @@ class S3Store:
         The names of all objects begin with it and a slash; if empty, the store is the whole bucket.
     endpoint
         The URL of the server; if empty, Amazon's.
+    public_endpoint
+        The URL of the server for clients of the farm; if empty, `endpoint`.
     region
         The region of the bucket.
     connect_s, read_s
@@ -72,25 +74,24 @@ class S3Store:
     """
 
     def __init__(
-        self, bucket: str, *, copies: Path, prefix: str = "", endpoint: str = "", region: str = "",
-        connect_s: float = 5.0, read_s: float = 30.0, attempts: int = 5,
+        self, bucket: str, *, copies: Path, prefix: str = "", endpoint: str = "", public_endpoint: str = "",
+        region: str = "", connect_s: float = 5.0, read_s: float = 30.0, attempts: int = 5,
     ) -> None:  # fmt: skip
         self._bucket = bucket
         self._prefix = f"{check_prefix(prefix)}/" if prefix else ""
         self._endpoint = endpoint or None
-        self._region = region or None
-        self._config = Config(
+        config = Config(
             connect_timeout=connect_s, read_timeout=read_s, max_pool_connections=32,
             retries={"mode": "standard", "total_max_attempts": attempts},
             # The farm has digests of its own, and not every server understands those of Amazon.
             request_checksum_calculation="when_required", response_checksum_validation="when_required",
         )  # fmt: skip
+        self._clients = S3Clients(self._endpoint, public_endpoint or self._endpoint, region or None, config)
         self._attempts = attempts
         self._copies = copies
         remove_left(copies)
         self._expected: str | None = None
         self._known_until_s = 0.0
-        self._clients: dict[int, Any] = {}
 
     @property
     def place(self) -> str:
@@ -180,16 +181,33 @@ class S3Store:
         """Return an artifact's strong entity tag, which the server makes of its content."""
         return _etag(self._head(name))
 
+    def info(self, name: str) -> ArtifactInfo:
+        """Return the size, the time and the entity tag of an artifact, by one request."""
+        return _found(name, self._head(name))
+
+    def download_url(self, name: str, *, valid_s: int, disposition: str, media_type: str) -> str:
+        """Return a URL from which anybody downloads an artifact within a time, with these headers."""
+        check_name(name)
+        wanted = {"ResponseContentDisposition": disposition, "ResponseContentType": media_type}
+        with translated(name, self.place):
+            signer = self._clients.signing
+            return str(signer.generate_presigned_url("get_object", Params=self._at(name) | wanted, ExpiresIn=valid_s))
+
     def read_range(self, name: str, start: int, stop: int) -> Iterator[bytes]:
         """Return bytes [start, stop) of an artifact in chunks, fewer where it ends earlier."""
         if not 0 <= start <= stop:
             raise ValueError(f"expected bytes [start, stop) with 0 <= start <= stop, got [{start}, {stop})")
         check_name(name)
-        if start == stop or start >= self.size(name):
+        if start == stop:
             self._head(name)
             return iter(())
         with self._reading(name):
-            answer = self._client.get_object(**self._at(name), Range=f"bytes={start}-{stop - 1}")
+            try:
+                answer = self._client.get_object(**self._at(name), Range=f"bytes={start}-{stop - 1}")
+            except ClientError as error:
+                if code_of(error) not in BEYOND:
+                    raise
+                return iter(())
         return self._chunks(name, start, stop, answer)
 
     def list(self, prefix: str, *, after: str = "", limit: int | None = None) -> builtins.list[ArtifactInfo]:
@@ -260,17 +278,7 @@ class S3Store:
 
     @property
     def _client(self) -> Any:
-        """The client of this process: connections of the process that forked it are not its own."""
-        # Without a lock, which a process may inherit locked: two threads that make a client at once do no harm.
-        client = self._clients.get(os.getpid())
-        if client is None:
-            session = boto3.session.Session()
-            client = session.client(
-                "s3", endpoint_url=self._endpoint, region_name=self._region or session.region_name or "us-east-1",
-                config=self._config,
-            )  # fmt: skip
-            self._clients = {os.getpid(): client}
-        return client
+        return self._clients.connecting
 
     def _at(self, name: str) -> dict[str, str]:
         return {"Bucket": self._bucket, "Key": self._prefix + name}
@@ -334,8 +342,7 @@ class S3Store:
         """Yield the artifact `below`, then those in its folder, in the order of their names."""
         if below and below > after:
             with suppress(ArtifactMissing):
-                found = self._head(below)
-                yield ArtifactInfo(below, int(found["ContentLength"]), found["LastModified"].timestamp(), _etag(found))
+                yield self.info(below)
         folder = f"{below}/" if below else ""
         yield from self._flat(folder, after) if self._is_sorted else self._walk(folder, after)
 
@@ -393,6 +400,10 @@ _BROKEN = (BotoCoreError, HTTPClientError, OSError)
 
 def _pause_s(attempt: int) -> float:
     return float(min(0.2 * 2**attempt, 5.0))
+
+
+def _found(name: str, answer: Any) -> ArtifactInfo:
+    return ArtifactInfo(name, int(answer["ContentLength"]), answer["LastModified"].timestamp(), _etag(answer))
 
 
 def _info(name: str, entry: Any) -> ArtifactInfo:

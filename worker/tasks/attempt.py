@@ -28,6 +28,7 @@ from lippmann.errors import (
 from lippmann.job.messages.events import EventKind, Failure, ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.telemetry import span
+from lippmann.untrusted.shown import shown
 from worker.engines.povray.diagnosis import NO_ROOM_BYTES
 from worker.report import START_S, AttemptHeartbeat, event_of
 from worker.sandbox.child import lost_cpu
@@ -38,6 +39,8 @@ from worker.whole_file import check_folder
 log = structlog.get_logger()
 
 
+REASON_CHARS = 500
+"""The longest reason in the log."""
 DECLINE_PAUSE_S = 1.0
 """A worker that declines an order waits, so that it does not empty the queue before the workers that may take it."""
 
@@ -133,7 +136,8 @@ def _done_or_failed(
         return do(place, order, monitor), None
     except Exception as error:  # the outermost frame of a task: every error is reported, and the worker goes on
         failure = _disk_failure(place, error) or failure_of(error)
-        log.warning("attempt failed", code=failure.code, exc_info=not isinstance(error, LippmannError))
+        reason, is_unknown = shown(failure.message, length=REASON_CHARS), not isinstance(error, LippmannError)
+        log.warning("attempt failed", code=failure.code, reason=reason, exc_info=is_unknown)
         return TaskResult(), failure
 
 

@@ -70,14 +70,17 @@ def _do(task: Task, message: object, kind: TaskKind, do: TaskFunction) -> None:
 
 @worker_ready.connect
 def _sweep(**_: Any) -> None:
-    """Remove the scratch folders and partial artifacts of killed workers."""
+    """Remove the scratch folders and partial artifacts of killed workers, and name what is wrong with the store."""
     sweep_scratch(settings)
     store = open_store(settings)
-    if isinstance(store, LeavesPartialFiles):
-        try:
+    try:
+        if settings.store_url and store.identity() is None:
+            log.warning("the store has no id: it is not that of a farm, or its service has not started yet",
+                        store=settings.store_url)  # fmt: skip
+        if isinstance(store, LeavesPartialFiles):
             store.sweep(older_than_s=STALE_S)
-        except LippmannError as error:
-            log.warning("store not swept", error=str(error))
+    except LippmannError as error:
+        log.warning("the store cannot be used; attempts are tried again until it can", error=str(error))
 
 
 @task_failure.connect

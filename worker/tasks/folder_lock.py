@@ -10,8 +10,13 @@ from pathlib import Path
 
 
 @contextlib.contextmanager
-def folder_lock(folder: Path, *, wait: bool = False) -> Iterator[None]:
+def folder_lock(folder: Path, *, wait: bool = False, shared: bool = False) -> Iterator[None]:
     """Hold the lock of a folder; the kernel releases it when the process ends.
+
+    Parameters
+    ----------
+    shared
+        True if others may hold the lock at the same time, who share it too.
 
     Raises
     ------
@@ -20,7 +25,7 @@ def folder_lock(folder: Path, *, wait: bool = False) -> Iterator[None]:
     """
     descriptor = os.open(folder, os.O_RDONLY)
     try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+        fcntl.flock(descriptor, (fcntl.LOCK_SH if shared else fcntl.LOCK_EX) | (0 if wait else fcntl.LOCK_NB))
         try:
             yield
         finally:

@@ -29,7 +29,7 @@ def sweep_scratch(settings: WorkerSettings) -> None:
     """Remove what killed workers left, and the bundles that no attempt has used for long."""
     sweep_attempts(settings)
     for bundle in filter(Path.is_dir, settings.bundles_dir.glob("*")):
-        with _failure_is_logged(bundle):
+        with _failure_is_logged(bundle), contextlib.suppress(BlockingIOError):
             if time.time() - bundle.stat().st_mtime > BUNDLE_KEPT_S:
                 remove_bundle(bundle)
 

@@ -93,7 +93,8 @@ class Workplace:
     @contextlib.contextmanager
     def bundle(self, digest: str) -> Iterator[Path]:
         """Yield the folder with a scene bundle's files; see `unpacked_bundle`."""
-        with unpacked_bundle(self.store, digest, self.settings.bundles_dir) as folder:
+        limit_bytes = self.settings.bundles_bytes
+        with unpacked_bundle(self.store, digest, self.settings.bundles_dir, limit_bytes=limit_bytes) as folder:
             yield folder
 
     @contextlib.contextmanager

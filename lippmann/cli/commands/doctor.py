@@ -45,8 +45,9 @@ def doctor(
 
     Of a farm, the database, the store and the settings are examined, also while it runs.
 
-    Without a farm, only the machine is examined: what it has, what it lacks, and how to get that; likewise on a machine
-    of workers alone, which has LIPPMANN_STORE_URL and no database. LIPPMANN_DATABASE_URL names the database if it is
+    Without a farm, only the machine is examined: what it has, what it lacks, and how to get that. On a machine of
+    workers alone, which has LIPPMANN_STORE_URL and no database, the ways to the store and to the broker are examined,
+    too. LIPPMANN_DATABASE_URL names the database if it is
     not in the data folder. The exit code is 0 when nothing is wrong, and 1 when there are
     errors or warnings, after the repair if there was one.
     """
@@ -65,7 +66,7 @@ def doctor(
             f"there is no database in {data_dir}/ and no LIPPMANN_DATABASE_URL, as beside a worker; `lippmann doctor`"
             " with the settings of the service examines the farm"
         )
-        found = Diagnosis((Finding(Check.FARM, Level.NOTE, text),))
+        found = Diagnosis((Finding(Check.FARM, Level.NOTE, text), *_ways_of_worker(data_dir)))
     elif has_farm:
         found = _farm(data_dir, repair=repair, deep=deep, adopt_store=adopt_store)
     elif data_dir != DATA_DIR or repair or deep or adopt_store or any(map(os.environ.get, _SETTINGS_OF_A_FARM)):
@@ -81,6 +82,18 @@ def doctor(
 
 _SETTINGS_OF_A_FARM = {"LIPPMANN_DATABASE_URL", "LIPPMANN_REDIS_URL", "LIPPMANN_STORE_URL"}
 """Whoever sets one of them means a farm, whose data folder is then the wrong one."""
+
+
+def _ways_of_worker(data_dir: Path) -> Iterator[Finding]:
+    """Examine the ways of a worker to the store and to the broker."""
+    from service.doctor.broker import check_broker_of_worker
+    from service.doctor.store import check_way_to_store
+    from worker.settings import WorkerSettings
+    from worker.store.opening import open_store
+
+    settings = WorkerSettings(data_dir=data_dir)
+    yield from check_way_to_store(open_store(settings))
+    yield from check_broker_of_worker(settings)
 
 
 def _farm(data_dir: Path, *, repair: bool, deep: bool, adopt_store: bool) -> Diagnosis:

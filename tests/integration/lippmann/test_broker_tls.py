@@ -66,7 +66,7 @@ class TlsBroker:
 @pytest.fixture(scope="module")
 def tls(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TlsBroker]:
     folder = tmp_path_factory.mktemp("tls")
-    authority, broker = Authority(folder), Broker(folder)
+    authority, broker = Authority(folder), Broker(folder, keeps_data=True)
     seals_in(folder)
     context = authority.server_context("127.0.0.1")
     with tcp_proxy(("127.0.0.1", broker.port), tls=context) as proxy:

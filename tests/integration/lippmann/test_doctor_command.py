@@ -79,13 +79,17 @@ def test_what_is_no_farm_is_refused_and_what_is_no_database_is_found(tmp_path: P
         assert (ran.returncode, "error: integrity: the database cannot be read" in ran.stdout) == (1, True)
 
 
-def test_beside_a_worker_of_a_cluster_only_the_machine_is_examined(tmp_path: Path) -> None:
+def test_beside_a_worker_of_a_cluster_the_machine_and_the_ways_of_the_worker_are_examined(tmp_path: Path) -> None:
     words, bucket = ("doctor", "--data-dir", str(tmp_path)), {"LIPPMANN_STORE_URL": "s3://farm/lippmann"}
+    bucket |= {"LIPPMANN_S3_ENDPOINT": "http://127.0.0.1:1", "HOME": str(tmp_path), "AWS_EC2_METADATA_DISABLED": "true"}
+    bucket |= {"AWS_ACCESS_KEY_ID": "", "AWS_SECRET_ACCESS_KEY": ""}
     ran = run(*words, "--json", **bucket)
     checks = {one["check"]: one for one in json.loads(ran.stdout)["findings"]}
     assert "with the settings of the service examines the farm" in checks["farm"]["message"]
     assert {"povray", "sandbox", "broker"} <= checks.keys()
-    assert not {"integrity", "store", "settings"} & checks.keys()
+    assert (ran.returncode, checks["store"]["level"]) == (1, "error")
+    assert "bucket farm at http://127.0.0.1:1: there is no access key" in checks["store"]["message"]
+    assert not {"integrity", "settings"} & checks.keys()
     ran = run(*words, "--repair", **bucket)
     assert (ran.returncode, "expected LIPPMANN_DATABASE_URL or a database in" in ran.stderr) == (2, True)
     ran = run(*words, **bucket, LIPPMANN_DATABASE_URL=f"sqlite:///{tmp_path}/none.db")

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import botocore.auth
+import httpx
 import pytest
 from boto3.s3.transfer import TransferConfig
 
@@ -343,3 +344,36 @@ def test_a_full_disk_has_no_room_for_a_copy(
 def test_an_artifact_that_is_missing_is_named(store: S3Store) -> None:
     with pytest.raises(ArtifactMissing, match="expected the artifact job/none, got nothing there"):
         store.get_bytes("job/none")
+
+
+def test_a_url_gives_one_artifact_to_anybody_until_it_expires(
+    make_store: Callable[..., S3Store], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    store, data = make_store(prefix="farm"), bytes(range(256))
+    store.put_bytes("job/a.mp4", data)
+
+    def url(**change: Any) -> str:
+        headers = {"disposition": 'attachment; filename="job-a.mp4"', "media_type": "video/mp4"}
+        return store.download_url("job/a.mp4", valid_s=300, **headers | change)
+
+    answer = httpx.get(url())
+    assert (answer.content, answer.headers["ETag"]) == (data, f'"{store.etag("job/a.mp4")}"')
+    assert answer.headers["Content-Disposition"] == 'attachment; filename="job-a.mp4"'
+    assert answer.headers["Content-Type"] == "video/mp4"
+    part = httpx.get(url(), headers={"Range": "bytes=250-", "If-Match": answer.headers["ETag"]})
+    assert (part.status_code, part.content) == (206, data[250:])
+    assert httpx.get(url(), headers={"If-Match": '"other"'}).status_code == 412
+    for wrong in (url().replace("a.mp4?", "b.mp4?"), url().replace("video%2Fmp4", "text%2Fhtml"), url()[:-1] + "~"):
+        assert httpx.get(wrong).status_code == 403
+    now = botocore.auth.get_current_datetime
+    earlier = datetime.timedelta(seconds=310)
+    monkeypatch.setattr(botocore.auth, "get_current_datetime", lambda *a, **k: now(*a, **k) - earlier)
+    assert httpx.get(url()).status_code == 403
+
+
+def test_urls_name_the_address_of_the_server_that_users_reach(make_store: Callable[..., S3Store]) -> None:
+    store = make_store(public_endpoint="https://s3.example:8333")
+    url = httpx.URL(store.download_url("a", valid_s=60, disposition="inline", media_type="text/plain"))
+    assert (url.scheme, url.port, url.host.endswith("s3.example")) == ("https", 8333, True)
+    assert url.params["X-Amz-Algorithm"] == "AWS4-HMAC-SHA256"
+    assert "the-secret" not in str(url)

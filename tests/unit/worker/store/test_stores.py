@@ -111,7 +111,9 @@ def test_a_list_is_sorted_and_holds_whole_parts_below_the_prefix(
     below = sorted(name for name in kept if name == prefix or name.startswith(prefix + "/"))
     assert names_in(store, prefix) == names_in(store, prefix + "/") == below
     for info in store.list(prefix):
-        assert (info.size, info.etag) == (store.size(info.name), store.etag(info.name))
+        found = store.info(info.name)
+        assert (info.size, info.etag) == (found.size, found.etag) == (store.size(info.name), store.etag(info.name))
+        assert abs(info.modified_s - found.modified_s) <= 1.0
 
 
 @few
@@ -179,7 +181,7 @@ def test_a_source_that_is_missing_is_the_callers_fault(store: ArtifactStore, tmp
 def test_what_is_not_there_is_missing(store: ArtifactStore, name: str) -> None:
     store.put_bytes("job/a", b"")
     assert not store.exists(name)
-    for ask in (store.get_bytes, store.size, store.etag, lambda n: store.read_range(n, 0, 1)):
+    for ask in (store.get_bytes, store.size, store.etag, store.info, lambda n: store.read_range(n, 0, 1)):
         with pytest.raises(ArtifactMissing, match=f"the artifact {name}"):
             ask(name)
     with pytest.raises(ArtifactMissing), store.local_path(name):

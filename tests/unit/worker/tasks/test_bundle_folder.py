@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import os
 import shutil
+import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from threading import Barrier
 
@@ -121,6 +124,67 @@ def test_attempts_that_unpack_one_bundle_at_the_same_time_all_get_its_folder(tmp
     folder = f"{digest}-{UNPACKED}"
     assert {path.name for path in place.settings.bundles_dir.iterdir()} == {folder, f"{folder}.json"}
     assert folders == {place.settings.bundles_dir / folder}
+
+
+def test_beyond_the_limit_the_least_recently_used_bundles_are_removed_and_those_in_use_stay(tmp_path: Path) -> None:
+    place, first = with_bundle(tmp_path)
+    second, third, fourth = (another_bundle(place, tmp_path, number) for number in (2, 3, 4))
+    limit_mb = 3.5 * size_bytes(tmp_path / "scene") / 1e6
+    place = replace(place, settings=place.settings.model_copy(update={"bundles_mb": limit_mb}))
+    for age_s, digest in ((300, first), (200, second), (100, third)):
+        with place.bundle(digest) as folder:
+            used_s = time.time() - age_s
+        os.utime(folder, (used_s, used_s))
+    with place.bundle(first):  # now the one that was used last
+        pass
+    with place.bundle(second) as used:
+        os.utime(used, (0, 0))
+        with place.bundle(fourth):
+            assert unpacked(place) == {first, second, fourth}
+        assert (used / "a.pov").is_file()
+    with place.bundle(third) as folder:
+        assert (folder / "a.pov").read_text().startswith("sphere")
+
+
+def test_a_bundle_larger_than_the_limit_is_used_and_removed_with_the_next_one(tmp_path: Path) -> None:
+    place, first = with_bundle(tmp_path)
+    second = another_bundle(place, tmp_path, 2)
+    place = replace(place, settings=place.settings.model_copy(update={"bundles_mb": 0.0}))
+    with place.bundle(first) as folder:
+        assert (folder / "a.pov").is_file()
+    with place.bundle(second):
+        assert unpacked(place) == {second}
+    left = {path.name for path in place.settings.bundles_dir.iterdir()}
+    assert left == {f"{second}-{UNPACKED}", f"{second}-{UNPACKED}.json"}
+
+
+def test_attempts_that_remove_the_bundles_of_each_other_all_get_theirs(tmp_path: Path) -> None:
+    place, first = with_bundle(tmp_path)
+    digests = [first, *(another_bundle(place, tmp_path, number) for number in (2, 3))]
+    place = replace(place, settings=place.settings.model_copy(update={"bundles_mb": 0.0}))
+
+    def use(number: int) -> bool:
+        with place.bundle(digests[number % 3]) as folder:
+            return (folder / "a.pov").is_file()
+
+    with ThreadPoolExecutor(6) as pool:
+        assert all(pool.map(use, range(60)))
+
+
+def another_bundle(place: Workplace, folder: Path, number: int) -> str:
+    """Store a bundle of the same size with other content, and return its digest."""
+    (folder / "scene" / "a.pov").write_text(f"sphere {{ 0, {number} }}")
+    bundle = pack_folder(folder / "scene")
+    place.store.put_bytes(bundle_name(digest_of(bundle)), bundle)
+    return digest_of(bundle)
+
+
+def size_bytes(folder: Path) -> int:
+    return sum(path.stat().st_size for path in folder.iterdir())
+
+
+def unpacked(place: Workplace) -> set[str]:
+    return {path.name.partition("-")[0] for path in place.settings.bundles_dir.iterdir() if path.is_dir()}
 
 
 def with_bundle(folder: Path) -> tuple[Workplace, str]:
