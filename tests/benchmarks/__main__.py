@@ -15,6 +15,7 @@ from pathlib import Path
 
 from tests.benchmarks import (
     bad_clients,
+    buckets,
     celery_tasks,
     command,
     coordinator,
@@ -68,6 +69,9 @@ LINES = (
     Line("one coordinator with 1,000 simulated slots, PostgreSQL", ">= 600/s", coordinator.postgresql_rate),
     Line("dispatch and follow in a job of 300,000 tasks / of 200: CPU", "<= 1.1", coordinator.follow_ratio),
     Line("coordinator with 2,000 jobs that wait: share of a core", "<= 2 %", coordinator.idle_share),
+    Line(
+        "the paper's video on a bucket on loopback / on a disk: wall, also of its fetch", "<= 1.10", buckets.video_ratio
+    ),
     Line("start of `up` to its first answer", "<= 5 s", command.start_s),
     Line("`lippmann --help`", "<= 0.5 s", command.help_s),
     Line("`up` idle, all processes: memory (PSS)", "<= 600 MB", command.idle_mb),

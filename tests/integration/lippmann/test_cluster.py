@@ -18,6 +18,8 @@ from tests.cluster import Cluster, cluster_up
 from tests.farm import LIPPMANN, ended, until
 from tests.object_store import ObjectStore, running_object_store
 from tests.postgresql import postgresql as postgresql
+from tests.waiting import ENOUGH_S
+from tests.waiting import until as wait_until
 from tests.without_farm import masters_without_farm
 from worker.images.read import read_rgb
 
@@ -88,3 +90,25 @@ def test_a_store_that_is_killed_in_mid_job_and_comes_back_loses_nothing(
     assert job.status == "done", job.error
     assert np.array_equal(first_frame(cluster, job.id, tmp_path), undisturbed)
     assert_doctor_finds_nothing(cluster)
+
+
+def test_a_worker_with_a_wrong_key_harms_no_job_and_its_log_names_the_reason(cluster: Cluster) -> None:
+    wrong = {"LIPPMANN_WORKER_NAME": "wrong", "LIPPMANN_DATA_DIR": str(cluster.data_dir("wrong"))}
+    environment = {**cluster.environment, **wrong, "AWS_SECRET_ACCESS_KEY": "another-secret"}
+    log = cluster.folder / "wrong.log"
+    with log.open("wb") as output:
+        command = [LIPPMANN, "worker", "--slots", "1"]
+        worker = subprocess.Popen(command, env=environment, stdout=output, stderr=subprocess.STDOUT)
+    try:
+        wait_until(lambda: "the store cannot be used" in log.read_text())
+        spec = fish("1-2").model_dump(mode="json") | {"render": {"cache": False, "tiles": [2, 1]}}
+        job = ended(cluster.client, cluster.client.submit(spec).id)
+        assert (job.status, job.frames_done) == ("done", 2), job.error
+        assert {task.failures for task in cluster.client.tasks(job.id)} == {0}
+        assert "wrong" not in {task.worker for task in cluster.client.tasks(job.id)}
+        assert "attempt failed" in log.read_text()
+        assert "the secret key is not that of the access key" in log.read_text()
+        assert "another-secret" not in log.read_text()
+    finally:
+        worker.terminate()
+        worker.wait(ENOUGH_S)
