@@ -13,7 +13,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
-from lippmann.farm.supervisor.descendants import descendants
+from lippmann.farm.supervisor.descendants import descendants, kill
 from tests.leftovers import MARK
 from tests.repository import ROOT
 from tests.waiting import ENOUGH_S, until
@@ -89,7 +89,9 @@ class Container:
         """End the process as `docker stop` does, those of foreign images by force, and return its exit code."""
         assert self.process is not None
         if self.command[0] != "lippmann":
-            self.process.kill()
+            # A process that has changed its user does not end with the one that started it.
+            kill({self.process.pid, *descendants(self.process.pid)})
+            return self.finish()
         for pid in descendants(self.process.pid):
             if _parent(pid) == self.process.pid:
                 os.kill(pid, signal.SIGTERM)
