@@ -39,6 +39,7 @@ def server(host: NetworkHost) -> Iterator[str]:
 @pytest.fixture
 def database(server: str, host: NetworkHost, monkeypatch: pytest.MonkeyPatch) -> Iterator[Database]:
     monkeypatch.setattr(engine, "SILENCE_S", 2)
+    monkeypatch.setattr(engine, "LONGEST_IDLE_S", 600.0)  # It ends a transaction too, but only one that is idle.
     made = Database(server)
     yield made
     host.pass_on()
