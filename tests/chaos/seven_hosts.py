@@ -47,7 +47,7 @@ def seven_hosts(folder: Path, *, env: Mapping[str, str] | None = None) -> Iterat
         postgresql = stack.enter_context(running_postgresql(hosts["database"]))
         database = stack.enter_context(new_database(postgresql))
         objects = stack.enter_context(running_object_store(hosts["store"]))
-        broker = Broker(folder, host=hosts["broker"])
+        broker = Broker(folder, keeps_data=True, host=hosts["broker"])
         stack.callback(broker.kill)
         shared = {
             **os.environ,

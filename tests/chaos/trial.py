@@ -30,6 +30,9 @@ from worker.images.read import read_rgb
 JOB_S = 7200.0
 """A limit for a job of half a minute with a fault of a minute in it, and for one of a thousand frames."""
 
+NOT_OF_THE_FAULT = ("space", "broker")
+"""The checks of `lippmann doctor` whose findings are those of the machine, and of brokers that keep no data."""
+
 Pixels = dict[int, str]
 """The digest of the pixels of each frame."""
 
@@ -146,7 +149,7 @@ def _doctor(parts: Parts) -> list[str]:
     if not ran.stdout:
         return [f"doctor: {ran.stderr.strip()}"]
     bad = [one for one in json.loads(ran.stdout)["findings"] if one["level"] in ("warning", "error")]
-    return [f"doctor: {one['check']}: {one['message']}" for one in bad if one["check"] != "space"]
+    return [f"doctor: {one['check']}: {one['message']}" for one in bad if one["check"] not in NOT_OF_THE_FAULT]
 
 
 def _left_behind(folder: Path) -> list[str]:
