@@ -37,7 +37,7 @@ from lippmann.job.states import JobStatus
 from service.dependencies import SAFE_METHODS
 from service.openapi import FILE
 from service.schemas.access import Role
-from tests.security.contract_farm import JOB, NOBODY, ContractFarm, contract_farm
+from tests.security.contract_farm import JOB, NOBODY, WORKER, ContractFarm, contract_farm
 
 CHECKS = [
     not_a_server_error,
@@ -149,6 +149,8 @@ def _name_what_there_is(farm: ContractFarm, case: Any, status: JobStatus, *, is_
         real["key_id"] = farm.new_key()
     if "session_id" in wanted:
         real["session_id"] = farm.new_session()
+    if "worker" in wanted:
+        real["worker"] = farm.new_drain() if case.method == "DELETE" else WORKER.name
     if "name" in wanted:
         real["name"] = _name(farm, case)
     case.path_parameters = wanted | real

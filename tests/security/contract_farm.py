@@ -13,13 +13,16 @@ from lippmann.farm.adapters import make_parts
 from lippmann.job.states import JobStatus
 from lippmann.plan import artifact_names as names
 from service.auth import create_key
+from service.db.drains import set_drain
 from service.db.tables import Job
 from service.dependencies import COOKIE
 from service.ids import task_id
 from service.main import create_app
 from service.schemas.access import Role
+from tests.broker import Broker
 from tests.browser.studio import RIG, Studio
-from tests.builders_service import Client, Farm
+from tests.builders_messages import put_presence, seals_in
+from tests.builders_service import Client, Farm, presence
 from worker.store.opening import local_store
 
 JOB: dict[str, Any] = {
@@ -30,6 +33,8 @@ JOB: dict[str, Any] = {
     "outputs": ["views.mp4"],
 }
 NOBODY = "nobody"
+WORKER = presence("w1").model_copy(update={"instance": "i1"})
+"""The worker that is online."""
 
 
 @dataclass
@@ -77,6 +82,12 @@ class ContractFarm:
         self.client.cookies.clear()
         return session_id
 
+    def new_drain(self) -> str:
+        """Return the name of a worker that is drained."""
+        with self.farm.writing() as session:
+            set_drain(session, WORKER.name, str(WORKER.instance), ends=False, now_s=self.farm.now_s)
+        return WORKER.name
+
     def new_key(self) -> str:
         """Return the id of a key that may be revoked."""
         with self.farm.writing() as session:
@@ -85,10 +96,15 @@ class ContractFarm:
 
 @contextmanager
 def contract_farm(folder: Path) -> Iterator[ContractFarm]:
-    """Lend a farm without a broker, whose event streams end at once and whose rates nobody exceeds."""
+    """Lend a farm with a worker that is online, whose event streams end at once and whose rates nobody exceeds.
+
+    Its setting of the store is a bucket, so that machines may join it, although its artifacts lie in a folder.
+    """
+    broker = Broker(folder)
+    put_presence(broker.client, WORKER, seals_in(folder), ex=24 * 3600)
     farm = Farm(
         f"sqlite:///{folder}/farm.db", given=make_parts(local_store(folder)), data_dir=folder, coordinator=False,
-        redis_url="redis://127.0.0.1:1/0", requests_per_minute=10**9, requests_per_minute_by_address=10**9,
+        redis_url=broker.url, store_url="s3://farm", requests_per_minute=10**9, requests_per_minute_by_address=10**9,
         max_open_jobs=10**9, max_open_frames=10**9,
     )  # fmt: skip
     job_id = _done_job(farm)
@@ -105,6 +121,7 @@ def contract_farm(folder: Path) -> Iterator[ContractFarm]:
         files = [item.name.removeprefix(prefix) for item in farm.parts.store.list(prefix)]
         yield ContractFarm(farm, client, keys, job_id, planned, task, files, farm.parts.scenes.builtin()["fish"])
     farm.database.dispose()
+    broker.kill()
 
 
 def _done_job(farm: Farm) -> str:

@@ -39,5 +39,5 @@ def test_an_answer_that_the_description_does_not_have_is_found(status: int, head
     keys = dict.fromkeys([*Role, NOBODY], "key")
     with httpx.Client(transport=wrong) as client:
         farm = ContractFarm(cast(Any, None), cast(Any, client), keys, "", "", "", [], b"")
-        (report,) = check_operations(farm, examples=1, seed=SEED, only="/api/v1/workers")
+        (report,) = check_operations(farm, examples=1, seed=SEED, only="GET /api/v1/workers")
     assert report.findings
