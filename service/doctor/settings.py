@@ -26,6 +26,13 @@ def check_settings(settings: Settings) -> Iterator[Finding]:
     if not settings.base_url.startswith(("http://", "https://")):
         message = f"LIPPMANN_PUBLIC_URL: expected http:// or https://, got {settings.base_url!r}"
         yield Finding(Check.SETTINGS, Level.ERROR, message)
+    public = settings.s3_public_endpoint or settings.s3_endpoint
+    if settings.store_url and settings.base_url.startswith("https://") and public.startswith("http://"):
+        message = (
+            f"LIPPMANN_S3_PUBLIC_ENDPOINT: expected https:// as in LIPPMANN_PUBLIC_URL, got {public!r}; clients "
+            "download nothing from there, so that all files go through the service"
+        )
+        yield Finding(Check.SETTINGS, Level.NOTE, message)
     if settings.webhook_url:
         try:
             parse_receiver(settings.webhook_url, rules_of(settings))
