@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import signal
 from collections.abc import Callable
-from contextlib import suppress
 from queue import Empty
 from typing import Any
 
@@ -17,8 +16,9 @@ from celery.utils.log import get_logger
 from celery.worker import state
 from celery.worker.consumer import Consumer
 from kombu.entity import Queue
-from redis.exceptions import AuthenticationError, RedisError
+from redis.exceptions import AuthenticationError, NoPermissionError, RedisError
 
+from lippmann.job.messages import wire
 from lippmann.job.messages.events import Directions
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.messages.wire import task_name
@@ -79,21 +79,45 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         self._handover = handover
         self._slots = slots
         self._silent_ticks = 0
-        self._is_outage_logged = False
+        self._is_outage_logged = self._is_denial_logged = False
         super().__init__(*args, **options)
 
     def ensure_connected(self, conn: Any) -> Any:
-        """Connect to the broker, with a short pause between attempts however long the broker is unreachable."""
+        """Connect to the broker, with a short pause between attempts however long the broker is unreachable.
+
+        Raises
+        ------
+        WorkerShutdown
+            If the worker shall end, also because it is drained and holds no attempt or has no more time.
+        """
         connected = conn.ensure_connection(
             self._record_refusal,
             None,
             interval_start=RETRY_S,
             interval_step=0,
             interval_max=RETRY_S,
-            callback=state.maybe_shutdown,
+            callback=self._end_while_away,
         )
         self.first_connection_attempt = self._is_outage_logged = False
         return connected
+
+    def read_directions(self) -> Directions | None:
+        """Return the directions of the service; None if the broker gives none, so that those of before hold."""
+        try:
+            found = self._find_directions()
+        except NoPermissionError as error:
+            if not self._is_denial_logged:
+                log.error(
+                    "the user of this worker at the broker has no right to %s, so tags and drains do nothing here; "
+                    "renew the users of the broker from deploy/broker-users.acl: %s",
+                    wire.DIRECTIONS, error,
+                )  # fmt: skip
+            self._is_denial_logged = True
+            return None
+        except RedisError:
+            return None
+        self._is_denial_logged = False
+        return found
 
     def update_strategies(self) -> None:
         """Accept only the tasks of orders: Celery also knows tasks of its own, which call other tasks."""
@@ -196,10 +220,9 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
 
     def _follow_directions(self, *, held: int) -> None:
         """Take orders from the queues that this worker shall take them from, and end if it has been drained."""
-        with suppress(RedisError):  # the directions of before hold until the broker answers
-            directions = self._find_directions()
-            if directions is not None:
-                self._duty.follow(directions)
+        directions = self.read_directions()
+        if directions is not None:
+            self._duty.follow(directions)
         self._duty.refresh()
         for name in self._duty.queues:
             if not self.task_consumer.consuming_from(name):
@@ -207,5 +230,13 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
                 self.task_consumer.consume()
         for name in {queue.name for queue in self.task_consumer.queues} - self._duty.queues:
             self.task_consumer.cancel_by_queue(name)
+        self._end_if_drained(held=held)
+
+    def _end_if_drained(self, *, held: int) -> None:
         if self._duty.may_end(held=held):
             signal.raise_signal(signal.SIGTERM)
+
+    def _end_while_away(self) -> None:
+        """End if the worker shall, while the broker is away and there are no ticks: no poll could bring an order."""
+        self._end_if_drained(held=len(state.reserved_requests))
+        state.maybe_shutdown()

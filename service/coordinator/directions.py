@@ -6,6 +6,7 @@ worker has read that it exists.
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable
 from contextlib import suppress
 
@@ -20,7 +21,7 @@ from service.errors import BrokerUnavailable
 
 
 class DirectionsPublisher:
-    """Publishes the directions when they change, and every few seconds.
+    """Publishes the directions when they change, and every few seconds. Any thread may call it.
 
     Parameters
     ----------
@@ -37,6 +38,7 @@ class DirectionsPublisher:
         self._steady = steady
         self._published: Directions | None = None
         self._next_s = float("-inf")
+        self._lock = threading.Lock()
 
     @property
     def requirements(self) -> tuple[str, ...]:
@@ -51,6 +53,10 @@ class DirectionsPublisher:
         BrokerUnavailable
             If the broker does not answer.
         """
+        with self._lock:
+            self._run()
+
+    def _run(self) -> None:
         with self._database.reading() as session:
             directions = Directions(
                 requirements=tuple(job_rows.requirements(session)),

@@ -12,6 +12,7 @@ from pathlib import Path
 import structlog
 
 from lippmann.errors import BadInput
+from lippmann.key_file import private_bytes
 from service.settings import Settings
 
 SHORTEST_TOKEN = 20
@@ -26,7 +27,7 @@ class MonitorAccess:
     Raises
     ------
     BadInput
-        If the file of the token cannot be read, or its token is too short.
+        If others may read the file of the token, it cannot be read, or its token is too short.
     """
 
     def __init__(self, settings: Settings) -> None:
@@ -64,18 +65,22 @@ class MonitorAccess:
             return False
         try:
             # The file is read each time, so that a token is replaced without a restart.
-            right = self._file.read_bytes().strip()
-        except OSError as error:
-            log.warning("the token of monitors cannot be read", error=repr(error))
+            right = _token(self._file)
+        except BadInput as error:
+            log.warning("the token of monitors is not accepted", error=error.message)
             return False
         return len(right) >= SHORTEST_TOKEN and hmac.compare_digest(token.encode(errors="replace"), right)
 
 
+def _token(path: Path) -> bytes:
+    return private_bytes(path, what="file of a token").strip()
+
+
 def _check_token(path: Path) -> None:
     try:
-        length = len(path.read_bytes().strip())
-    except OSError as error:
-        raise BadInput(f"LIPPMANN_METRICS_TOKEN_FILE: expected a file, got {path}: {error.strerror}") from error
+        length = len(_token(path))
+    except BadInput as error:
+        raise BadInput(f"LIPPMANN_METRICS_TOKEN_FILE: {error.message}") from error
     if length < SHORTEST_TOKEN:
         raise BadInput(
             f"LIPPMANN_METRICS_TOKEN_FILE: expected a token of at least {SHORTEST_TOKEN} characters in {path}, "

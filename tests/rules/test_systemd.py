@@ -12,6 +12,7 @@ import typer.main
 from pydantic import BaseModel
 
 from lippmann.cli.main import app
+from lippmann.farm.joining import FOLDER
 from lippmann.key_file import FORBIDDEN_MODE
 from service.main import SHUTDOWN_S
 from service.settings import Settings
@@ -114,7 +115,10 @@ def test_the_sandbox_of_a_worker_works_in_its_unit() -> None:
 
 def test_a_worker_sees_of_the_service_nothing_but_the_artifacts() -> None:
     assert one("worker", "TemporaryFileSystem") == "/var/lib/lippmann"
-    assert one("worker", "BindPaths").split() == ["/var/lib/lippmann/artifacts", "/var/lib/lippmann/scratch"]
+    # The folder above them is of root, so a worker makes no other: what a join file brings needs a folder too.
+    folders = ["artifacts", "scratch", FOLDER]
+    assert one("worker", "StateDirectory").split() == [f"lippmann/{name}" for name in folders]
+    assert one("worker", "BindPaths").split() == [f"/var/lib/lippmann/{name}" for name in folders]
     theirs = set(re.findall(r"/etc/lippmann/[\w.-]+", (HERE / "lippmann-service.service").read_text()))
     hidden = {path.lstrip("-") for path in one("worker", "InaccessiblePaths").split()}
     assert theirs - hidden == {"/etc/lippmann/order.key"}, "both have the key of messages"

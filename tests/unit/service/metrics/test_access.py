@@ -19,6 +19,12 @@ def admits(
     return MonitorAccess(settings).admits(address=address, is_forwarded=forwarded, authorization=header)
 
 
+def private_file(path: Path, text: str) -> Path:
+    path.touch(0o600)
+    path.write_text(text)
+    return path
+
+
 def test_nobody_is_let_in_unless_the_operator_says_so() -> None:
     assert not admits(Settings(), address="127.0.0.1")
     assert not admits(Settings(), header="Bearer ")
@@ -37,13 +43,12 @@ def test_nobody_is_let_in_unless_the_operator_says_so() -> None:
     ],
 )
 def test_whoever_has_the_token_is_let_in(tmp_path: Path, header: str | None, expected: bool) -> None:
-    (tmp_path / "token").write_text(f"{TOKEN}\n")
+    private_file(tmp_path / "token", f"{TOKEN}\n")
     assert admits(Settings(metrics_token_file=tmp_path / "token"), header=header) is expected
 
 
 def test_a_new_token_counts_at_once_and_the_old_one_no_longer(tmp_path: Path) -> None:
-    file = tmp_path / "token"
-    file.write_text(TOKEN)
+    file = private_file(tmp_path / "token", TOKEN)
     access = MonitorAccess(Settings(metrics_token_file=file))
 
     def admitted(token: str) -> bool:
@@ -58,11 +63,24 @@ def test_a_new_token_counts_at_once_and_the_old_one_no_longer(tmp_path: Path) ->
 
 
 def test_a_file_that_is_missing_or_too_short_is_refused_by_name(tmp_path: Path) -> None:
-    with pytest.raises(BadInput, match=r"LIPPMANN_METRICS_TOKEN_FILE: expected a file, got .*none"):
+    with pytest.raises(
+        BadInput, match=r"LIPPMANN_METRICS_TOKEN_FILE: expected a file of a token that can be read, got .*none"
+    ):
         MonitorAccess(Settings(metrics_token_file=tmp_path / "none"))
-    (tmp_path / "short").write_text("x" * (SHORTEST_TOKEN - 1) + "\n")
+    private_file(tmp_path / "short", "x" * (SHORTEST_TOKEN - 1) + "\n")
     with pytest.raises(BadInput, match=r"at least 20 characters in .*short, got 19"):
         MonitorAccess(Settings(metrics_token_file=tmp_path / "short"))
+
+
+def test_a_file_that_others_may_read_is_refused_at_the_start_and_later(tmp_path: Path) -> None:
+    file = private_file(tmp_path / "token", TOKEN)
+    file.chmod(0o440)  # as in a Secret of Kubernetes
+    access = MonitorAccess(Settings(metrics_token_file=file))
+    assert access.admits(address="", is_forwarded=False, authorization=f"Bearer {TOKEN}")
+    file.chmod(0o644)
+    assert not access.admits(address="", is_forwarded=False, authorization=f"Bearer {TOKEN}")
+    with pytest.raises(BadInput, match=r"LIPPMANN_METRICS_TOKEN_FILE: expected .*only its user.* with mode 0644"):
+        MonitorAccess(Settings(metrics_token_file=file))
 
 
 @pytest.mark.parametrize(

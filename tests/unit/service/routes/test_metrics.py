@@ -39,6 +39,7 @@ def ask(make_farm: Callable[..., Farm], tmp_path: Path) -> Iterator[Ask]:
 
 @pytest.fixture
 def token_file(tmp_path: Path) -> Path:
+    (tmp_path / "token").touch(0o600)
     (tmp_path / "token").write_text(TOKEN)
     return tmp_path / "token"
 
