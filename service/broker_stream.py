@@ -87,7 +87,7 @@ class Stream:
         return tuple(sorted((presence for presence in found if presence), key=lambda presence: presence.name))
 
     def refused_keys(self) -> tuple[str, ...]:
-        """Return the worker keys with which workers were refused in the last day, sorted by id."""
+        """Return the worker keys with which workers were refused in the last minute, sorted by id."""
         prefix = wire.stop_key(KEY_REFUSAL)
         with _translated():
             found = [key.decode() for key in islice(self._quick.scan_iter(match=f"{prefix}*", count=1000), MAX_WORKERS)]

@@ -78,8 +78,19 @@ def complete(
         raise BadInput(f"{field}: {first['msg'].removeprefix('Value error, ')}") from None
 
 
-def notes_on(join: JoinFile) -> Iterator[str]:
-    """Yield what a person should know of a join file before another machine uses it."""
+def notes_on(join: JoinFile, *, is_of_service: bool = False) -> Iterator[str]:
+    """Yield what a person should know of a join file before another machine uses it.
+
+    Parameters
+    ----------
+    is_of_service
+        True if user and password at the broker are those of the service.
+    """
+    if is_of_service and join.broker.password:
+        yield (
+            "the file has the password of the service itself at the broker, which a revocation of the key does not "
+            "shut out; give one of a user for workers with --redis-url and --redis-password-file"
+        )
     host = urlsplit(join.broker.url).hostname
     if host in ("localhost", "127.0.0.1", "::1"):
         yield f"the broker is {host}, which other machines do not reach; --redis-url names it as they do"

@@ -69,8 +69,10 @@ What happens in its own process wakes it at once; this is the time until it noti
 IDLE_TICKS = 5
 ELECTION_S = 0.5
 """The interval at which a process looks whether it may lead."""
-KEYLESS_S = 60.0
-"""The time for which the broker keeps the signal that workers without a key are refused."""
+REFUSAL_S = 60.0
+"""The time for which the broker keeps the signal that a key, or workers without one, are refused. It is short, since
+the reason may go: the setting changes, or the clock of the leader was wrong. It is renewed while
+such a worker is there."""
 PRESENCE_S = 1.0
 """The time for which the list of workers is cached."""
 LOSS_S = 1.0
@@ -346,12 +348,9 @@ class Coordinator:
 
     def _signal_refused_keys(self) -> None:
         """Tell workers whose keys are refused that they are, so that they end."""
-        refused = [one.worker_key for one in self._workers if one.fault is not None and one.fault.code == KEY_REFUSED]
-        names = sorted({key_refusal(key_id) for key_id in refused if key_id is not None})
-        if names:
-            self._stream.stop(names, ttl_s=self._settings.stop_ttl_s)
-        if None in refused:  # The setting that refuses them may change, so this is said for a short time.
-            self._stream.stop([key_refusal(None)], ttl_s=KEYLESS_S)
+        refused = {one.worker_key for one in self._workers if one.fault is not None and one.fault.code == KEY_REFUSED}
+        if refused:
+            self._stream.stop(sorted(key_refusal(key_id) for key_id in refused), ttl_s=REFUSAL_S)
 
     def _watch_claims(self) -> None:
         if self.election.is_leader:

@@ -43,6 +43,11 @@ def revoke_worker_key(session: Session, key_id: str, *, now_s: float) -> bool:
     return changed(session, statement.where(Credential.revoked_s.is_(None)).values(revoked_s=now_s)) == 1
 
 
+def forget_broker_user(session: Session, key_id: str) -> None:
+    """Store that a worker key has no user at the broker."""
+    changed(session, update(Credential).where(Credential.id == key_id).values(has_broker_user=False))
+
+
 def delete_revoked_worker_keys(session: Session, gone: Iterable[str]) -> None:
     """Delete worker keys that were revoked and have no user at the broker: those that never had one, and `gone`."""
     is_gone = or_(~Credential.has_broker_user, Credential.id.in_([*gone]))

@@ -16,7 +16,7 @@ from typing import Any, TypeVar, cast
 
 from sqlalchemy import Connection, CursorResult, create_engine, event, text
 from sqlalchemy.engine import URL, Engine, ExceptionContext, make_url
-from sqlalchemy.exc import DBAPIError, OperationalError
+from sqlalchemy.exc import DBAPIError, OperationalError, ProgrammingError
 from sqlalchemy.orm import Session
 from sqlalchemy.sql.dml import UpdateBase
 
@@ -42,6 +42,8 @@ LONGEST_IDLE_S = 5.0
 middle of one, or cut from the database, would otherwise keep every other process from writing."""
 _IDLE = "25P03"
 """PostgreSQL's code of the error with which it does so."""
+_LACKING = ("42P01", "42703", "42501", "no such table", "no such column", "has no column named")
+"""PostgreSQL's codes of errors about a missing table, column or right, and what SQLite says."""
 
 
 class Database:
@@ -157,17 +159,28 @@ def opened(url: str, *, must_exist: bool = True) -> Iterator[Database]:
     BadInput
         If the database is a file that does not exist, although it must.
     FarmFailed
-        If the database does not answer.
+        If the database does not answer, or has not the tables of this version or no right to them.
     """
     database = Database(url)
     if must_exist and database.is_sqlite and not Path(database.url.database or "").is_file():
         raise BadInput(f"expected the database of a farm, got no {database.url.database}")
     try:
         yield database
-    except OperationalError as error:
+    except (OperationalError, ProgrammingError) as error:
+        if _lacks_tables(error):
+            raise FarmFailed(
+                "expected a database with the tables of this version and the right to use them, which "
+                f"`lippmann migrate` makes, got: {error.orig}"
+            ) from error
+        if isinstance(error, ProgrammingError):
+            raise
         raise FarmFailed(f"the database does not answer: {error.orig}") from error
     finally:
         database.dispose()
+
+
+def _lacks_tables(error: DBAPIError) -> bool:
+    return getattr(error.orig, "sqlstate", None) in _LACKING or any(words in str(error.orig) for words in _LACKING)
 
 
 def changed(session: Session, statement: UpdateBase, values: Mapping[str, Any] | None = None) -> int:

@@ -281,12 +281,16 @@ class StopRequest(Base):
     requested_s: Mapped[float]
 
 
+INSTANCE_CHARS = 64
+"""The longest name of a start of a worker process that can be drained, characters."""
+
+
 class Drain(Base):
     """A worker process that takes no further orders, because an admin has drained it."""
 
     __tablename__ = "drains"
 
-    instance: Mapped[str] = mapped_column(String(64), primary_key=True)
+    instance: Mapped[str] = mapped_column(String(INSTANCE_CHARS), primary_key=True)
     worker: Mapped[str] = mapped_column(String(100))
     ends: Mapped[bool]
     """True if the worker ends when it has finished its attempts."""

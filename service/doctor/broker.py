@@ -75,7 +75,7 @@ def _refused_workers(workers: Iterable[Presence], refused_keys: Iterable[str]) -
             message = f"worker {worker.name} on {worker.host} is refused: {worker.fault.message}"
             yield Finding(Check.WORKERS, Level.WARNING, message)
     for key_id in sorted(set(refused_keys) - present):
-        message = f"workers with the key {key_id}, which was revoked or has expired, were refused in the last day"
+        message = f"workers with the key {key_id}, which was revoked or has expired, were refused in the last minute"
         yield Finding(Check.WORKERS, Level.NOTE, message)
 
 

@@ -11,6 +11,7 @@ from service.schemas.access import AuditAction
 from service.schemas.answer import utc, utc_or_none
 from service.schemas.worker_keys import NewWorkerKey, WorkerKey, WorkerKeyList, WorkerKeyRequest
 from service.worker_keys.joining import create_worker_key as create
+from service.worker_keys.joining import make_user
 
 router = APIRouter(tags=["access"])
 
@@ -42,11 +43,12 @@ def create_worker_key(request: WorkerKeyRequest, state: AppStateDep, caller: Adm
     now_s = state.now_s()
     expires_s = None if request.expires_in_days is None else now_s + request.expires_in_days * 86_400
     with state.database.writing() as session:
-        row, join = create(
-            session, request, settings=state.settings, users=state.broker_users, expires_s=expires_s, now_s=now_s
-        )  # fmt: skip
-        record(session, caller, AuditAction.CREATE_WORKER_KEY, row.id, now_s=now_s, detail=f"name {request.name}")
-        has_broker_user = row.has_broker_user
+        join = create(session, request, settings=state.settings, expires_s=expires_s, now_s=now_s)
+        detail = f"name {request.name}"
+        record(session, caller, AuditAction.CREATE_WORKER_KEY, join.worker.id, now_s=now_s, detail=detail)
+    has_broker_user = False
+    if request.broker_user == "own":
+        join, has_broker_user = make_user(state.database, state.broker_users, join, caller=caller, now_s=now_s)
     return NewWorkerKey(
         id=join.worker.id, name=request.name, expires_at=utc_or_none(expires_s), has_broker_user=has_broker_user,
         join=join,

@@ -9,6 +9,7 @@ from fastapi import APIRouter, Body, Path
 from lippmann.job.messages.events import Presence
 from service.audit import record
 from service.db import drains as drain_rows
+from service.db.tables import INSTANCE_CHARS
 from service.dependencies import AdminDep, AppState, AppStateDep, ViewerDep
 from service.errors import BrokerUnavailable, NotFound
 from service.routes.description import problems
@@ -34,6 +35,8 @@ def drain_worker(
     ends, instance = (request or DrainRequest()).ends, _online(state, worker).instance
     if instance is None:
         raise NotFound(f"the worker {worker!r} runs a release that cannot be drained; stop it")
+    if len(instance) > INSTANCE_CHARS:
+        raise NotFound(f"the worker {worker!r} has an instance of more than {INSTANCE_CHARS} characters; stop it")
     with state.database.writing() as session:
         drain_rows.set_drain(session, worker, instance, ends=ends, now_s=state.now_s())
         detail = "ends afterwards" if ends else ""

@@ -15,12 +15,13 @@ from lippmann.errors import BadInput
 from lippmann.job.messages.worker_keys import WorkerKey
 from lippmann.join_file import JoinBroker, JoinFile, JoinKey, JoinStore, read_access_keys
 from lippmann.key_file import read_secret
-from service.auth import create_credential
+from service.audit import record
+from service.auth import Caller, create_credential
 from service.db import access as access_rows
 from service.db.engine import Database
-from service.db.tables import Credential, CredentialKind
+from service.db.tables import CredentialKind
 from service.errors import BrokerUnavailable
-from service.schemas.access import Role
+from service.schemas.access import AuditAction, Role
 from service.schemas.answer import utc_or_none
 from service.schemas.worker_keys import WorkerKeyRequest
 from service.settings import Settings
@@ -30,37 +31,26 @@ MAX_CERTIFICATES_BYTES = 500_000
 
 
 def create_worker_key(
-    session: Session, wanted: WorkerKeyRequest, *, settings: Settings, users: BrokerUsers, expires_s: float | None,
-    now_s: float,
-) -> tuple[Credential, JoinFile]:  # fmt: skip
-    """Create a worker key, with a user of its own at the broker if wanted and possible; return its row and join file.
+    session: Session, wanted: WorkerKeyRequest, *, settings: Settings, expires_s: float | None, now_s: float
+) -> JoinFile:
+    """Create a worker key, and return its join file. A user of its own at the broker is made later, by `make_user`.
 
     Raises
     ------
     BadInput
         If the settings of the service do not say how another machine reaches broker or store.
-    BrokerUnavailable
-        If the broker does not answer.
     """
     _check_reachable(settings)
     row, secret = create_credential(
         session, CredentialKind.WORKER, wanted.name, Role.VIEWER, expires_s=expires_s, now_s=now_s
     )  # fmt: skip
-    key = WorkerKey.of_secret(row.id, secret)
-    broker = _broker(settings)
-    if wanted.broker_user == "own" and users.make(key):
-        row.has_broker_user = True
-        broker = broker.model_copy(update={"user": user_of(key.id), "password": key.broker_password})
-    elif wanted.broker_user == "given":
-        broker = broker.model_copy(update={"user": "", "password": ""})
-    elif broker.user:
-        raise BadInput(
-            "broker_user: the service may not make users at the broker (its user lacks `+acl|setuser +acl|deluser "
-            "+acl|users`); give the user for workers with --redis-url and --redis-password-file"
-        )
+    row.has_broker_user = wanted.broker_user == "own"
     session.flush()
+    broker = _broker(settings)
+    if not row.has_broker_user:
+        broker = broker.model_copy(update={"user": "", "password": ""})
     order_keys = settings.order_keys.keys()
-    join = JoinFile(
+    return JoinFile(
         farm=settings.base_url,
         release=version("lippmann"),
         order_keys=tuple(one.hex() for one in order_keys),
@@ -75,7 +65,46 @@ def create_worker_key(
         broker=broker,
         store=_store(settings, os.environ),
     )
-    return row, join
+
+
+def make_user(
+    database: Database, users: BrokerUsers, join: JoinFile, *, caller: Caller, now_s: float
+) -> tuple[JoinFile, bool]:
+    """Make the user of a new key at the broker, which may take seconds and therefore is no part of a transaction.
+
+    Returns
+    -------
+    JoinFile, bool
+        The join file with this user and True; or as it was, with the password of the service, and False, if the
+        service may not make users and has no user of its own there.
+
+    Raises
+    ------
+    BadInput, BrokerUnavailable
+        If the user could not be made. Then the key is revoked.
+    """
+    key = WorkerKey.of_secret(join.worker.id, join.worker.secret)
+    try:
+        is_made = users.make(key)
+        if not is_made and join.broker.user:
+            raise BadInput(
+                "broker_user: the service may not make users at the broker (its user lacks `+acl|setuser +acl|deluser "
+                "+acl|users`); give the user for workers with --redis-url and --redis-password-file"
+            )
+    except (BadInput, BrokerUnavailable) as error:
+        with database.writing() as session:
+            if isinstance(error, BadInput):  # Otherwise the user may exist all the same, and is deleted later.
+                access_rows.forget_broker_user(session, key.id)
+            revoke_worker_key(session, key.id, now_s=now_s)
+            detail = "its user at the broker was not made"
+            record(session, caller, AuditAction.REVOKE_KEY, key.id, now_s=now_s, detail=detail)
+        raise
+    if not is_made:
+        with database.writing() as session:
+            access_rows.forget_broker_user(session, key.id)
+        return join, False
+    own = {"user": user_of(key.id), "password": key.broker_password}
+    return join.model_copy(update={"broker": join.broker.model_copy(update=own)}), True
 
 
 def revoke_worker_key(session: Session, key_id: str, *, now_s: float) -> bool:
@@ -114,7 +143,7 @@ def _broker(settings: Settings) -> JoinBroker:
     file = settings.redis_password_file
     return JoinBroker(
         url=urlunsplit(parts._replace(netloc=parts.netloc.rpartition("@")[2])),
-        user=unquote(parts.username or "").removeprefix("default"),
+        user="" if (user := unquote(parts.username or "")) == "default" else user,
         password=read_secret(file) if file else unquote(parts.password or ""),
         ca=_certificates(settings.redis_ca_file),
     )

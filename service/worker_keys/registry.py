@@ -89,7 +89,7 @@ class WorkerKeys:
     def _find(self, key_id: str) -> _Known | None:
         with self._lock:
             age_s = self._steady() - self._read_s
-            if age_s > (KNOWN_S if key_id in self._known else UNKNOWN_S):
+            if age_s > (UNKNOWN_S if self._is_read and key_id not in self._known else KNOWN_S):
                 self._read()
             return self._known.get(key_id)
 
@@ -97,8 +97,8 @@ class WorkerKeys:
         try:
             with self._database.reading() as session:
                 rows = access_rows.worker_keys(session)
-        except SQLAlchemyError:
-            self._is_read = False
+        except SQLAlchemyError:  # after the seconds that this may take, and others need not wait for the same
+            self._read_s, self._is_read = self._steady(), False
             return
         self._read_s, self._is_read = self._steady(), True
         self._known = {row.id: _Known(key_of(row).message_key, row.expires_s) for row in rows if row.revoked_s is None}

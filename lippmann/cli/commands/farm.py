@@ -223,7 +223,10 @@ def _set_profile(pool: str | None, tags: list[str] | None) -> None:
     except ValidationError as error:
         first = error.errors(include_url=False, include_context=False)[0]
         name = f"LIPPMANN_{str(first['loc'][0]).upper()}" if first["loc"] else "settings"
-        raise BadInput(f"{name}: {first['msg'].removeprefix('Value error, ')}, got {first['input']!r}") from error
+        message = first["msg"].removeprefix("Value error, ")
+        if name not in (*given, "LIPPMANN_WORKER_HOURS"):  # A URL may have a password in it.
+            raise BadInput(f"{name}: {message.partition(', got ')[0]}, got another value") from None
+        raise BadInput(f"{name}: {message}, got {first['input']!r}") from error
 
 
 def _prepare_folder(data_dir: Path, written: Path) -> None:

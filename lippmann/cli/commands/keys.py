@@ -104,7 +104,7 @@ def _create_worker_key(
         except BaseException:
             client.revoke_key(made.id)  # Nobody has it.
             raise
-    for note in notes_on(join):
+    for note in notes_on(join, is_of_service=not made.has_broker_user and given["password_file"] is None):
         output.note(f"note: {note}")
     output.note(f"Worker key {made.id} of {made.name}. On the other machine: lippmann worker --join {out.name}")
     data = made.model_dump(mode="json", exclude={"join"}) | {"file": str(out)}

@@ -51,3 +51,11 @@ def test_a_value_that_is_invalid_is_refused_with_its_variable(
     with pytest.raises(BadInput, match=message):
         _set_profile(None, None)
     assert os.environ[name] == value
+
+
+@pytest.mark.parametrize("name", ["LIPPMANN_S3_ENDPOINT", "LIPPMANN_STORE_URL", "LIPPMANN_SLOTS"])
+def test_an_invalid_value_that_may_have_a_password_is_not_repeated(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.setenv(name, "https://me:hunter2@s3 example")
+    with pytest.raises(BadInput, match=f"^{name}: .*, got another value$") as refused:
+        _set_profile(None, None)
+    assert "hunter2" not in refused.value.message

@@ -7,13 +7,14 @@ import time
 from pathlib import Path
 
 import pytest
+from sqlalchemy.exc import ProgrammingError
 from typer.testing import CliRunner
 
 from lippmann.cli import main
-from lippmann.errors import BadInput
+from lippmann.errors import BadInput, FarmFailed
 from service.auth import caller_of_key
 from service.db import access as access_rows
-from service.db.engine import Database
+from service.db.engine import Database, opened
 from service.db.migrations import migrate
 from service.schemas.access import Role
 
@@ -44,6 +45,25 @@ def test_without_a_database_nothing_is_made(tmp_path: Path) -> None:
     assert isinstance(ran.exception, BadInput)
     assert "expected the database of a farm" in ran.exception.message
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_database_without_tables_is_refused_with_what_makes_them(tmp_path: Path) -> None:
+    (tmp_path / "lippmann.db").touch()
+    ran = CliRunner().invoke(main.app, ["keys", "admin", "--data-dir", str(tmp_path)])
+    assert isinstance(ran.exception, FarmFailed)
+    assert "which `lippmann migrate` makes, got: no such table" in ran.exception.message
+
+
+@pytest.mark.parametrize(("code", "is_named"), [("42P01", True), ("42501", True), ("42601", False)])
+def test_what_postgresql_says_of_missing_tables_and_rights_is_named(
+    data_dir: Path, code: str, *, is_named: bool
+) -> None:
+    class Refusal(Exception):
+        sqlstate = code
+
+    error = ProgrammingError("", {}, Refusal("refused"))
+    with pytest.raises(FarmFailed if is_named else ProgrammingError), opened(f"sqlite:///{data_dir}/lippmann.db"):
+        raise error
 
 
 @pytest.mark.parametrize("name", ["", "two\nlines", 65 * "a"])

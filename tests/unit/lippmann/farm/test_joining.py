@@ -89,3 +89,5 @@ def test_what_will_not_work_elsewhere_is_noted() -> None:
     assert notes() == ""
     assert "other machines do not reach" in notes(url="rediss://127.0.0.1:6379/0")
     assert "no TLS" in notes(url="redis://broker:6379/0")
+    (of_service,) = notes_on(JOIN, is_of_service=True)
+    assert "the password of the service itself" in of_service
