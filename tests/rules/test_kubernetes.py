@@ -180,6 +180,10 @@ def test_what_a_container_may_use_is_enough_for_its_settings(overlay: str) -> No
             folders = sum(mib(each["emptyDir"]["sizeLimit"]) for each in pod["spec"]["volumes"] if "emptyDir" in each)
             assert folders < mib(container["resources"]["limits"]["ephemeral-storage"])
     worker = environment(overlay, "lippmann-worker")
+    pod = pods_of(objects(overlay))["lippmann-worker"]
+    (scratch,) = (each["emptyDir"]["sizeLimit"] for each in pod["spec"]["volumes"] if each["name"] == "scratch")
+    bundles_mb = float(worker.get("LIPPMANN_BUNDLES_MB", WorkerSettings.model_fields["bundles_mb"].default))
+    assert 2 * bundles_mb < mib(scratch)
     (container,) = pods_of(objects(overlay))["lippmann-worker"]["spec"]["containers"]
     assert int(worker["LIPPMANN_SLOTS"]) * int(worker["LIPPMANN_MEMORY_MB"]) < mib(
         container["resources"]["limits"]["memory"]

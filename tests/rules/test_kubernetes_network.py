@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from typing import Any
-from urllib.parse import urlsplit
+from urllib.parse import parse_qs, urlsplit
 
 import pytest
 
@@ -68,6 +68,8 @@ def test_every_selector_chooses_the_pods_that_it_means(overlay: str) -> None:
         assert pod == name or (pod, name) == ("lippmann-service", "lippmann-processes")
         (port,), (container,) = each["spec"]["ports"], pods_of(objects(overlay))[pod]["spec"]["containers"]
         assert port["targetPort"] in {one["name"] for one in container["ports"]}
+        # Prometheus misses a process only if it still knows its address.
+        assert each["spec"].get("publishNotReadyAddresses", False) is (name == "lippmann-processes")
     for name, each in named(overlay, "NetworkPolicy").items():
         assert chosen(overlay, each["spec"]["podSelector"]), name
         assert set(each["spec"]["policyTypes"]) >= {"Ingress"} & {"Ingress" if "ingress" in each["spec"] else ""}, name
@@ -138,6 +140,14 @@ def test_keda_reads_a_field_of_the_api_with_a_token_of_the_service(overlay: str)
     (trigger,) = scaled["triggers"]
     url = urlsplit(trigger["metadata"]["url"])
     assert url.netloc == "lippmann-service.lippmann.svc:8080"
+    worker = environment(overlay, "lippmann-worker")
+    asked = {
+        "pool": [worker.get("LIPPMANN_WORKER_POOL", "")], "memory_mb": [worker["LIPPMANN_MEMORY_MB"]],
+        "tag": worker.get("LIPPMANN_WORKER_TAGS", "").split(","),
+    }  # fmt: skip
+    assert parse_qs(url.query, keep_blank_values=True) == {
+        key: value for key, value in asked.items() if key != "tag" or any(value)
+    }
     answer = OPENAPI["paths"][url.path]["get"]["responses"]["200"]["content"]["application/json"]["schema"]["$ref"]
     fields = OPENAPI["components"]["schemas"][answer.rpartition("/")[2]]["properties"]
     assert fields[trigger["metadata"]["valueLocation"]]["type"] == "integer"

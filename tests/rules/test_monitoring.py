@@ -32,7 +32,8 @@ SERIES: dict[str, tuple[dict[str, str], dict[str, str]]] = {
     ),
     "LippmannNoLeader": ({"lippmann_leader": "0x30"}, {"lippmann_leader": "1 0 1x28"}),
     "LippmannNoWorkers": (
-        {'lippmann_workers{state="online"}': "0x30", "lippmann_waiting_tasks": "3x30"},
+        {'lippmann_workers{state="online"}': "2x30", 'lippmann_slots{state="total"}': "0x30",
+         "lippmann_waiting_tasks": "3x30"},
         {'lippmann_workers{state="online"}': "0x30", "lippmann_waiting_tasks": "0x30"},
     ),
     "LippmannWaitingTooLong": (
@@ -42,6 +43,11 @@ SERIES: dict[str, tuple[dict[str, str], dict[str, str]]] = {
         {"lippmann_store_free_bytes": "4e9x30", "lippmann_store_reserve_bytes": "5e7x30"},
         {"lippmann_store_free_bytes": "4e11x30", "lippmann_store_reserve_bytes": "5e7x30",
          "lippmann_store_free_inodes": "1e6x30"},
+    ),
+    "LippmannFault": (
+        {'lippmann_fault{component="broker",code="broker-evicts"}': "1x30"},
+        {'lippmann_fault{component="store",code="store-full"}': "1x30",
+         'lippmann_component_ok{component="store"}': "1x30"},
     ),
     "LippmannAttemptsLost": (
         {'lippmann_attempts_total{outcome="lost",instance="a"}': "0+0.5x30",

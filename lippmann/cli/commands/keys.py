@@ -47,7 +47,10 @@ def create(
     tag: Annotated[list[str] | None, typer.Option(help="A tag of the worker; it may be repeated.")] = None,
     redis_url: Annotated[
         str | None,
-        typer.Option(help="The broker in the join file, and your user for workers, if not as the service has them."),
+        typer.Option(
+            metavar="URL",
+            help="The broker in the join file, and your user for workers, if not as the service has them.",
+        ),
     ] = None,
     redis_password_file: Annotated[
         Path | None, typer.Option(metavar="FILE", help="The password of that user; the key then gets none of its own.")

@@ -23,9 +23,9 @@ Interval = Annotated[
 
 
 def top(once: Once = False, interval: Interval = 2.0, *, output: Output, connection: Connection) -> None:
-    """Show workers, slots, jobs and rates, and renew them.
+    """Show workers, slots, jobs and rates, and refresh them.
 
-    Ctrl-C ends it. On a terminal the picture is replaced. In a pipe each one follows the
+    Ctrl-C ends it. On a terminal the screen is redrawn. In a pipe each reading follows the
     last, and with --json each is a line.
     """
     from lippmann.cli.options import RECONNECT_S

@@ -55,6 +55,14 @@ def test_every_object_of_kubernetes_is_in_the_manifests(overlay: str) -> None:
     assert set(re.findall(r"--namespace (\S+)", BLOCKS)) == {"lippmann"}
 
 
+def test_every_file_that_a_host_gets_is_named_by_a_unit_or_an_example() -> None:
+    units = "".join(path.read_text() for path in (ROOT / "deploy/systemd").glob("*.service"))
+    files = re.findall(r"^\| (/etc/lippmann/[\w.-]+) \|", PAGE, re.MULTILINE)
+    assert len(files) > 5
+    for file in files:
+        assert re.search(rf"={re.escape(file)}(?![\w.])", PAGE + units), file
+
+
 def test_every_unit_of_systemd_is_there() -> None:
     named = set(re.findall(r"(?:enable --now|restart|status|--unit) (lippmann-[a-z]+)", PAGE))
     assert named == {path.stem for path in (ROOT / "deploy/systemd").glob("*.service")}
