@@ -31,6 +31,27 @@ def fitting(workers: Iterable[Presence], requirement: str) -> tuple[Presence, ..
     return tuple(worker for worker in workers if not worker.lacks(needed))
 
 
+def not_able(workers: Iterable[Presence]) -> tuple[str, ...]:
+    """Return the names of the workers whose slots do not count, in order."""
+    return tuple(sorted(worker.name for worker in workers if not is_able(worker)))
+
+
+def counted(workers: Sequence[Presence], held: Mapping[str, int], not_counted: Mapping[str, int]) -> dict[str, int]:
+    """Return the number of outstanding orders that are or will be in slots that count, by requirement.
+
+    Orders of a requirement that no able worker meets are none of them.
+
+    Parameters
+    ----------
+    held
+        The number of outstanding orders, by requirement.
+    not_counted
+        The number of those that run on workers whose slots do not count.
+    """
+    served = (text for text in held if any(map(is_able, fitting(workers, text))))
+    return {text: max(held[text] - not_counted.get(text, 0), 0) for text in served}
+
+
 def rooms(
     workers: Sequence[Presence], held: Mapping[str, int], requirements: Iterable[str], *, per_slot: int, ahead: int = 0
 ) -> dict[str, int]:
@@ -39,7 +60,7 @@ def rooms(
     Parameters
     ----------
     held
-        The number of outstanding orders, by requirement.
+        The number of outstanding orders in slots that count, by requirement; see `counted`.
     per_slot
         The number of orders for each slot of the workers that fit.
     ahead
@@ -55,10 +76,10 @@ def rooms(
 def declining_workers(workers: Sequence[Presence], avoided: Set[str]) -> tuple[str, ...]:
     """Return the workers that decline an order: those at fault, those that do not understand it, and those avoided.
 
-    If no other worker would be left, none is avoided.
+    If no other worker that takes orders would be left, none is avoided.
     """
     at_fault = {worker.name for worker in workers if worker.fault is not None or not worker.understands()}
-    is_left = any(worker.name not in avoided | at_fault for worker in workers)
+    is_left = any(takes_orders(worker) and worker.name not in avoided | at_fault for worker in workers)
     return tuple(sorted(avoided | at_fault if is_left else at_fault))
 
 

@@ -9,7 +9,9 @@ from dataclasses import dataclass
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import ENDED_JOBS, JobStatus, TaskStatus
+from service.claiming import not_able
 from service.db import coordinator as coordinator_rows
+from service.db import jobs as job_rows
 from service.db import waiting as waiting_rows
 from service.db.faults import avoided_workers
 from service.db.tables import Job, Task
@@ -79,6 +81,8 @@ def _farm_state(session: Session, outlook: Outlook) -> FarmState:
     held = slots_by_owner(holders)
     full = {claim.owner_id: held[claim.owner_id] for claim in holders if is_at_limit(claim, held)}
     line = waiting_rows.line(session, now_s=outlook.now_s, max_slots=settings.max_slots, held=full)
+    present = outlook.roster.present if outlook.roster is not None else ()
+    on_closed = job_rows.running_on(session, not_able(present))
     return FarmState(
         now_s=outlook.now_s,
         settings=settings,
@@ -87,7 +91,8 @@ def _farm_state(session: Session, outlook: Outlook) -> FarmState:
         roster=outlook.roster,
         line=tuple(claim_of(row, settings) for row in line),
         holders=holders,
-        running=sum(row[-1] for row in busy),
+        running=sum(row[-1] for row in busy) - sum(on_closed.values()),
+        on_closed=on_closed,
     )
 
 

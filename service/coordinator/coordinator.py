@@ -354,7 +354,7 @@ class Coordinator:
 
     def _watch_claims(self) -> None:
         if self.election.is_leader:
-            self._directions.run()
+            self._directions.run(self._workers, now_s=self._clock())
         first = self._stream.first_orders(self._directions.requirements)
         self._first_orders = {text: attempt_of(message) for text, message in first.items()}
         was = self._not_claiming

@@ -7,17 +7,22 @@ worker has read that it exists.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import Directions
+from lippmann.job.messages.events import Directions, Presence
 from lippmann.job.messages.protocol import OLDEST_PROTOCOL, PROTOCOL
 from service.broker_stream import Stream
 from service.db import drains as drain_rows
 from service.db import jobs as job_rows
 from service.db.engine import Database
 from service.errors import BrokerUnavailable
+
+KEPT_DRAIN_S = 86_400.0
+"""The time for which the drain of a worker process that is not online is kept."""
+LOOKS = 3600
+"""The number of runs, one a second or more while the broker answers, in none of which such a process was online."""
 
 
 class DirectionsPublisher:
@@ -39,14 +44,23 @@ class DirectionsPublisher:
         self._published: Directions | None = None
         self._next_s = float("-inf")
         self._lock = threading.Lock()
+        self._looks = 0
+        self._online: set[str | None] = set()
 
     @property
     def requirements(self) -> tuple[str, ...]:
         """The requirements of the open jobs, with the empty one first, as they were published last."""
         return ("", *(self._published.requirements if self._published is not None else ()))
 
-    def run(self) -> None:
+    def run(self, workers: Sequence[Presence], *, now_s: float) -> None:
         """Publish the directions if it is time; the queues of requirements that no job has any more are deleted.
+
+        Old drains of worker processes that have gone are forgotten.
+
+        Parameters
+        ----------
+        workers
+            The workers that are online.
 
         Raises
         ------
@@ -54,6 +68,7 @@ class DirectionsPublisher:
             If the broker does not answer.
         """
         with self._lock:
+            self._forget_drains(workers, now_s)
             self._run()
 
     def _run(self) -> None:
@@ -74,3 +89,15 @@ class DirectionsPublisher:
         with suppress(BrokerUnavailable):  # what is left there is refused by the workers, as of attempts that are over
             for requirement in gone:
                 self._stream.delete_queue(requirement)
+
+    def _forget_drains(self, workers: Sequence[Presence], now_s: float) -> None:
+        self._online |= {worker.instance for worker in workers}
+        self._looks += 1
+        if self._looks < LOOKS:
+            return
+        online, self._online, self._looks = self._online, set(), 0
+        with self._database.reading() as session:
+            gone = drain_rows.drained_before(session, now_s - KEPT_DRAIN_S) - online
+        if gone:
+            with self._database.writing() as session:
+                drain_rows.delete_drains(session, gone)

@@ -2,7 +2,7 @@
 
 A fault of the farm (the store, the disk of the database, the broker's append-only file, or the disks of all workers)
 pauses every job whose work has begun; nothing of a queued job is dispatched meanwhile. Jobs go on when all faults have
-gone. If something prevents the work of one job on every worker that is online, this job alone is paused, until it may
+gone. If something prevents the work of one job on every worker that could do it, this job alone is paused, until it may
 be tried on some worker again.
 """
 
@@ -17,6 +17,7 @@ from sqlalchemy.exc import DBAPIError
 
 from lippmann.job.messages.events import Presence
 from service.broker_stream import Stream, evicting_text
+from service.claiming import fitting, is_able
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
@@ -195,14 +196,15 @@ class FaultMonitor:
                 resume_for_farm(session, row, is_repaired=is_repaired, now_s=now_s, limit=limit)
 
     def _pause_where_no_worker_can_work(self, workers: Sequence[Presence], now_s: float) -> None:
-        """Pause the jobs that every worker that is online prevents, and resume those that some worker may try."""
-        able = {worker.name for worker in workers if worker.fault is None}
+        """Pause the jobs that every worker which could do them prevents, and resume those that some may try."""
         with self._database.reading() as session:
             paused = job_rows.paused_by_farm(session)
             prevented: dict[str, list[WorkerFault]] = defaultdict(list)
             for fault in task_rows.prevented_workers(session, now_s=now_s):
                 prevented[fault.job_id].append(fault)
+            asked = job_rows.requirements_of(session, prevented)
         for job_id, faults in prevented.items():
+            able = {worker.name for worker in fitting(workers, asked.get(job_id, "")) if is_able(worker)}
             if able and able <= {fault.worker for fault in faults}:
                 cause = max(faults, key=lambda fault: fault.avoided_until_s or 0.0)
                 reason = f"No worker can do its work; {cause.worker}: {cause.message}"

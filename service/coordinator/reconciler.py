@@ -14,7 +14,7 @@ from lippmann.job.messages.events import LOST, Failure, Presence
 from lippmann.job.states import TaskStatus
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
-from service.claiming import fitting, is_able
+from service.claiming import fitting, is_able, not_able
 from service.coordinator.batch_writer import close_jobs, write_batch
 from service.coordinator.event_rules import Batch, fail, finish, hold
 from service.db import access as access_rows
@@ -157,10 +157,11 @@ class Reconciler:
         return {requirement: self._free_s.get(requirement, 0.0) for requirement in requirements}
 
     def _tick_idle(self, view: FarmView, held: Sequence[HeldAttempt]) -> float:
-        """Advance the idle clock by the time since the last run, if some slot was free."""
+        """Advance the idle clock by the time since the last run, if some slot that counts was free."""
         passed_s = 0.0 if self._last_s is None else view.now_s - self._last_s
         self._last_s = view.now_s
-        running = sum(task.status is TaskStatus.RUNNING for task in held)
+        closed = {*not_able(view.workers or ())}
+        running = sum(task.status is TaskStatus.RUNNING and task.worker not in closed for task in held)
         is_free = view.is_live and running < view.slots
         # Time in which this process slept proves nothing about the slots.
         counted_s = min(max(0.0, passed_s), 3 * self.settings.reconcile_s) if is_free else 0.0

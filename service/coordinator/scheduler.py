@@ -17,7 +17,7 @@ from lippmann.job.messages.events import Presence
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.states import TaskStatus
 from lippmann.plan.cost import threads_of_each
-from service.claiming import declining_workers, fitting, is_able, rooms
+from service.claiming import counted, declining_workers, fitting, is_able, not_able, rooms
 from service.db import coordinator as coordinator_rows
 from service.db import jobs as job_rows
 from service.db import task_sets
@@ -84,11 +84,11 @@ def dispatch(
     with database.reading() as session:
         held = Outstanding(job_rows.outstanding(session))
         requirements = ("", *job_rows.requirements(session))
-        by_requirement = rooms(
-            workers, held.by_requirement, requirements, per_slot=settings.orders_per_slot, ahead=ahead
-        )
+        on_closed = job_rows.running_on(session, not_able(workers))
+        in_slots = counted(workers, held.by_requirement, on_closed)
+        by_requirement = rooms(workers, in_slots, requirements, per_slot=settings.orders_per_slot, ahead=ahead)
         served = [requirement for requirement, room in by_requirement.items() if room > 0]
-        room = _room(held, workers, settings, ahead)
+        room = _room(sum(in_slots.values()), workers, settings, ahead)
         if room <= 0 or not served or not job_rows.can_dispatch(session, served, now_s=now_s):
             return 0
     with database.writing() as session:
@@ -188,11 +188,11 @@ class Outstanding:
         self.total = self.by_owner.total()
 
 
-def _room(held: Outstanding, workers: Sequence[Presence], settings: Settings, ahead: int) -> int:
+def _room(in_slots: int, workers: Sequence[Presence], settings: Settings, ahead: int) -> int:
     slots = sum(worker.slots for worker in workers if is_able(worker))
     if not slots:
         return 0
-    return min(max(settings.orders_per_slot * slots, ahead) - held.total, ROUND)
+    return min(max(settings.orders_per_slot * slots, ahead) - in_slots, ROUND)
 
 
 def _threads(

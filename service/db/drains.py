@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
@@ -18,6 +20,16 @@ def set_drain(session: Session, worker: str, instance: str, *, ends: bool, now_s
     """Drain a worker process, and forget drains of earlier processes of the same name."""
     changed(session, delete(Drain).where(Drain.worker == worker, Drain.instance != instance))
     session.merge(Drain(instance=instance, worker=worker, ends=ends, since_s=now_s))
+
+
+def drained_before(session: Session, until_s: float) -> set[str]:
+    """Return the worker processes that were drained before a time, by instance."""
+    return {*session.scalars(select(Drain.instance).where(Drain.since_s < until_s))}
+
+
+def delete_drains(session: Session, instances: Collection[str]) -> None:
+    """Forget the drains of some worker processes."""
+    changed(session, delete(Drain).where(Drain.instance.in_(instances)))
 
 
 def delete_drain(session: Session, worker: str) -> bool:

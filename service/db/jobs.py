@@ -62,6 +62,14 @@ _JOBS = (
     .execution_options(populate_existing=True)
 )
 _BUSY = select(Job.id).where(IS_BUSY, Job.status.in_(OPEN)).order_by(Job.id)
+_RUNNING_ON = (
+    select(Job.requirement, func.count())
+    .join(Task, Task.job_id == Job.id)
+    .where(IS_BUSY, Job.status.in_(OPEN))
+    .where(Task.status == TaskStatus.RUNNING, Task.worker.in_(bindparam("workers", expanding=True)))
+    .group_by(Job.requirement)
+)
+_REQUIREMENTS_OF = select(Job.id, Job.requirement).where(Job.id.in_(bindparam("job_ids", expanding=True)))
 _BACKGROUND_JOBS = (
     select(Job.id, Job.background_job)
     .where(Job.background_job.in_(bindparam("kinds", expanding=True)))
@@ -189,6 +197,19 @@ def claims(session: Session, *, now_s: float) -> Sequence[ClaimRow]:
 def outstanding(session: Session) -> dict[tuple[str, str], int]:
     """Return the number of outstanding orders, by the owner and the requirement of their jobs."""
     return {(owner_id, requirement): int(count) for owner_id, requirement, count in session.execute(_OUTSTANDING)}
+
+
+def running_on(session: Session, workers: Sequence[str]) -> dict[str, int]:
+    """Return the number of tasks that run on some workers, by the requirement of their jobs."""
+    rows = session.execute(_RUNNING_ON, {"workers": list(workers)}) if workers else ()
+    return {requirement: int(count) for requirement, count in rows}
+
+
+def requirements_of(session: Session, job_ids: Iterable[str]) -> dict[str, str]:
+    """Return the requirements of some jobs, by job."""
+    ids = list(job_ids)
+    rows = session.execute(_REQUIREMENTS_OF, {"job_ids": ids}) if ids else ()
+    return {row[0]: row[1] for row in rows}
 
 
 def requirements(session: Session) -> Sequence[str]:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from datetime import datetime
 from functools import cached_property
 
 from lippmann.job.messages.events import Closed, Presence
 from lippmann.job.workers import WorkerRequirement
-from service.claiming import rooms, takes_orders
+from service.claiming import counted, rooms, takes_orders
 from service.db.tables import Job
 from service.jobs.fair_share import Claim, slots_by_owner
 from service.roster import Roster
@@ -38,7 +38,9 @@ class FarmState:
     holders: tuple[Claim, ...] = ()
     """All jobs with outstanding orders."""
     running: int = 0
-    """The number of running tasks of all jobs."""
+    """The number of running tasks of all jobs, on workers whose slots count."""
+    on_closed: Mapping[str, int] = field(default_factory=dict)
+    """The number of the other running tasks, by the requirement of their jobs."""
     everybody: tuple[Presence, ...] | None = None
     """All workers that are online, where `roster` has only those that a job may have."""
 
@@ -73,22 +75,27 @@ class FarmState:
 
     def room(self) -> int:
         """Return the number of orders for which the next round of the scheduler has room, of all jobs together."""
-        workers = self.everybody if self.everybody is not None else self.able
-        slots = sum(worker.slots for worker in Roster(workers, self._not_claiming).able)
-        return max(self.settings.orders_per_slot * slots - sum(claim.outstanding for claim in self.holders), 0)
+        slots = sum(worker.slots for worker in self._all_able)
+        return max(self.settings.orders_per_slot * slots - sum(self._in_slots().values()), 0)
 
     def rooms(self, requirements: Iterable[str] = ()) -> Mapping[str, int]:
         """Return that number by the requirement of the jobs: those in line, and some others."""
-        workers = Roster(self.everybody if self.everybody is not None else self.able, self._not_claiming).able
+        asked = {"", *requirements, *(claim.requirement for claim in (*self.line, *self.holders))}
+        return rooms(self._all_able, self._in_slots(), asked, per_slot=self.settings.orders_per_slot)
+
+    def _in_slots(self) -> Mapping[str, int]:
+        """Return the number of outstanding orders in slots that count, by the requirement of their jobs."""
         held: dict[str, int] = {}
         for claim in self.holders:
             held[claim.requirement] = held.get(claim.requirement, 0) + claim.outstanding
-        asked = {"", *requirements, *(claim.requirement for claim in (*self.line, *self.holders))}
-        return rooms(workers, held, asked, per_slot=self.settings.orders_per_slot)
+        return counted(self._all_able, held, self.on_closed)
 
     @property
-    def _not_claiming(self) -> Mapping[str, float]:
-        return {} if self.roster is None else self.roster.not_claiming
+    def _all_able(self) -> tuple[Presence, ...]:
+        """The workers whose slots count, those included that the job may not have."""
+        if self.roster is None or self.everybody is None:
+            return self.able
+        return Roster(self.everybody, self.roster.not_claiming).able
 
 
 def wait_of(code: WaitCode, message: str | None = None, **more: object) -> Wait:

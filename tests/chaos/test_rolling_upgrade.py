@@ -88,6 +88,14 @@ def program(env: dict[str, str]) -> Sequence[str]:
     return [sys.executable, "-P", "-m", "lippmann.cli.main"] if "PYTHONPATH" in env else [LIPPMANN]
 
 
+def begun_at(url: str, key: str) -> str:
+    """Submit a job by one process, and return its id when its work has begun, whichever process leads."""
+    with Client(url, key) as client:
+        job_id = client.submit(JOB | {"frames": "1"}).id
+        until(lambda: client.job(job_id).status != "queued")
+    return job_id
+
+
 @pytest.fixture
 def stack() -> Iterator[ExitStack]:
     with ExitStack() as stack:
@@ -123,15 +131,20 @@ def test_a_job_goes_on_while_services_and_workers_are_upgraded_one_after_the_oth
             service.end()
             service.env = env
             service.start()
+            if service is services[0]:  # the other one, which leads now, is older than the process that stores this job
+                later_id = begun_at(service.url, key)
         for number in range(2):
             workers.start(f"new{number}")
             workers.end_first()
         assert balancer.get(f"/jobs/{job_id}")["status"] == "running"
         until(lambda: balancer.get(f"/jobs/{job_id}")["status"] not in ("running", "probing"), within_s=1200)
+        until(lambda: balancer.get(f"/jobs/{later_id}")["status"] not in ("running", "probing"), within_s=600)
     print(f"{sent.requests} requests, the longest took {sent.longest_s:.1f} s")
     with Client(urls[0], key) as client:
         job = ended(client, job_id)
         assert (job.status, job.frames_done) == ("done", FRAMES), job.error
+        later = ended(client, later_id)
+        assert (later.status, later.frames_done) == ("done", 1), later.error
         assert all(task.status == "done" for task in client.tasks(job_id))
         assert {task.worker for task in client.tasks(job_id)} & {"new0", "new1"}
         client.download(job_id, names.orthoscopic_name(1), tmp_path / "first.exr")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lippmann.job.messages.events import Presence
-from service.claiming import SILENT_S, ClaimWatch
+from service.claiming import SILENT_S, ClaimWatch, declining_workers
 from tests.builders_service import T0, presence
 
 AFTER_S = 15.0
@@ -61,3 +61,10 @@ def test_a_worker_of_an_older_version_is_trusted() -> None:
     watching = watch()
     watching.observe([presence()], b"a", now_s=T0)
     assert watching.observe([presence()], b"a", now_s=T0 + 10 * AFTER_S) == {}
+
+
+def test_a_worker_that_takes_no_orders_is_no_other_one_for_a_task_that_failed() -> None:
+    closed = [presence("b").model_copy(update={"closed": reason}) for reason in ("draining", "hours")]
+    for worker in closed:
+        assert declining_workers([presence("a"), worker], {"a"}) == (), "else nobody ever does the task"
+    assert declining_workers([presence("a"), presence("b"), *closed], {"a"}) == ("a",)

@@ -240,6 +240,23 @@ def test_a_job_that_no_worker_can_do_is_paused_alone_and_tried_again_later(watch
     assert {task.failures for task in watched.farm.tasks(large)} == {0}
 
 
+@pytest.mark.parametrize("changes", [{"pool": "day"}, {"closed": "draining"}, {"fault": SCRATCH_FULL}])
+def test_a_job_is_paused_when_those_workers_cannot_do_it_that_may_and_take_orders(
+    watched: Watched, changes: dict[str, Any]
+) -> None:
+    fits = presence("w1").model_copy(update={"pool": "night"})
+    watched.farm.workers = [fits, fits.model_copy(update={"name": "w2", **changes})]
+    job_id = watched.farm.planned(workers={"pool": "night"})
+    order = watched.farm.dispatch()[0]
+    watched.farm.say(claimed(order, "w1"), failed(order, "w1", code="store-full"))
+    watched.run(after_s=1.0)
+    reason = "No worker can do its work; w1: store-full happened"
+    assert watched.pause(job_id) == (JobStatus.PAUSED, PausedBy.FARM, reason)
+    watched.farm.workers[1] = fits.model_copy(update={"name": "w2"})
+    watched.run(after_s=1.0)
+    assert watched.pause(job_id) == RUNNING, "the other worker may do it again"
+
+
 def test_a_new_leader_resumes_what_the_old_one_paused(watched: Watched) -> None:
     job_id = watched.farm.planned()
     watched.farm.store.full = True

@@ -180,3 +180,33 @@ def test_the_number_of_queues_is_bounded_and_the_oldest_jobs_have_theirs(
         assert job_rows.requirements(session) == [text({"memory_mb": size}) for size in (1_000, 3_000)]
     orders = farm.dispatch()
     assert {order.requirement for order in orders} == {text({"memory_mb": size}) for size in (1_000, 3_000)}
+
+
+def test_what_closed_workers_still_do_takes_no_slot_of_the_open_ones(farm: Farm) -> None:
+    farm.workers = [worker("day", 4), worker("gpu", 4, tags=("gpu",), pool="night")]
+    job_id, other = farm.planned(frames="1-50"), farm.submit(workers={**GPU, **NIGHT})
+    orders = farm.dispatch()
+    assert Counter(order.job_id for order in orders) == {job_id: 8, other: 1}
+    mine = [order for order in orders if order.job_id == job_id]
+    farm.say(*(claimed(order, "day") for order in mine[:4]))
+    farm.say(*(event(order) for order in mine[4:] for event in (claimed, done)))
+    for reason in ("draining", "hours"):
+        farm.workers = [each.model_copy(update={"closed": reason}) for each in farm.workers[:2]]
+        farm.workers.append(worker(f"open for {reason}", 1))
+        sent = farm.dispatch()
+        assert [order.job_id for order in sent] == [job_id] * 2, "neither what they do nor what nobody may do counts"
+        assert farm.dispatch() == []
+        farm.say(*(event(order) for order in sent for event in (claimed, done)))
+
+
+def test_an_order_that_an_open_worker_leaves_is_taken_back_though_closed_ones_are_busy(farm: Farm) -> None:
+    farm.workers = [worker("closed", 3)]
+    farm.planned(frames="1-50")
+    orders = farm.dispatch()
+    farm.say(*(claimed(order, "closed") for order in orders[:3]))
+    farm.workers = [worker("closed", 3, closed="draining", holds=("a", "b", "c")), worker("open", 2, holds=())]
+    reconciler = Reconciler(farm.database, farm.store, farm.settings)
+    for _ in range(int(2 * farm.settings.unclaimed_s / farm.settings.reconcile_s)):
+        farm.now_s += farm.settings.reconcile_s
+        reconciler.run(FarmView(now_s=farm.now_s, slots=2, is_live=True, workers=tuple(farm.workers)))
+    assert [farm.task(order).status for order in orders] == ["running"] * 3 + ["ready"] * 3

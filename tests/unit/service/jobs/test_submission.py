@@ -40,6 +40,23 @@ def test_the_sheet_is_stored_for_workers_with_the_scene_resolved(api: Client, ap
     assert (sheet.stage.reference_mm, sheet.clock.per_frame) == (500, 1.0)
 
 
+KNOWN_FIELDS = {
+    "animation", "capture", "clock", "display", "fps", "frames", "outputs", "parameters", "priority", "render", "rig",
+    "scene", "stage", "title",
+}  # fmt: skip
+"""The fields of a job that every release knows; a release refuses a job with one that it does not know."""
+
+
+def test_services_and_workers_of_an_earlier_release_can_read_a_job_without_later_fields(farm: Farm) -> None:
+    plain = farm.submit()
+    chosen = farm.submit(slots=3, workers={"pool": "night"})
+    assert farm.job(plain).spec.keys() == KNOWN_FIELDS
+    assert farm.job(chosen).spec.keys() == KNOWN_FIELDS | {"slots", "workers"}
+    assert (farm.job(chosen).parsed_spec.slots, farm.job(chosen).parsed_spec.workers.pool) == (3, "night")
+    for job_id in (plain, chosen):
+        assert json.loads(farm.store.get_bytes(f"{job_id}/job.json"))["spec"].keys() == KNOWN_FIELDS
+
+
 def test_notes_on_the_optics_are_kept_with_the_job(api: Client, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(submit, "check_job", lambda _sheet: ("the array stands close",))
     job_id = api.post(JOBS, json=SPEC).json()["id"]

@@ -12,7 +12,7 @@ from service.db import coordinator as coordinator_rows
 from service.db.tables import Job
 from service.schemas.answer import utc
 from service.schemas.wait import Wait, WaitCode
-from tests.builders_service import Farm, claimed, presence
+from tests.builders_service import Farm, claimed, done, presence
 
 
 @pytest.fixture
@@ -105,3 +105,15 @@ def test_tasks_beyond_the_limit_of_their_job_say_so(farm: Farm) -> None:
     assert (wait.code, wait.message) == (
         WaitCode.SLOT_LIMIT, "It holds 1 slot; expected at most 1 (slots of the job).",
     )  # fmt: skip
+
+
+def test_a_job_starts_on_an_open_worker_while_drained_ones_still_render(farm: Farm) -> None:
+    farm.workers = [worker("a", 4)]
+    (holder,) = farm.planned_jobs(1, frames="1-20")
+    orders = farm.dispatch()
+    farm.say(*(claimed(order, "a") for order in orders[:4]))
+    farm.say(*(event(order) for order in orders[4:] for event in (claimed, done)))
+    farm.workers = [worker("a", 4, closed="draining"), worker("b", 1)]
+    wait = of_job(farm, farm.submit(priority=90))
+    assert wait is not None
+    assert (wait.code, farm.job(holder).running) == (WaitCode.STARTING, 4)
