@@ -269,5 +269,5 @@ def test_an_order_carries_ids_numbers_and_names(farm: Farm) -> None:
     assert order.model_dump(mode="json") == {
         "kind": "render", "job_id": job_id, "task_id": f"{job_id}-2", "attempt": order.attempt, "attempt_number": 1,
         "frame": 1, "tile": {"row": 1, "col": 0}, "output": None, "avoid": [], "digests": {}, "skipped_frames": [],
-        "store_id": None, "threads": 1, "requirement": "",
+        "store_id": None, "threads": 1, "requirement": "", "trace": None,
     }  # fmt: skip
