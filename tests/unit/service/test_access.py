@@ -107,6 +107,7 @@ def test_health_without_a_key_names_healthy_components_and_nothing_of_the_inside
         "slots": None,
         "sandboxes": None,
         "faults": [],
+        "notes": [],
         "dropped": None,
     }
 
