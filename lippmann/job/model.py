@@ -7,11 +7,12 @@ import inspect
 import textwrap
 from typing import Any
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler, field_validator
+from annotated_types import Gt
+from pydantic import BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler, ValidationInfo, field_validator
 from pydantic_core import CoreSchema, PydanticKnownError
 
 LEAST = 1e-12
-"""The least number of a job that is not 0, in whatever unit; lengths are in mm or um."""
+"""The least number of a job that must be positive, in whatever unit; lengths are in mm or um."""
 
 
 class JobModel(BaseModel):
@@ -25,11 +26,12 @@ class JobModel(BaseModel):
 
     @field_validator("*")
     @classmethod
-    def _check_not_tiny(cls, value: Any) -> Any:
-        """Refuse numbers so small that a quotient or a product with them is infinite or 0."""
-        for number in value if isinstance(value, tuple) else (value,):
-            if isinstance(number, float) and 0 < abs(number) < LEAST:
-                raise ValueError(f"a size of at least {LEAST:g}, or 0 where 0 is possible, got {number:g}")
+    def _check_not_tiny(cls, value: Any, info: ValidationInfo) -> Any:
+        """Refuse almost nothing where a number must be positive: a quotient with it is infinite, or a product is 0."""
+        if isinstance(value, float) and 0 < value < LEAST:
+            limits = cls.model_fields[info.field_name or ""].metadata
+            if any(isinstance(limit, Gt) and limit.gt == 0 for limit in limits):
+                raise ValueError(f"a number of at least {LEAST:g}, got {value:g}")
         return value
 
     @classmethod

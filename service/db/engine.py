@@ -37,9 +37,10 @@ SILENCE_S = 15
 """The time after which a connection to PostgreSQL whose other end acknowledges nothing has ended, for both ends."""
 WRITER_LOCK = 1908
 """PostgreSQL's advisory lock of the single writer: events get their ids in the order in which they become visible."""
-LONGEST_IDLE_S = 5.0
+LONGEST_IDLE_S = 15.0
 """The time without a statement after which PostgreSQL ends a write transaction. A process that was stopped in the
-middle of one, or cut from the database, would otherwise keep every other process from writing."""
+middle of one, or cut from the database, would otherwise keep every other process from writing. A machine that does much
+else may pause for seconds."""
 _IDLE = "25P03"
 """PostgreSQL's code of the error with which it does so."""
 _LACKING = ("42P01", "42703", "42501", "no such table", "no such column", "has no column named")

@@ -60,7 +60,8 @@ function Health({ health, stale }) {
       ${troubles.length > 0 && html`
         <${Light} ok=${false} title=${troubles.join(" ")} text=${`${many(troubles.length, "worker")} in trouble`} />`}
       ${health.notes?.length > 0 && html`
-        <${Light} ok=${false} title=${health.notes.join(" ")} text=${`${many(health.notes.length, "worker")} of another release`} />`}
+        <${Light} ok=${false} title=${health.notes.join(" ")}
+          text=${`${many(health.notes.length, "worker")} of another release`} />`}
       <${Light} ok=${broker.ok} title=${broker.detail} text=${broker.ok ? "broker ok" : "broker degraded"} />
       ${!database.ok && html`<${Light} ok=${false} title=${database.detail} text="database degraded" />`}
       ${!coordinator.ok && html`

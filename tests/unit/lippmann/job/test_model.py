@@ -62,8 +62,8 @@ def test_very_many_unknown_fields_are_counted_though_not_all_are_translated() ->
         ("outputs.0.pitch_um", {"outputs": [{"kind": "calibration_sheet", "pitch_um": 5e-324}]}),
         ("outputs.0.dpi", {"outputs": [{"kind": "print", "dpi": 5e-324}]}),
         ("rig.lens_array.pitch_mm", {"rig": {"lens_array": {"pitch_mm": 1e-13}}}),
-        ("rig.lens_array.offset_mm", {"rig": {"lens_array": {"offset_mm": -1e-300}}}),
-        ("stage.location", {"stage": {"location": [0, 1e-300, 5]}}),
+        ("fps", {"fps": 1e-200}),
+        ("display.viewing_distance_mm", {"display": {"viewing_distance_mm": 1e-200}}),
     ],
 )
 def test_a_number_that_is_almost_nothing_is_refused_by_its_name(field: str, spec: dict[str, Any]) -> None:
@@ -71,4 +71,9 @@ def test_a_number_that_is_almost_nothing_is_refused_by_its_name(field: str, spec
         parse_spec({"scene": "fish", **spec})
     (problem,) = raised.value.problems
     assert problem.field == field
-    assert problem.expected == f"a size of at least {LEAST:g}, or 0 where 0 is possible"
+    assert problem.expected == f"a number of at least {LEAST:g}"
+
+
+def test_a_place_may_be_almost_0_as_trigonometry_makes_it() -> None:
+    spec = parse_spec({"scene": "fish", "stage": {"location": [0, 6.1e-17, -5]}})
+    assert spec.stage.location == (0, 6.1e-17, -5)

@@ -43,7 +43,8 @@ def test_a_url_that_names_no_bucket_is_refused(tmp_path: Path, url: str) -> None
 
 
 def test_without_boto3_the_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in [name for name in sys.modules if name.startswith(("boto3.", "worker.store.s3"))]:
+        monkeypatch.delitem(sys.modules, name)
     monkeypatch.setitem(sys.modules, "boto3", None)
-    monkeypatch.delitem(sys.modules, "worker.store.s3")
     with pytest.raises(BadInput, match="LIPPMANN_STORE_URL: expected the extra `s3` of the package to be installed"):
         open_store(BrokerSettings(data_dir=tmp_path, store_url="s3://bucket"))
