@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 from lippmann.farm.supervisor.descendants import kill
@@ -29,7 +30,10 @@ def test_a_killed_test_run_leaves_no_process_behind(tmp_path: Path) -> None:
         assert run.poll() is None
         names = stuck.names_below(run.pid)
         processes = {found for pid in names if (found := born(pid))}
-        data = next(Path(command(pid).split(" -D ")[1].split()[0]) for pid in names if " -D " in command(pid))
+        # POV-Ray has an option -D as well.
+        server = next(command(pid) for pid, name in names.items() if name == "postgres" and " -D " in command(pid))
+        data = Path(server.split(" -D ")[1].split()[0])
+        assert data.is_relative_to(tempfile.gettempdir()), "its folder is removed below"
         run.kill()
     try:
         assert set(names.values()) >= STARTED
