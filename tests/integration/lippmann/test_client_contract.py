@@ -34,6 +34,12 @@ NOT_NEEDED = {
     "GET /api/v1/links/{job_id}/{name}": "whoever has the URL opens it without a key",
     "GET /api/v1/scenes/{name}/poster.png": "a picture for the lists of the dashboard",
     "GET /api/v1/jobs/{job_id}/events": "GET /api/v1/events gives the same for one job",
+    "GET /api/v1/waiting": "autoscalers read it",
+    "GET /api/v1/worker-keys": "its own tests call it",
+    "POST /api/v1/worker-keys": "its own tests call it",
+    "DELETE /api/v1/worker-keys/{key_id}": "its own tests call it",
+    "PUT /api/v1/workers/{worker}/drain": "its own tests call it",
+    "DELETE /api/v1/workers/{worker}/drain": "its own tests call it",
     "GET /api/v1/sessions": "browser sessions are ended on the page of the keys",
     "DELETE /api/v1/sessions/{session_id}": "browser sessions are ended on the page of the keys",
 }
