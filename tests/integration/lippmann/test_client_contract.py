@@ -37,7 +37,6 @@ NOT_NEEDED = {
     "GET /api/v1/waiting": "autoscalers read it",
     "GET /api/v1/worker-keys": "its own tests call it",
     "POST /api/v1/worker-keys": "its own tests call it",
-    "DELETE /api/v1/worker-keys/{key_id}": "its own tests call it",
     "PUT /api/v1/workers/{worker}/drain": "its own tests call it",
     "DELETE /api/v1/workers/{worker}/drain": "its own tests call it",
     "GET /api/v1/sessions": "browser sessions are ended on the page of the keys",
