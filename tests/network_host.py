@@ -27,6 +27,7 @@ from dataclasses import dataclass
 from itertools import count, cycle
 
 from tests.network_device import Device, new_namespace
+from tests.network_quiet import changing_network
 from tests.tcp_proxy import BOTH, Direction
 from tests.waiting import ENOUGH_S
 
@@ -123,7 +124,8 @@ class Network:
     """
 
     def __init__(self, hosts: int = 1) -> None:
-        self._near = Device("lippmann%d")
+        with changing_network():
+            self._near = Device("lippmann%d")
         self.interface = socket.if_nametoindex(self._near.name)
         # The kernel numbers the devices of all test runs. 198.18.0.0/15 is for tests of networks (RFC 2544).
         number = int(self._near.name.removeprefix("lippmann"))
@@ -132,8 +134,9 @@ class Network:
         """The descriptors of devices by address."""
         self._faults: dict[tuple[End, End], _Fault] = {}
         self.here = self.new_address(self._near.fd)
-        self._near.set_address(self.here)
-        self._near.set_up(up=True)
+        with changing_network():
+            self._near.set_address(self.here)
+            self._near.set_up(up=True)
         self.hosts: list[NetworkHost] = []
         try:
             for _ in range(hosts):
@@ -174,7 +177,8 @@ class Network:
         self._ends[socket.inet_aton(address)] = host.device.fd
 
     def _close_devices(self) -> None:
-        self._near.close()
+        with changing_network():
+            self._near.close()
         for host in self.hosts:
             host.close()
 

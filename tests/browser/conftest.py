@@ -22,6 +22,7 @@ from tests.browser.studio import SPEC, Studio, parts
 from tests.builders_messages import seals_in
 from tests.integration.service.conftest import FakeWorker, Service
 from tests.needs import missing, need_to_run
+from tests.network_quiet import unchanged_network
 from tests.prefix_proxy import PrefixProxy
 from tests.waiting import ENOUGH_S, until
 
@@ -129,6 +130,13 @@ def chromium(playwright: Playwright) -> Iterator[Browser]:
     browser = playwright.chromium.launch(executable_path=program, args=CHROMIUM_ARGS)
     yield browser
     browser.close()
+
+
+@pytest.fixture(autouse=True)
+def unchanged_interfaces() -> Iterator[None]:
+    """Keep the interfaces of this machine as they are while a page asks the service."""
+    with unchanged_network():
+        yield
 
 
 @pytest.fixture
