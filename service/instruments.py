@@ -1,4 +1,4 @@
-"""What this process counts and measures about itself, for Prometheus; see `service.metrics` for the rest.
+"""The counters and measurements of this process about itself, for Prometheus; see `service.metrics` for the rest.
 
 Several processes of the service each have figures of their own, and Prometheus adds them up. A counter of the
 coordinator grows in the process that leads. Labels have few values: nothing that a client sends is one.

@@ -1,4 +1,4 @@
-"""What database, broker and store say about the farm now. One that is away delays none of the others."""
+"""Readings of database, broker and store about the farm. One that is away delays none of the others."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class DatabaseReading:
-    """What the database says."""
+    """The figures that the database holds."""
 
     tasks: Sequence[TaskRow]
     wanted: Sequence[WantRow]
@@ -50,7 +50,7 @@ class DatabaseReading:
 
 @dataclass(frozen=True)
 class StoreReading:
-    """What the store says."""
+    """The free room of the store."""
 
     free_bytes: int | None
     free_files: int | None

@@ -1,4 +1,4 @@
-"""What a bucket costs against a disk, for the paper's video."""
+"""The cost of a bucket against a disk, for the paper's video."""
 
 from __future__ import annotations
 

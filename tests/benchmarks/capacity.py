@@ -1,4 +1,4 @@
-"""What one coordinator, database, broker and bucket carry: `python -m tests.benchmarks.capacity --write`.
+"""The load that one coordinator, database, broker and bucket carry: `python -m tests.benchmarks.capacity --write`.
 
 The rates are CPU time: what a task costs each part, so that they hold on a machine where the parts do not share two
 cores. The feature-length video is computed from a frame that is rendered here.
@@ -45,7 +45,7 @@ MINUTES, FPS = 90, 24
 VIDEO_FRAMES = MINUTES * 60 * FPS
 """The frames of a feature-length integral video."""
 LENSES = 300
-"""Of a row and of a column, 8 px each: 2400 x 2400 px."""
+"""The lenses of a row and of a column, of 8 x 8 px each: 2400 x 2400 px."""
 OBJECTS, OBJECT_BYTES = 60, 20_000_000
 """The objects that are written to the store and read from it: as many bytes as a master may have."""
 

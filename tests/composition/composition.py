@@ -24,7 +24,7 @@ HOSTS = ("redis", "database", "store", "service")
 ABSENT = {"prometheus", "grafana"}
 """Services whose programs are in no package for tests."""
 SLOTS = {"LIPPMANN_SLOTS": "1"}
-"""What the test adds to a worker, whatever the cores of this machine."""
+"""The environment that the test adds to a worker, whatever the cores of this machine."""
 
 
 def composed(folder: Path = ROOT, env: Mapping[str, str] | None = None) -> dict[str, Any]:

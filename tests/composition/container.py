@@ -20,7 +20,7 @@ from tests.waiting import ENOUGH_S, until
 
 IMAGES = Path(__file__).with_name("images")
 POSTGRESQL = "/postgresql"
-"""Where a container has the PostgreSQL of the package, so that every user has a way to it."""
+"""The path at which a container has the PostgreSQL of the package, so that every user has a way to it."""
 CHECK_S = 0.2
 """The interval of health checks, which is longer in compose."""
 OWN = frozenset({"proc", "dev", "tmp", "run", "var", "data", "home", "store"})

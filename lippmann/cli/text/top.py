@@ -1,4 +1,4 @@
-"""What `lippmann top` shows: a farm at one moment, and the rates between two of them."""
+"""The text of `lippmann top`: a farm at one moment, and the rates between two of them."""
 
 from __future__ import annotations
 

@@ -186,7 +186,7 @@ class NotClaiming(BaseModel):
 
 
 class Directions(BaseModel):
-    """What the coordinator tells all workers: the queues that there are, and which workers are drained."""
+    """The message of the coordinator to all workers: the queues that there are, and which workers are drained."""
 
     model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
 

@@ -1,4 +1,4 @@
-"""What a kind of faults is, and the job of its trials."""
+"""The description of a kind of faults, and the job of its trials."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What users do while a job renders."""
+"""Actions of users while a job renders."""
 
 from __future__ import annotations
 

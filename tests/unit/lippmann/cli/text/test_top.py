@@ -1,4 +1,4 @@
-"""What `lippmann top` shows."""
+"""The text of `lippmann top`."""
 
 from __future__ import annotations
 
