@@ -87,10 +87,10 @@ audit: installed ## Look up the locked packages among known vulnerabilities (nee
 	@deploy/audit
 
 installed: $(VENV)/.installed
-	@deploy/system-packages povray bwrap
+	@deploy/system-packages povray bwrap llvm
 
 setup-test: $(VENV)/.installed
-	@deploy/system-packages povray bwrap chromium libatomic ffprobe examples curl
+	@deploy/system-packages povray bwrap llvm chromium libatomic ffprobe examples curl
 
 $(VENV)/.installed: requirements.lock pyproject.toml
 	@deploy/system-packages venv
