@@ -17,6 +17,7 @@ events         events for subscribers, and the stream of server-sent events
 order_queue    the queue of orders to workers, by Celery
 broker_stream  worker events, presence and stop signals, in Redis
 connections    deadlines and caps of connections, before login
+query_names    the parameters that a route takes in its query
 rate_limits    rates of requests by key and address
 claiming       which workers take orders
 roster         the workers that are online, as requests know them

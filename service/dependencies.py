@@ -37,6 +37,7 @@ from service.last_use import LastUse
 from service.metrics.access import MonitorAccess
 from service.metrics.readings import FarmReader
 from service.ports import Parts
+from service.query_names import check_query
 from service.rate_limits import RateLimits
 from service.roster import RosterCache
 from service.schemas.access import AuditAction, Role
@@ -201,7 +202,9 @@ def _known(request: Request, state: AppState, caller: Caller) -> Caller:
 
 
 async def get_caller_or_none(
-    state: AppStateDep, caller: Annotated[Caller | None, Depends(identify_caller, scope="function")]
+    request: Request,
+    state: AppStateDep,
+    caller: Annotated[Caller | None, Depends(identify_caller, scope="function")],
 ) -> Caller | None:
     """Return the caller, whose request is counted; None without credentials.
 
@@ -209,10 +212,13 @@ async def get_caller_or_none(
     ------
     TooManyRequests
         If the key sends too many requests.
+    Invalid
+        If the query has parameters that the route does not have. Without credentials, nobody learns which it has.
     """
     if caller is not None:
         structlog.contextvars.bind_contextvars(key=caller.key_id)  # every line about the rest of the request carries it
         await state.rates.by_key.check(caller.key_id, "the key sends too many requests")
+        await check_query(request)
     return caller
 
 

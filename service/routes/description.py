@@ -126,7 +126,7 @@ def _statuses(operation: dict[str, Any], method: str, calls: set[Any]) -> Iterat
         yield 404
     if "requestBody" in operation:
         yield 413
-    if parameters or "requestBody" in operation:
+    if parameters or "requestBody" in operation or calls & _ASKS_FOR_KEY:
         yield 422
 
 

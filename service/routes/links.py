@@ -13,6 +13,7 @@ from service import auth
 from service.audit import record
 from service.dependencies import AppState, AppStateDep, JobId, ViewerDep, check_visible
 from service.errors import Invalid, Unauthorized
+from service.query_names import check_query
 from service.routes.artifacts import FILE_RESPONSES, ConditionsDep, find_artifact, send_artifact
 from service.routes.description import problems
 from service.schemas.access import AuditAction
@@ -64,6 +65,7 @@ async def get_linked_artifact(
 ) -> Response:
     """Get the file of a link, with a strong ETag, If-None-Match, Range and If-Range."""
     await anyio.to_thread.run_sync(_check, state, token, job_id, name)
+    await check_query(request)
     return await anyio.to_thread.run_sync(send_artifact, state, job_id, name, conditions, request.method)
 
 

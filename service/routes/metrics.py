@@ -11,6 +11,7 @@ from service.db import farm as farm_rows
 from service.dependencies import AppStateDep, get_caller_or_none, identify_caller, require_viewer
 from service.metrics.scrape import MEDIA_TYPE, scrape_text
 from service.metrics.waiting import waiting_work, waiting_work_for
+from service.query_names import check_query
 from service.routes.middleware import address_of
 from service.schemas.farm import WaitingWork
 
@@ -33,12 +34,15 @@ async def admit_monitor(
     ------
     Unauthorized
         If there is no key, and neither the token of monitors nor an address that the operator has listed.
+    Invalid
+        If the query has parameters that the route does not have.
     """
     is_forwarded = "x-forwarded-for" in request.headers or "forwarded" in request.headers
     if state.monitors.admits(address=address_of(request), is_forwarded=is_forwarded, authorization=authorization):
+        await check_query(request)
         return
     caller = await identify_caller(request, state, authorization, None, lippmann_session)
-    await require_viewer(await get_caller_or_none(state, caller))
+    await require_viewer(await get_caller_or_none(request, state, caller))
 
 
 MonitorDep = Depends(admit_monitor)

@@ -151,7 +151,7 @@ def test_what_the_caller_has_seen_is_not_made_again_until_the_sheet_or_the_quest
 UNSEEN = (
     ("1/view?u=4&v=0", 422, "u: expected 0 to 3, got 4"),
     ("1/view?u=0&v=-1", 422, "v: expected 0 to 3, got -1"),
-    ("1/view?uu=1", 422, "uu: expected no field of this name"),
+    ("1/view?uu=1", 422, "uu: expected one of the parameters filter, format, scale, u, v"),
     ("1/view?scale=0", 422, "scale"),
     ("1/view?filter=cubic", 422, "filter"),
     ("1/perspective?z=-100", 422, "z: expected an eye in front of the display, above 0, got -100"),
