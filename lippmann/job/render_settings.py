@@ -1,14 +1,17 @@
-"""Render settings of a job: capture method, supersampling, antialiasing, tiles and limits."""
+"""Render settings of a job: capture method, channels, engine, samples, antialiasing, tiles and limits."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Literal, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, Tag, model_validator
 
 from lippmann.job.model import JobModel
 from lippmann.job.problems import FieldError, form_discriminator
+
+Channel = Literal["depth", "normal", "albedo", "object", "motion"]
+"""A quantity that is rendered for every pixel besides its colour."""
 
 
 class Capture(JobModel):
@@ -20,7 +23,25 @@ class Capture(JobModel):
     supersample: int = Field(default=1, ge=1, le=8)
     """The number of rendered pixels in each direction that are averaged to one pixel, in linear light."""
     depth: bool = False
-    """True if a second pass renders the depth of every pixel into `depth/0001.exr`."""
+    """True if the depth of every pixel is rendered into `depth/0001.exr`; the same as the channel `depth`."""
+    channels: Annotated[tuple[Channel, ...], Field(max_length=5)] = ()
+    """The channels that are rendered besides the colour; POV-Ray renders the depth alone."""
+
+    @model_validator(mode="before")
+    @classmethod
+    def _depth_is_a_channel(cls, data: Any) -> Any:
+        channels = data.get("channels") if isinstance(data, Mapping) else None
+        if not isinstance(channels, list | tuple) or "depth" not in channels:
+            return data
+        if data.get("depth") is False:
+            raise FieldError("depth", expected="true, or no channel depth in channels", got="false")
+        return {**data, "depth": True}
+
+    @model_validator(mode="after")
+    def _check_channels(self) -> Self:
+        if len(set(self.channels)) < len(self.channels):
+            raise FieldError("channels", expected="each channel once", got=", ".join(self.channels))
+        return self
 
 
 class Antialias(JobModel):
@@ -41,8 +62,16 @@ AntialiasChoice = Annotated[
 
 
 class RenderSettings(JobModel):
-    """The settings of POV-Ray, and the limits of an attempt."""
+    """The engine and its settings, and the limits of an attempt."""
 
+    engine: Literal["auto", "povray", "mitsuba"] = "auto"
+    """The engine that renders; `auto` is the one that reads the scene file of the bundle."""
+    samples: int = Field(default=1, ge=1, le=1024)
+    """The number of rays a pixel. Mitsuba traces 1 without noise and more as paths; POV-Ray traces 1."""
+    path_depth: int = Field(default=8, ge=1, le=64)
+    """The greatest number of surfaces that Mitsuba follows a ray or a path to."""
+    clamp: float | None = Field(default=None, gt=0, le=1e6)
+    """The greatest radiance of one sample of Mitsuba, in linear light; null for no limit."""
     antialias: AntialiasChoice = "off"
     """The antialiasing, or `off`."""
     tiles: Literal["auto"] | tuple[Annotated[int, Field(ge=1, le=64)], Annotated[int, Field(ge=1, le=64)]] = "auto"
@@ -60,7 +89,7 @@ class RenderSettings(JobModel):
     probe_timeout_s: float = Field(default=1800.0, ge=1, le=7 * 86_400)
     """The time after which the probe is ended, s."""
     memory_mb: int = Field(default=8192, ge=128, le=1_048_576)
-    """The address space that one POV-Ray process may use, MB."""
+    """The address space that one process of the engine may use, MB."""
 
     @model_validator(mode="after")
     def _check_tiles(self) -> Self:

@@ -6,6 +6,7 @@ the same job.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import Self
 
@@ -13,6 +14,7 @@ from pydantic import BaseModel, ConfigDict
 
 from lippmann.errors import FieldProblem, SpecError
 from lippmann.job.clock import Clock
+from lippmann.job.engines import Engine, engine_of_file, engine_problems
 from lippmann.job.imported_sheets import ImportedSheets
 from lippmann.job.problems import FieldError
 from lippmann.job.scene import SCENE_FILE, SceneManifest
@@ -68,11 +70,14 @@ class ResolvedJob(_Part):
         Raises
         ------
         SpecError
-            If the scene does not have a parameter of the job, or a value is out of bounds at any keyframe.
+            If the scene does not have a parameter of the job, a value is out of bounds at any keyframe, or the engine
+            of the scene cannot do what the job asks for.
         """
         if manifest.sheets is not None:
             spec = manifest.sheets.job_on_sheets(spec)
-        _check_moving_parameters(spec, manifest)
+        problems = [*_problems_of_moving_parameters(spec, manifest), *engine_problems(spec, manifest.file)]
+        if problems:
+            raise SpecError.of(problems)
         for frame in spec.checked_frames():
             try:
                 at_frame = spec.at(frame)
@@ -92,6 +97,11 @@ class ResolvedJob(_Part):
             parameters=manifest.resolve(spec.parameters),
             sheets=manifest.sheets,
         )
+
+    @property
+    def engine(self) -> Engine:
+        """The engine that renders the job."""
+        return engine_of_file(self.file)
 
     def placed(self, stage: Stage, frame: int) -> ResolvedJob:
         """Return the job at a frame with a stage that nothing changes any more."""
@@ -128,16 +138,13 @@ def _check_outputs(spec: JobSpec) -> None:
         raise SpecError.of([FieldProblem(field=wrong.field, expected=wrong.expected, got=str(wrong.got))]) from wrong
 
 
-def _check_moving_parameters(spec: JobSpec, manifest: SceneManifest) -> None:
-    """Refuse keyframes for parameters that cannot be interpolated."""
-    problems = []
+def _problems_of_moving_parameters(spec: JobSpec, manifest: SceneManifest) -> Iterator[FieldProblem]:
+    """Yield the keyframes of parameters that cannot be interpolated."""
     for path in spec.animation:
         part, _, name = path.partition(".")
         if part == "parameters" and name in manifest.parameters and manifest.parameters[name].type != "number":
             got = f"type {manifest.parameters[name].type}"
-            problems.append(FieldProblem(field=path, expected="a parameter of type number for keyframes", got=got))
-    if problems:
-        raise SpecError.of(problems)
+            yield FieldProblem(field=path, expected="a parameter of type number for keyframes", got=got)
 
 
 def add_frame(error: SpecError, frame: int) -> SpecError:

@@ -13,6 +13,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from lippmann.errors import BundleError, FieldProblem, SpecError
 from lippmann.job.clock import Clock
+from lippmann.job.engines import Engine, engine_of_file
 from lippmann.job.imported_sheets import ImportedSheets
 from lippmann.job.model import JobModel
 from lippmann.job.problems import problems_of
@@ -147,6 +148,11 @@ class SceneManifest(JobModel):
             if not _NAME.fullmatch(name) or name in RESERVED:
                 raise ValueError(f"parameter names in lower snake case that POV-Ray does not keep, got {name!r}")
         return parameters
+
+    @property
+    def engine(self) -> Engine:
+        """The engine that reads the scene file."""
+        return engine_of_file(self.file)
 
     def resolve(self, given: Mapping[str, ParameterValue]) -> dict[str, ParameterValue]:
         """Return the value of every parameter: that of the job, or the default.

@@ -85,7 +85,7 @@ class JobSpec(JobModel):
     capture: Capture = Capture()
     """The capture method and its samples."""
     render: RenderSettings = RenderSettings()
-    """The settings of POV-Ray, and the limits of an attempt."""
+    """The engine and its settings, and the limits of an attempt."""
     display: Display = Display()
     """The display that shows the integral image."""
     priority: int = Field(default=50, ge=0, le=100)

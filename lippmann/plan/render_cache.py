@@ -47,8 +47,8 @@ UNSEEN: dict[str, Any] = {
         "animation": True,
         "clock": True,
         "render": {
-            "cache", "tiles", "timeout_s", "stall_s", "parse_timeout_s", "photons_timeout_s", "probe_timeout_s",
-            "memory_mb",
+            "engine", "cache", "tiles", "timeout_s", "stall_s", "parse_timeout_s", "photons_timeout_s",
+            "probe_timeout_s", "memory_mb",
         },
     },
 }  # fmt: skip

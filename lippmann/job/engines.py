@@ -1,0 +1,80 @@
+"""The engines that render scenes: which one a scene needs, and what each of them cannot do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal
+
+from lippmann.errors import FieldProblem
+from lippmann.job.render_settings import RenderSettings
+from lippmann.job.spec import JobSpec
+
+Engine = Literal["povray", "mitsuba"]
+"""The name of an engine."""
+
+TITLES: dict[Engine, str] = {"povray": "POV-Ray", "mitsuba": "Mitsuba"}
+"""The engines as a sentence names them."""
+
+POVRAY_FILES = (".pov", ".inc")
+"""The suffixes of the scene files that POV-Ray reads; Mitsuba reads all others that a bundle may have."""
+
+STORED_CHANNELS = ("depth",)
+"""The channels that tasks store beside the colours."""
+
+_DEFAULTS = RenderSettings()
+
+
+def engine_of_file(file: str) -> Engine:
+    """Return the engine that reads a scene file.
+
+    >>> engine_of_file("models/fish.glb")
+    'mitsuba'
+    >>> engine_of_file("Scene.INC")
+    'povray'
+    """
+    return "povray" if file.lower().endswith(POVRAY_FILES) else "mitsuba"
+
+
+def engine_problems(spec: JobSpec, file: str) -> Iterator[FieldProblem]:
+    """Yield the fields of a job that ask for what the engine of its scene cannot do.
+
+    Parameters
+    ----------
+    spec
+        The job at a frame.
+    file
+        The scene file of its bundle.
+    """
+    engine = engine_of_file(file)
+    if spec.render.engine not in ("auto", engine):
+        expected = f"auto or {engine}, because {file} is a scene of {TITLES[engine]}"
+        yield FieldProblem(field="render.engine", expected=expected, got=spec.render.engine)
+        return
+    others = [channel for channel in spec.capture.channels if channel not in STORED_CHANNELS]
+    if others:
+        expected = f"{', '.join(STORED_CHANNELS)} alone: no other channel is stored"
+        yield FieldProblem(field="capture.channels", expected=expected, got=", ".join(others))
+    yield from _not_with_povray(spec) if engine == "povray" else _not_with_mitsuba(spec)
+
+
+def _not_with_povray(spec: JobSpec) -> Iterator[FieldProblem]:
+    render = spec.render
+    if render.samples != 1:
+        expected = "1 with POV-Ray, which traces one ray a pixel: capture.supersample is for it"
+        yield FieldProblem(field="render.samples", expected=expected, got=str(render.samples))
+    if render.path_depth != _DEFAULTS.path_depth:
+        expected = f"{_DEFAULTS.path_depth}, its default, with POV-Ray: max_trace_level of the scene is for it"
+        yield FieldProblem(field="render.path_depth", expected=expected, got=str(render.path_depth))
+    if render.clamp is not None:
+        yield FieldProblem(field="render.clamp", expected="null with POV-Ray", got=f"{render.clamp:g}")
+
+
+def _not_with_mitsuba(spec: JobSpec) -> Iterator[FieldProblem]:
+    if spec.capture.method == "glass":
+        expected = "auto or ray_camera with Mitsuba, whose rays come from the exact trace"
+        yield FieldProblem(field="capture.method", expected=expected, got="glass")
+    if spec.render.antialias != "off":
+        expected = "off with Mitsuba: render.samples places several rays inside each pixel"
+        yield FieldProblem(field="render.antialias", expected=expected, got="on")
+    if spec.rig.dispersion:
+        yield FieldProblem(field="rig.dispersion", expected="false with Mitsuba, of one colour", got="true")
