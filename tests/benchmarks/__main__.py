@@ -20,6 +20,7 @@ from tests.benchmarks import (
     command,
     coordinator,
     farm,
+    joining,
     listening,
     looks,
     losses,
@@ -72,6 +73,7 @@ LINES = (
     Line(
         "the paper's video on a bucket on loopback / on a disk: wall, also of its fetch", "<= 1.10", buckets.video_ratio
     ),
+    Line("a worker joins a farm with waiting work, until it renders", "<= 5 s", joining.start_s),
     Line("start of `up` to its first answer", "<= 5 s", command.start_s),
     Line("`lippmann --help`", "<= 0.5 s", command.help_s),
     Line("`up` idle, all processes: memory (PSS)", "<= 600 MB", command.idle_mb),
