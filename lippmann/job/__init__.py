@@ -14,6 +14,7 @@ viewing          terms and defaults for viewing a display: eyes, gaps, stereo pa
 outputs/         the outputs of a job: one module for each group of kinds
 spec             the job specification, and `parse_spec`, which validates it
 resolved         a job resolved against its scene, as it is stored for workers
+later_fields     fields that an earlier release does not know, left out of what is stored while unused
 old_names        former names of fields and settings that are still accepted
 problems         validation errors, field by field
 states           statuses of jobs, tasks and frames, the transitions between them, and users' actions

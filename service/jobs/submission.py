@@ -9,6 +9,7 @@ from typing import Any
 from sqlalchemy.orm import Session
 
 from lippmann.errors import FieldProblem, SpecError, StoreFull
+from lippmann.job.later_fields import later_defaults
 from lippmann.job.old_names import current_job
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scene import SceneManifest
@@ -37,9 +38,6 @@ from service.webhooks.receiver import ReceiverRefused, parse_receiver, rules_of
 
 OWNER_NAME = 64
 """The length of the name that a job shows of its key; keys of earlier releases may have longer ones."""
-
-LATER_FIELDS = ("slots", "workers")
-"""The fields of a job that an earlier release does not know. They decide about dispatching, so no worker reads them."""
 
 
 def submit_job(
@@ -102,8 +100,9 @@ def submit_job(
         raise StoreFull("The disk of the database has no room left, so no job can be stored.")
     if not sharing:
         sheet = sheet.model_copy(update={"cache_scope": caller.owner_id})
-    # Workers of an earlier release refuse a field that they do not know, and no worker needs these.
-    excluded: dict[str, Any] = {"spec": {*LATER_FIELDS}} | ({"cache_scope": True} if sharing else {})
+    # Workers of an earlier release refuse a field that they do not know. These two decide about dispatching alone.
+    of_spec = later_defaults(sheet.spec) | {"slots": True, "workers": True}
+    excluded: dict[str, Any] = {"spec": of_spec} | ({"cache_scope": True} if sharing else {})
     data = sheet.model_dump_json(indent=2, exclude=excluded).encode()
     parts.store.put_bytes(names.job_artifact(sheet.job_id, names.JOB_FILE), data)
     with database.writing() as session:
@@ -165,14 +164,12 @@ def _insert(
     farm_webhook: str | None,
 ) -> Job:  # fmt: skip
     spec = sheet.spec
-    # A service process of an earlier release, which may lead during an upgrade, refuses a field that it does not know.
-    unneeded = {name for name in LATER_FIELDS if getattr(spec, name) == JobSpec.model_fields[name].default}
     row = Job(
         id=sheet.job_id,
         title=spec.title or spec.scene,
         scene=spec.scene,
         bundle=sheet.bundle,
-        spec=spec.model_dump(mode="json", exclude=unneeded),
+        spec=spec.model_dump(mode="json", exclude=later_defaults(spec)),
         notes=notes,
         owner=caller.name[:OWNER_NAME],
         owner_id=caller.owner_id,
