@@ -1,0 +1,1 @@
+"""The program in the sandbox; the only place that imports Mitsuba, Dr.Jit and trimesh."""

@@ -1,0 +1,88 @@
+"""Mitsuba as it is installed: its version and the variant that works, found in a child process.
+
+Never in this process: with an LLVM older than 16, Dr.Jit aborts the process that compiles with it.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from pathlib import Path
+
+from worker.sandbox.sandbox import PATH
+
+VARIANTS = ("cuda_ad_rgb", "llvm_ad_rgb")
+"""The variants in the order in which they are tried; the first needs a GPU."""
+
+_PROBE = Path(__file__).with_name("inside") / "probe.py"
+_GPU = Path("/dev/nvidiactl")
+"""The device without which there is no GPU for CUDA."""
+_ANSWER_S = 60.0
+"""A cold start on a slow machine takes ten seconds."""
+_NO_LIBRARY = "LLVM shared library"
+_INSTALL = "install libllvm19, or another LLVM of 16 or later"
+
+
+@dataclass(frozen=True)
+class Found:
+    """Mitsuba works on this machine."""
+
+    version: str
+    variant: str
+    """`cuda_ad_rgb` on a GPU, `llvm_ad_rgb` on processors."""
+
+
+@dataclass(frozen=True)
+class Missing:
+    """Mitsuba does not work on this machine."""
+
+    reason: str
+    """A part of a sentence: why, and what to install."""
+
+
+@cache
+def mitsuba_version() -> Found | Missing:
+    """Return the version of Mitsuba and the variant that works, or why none does; it is found once in each process."""
+    if find_spec("mitsuba") is None:
+        return Missing("Mitsuba is not installed: install lippmann[mitsuba]")
+    with_gpu = VARIANTS if _GPU.exists() else VARIANTS[1:]
+    answers = [probe(variant) for variant in with_gpu]
+    return next((answer for answer in answers if isinstance(answer, Found)), answers[-1])
+
+
+def environment(home: Path) -> dict[str, str]:
+    """Return all environment variables of the engine; Dr.Jit keeps compiled kernels below `home`."""
+    return {
+        "PATH": PATH,
+        "LANG": "C.UTF-8",
+        "HOME": str(home),
+        "OPENBLAS_NUM_THREADS": "1",
+    }
+
+
+def probe(variant: str, more: Mapping[str, str] | None = None) -> Found | Missing:
+    """Try one variant in a child process, with more variables in its environment."""
+    python = [sys.executable, "-I", "-B", str(_PROBE), variant]
+    with tempfile.TemporaryDirectory(prefix="lippmann-mitsuba-") as home:
+        env = {**environment(Path(home)), **(more or {})}
+        try:
+            ran = subprocess.run(
+                python, env=env, cwd=home, capture_output=True, text=True, timeout=_ANSWER_S, check=False
+            )
+        except (OSError, subprocess.TimeoutExpired) as error:
+            return Missing(f"its trial did not end well: {error}")
+    said = ran.stdout.strip()
+    if ran.returncode == 0 and said and said != "wrong":
+        return Found(said, variant)
+    if variant.startswith("llvm") and (_NO_LIBRARY in ran.stderr or ran.returncode < 0):
+        return Missing(f"no LLVM 16 or later that works: {_INSTALL}")
+    return Missing(f"the variant {variant} does not work: {_last_line(ran.stderr) or f'exit code {ran.returncode}'}")
+
+
+def _last_line(text: str) -> str:
+    return (text.strip().splitlines() or [""])[-1][:300]
