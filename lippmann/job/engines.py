@@ -18,6 +18,9 @@ TITLES: dict[Engine, str] = {"povray": "POV-Ray", "mitsuba": "Mitsuba"}
 POVRAY_FILES = (".pov", ".inc")
 """The suffixes of the scene files that POV-Ray reads; Mitsuba reads all others that a bundle may have."""
 
+MITSUBA_FILES = (".xml", ".gltf", ".glb", ".obj", ".ply")
+"""The suffixes of the scene files that Mitsuba reads."""
+
 STORED_CHANNELS = ("depth",)
 """The channels that tasks store beside the colours."""
 
@@ -78,3 +81,5 @@ def _not_with_mitsuba(spec: JobSpec) -> Iterator[FieldProblem]:
         yield FieldProblem(field="render.antialias", expected=expected, got="on")
     if spec.rig.dispersion:
         yield FieldProblem(field="rig.dispersion", expected="false with Mitsuba, of one colour", got="true")
+    if spec.stage.follow_camera:
+        yield FieldProblem(field="stage.follow_camera", expected="false with Mitsuba", got="true")

@@ -13,10 +13,10 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from lippmann.errors import BundleError, FieldProblem, SpecError
 from lippmann.job.clock import Clock
-from lippmann.job.engines import Engine, engine_of_file
+from lippmann.job.engines import MITSUBA_FILES, POVRAY_FILES, Engine, engine_of_file
 from lippmann.job.imported_sheets import ImportedSheets
 from lippmann.job.model import JobModel
-from lippmann.job.problems import problems_of
+from lippmann.job.problems import FieldError, problems_of
 from lippmann.job.spec import MAX_PARAMETERS, ParameterValue
 from lippmann.job.stage import Stage
 
@@ -24,7 +24,8 @@ _NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 _PART = r"(?![. ])[ !#-.0-\[\]-~]+"
 """A folder that POV-Ray searches: printable ASCII without quotation marks and backslashes."""
 _FOLDER = re.compile(rf"(?:{_PART}(?:/|\Z))+")
-_FILE = re.compile(rf'(?:{_PART}/)*(?![. ])[^"/\\]*\.(?:pov|inc)', re.IGNORECASE)
+_SUFFIX = "|".join(map(re.escape, (*POVRAY_FILES, *MITSUBA_FILES)))
+_FILE = re.compile(rf'(?:{_PART}/)*(?![. ])[^"/\\]*(?:{_SUFFIX})', re.IGNORECASE)
 """A path below the bundle, whose last part may have letters of any language."""
 
 SCENE_FILE = "scene.inc"
@@ -95,7 +96,8 @@ class SceneManifest(JobModel):
     """The manifest of a scene, `scene.toml`."""
 
     file: str = Field(default=SCENE_FILE, max_length=200)
-    """The scene file, .inc or .pov; the camera of the rig replaces the camera of a .pov file."""
+    """The scene file: .inc or .pov for POV-Ray; .xml, .gltf, .glb, .obj or .ply for Mitsuba. The camera of the rig
+    replaces the camera of the file."""
     include: tuple[str, ...] = Field(default=(), max_length=16)
     """The folders of the bundle in which POV-Ray also looks for files, as `Library_Path` in an .ini names them."""
     title: str = Field(default_factory=lambda given: given["file"], min_length=1, max_length=200)
@@ -126,7 +128,8 @@ class SceneManifest(JobModel):
     def _check_file(cls, file: str) -> str:
         if not _FILE.fullmatch(file) or not file.isprintable():
             raise ValueError(
-                "a .pov or .inc inside the bundle, without quotation marks and backslashes, in folders of ASCII letters"
+                f"a file inside the bundle that ends with one of {', '.join((*POVRAY_FILES, *MITSUBA_FILES))}, without "
+                "quotation marks and backslashes, in folders of ASCII letters"
             )
         return file
 
@@ -148,6 +151,20 @@ class SceneManifest(JobModel):
             if not _NAME.fullmatch(name) or name in RESERVED:
                 raise ValueError(f"parameter names in lower snake case that POV-Ray does not keep, got {name!r}")
         return parameters
+
+    @model_validator(mode="after")
+    def _check_engine(self) -> Self:
+        if self.engine == "mitsuba" and self.include:
+            raise FieldError(
+                "include", expected=f"no folders, which POV-Ray alone searches, for {self.file}", got="some"
+            )
+        if self.engine == "mitsuba" and self.stage.follow_camera:
+            raise FieldError(
+                "stage.follow_camera",
+                expected=f"false: only POV-Ray tells the camera of a frame, not {self.file}",
+                got="true",
+            )
+        return self
 
     @property
     def engine(self) -> Engine:

@@ -1,4 +1,4 @@
-"""Scene bundles: a folder or a zip of scene.toml, the .inc or .pov that it names, and what they use.
+"""Scene bundles: a folder or a zip of scene.toml, the scene file that it names, and what they use.
 
 The zip is deterministic, so that its SHA-256 names the scene: same files, same name.
 """
@@ -19,6 +19,7 @@ from pathlib import Path, PurePosixPath
 from typing import NoReturn
 
 from lippmann.errors import BundleError, InvalidText
+from lippmann.job.engines import MITSUBA_FILES, POVRAY_FILES, Engine
 from lippmann.job.scene import SceneManifest, parse_scene
 from lippmann.untrusted.file_names import MAX_DEPTH, is_clutter, plain_name
 from lippmann.untrusted.toml_text import MAX_BYTES as MAX_MANIFEST_BYTES
@@ -30,6 +31,9 @@ MAX_POSTER_BYTES = 2 * 1024 * 1024
 
 OURS = "lippmann-"
 """The prefix of the files that a worker writes beside the scene; POV-Ray finds those first."""
+
+RENDERED: tuple[Engine, ...] = ("povray",)
+"""The engines whose scenes a worker of this release renders."""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
@@ -190,6 +194,11 @@ def _card(archive: Archive) -> SceneManifest:
             "include": tuple(_present(folder, folders, field="include") for folder in card.include),
         }
     )
+    if card.engine not in RENDERED:
+        raise BundleError(
+            f"{MANIFEST}: file: expected a scene of POV-Ray, {' or '.join(POVRAY_FILES)}, because no worker renders "
+            f"others yet, got {card.file!r}"
+        )
     _check_not_ours(card, names)
     return card
 
@@ -222,7 +231,7 @@ def _check_not_ours(card: SceneManifest, names: list[str]) -> None:
 
 def _some(names: list[str]) -> str:
     """Return up to eight names, scenes first, for a message."""
-    ranked = sorted(names, key=lambda name: (not name.lower().endswith((".pov", ".inc")), name))
+    ranked = sorted(names, key=lambda name: (not name.lower().endswith((*POVRAY_FILES, *MITSUBA_FILES)), name))
     return ", ".join(ranked[:8])
 
 

@@ -47,6 +47,7 @@ def test_the_scene_file_chooses_the_engine(file: str, engine: Engine) -> None:
         (MITSUBA, {"capture": {"method": "glass"}}, "capture.method: expected auto or ray_camera with Mitsuba"),
         (MITSUBA, {"render": {"antialias": {}}}, "render.antialias: expected off with Mitsuba"),
         (MITSUBA, {"rig": {"dispersion": True}}, "rig.dispersion: expected false with Mitsuba"),
+        (MITSUBA, {"stage": {"follow_camera": True}}, "stage.follow_camera: expected false with Mitsuba"),
     ],
 )
 def test_what_an_engine_cannot_do_is_refused_by_its_field(file: str, job: dict[str, Any], message: str) -> None:

@@ -52,8 +52,12 @@ def test_a_parameter_out_of_bounds_is_named(parameter: dict[str, Any], value: An
         ({"stage": STAGE | {"up": [0, 0, 5]}}, "up that span a plane"),
         ({"stage": STAGE | {"look_at": [0, 0, -1000]}}, "up that span a plane"),
         ({"title": ""}, "title"),
-        ({"file": "../woodbox.pov"}, r"file: expected a \.pov or \.inc inside the bundle.* got '\.\./woodbox\.pov'"),
+        ({"file": "../woodbox.pov"}, r"file: expected a file inside the bundle .* got '\.\./woodbox\.pov'"),
         ({"file": "a/../../b.pov"}, "file: expected"),
+        ({"file": "../fish.glb"}, "file: expected"),
+        ({"file": "fish.blend"}, r"file: expected .*\.pov, \.inc, \.xml, \.gltf, \.glb, \.obj, \.ply"),
+        ({"file": "fish.glb", "include": ["models"]}, r"include: expected no folders"),
+        ({"file": "fish.glb", "stage": STAGE | {"follow_camera": True}}, r"stage\.follow_camera: expected false"),
         ({"file": "/etc/motd.inc"}, "file: expected"),
         ({"file": 'a".pov'}, "file: expected"),
         ({"file": "a.pov\n"}, "file: expected"),
@@ -85,6 +89,11 @@ def test_a_wrong_scene_toml_names_its_field(change: dict[str, Any], message: str
     "file",
     [
         "woodbox.pov",
+        "scene.xml",
+        "models/Fish.GLB",
+        "fish.gltf",
+        "room.obj",
+        "room.ply",
         "scenes-1.2/a.POV",
         "advanced/wood box.pov",
         "shapes.inc",
@@ -92,7 +101,7 @@ def test_a_wrong_scene_toml_names_its_field(change: dict[str, Any], message: str
         "W\N{LATIN SMALL LETTER U WITH DIAERESIS}rfel.pov",
     ],
 )
-def test_a_scene_may_be_any_pov_or_inc_of_the_bundle(file: str) -> None:
+def test_a_scene_may_be_any_scene_file_of_the_bundle(file: str) -> None:
     assert parse_scene({"file": file, "stage": STAGE}).file == file
 
 
