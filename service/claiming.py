@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence, Set
 
 from lippmann.job.messages.events import Presence
-from lippmann.job.workers import WorkerRequirement
+from lippmann.job.workers import JobRequirement
 
 SILENT_S = 20.0
 """The time without an answered poll after which a worker does not take orders, by its own account."""
@@ -26,8 +26,8 @@ def is_able(worker: Presence) -> bool:
 
 
 def fitting(workers: Iterable[Presence], requirement: str) -> tuple[Presence, ...]:
-    """Return the workers that meet the requirement of a job, given as `WorkerRequirement.text`."""
-    needed = WorkerRequirement.of(requirement)
+    """Return the workers that meet the requirement of a job, given as `JobRequirement.text`."""
+    needed = JobRequirement.of(requirement)
     return tuple(worker for worker in workers if not worker.lacks(needed))
 
 

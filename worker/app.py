@@ -29,13 +29,13 @@ from redis.exceptions import RedisError
 
 from lippmann.errors import LippmannError, PovrayMissing, SandboxMissing
 from lippmann.job.messages import wire
-from lippmann.job.messages.events import Presence, PresenceFault
+from lippmann.job.messages.events import NO_POVRAY, Presence, PresenceFault
 from lippmann.job.messages.protocol import OLDEST_PROTOCOL, PROTOCOL
 from lippmann.logs import configure_logs
 from lippmann.telemetry import start_telemetry, stop_telemetry
 from worker.consumer import OrderConsumer
 from worker.drain_signals import drain_by_signals
-from worker.duty import Duty, queue_of_pool
+from worker.duty import Duty, first_queue
 from worker.engines.povray.version import povray_version
 from worker.handover import Handover
 from worker.liveness import ConsumerLiveness, StuckWatch
@@ -60,8 +60,6 @@ STALE_STOPPING_S = 3600.0
 
 EXIT_REFUSED = 78
 """The exit code of a worker whose key the farm refuses: EX_CONFIG of sysexits.h."""
-NO_POVRAY = "none"
-"""The version of POV-Ray of a worker that has none."""
 
 _PR_SET_PDEATHSIG = 1
 
@@ -75,7 +73,7 @@ def _consumer(*args: Any, **options: Any) -> OrderConsumer:
 
 def make_app(settings: WorkerSettings) -> Celery:
     """Return the Celery application of one worker."""
-    queue = queue_of_pool(settings.worker_pool)
+    queue = first_queue(settings.worker_pool, has_povray=True)
     app = Celery("lippmann", broker=wire.broker_url(settings.broker), include=["worker.tasks.entry"])
     transport = {
         "global_keyprefix": wire.CARRIER_PREFIX,
@@ -153,6 +151,9 @@ def _prepare(**_: Any) -> None:
         )
         _check_key(_broker)
         profile = presence()
+        if not profile.has_povray:
+            queue = first_queue(profile.pool, has_povray=False)
+            app.conf.update(task_queues=[Queue(queue, no_ack=True)], task_default_queue=queue)  # type: ignore[no-untyped-call]
         _duty = Duty(profile, settings.worker_hours)
         _liveness = ConsumerLiveness(
             _broker, profile, settings.heartbeat_file, find_fault=find_fault, refused=lambda: refusals.count,
@@ -230,6 +231,7 @@ def presence() -> Presence:
     if sandbox.mode == "none" and settings.sandbox != "none":
         raise SandboxMissing("expected bubblewrap or Landlock to hold POV-Ray, got neither; install bubblewrap")
     povray = _povray()
+    versions = {} if povray == NO_POVRAY else {"povray": povray}
     return Presence(
         name=settings.worker_name,
         instance=settings.instance,
@@ -245,7 +247,8 @@ def presence() -> Presence:
         pool=settings.worker_pool,
         tags=settings.worker_tags,
         memory_mb=settings.memory_mb,
-        engines=() if povray == NO_POVRAY else ("povray",),
+        engines=tuple(versions),
+        engine_versions=versions,
         hours=settings.worker_hours.text if settings.worker_hours else None,
         protocol=PROTOCOL,
         oldest_protocol=OLDEST_PROTOCOL,

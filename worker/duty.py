@@ -17,7 +17,7 @@ from pydantic import ValidationError
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Closed, Directions, Presence
 from lippmann.job.messages.protocol import PROTOCOL
-from lippmann.job.workers import WorkerRequirement
+from lippmann.job.workers import JobRequirement
 from worker.hours import Hours
 
 log = structlog.get_logger()
@@ -72,10 +72,10 @@ class Duty:
 
     @property
     def queues(self) -> frozenset[str]:
-        """The queues from which it takes orders: that of its pool, and those of the requirements that it meets."""
+        """The queues from which it takes orders: its first one, and those of the requirements that it meets."""
         named = self._directions.requirements if self._directions is not None else ()
         fitting = {wire.queue_of(text) for text in named if self._fits(text)}
-        return frozenset({queue_of_pool(self._profile.pool), *fitting})
+        return frozenset({first_queue(self._profile.pool, has_povray=self._profile.has_povray), *fitting})
 
     def follow(self, directions: Directions) -> None:
         """Follow the directions of the service from now on."""
@@ -147,7 +147,7 @@ class Duty:
 
     def _fits(self, requirement: str) -> bool:
         try:
-            return not self._profile.lacks(WorkerRequirement.of(requirement))
+            return not self._profile.lacks(JobRequirement.of(requirement))
         except ValidationError:  # of a later release, which asks for something that this one does not know
             return False
 
@@ -162,6 +162,10 @@ class Duty:
             log.warning(f"this worker runs Lippmann {own}, the service {directions.release}: upgrade the older one")
 
 
-def queue_of_pool(pool: str) -> str:
-    """Return the queue of the jobs that ask for a pool and for nothing else; an empty name stands for no pool."""
-    return wire.queue_of(WorkerRequirement(pool=pool).text)
+def first_queue(pool: str, *, has_povray: bool) -> str:
+    """Return the queue of a pool from which a worker always takes orders; an empty name stands for no pool.
+
+    It is that of the jobs that ask for the pool and for nothing else, which need POV-Ray, or else that of the jobs that
+    need no engine.
+    """
+    return wire.queue_of(JobRequirement(pool=pool, engine="povray" if has_povray else "none").text)

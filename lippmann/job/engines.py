@@ -8,12 +8,10 @@ from typing import Literal
 from lippmann.errors import FieldProblem
 from lippmann.job.render_settings import RenderSettings
 from lippmann.job.spec import JobSpec
+from lippmann.job.workers import ENGINE_TITLES
 
 Engine = Literal["povray", "mitsuba"]
 """The name of an engine."""
-
-TITLES: dict[Engine, str] = {"povray": "POV-Ray", "mitsuba": "Mitsuba"}
-"""The engines as a sentence names them."""
 
 POVRAY_FILES = (".pov", ".inc")
 """The suffixes of the scene files that POV-Ray reads; Mitsuba reads all others that a bundle may have."""
@@ -50,7 +48,7 @@ def engine_problems(spec: JobSpec, file: str) -> Iterator[FieldProblem]:
     """
     engine = engine_of_file(file)
     if spec.render.engine not in ("auto", engine):
-        expected = f"auto or {engine}, because {file} is a scene of {TITLES[engine]}"
+        expected = f"auto or {engine}, because {file} is a scene of {ENGINE_TITLES[engine]}"
         yield FieldProblem(field="render.engine", expected=expected, got=spec.render.engine)
         return
     others = [channel for channel in spec.capture.channels if channel not in STORED_CHANNELS]

@@ -21,6 +21,7 @@ from lippmann.job.scene import SCENE_FILE, SceneManifest
 from lippmann.job.scene_camera import SceneCamera
 from lippmann.job.spec import JobSpec, ParameterValue
 from lippmann.job.stage import Stage, StageChange, changed_stage
+from lippmann.job.workers import JobRequirement
 
 
 class _Part(BaseModel):
@@ -102,6 +103,12 @@ class ResolvedJob(_Part):
     def engine(self) -> Engine:
         """The engine that renders the job."""
         return engine_of_file(self.file)
+
+    @property
+    def requirement(self) -> JobRequirement:
+        """The requirement of the job for the workers that do its tasks."""
+        engine = "none" if self.sheets is not None else self.engine
+        return JobRequirement.model_validate(self.spec.workers.model_dump() | {"engine": engine})
 
     def placed(self, stage: Stage, frame: int) -> ResolvedJob:
         """Return the job at a frame with a stage that nothing changes any more."""

@@ -1,10 +1,10 @@
-"""The workers that may do the tasks of a job: their pool, their tags, and the memory that they give a task."""
+"""The workers that may do the tasks of a job: their pool, their tags, their memory for a task, and their engine."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Collection
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
 
@@ -19,6 +19,9 @@ Tag = Annotated[str, Field(pattern=f"^{LABEL}$")]
 """The name of something that a worker has, such as `fast-disk`."""
 Pool = Annotated[str, Field(pattern=f"^({LABEL})?$")]
 """The name of a part of the farm; empty for the workers that are in no pool."""
+
+ENGINE_TITLES = {"povray": "POV-Ray", "mitsuba": "Mitsuba"}
+"""The engines as a sentence names them."""
 
 
 class WorkerRequirement(JobModel):
@@ -40,13 +43,11 @@ class WorkerRequirement(JobModel):
         >>> WorkerRequirement().text
         ''
         """
-        given: dict[str, Any] = {
-            "pool": self.pool,
-            "tags": sorted(set(self.tags)),
-            "memory_mb": self.memory_mb,
-        }
-        kept = {name: value for name, value in given.items() if value}
+        kept = {name: value for name, value in self._given().items() if value}
         return json.dumps(kept, sort_keys=True, separators=(",", ":")) if kept else ""
+
+    def _given(self) -> dict[str, Any]:
+        return {"pool": self.pool, "tags": sorted(set(self.tags)), "memory_mb": self.memory_mb}
 
     @classmethod
     def of(cls, text: str) -> Self:
@@ -75,3 +76,28 @@ class WorkerRequirement(JobModel):
         if self.memory_mb is not None and (memory_mb or 0) < self.memory_mb:
             lacking.append(f"{self.memory_mb} MB for a task")
         return tuple(lacking)
+
+
+class JobRequirement(WorkerRequirement):
+    """The requirement of a resolved job: what it asks for, and the engine that its scene needs."""
+
+    engine: Literal["none", "povray", "mitsuba"] = "povray"
+    """The engine that a worker must have; `none` for a job that renders nothing."""
+
+    def _given(self) -> dict[str, Any]:
+        # A text without an engine is about POV-Ray, the only engine of earlier releases.
+        return super()._given() | {"engine": "" if self.engine == "povray" else self.engine}
+
+    def lacks_of(
+        self, *, pool: str, tags: Collection[str], memory_mb: int | None, engines: Collection[str]
+    ) -> tuple[str, ...]:
+        """Return what a worker with some engines lacks, as parts of a sentence; empty if it may do the tasks.
+
+        >>> JobRequirement(engine="mitsuba").text
+        '{"engine":"mitsuba"}'
+        >>> JobRequirement(engine="mitsuba").lacks_of(pool="", tags=[], memory_mb=None, engines=["povray"])
+        ('the engine Mitsuba',)
+        """
+        lacking = self.lacks(pool=pool, tags=tags, memory_mb=memory_mb)
+        is_there = self.engine == "none" or self.engine in engines
+        return lacking if is_there else (*lacking, f"the engine {ENGINE_TITLES[self.engine]}")

@@ -126,7 +126,7 @@ class Job(Base):
     own_slots: Mapped[int | None]
     """The limit `slots` of the job file; None if the job has none of its own."""
     requirement: Mapped[str] = mapped_column(String(1000), default="", server_default=text("''"))
-    """The requirement of the job on its workers, as `WorkerRequirement.text`; empty if nothing."""
+    """The requirement of the job on its workers, as `JobRequirement.text`; empty if nothing."""
     created_s: Mapped[float]
     started_s: Mapped[float | None]
     planned_s: Mapped[float | None]

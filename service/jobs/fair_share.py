@@ -25,7 +25,7 @@ class Claim:
     """The largest number of outstanding orders of all jobs of the owner with which this job gets its next one; None
     without a limit. An order holds its slot from the time at which it is sent."""
     requirement: str = ""
-    """The requirement of the job on its workers, as `WorkerRequirement.text`."""
+    """The requirement of the job on its workers, as `JobRequirement.text`."""
     own_slots: int | None = None
     """The largest number of outstanding orders of the job itself; None without a limit."""
 

@@ -8,7 +8,7 @@ from datetime import datetime
 from functools import cached_property
 
 from lippmann.job.messages.events import Closed, Presence
-from lippmann.job.workers import WorkerRequirement
+from lippmann.job.workers import JobRequirement
 from service.claiming import counted, rooms, takes_orders
 from service.db.tables import Job
 from service.jobs.fair_share import Claim, slots_by_owner
@@ -123,7 +123,7 @@ def wait_for_workers(row: Job, farm: FarmState) -> Wait | None:
 
 def _lacking(requirement: str, workers: Sequence[Presence]) -> str:
     """Return what no worker has, or what the one lacks that has the most, as the end of a sentence."""
-    needed = WorkerRequirement.of(requirement)
+    needed = JobRequirement.of(requirement)
     lacks = {worker.name: worker.lacks(needed) for worker in workers}
     by_all = [part for part in dict.fromkeys(sum(lacks.values(), ())) if all(part in parts for parts in lacks.values())]
     if by_all:

@@ -180,7 +180,7 @@ def _insert(
         max_slots=caller.limits.slots,
         max_artifacts_mb=caller.limits.artifacts_mb,
         own_slots=spec.slots,
-        requirement=spec.workers.text,
+        requirement=sheet.requirement.text,
         created_s=now_s,
         frames_total=len(spec.frame_numbers),
     )

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable
 
-from lippmann.job.workers import WorkerRequirement
+from lippmann.job.workers import JobRequirement
 from service.db.farm import WantRow
 from service.schemas.farm import WaitingWork
 
@@ -27,15 +27,15 @@ def waiting_work(rows: Iterable[WantRow], *, max_slots: int) -> WaitingWork:
 def waiting_work_for(
     rows: Iterable[WantRow], *, max_slots: int, pool: str, tags: Collection[str], memory_mb: int | None
 ) -> WaitingWork:
-    """Return the part of the work that a worker with this pool, these tags and this memory may do.
+    """Return the part of the work that a worker with this pool, these tags, this memory and every engine may do.
 
-    >>> rows = [("ann", None, "", 3, 0, 0), ("ann", None, WorkerRequirement(pool="night").text, 5, 0, 2)]
+    >>> rows = [("ann", None, "", 3, 0, 0), ("ann", None, JobRequirement(pool="night").text, 5, 0, 2)]
     >>> waiting_work_for(rows, max_slots=100, pool="night", tags=(), memory_mb=None).wanted_slots
     7
     """
 
     def fits(requirement: str) -> bool:
-        return not WorkerRequirement.of(requirement).lacks(pool=pool, tags=tags, memory_mb=memory_mb)
+        return not JobRequirement.of(requirement).lacks(pool=pool, tags=tags, memory_mb=memory_mb)
 
     return _added((row, gets) for row, gets in _shared_out(rows, max_slots) if fits(row[2]))
 

@@ -18,7 +18,7 @@ from lippmann.digest import Digest
 from lippmann.job.frames import MAX_FRAME_NUMBER
 from lippmann.job.messages.protocol import OLDEST_PROTOCOL, PROTOCOL, understand_each_other
 from lippmann.job.scene_camera import SceneCamera
-from lippmann.job.workers import WorkerRequirement
+from lippmann.job.workers import JobRequirement
 
 MAX_EVENT_BYTES = 32_000_000
 """The limit of an event; the digests of a data set of 100,000 files have 20 MB."""
@@ -191,7 +191,7 @@ class Directions(BaseModel):
     model_config = ConfigDict(frozen=True, extra="ignore", allow_inf_nan=False)
 
     requirements: tuple[Name, ...] = ()
-    """The requirements of the open jobs that have one, as `WorkerRequirement.text`. Each has a queue of its own."""
+    """The requirements of the open jobs that have one, as `JobRequirement.text`. Each has a queue of its own."""
     drains: dict[Name, bool] = Field(default_factory=dict)
     """The worker processes that take no further orders, by their `instance`; true for those that end afterwards."""
     release: Name
@@ -208,6 +208,10 @@ class Closed(StrEnum):
     DRAINING = "draining"
     HOURS = "hours"
     VERSION = "version"
+
+
+NO_POVRAY = "none"
+"""The version of POV-Ray of a worker that has none."""
 
 
 class PresenceFault(BaseModel):
@@ -261,6 +265,8 @@ class Presence(BaseModel):
     """The memory that it gives one task, MB; None if the worker is older than the field."""
     engines: tuple[Name, ...] = ()
     """The engines that it has, such as `povray`."""
+    engine_versions: dict[Name, Name] = Field(default_factory=dict)
+    """The versions of those engines, by their names."""
     hours: Name | None = None
     """The hours in which it takes orders; None if it always does."""
     protocol: int = PROTOCOL_OF_OLD_WORKERS
@@ -272,9 +278,15 @@ class Presence(BaseModel):
     opens_s: float | None = None
     """The time at which its hours begin again, in seconds since 1970; None if that is not known."""
 
-    def lacks(self, requirement: WorkerRequirement) -> tuple[str, ...]:
+    @property
+    def has_povray(self) -> bool:
+        """True if it has POV-Ray; a worker that is older than the field `engines` names its version alone."""
+        return "povray" in self.engines or (not self.engines and self.povray != NO_POVRAY)
+
+    def lacks(self, requirement: JobRequirement) -> tuple[str, ...]:
         """Return what the worker lacks to do the tasks of a job, as parts of a sentence; empty if it lacks nothing."""
-        return requirement.lacks(pool=self.pool, tags=self.tags, memory_mb=self.memory_mb)
+        engines = {*self.engines, "povray"} if self.has_povray else self.engines
+        return requirement.lacks_of(pool=self.pool, tags=self.tags, memory_mb=self.memory_mb, engines=engines)
 
     def understands(self, protocol: int = PROTOCOL, oldest_protocol: int = OLDEST_PROTOCOL) -> bool:
         """Return whether the worker and a service of a version, by default this one, understand each other."""

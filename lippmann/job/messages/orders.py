@@ -58,7 +58,7 @@ class Order(BaseModel):
     """The number of threads that the task may use: with more than one, slots of the worker would idle otherwise. It is
     limited by the worker's own slots, and by `MOST_THREADS`."""
     requirement: str = ""
-    """The requirement of the job for its workers, as `WorkerRequirement.text`; it has a queue of its own."""
+    """The requirement of the job for its workers, as `JobRequirement.text`; it has a queue of its own."""
     store_id: str | None = None
     """The id of the farm's artifact store. A worker whose store has another id or none, for example because its disk is
     not mounted, neither publishes there nor takes anything to be missing."""

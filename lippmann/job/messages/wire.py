@@ -50,7 +50,7 @@ DIRECTIONS_S = 5.0
 
 
 def queue_of(requirement: str) -> str:
-    """Return the queue of the orders of jobs with a requirement, which is given as `WorkerRequirement.text`.
+    """Return the queue of the orders of jobs with a requirement, which is given as `JobRequirement.text`.
 
     >>> queue_of("")
     'lippmann'

@@ -11,9 +11,9 @@ from structlog.testing import capture_logs
 from lippmann.job.messages.events import Closed, Directions, Presence
 from lippmann.job.messages.protocol import OLDEST_PROTOCOL, PROTOCOL
 from lippmann.job.messages.wire import QUEUE, queue_of
-from lippmann.job.workers import WorkerRequirement
+from lippmann.job.workers import JobRequirement, WorkerRequirement
 from tests.builders_service import presence
-from worker.duty import SETTLED_TICKS, Duty, queue_of_pool
+from worker.duty import SETTLED_TICKS, Duty, first_queue
 from worker.hours import parse_hours
 
 
@@ -32,12 +32,15 @@ def reason(duty: Duty) -> Closed | None:
     return duty.closed
 
 
-GPU, BIG, NIGHT = (
+GPU, BIG, NIGHT, MITSUBA, NOTHING, NIGHT_NOTHING = (
     need.text
     for need in (
         WorkerRequirement(tags=("gpu",)),
         WorkerRequirement(tags=("gpu",), memory_mb=64_000),
         WorkerRequirement(pool="night"),
+        JobRequirement(engine="mitsuba"),
+        JobRequirement(engine="none"),
+        JobRequirement(pool="night", engine="none"),
     )
 )
 
@@ -48,15 +51,20 @@ GPU, BIG, NIGHT = (
         ({}, {QUEUE}),
         ({"tags": ("gpu", "fast")}, {QUEUE, queue_of(GPU)}),
         ({"tags": ("gpu",), "memory_mb": 64_000}, {QUEUE, queue_of(GPU), queue_of(BIG)}),
-        ({"pool": "night", "tags": ("gpu",)}, {queue_of(NIGHT)}),
+        ({"pool": "night", "tags": ("gpu",)}, {queue_of(NIGHT), queue_of(NIGHT_NOTHING)}),
+        ({"engines": ("povray", "mitsuba")}, {QUEUE, queue_of(MITSUBA), queue_of(NOTHING)}),
+        ({"engines": ("mitsuba",), "povray": "none"}, {queue_of(MITSUBA), queue_of(NOTHING)}),
+        ({"engines": (), "povray": "none", "pool": "night"}, {queue_of(NIGHT_NOTHING)}),
     ],
 )
 def test_a_worker_takes_orders_of_its_pool_and_of_the_requirements_that_it_meets(
     changes: dict[str, Any], queues: set[str]
 ) -> None:
-    duty = Duty(profile(**changes))
-    assert duty.queues == {queue_of_pool(changes.get("pool", ""))}
-    duty.follow(directions(requirements=(GPU, BIG, NIGHT, '{"of a later release": 1}')))
+    worker = profile(**changes)
+    duty = Duty(worker)
+    assert duty.queues == {first_queue(worker.pool, has_povray=worker.has_povray)}
+    asked = (GPU, BIG, NIGHT, MITSUBA, NIGHT_NOTHING, '{"of a later release": 1}')
+    duty.follow(directions(requirements=(*asked, NOTHING) if "engines" in changes else asked))
     assert duty.queues == queues
 
 

@@ -6,6 +6,7 @@ from collections import Counter
 from typing import Any
 
 import pytest
+from sqlalchemy import update
 
 from lippmann.job.messages.events import Presence, PresenceFault
 from lippmann.job.messages.protocol import PROTOCOL
@@ -15,10 +16,12 @@ from service.coordinator.loss_detector import ROUNDS, LossDetector, Sighting
 from service.coordinator.reconciler import FarmView, Reconciler
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
+from service.db.tables import Job
 from tests.builders_service import T0, Farm, claimed, done, failed, presence
 
 GPU = {"tags": ["gpu"]}
 NIGHT = {"pool": "night"}
+MITSUBA = '{"engine":"mitsuba"}'
 
 
 def worker(name: str, slots: int = 2, **changes: Any) -> Presence:
@@ -68,6 +71,25 @@ def test_orders_of_few_workers_are_as_many_as_those_have_slots_for(farm: Farm) -
     plain = farm.submit(frames="1-50")
     assert {order.job_id for order in farm.dispatch()} == {plain}
     assert farm.job(tagged).dispatched == 2
+
+
+def test_orders_go_only_to_workers_that_have_the_engine(farm: Farm) -> None:
+    farm.workers = [worker("pov", 1)]
+    meshes = farm.planned(frames="1-50")
+    with farm.database.writing() as session:
+        session.execute(update(Job).values(requirement=MITSUBA))
+    assert farm.dispatch() == []
+    farm.workers.append(worker("mi", 1, povray="none", engines=("mitsuba",)))
+    assert {(order.job_id, order.requirement) for order in farm.dispatch()} == {(meshes, MITSUBA)}
+    plain = farm.submit(frames="1-50")
+    assert [order.job_id for order in farm.dispatch()] == [plain], "the other engine has slots of its own"
+    assert farm.job(meshes).dispatched == 2
+
+
+def test_a_job_of_povray_gives_no_order_to_a_worker_without_it(farm: Farm) -> None:
+    farm.workers = [worker("mi", povray="none", engines=("mitsuba",)), worker("none", povray="none")]
+    farm.submit()
+    assert farm.dispatch() == []
 
 
 def test_a_worker_that_takes_no_orders_has_no_slots(farm: Farm) -> None:

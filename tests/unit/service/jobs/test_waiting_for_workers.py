@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import pytest
+from sqlalchemy import update
 
 from lippmann.job.messages.events import Presence
 from service.api.waits import job_waits, task_waits
@@ -52,6 +53,19 @@ def test_what_no_worker_has_is_named(farm: Farm, needs: dict[str, Any], message:
     farm.workers = [worker("fast", tags=("fast",)), worker("night", pool="night"), worker("big", memory_mb=32_000)]
     wait = of_job(farm, farm.submit(workers=needs))
     assert wait is not None
+    assert (wait.code, wait.message) == (WaitCode.NO_FITTING_WORKER, message)
+
+
+@pytest.mark.parametrize(("requirement", "engine"), [('{"engine":"mitsuba"}', "Mitsuba"), ("", "POV-Ray")])
+def test_the_engine_that_no_worker_has_is_named(farm: Farm, requirement: str, engine: str) -> None:
+    engines = {"Mitsuba": ("povray",), "POV-Ray": ("mitsuba",)}[engine]
+    farm.workers = [worker("a", engines=engines, povray="none")]
+    job_id = farm.submit()
+    with farm.writing() as session:
+        session.execute(update(Job).values(requirement=requirement))
+    wait = of_job(farm, job_id)
+    assert wait is not None
+    message = f"No worker that is online has the engine {engine}, which the job asks for."
     assert (wait.code, wait.message) == (WaitCode.NO_FITTING_WORKER, message)
 
 
