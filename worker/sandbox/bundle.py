@@ -33,7 +33,7 @@ OURS = "lippmann-"
 """The prefix of the files that a worker writes beside the scene; POV-Ray finds those first."""
 
 RENDERED: tuple[Engine, ...] = ("povray",)
-"""The engines whose scenes a worker of this release renders."""
+"""The engines whose scenes a worker of this release renders; `povtemplates.catalogue.LISTED` names their files."""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 import re
 from pathlib import Path
@@ -9,15 +10,21 @@ from pathlib import Path
 import pytest
 
 from lippmann.errors import BundleError
-from lippmann.job.scene import SCENE_FILE
+from lippmann.job.scene import SCENE_FILE, parse_scene
 from lippmann.job.spec import JobSpec
 from lippmann.optics.lens.matrices import cardinal_points
 from lippmann.optics.lens.published import ATHINEOS_2006
 from lippmann.optics.rig.check import check_rig
-from povtemplates.catalogue import scene_folders
-from worker.sandbox.bundle import check_bundle, digest_of, pack_folder, unpack
+from lippmann.untrusted.toml_text import read_toml
+from povtemplates.catalogue import MANIFEST, POSTER, all_scene_folders, scene_folders
+from worker.sandbox.bundle import RENDERED, check_bundle, digest_of, pack_folder, unpack
 
-SCENES = scene_folders()
+MANIFESTS = {
+    name: parse_scene(read_toml((folder / MANIFEST).read_bytes(), field=MANIFEST))
+    for name, folder in all_scene_folders().items()
+}
+SCENES = {name: folder for name, folder in all_scene_folders().items() if MANIFESTS[name].engine == "povray"}
+MESH_SCENES = {name: folder for name, folder in all_scene_folders().items() if MANIFESTS[name].engine == "mitsuba"}
 
 
 def test_the_fish_and_the_targets_are_there() -> None:
@@ -49,6 +56,59 @@ def test_the_pinhole_camera_of_a_scene_sees_what_the_papers_rig_captures(name: s
     locations = re.findall(r"location (?:<0, \d+, )?(-[\d.]+)(?:\*z|>)", text)
     assert [float(z) for z in locations] == [round(z_mm, 2)]
     assert re.findall(r"angle ([\d.]+)", text) == [f"{angle_deg:.2f}"]
+
+
+def test_the_fish_in_meshes_and_the_turning_knot_are_there() -> None:
+    assert set(MESH_SCENES) >= {"fish-mesh", "turning-knot"}
+
+
+def test_only_scenes_that_a_worker_renders_are_offered() -> None:
+    assert set(scene_folders()) == {name for name, card in MANIFESTS.items() if card.engine in RENDERED}
+
+
+@pytest.mark.parametrize("name", MESH_SCENES)
+def test_a_scene_in_meshes_fits_the_papers_rig(name: str) -> None:
+    card = MANIFESTS[name]
+    assert card.title
+    assert card.license == "MIT"
+    assert check_rig(JobSpec(scene=name), card.stage)
+
+
+@pytest.mark.parametrize("name", MESH_SCENES)
+def test_a_scene_in_meshes_is_small(name: str) -> None:
+    kept = sum(path.stat().st_size for path in MESH_SCENES[name].rglob("*") if path.name != POSTER)
+    assert kept <= 1_500_000
+
+
+def test_the_fish_in_meshes_has_the_stage_of_the_fish_in_right_handed_axes() -> None:
+    ours, theirs = MANIFESTS["fish-mesh"], MANIFESTS["fish"]
+    x, y, z = theirs.stage.location
+    assert ours.stage == theirs.stage.model_copy(update={"location": (x, y, -z)})
+
+
+def test_the_fish_in_meshes_declares_its_clock_and_parameters_with_their_defaults() -> None:
+    card = MANIFESTS["fish-mesh"]
+    text = (MESH_SCENES["fish-mesh"] / card.file).read_text()
+    declared = {name: float(value) for name, value in re.findall(r'<default name="(\w+)" value="([^"]+)"/>', text)}
+    assert declared == {"clock": 0.0} | {name: parameter.default for name, parameter in card.parameters.items()}
+    assert all(f"${name}" in text for name in declared)
+
+
+def test_the_fish_in_meshes_has_all_files_that_it_names_and_no_others() -> None:
+    folder = MESH_SCENES["fish-mesh"]
+    named = set(re.findall(r'name="filename" value="([^"]+)"', (folder / "scene.xml").read_text()))
+    there = {path.relative_to(folder).as_posix() for path in folder.glob("*/*") if path.suffix in {".ply", ".png"}}
+    assert named == there
+
+
+def test_the_clock_of_the_knot_runs_through_its_animation_in_a_turn_of_the_fish() -> None:
+    card = MANIFESTS["turning-knot"]
+    data = (MESH_SCENES["turning-knot"] / card.file).read_bytes()
+    length = int.from_bytes(data[12:16], "little")
+    model = json.loads(data[20 : 20 + length])
+    (animation,) = model["animations"]
+    (end_s,) = model["accessors"][animation["samplers"][0]["input"]]["max"]
+    assert end_s == pytest.approx(45 * card.clock.per_frame)
 
 
 def test_packing_twice_gives_the_same_name() -> None:
