@@ -1,0 +1,127 @@
+"""The program in the sandbox answers each line with lines of its own, keeps its scene, and survives what fails."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from worker.engines.mitsuba.inside.messages import Failure, Progress, Request, Result, read_answer
+
+CHILD = """
+import os, sys
+from types import SimpleNamespace
+from lippmann.errors import SceneError
+from worker.engines.mitsuba.inside.program import main
+
+def load(bundle, job, clock):
+    import mitsuba as mi
+    print("not an answer")
+    os.write(1, b"not an answer either\\n")
+    if bundle.name == "bad":
+        raise SceneError("The file a.ply is missing.")
+    if bundle.name == "broken":
+        raise RuntimeError("vertex 3 is not a number")
+    if bundle.name == "bug":
+        raise KeyError("bug")
+    sky = {"type": "constant", "radiance": 0.5}
+    return SimpleNamespace(scene=mi.load_dict({"type": "scene", "sky": sky}), notes=("a note",))
+
+main("llvm_ad_rgb", 1, load)
+"""
+
+
+class Child:
+    """The program as a child process."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", CHILD], cwd=folder, stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )  # fmt: skip
+
+    def ask(self, line: bytes) -> tuple[list[Progress], Result | Failure]:
+        assert self.process.stdin
+        assert self.process.stdout
+        self.process.stdin.write(line)
+        self.process.stdin.flush()
+        progress = []
+        while isinstance(answer := read_answer(self.process.stdout.readline()), Progress):
+            progress.append(answer)
+        return progress, answer
+
+
+@pytest.fixture(scope="module")
+def child(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Child]:
+    pytest.importorskip("mitsuba", reason="needs lippmann[mitsuba]")
+    child = Child(tmp_path_factory.mktemp("program"))
+    yield child
+    out, err = child.process.communicate(timeout=60)  # the end of the input ends the program
+    assert child.process.returncode == 0
+    assert out == b""
+    assert b"not an answer either" in err
+
+
+def renamed(request: Request, **changes: Any) -> bytes:
+    return request.model_copy(update=changes).line()
+
+
+def test_a_request_is_rendered_into_files_of_the_exact_size(child: Child, make_request: Any) -> None:
+    request = make_request(channels=("depth", "normal"))
+    progress, answer = child.ask(request.line())
+    assert isinstance(answer, Result)
+    assert progress[-1].progress == 1
+    assert answer.number == request.number
+    assert answer.notes == ("a note",)
+    assert answer.load_s > 0
+    assert set(answer.files) == set(request.kinds)
+    for kind in request.kinds:
+        assert (child.folder / request.file_name(kind)).stat().st_size == request.file_bytes(kind)
+    radiance = np.fromfile(child.folder / "1-radiance.f32", "<f4")
+    assert set(np.unique(radiance).tolist()) <= {0.0, 0.5}
+    assert 0.5 in radiance
+
+
+def test_the_scene_stays_for_the_next_request_of_the_same_frame(child: Child, make_request: Any) -> None:
+    request = make_request()
+    child.ask(request.line())
+    _, kept = child.ask(renamed(request, number=2, region=(3, 9, 0, 8)))
+    assert isinstance(kept, Result)
+    assert kept.load_s == 0
+    assert (child.folder / "1-radiance.f32").stat().st_size == 6 * 8 * 3 * 4  # the file before is replaced
+    _, other = child.ask(renamed(request, frame=2))
+    assert isinstance(other, Result)
+    assert other.load_s > 0
+
+
+@pytest.mark.parametrize(
+    ("changes", "kind", "message"),
+    [
+        ({"bundle": "/bad"}, "scene", "The file a.ply is missing."),
+        ({"bundle": "/broken"}, "scene", "The scene cannot be loaded: vertex 3 is not a number"),
+        ({"bundle": "/bug"}, "internal", "KeyError: 'bug'"),
+        ({"channels": ("motion",)}, "unsupported", "The channel motion is not rendered"),
+    ],
+)
+def test_a_failure_is_answered_by_its_kind_and_the_next_request_is_rendered(
+    child: Child, make_request: Any, changes: dict[str, Any], kind: str, message: str
+) -> None:
+    _, answer = child.ask(renamed(make_request(), number=9, **changes))
+    assert isinstance(answer, Failure)
+    assert (answer.number, answer.error.kind) == (9, kind)
+    assert message in answer.error.message
+    assert isinstance(child.ask(make_request().line())[1], Result)
+
+
+@pytest.mark.parametrize("line", [b"\n", b"{}\n", b"\xff\n", b"[1, 2]\n"])
+def test_a_line_that_is_no_request_is_answered_without_a_number(child: Child, line: bytes) -> None:
+    _, answer = child.ask(line)
+    assert isinstance(answer, Failure)
+    assert answer.number is None
+    assert answer.error.kind == "unsupported"

@@ -1,0 +1,165 @@
+"""The program in the sandbox: it reads requests from the standard input, renders them and answers, one line each.
+
+It ends with the standard input. The lines of the answers go to the standard output alone; whatever a library prints
+goes to the standard error.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO, Protocol
+
+from lippmann.errors import LippmannError, SceneError
+from lippmann.job.resolved import ResolvedJob
+from worker.engines.mitsuba.inside.messages import (
+    MAX_LINE_BYTES,
+    MAX_NOTE,
+    MAX_NOTES,
+    Failure,
+    Progress,
+    Request,
+    Result,
+    read_request,
+)
+
+if TYPE_CHECKING:
+    import mitsuba as mi
+
+
+class Loaded(Protocol):
+    """A scene that is loaded."""
+
+    @property
+    def scene(self) -> mi.Scene:
+        """The scene."""
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was left out or replaced."""
+
+
+Load = Callable[[Path, ResolvedJob, float], Loaded]
+"""The function that loads the scene of a bundle for a job at a frame, and the clock there."""
+
+
+class UnsupportedError(Exception):
+    """A request for what the program cannot do."""
+
+
+@dataclass
+class Program:
+    """The loop, and the scene that it keeps for the next request."""
+
+    load: Load
+    answers: BinaryIO
+    _key: tuple[object, ...] | None = None
+    _loaded: Loaded | None = field(default=None, repr=False)
+
+    def serve(self, requests: BinaryIO) -> None:
+        """Answer requests until there are no more."""
+        while line := requests.readline(MAX_LINE_BYTES + 1):
+            try:
+                request = read_request(line)
+            except ValueError as error:
+                self._send(Failure.of(None, "unsupported", str(error)))
+                continue
+            try:
+                self._send(self._answer(request))
+            except UnsupportedError as error:
+                self._send(Failure.of(request.number, "unsupported", str(error)))
+            except LippmannError as error:
+                self._send(Failure.of(request.number, "scene", error.message))
+            except Exception as error:  # the outermost frame: the next request may be answered
+                traceback.print_exc()
+                self._send(Failure.of(request.number, "internal", f"{type(error).__name__}: {error}"))
+
+    def _send(self, message: Progress | Result | Failure) -> None:
+        self.answers.write(message.line())
+        self.answers.flush()
+
+    def _answer(self, request: Request) -> Result:
+        """Render a request into files in the working folder."""
+        from worker.engines.mitsuba.inside.shade import bands, shade_band
+
+        if "motion" in request.channels:
+            raise UnsupportedError("The channel motion is not rendered: a frame does not know the one before.")
+        started_s = time.monotonic()
+        loaded, fresh = self._scene(request)
+        loaded_s = time.monotonic()
+        cpu_s = time.process_time()
+        files = {kind: request.file_name(kind) for kind in request.kinds}
+        rendered = 0
+        for name in files.values():
+            Path(name).unlink(missing_ok=True)
+        for rows in bands(request):
+            for kind, values in shade_band(loaded.scene, request, rows).items():
+                with Path(files[kind]).open("ab") as file:
+                    file.write(values.astype("<f4", copy=False).tobytes())
+            rendered += len(rows)
+            self._send(Progress(progress=rendered / request.shape[0]))
+        return Result(
+            number=request.number,
+            files=files,
+            load_s=loaded_s - started_s if fresh else 0,
+            trace_s=time.monotonic() - loaded_s,
+            trace_cpu_s=time.process_time() - cpu_s,
+            notes=tuple(note[:MAX_NOTE] for note in loaded.notes[:MAX_NOTES]),
+        )
+
+    def _scene(self, request: Request) -> tuple[Loaded, bool]:
+        """Return the scene of a request, and whether it was loaded for it."""
+        job = request.job
+        clock = job.clock.at(request.frame)
+        key = (request.bundle, job.bundle, job.file, clock, tuple(sorted(job.parameters.items())))
+        if self._loaded is not None and key == self._key:
+            return self._loaded, False
+        self._loaded = self._key = None  # the one before leaves memory first
+        try:
+            self._loaded = self.load(Path(request.bundle), job, clock)
+        except LippmannError:
+            raise
+        except (RuntimeError, OSError, ValueError) as error:  # what Mitsuba and the loaders raise about files
+            raise SceneError(f"The scene cannot be loaded: {error}") from error
+        self._key = key
+        return self._loaded, True
+
+
+def private_answers() -> BinaryIO:
+    """Return a stream to the standard output, which from then on is the standard error for everything else."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    sys.stdout = sys.stderr
+    return answers
+
+
+def prepare(variant: str, threads: int) -> None:
+    """Choose the variant of Mitsuba and the number of threads of Dr.Jit."""
+    import drjit
+    import mitsuba
+
+    mitsuba.set_variant(variant)
+    drjit.set_thread_count(threads)
+    mitsuba.set_log_level(mitsuba.LogLevel.Warn)
+
+
+def main(variant: str, threads: int, load: Load) -> None:
+    """Answer requests from the standard input until it ends.
+
+    Parameters
+    ----------
+    variant
+        The variant of Mitsuba: `llvm_ad_rgb` or `cuda_ad_rgb`.
+    threads
+        The number of threads of Dr.Jit.
+    load
+        The function that loads scenes.
+    """
+    answers = private_answers()  # before the libraries, whose prints are no answers
+    prepare(variant, threads)
+    Program(load, answers).serve(sys.stdin.buffer)
