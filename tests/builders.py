@@ -16,6 +16,7 @@ from lippmann.job.spec import JobSpec, parse_spec
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import Tile, cut_tiles, frame_size
 from povtemplates.catalogue import scene_folders
+from worker.engines.povray.engine import RenderedPicture, render_picture
 from worker.engines.povray.pixels import read_codes
 from worker.images.read import read_rgb
 from worker.sandbox.bundle import pack_folder
@@ -24,8 +25,8 @@ from worker.settings import WorkerSettings
 from worker.tasks.artifacts import TaskArtifacts
 from worker.tasks.local import JOB_ID, local_job, store_plan
 from worker.tasks.monitor import NullMonitor
-from worker.tasks.picture import RenderedPicture
-from worker.tasks.render import render_region
+from worker.tasks.picture import room_for
+from worker.tasks.render import wanted_region
 from worker.tasks.workplace import Workplace, workplace
 
 
@@ -84,8 +85,12 @@ def tiles_of(spec: JobSpec) -> tuple[Tile, ...]:
 def rendered(place: Workplace, sheet: ResolvedJob, *, tile: Tile | None, **more: Any) -> Iterator[RenderedPicture]:
     """Lend one picture, rendered as a worker does; of a tile or of the whole frame."""
     frame = sheet.spec.frame_numbers[0]
-    with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
-        yield render_region(place, sheet, frame, tile, folder=folder, log=log, monitor=NullMonitor(), **more)
+    with (
+        place.task_folder() as folder,
+        AttemptLog(folder.with_suffix(".txt")) as log,
+        room_for(place, sheet.at(frame), folder=folder, log=log, monitor=NullMonitor()) as room,
+    ):
+        yield render_picture(wanted_region(sheet, frame, tile), room, **more)
 
 
 def rendered_codes(place: Workplace, sheet: ResolvedJob, *, tile: Tile | None = None) -> NDArray[np.uint16]:

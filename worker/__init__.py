@@ -6,7 +6,7 @@ consumer   takes orders from the broker, proves that it polls, connects again
 liveness   the signs of life of a worker, which its consumer gives
 settings   the settings of a worker, from the environment
 untrusted  pictures of other programs, decoded in the sandbox
-engines    the renderers: povray/ is POV-Ray
+engines    the renderers, POV-Ray and Mitsuba, behind one protocol
 sandbox    child processes, their limits and what holds them: everything foreign runs here
 images     pictures as files, by OpenImageIO
 video      videos as files, by PyAV

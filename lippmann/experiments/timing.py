@@ -8,9 +8,11 @@ from typing import Any
 
 from lippmann.experiments.frames import LocalJob
 from lippmann.plan.sampling import Tile, frame_size
+from worker.engines.povray.engine import render_picture
 from worker.sandbox.log import AttemptLog
 from worker.tasks.monitor import NullMonitor
-from worker.tasks.render import render_region
+from worker.tasks.picture import room_for
+from worker.tasks.render import wanted_region
 
 _SAMPLES = re.compile(r"Pixels:\s+(\d+)\s+Samples:\s+(\d+)")
 
@@ -47,9 +49,9 @@ def _once(job: LocalJob, tile: Tile | None) -> RenderTime:
         log_file = folder.with_suffix(".txt")
         try:
             with AttemptLog(log_file) as log:
-                picture = render_region(
-                    job.place, job.sheet, frame, tile, folder=folder, log=log, monitor=NullMonitor()
-                )
+                there = job.sheet.at(frame)
+                with room_for(job.place, there, folder=folder, log=log, monitor=NullMonitor()) as room:
+                    picture = render_picture(wanted_region(job.sheet, frame, tile), room)
             samples = read_samples(log_file.read_text(encoding="utf-8", errors="replace"))
         finally:
             log_file.unlink(missing_ok=True)

@@ -12,9 +12,9 @@ from lippmann.errors import SceneError, ScratchDamaged
 from tests.builders import local_place
 from tests.integration.test_render_cache import job, rendered, store_job
 from tests.needs import needs_povray
+from worker.engines.povray import engine
 from worker.engines.povray.render import render as picture_of_povray
 from worker.engines.povray.scene import RAYS_FILE
-from worker.tasks import picture
 from worker.tasks.workplace import Workplace
 
 pytestmark = needs_povray
@@ -41,7 +41,7 @@ def damaging(monkeypatch: pytest.MonkeyPatch, damage: Callable[[Path], object]) 
         damage(options["task_dir"])
         return picture_of_povray(*args, **options)
 
-    monkeypatch.setattr(picture, "render", damage_and_render)
+    monkeypatch.setattr(engine, "render", damage_and_render)
 
 
 @pytest.mark.parametrize("cache", [False, True], ids=["rendered", "with a cache"])

@@ -1,1 +1,7 @@
-"""Renderers; each engine has a folder."""
+"""Renderers; each engine has a folder and stands behind one protocol.
+
+choose     the engine of a job
+engine     the protocol: a region of a frame in, light and channels out
+povray     POV-Ray: the text of a scene, the command line, progress, diagnosis
+mitsuba    Mitsuba: meshes, glTF and splats
+"""

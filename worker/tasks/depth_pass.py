@@ -11,6 +11,7 @@ import re
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,14 +25,16 @@ from lippmann.optics.rig.bench import Bench, bench, pixel_centres_mm
 from lippmann.optics.rig.parallax import depth_on_display_mm, parallax
 from lippmann.optics.rig.pixel_rays import front_mm, ray_bands
 from lippmann.plan.sampling import Tile
-from worker.engines.povray.command import Region, RenderCommand
+from worker.engines.engine import Region
+from worker.engines.povray.command import RenderCommand
 from worker.engines.povray.depth_codes import FOGGY, FogLight, fog_light, fog_light_among_others
+from worker.engines.povray.engine import write_rays
 from worker.engines.povray.pixels import read_codes
 from worker.engines.povray.ray_camera import FIRST_ROW, Scaffold, starts_mm
 from worker.engines.povray.scene import RAYS_FILE, DepthPass, pov_text
 from worker.sandbox.log import AttemptLog
 from worker.tasks.monitor import ProgressMonitor
-from worker.tasks.picture import run_povray, write_rays
+from worker.tasks.picture import run_povray
 from worker.tasks.workplace import Workplace
 
 DEPTH_POV_FILE = "lippmann-depth.pov"
@@ -69,7 +72,7 @@ def depth_of_tile(
     layout = there.spec.rig.layout
     rows, cols = layout.rows, layout.cols
     region = Region(tile.row_start, tile.row_stop, tile.col_start, tile.col_stop)
-    shared = write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=region, monitor=monitor)
+    shared = write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=region, should_stop=monitor.should_stop)
 
     def codes(depth: DepthPass) -> NDArray[np.uint16]:
         (folder / DEPTH_POV_FILE).write_text(pov_text(there, "ray_camera", depth=depth))
@@ -82,7 +85,7 @@ def depth_of_tile(
     with place.bundle(sheet.bundle) as bundle:
         foggy = has_fog(bundle)
     light = found_light(codes, first, there.stage, foggy=foggy)
-    return _depth_map(light.distance_mm(near_mm=near_mm), optical_bench, tile, shared, monitor)
+    return depth_map(light.distance_mm(near_mm=near_mm), optical_bench, tile, monitor, shared=shared)
 
 
 def _command(tile: Tile, clock: Clock, frame: int) -> RenderCommand:
@@ -139,9 +142,23 @@ def has_fog(bundle: Path) -> bool:
     return any(FOG.search(path.read_bytes()) for path in bundle.rglob("*") if path.suffix.lower() in SDL)
 
 
-def _depth_map(
-    distance_mm: NDArray[np.float64], optical_bench: Bench, tile: Tile, shared: Scaffold, monitor: ProgressMonitor
+def depth_map(
+    distance_mm: NDArray[np.floating[Any]],
+    optical_bench: Bench,
+    tile: Tile,
+    monitor: ProgressMonitor,
+    *,
+    shared: Scaffold | None = None,
 ) -> DepthMap:
+    """Return the depth of a tile from the distances along its rays.
+
+    Parameters
+    ----------
+    distance_mm
+        The distance from the start of each ray to the scene, `(rows, cols)` of the tile.
+    shared
+        The scaffold at which the rays of the ray camera start; None if they start at their own positions.
+    """
     rows, cols = optical_bench.rig.layout.rows, optical_bench.rig.layout.cols
     across = slice(tile.col_start, tile.col_stop)
     values = np.empty((tile.rows, tile.cols, 4), dtype=np.float32)
@@ -151,7 +168,8 @@ def _depth_map(
             raise Stopped
         stop = start + len(rays.position)
         along = distance_mm[start:stop, :, np.newaxis] * rays.direction
-        z_mm = (starts_mm(rays, shared) + along)[..., 2]
+        starts = rays.position if shared is None else starts_mm(rays, shared)
+        z_mm = (starts + along)[..., 2]
         band = slice(tile.row_start + start, tile.row_start + stop)
         moves = parallax(optical_bench, pixel_centres_mm(optical_bench, region=(band, across)), z_mm)
         here = values[start:stop]

@@ -8,11 +8,14 @@ from lippmann.job.messages.events import ProbeResult
 from lippmann.job.messages.orders import MOST_THREADS, Order
 from lippmann.lattice.layout import CellLayout
 from lippmann.plan.sampling import frame_size
+from worker.engines.choose import engine_of
+from worker.engines.engine import Wanted
 from worker.tasks.attempt import TaskResult
 from worker.tasks.imported import probe_imported
 from worker.tasks.monitor import ProgressMonitor
-from worker.tasks.picture import is_parallel, render_picture
-from worker.tasks.scene_notes import examine_scene
+from worker.tasks.picture import room_for
+from worker.tasks.render import is_parallel
+from worker.tasks.scene_notes import SceneFindings, examine_scene
 from worker.tasks.workplace import Workplace, kept_log
 
 PROBE_PX = 20_000
@@ -26,28 +29,27 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
         with place.task_folder() as folder, kept_log(place, order, folder) as log:
             return TaskResult(probe=probe_imported(place, sheet, log, monitor))
     rows, cols = probe_size(frame_size(sheet.spec.rig))
+    frame = sheet.spec.frame_numbers[0]
+    # Nothing is made of the pixels, so it does not matter whether they depend on the threads.
+    threads = min(order.threads, place.settings.slots, MOST_THREADS)
+    wanted = Wanted(sheet, frame, rows=rows, cols=cols, threads=threads)
     with place.task_folder() as folder, kept_log(place, order, folder) as log:
-        picture = render_picture(
-            place,
-            sheet,
-            frame=sheet.spec.frame_numbers[0],
-            rows=rows,
-            cols=cols,
-            region=None,
-            folder=folder,
-            log=log,
-            monitor=monitor,
-            # Nothing is made of the pixels, so it does not matter whether they depend on the threads.
-            threads=min(order.threads, place.settings.slots, MOST_THREADS),
-            is_probe=True,
+        with room_for(
+            place, sheet.at(frame), folder=folder, log=log, monitor=monitor, threads=threads, is_probe=True
+        ) as room:
+            rendered = engine_of(sheet).render(wanted, room)
+        # Only scenes of POV-Ray have cameras and files of their own that a note is about.
+        is_examined = sheet.engine == "povray"
+        seen = (
+            examine_scene(place, sheet, folder=folder, log=log, monitor=monitor)
+            if is_examined
+            else SceneFindings(None, ())
         )
-        seen = examine_scene(place, sheet, folder=folder, log=log, monitor=monitor)
-    outcome = picture.outcome
     result = ProbeResult(
-        start_s=max(0.0, outcome.wall_s - outcome.statistics.trace_s),
-        s_per_px=outcome.statistics.trace_cpu_s / (rows * cols) * sheet.spec.capture.supersample**2,
-        tileable=not outcome.radiosity_seen,
-        parallel=is_parallel(place, sheet.at(sheet.spec.frame_numbers[0])),
+        start_s=rendered.start_s,
+        s_per_px=rendered.trace_cpu_s / (rows * cols) * sheet.spec.capture.supersample**2,
+        tileable=rendered.tileable,
+        parallel=is_parallel(place, sheet.at(frame)),
         camera=seen.camera,
         notes=seen.notes,
     )

@@ -21,8 +21,7 @@ from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore, read_digest
 from lippmann.plan.render_cache import ENTRY, LOG, POV, CacheEntry, entry_files, entry_folder, tile_key
 from lippmann.plan.sampling import Tile
-from worker.engines.povray.scene_variables import scene_variables
-from worker.engines.povray.software import render_software
+from worker.engines.choose import engine_of
 from worker.tasks.artifacts import TaskArtifacts
 from worker.tasks.workplace import Workplace, kept_log
 
@@ -125,11 +124,12 @@ def tile_cache(
     """Return the entry of a tile; None if the job uses no cache, or the scene reads the time of day."""
     if not sheet.spec.render.cache:
         return None
+    engine = engine_of(sheet)
     with place.bundle(sheet.bundle) as unpacked:
-        variables = scene_variables(unpacked)
-    if variables.now:
+        use = engine.scene_use(unpacked)
+    if use.now:
         return None
     assert order.frame is not None  # noqa: S101 - the order is for a tile
-    software = render_software(place.settings.povray)
-    key = tile_key(sheet, order.frame, tile, software, reads_clock=variables.clock, reads_frames=variables.frames)
+    software = engine.software(place.settings.povray)
+    key = tile_key(sheet, order.frame, tile, software, reads_clock=use.clock, reads_frames=use.frames)
     return TileCache(place, order, artifacts, key, entry_files(sheet.spec, order.frame, tile))

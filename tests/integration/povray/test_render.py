@@ -10,7 +10,7 @@ import pytest
 
 from lippmann.errors import PovrayMissing, RenderFailed
 from tests.integration.povray.conftest import BALL, ENDLESS_TRACE, Room
-from worker.engines.povray.command import Region
+from worker.engines.engine import Region
 from worker.engines.povray.messages import Statistics, unwrap
 from worker.engines.povray.pixels import read_codes, read_region
 from worker.engines.povray.progress import Phase

@@ -10,9 +10,10 @@ import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Literal, NamedTuple
+from typing import Literal
 
 from lippmann.job.render_settings import Antialias
+from worker.engines.engine import Region
 
 PictureFormat = Literal["ppm16", "exr"]
 
@@ -30,15 +31,6 @@ _OUTPUT = {"ppm16": ("+FP16", "File_Gamma=1.0"), "exr": ("+FE",)}
 
 SUFFIXES: Mapping[PictureFormat, str] = {"ppm16": ".ppm", "exr": ".exr"}
 """The suffix of the picture by its format."""
-
-
-class Region(NamedTuple):
-    """A part of a picture: pixels counted from 0, half-open."""
-
-    row_start: int
-    row_stop: int
-    col_start: int
-    col_stop: int
 
 
 @dataclass(frozen=True)

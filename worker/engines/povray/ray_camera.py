@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from lippmann.errors import RenderFailed
 from lippmann.optics.lens.trace import Rays
 from povtemplates import literals
-from worker.engines.povray.command import Region
+from worker.engines.engine import Region
 
 FIRST_ROW = 1
 """The row of the picture that shows the first row of rays. For row r of a mesh camera, POV-Ray 3.7 takes the faces

@@ -17,9 +17,9 @@ from lippmann.job.resolved import ResolvedJob
 from lippmann.plan.render_cache import RenderSoftware, tile_key
 from lippmann.plan.sampling import Tile
 from tests.builders import local_place, small_job, stored_job, tiles_of
+from worker.engines.povray import engine
 from worker.engines.povray.command import RenderCommand, povray_argv
 from worker.sandbox.log import AttemptLog
-from worker.tasks import picture
 from worker.tasks.depth_pass import depth_of_tile
 from worker.tasks.monitor import NullMonitor
 from worker.tasks.render import render_region
@@ -113,7 +113,7 @@ def written(place: Workplace, sheet: ResolvedJob, tile: Tile, monkeypatch: pytes
         found.append((argv, {path.name: path.read_text() for path in task_dir.glob("lippmann-*.*")}, sheet.bundle))
         raise Stopped
 
-    monkeypatch.setattr(picture, "render", keep)
+    monkeypatch.setattr(engine, "render", keep)
     monkeypatch.setattr(Workplace, "bundle", lambda *_: contextlib.nullcontext(place.settings.data_dir))
     with place.task_folder() as folder, AttemptLog(folder.with_suffix(".txt")) as log:
         more: dict[str, Any] = {"folder": folder, "log": log, "monitor": NullMonitor()}

@@ -9,7 +9,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lippmann.job.render_settings import Antialias
-from worker.engines.povray.command import Region, RenderCommand, povray_argv
+from worker.engines.engine import Region
+from worker.engines.povray.command import RenderCommand, povray_argv
 
 
 def test_a_whole_picture_is_asked_for_with_every_option_said() -> None:

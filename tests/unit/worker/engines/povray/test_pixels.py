@@ -15,7 +15,7 @@ from hypothesis.extra import numpy as hnp
 from lippmann.errors import RenderFailed
 from tests.pictures import read_tiff
 from tests.unit.worker.images.pictures import HALVES
-from worker.engines.povray.command import Region
+from worker.engines.engine import Region
 from worker.engines.povray.pixels import read_codes, read_region
 from worker.images.write import write_exr
 
