@@ -1,6 +1,7 @@
 """Jobs: what a client asks for, and what service and workers exchange about it. Pure: no input or output.
 
 frames           frame ranges: the text `1-48:2, 60` and its frame numbers
+json_types       values keep the types of JSON
 keyframes        numbers that change from frame to frame
 glasses          optical materials by name: refractive index and Abbe number
 lens             imaging lenses: prescriptions, surface by surface

@@ -8,14 +8,16 @@ import textwrap
 from typing import Any
 
 from annotated_types import Gt
-from pydantic import BaseModel, BeforeValidator, ConfigDict, GetJsonSchemaHandler, ValidationInfo, field_validator
+from pydantic import BeforeValidator, ConfigDict, GetJsonSchemaHandler, ValidationInfo, field_validator
 from pydantic_core import CoreSchema, PydanticKnownError
+
+from lippmann.job.json_types import JsonTyped
 
 LEAST = 1e-12
 """The least number of a job that must be positive, in whatever unit; lengths are in mm or um."""
 
 
-class JobModel(BaseModel):
+class JobModel(JsonTyped):
     """A part of a job.
 
     The docstring below a field becomes the field's description in a JSON schema. It is read when a schema is made, not

@@ -7,7 +7,7 @@ from enum import StrEnum
 
 from pydantic import Field
 
-from service.schemas.answer import Answer
+from service.schemas.answer import Answer, RequestBody
 
 PRINTABLE = r"^[^\x00-\x1f\x7f-\x9f\u2028\u2029\u202a-\u202e\u2066-\u2069]+$"
 """The pattern of a name: no control characters, and none that change the direction of the text around it."""
@@ -26,7 +26,7 @@ class Role(StrEnum):
         return order.index(self) >= order.index(needed)
 
 
-class KeyLimits(Answer):
+class KeyLimits(RequestBody):
     """The limits of a key that are lower than those of the farm; null for the limit of the farm."""
 
     memory_mb: int | None = Field(default=None, ge=128)
@@ -60,7 +60,7 @@ class KeyLimits(Answer):
     submits no other ones."""
 
 
-class KeyRequest(Answer):
+class KeyRequest(RequestBody):
     """A request for a new key."""
 
     name: str = Field(min_length=1, max_length=64, pattern=PRINTABLE)

@@ -1,10 +1,12 @@
-"""The base of all answers, and times."""
+"""The base of all answers and of all bodies of requests, and times."""
 
 from __future__ import annotations
 
 from datetime import UTC, datetime
 
 from pydantic import BaseModel, ConfigDict
+
+from lippmann.job.json_types import JsonTyped
 
 MAX_LIMIT = 500
 """The largest number of items in a page."""
@@ -14,6 +16,10 @@ class Answer(BaseModel):
     """The base class of all answers of the API."""
 
     model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
+
+
+class RequestBody(Answer, JsonTyped):
+    """The base class of what a client sends as JSON."""
 
 
 def utc(seconds: float) -> datetime:

@@ -6,7 +6,7 @@ from datetime import datetime
 
 from pydantic import Field
 
-from service.schemas.answer import Answer
+from service.schemas.answer import Answer, RequestBody
 
 
 class Artifact(Answer):
@@ -31,7 +31,7 @@ class ArtifactPage(Answer):
     """The cursor of the next page; null on the last page."""
 
 
-class LinkRequest(Answer):
+class LinkRequest(RequestBody):
     """A request for a link to a file of a job."""
 
     artifact: str = Field(min_length=1, max_length=200)

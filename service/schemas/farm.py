@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from service.schemas.answer import Answer
+from service.schemas.answer import Answer, RequestBody
 
 
 class Fault(Answer):
@@ -146,7 +146,7 @@ class WaitingWork(Answer):
     their owners allow."""
 
 
-class DrainRequest(Answer):
+class DrainRequest(RequestBody):
     """A request to drain a worker."""
 
     ends: bool = False

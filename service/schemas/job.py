@@ -10,7 +10,7 @@ from pydantic import Field, model_validator
 from lippmann.job.frames import MAX_FRAME_NUMBER
 from lippmann.job.spec import JobSpec
 from lippmann.job.states import JobAction, JobStatus, PausedBy
-from service.schemas.answer import Answer
+from service.schemas.answer import Answer, RequestBody
 from service.schemas.wait import Wait
 
 
@@ -150,7 +150,7 @@ class JobPage(Answer):
     """The cursor of the next page; null on the last page."""
 
 
-class FramesToSkip(Answer):
+class FramesToSkip(RequestBody):
     """The frames that a job leaves out."""
 
     frames: tuple[Annotated[int, Field(ge=1, le=MAX_FRAME_NUMBER)], ...] | None = Field(
@@ -159,7 +159,7 @@ class FramesToSkip(Answer):
     """The numbers of the frames; null for those with a task that failed."""
 
 
-class JobChange(Answer):
+class JobChange(RequestBody):
     """A change of a job: of its priority, of who sees it, or of both."""
 
     priority: int | None = Field(default=None, ge=0, le=100)

@@ -10,12 +10,12 @@ from pydantic import Field
 from lippmann.job.workers import MAX_TAGS, Pool, Tag
 from lippmann.join_file import JoinFile
 from service.schemas.access import PRINTABLE
-from service.schemas.answer import Answer
+from service.schemas.answer import Answer, RequestBody
 
 BrokerUser = Literal["own", "given"]
 
 
-class WorkerKeyRequest(Answer):
+class WorkerKeyRequest(RequestBody):
     """A request for a new worker key."""
 
     name: str = Field(min_length=1, max_length=64, pattern=PRINTABLE)
