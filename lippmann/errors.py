@@ -181,6 +181,12 @@ class PovrayMissing(Transient):
     code = "povray-missing"
 
 
+class MitsubaMissing(Transient):
+    """Mitsuba does not work on this worker."""
+
+    code = "mitsuba-missing"
+
+
 class ScratchDamaged(Transient):
     """Files disappeared from the scratch folder of a worker while it rendered."""
 

@@ -14,7 +14,8 @@ from lippmann.local.files.bundle import find_bundle
 from lippmann.local.files.job import read_job, set_field, take_in_lens
 from lippmann.local.files.writable import check_writable
 from lippmann.terminal.progress import ProgressLine
-from worker.engines.povray.version import check_povray
+from worker.engines.choose import ENGINES
+from worker.sandbox.bundle import check_bundle
 from worker.settings import WorkerSettings
 from worker.tasks.local import capture_frame
 
@@ -52,11 +53,11 @@ def capture(
     Raises
     ------
     LippmannError
-        If there is neither a scene nor a job, the folder cannot be written, POV-Ray is missing, or the render fails.
+        If there is neither a scene nor a job, the folder cannot be written, its engine is missing, or the render fails.
     """
     spec, bundle = requested_job(scene, job_file, overrides)
     settings = WorkerSettings()
-    check_povray(settings.povray)
+    ENGINES[check_bundle(bundle).card.engine].check_installed(settings.povray)
     check_writable(out)
     began_s = time.monotonic()
     with ProgressLine(f"frame {frame}") as line:

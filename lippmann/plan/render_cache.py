@@ -122,7 +122,14 @@ def entry_folder(key: str) -> str:
     return f"{CACHE}/{key[:2]}/{key}"
 
 
-def entry_files(spec: JobSpec, frame: int, tile: Tile) -> Mapping[str, str]:
-    """Return the files of an entry that a job receives, with their names below the job; the tile comes last."""
+def entry_files(spec: JobSpec, frame: int, tile: Tile, *, has_source: bool = True) -> Mapping[str, str]:
+    """Return the files of an entry that a job receives, with their names below the job; the tile comes last.
+
+    Parameters
+    ----------
+    has_source
+        True if the engine renders a .pov, which is one of them.
+    """
     depth = {DEPTH: names.depth_tile_name(frame, tile.index)} if spec.capture.depth else {}
-    return {POV: names.pov_name(frame, tile.index), **depth, TILE: names.tile_name(frame, tile.index)}
+    source = {POV: names.pov_name(frame, tile.index)} if has_source else {}
+    return {**source, **depth, TILE: names.tile_name(frame, tile.index)}

@@ -9,6 +9,7 @@ from lippmann.errors import (
     ArtifactMissing,
     DiskFull,
     DiskUnavailable,
+    MitsubaMissing,
     OutOfMemory,
     ParseTimedOut,
     PhotonsTimedOut,
@@ -35,7 +36,10 @@ _READERS = frozenset({TaskKind.ASSEMBLE, TaskKind.ENCODE})
 """The kinds of tasks that read what other tasks made."""
 LONGEST_DEFERRAL_S = 600.0
 """The longest pause before the next attempt of a deferred task."""
-_OUTSIDE = (StoreFull, StoreUnavailable, DiskFull, DiskUnavailable, SandboxMissing, PovrayMissing, WorkerOutdated)
+_OUTSIDE = (
+    StoreFull, StoreUnavailable, DiskFull, DiskUnavailable, SandboxMissing, PovrayMissing, MitsubaMissing,
+    WorkerOutdated,
+)  # fmt: skip
 INFRASTRUCTURE = frozenset(kind.code for kind in _OUTSIDE)
 """Failures that any other task would have met too. They do not count against the task, which is deferred."""
 

@@ -7,6 +7,7 @@ the artifact store.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -71,6 +72,10 @@ class Room:
     times: TimeLimits
     log: AttemptLog
     """The log of the attempt, which receives what the engine prints."""
+    keep_bundle: Callable[[], AbstractContextManager[Path]]
+    """Opens the bundle once more, for an engine that keeps its scene for further tasks."""
+    keep_folder: Callable[[], AbstractContextManager[Path]]
+    """Opens an empty folder, which such an engine keeps as long."""
     on_progress: Callable[[float], None]
     """Receives the progress, 0 to 1."""
     announce_end: Callable[[], None]
@@ -88,8 +93,8 @@ class Rendered:
     """Seconds that do not depend on the number of pixels: start, and load or parse."""
     trace_cpu_s: float
     """CPU seconds of the pixels."""
-    source: Path
-    """The file that is kept with the tile and shows what the engine was asked for."""
+    source: Path | None = None
+    """The .pov that is kept with the tile; None from an engine that reads none."""
     tileable: bool = True
     """True if tiles are equal to the same pixels of the whole frame."""
     channels: Mapping[Channel, NDArray[np.float32]] = field(default_factory=dict)
@@ -110,7 +115,7 @@ class SceneUse:
 
 
 class Engine(Protocol):
-    """A renderer. There is one object of each engine, which keeps nothing of a scene."""
+    """A renderer. There is one object of each engine in a process."""
 
     @property
     def name(self) -> EngineName:
@@ -120,6 +125,35 @@ class Engine(Protocol):
     @property
     def has_channels(self) -> bool:
         """True if it renders channels with the colours; otherwise depth takes a second pass."""
+        ...
+
+    @property
+    def is_warm(self) -> bool:
+        """True if it keeps a scene for the next task, which then costs less."""
+        ...
+
+    @property
+    def has_source(self) -> bool:
+        """True if it renders a .pov, which is kept with the tile."""
+        ...
+
+    def check_installed(self, program: str) -> None:
+        """Check that the engine works on this machine.
+
+        Parameters
+        ----------
+        program
+            The program of POV-Ray.
+
+        Raises
+        ------
+        PovrayMissing, MitsubaMissing
+            If it does not.
+        """
+        ...
+
+    def end(self) -> None:
+        """End what is kept for further tasks."""
         ...
 
     def software(self, program: str) -> RenderSoftware:

@@ -6,7 +6,7 @@ import shutil
 import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -20,6 +20,7 @@ from lippmann.plan import artifact_names as names
 from lippmann.plan.cost import threads_of_each
 from lippmann.plan.sampling import Tile, cut_tiles, frame_size
 from lippmann.plan.tasks import plan_sheet
+from worker.engines.choose import engine_of
 from worker.images.convert import png
 from worker.sandbox.bundle import check_bundle
 from worker.settings import WorkerSettings
@@ -55,7 +56,8 @@ def capture_frame(
     LippmannError
         Whatever an attempt on the farm would fail with; nothing is left in the folder then.
     """
-    with tempfile.TemporaryDirectory(prefix="lippmann-capture-") as folder:
+    with ExitStack() as stack:
+        folder = stack.enter_context(tempfile.TemporaryDirectory(prefix="lippmann-capture-"))
         place = workplace(settings.model_copy(update={"data_dir": Path(folder)}), own_files=True)
         # The store is removed with the folder, and its cache with it.
         render = spec.render.model_copy(update={"cache": False})
@@ -63,6 +65,7 @@ def capture_frame(
         sheet = local_job(place, one, bundle, frames=max(frame, spec.frame_numbers[-1]))
         notes = (*check_bundle(bundle).notes, *check_job(sheet))
         on_progress("probe", 0.0)
+        stack.callback(engine_of(sheet).end)  # before the folders of the store go
         probe = _probed(place)
         store_plan(place, plan_sheet(sheet.spec, probe, slots=place.settings.slots, idle_workers=1))
         if sheet.sheets is None:

@@ -61,6 +61,8 @@ def room_for(
             limits=process_limits(settings, place.settings, threads=threads),
             times=time_limits(settings, place.settings, is_probe=is_probe),
             log=log,
+            keep_bundle=lambda: place.bundle(sheet.bundle),
+            keep_folder=place.task_folder,
             on_progress=progressed,
             announce_end=monitor.announce_end,
             should_stop=monitor.should_stop,

@@ -37,7 +37,10 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
         with room_for(
             place, sheet.at(frame), folder=folder, log=log, monitor=monitor, threads=threads, is_probe=True
         ) as room:
-            rendered = engine_of(sheet).render(wanted, room)
+            engine = engine_of(sheet)
+            rendered = engine.render(wanted, room)
+            # The first picture of a warm engine has its start and its compiler in it, the second one has not.
+            again = engine.render(wanted, room) if engine.is_warm else rendered
         # Only scenes of POV-Ray have cameras and files of their own that a note is about.
         is_examined = sheet.engine == "povray"
         seen = (
@@ -47,7 +50,7 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
         )
     result = ProbeResult(
         start_s=rendered.start_s,
-        s_per_px=rendered.trace_cpu_s / (rows * cols) * sheet.spec.capture.supersample**2,
+        s_per_px=again.trace_cpu_s / (rows * cols) * sheet.spec.capture.supersample**2,
         tileable=rendered.tileable,
         parallel=is_parallel(place, sheet.at(frame)),
         camera=seen.camera,

@@ -53,8 +53,9 @@ def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Tas
             )
         cropped = folder / "tile.exr"
         write_exr(cropped, _pixels(rendered, sheet, tile), attributes=tile_header(sheet, order.frame))
-        text = names.job_artifact(order.job_id, names.pov_name(order.frame, order.tile))
-        place.store.put_file(text, rendered.source)
+        if rendered.source is not None:
+            text = names.job_artifact(order.job_id, names.pov_name(order.frame, order.tile))
+            place.store.put_file(text, rendered.source)
         artifacts.put(names.tile_name(order.frame, order.tile), cropped)
     if cache is not None:
         cache.keep()

@@ -132,4 +132,5 @@ def tile_cache(
     assert order.frame is not None  # noqa: S101 - the order is for a tile
     software = engine.software(place.settings.povray)
     key = tile_key(sheet, order.frame, tile, software, reads_clock=use.clock, reads_frames=use.frames)
-    return TileCache(place, order, artifacts, key, entry_files(sheet.spec, order.frame, tile))
+    files = entry_files(sheet.spec, order.frame, tile, has_source=engine.has_source)
+    return TileCache(place, order, artifacts, key, files)

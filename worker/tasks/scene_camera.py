@@ -103,7 +103,7 @@ def rendered_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> Re
     """
     assert order.frame is not None  # noqa: S101 - the order is for a frame
     sheet, plan = place.job_sheet(order.job_id), place.plan_sheet(order.job_id)
-    stage = upright_stage(sheet.at(order.frame).stage, plan.camera)
+    stage = upright_stage(sheet.at(order.frame), plan.camera)
     if stage.follow_camera:
         with place.task_folder() as folder, kept_log(place, order, folder) as log:
             now = read_scene_camera(place, sheet, order.frame, folder=folder, log=log, monitor=monitor)
@@ -123,7 +123,7 @@ def assembled_job(place: Workplace, order: Order, artifacts: TaskArtifacts) -> R
     if sheet.sheets is not None:
         return sheet
     plan = place.plan_sheet(order.job_id)
-    stage = upright_stage(sheet.at(order.frame).stage, plan.camera)
+    stage = upright_stage(sheet.at(order.frame), plan.camera)
     if stage.follow_camera:
         first, *_ = cut_tiles(frame_size(sheet.spec.rig), tile_rows=plan.tile_rows, tile_cols=plan.tile_cols)
         name = names.tile_name(order.frame, first.index)
@@ -132,11 +132,17 @@ def assembled_job(place: Workplace, order: Order, artifacts: TaskArtifacts) -> R
     return sheet.placed(stage, order.frame)
 
 
-def upright_stage(stage: Stage, camera: SceneCamera | None) -> Stage:
-    """Return a stage whose handedness is known: its own, or that of the scene's camera, or `left` without one."""
+def upright_stage(job: ResolvedJob, camera: SceneCamera | None) -> Stage:
+    """Return the stage of a job with a handedness that is known.
+
+    It is that of the stage or of the scene's camera; without either, POV-Ray's scenes are left-handed and Mitsuba's
+    right-handed.
+    """
+    stage = job.stage
     if stage.handedness != "auto":
         return stage
-    return stage.model_copy(update={"handedness": camera.handedness if camera else "left"})
+    of_engine = "left" if job.engine == "povray" else "right"
+    return stage.model_copy(update={"handedness": camera.handedness if camera else of_engine})
 
 
 def no_camera(frame: int) -> SceneError:

@@ -25,6 +25,7 @@ from worker.engines.povray.scene import RAYS_FILE, pov_text
 from worker.engines.povray.scene_files import LINKS_FOLDER, SceneFiles
 from worker.engines.povray.scene_variables import scene_variables
 from worker.engines.povray.software import render_software
+from worker.engines.povray.version import check_povray
 
 POV_FILE = "lippmann-frame.pov"
 """POV-Ray searches its own folder first, so none of our files there has a name that a bundle may have."""
@@ -43,6 +44,15 @@ class PovrayEngine:
 
     name: Literal["povray"] = "povray"
     has_channels = False
+    is_warm = False
+    has_source = True
+
+    def check_installed(self, program: str) -> None:
+        """Check that POV-Ray is installed."""
+        check_povray(program)
+
+    def end(self) -> None:
+        """Do nothing: each picture has a process of its own."""
 
     def software(self, program: str) -> RenderSoftware:
         """Return the software that makes the pixels."""

@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-import hashlib
 import shutil
-from collections.abc import Iterable
-from functools import cache, lru_cache
-from importlib.metadata import version
+from functools import lru_cache
 from pathlib import Path
 
 from lippmann.errors import PovrayMissing
 from lippmann.plan.render_cache import RenderSoftware
 from povtemplates.catalogue import INCLUDE_FOLDER, RIGS_FOLDER
+from worker.engines.code import code_digest, digest_of, files_of
 from worker.engines.povray.command import SYSTEM_INCLUDE
 from worker.engines.povray.version import povray_version
 from worker.sandbox.sandbox import PATH
-
-_PACKAGES = [Path(__file__).parents[3] / name for name in ("lippmann", "povtemplates", "worker")]
-_LIBRARIES = ("numpy", "OpenImageIO")
-"""The libraries that compute rays and pixels."""
 
 
 def render_software(program: str) -> RenderSoftware:
@@ -38,8 +32,8 @@ def render_software(program: str) -> RenderSoftware:
         engine="povray",
         engine_version=_version(found, (status.st_ino, status.st_size, status.st_mtime_ns)),
         engine_includes=_includes(includes_ns),
-        templates=_digest(_files((INCLUDE_FOLDER, RIGS_FOLDER), "*")),
-        code=_code(),
+        templates=digest_of(files_of((INCLUDE_FOLDER, RIGS_FOLDER), "*")),
+        code=code_digest(),
     )
 
 
@@ -50,26 +44,4 @@ def _version(program: str, _status: tuple[int, ...]) -> str:
 
 @lru_cache(maxsize=4)
 def _includes(_modified_ns: int) -> str:
-    return _digest(_files((SYSTEM_INCLUDE,), "*"))
-
-
-@cache
-def _code() -> str:
-    """Return the digest of the code that this process runs, and of the versions of the libraries that compute."""
-    libraries = "".join(f"{name} {version(name)}\n" for name in _LIBRARIES)
-    return _digest(_files(_PACKAGES, "*.py"), libraries.encode())
-
-
-def _files(folders: Iterable[Path], pattern: str) -> Iterable[tuple[str, Path]]:
-    """Yield the files of folders with their paths below them, sorted."""
-    for folder in folders:
-        for path in sorted(filter(Path.is_file, folder.rglob(pattern))):
-            yield f"{folder.name}/{path.relative_to(folder).as_posix()}", path
-
-
-def _digest(files: Iterable[tuple[str, Path]], begin: bytes = b"") -> str:
-    found = hashlib.sha256(begin)
-    for name, path in files:
-        data = path.read_bytes()
-        found.update(f"{name}\n{len(data)}\n".encode() + data)
-    return found.hexdigest()
+    return digest_of(files_of((SYSTEM_INCLUDE,), "*"))
