@@ -35,9 +35,10 @@ from worker.images.rows import bands_of_rows
 from worker.images.scratch import ScratchRows, scratch_rows
 from worker.images.upright import upright
 from worker.sandbox.detect import detect
+from worker.sandbox.ending import Ending
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
-from worker.sandbox.process import Ending, Outcome, run
+from worker.sandbox.process import Outcome, run
 from worker.sandbox.results import take_result
 from worker.sandbox.sandbox import COMPLAINTS, PATH, Sandbox
 from worker.settings import WorkerSettings

@@ -16,7 +16,8 @@ import worker
 from lippmann.errors import RenderFailed
 from tests.security.conftest import LIMITS, Task
 from worker.engines.povray.diagnosis import signal_of
-from worker.sandbox.process import Ending, Outcome
+from worker.sandbox.ending import Ending
+from worker.sandbox.process import Outcome
 from worker.sandbox.results import take_result
 
 MIB = 1024 * 1024

@@ -12,6 +12,9 @@ groups    a cgroup for each task, where one was given to the worker
 totals    files, memory and processes of a task together, counted while it runs
 child     a child process that ends with its parent
 process   runs a child to its end, with a progress reader of the engine
+ending    why and when a child must end
+output    its output in lines: for the reader of progress, the log and a diagnosis
+conversation   a child that stays and answers requests
 results   what is taken out of the sandbox
 log       the log of one attempt
 """

@@ -45,7 +45,8 @@ lost_cpu = LostCpu()
 class Child:
     """A process that leads its own session; as a context manager, it has ended when the context is left."""
 
-    def __init__(self, argv: Sequence[str], *, cwd: Path, env: Mapping[str, str]) -> None:
+    def __init__(self, argv: Sequence[str], *, cwd: Path, env: Mapping[str, str], listens: bool = False) -> None:
+        """Start a process; one that `listens` reads what is sent to it, any other has an empty input."""
         self.exit_code = 0
         self.cpu_s = 0.0
         self.peak_memory_mb = 0.0
@@ -55,16 +56,40 @@ class Child:
             argv,
             cwd=cwd,
             env=env,
-            stdin=subprocess.DEVNULL,
+            stdin=subprocess.PIPE if listens else subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             start_new_session=True,
         )
         self._output = cast(IO[bytes], self._popen.stdout)
+        self._unsent = b""
+        if self._popen.stdin:
+            # A child that does not read must not hold up this process.
+            os.set_blocking(self._popen.stdin.fileno(), False)
 
     def pids(self) -> list[int]:
         """Return the child and all processes below it; empty when it has ended."""
         return [] if self._ended_s is not None else [self._popen.pid, *_descendants(self._popen.pid)]
+
+    def send(self, data: bytes) -> None:
+        """Send bytes to a child that listens, as soon as it reads them: while `read` waits for output."""
+        self._unsent += data
+
+    def used_cpu_s(self) -> float:
+        """Return the CPU seconds so far of the child and of all processes below it, those that have ended included."""
+        return self.cpu_s if self._ended_s is not None else sum(map(_cpu_s, self.pids()))
+
+    def freeze(self) -> None:
+        """Stop the child and all processes below it until `thaw`; they can still be ended."""
+        frozen: set[int] = set()
+        # A process that is not stopped yet may start another.
+        while more := set(self.pids()) - frozen:
+            self._signal([*more], signal.SIGSTOP)
+            frozen |= more
+
+    def thaw(self) -> None:
+        """Let the child go on."""
+        self._signal(self.pids(), signal.SIGCONT)
 
     def read(self, timeout_s: float) -> bytes:
         """Wait for output, at most for this time, and return it."""
@@ -106,18 +131,32 @@ class Child:
         while not self.is_over():
             self._read(_REAP_S)
         self._output.close()
+        if self._popen.stdin:
+            self._popen.stdin.close()
 
     def _read(self, timeout_s: float) -> bytes:
         if self._output.closed:
             time.sleep(_REAP_S)
             return b""
-        ready, _, _ = select.select([self._output], [], [], timeout_s)
+        waiting = [self._popen.stdin] if self._unsent and self._popen.stdin else []
+        ready, free, _ = select.select([self._output], waiting, [], timeout_s)
+        if free:
+            self._send()
         if not ready:
             return b""
         data = os.read(self._output.fileno(), _CHUNK_BYTES)
         if not data:
             self._output.close()
         return data
+
+    def _send(self) -> None:
+        assert self._popen.stdin is not None  # noqa: S101 - a child that does not listen is sent nothing
+        try:
+            self._unsent = self._unsent[os.write(self._popen.stdin.fileno(), self._unsent) :]
+        except BlockingIOError:
+            return
+        except BrokenPipeError:
+            self._unsent = b""
 
     def _reap(self, flags: int) -> None:
         if self._ended_s is not None or not os.waitid(os.P_PID, self._popen.pid, os.WEXITED | os.WNOWAIT | flags):
@@ -156,6 +195,15 @@ def _descendants(pid: int) -> list[int]:
     for child in _children(pid):
         below += [child, *_descendants(child)]
     return below
+
+
+def _cpu_s(pid: int) -> float:
+    """Return the CPU seconds of a process and of its children that were waited for; 0 if it has ended."""
+    with suppress(FileNotFoundError, ProcessLookupError):
+        # The name of the program, in brackets, may hold anything.
+        words = Path(f"/proc/{pid}/stat").read_text(errors="replace").rpartition(")")[2].split()
+        return sum(map(int, words[11:15])) / os.sysconf("SC_CLK_TCK")
+    return 0.0
 
 
 def _children(pid: int) -> list[int]:

@@ -12,9 +12,9 @@ from __future__ import annotations
 import os
 import stat
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
+from worker.sandbox.ending import Ending, Excess
 from worker.sandbox.limits import Limits
 
 ALWAYS_ALLOWED_BYTES = 64 * 1024 * 1024
@@ -29,14 +29,6 @@ OUR_PROCESSES = 8
 _BLOCK_BYTES = 512
 _MIB = 1024 * 1024
 _PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
-
-
-@dataclass(frozen=True)
-class Excess:
-    """A total that was exceeded."""
-
-    message: str
-    of_memory: bool = False
 
 
 def find_excess(folder: Path, pids: Iterable[int], limits: Limits) -> Excess | None:
@@ -56,7 +48,7 @@ def find_excess(folder: Path, pids: Iterable[int], limits: Limits) -> Excess | N
     memory = sum(map(_resident_bytes, pids))
     if memory > limits.memory_mb * _MIB:
         message = f"its processes together have {memory // _MIB} MB of memory; the limit is {limits.memory_mb} MB"
-        return Excess(message, of_memory=True)
+        return Excess(message, ending=Ending.TOO_MUCH_MEMORY)
     files, size = _usage(folder, pids, most_files=limits.files)
     if files > limits.files:
         return Excess(f"it has more than {limits.files} files, which is the limit")

@@ -25,9 +25,10 @@ from lippmann.errors import (
 from tests.integration.povray.conftest import BALL, ENDLESS_PARSE, ENDLESS_TRACE, HEAD, Room, times_of
 from tests.waiting import until
 from worker.engines.povray.progress import Phase, PovrayProgressReader, Progress
+from worker.sandbox.ending import Ending
 from worker.sandbox.limits import Limits
 from worker.sandbox.log import AttemptLog
-from worker.sandbox.process import Ending, Outcome, run
+from worker.sandbox.process import Outcome, run
 
 WORKER = """
 import sys

@@ -14,7 +14,7 @@ from worker.engines.engine import Region
 from worker.engines.povray.messages import Statistics, unwrap
 from worker.engines.povray.pixels import read_codes, read_region
 from worker.engines.povray.progress import Phase
-from worker.sandbox.process import LOG_PROGRESS_S
+from worker.sandbox.output import LOG_PROGRESS_S
 
 
 def test_a_picture_comes_out_and_progress_reaches_one(room: Room) -> None:

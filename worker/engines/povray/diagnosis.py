@@ -59,8 +59,9 @@ from worker.engines.povray.hints import with_hint
 from worker.engines.povray.messages import Message, MessageKind, read_messages, relative
 from worker.engines.povray.places import ScenePlaces
 from worker.engines.povray.progress import Phase, Progress
+from worker.sandbox.ending import Ending
 from worker.sandbox.limits import Limits, TimeLimits
-from worker.sandbox.process import Ending, Outcome
+from worker.sandbox.process import Outcome
 from worker.sandbox.sandbox import COMPLAINTS
 
 NO_ROOM_BYTES = 1024 * 1024

@@ -15,10 +15,11 @@ from lippmann.errors import SandboxMissing
 from tests.waiting import until
 from worker.sandbox import groups as sandbox_groups
 from worker.sandbox.detect import detect
+from worker.sandbox.ending import Ending
 from worker.sandbox.groups import Groups, NoGroups, TaskGroup, find_groups, own_group
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
-from worker.sandbox.process import Ending, run
+from worker.sandbox.process import run
 from worker.sandbox.sandbox import Sandbox
 
 LIMITS = Limits(cpu_s=60, memory_mb=100, processes=10)

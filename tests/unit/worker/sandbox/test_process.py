@@ -9,10 +9,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from worker.sandbox.child import lost_cpu
+from worker.sandbox.ending import Ending
 from worker.sandbox.groups import Groups
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
 from worker.sandbox.log import AttemptLog
-from worker.sandbox.process import MAX_LINE_BYTES, Ending, Lines, Outcome, run
+from worker.sandbox.output import MAX_LINE_BYTES, Lines
+from worker.sandbox.process import Outcome, run
 
 
 class PercentReader:

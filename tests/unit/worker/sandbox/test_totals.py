@@ -13,6 +13,7 @@ from types import SimpleNamespace
 
 import pytest
 
+from worker.sandbox.ending import Ending
 from worker.sandbox.limits import Limits
 from worker.sandbox.totals import find_excess
 
@@ -92,7 +93,7 @@ def test_memory_of_all_processes_and_their_threads_have_limits(tmp_path: Path) -
         assert find_excess(tmp_path, [first], replace(LIMITS, memory_mb=120)) is None
         excess = find_excess(tmp_path, [first, second], replace(LIMITS, memory_mb=120))
         assert excess is not None
-        assert excess.of_memory
+        assert excess.ending is Ending.TOO_MUCH_MEMORY
         assert "processes and threads" in _message(tmp_path, replace(LIMITS, processes=20), (first, second))
         assert _message(tmp_path, replace(LIMITS, processes=20), (first,)) == ""
 

@@ -26,8 +26,9 @@ from lippmann.errors import (
 )
 from worker.engines.povray.diagnosis import Case, diagnose, is_startup_fault
 from worker.engines.povray.progress import Phase, Progress
+from worker.sandbox.ending import Ending
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
-from worker.sandbox.process import Ending, Outcome
+from worker.sandbox.process import Outcome
 
 PARSER_GAVE_UP = "Fatal error in parser: Cannot parse input.\nRender failed\n"
 
