@@ -42,7 +42,7 @@ class AnswerReader(ProgressReader[P], Protocol[P]):
 
     @property
     def has_answer(self) -> bool:
-        """Whether the answer has been read; nothing is read after it."""
+        """True when the answer has been read; nothing is read after it."""
         ...
 
 
@@ -82,7 +82,7 @@ class Conversation:
 
     @property
     def is_open(self) -> bool:
-        """Whether it can be asked."""
+        """True if it can be asked."""
         return self._is_open
 
     def ask(
@@ -161,6 +161,8 @@ class Conversation:
                 reported = reader.progress
                 on_progress(reported)
         output.close()
+        if reader.progress != reported:
+            on_progress(reader.progress)
         if reader.has_answer and rule.ending is Ending.EXITED:
             rule.ending = Ending.ANSWERED
         if child.is_over():

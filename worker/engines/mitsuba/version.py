@@ -16,12 +16,10 @@ from pathlib import Path
 
 from worker.sandbox.sandbox import PATH
 
-VARIANTS = ("cuda_ad_rgb", "llvm_ad_rgb")
-"""The variants in the order in which they are tried; the first needs a GPU."""
+VARIANT = "llvm_ad_rgb"
+"""The variant that is tried. The one of GPUs, `cuda_ad_rgb`, needs devices that the sandbox does not show."""
 
 _PROBE = Path(__file__).with_name("inside") / "probe.py"
-_GPU = Path("/dev/nvidiactl")
-"""The device without which there is no GPU for CUDA."""
 _ANSWER_S = 60.0
 """A cold start on a slow machine takes ten seconds."""
 _NO_LIBRARY = "LLVM shared library"
@@ -34,7 +32,6 @@ class Found:
 
     version: str
     variant: str
-    """`cuda_ad_rgb` on a GPU, `llvm_ad_rgb` on processors."""
 
 
 @dataclass(frozen=True)
@@ -50,9 +47,7 @@ def mitsuba_version() -> Found | Missing:
     """Return the version of Mitsuba and the variant that works, or why none does; it is found once in each process."""
     if find_spec("mitsuba") is None:
         return Missing("Mitsuba is not installed: install lippmann[mitsuba]")
-    with_gpu = VARIANTS if _GPU.exists() else VARIANTS[1:]
-    answers = [probe(variant) for variant in with_gpu]
-    return next((answer for answer in answers if isinstance(answer, Found)), answers[-1])
+    return probe(VARIANT)
 
 
 def environment(home: Path) -> dict[str, str]:
