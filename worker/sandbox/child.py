@@ -17,11 +17,14 @@ GRACE_S = 1.6
 """The time from SIGTERM to SIGKILL. POV-Ray ends within 0.9 s while it renders and 1.5 s while it parses."""
 DRAIN_S = 1.0
 """The time for which output is read after the child has ended, if another process keeps the pipe open."""
+FREEZE_S = 10.0
+"""The time in which a child stands still that is told to; a system call can hold it up."""
 
 _ALL_S = 0.3
 """The time from SIGKILL for the leaf processes to SIGKILL for all."""
 _CHUNK_BYTES = 65_536
 _REAP_S = 0.01
+_STOP_S = 0.0005
 
 
 class LostCpu:
@@ -79,13 +82,26 @@ class Child:
         """Return the CPU seconds so far of the child and of all processes below it, those that have ended included."""
         return self.cpu_s if self._ended_s is not None else sum(map(_cpu_s, self.pids()))
 
-    def freeze(self) -> None:
-        """Stop the child and all processes below it until `thaw`; they can still be ended."""
-        frozen: set[int] = set()
-        # A process that is not stopped yet may start another.
-        while more := set(self.pids()) - frozen:
-            self._signal([*more], signal.SIGSTOP)
-            frozen |= more
+    def freeze(self) -> bool:
+        """Stop the child and all processes below it until `thaw`; they can still be ended.
+
+        Returns
+        -------
+        bool
+            True if all of them stand still; False if one did not within `FREEZE_S`.
+        """
+        ends_s = time.monotonic() + FREEZE_S
+        pids = self.pids()
+        while True:
+            self._signal(pids, signal.SIGSTOP)
+            # Threads stop one after the other, and one that runs may start a process.
+            still = all(_stands_still(pid) for pid in pids)
+            before, pids = pids, self.pids()
+            if still and set(pids) <= set(before):
+                return True
+            if time.monotonic() > ends_s:
+                return False
+            time.sleep(_STOP_S)
 
     def thaw(self) -> None:
         """Let the child go on."""
@@ -204,6 +220,17 @@ def _cpu_s(pid: int) -> float:
         words = Path(f"/proc/{pid}/stat").read_text(errors="replace").rpartition(")")[2].split()
         return sum(map(int, words[11:15])) / os.sysconf("SC_CLK_TCK")
     return 0.0
+
+
+def _stands_still(pid: int) -> bool:
+    """Return whether all threads of a process are stopped or have ended."""
+    with suppress(FileNotFoundError, ProcessLookupError):
+        for thread in os.listdir(f"/proc/{pid}/task"):
+            with suppress(FileNotFoundError, ProcessLookupError):
+                status = Path(f"/proc/{pid}/task/{thread}/stat").read_text(errors="replace")
+                if status.rpartition(")")[2].split()[0] not in "TtZX":
+                    return False
+    return True
 
 
 def _children(pid: int) -> list[int]:

@@ -155,8 +155,9 @@ class Conversation:
             if rule.update() is not Ending.EXITED:
                 child.end()
             elif reader.has_answer:
-                child.freeze()
-                break
+                if child.freeze():
+                    break
+                rule.ending, rule.excess = Ending.TOO_MUCH, "it did not stand still after its answer"
             if reader.progress != reported and report_timer.is_due():
                 reported = reader.progress
                 on_progress(reported)

@@ -36,6 +36,7 @@ class Room:
     root: Path
     sandbox: Sandbox
     job: ResolvedJob
+    program: str
     slot: Slot = field(default_factory=Slot)
     number: int = 0
 
@@ -73,8 +74,8 @@ class Room:
 
     def session(self, key: SessionKey = KEY) -> AbstractContextManager[Session]:
         """Lend the session of the slot."""
-        stand_in = (str(self.bundle / STAND_IN.name),)
-        return self.slot.session(key, bundle=self._bundle, folder=self.folder, sandbox=self.sandbox, program=stand_in)
+        program = (str(self.bundle / self.program),)
+        return self.slot.session(key, bundle=self._bundle, folder=self.folder, sandbox=self.sandbox, program=program)
 
     @contextmanager
     def _bundle(self) -> Iterator[Path]:
@@ -110,16 +111,23 @@ def sandbox(request: pytest.FixtureRequest) -> Sandbox:
 
 @pytest.fixture
 def room(sandbox: Sandbox, tmp_path: Path) -> Iterator[Room]:
-    """Lend a room; afterwards no process and no folder of a session is left."""
-    for folder in (tmp_path, *tmp_path.parents[:2]):
+    """Lend a room with the stand-in; afterwards no process and no folder of a session is left."""
+    with make_room(tmp_path, sandbox, STAND_IN) as made:
+        yield made
+
+
+@contextmanager
+def make_room(root: Path, sandbox: Sandbox, program: Path) -> Iterator[Room]:
+    """Lend a room with a program; afterwards no process and no folder of a session is left."""
+    for folder in (root, *root.parents[:2]):
         folder.chmod(0o755)
-    (tmp_path / "bundle").mkdir()
-    shutil.copy(STAND_IN, tmp_path / "bundle")
+    (root / "bundle").mkdir()
+    shutil.copy(program, root / "bundle")
     stage = Stage(location=(0, 0, -10), look_at=(0, 0, 0), near_mm=900, far_mm=1100)
     manifest = SceneManifest(title="A", stage=stage).model_copy(update={"file": "scene.xml"})
     job = ResolvedJob.of("job", parse_spec({"scene": "mine"}), manifest, bundle="digest").at(1)
-    room = Room(tmp_path, sandbox, job)
-    yield room
-    room.slot.end()
-    until(lambda: not room.processes())
-    assert sorted(path.name for path in tmp_path.iterdir() if path.is_dir()) == ["bundle"]
+    made = Room(root, sandbox, job, program.name)
+    yield made
+    made.slot.end()
+    until(lambda: not made.processes())
+    assert sorted(path.name for path in root.iterdir() if path.is_dir()) == ["bundle"]
