@@ -15,6 +15,7 @@ from lippmann.job.spec import JobSpec
 LATER_FIELDS = (
     "slots",
     "workers",
+    "capture.bands",
     "capture.channels",
     "render.engine",
     "render.samples",

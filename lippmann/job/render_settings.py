@@ -22,6 +22,8 @@ class Capture(JobModel):
     `auto` uses the ray camera where it can render the job."""
     supersample: int = Field(default=1, ge=1, le=8)
     """The number of rendered pixels in each direction that are averaged to one pixel, in linear light."""
+    bands: int = Field(default=7, ge=2, le=32)
+    """The number of wavelength bands into which light is split with `rig.dispersion`."""
     depth: bool = False
     """True if the depth of every pixel is rendered into `depth/0001.exr`; the same as the channel `depth`."""
     channels: Annotated[tuple[Channel, ...], Field(max_length=5)] = ()

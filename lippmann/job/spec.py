@@ -177,11 +177,13 @@ class JobSpec(JobModel):
         if self.capture.method == "ray_camera" and self.render.antialias != "off":
             expected = "off with capture.method ray_camera, which has one ray a pixel: capture.supersample is for it"
             raise FieldError("render.antialias", expected=expected, got="on")
-        if self.capture.method == "ray_camera" and self.rig.dispersion:
-            raise FieldError(
-                "rig.dispersion", expected="false with capture.method ray_camera, of one colour", got="true"
-            )
         return self
+
+    @property
+    def rays_per_px(self) -> int:
+        """The greatest number of camera rays of a pixel of the sheet: its finer pixels, times its wavelength bands."""
+        by_rays = self.capture.method != "glass" and self.render.antialias == "off"
+        return self.capture.supersample**2 * (self.capture.bands if by_rays and self.rig.dispersion else 1)
 
     @property
     def frame_numbers(self) -> tuple[int, ...]:

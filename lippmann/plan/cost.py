@@ -26,10 +26,10 @@ DEPTH_MAP_S_PER_PX = 8e-6
 
 
 def depth_s_per_px(spec: JobSpec, probe: ProbeResult) -> float:
-    """Return the seconds per pixel of a depth pass: a second picture without supersampling, and its exact rays."""
+    """Return the seconds per pixel of a depth pass: a second picture of one ray a pixel, and its exact rays."""
     if not spec.capture.depth:
         return 0.0
-    return probe.s_per_px / spec.capture.supersample**2 + DEPTH_MAP_S_PER_PX
+    return probe.s_per_px / spec.rays_per_px + DEPTH_MAP_S_PER_PX
 
 
 def tile_grid(spec: JobSpec, probe: ProbeResult, *, slots: int, idle_workers: int = 0) -> tuple[int, int]:
@@ -51,7 +51,7 @@ def tile_grid(spec: JobSpec, probe: ProbeResult, *, slots: int, idle_workers: in
         rows, cols = settings.tiles
         return (min(rows, size.lens_rows), min(cols, size.lens_cols))
     pixels_s = size.px * (probe.s_per_px + depth_s_per_px(spec, probe))
-    rendered_px = size.px * spec.capture.supersample**2
+    rendered_px = size.px * spec.rays_per_px
     has_room = idle_workers == 1 and rendered_px <= MOST_WHOLE_PX
     if probe.parallel and has_room and _shares_slots(len(spec.frame_numbers), pixels_s, slots=slots):
         return (1, 1)

@@ -92,13 +92,18 @@ def check_quota(session: Session, owner_id: str, *, frames: int, limits: Limits)
 
 def _problems_of_size(spec: JobSpec, limits: Limits) -> Iterator[FieldProblem]:
     size, frames = frame_size(spec.rig), len(spec.frame_numbers)
-    frame_px = size.px * spec.capture.supersample**2
+    frame_px = size.px * spec.rays_per_px
     rows, cols = (1, 1) if spec.render.tiles == "auto" else spec.render.tiles
     for name, field, value in (
         ("frames", "frames", frames),
-        ("frame_px", "rig.lens_array.count x rig.px_per_lens x capture.supersample", frame_px),
+        ("frame_px", _size_fields(spec), frame_px),
         ("job_px", "frames x pixels of a frame", frames * frame_px),
         ("tasks", "frames x render.tiles", task_count(spec, tile_rows=rows, tile_cols=cols)),
     ):
         if value > limits[name].value:
             yield FieldProblem(field=field, expected=str(limits[name]), got=str(value))
+
+
+def _size_fields(spec: JobSpec) -> str:
+    fields = "rig.lens_array.count x rig.px_per_lens x capture.supersample"
+    return fields if spec.rays_per_px == spec.capture.supersample**2 else f"{fields} x capture.bands"

@@ -72,7 +72,9 @@ def depth_of_tile(
     layout = there.spec.rig.layout
     rows, cols = layout.rows, layout.cols
     region = Region(tile.row_start, tile.row_stop, tile.col_start, tile.col_stop)
-    shared = write_rays(folder / RAYS_FILE, there, rows=rows, cols=cols, region=region, should_stop=monitor.should_stop)
+    shared = write_rays(
+        folder / RAYS_FILE, there, [optical_bench], rows=rows, cols=cols, region=region, should_stop=monitor.should_stop
+    )
 
     def codes(depth: DepthPass) -> NDArray[np.uint16]:
         (folder / DEPTH_POV_FILE).write_text(pov_text(there, "ray_camera", depth=depth))

@@ -28,7 +28,8 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
     if sheet.sheets is not None:
         with place.task_folder() as folder, kept_log(place, order, folder) as log:
             return TaskResult(probe=probe_imported(place, sheet, log, monitor))
-    rows, cols = probe_size(frame_size(sheet.spec.rig))
+    bands = sheet.spec.rays_per_px // sheet.spec.capture.supersample**2
+    rows, cols = probe_size(frame_size(sheet.spec.rig), PROBE_PX // bands)
     frame = sheet.spec.frame_numbers[0]
     # Nothing is made of the pixels, so it does not matter whether they depend on the threads.
     threads = min(order.threads, place.settings.slots, MOST_THREADS)
@@ -59,11 +60,11 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
     return TaskResult(probe=result)
 
 
-def probe_size(size: CellLayout) -> tuple[int, int]:
-    """Return the (rows, cols) of a frame shrunk to about `PROBE_PX` pixels.
+def probe_size(size: CellLayout, px: int = PROBE_PX) -> tuple[int, int]:
+    """Return the (rows, cols) of a frame shrunk to about `px` pixels.
 
     >>> probe_size(CellLayout(lens_rows=90, lens_cols=90, px_per_lens=8))
     (141, 141)
     """
-    shrink = min(1.0, math.sqrt(PROBE_PX / size.px))
+    shrink = min(1.0, math.sqrt(px / size.px))
     return max(1, round(size.rows * shrink)), max(1, round(size.cols * shrink))

@@ -47,8 +47,8 @@ def capture_method(spec: JobSpec, stage: Stage) -> Method:
     """Return the capture method of a job.
 
     `auto` selects the ray camera, which costs less with any number of surfaces and agrees with refractive geometry to
-    50 dB and more (measured: docs/decisions/0008). It selects refractive geometry for what rays of one colour and one
-    sample per pixel cannot render.
+    50 dB and more (measured: docs/decisions/0008). It selects refractive geometry for antialiasing, which needs rays
+    between pixels.
 
     Parameters
     ----------
@@ -62,13 +62,13 @@ def capture_method(spec: JobSpec, stage: Stage) -> Method:
     OpticsError
         If the job requires refractive geometry and POV-Ray cannot model it.
     """
-    asked, needs_glass = spec.capture.method, _field_that_needs_glass(spec)
-    if asked == "ray_camera" or (asked == "auto" and needs_glass is None):
+    asked = spec.capture.method
+    if asked == "ray_camera" or (asked == "auto" and spec.render.antialias == "off"):
         return "ray_camera"
     obstacle = _obstacle_to_glass(spec, stage)
     if obstacle is None:
         return "glass"
-    field = "capture.method" if asked == "glass" else str(needs_glass)
+    field = "capture.method" if asked == "glass" else "render.antialias"
     expected = f"{'ray_camera' if asked == 'glass' else 'off'}, because {obstacle}"
     raise OpticsError.of([FieldProblem(field=field, expected=expected, got=asked if asked == "glass" else "on")])
 
@@ -113,9 +113,3 @@ def _gaps_mm(lens: ImagingLens) -> Iterator[float]:
         for place in range(max(0, behind - 1), min(behind + 1, len(lens.surfaces))):
             if lens.surfaces[place].is_flat:
                 yield abs(lens.vertices_mm[place] - lens.stop.z_mm)
-
-
-def _field_that_needs_glass(spec: JobSpec) -> str | None:
-    if spec.render.antialias != "off":
-        return "render.antialias"
-    return "rig.dispersion" if spec.rig.dispersion else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import numpy as np
 
@@ -52,8 +52,13 @@ def pixel_rays(bench: Bench, *, rows: int, cols: int, region: tuple[slice, slice
     region
         The rows and columns that are wanted, as two slices.
     """
-    bands = list(ray_bands(bench, rows=rows, cols=cols, region=region))
-    return Rays(np.concatenate([band.position for band in bands]), np.concatenate([band.direction for band in bands]))
+    return joined(ray_bands(bench, rows=rows, cols=cols, region=region))
+
+
+def joined(parts: Iterable[Rays]) -> Rays:
+    """Return rays of several parts as one bundle, along the first axis of their arrays."""
+    parts = list(parts)
+    return Rays(np.concatenate([part.position for part in parts]), np.concatenate([part.direction for part in parts]))
 
 
 def outer_rays(bench: Bench) -> Rays:

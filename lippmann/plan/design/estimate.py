@@ -58,7 +58,7 @@ def estimate(spec: JobSpec, method: Method) -> Estimate:
     6.7
     """
     px = frame_size(spec.rig).px
-    rendered_px = px * spec.capture.supersample**2
+    rendered_px = px * spec.rays_per_px
     frames = len(spec.frame_numbers)
     frame_cpu_s = START_S + rendered_px * S_PER_PX[method]
     if spec.capture.depth:

@@ -2,22 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import chain
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+from numpy.typing import NDArray
+
 from lippmann.errors import SceneError, ScratchDamaged, Stopped
 from lippmann.job.resolved import ResolvedJob
-from lippmann.optics.rig.bench import bench
+from lippmann.optics.rig.bands import wavelength_bands
+from lippmann.optics.rig.bench import Bench, bench
 from lippmann.optics.rig.method import capture_method
-from lippmann.optics.rig.pixel_rays import front_mm, outer_rays, ray_bands
+from lippmann.optics.rig.pixel_rays import front_mm, joined, outer_rays, ray_bands
 from lippmann.plan.render_cache import RenderSoftware
 from povtemplates.catalogue import INCLUDE_FOLDER
 from worker.engines.engine import Region, Rendered, Room, SceneUse, Wanted
 from worker.engines.povray.command import SUFFIXES, SYSTEM_INCLUDE, PictureFormat, RenderCommand
 from worker.engines.povray.forecast import EndForecast
-from worker.engines.povray.pixels import read_region
+from worker.engines.povray.pixels import read_bands
 from worker.engines.povray.progress import Progress
 from worker.engines.povray.ray_camera import Scaffold, ray_camera_region, ray_camera_text, scaffold
 from worker.engines.povray.render import RenderOutcome, render
@@ -37,6 +42,13 @@ class RenderedPicture:
 
     outcome: RenderOutcome
     wanted: Region
+    """The pixels of the first wavelength band; those of the others follow below it."""
+    weights: tuple[tuple[float, float, float], ...] = ((1.0, 1.0, 1.0),)
+    """The shares of each wavelength band in red, green and blue."""
+
+    def light(self) -> NDArray[np.float16]:
+        """Return the wanted pixels, `(rows, cols, 3)`, linear light: the bands in their shares."""
+        return read_bands(self.outcome.picture, self.wanted, self.weights)
 
 
 class PovrayEngine:
@@ -77,7 +89,7 @@ class PovrayEngine:
         picture = render_picture(wanted, room)
         outcome = picture.outcome
         return Rendered(
-            light=read_region(outcome.picture, picture.wanted),
+            light=picture.light(),
             start_s=max(0.0, outcome.wall_s - outcome.statistics.trace_s),
             trace_cpu_s=outcome.statistics.trace_cpu_s,
             tileable=not outcome.radiosity_seen,
@@ -97,12 +109,18 @@ def render_picture(wanted: Wanted, room: Room, *, picture_format: PictureFormat 
     rows, cols, region, part = wanted.rows, wanted.cols, wanted.region, wanted.part
     method = capture_method(there.spec, there.stage)
     (room.folder / POV_FILE).write_text(pov_text(there, method))
+    weights: tuple[tuple[float, float, float], ...] = ((1.0, 1.0, 1.0),)
     if method == "ray_camera":
-        # Its rays are those of the region alone, and so is its picture.
-        write_rays(room.folder / RAYS_FILE, there, rows=rows, cols=cols, region=part, should_stop=room.should_stop)
-        cols = part.col_stop - part.col_start
-        region = part = ray_camera_region(rows=part.row_stop - part.row_start, cols=cols)
-        rows = part.row_stop
+        # Its rays are those of the region alone, and so is its picture; the wavelength bands are below each other.
+        bands = wavelength_bands(_bench(there), there.spec.capture.bands)
+        weights = tuple(band.weights for band in bands)
+        benches = [band.bench for band in bands]
+        path = room.folder / RAYS_FILE
+        write_rays(path, there, benches, rows=rows, cols=cols, region=part, should_stop=room.should_stop)
+        band_rows, cols = part.row_stop - part.row_start, part.col_stop - part.col_start
+        part = ray_camera_region(rows=band_rows, cols=cols)
+        region = ray_camera_region(rows=len(bands) * band_rows, cols=cols)
+        rows = region.row_stop
     antialias = there.spec.render.antialias
     command = RenderCommand(
         pov_file=POV_FILE,
@@ -116,7 +134,11 @@ def render_picture(wanted: Wanted, room: Room, *, picture_format: PictureFormat 
         antialias=None if antialias == "off" else antialias,
         threads=wanted.threads,
     )
-    return RenderedPicture(run_povray(room, there, command), part)
+    return RenderedPicture(run_povray(room, there, command), part, weights)
+
+
+def _bench(job: ResolvedJob) -> Bench:
+    return bench(job.spec.rig, reference_mm=job.stage.reference_mm)
 
 
 def run_povray(room: Room, job: ResolvedJob, command: RenderCommand) -> RenderOutcome:
@@ -158,22 +180,34 @@ def run_povray(room: Room, job: ResolvedJob, command: RenderCommand) -> RenderOu
 
 
 def write_rays(
-    path: Path, job: ResolvedJob, *, rows: int, cols: int, region: Region, should_stop: Callable[[], bool]
+    path: Path,
+    job: ResolvedJob,
+    benches: Sequence[Bench],
+    *,
+    rows: int,
+    cols: int,
+    region: Region,
+    should_stop: Callable[[], bool],
 ) -> Scaffold:
     """Write the rays of a region, some rows at a time: a tile of any size needs little memory here.
+
+    Parameters
+    ----------
+    benches
+        The benches whose rays are written one below the other: one bench, or one a wavelength band.
 
     Returns
     -------
     Scaffold
         The scaffold with which the rays were written.
     """
-    optical_bench = bench(job.spec.rig, reference_mm=job.stage.reference_mm)
     wanted = slice(region.row_start, region.row_stop), slice(region.col_start, region.col_stop)
-    count = (region.row_stop - region.row_start) * (region.col_stop - region.col_start)
-    bands = ray_bands(optical_bench, rows=rows, cols=cols, region=wanted)
-    shared = scaffold(outer_rays(optical_bench), front_mm=front_mm(optical_bench), mm_per_unit=job.stage.mm_per_unit)
+    count = len(benches) * (region.row_stop - region.row_start) * (region.col_stop - region.col_start)
+    strips = chain.from_iterable(ray_bands(one, rows=rows, cols=cols, region=wanted) for one in benches)
+    outer = joined(map(outer_rays, benches))
+    shared = scaffold(outer, front_mm=front_mm(benches[0]), mm_per_unit=job.stage.mm_per_unit)
     with path.open("wb") as file:
-        for piece in ray_camera_text(bands, count, shared):
+        for piece in ray_camera_text(strips, count, shared):
             if should_stop():
                 raise Stopped
             file.write(piece)

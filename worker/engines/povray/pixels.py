@@ -14,6 +14,7 @@ from __future__ import annotations
 import os
 import struct
 import zlib
+from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO
 
@@ -21,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.lightfield.sheet.assemble import TilePlace
+from worker.engines.engine import Region
 from worker.engines.povray.picture import Unlike, exactly, exr_attributes, opened, ppm_size
 
 _MAGIC_AND_VERSION_BYTES = 8
@@ -83,6 +85,33 @@ def read_region(picture: Path, place: TilePlace) -> NDArray[np.float16]:
             wanted = light[start - first : stop - first, place.col_start : place.col_stop]
             region[start - place.row_start : stop - place.row_start] = wanted
     return region
+
+
+def read_bands(picture: Path, first: TilePlace, weights: Sequence[tuple[float, float, float]]) -> NDArray[np.float16]:
+    """Return a region of a picture whose wavelength bands are one below the other, as the sum of their shares.
+
+    Parameters
+    ----------
+    picture
+        As for `read_region`.
+    first
+        The region of the first band.
+    weights
+        The shares of each band in red, green and blue. A single band is returned as it is.
+
+    Raises
+    ------
+    RenderFailed
+        If its pixels are cut short or damaged.
+    """
+    if len(weights) == 1:
+        return read_region(picture, first)
+    rows = first.row_stop - first.row_start
+    light = np.zeros((rows, first.col_stop - first.col_start, _CHANNELS), dtype=np.float32)
+    for band, shares in enumerate(weights):
+        place = Region(first.row_start + band * rows, first.row_stop + band * rows, first.col_start, first.col_stop)
+        light += np.array(shares, dtype=np.float32) * read_region(picture, place)
+    return light.astype(np.float16)
 
 
 def _chunk(file: BinaryIO, offset: int, first: int, rows: int, cols: int) -> NDArray[np.float16]:

@@ -65,6 +65,7 @@ def pov_text(sheet: ResolvedJob, method: Method, *, depth: DepthPass | None = No
         trace_level=TRACE_LEVEL + max(0, len(surfaces) - 6),
         surfaces=len(surfaces),
         numbers_a_surface=6,
+        dispersion_samples=sheet.spec.capture.bands if modelled and sheet.spec.rig.dispersion else None,
         lens_rows=[_lens_row(surface, optical_bench) for surface in surfaces],
         stop=_stop(modelled, optical_bench),
         lens_array=_lens_array(optical_bench),

@@ -104,7 +104,8 @@ def test_writing_and_reading_a_job_are_inverse() -> None:
             "capture.supersample is for it",
             "on",
         ),
-        ({"capture": {"method": "ray_camera"}, "rig": {"dispersion": True}}, "rig.dispersion", "ray_camera", "true"),
+        ({"capture": {"bands": 1}}, "capture.bands", "a number of at least 2", "1"),
+        ({"capture": {"bands": 33}}, "capture.bands", "a number of at most 32", "33"),
         (
             {"rig": {"px_per_lens": 200}, "capture": {"supersample": 2}},
             "capture.supersample",

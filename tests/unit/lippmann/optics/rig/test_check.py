@@ -107,7 +107,8 @@ def test_an_asphere_of_glass_is_refused_by_name(more: dict[str, Any], message: s
         ({}, "ray_camera"),
         ({"capture": {"method": "glass"}}, "glass"),
         ({"render": {"antialias": {}}}, "glass"),
-        ({"rig": {"dispersion": True}}, "glass"),
+        ({"rig": {"dispersion": True}}, "ray_camera"),
+        ({"rig": {"dispersion": True}, "render": {"antialias": {}}}, "glass"),
     ],
 )
 def test_the_cheaper_road_is_taken_that_can_do_it(more: dict[str, Any], method: str) -> None:

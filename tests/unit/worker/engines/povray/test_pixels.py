@@ -16,7 +16,7 @@ from lippmann.errors import RenderFailed
 from tests.pictures import read_tiff
 from tests.unit.worker.images.pictures import HALVES
 from worker.engines.engine import Region
-from worker.engines.povray.pixels import read_codes, read_region
+from worker.engines.povray.pixels import read_bands, read_codes, read_region
 from worker.images.write import write_exr
 
 ROWS, COLS = 50, 40
@@ -51,6 +51,18 @@ def test_a_region_is_that_part_of_the_whole(smooth: tuple[Path, np.ndarray], dat
     region = read_region(path, Region(*rows, *cols))
     np.testing.assert_array_equal(region, light[slice(*rows), slice(*cols)])
     assert region.flags.c_contiguous
+
+
+def test_wavelength_bands_are_added_in_their_shares(tmp_path: Path) -> None:
+    band = np.random.default_rng(3).random((3, ROWS, COLS, 3)).astype(np.float16)
+    write_exr(tmp_path / "a.exr", np.concatenate([np.zeros((1, COLS, 3), np.float16), *band]), attributes={})
+    weights = ((0.5, 0.0, 0.25), (0.5, 0.25, 0.75), (0.0, 0.75, 0.0))
+    found = read_bands(tmp_path / "a.exr", Region(1, ROWS + 1, 2, COLS - 3), weights)
+    expected = np.einsum("bc,brsc->rsc", np.array(weights), band.astype(np.float64))[:, 2 : COLS - 3]
+    assert found.astype(np.float64) == pytest.approx(expected, abs=5e-4)
+    whole = np.concatenate([band[0]] * 3)
+    write_exr(tmp_path / "same.exr", whole, attributes={})
+    np.testing.assert_array_equal(read_bands(tmp_path / "same.exr", WHOLE, weights), band[0])
 
 
 def test_pixels_that_do_not_shrink_are_read_too(tmp_path: Path) -> None:
