@@ -35,7 +35,7 @@ def _attack(room: Room, *words: str) -> list[str]:
 @pytest.mark.promise("Scenes", "A warm engine that was taken over finds nothing of an owner whom it served before.")
 def test_it_finds_nothing_of_others(room: Room) -> None:
     with room.session(replace(KEY, owner="bert")) as of_another:
-        left = of_another.work / "home" / "left"
+        left = of_another.work / "left"
         left.write_text("of Bert")
     secret = room.root / "secret"
     secret.write_text("secret")

@@ -39,7 +39,6 @@ PROGRAM = (
 """The arguments of Python that start the program. The folder of our packages follows, as Python without the user's
 settings (-I) has no path from outside; then the variant and the number of threads, which the program reads."""
 
-_HOME = "home"
 _PACKAGES = [Path(__file__).resolve().parents[3] / name for name in ("lippmann", "worker")]
 
 
@@ -87,7 +86,7 @@ class Session:
         self.folder = folder.resolve()
         self.work = self.folder / "work"
         self.requests = 0
-        (self.work / _HOME).mkdir(parents=True)
+        self.work.mkdir()
         library = _library(self.folder / "library")
         python = Path(sys.prefix).resolve() / "bin" / Path(sys.executable).name
         argv = [str(python), "-I", "-B", *program, str(library), key.variant, str(key.threads)]
@@ -98,7 +97,7 @@ class Session:
         self._conversation = Conversation(
             sandbox.wrap(argv, readable=[*_readable(), library, self.bundle], writable=self.work, limits=of_program),
             cwd=self.work,
-            env=environment(self.work / _HOME),
+            env=environment(),
             limits=key.limits,
             groups=sandbox.groups,
         )
@@ -125,10 +124,9 @@ class Session:
         )
 
     def tidy(self) -> None:
-        """Remove what the program left in its folder, unread, except for its home."""
+        """Remove what the program left in its folder, unread."""
         for path in self.work.iterdir():
-            if path.name != _HOME:
-                remove_tree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
+            remove_tree(path) if path.is_dir() and not path.is_symlink() else path.unlink(missing_ok=True)
 
     def close(self) -> None:
         """End the program."""

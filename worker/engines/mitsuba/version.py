@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -50,27 +49,19 @@ def mitsuba_version() -> Found | Missing:
     return probe(VARIANT)
 
 
-def environment(home: Path) -> dict[str, str]:
-    """Return all environment variables of the engine; Dr.Jit keeps compiled kernels below `home`."""
-    return {
-        "PATH": PATH,
-        "LANG": "C.UTF-8",
-        "HOME": str(home),
-        "OPENBLAS_NUM_THREADS": "1",
-    }
+def environment() -> dict[str, str]:
+    """Return all environment variables of the engine; without a home, Dr.Jit keeps no compiled kernels on the disk."""
+    return {"PATH": PATH, "LANG": "C.UTF-8", "OPENBLAS_NUM_THREADS": "1"}
 
 
 def probe(variant: str, more: Mapping[str, str] | None = None) -> Found | Missing:
     """Try one variant in a child process, with more variables in its environment."""
     python = [sys.executable, "-I", "-B", str(_PROBE), variant]
-    with tempfile.TemporaryDirectory(prefix="lippmann-mitsuba-") as home:
-        env = {**environment(Path(home)), **(more or {})}
-        try:
-            ran = subprocess.run(
-                python, env=env, cwd=home, capture_output=True, text=True, timeout=_ANSWER_S, check=False
-            )
-        except (OSError, subprocess.TimeoutExpired) as error:
-            return Missing(f"its trial did not end well: {error}")
+    env = {**environment(), **(more or {})}
+    try:
+        ran = subprocess.run(python, env=env, capture_output=True, text=True, timeout=_ANSWER_S, check=False)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return Missing(f"its trial did not end well: {error}")
     said = ran.stdout.strip()
     if ran.returncode == 0 and said and said != "wrong":
         return Found(said, variant)
