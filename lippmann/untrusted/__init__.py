@@ -5,6 +5,7 @@
 | json_text | JSON: job files, bodies of requests, messages of the broker |
 | toml_text | TOML: the `scene.toml` of a bundle |
 | text_lines | text of lines: lens designs as CSV, .zmx and .seq, glass catalogues as .agf |
+| gltf_file | glTF: the container and the JSON of .gltf and .glb, as models |
 | zip_archive | zip files: scene bundles |
 | file_names | the names of the files in an archive |
 | shown | any value, for a message |

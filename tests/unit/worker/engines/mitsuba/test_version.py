@@ -11,7 +11,9 @@ from worker.engines.mitsuba.version import Found, Missing, mitsuba_version, prob
 OLD_LLVM = Path("/usr/lib/x86_64-linux-gnu/libLLVM-15.so")
 
 
-def test_mitsuba_is_found_with_its_version_and_is_not_imported_here() -> None:
+def test_mitsuba_is_found_with_its_version_and_is_not_imported_here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delitem(sys.modules, "mitsuba", raising=False)  # another test may have imported it
+    mitsuba_version.cache_clear()
     found = mitsuba_version()
 
     assert isinstance(found, Found)

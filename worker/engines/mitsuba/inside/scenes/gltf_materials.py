@@ -1,0 +1,187 @@
+"""The materials of glTF as BSDFs and lights of Mitsuba: metallic-roughness becomes `principled`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import mitsuba
+import numpy as np
+from numpy.typing import NDArray
+
+from lippmann.untrusted.gltf_file import Material, Sampler, TextureInfo
+from worker.engines.mitsuba.inside.scenes.gltf_accessors import GltfArrays
+from worker.engines.mitsuba.inside.scenes.pictures import colour_texture, data_texture, read_picture
+
+mi: Any = mitsuba
+"""Without types, because those of the stubs are not those of a variant."""
+
+_WRAPS = {33071: "clamp", 33648: "mirror", 10497: "repeat"}
+_NEAREST = 9728
+_KNOWN = {
+    "KHR_materials_emissive_strength",
+    "KHR_materials_transmission",
+    "KHR_materials_ior",
+    "KHR_materials_clearcoat",
+}
+
+
+@dataclass(frozen=True)
+class Surface:
+    """What a mesh of a material is made of."""
+
+    bsdf: Any
+    emitter: Any
+    """The light that the surface gives; None if it gives none."""
+
+
+class GltfMaterials:
+    """The materials of one file, each made once."""
+
+    def __init__(self, arrays: GltfArrays) -> None:
+        self._arrays = arrays
+        self._made: dict[tuple[int | None, bool], Any] = {}
+        self._pictures: dict[int, NDArray[np.uint8]] = {}
+
+    def surface(self, index: int | None, *, has_colours: bool) -> Surface:
+        """Return the BSDF of a material, and a light of its own for a mesh.
+
+        Parameters
+        ----------
+        index
+            The number of the material; None for the default of the format.
+        has_colours
+            True if the mesh has colours at its vertices, already multiplied by the factor of the material.
+        """
+        place = f"{self._arrays.files.name}: materials.{index}"
+        material = Material() if index is None else self._arrays.item("materials", index, place)
+        key = (index, has_colours)
+        if key not in self._made:
+            self._made[key] = mi.load_dict(self._bsdf(material, place, has_colours=has_colours))
+        emitted = self._emitted(material, place)
+        return Surface(self._made[key], mi.load_dict(emitted) if emitted else None)
+
+    def factor(self, index: int | None) -> tuple[float, float, float]:
+        """Return the factor of a material's base colour, linear RGB."""
+        if index is None:
+            return (1.0, 1.0, 1.0)
+        material = self._arrays.item("materials", index, f"{self._arrays.files.name}: materials.{index}")
+        red, green, blue, _ = material.pbrMetallicRoughness.baseColorFactor
+        return red, green, blue
+
+    def has_colour_texture(self, index: int | None) -> bool:
+        """Return whether a material takes its base colour from a texture."""
+        if index is None:
+            return False
+        material = self._arrays.item("materials", index, f"{self._arrays.files.name}: materials.{index}")
+        return material.pbrMetallicRoughness.baseColorTexture is not None
+
+    def _bsdf(self, material: Material, place: str, *, has_colours: bool) -> dict[str, Any]:
+        self._note_dropped(material, place)
+        rough, extensions = material.pbrMetallicRoughness, material.extensions
+        bsdf: dict[str, Any] = {"type": "principled"}
+        factor = rough.baseColorFactor[:3]
+        opacity: Any = rough.baseColorFactor[3]
+        if rough.baseColorTexture is not None:
+            pixels, settings = self._picture(rough.baseColorTexture, f"{place}.baseColorTexture")
+            bsdf["base_color"] = colour_texture(pixels, factor, **settings)
+            if material.alphaMode != "OPAQUE":
+                alpha = pixels[..., 3] / 255.0 * rough.baseColorFactor[3]
+                if material.alphaMode == "MASK":
+                    alpha = (alpha >= material.alphaCutoff).astype(np.float64)
+                opacity = data_texture(alpha, **settings)
+        elif has_colours:
+            bsdf["base_color"] = {"type": "mesh_attribute", "name": "vertex_color"}
+        else:
+            bsdf["base_color"] = {"type": "rgb", "value": [min(1.0, max(0.0, share)) for share in factor]}
+        bsdf["roughness"], bsdf["metallic"] = rough.roughnessFactor, rough.metallicFactor
+        if rough.metallicRoughnessTexture is not None:
+            pixels, settings = self._picture(rough.metallicRoughnessTexture, f"{place}.metallicRoughnessTexture")
+            bsdf["roughness"] = data_texture(pixels[..., 1] / 255.0 * rough.roughnessFactor, **settings)
+            bsdf["metallic"] = data_texture(pixels[..., 2] / 255.0 * rough.metallicFactor, **settings)
+        transmission = self._number(extensions, "KHR_materials_transmission", "transmissionFactor", 0.0, place)
+        if transmission > 0:
+            bsdf["spec_trans"] = min(1.0, transmission)
+            bsdf["eta"] = max(1.01, self._number(extensions, "KHR_materials_ior", "ior", 1.5, place))
+        clearcoat = self._number(extensions, "KHR_materials_clearcoat", "clearcoatFactor", 0.0, place)
+        if clearcoat > 0:
+            bsdf["clearcoat"] = min(1.0, clearcoat)
+        if material.normalTexture is not None:
+            bsdf = self._with_normals(bsdf, material.normalTexture, f"{place}.normalTexture")
+        if transmission <= 0:
+            bsdf = {"type": "twosided", "inside": bsdf}
+        if material.alphaMode == "OPAQUE":
+            return bsdf
+        if material.alphaMode == "MASK" and isinstance(opacity, float):
+            opacity = float(opacity >= material.alphaCutoff)
+        return {"type": "mask", "opacity": opacity, "inside": bsdf}
+
+    def _with_normals(self, bsdf: dict[str, Any], info: TextureInfo, place: str) -> dict[str, Any]:
+        pixels, settings = self._picture(info, place)
+        normals = pixels[..., :3] / 255.0
+        if info.scale != 1.0:
+            normals = 0.5 + (normals - 0.5) * (info.scale, info.scale, 1.0)
+        return {"type": "normalmap", "normalmap": data_texture(normals, **settings), "inside": bsdf}
+
+    def _emitted(self, material: Material, place: str) -> dict[str, Any] | None:
+        strength = self._number(
+            material.extensions, "KHR_materials_emissive_strength", "emissiveStrength", 1.0, place
+        ) * self._arrays.files.value("light_scale", 1.0)
+        red, green, blue = (max(0.0, share * strength) for share in material.emissiveFactor)
+        if max(red, green, blue) <= 0:
+            return None
+        if material.emissiveTexture is None:
+            return {"type": "area", "radiance": {"type": "rgb", "value": [red, green, blue]}}
+        pixels, settings = self._picture(material.emissiveTexture, f"{place}.emissiveTexture")
+        return {"type": "area", "radiance": colour_texture(pixels, (red, green, blue), **settings)}
+
+    def _picture(self, info: TextureInfo, place: str) -> tuple[NDArray[np.uint8], dict[str, Any]]:
+        """Return the pixels of a texture, and how Mitsuba is to sample them."""
+        arrays, files = self._arrays, self._arrays.files
+        texture = arrays.item("textures", info.index, place)
+        where = f"{files.name}: textures.{info.index}"
+        if info.texCoord != 0:
+            files.note(f"{place} has texture coordinates of its own; TEXCOORD_0 stands in for them")
+        if "KHR_texture_transform" in info.extensions:
+            files.note(f"{place} moves or scales its texture, which is left out")
+        source = texture.extensions.get("EXT_texture_webp", {}).get("source", texture.source)
+        if not isinstance(source, int) or source < 0:
+            raise files.refuse(f"{where}.source", "a picture: PNG, JPEG or WebP", "none")
+        if source not in self._pictures:
+            picture = arrays.item("images", source, f"{where}.source")
+            named = f"{files.name}: images.{source}"
+            if picture.uri is not None:
+                data = arrays.file_or_data(picture.uri, f"{named}.uri")
+            elif picture.bufferView is not None:
+                data = arrays.bytes_of_view(picture.bufferView, f"{named}.bufferView")
+            else:
+                raise files.refuse(named, "a uri or a bufferView", "neither")
+            self._pictures[source] = read_picture(data, files, place=named)
+        sampler = Sampler()
+        if texture.sampler is not None:
+            sampler = arrays.item("samplers", texture.sampler, f"{where}.sampler")
+        if sampler.wrapS != sampler.wrapT:
+            files.note(f"{where} repeats differently along its axes; both are {_WRAPS[sampler.wrapS]!r}")
+        settings = {
+            "wrap_mode": _WRAPS[sampler.wrapS],
+            "filter_type": "nearest" if sampler.magFilter == _NEAREST else "bilinear",
+        }
+        return self._pictures[source], settings
+
+    def _number(self, extensions: dict[str, Any], name: str, key: str, default: float, place: str) -> float:
+        extension = extensions.get(name)
+        if extension is None:
+            return default
+        given = extension.get(key, default) if isinstance(extension, dict) else extension
+        if isinstance(given, bool) or not isinstance(given, int | float) or not 0 <= given <= 1e9:
+            raise self._arrays.files.refuse(f"{place}.extensions.{name}.{key}", "a number from 0 to 1e9", repr(given))
+        return float(given)
+
+    def _note_dropped(self, material: Material, place: str) -> None:
+        note = self._arrays.files.note
+        if material.occlusionTexture is not None:
+            note(f"{place}: the occlusion texture is left out, because rays find what is hidden")
+        if material.alphaMode == "BLEND":
+            note(f"{place}: alphaMode BLEND is the opacity of a mask")
+        for name in sorted(set(material.extensions) - _KNOWN):
+            note(f"{place}: {name[:80]} is left out")

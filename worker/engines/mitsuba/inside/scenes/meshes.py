@@ -1,0 +1,138 @@
+"""Meshes without a scene around them, .obj and .ply: one shape for each object of the file, and a default light."""
+
+from __future__ import annotations
+
+import logging
+import re
+from pathlib import Path
+from typing import Any
+
+import mitsuba
+import numpy as np
+import trimesh
+
+from worker.engines.mitsuba.inside.scenes.gltf_meshes import MeshArrays, shape_of
+from worker.engines.mitsuba.inside.scenes.loaded import MAX_SHAPES, SceneFiles, default_light
+from worker.engines.mitsuba.inside.scenes.pictures import LINEAR, colour_texture, read_picture
+
+mi: Any = mitsuba
+"""Without types, because those of the stubs are not those of a variant."""
+
+_HEADER_BYTES = 64 * 1024
+_ELEMENT = re.compile(rb"^element[ \t]+(\S+)[ \t]+(\S+)[ \t]*\r?$", re.MULTILINE)
+_MTLLIB = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)
+_MAP = re.compile(rb"^[ \t]*(map_\w+|bump|disp|decal|refl|norm)[ \t]+([^\r\n]+)", re.MULTILINE | re.IGNORECASE)
+_MAX_MTL_BYTES = 4 * 1024 * 1024
+_GREY = {"type": "twosided", "inside": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.6}}}
+
+
+def load_mesh(files: SceneFiles) -> Any:
+    """Return the `mi.Scene` of a .obj or .ply.
+
+    Raises
+    ------
+    SceneError
+        If the file is damaged or beyond a limit, or one that it names is missing or outside the bundle.
+    """
+    path = files.path(files.name, beside="", place="file")
+    for name in sorted(files.job.parameters):
+        files.note(f"parameters.{name} reaches nothing in {files.name}")
+    check_mesh_file(path, files, name=files.name, place=files.name)
+    if path.suffix.lower() == ".obj":
+        _check_materials(path.read_bytes(), files)
+    logging.getLogger("trimesh").setLevel(logging.CRITICAL)
+    try:
+        loaded: Any = trimesh.load_scene(str(path), process=False)
+    except Exception as error:  # trimesh has no error of its own: whatever a damaged file does to it.
+        raise files.refuse(files.name, "a mesh that is whole", f"{type(error).__name__}: {error}") from error
+    scene: dict[str, Any] = {"type": "scene"}
+    found = [mesh for mesh in loaded.geometry.values() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
+    if len(found) > MAX_SHAPES:
+        raise files.refuse(files.name, f"at most {MAX_SHAPES:,} objects", f"{len(found):,}")
+    files.check_faces(sum(len(mesh.faces) for mesh in found))
+    for number, mesh in enumerate(found):
+        scene[f"mesh{number}"] = _shape(f"mesh{number}", mesh, files)
+    if not found:
+        raise files.refuse(files.name, "a mesh with faces", "none")
+    return mi.load_dict(scene | default_light(files), optimize=False)
+
+
+def check_mesh_file(path: Path, files: SceneFiles, *, name: str, place: str) -> None:
+    """Check what a .ply or .obj announces against its size, and that the places of an .obj are numbers."""
+    if path.suffix.lower() == ".ply":
+        _check_ply(path, files, name=name, place=place)
+    else:
+        _check_obj(path.read_bytes(), files, place=f"{place}: {name}" if place != name else place)
+
+
+def _check_ply(path: Path, files: SceneFiles, *, name: str, place: str) -> None:
+    with path.open("rb") as file:
+        begin = file.read(_HEADER_BYTES)
+    head, end, _ = begin.partition(b"end_header")
+    where = f"{place}: {name}" if place != name else place
+    if not begin.startswith(b"ply") or not end:
+        raise files.refuse(where, f"a .ply whose header ends within {_HEADER_BYTES} bytes", repr(begin[:20]))
+    size = path.stat().st_size
+    for kind, number in _ELEMENT.findall(head):
+        count = int(number) if number.isdigit() and len(number) < 20 else -1
+        title = kind.decode("ascii", "replace")[:40]
+        # Each element has at least a byte of its own.
+        if not 0 <= count <= size - len(head):
+            shown = number.decode("ascii", "replace")[:40]
+            raise files.refuse(
+                f"{where}: element {title}", f"at most the {size - len(head):,} bytes that follow", shown
+            )
+        if kind == b"face":
+            files.check_faces(count)
+
+
+def _check_obj(data: bytes, files: SceneFiles, *, place: str) -> None:
+    if b"\0" in data[:_HEADER_BYTES]:
+        raise files.refuse(place, "text", "zero bytes")
+    files.check_faces(data.count(b"\nf "))
+    if data.count(b"\no ") + data.count(b"\ng ") + data.count(b"\nusemtl ") > MAX_SHAPES:
+        raise files.refuse(place, f"at most {MAX_SHAPES:,} objects", "more")
+
+
+def _check_materials(data: bytes, files: SceneFiles) -> None:
+    """Check that the material files and textures that an .obj names are in the bundle."""
+    for named in _MTLLIB.findall(data)[:100]:
+        library = named.decode("utf-8", "replace").strip()
+        place = f"{files.name}: mtllib"
+        path = files.path(library, beside=files.name, place=place, at_most=_MAX_MTL_BYTES)
+        for kind, words in _MAP.findall(path.read_bytes()):
+            picture = words.decode("utf-8", "replace").strip().split()[-1]
+            where = f"{library}: {kind.decode('ascii', 'replace')}"
+            texture = files.path(picture, beside=files.name, place=where)
+            read_picture(texture.read_bytes(), files, place=where)
+            if kind.lower() != b"map_kd":
+                files.note(f"{where} is left out")
+
+
+def _shape(name: str, mesh: Any, files: SceneFiles) -> Any:
+    positions, faces = np.asarray(mesh.vertices, dtype=np.float64), np.asarray(mesh.faces, dtype=np.int64)
+    if not np.isfinite(positions).all():
+        raise files.refuse(f"{files.name}: {name}", "vertices that are finite", "NaN or infinity")
+    if faces.min() < 0 or faces.max() >= len(positions):
+        raise files.refuse(f"{files.name}: {name}", f"faces of the {len(positions)} vertices", int(faces.max()))
+    visual, bsdf, coordinates, colours = mesh.visual, _GREY, None, None
+    if visual.kind == "vertex":
+        colours = LINEAR[np.asarray(visual.vertex_colors)[:, :3]]
+        bsdf = _diffuse({"type": "mesh_attribute", "name": "vertex_color"})
+    elif visual.kind == "texture":
+        material, given = visual.material, getattr(visual, "uv", None)
+        image, diffuse = getattr(material, "image", None), getattr(material, "diffuse", None)
+        if image is not None and given is not None and np.ndim(given) == 2 and np.shape(given)[1] >= 2:
+            coordinates = np.stack([given[:, 0], 1.0 - given[:, 1]], axis=1)
+            bsdf = _diffuse(colour_texture(np.asarray(image.convert("RGBA")), (1.0, 1.0, 1.0)))
+        elif diffuse is not None:
+            codes = np.asarray(diffuse, dtype=np.float64)[:3] / 255.0
+            bsdf = _diffuse({"type": "rgb", "value": codes.tolist()})
+    normals = np.asarray(mesh.vertex_normals) if "vertex_normals" in mesh._cache else None
+    # Normals of the file only: those that trimesh computes would round the edges of a box.
+    arrays = MeshArrays(positions, faces, normals, coordinates, colours)
+    return shape_of(name, arrays, bsdf=mi.load_dict(bsdf))
+
+
+def _diffuse(colour: dict[str, Any]) -> dict[str, Any]:
+    return {"type": "twosided", "inside": {"type": "diffuse", "reflectance": colour}}
