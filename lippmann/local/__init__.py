@@ -3,6 +3,8 @@
 image               `IntegralImage` of the Python API: open, views, refocus, depth, perspective, observe, save
 capture             one frame of a scene rendered
 design              what a job will give, without rendering
+scene_init          the scene.toml of an own scene of POV-Ray written
+model_init          the scene.toml of a glTF model written
 import_sheets       integral images from elsewhere imported as masters
 import_views        views from elsewhere imported as masters: quilts and folders
 import_bundle       imported images as a bundle for a job

@@ -1,4 +1,7 @@
-"""Write the scene.toml of an own scene from the scene's own camera, by the rule of docs/own-scenes.md."""
+"""Write the scene.toml of an own scene from the scene's own camera, by the rule of docs/own-scenes.md.
+
+`model_init` does the same for a model in glTF.
+"""
 
 from __future__ import annotations
 
@@ -13,6 +16,7 @@ from lippmann.job.scene import parse_scene
 from lippmann.job.scene_camera import SceneCamera
 from lippmann.job.spec import parse_spec
 from lippmann.local.animation_ini import AnimationIni, animation_ini
+from lippmann.local.model_init import MODEL_SUFFIXES, model_text
 from lippmann.untrusted.toml_text import read_toml
 from povtemplates.catalogue import MANIFEST
 from worker.engines.povray.scene_variables import SceneVariables, scene_variables
@@ -76,18 +80,16 @@ def init_scene(file: Path) -> DraftScene:
     LippmannError
         Whatever the scene fails with, or that POV-Ray is missing.
     """
-    if not file.is_file() or file.suffix.lower() not in (".pov", ".inc"):
-        raise BadInput(f"expected a .pov or .inc file, got {file}")
+    if not file.is_file() or file.suffix.lower() not in (".pov", ".inc", *MODEL_SUFFIXES):
+        raise BadInput(f"expected a .pov, .inc, .glb or .gltf file, got {file}")
     _check_name(file.name)
     target = file.parent / MANIFEST
     if target.exists():
         raise BadInput(f"expected a folder without {MANIFEST}, got {target}; remove or rename it to write a new one")
-    settings = WorkerSettings()
-    check_povray(settings.povray)
-    ini = animation_ini(file)
-    camera, view, moves, variables = _examined(file, settings, ini)
-    is_animated = variables.clock or variables.frames
-    text = _manifest_text(file.name, camera, view, moves=moves, is_animated=is_animated, ini=ini)
+    if file.suffix.lower() in MODEL_SUFFIXES:
+        text, notes = model_text(file, tangent=RIG_TANGENT, near_mm=NEAR_MM, deepest=DEEPEST)
+    else:
+        text, notes = _pov_text(file)
     try:
         parse_scene(read_toml(text.encode(), field=MANIFEST))
     except LippmannError as error:
@@ -96,8 +98,18 @@ def init_scene(file: Path) -> DraftScene:
         target.write_text(text, encoding="utf-8")
     except OSError as error:
         raise BadInput(f"expected a folder that can be written to, got {file.parent}: {error.strerror}") from error
-    notes = (*_notes(camera, view, moves=moves), *(ini.notes if ini else ()))
     return DraftScene(file=target, text=text, notes=notes)
+
+
+def _pov_text(file: Path) -> tuple[str, tuple[str, ...]]:
+    """Return the scene.toml of a scene of POV-Ray, and notes."""
+    settings = WorkerSettings()
+    check_povray(settings.povray)
+    ini = animation_ini(file)
+    camera, view, moves, variables = _examined(file, settings, ini)
+    is_animated = variables.clock or variables.frames
+    text = _manifest_text(file.name, camera, view, moves=moves, is_animated=is_animated, ini=ini)
+    return text, (*_notes(camera, view, moves=moves), *(ini.notes if ini else ()))
 
 
 def _check_name(name: str) -> None:

@@ -294,7 +294,7 @@ def _chunks(data: bytes, field: str) -> tuple[bytes, bytes | None]:
         if not found and kind != _JSON_CHUNK:
             raise refusal(f"{field}: first chunk", "JSON", f"type {kind:#x}")
         found.setdefault(kind, data[at : at + size])
-        at += size + -size % 4
+        at += size
     if _JSON_CHUNK not in found:
         raise refusal(f"{field}: chunks", "a chunk of JSON", "none")
     return found[_JSON_CHUNK], found.get(_BINARY_CHUNK)

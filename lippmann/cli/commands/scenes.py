@@ -83,11 +83,16 @@ def remove(
 @app.command()
 @with_context
 def init(
-    file: Annotated[Path, typer.Argument(metavar="FILE", help="The .pov file of a scene with a camera.")],
+    file: Annotated[
+        Path, typer.Argument(metavar="FILE", help="The .pov file of a scene with a camera, or a .glb or .gltf.")
+    ],
     *,
     output: Output,
 ) -> None:
-    """Write a scene.toml from the camera of a .pov file. It lies beside the file and gives its reasons as comments."""
+    """Write a scene.toml from the camera of a .pov file, or from the camera or box of a model (.glb, .gltf).
+
+    It lies beside the file and gives its reasons as comments.
+    """
     from lippmann.local.scene_init import init_scene
 
     made = init_scene(file)

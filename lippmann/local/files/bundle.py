@@ -6,12 +6,14 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from lippmann.errors import BadInput
+from lippmann.job.engines import MITSUBA_FILES, POVRAY_FILES
 from lippmann.job.scene import SCENE_FILE
+from lippmann.local.model_init import MODEL_SUFFIXES
 from lippmann.untrusted.toml_text import read_toml
 from povtemplates.catalogue import MANIFEST, scene_folders
 from worker.sandbox.bundle import check_bundle, pack_folder
 
-_SCENE_SUFFIXES = (".pov", ".inc")
+_SCENE_SUFFIXES = (*POVRAY_FILES, *MITSUBA_FILES)
 
 
 def read_bundle(path: Path) -> bytes:
@@ -48,7 +50,7 @@ def find_bundle(scene: str) -> tuple[str, bytes]:
         path = _folder_of(path)
     if "\0" in scene or not path.exists():
         hint = "".join(f" (did you mean {meant}?)" for meant in get_close_matches(scene[:100], folders, n=1))
-        raise BadInput(f"expected a folder, a zip or a .pov file, or one of {', '.join(folders)}{hint}, got {scene!r}")
+        raise BadInput(f"expected a folder, a zip or a scene file, or one of {', '.join(folders)}{hint}, got {scene!r}")
     return path.resolve().stem, read_bundle(path)
 
 
@@ -56,10 +58,9 @@ def _folder_of(file: Path) -> Path:
     """Return the folder of a scene file, which has to have a scene.toml that names it."""
     manifest = file.parent / MANIFEST
     if not manifest.is_file():
-        raise BadInput(
-            f"expected a {MANIFEST} beside {file}, which places the rig, got none; "
-            f"`lippmann scenes init {file}` writes one from the scene's own camera"
-        )
+        is_known = file.suffix.lower() in (*POVRAY_FILES, *MODEL_SUFFIXES)
+        hint = f"; `lippmann scenes init {file}` writes one from the scene's own camera" if is_known else ""
+        raise BadInput(f"expected a {MANIFEST} beside {file}, which places the rig, got none{hint}")
     named = read_toml(manifest.read_bytes(), field=MANIFEST).get("file", SCENE_FILE)
     if named != file.name:
         raise BadInput(f"expected {file.name} as `file` of {manifest}, got {named!r}")

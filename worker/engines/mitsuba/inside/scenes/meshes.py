@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import logging
 import re
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import mitsuba
 import numpy as np
@@ -13,7 +14,7 @@ import trimesh
 
 from worker.engines.mitsuba.inside.scenes.gltf_meshes import MeshArrays, shape_of
 from worker.engines.mitsuba.inside.scenes.loaded import MAX_SHAPES, SceneFiles, default_light
-from worker.engines.mitsuba.inside.scenes.pictures import LINEAR, colour_texture, read_picture
+from worker.engines.mitsuba.inside.scenes.pictures import LINEAR, check_picture, colour_texture, read_picture
 
 mi: Any = mitsuba
 """Without types, because those of the stubs are not those of a variant."""
@@ -24,6 +25,33 @@ _MTLLIB = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)
 _MAP = re.compile(rb"^[ \t]*(map_\w+|bump|disp|decal|refl|norm)[ \t]+([^\r\n]+)", re.MULTILINE | re.IGNORECASE)
 _MAX_MTL_BYTES = 4 * 1024 * 1024
 _GREY = {"type": "twosided", "inside": {"type": "diffuse", "reflectance": {"type": "rgb", "value": 0.6}}}
+
+
+class _InsideBundle(trimesh.resolvers.Resolver):
+    """What trimesh reads beside the file that it was given, which is inside the bundle whatever the file says."""
+
+    def __init__(self, files: SceneFiles) -> None:
+        # The pixels of the pictures are counted once, by _check_materials.
+        self._files = replace(files, texture_px=0)
+
+    def get(self, name: str) -> bytes:
+        """Return the bytes of a material file or of a picture whose header is of a size that a texture may have."""
+        data = self._files.path(name, beside=self._files.name, place=self._files.name).read_bytes()
+        if not name.lower().endswith(".mtl"):
+            check_picture(data, self._files, place=name)
+        return data
+
+    def keys(self) -> list[str]:
+        """Return no names: trimesh is to guess none."""
+        return []
+
+    def write(self, name: str, data: bytes) -> None:
+        """Refuse to write."""
+        raise NotImplementedError
+
+    def namespaced(self, namespace: str) -> NoReturn:
+        """Refuse other folders."""
+        raise NotImplementedError
 
 
 def load_mesh(files: SceneFiles) -> Any:
@@ -42,7 +70,10 @@ def load_mesh(files: SceneFiles) -> Any:
         _check_materials(path.read_bytes(), files)
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     try:
-        loaded: Any = trimesh.load_scene(str(path), process=False)
+        with path.open("rb") as file:
+            loaded: Any = trimesh.load_scene(
+                file, file_type=path.suffix.lower()[1:], resolver=_InsideBundle(files), process=False
+            )
     except Exception as error:  # trimesh has no error of its own: whatever a damaged file does to it.
         raise files.refuse(files.name, "a mesh that is whole", f"{type(error).__name__}: {error}") from error
     scene: dict[str, Any] = {"type": "scene"}

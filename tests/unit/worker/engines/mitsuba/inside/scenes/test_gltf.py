@@ -207,6 +207,7 @@ def test_a_damaged_or_hostile_file_is_refused_by_the_place(refusal: Refusal, glb
     assert message in refusal({"a.glb": glb.data()})
 
 
+@pytest.mark.promise("Scenes", "A model that announces too many faces is refused before they are read.")
 def test_faces_are_counted_over_all_nodes_before_any_is_read(refusal: Refusal) -> None:
     glb = square()
     glb.document["accessors"][2]["count"] = 30_000_000
@@ -215,6 +216,7 @@ def test_faces_are_counted_over_all_nodes_before_any_is_read(refusal: Refusal) -
     assert "expected at most 20,000,000 faces in all, got 30,000,000" in refusal({"a.glb": glb.data()})
 
 
+@pytest.mark.promise("Scenes", "A texture of too many pixels is refused by its header, before it is decoded.")
 def test_a_picture_of_too_many_pixels_is_refused_by_its_header(refusal: Refusal) -> None:
     bomb = picture(1, 1, (0, 0, 0))
     size = bomb.index(b"IHDR") + 4

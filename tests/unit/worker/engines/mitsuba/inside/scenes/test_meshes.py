@@ -56,6 +56,7 @@ def test_an_obj_with_its_material_is_read(load: Load) -> None:
     assert np.asarray(loaded.scene.bbox().max).round(5).ravel().tolist() == [1, 1, 0]
     assert len(loaded.scene.emitters()) == 2
     assert "a.mtl: map_bump is left out" in loaded.notes
+    assert "BitmapTexture" in str(loaded.scene.shapes()[0].bsdf())
 
 
 def test_a_ply_keeps_the_colours_of_its_vertices(load: Load) -> None:

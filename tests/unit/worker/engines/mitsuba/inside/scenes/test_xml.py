@@ -138,11 +138,13 @@ def test_what_is_not_allowed_is_refused_by_file_and_line(refusal: Refusal, files
     assert message in refusal(files)
 
 
+@pytest.mark.promise("Scenes", "An XML scene whose includes multiply is refused before it is rendered.")
 def test_includes_that_multiply_are_refused(refusal: Refusal) -> None:
     files = {f"{n}.xml": scene(*[f'<include filename="{n + 1}.xml"/>'] * 30) for n in range(7)}
     assert "expected at most 500 includes" in refusal({**files, "7.xml": scene(BALL)})
 
 
+@pytest.mark.promise("Scenes", "A scene of Mitsuba reads no file outside its bundle, not by a link either.")
 def test_links_are_refused(load: Load, refusal: Refusal, tmp_path: Path) -> None:
     (tmp_path / "out").symlink_to("/etc")
     (tmp_path / "b.ply").symlink_to("/etc/passwd")
