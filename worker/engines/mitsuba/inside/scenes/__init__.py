@@ -7,7 +7,7 @@
 | xml | Mitsuba's own XML: an allow-list of elements and plugins, includes, defaults |
 | gltf | .gltf and .glb: the whole file, its lights |
 | gltf_accessors, gltf_nodes, gltf_materials, gltf_meshes | its arrays, tree and animation, materials, and meshes |
-| meshes | .obj and .ply |
+| mesh_checks, meshes | what a .obj or .ply announces, and its meshes |
 | pictures, picture_sizes | textures, and the sizes in the headers of those that Mitsuba decodes |
 | splat_file | Gaussian splats from a .ply, within limits |
 | splats | Gaussian splats as a scene, and the light that rays receive from them |

@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import re
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 import numpy as np
 
 from lippmann.errors import SceneError
+from lippmann.job.engines import MITSUBA_FILES
 from lippmann.job.resolved import ResolvedJob
-from worker.engines.mitsuba.inside.scenes.gltf import load_gltf
 from worker.engines.mitsuba.inside.scenes.loaded import LoadedScene, SceneFiles
-from worker.engines.mitsuba.inside.scenes.meshes import load_mesh
-from worker.engines.mitsuba.inside.scenes.xml import load_xml
-
-_LOADERS = {".xml": load_xml, ".gltf": load_gltf, ".glb": load_gltf, ".obj": load_mesh, ".ply": load_mesh}
 
 _TEXT_PLACE = re.compile(r"\A[A-Za-z ]*\(line \d+, col \d+\): ")
 """The place in the text that the loader of XML writes, which is not that in the file."""
@@ -38,11 +35,8 @@ def load(bundle: Path, job: ResolvedJob, clock: float) -> LoadedScene:
         If a file is damaged, beyond a limit, missing or outside the bundle; the message names the place.
     """
     files = SceneFiles(bundle.resolve(), job, clock)
-    loader = _LOADERS.get(PurePosixPath(job.file).suffix.lower())
-    if loader is None:
-        raise files.refuse("file", f"a scene file that ends with {', '.join(_LOADERS)}", job.file)
     try:
-        scene = loader(files)
+        scene = _scene(files)
     except RuntimeError as error:  # Mitsuba's own word for whatever it cannot make of a scene.
         raise SceneError(f"{job.file}: {_words(error, files)}") from error
     box = scene.bbox()
@@ -50,6 +44,29 @@ def load(bundle: Path, job: ResolvedJob, clock: float) -> LoadedScene:
     if scene.shapes() and not (np.isfinite(corners).all() and np.abs(corners).max() < 1e15):
         raise files.refuse(job.file, "shapes of a finite size", "a box that is not finite")
     return LoadedScene(scene=scene, notes=tuple(files.notes))
+
+
+def _scene(files: SceneFiles) -> Any:
+    """Return the `mi.Scene` of a file. A loader and its libraries are imported for their kind of file alone."""
+    suffix = PurePosixPath(files.name).suffix.lower()
+    if suffix == ".xml":
+        from worker.engines.mitsuba.inside.scenes.xml import load_xml
+
+        return load_xml(files)
+    if suffix in (".gltf", ".glb"):
+        from worker.engines.mitsuba.inside.scenes.gltf import load_gltf
+
+        return load_gltf(files)
+    from worker.engines.mitsuba.inside.scenes.splats import is_splats, load_splats
+
+    path = files.path(files.name, beside="", place="file")
+    if is_splats(path):
+        return load_splats(path)
+    if suffix not in (".obj", ".ply"):
+        raise files.refuse("file", f"a scene file that ends with {', '.join(MITSUBA_FILES)}", files.name)
+    from worker.engines.mitsuba.inside.scenes.meshes import load_mesh
+
+    return load_mesh(files)
 
 
 def _words(error: RuntimeError, files: SceneFiles) -> str:

@@ -18,7 +18,7 @@ from defusedxml import DefusedXmlException
 from defusedxml.ElementTree import DefusedXMLParser
 
 from worker.engines.mitsuba.inside.scenes.loaded import MAX_SHAPES, SceneFiles, default_light
-from worker.engines.mitsuba.inside.scenes.meshes import check_mesh_file
+from worker.engines.mitsuba.inside.scenes.mesh_checks import check_mesh_file
 from worker.engines.mitsuba.inside.scenes.picture_sizes import check_picture_file
 from worker.engines.mitsuba.inside.scenes.pictures import LINEAR
 
