@@ -11,8 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.optics.lens.trace import Rays
-from worker.engines.mitsuba.inside.messages import FileKind
+from worker.engines.mitsuba.inside.messages import FileKind, UnsupportedError
 from worker.engines.mitsuba.inside.rays import Placement
+from worker.engines.mitsuba.inside.scenes import splats
 
 Float32 = NDArray[np.float32]
 
@@ -36,16 +37,50 @@ def channel_values(
         The channels that are wanted.
     """
     dead = np.isnan(rays.direction).any(axis=-1)
-    found = scene.ray_intersect(ray, active=mi.Bool(~dead))
+    if holds_splats(scene):
+        distance = splats.radiance(scene, ray, mi.Bool(~dead)).distance
+        found = None
+    else:
+        found = scene.ray_intersect(ray, active=mi.Bool(~dead))
+        distance = found.t
     values: dict[FileKind, Float32] = {}
     if "distance" in kinds or "position" in kinds:
-        distance_mm = np.array(found.t, dtype=np.float64) * placement.mm_per_unit
+        distance_mm = np.array(distance, dtype=np.float64) * placement.mm_per_unit
         distance_mm[dead] = np.nan
         values["distance"] = distance_mm.astype(np.float32)[:, np.newaxis]
         position_mm = np.where(
             np.isinf(distance_mm)[:, np.newaxis], np.inf, rays.position + distance_mm[:, np.newaxis] * rays.direction
         )
         values["position"] = position_mm.astype(np.float32)
+    if found is not None:
+        values |= _surface_values(scene, found, ray, placement, kinds)
+    return {kind: values[kind] for kind in kinds}
+
+
+def holds_splats(scene: mi.Scene) -> bool:
+    """Return True for a scene of Gaussian splats, which have no surfaces."""
+    shapes = scene.shapes()
+    return len(shapes) == 1 and int(shapes[0].shape_type()) == int(mi.ShapeType.EllipsoidsMesh)
+
+
+def check_channels(scene: mi.Scene, kinds: Collection[FileKind]) -> None:
+    """Refuse channels that a scene does not have.
+
+    Raises
+    ------
+    UnsupportedError
+        If splats are asked for what only surfaces have.
+    """
+    wrong = [kind for kind in kinds if kind in ("normal", "albedo", "object")]
+    if wrong and holds_splats(scene):
+        raise UnsupportedError(f"Splats have no channel {', '.join(wrong)}: they have no surfaces.")
+
+
+def _surface_values(
+    scene: mi.Scene, found: Any, ray: mi.Ray3f, placement: Placement, kinds: Collection[FileKind]
+) -> dict[FileKind, Float32]:
+    """Return the channels of the surfaces that rays hit."""
+    values: dict[FileKind, Float32] = {}
     if "normal" in kinds:
         towards = dr.select(found.is_valid(), dr.mulsign(found.sh_frame.n, dr.dot(found.sh_frame.n, -ray.d)), 0)
         values["normal"] = placement.rig_directions(_columns(towards)).astype(np.float32)
@@ -54,7 +89,7 @@ def channel_values(
         values["albedo"] = _columns(dr.select(found.is_valid(), reflectance, 0))
     if "object" in kinds:
         values["object"] = _objects(scene, found)
-    return {kind: values[kind] for kind in kinds if kind in values}
+    return values
 
 
 def _columns(vectors: Any) -> Float32:

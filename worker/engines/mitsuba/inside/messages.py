@@ -44,6 +44,10 @@ Seconds = Annotated[float, Field(ge=0, le=1e7, allow_inf_nan=False)]
 Name = Annotated[str, Field(pattern=r"^[0-9A-Za-z][0-9A-Za-z_.-]{0,99}$")]
 
 
+class UnsupportedError(Exception):
+    """A request for what the program cannot do; the answer is a failure of the kind `unsupported`."""
+
+
 class _Message(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 

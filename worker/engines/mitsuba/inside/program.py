@@ -1,5 +1,7 @@
 """The program in the sandbox: it reads requests from the standard input, renders them and answers, one line each.
 
+    python -m worker.engines.mitsuba.inside.program VARIANT THREADS
+
 It ends with the standard input. The lines of the answers go to the standard output alone; whatever a library prints
 goes to the standard error.
 """
@@ -25,6 +27,7 @@ from worker.engines.mitsuba.inside.messages import (
     Progress,
     Request,
     Result,
+    UnsupportedError,
     read_request,
 )
 
@@ -46,10 +49,6 @@ class Loaded(Protocol):
 
 Load = Callable[[Path, ResolvedJob, float], Loaded]
 """The function that loads the scene of a bundle for a job at a frame, and the clock there."""
-
-
-class UnsupportedError(Exception):
-    """A request for what the program cannot do."""
 
 
 @dataclass
@@ -148,7 +147,7 @@ def prepare(variant: str, threads: int) -> None:
     mitsuba.set_log_level(mitsuba.LogLevel.Warn)
 
 
-def main(variant: str, threads: int, load: Load) -> None:
+def main(variant: str, threads: int, load: Load | None = None) -> None:
     """Answer requests from the standard input until it ends.
 
     Parameters
@@ -158,8 +157,18 @@ def main(variant: str, threads: int, load: Load) -> None:
     threads
         The number of threads of Dr.Jit.
     load
-        The function that loads scenes.
+        The function that loads scenes; by default that of `scenes`.
     """
     answers = private_answers()  # before the libraries, whose prints are no answers
     prepare(variant, threads)
-    Program(load, answers).serve(sys.stdin.buffer)
+    Program(load or _load_of_scenes(), answers).serve(sys.stdin.buffer)
+
+
+def _load_of_scenes() -> Load:
+    from worker.engines.mitsuba.inside.scenes.load import load
+
+    return load
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]))

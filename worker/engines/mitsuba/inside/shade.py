@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 import drjit as dr
 import mitsuba as mi
@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from lippmann.optics.lens.trace import Rays
 from lippmann.optics.rig.bench import Bench, bench
-from worker.engines.mitsuba.inside.channels import channel_values
+from worker.engines.mitsuba.inside.channels import channel_values, check_channels, holds_splats
 from worker.engines.mitsuba.inside.messages import FileKind, Request
 from worker.engines.mitsuba.inside.path import path_radiance
 from worker.engines.mitsuba.inside.rays import Placement, centre_rays, hashed, pixel_numbers, sample_rays
+from worker.engines.mitsuba.inside.scenes import splats
 from worker.engines.mitsuba.inside.whitted import whitted_radiance
 
 BAND_PX = 200_000
@@ -46,24 +47,34 @@ def shade_band(scene: mi.Scene, request: Request, rows: range) -> dict[FileKind,
     stage = request.job.stage
     optical_bench = bench(request.job.spec.rig, reference_mm=stage.reference_mm)
     placement = Placement.of(stage)
+    check_channels(scene, request.kinds)
     others = tuple(kind for kind in request.kinds if kind != "radiance")
-    values: dict[FileKind, Float32] = {"radiance": _radiance(scene, request, optical_bench, placement, rows)}
-    if others:
-        rays = centre_rays(optical_bench, request, rows)
-        values |= channel_values(scene, rays, _scene_rays(rays, placement), placement, others)
+    one = request.job.spec.render.samples == 1
+    centres = centre_rays(optical_bench, request, rows) if one or others else None
+    samples = [centres] if one and centres else _samples(optical_bench, request, rows)
+    values: dict[FileKind, Float32] = {"radiance": _radiance(scene, request, samples, placement, rows)}
+    if others and centres:
+        values |= channel_values(scene, centres, _scene_rays(centres, placement), placement, others)
     return values
 
 
-def _radiance(scene: mi.Scene, request: Request, optical_bench: Bench, placement: Placement, rows: range) -> Float32:
+def _samples(optical_bench: Bench, request: Request, rows: range) -> Iterator[Rays]:
+    for sample in range(request.job.spec.render.samples):
+        yield sample_rays(optical_bench, request, rows, sample)
+
+
+def _radiance(scene: mi.Scene, request: Request, samples: Iterable[Rays], placement: Placement, rows: range) -> Float32:
     """Return the mean radiance of the samples of pixels, (pixel, 3): sums in the order of the samples."""
     settings = request.job.spec.render
     numbers = pixel_numbers(request, rows)
+    splatted = holds_splats(scene)
     total = np.zeros((len(numbers), 3), dtype=np.float32)
-    for sample in range(settings.samples):
-        rays = sample_rays(optical_bench, request, rows, sample)
+    for sample, rays in enumerate(samples):
         alive = mi.Bool(~np.isnan(rays.direction).any(axis=-1))
         ray = _scene_rays(rays, placement)
-        if settings.samples == 1:
+        if splatted:
+            radiance = splats.radiance(scene, ray, alive).radiance
+        elif settings.samples == 1:
             radiance = whitted_radiance(scene, ray, settings.path_depth, alive)
         else:
             state, sequence = (mi.UInt64(word) for word in hashed(numbers, request.frame, sample, stream=1))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -10,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from worker.engines.mitsuba.inside.messages import Failure, Progress, Request, Result, read_answer
 
@@ -125,3 +127,43 @@ def test_a_line_that_is_no_request_is_answered_without_a_number(child: Child, li
     assert isinstance(answer, Failure)
     assert answer.number is None
     assert answer.error.kind == "unsupported"
+
+
+TRIANGLE = """v -400 -400 0
+v 400 -400 0
+v 0 600 0
+f 1 2 3
+"""
+
+
+def rendered_alone(folder: Path, variant: str, request: Request) -> NDArray[np.float32]:
+    """Return the distances of a scene that the program loads from a bundle, as it is started by a worker."""
+    bundle = folder / "bundle"
+    bundle.mkdir()
+    (bundle / "scene.obj").write_text(TRIANGLE)
+    job = request.job.model_copy(update={"file": "scene.obj"})
+    asked = request.model_copy(update={"job": job, "bundle": str(bundle)})
+    program = [sys.executable, "-m", "worker.engines.mitsuba.inside.program", variant, "1"]
+    environment = {**os.environ, "PYTHONPATH": str(Path(__file__).parents[6])}
+    ended = subprocess.run(program, input=asked.line(), capture_output=True, cwd=folder, env=environment, check=True)
+    answer = read_answer(ended.stdout.splitlines()[-1])
+    assert isinstance(answer, Result), answer
+    assert np.fromfile(folder / "1-radiance.f32", "<f4").max() > 0
+    return np.fromfile(folder / "1-distance.f32", "<f4")
+
+
+def test_the_program_alone_loads_a_bundle(tmp_path: Path, make_request: Any) -> None:
+    pytest.importorskip("mitsuba", reason="needs lippmann[mitsuba]")
+    distance = rendered_alone(tmp_path, "llvm_ad_rgb", make_request(channels=("depth",)))
+    assert np.nanmin(distance) >= 500  # mm: the triangle is square to the axis
+    assert np.isfinite(distance).mean() > 0.5
+
+
+@pytest.mark.skipif(not Path("/dev/nvidiactl").exists(), reason="needs a GPU of NVIDIA: cuda_ad_rgb is not tested here")
+def test_a_gpu_measures_the_same_distances(tmp_path: Path, make_request: Any) -> None:
+    distances = {}
+    for variant in ("llvm_ad_rgb", "cuda_ad_rgb"):
+        folder = tmp_path / variant
+        folder.mkdir()
+        distances[variant] = rendered_alone(folder, variant, make_request(channels=("depth",)))
+    assert np.allclose(distances["cuda_ad_rgb"], distances["llvm_ad_rgb"], atol=0.01, equal_nan=True)

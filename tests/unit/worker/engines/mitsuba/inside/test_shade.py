@@ -179,3 +179,25 @@ def test_the_samples_of_a_pixel_lie_inside_it_and_under_its_lens(make_request: A
             # Stratified: every sixteenth of the pixel's width has one sample, so their mean is near the centre.
             mean = np.mean(points, axis=0) - centres
             assert np.abs(mean / half).max() <= 0.2
+
+
+def test_splats_have_light_and_distance_and_no_surfaces(mi: Any, make_request: Any) -> None:
+    from worker.engines.mitsuba.inside.messages import UnsupportedError
+    from worker.engines.mitsuba.inside.scenes.splat_file import Splats
+    from worker.engines.mitsuba.inside.scenes.splats import splat_scene
+
+    one = np.ones(1, np.float32)
+    scene = splat_scene(
+        Splats(
+            centers=np.zeros((1, 3), np.float32), sigmas=np.full((1, 3), 5.0, np.float32),
+            quaternions=np.array([[0, 0, 0, 1]], np.float32), opacities=0.9 * one,
+            harmonics=np.ones((1, 1, 3), np.float32),
+        )
+    )  # fmt: skip
+    values = shaded(mi, scene, make_request(channels=("depth",)))
+    seen = np.isfinite(values["distance"][..., 0])
+    assert 0.02 < seen.mean() < 0.9
+    assert abs(np.median(values["distance"][seen]) - 500) < 80  # mm
+    assert values["radiance"][seen].min() > 0.1
+    with pytest.raises(UnsupportedError, match="Splats have no channel normal"):
+        shaded(mi, scene, make_request(channels=("normal",)))
