@@ -19,6 +19,7 @@ from tests.benchmarks import (
     celery_tasks,
     command,
     coordinator,
+    engines,
     farm,
     joining,
     listening,
@@ -61,6 +62,18 @@ LINES = (
     Line("optics by ray camera / pinhole camera, fish, 90 x 90 lenses of 8 px: CPU", "<= 2.0", optics.ray_camera_ratio),
     Line("optics as glass / pinhole camera, the same: CPU", "-", optics.glass_ratio),
     Line("growth with pixels per lens (Fig. 8): largest deviation from linear", "<= 10 %", optics.growth),
+    Line(
+        "fish in meshes by Mitsuba, warm / by POV-Ray's ray camera, 90 x 90 lenses of 8 px: CPU",
+        "<= 1/12",
+        engines.small_ratio,
+    ),
+    Line("fish in meshes, the same, 100 x 100 lenses of 24 px: CPU", "<= 1/15", engines.large_ratio),
+    Line("fish in meshes, the same, 90 x 90 lenses of 8 px in a new process: CPU", "<= 0.67", engines.cold_ratio),
+    Line(
+        "fish in meshes by Mitsuba: the rig / a pinhole camera, the same pixels: CPU", "<= 1.25", engines.pinhole_ratio
+    ),
+    Line("fish in meshes by Mitsuba, 2400 x 2400 px: peak memory", "<= 0.8 GB", engines.peak_mb),
+    Line("fish in meshes by Mitsuba: 16 rays a pixel / 1: CPU", "<= 14", engines.samples_ratio),
     Line(
         "tasks that do nothing through Celery, 2 slots: rate, and against bare Celery",
         ">= 400/s, >= 0.40",

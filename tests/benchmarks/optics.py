@@ -25,6 +25,8 @@ from worker.engines.povray.scene import RAYS_FILE, pov_text
 ROUNDS = 3
 """Each camera is taken so often, in turn, and its least time counts."""
 
+FISH = scene_folders()["fish"]
+
 LENSES = 90
 GROWTH_LENSES = 50
 GROWTH_PX = (4, 8, 12, 16, 24)
@@ -45,6 +47,8 @@ class Picture:
     rows: int
     cols: int
     first_row: int = 0
+    scene: Path = FISH
+    """The folder of the scene that the text includes."""
 
     def cpu_s(self) -> float:
         """Return the CPU seconds of rendering it."""
@@ -55,7 +59,7 @@ class Picture:
             [
                 *("povray", "+Iframe.pov", "+Oframe.exr", "+FE", f"+W{self.cols}", f"+H{self.rows}"),
                 *(f"+SR{self.first_row + 1}", f"+ER{self.rows}", "-D", "-A", "+WT1", "+K0"),
-                *(f"+L{scene_folders()['fish']}", f"+L{INCLUDE_FOLDER}"),
+                *(f"+L{self.scene}", f"+L{INCLUDE_FOLDER}"),
             ],
             check=True,
             capture_output=True,
@@ -124,8 +128,8 @@ def written(folder: Path, text: str, sheet: ResolvedJob) -> Picture:
     return Picture(folder, rows=side_px(sheet), cols=side_px(sheet))
 
 
-def ray_camera_s(folder: Path, sheet: ResolvedJob) -> float:
-    """Return the CPU seconds of a sheet by the ray camera, from the trace on."""
+def ray_camera_s(folder: Path, sheet: ResolvedJob, *, scene: Path = FISH) -> float:
+    """Return the CPU seconds of a sheet by the ray camera, from the trace on; `scene` is the folder of its scene."""
     folder.mkdir(parents=True)
     side = side_px(sheet)
     region = ray_camera_region(rows=side, cols=side)
@@ -140,7 +144,7 @@ def ray_camera_s(folder: Path, sheet: ResolvedJob) -> float:
         (folder / RAYS_FILE).write_bytes(text)
         (folder / "frame.pov").write_text(pov_text(sheet, "ray_camera"))
 
-    picture = Picture(folder, rows=region.row_stop, cols=side, first_row=region.row_start)
+    picture = Picture(folder, rows=region.row_stop, cols=side, first_row=region.row_start, scene=scene)
     return spent_s(write) + picture.cpu_s()
 
 
