@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from lippmann.job.scene import SCENE_FILE
 from povtemplates.catalogue import INCLUDE_FOLDER, scene_folders
 from worker.engines.povray.scene_variables import SceneVariables, scene_variables
 
@@ -116,7 +117,8 @@ def test_the_camera_of_a_scene_file_that_nothing_includes_does_not_count(tmp_pat
 
 
 def test_the_fish_reads_the_clock_and_the_targets_and_our_includes_read_nothing() -> None:
-    found = {name: scene_variables(folder) for name, folder in scene_folders().items()}
+    folders = {name: folder for name, folder in scene_folders().items() if (folder / SCENE_FILE).is_file()}
+    found = {name: scene_variables(folder) for name, folder in folders.items()}
     fish = found.pop("fish")
     assert (fish.clock, fish.now, fish.has_camera("scene.inc"), fish.chance) == (True, False, False, False)
     for nothing in (*found.values(), scene_variables(INCLUDE_FOLDER)):
