@@ -148,7 +148,7 @@ def ray_camera_s(folder: Path, sheet: ResolvedJob, *, scene: Path = FISH) -> flo
     return spent_s(write) + picture.cpu_s()
 
 
-def spent_s(work: Callable[[], None]) -> float:
+def spent_s(work: Callable[[], object]) -> float:
     """Return the CPU seconds of this process and its ended children that some work takes."""
     before = os.times()
     work()
