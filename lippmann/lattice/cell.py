@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import NDArray
+
+from lippmann.lattice.arrays import NUMPY, Arrays
 
 if TYPE_CHECKING:
     from lippmann.lattice.lenses import LensLattice
@@ -82,7 +84,7 @@ class Cell(ABC):
         return self.row_shift if lens_row % 2 != first_row_shifted else 0.0
 
     @abstractmethod
-    def border_distance(self, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
+    def border_distance(self, right: Any, down: Any, xp: Arrays = NUMPY) -> Any:
         """Return how far from the centre towards the border of the cell places lie: 0 at the centre, 1 on the border.
 
         Parameters
@@ -91,10 +93,12 @@ class Cell(ABC):
             The distances to the right of the centre, float64 of any shape, pitches.
         down
             The distances below the centre, float64 of a shape that broadcasts with `right`, **row pitches**.
+        xp
+            The library of the arrays.
 
         Returns
         -------
-        NDArray
+        Any
             float64 of the common shape.
         """
 
@@ -119,9 +123,7 @@ class Cell(ABC):
         """
 
     @abstractmethod
-    def nearest(
-        self, lenses: LensLattice, right: NDArray[np.float64], down: NDArray[np.float64], *, ties: Ties
-    ) -> Nearest:
+    def nearest(self, lenses: LensLattice, right: Any, down: Any, *, ties: Ties, xp: Arrays = NUMPY) -> Nearest:
         """Return the lenses that places are nearest to; see `LensLattice.nearest`.
 
         Parameters
@@ -132,6 +134,8 @@ class Cell(ABC):
             The places from the middle of the array, float64 that broadcast with each other, **pitches**.
         ties
             Which of two lenses that are equally near is taken.
+        xp
+            The library of the arrays.
 
         Returns
         -------
@@ -179,7 +183,7 @@ class Cell(ABC):
         """
 
 
-def nearest_number(number: NDArray[np.float64], ties: Ties) -> NDArray[np.intp]:
+def nearest_number(number: Any, ties: Ties, xp: Arrays = NUMPY) -> Any:
     """Return the integer nearest to each number of a lens.
 
     Parameters
@@ -188,11 +192,12 @@ def nearest_number(number: NDArray[np.float64], ties: Ties) -> NDArray[np.intp]:
         Numbers of lenses along a row, with fractions between them, float64 of any shape.
     ties
         Which of two equally near integers is taken.
+    xp
+        The library of the arrays.
 
     Returns
     -------
-    NDArray
-        intp of the same shape.
+    Any
+        Integers of the same shape; intp of NumPy.
     """
-    rounded = np.round(number) if ties == "even" else np.floor(number + 0.5 + ON_THE_BORDER)
-    return rounded.astype(np.intp)
+    return xp.whole(xp.round(number) if ties == "even" else xp.floor(number + 0.5 + ON_THE_BORDER))

@@ -8,11 +8,12 @@ from __future__ import annotations
 
 import math
 from functools import lru_cache
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.lattice.arrays import NUMPY, Arrays
 from lippmann.lattice.cell import ON_THE_BORDER, Cell, Lattice, Nearest, Ties, nearest_number
 
 if TYPE_CHECKING:
@@ -31,10 +32,10 @@ class HexagonalCell(Cell):
     overhang = 1 / 3
     plural = "hexagonal lenses"
 
-    def border_distance(self, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
+    def border_distance(self, right: Any, down: Any, xp: Arrays = NUMPY) -> Any:
         """Return max(2 |x|, |x| + 3 |y| / 2), y in row pitches: see `Cell.border_distance`."""
-        x, y = np.abs(right), np.abs(down)
-        return np.asarray(np.maximum(2 * x, x + 1.5 * y))
+        x, y = abs(right), abs(down)
+        return xp.maximum(2 * x, x + 1.5 * y)
 
     def owns(self, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which places belong to the cell; see `Cell.owns`."""
@@ -42,44 +43,38 @@ class HexagonalCell(Cell):
         slanted = np.abs(right) + 1.5 * np.abs(down) <= 1 + np.where(down > 0, ON_THE_BORDER, -ON_THE_BORDER)
         return np.asarray(upright & slanted)
 
-    def nearest(
-        self, lenses: LensLattice, right: NDArray[np.float64], down: NDArray[np.float64], *, ties: Ties
-    ) -> Nearest:
+    def nearest(self, lenses: LensLattice, right: Any, down: Any, *, ties: Ties, xp: Arrays = NUMPY) -> Nearest:
         """Return the nearer of the nearest lenses of the lens rows above and below; see `Cell.nearest`."""
-        above = self._row_above(down, lenses.lens_rows)
-        upper, lower = (self._nearest_in_row(lenses, above + step, right, down, ties) for step in (0, 1))
+        above = self._row_above(down, lenses.lens_rows, xp)
+        upper, lower = (self._nearest_in_row(lenses, above + step, right, down, ties, xp) for step in (0, 1))
         border = 0.0 if ties == "even" else ON_THE_BORDER
-        take_lower = np.hypot(lower.right, lower.down) < np.hypot(upper.right, upper.down) - border
+        from_upper, from_lower = (xp.sqrt(one.right * one.right + one.down * one.down) for one in (upper, lower))
+        take_lower = from_lower < from_upper - border
         return Nearest(
-            np.where(take_lower, lower.lens_row, upper.lens_row),
-            np.where(take_lower, lower.lens_col, upper.lens_col),
-            right=np.where(take_lower, lower.right, upper.right),
-            down=np.where(take_lower, lower.down, upper.down),
+            xp.where(take_lower, lower.lens_row, upper.lens_row),
+            xp.where(take_lower, lower.lens_col, upper.lens_col),
+            right=xp.where(take_lower, lower.right, upper.right),
+            down=xp.where(take_lower, lower.down, upper.down),
         )
 
     def _nearest_in_row(
-        self,
-        lenses: LensLattice,
-        lens_row: NDArray[np.intp],
-        right: NDArray[np.float64],
-        down: NDArray[np.float64],
-        ties: Ties,
+        self, lenses: LensLattice, lens_row: Any, right: Any, down: Any, ties: Ties, xp: Arrays
     ) -> Nearest:
-        middles = np.array([lenses.row_middle_pitches(0), lenses.row_middle_pitches(1)])
-        from_first = right - middles[lens_row % 2] + (lenses.lens_cols - 1) / 2
-        lens_col = nearest_number(from_first, ties)
-        to_row = down - (lens_row - (lenses.lens_rows - 1) / 2) * self.row_pitch
-        wide_row, wide_down, _ = np.broadcast_arrays(lens_row, to_row, from_first)
-        return Nearest(wide_row, lens_col, right=from_first - lens_col, down=wide_down)
+        middles = [lenses.row_middle_pitches(number) for number in (0, 1)]
+        middle = xp.where((lens_row & 1) == 1, middles[1], middles[0])
+        from_first = right - middle + (lenses.lens_cols - 1) / 2
+        lens_col = nearest_number(from_first, ties, xp)
+        to_row = down - (xp.real(lens_row) - (lenses.lens_rows - 1) / 2) * self.row_pitch
+        return Nearest(lens_row, lens_col, right=from_first - xp.real(lens_col), down=to_row)
 
     def rows_near(self, down: NDArray[np.float64], lens_rows: int) -> tuple[int, int]:
         """Return the lens rows above the uppermost and below the lowest place; see `Cell.rows_near`."""
         above = self._row_above(down, lens_rows)
         return int(above.min()), int(above.max()) + 1
 
-    def _row_above(self, down: NDArray[np.float64], lens_rows: int) -> NDArray[np.intp]:
+    def _row_above(self, down: Any, lens_rows: int, xp: Arrays = NUMPY) -> Any:
         """Return the lens row whose centres are above, or at, each place."""
-        return np.floor(down / self.row_pitch + (lens_rows - 1) / 2).astype(np.intp)
+        return xp.whole(xp.floor(down / self.row_pitch + (lens_rows - 1) / 2))
 
     def row_px(self, px_per_lens: int) -> int:
         """Return the pixel rows from one lens row to the next, m, for an even number of pixels across a lens, n.

@@ -7,10 +7,12 @@ pitch of 1 they are in pitches, with a pitch in mm they are in mm.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.lattice.arrays import NUMPY, Arrays
 from lippmann.lattice.cell import Cell, Lattice, Nearest, Ties
 from lippmann.lattice.kinds import CELLS
 
@@ -77,26 +79,26 @@ class LensLattice:
         right, down = self.centre_of(rows, cols)
         return right, np.broadcast_to(down, right.shape).copy()
 
-    def centre_of(
-        self, lens_row: NDArray[np.intp], lens_col: NDArray[np.intp]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def centre_of(self, lens_row: Any, lens_col: Any, *, xp: Arrays = NUMPY) -> tuple[Any, Any]:
         """Return the centres of some lenses as (right, down); the lattice goes on beyond the array.
 
         Parameters
         ----------
         lens_row, lens_col
             The numbers of the lenses, integers that broadcast with each other.
+        xp
+            The library of the arrays.
 
         Returns
         -------
         tuple
             `right` of the common shape and `down` of the shape of `lens_row`, float64 in the unit of the pitch.
         """
-        middles = np.array([self.row_middle_pitches(0), self.row_middle_pitches(1)])
-        right = (lens_col - (self.lens_cols - 1) / 2) * self.pitch + middles[lens_row % 2] * self.pitch
-        return right, np.asarray((lens_row - (self.lens_rows - 1) / 2) * self.row_pitch)
+        middle = xp.where((lens_row & 1) == 1, self.row_middle_pitches(1), self.row_middle_pitches(0))
+        right = (xp.real(lens_col) - (self.lens_cols - 1) / 2) * self.pitch + middle * self.pitch
+        return right, (xp.real(lens_row) - (self.lens_rows - 1) / 2) * self.row_pitch
 
-    def nearest(self, right: NDArray[np.float64], down: NDArray[np.float64], *, ties: Ties = "right") -> Nearest:
+    def nearest(self, right: Any, down: Any, *, ties: Ties = "right", xp: Arrays = NUMPY) -> Nearest:
         """Return the lens that each place is nearest to; the lattice goes on beyond the array, see `has`.
 
         With the ties to the right, of two lenses in a row that are as near it is the right one; of two lens rows, the
@@ -108,6 +110,8 @@ class LensLattice:
             The places from the middle of the array, float64 that broadcast with each other, in the unit of the pitch.
         ties
             Which of two equally near lenses is taken.
+        xp
+            The library of the arrays.
 
         Returns
         -------
@@ -115,7 +119,7 @@ class LensLattice:
             The lenses, and the places from their centres in the unit of the pitch; on the square lattice rows have
             the shape of `down` and columns that of `right`.
         """
-        found = self.cell.nearest(self, right / self.pitch, down / self.pitch, ties=ties)
+        found = self.cell.nearest(self, right / self.pitch, down / self.pitch, ties=ties, xp=xp)
         return Nearest(found.lens_row, found.lens_col, right=found.right * self.pitch, down=found.down * self.pitch)
 
     def has(self, lens_row: NDArray[np.intp], lens_col: NDArray[np.intp]) -> NDArray[np.bool_]:
@@ -134,9 +138,7 @@ class LensLattice:
         has_row = (lens_row >= 0) & (lens_row < self.lens_rows)
         return np.asarray(has_row & (lens_col >= 0) & (lens_col < self.lens_cols))
 
-    def contains(
-        self, right: NDArray[np.float64], down: NDArray[np.float64], *, tolerance: float = 0.0
-    ) -> NDArray[np.bool_]:
+    def contains(self, right: Any, down: Any, *, tolerance: float = 0.0, xp: Arrays = NUMPY) -> Any:
         """Return which places lie in the cell of a lens, its border included.
 
         Parameters
@@ -146,13 +148,15 @@ class LensLattice:
             pitch.
         tolerance
             The part of the cell's size by which places may lie beyond its border.
+        xp
+            The library of the arrays.
 
         Returns
         -------
-        NDArray
+        Any
             bool of the common shape.
         """
-        return np.asarray(self.cell.border_distance(right / self.pitch, down / self.row_pitch) <= 1 + tolerance)
+        return self.cell.border_distance(right / self.pitch, down / self.row_pitch, xp) <= 1 + tolerance
 
     def lens_rows_near(self, down: NDArray[np.float64]) -> tuple[int, int]:
         """Return [first, stop) of the lens rows of the array whose cells places at these heights may lie in.

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.lattice.arrays import NUMPY, Arrays
 from lippmann.lattice.cell import ON_THE_BORDER, Cell, Lattice, Nearest, Ties, nearest_number
 
 if TYPE_CHECKING:
@@ -26,21 +27,19 @@ class SquareCell(Cell):
     overhang = 0.0
     plural = "lenses"
 
-    def border_distance(self, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.float64]:
+    def border_distance(self, right: Any, down: Any, xp: Arrays = NUMPY) -> Any:
         """Return 2 max(|x|, |y|); see `Cell.border_distance`."""
-        return np.asarray(2 * np.maximum(np.abs(right), np.abs(down)))
+        return 2 * xp.maximum(abs(right), abs(down))
 
     def owns(self, right: NDArray[np.float64], down: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Return which places belong to the cell; see `Cell.owns`."""
         low, high = -0.5 - ON_THE_BORDER, 0.5 - ON_THE_BORDER
         return np.asarray((right >= low) & (right < high) & (down >= low) & (down < high))
 
-    def nearest(
-        self, lenses: LensLattice, right: NDArray[np.float64], down: NDArray[np.float64], *, ties: Ties
-    ) -> Nearest:
+    def nearest(self, lenses: LensLattice, right: Any, down: Any, *, ties: Ties, xp: Arrays = NUMPY) -> Nearest:
         """Return the nearest lenses, rows and columns each on their own; see `Cell.nearest`."""
-        lens_row, past_row = _nearest_on_line(down, lenses.lens_rows, ties)
-        lens_col, past_col = _nearest_on_line(right, lenses.lens_cols, ties)
+        lens_row, past_row = _nearest_on_line(down, lenses.lens_rows, ties, xp)
+        lens_col, past_col = _nearest_on_line(right, lenses.lens_cols, ties, xp)
         return Nearest(lens_row, lens_col, right=past_col, down=past_row)
 
     def rows_near(self, down: NDArray[np.float64], lens_rows: int) -> tuple[int, int]:
@@ -61,7 +60,7 @@ class SquareCell(Cell):
         return np.broadcast_to(np.True_, (row_px + 2 * overhang_px, px_per_lens))
 
 
-def _nearest_on_line(at: NDArray[np.float64], count: int, ties: Ties) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+def _nearest_on_line(at: Any, count: int, ties: Ties, xp: Arrays = NUMPY) -> tuple[Any, Any]:
     """Return the numbers of the nearest of evenly spaced lenses, and how far past their centres the places are."""
-    lens = nearest_number(at + (count - 1) / 2, ties)
-    return lens, at - (lens - (count - 1) / 2)
+    lens = nearest_number(at + (count - 1) / 2, ties, xp)
+    return lens, at - (xp.real(lens) - (count - 1) / 2)

@@ -9,12 +9,14 @@ The sag of an even asphere of curvature c, conic constant k and terms a_4, a_6, 
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from lippmann.lattice.arrays import NUMPY, Arrays
+from lippmann.optics.lens.ray import Ray, Vector
 
 STEPS = 30
 """The most steps of Newton's method, which doubles the correct digits in each step; a ray that needs more has no
@@ -36,78 +38,73 @@ class Profile:
     aspheric: tuple[float, ...] = ()
     """The coefficients of r^4, r^6, ..."""
 
-    def sag_mm(self, square_mm2: Array) -> Array:
+    def sag_mm(self, square_mm2: Any, xp: Arrays = NUMPY) -> Any:
         """Return the sag at squared distances from the axis, same shape; NaN beyond the rim of the surface.
 
         >>> paraboloid = Profile(0.02, conic=-1.0, aspheric=(1e-4,))
         >>> paraboloid.sag_mm(np.array([100.0])).tolist()  # c r^2 / 2 + a_4 r^4
         [2.0]
         """
-        sag: Array = self.curvature_per_mm * square_mm2 / (1.0 + self._root(square_mm2))
-        for order, term in enumerate(self.aspheric, start=2):
-            sag = sag + term * square_mm2**order
+        sag = self.curvature_per_mm * square_mm2 / (1.0 + self._root(square_mm2, xp))
+        power = square_mm2
+        for term in self.aspheric:
+            power = power * square_mm2
+            sag = sag + term * power
         return sag
 
-    def steepness_per_mm(self, square_mm2: Array) -> Array:
+    def steepness_per_mm(self, square_mm2: Any, xp: Arrays = NUMPY) -> Any:
         """Return dz/d(r^2) at squared distances from the axis, same shape."""
         with np.errstate(divide="ignore"):
-            steepness: Array = self.curvature_per_mm / 2.0 / self._root(square_mm2)
+            steepness = self.curvature_per_mm / 2.0 / self._root(square_mm2, xp)
+        power = square_mm2
         for order, term in enumerate(self.aspheric, start=2):
-            steepness = steepness + order * term * square_mm2 ** (order - 1)
+            steepness = steepness + order * term * power
+            power = power * square_mm2
         return steepness
 
-    def just_within(self, square_mm2: Array) -> Array:
+    def just_within(self, square_mm2: Any, xp: Arrays = NUMPY) -> Any:
         """Return squared distances brought back inside the rim where an ellipsoid ends."""
         bulge = (1.0 + self.conic) * self.curvature_per_mm**2
-        return square_mm2 if bulge <= 0 else np.minimum(square_mm2, 0.999 / bulge)
+        return square_mm2 if bulge <= 0 else xp.minimum(square_mm2, 0.999 / bulge)
 
-    def _root(self, square_mm2: Array) -> Array:
+    def _root(self, square_mm2: Any, xp: Arrays) -> Any:
         inside = 1.0 - (1.0 + self.conic) * self.curvature_per_mm**2 * square_mm2
-        root: Array = np.sqrt(np.where(inside >= 0, inside, np.nan))
-        return root
+        return xp.sqrt(xp.where(inside >= 0, inside, math.nan))
 
 
-def meet_profile(position: Array, direction: Array, profile: Profile, *, vertex_z_mm: float) -> tuple[Array, Array]:
-    """Return the intersections of rays with a surface of rotation, and the unit normals toward +z, each (..., 3).
+def meet_profile(ray: Ray, profile: Profile, *, vertex_z_mm: float, xp: Arrays = NUMPY) -> tuple[Vector, Vector]:
+    """Return the intersections of rays with a surface of rotation, and the unit normals toward +z.
 
     Newton's method along the ray starts at its intersection with the vertex plane (Spencer, Murty, J. Opt. Soc. Am. 52,
     672 (1962)). Rays that leave the surface's domain or do not settle become NaN.
 
     Parameters
     ----------
-    position
-        The points where the rays start, float64 (..., 3), mm.
-    direction
-        The unit vectors of the rays, float64 (..., 3).
+    ray
+        The rays.
     profile
         The sag and the slope of the surface over the distance from the axis.
     vertex_z_mm
         The place of the vertex along the axis, mm.
+    xp
+        The library of the arrays.
     """
-    step = (vertex_z_mm - position[..., 2]) / direction[..., 2]
+
+    def step(along: Any) -> tuple[Any, Any]:
+        x, y, z = ray.at(along)
+        square = profile.just_within(x * x + y * y, xp)
+        miss = z - vertex_z_mm - profile.sag_mm(square, xp)
+        across = 2.0 * (x * dx + y * dy)
+        return along - miss / (dz - profile.steepness_per_mm(square, xp) * across), abs(miss) > SETTLED_MM
+
+    dx, dy, dz = ray.direction
     with np.errstate(invalid="ignore", over="ignore"):
-        for _ in range(STEPS):
-            points = position + step[..., np.newaxis] * direction
-            square = profile.just_within(_square(points))
-            miss = points[..., 2] - vertex_z_mm - profile.sag_mm(square)
-            across = 2.0 * np.sum(points[..., :2] * direction[..., :2], axis=-1)
-            step = step - miss / (direction[..., 2] - profile.steepness_per_mm(square) * across)
-            if not np.any(np.abs(miss) > SETTLED_MM):
-                break
-        points = position + step[..., np.newaxis] * direction
-        miss = points[..., 2] - vertex_z_mm - profile.sag_mm(_square(points))
-        points = np.where((np.abs(miss) < CLOSE_MM)[..., np.newaxis], points, np.nan)
-        return points, _normals(points, profile)
-
-
-def _square(points: Array) -> Array:
-    square: Array = np.sum(points[..., :2] ** 2, axis=-1)
-    return square
-
-
-def _normals(points: Array, profile: Profile) -> Array:
-    normals = np.empty_like(points)
-    normals[..., :2] = -2.0 * profile.steepness_per_mm(_square(points))[..., np.newaxis] * points[..., :2]
-    normals[..., 2] = 1.0
-    scaled: Array = normals / np.linalg.norm(normals, axis=-1, keepdims=True)
-    return scaled
+        along = xp.settle(step, (vertex_z_mm - ray.position[2]) / dz, most=STEPS)
+        x, y, z = ray.at(along)
+        square = x * x + y * y
+        is_met = abs(z - vertex_z_mm - profile.sag_mm(square, xp)) < CLOSE_MM
+        x, y, z = (xp.where(is_met, value, math.nan) for value in (x, y, z))
+        slope = -2.0 * profile.steepness_per_mm(x * x + y * y, xp)
+        nx, ny = slope * x, slope * y
+        length = xp.sqrt(nx * nx + ny * ny + 1.0)
+        return (x, y, z), (nx / length, ny / length, 1.0 / length)

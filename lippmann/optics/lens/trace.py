@@ -1,7 +1,9 @@
 """The exact trace of skew rays through spheres, planes, aspheres and stops, vectorised.
 
-Positions and directions are arrays of shape (..., 3) in the rig frame, mm; directions are unit vectors. A ray that
-misses a surface, passes outside its aperture or is totally reflected becomes NaN and stays so.
+The trace is written once, by components and on any library of arrays (`Ray`, `lippmann.lattice.arrays`): the second
+half of this module. The first half is the same for NumPy's arrays of vectors: positions and directions of shape
+(..., 3) in the rig frame, mm; directions are unit vectors. A ray that misses a surface, passes outside its aperture or
+is totally reflected becomes NaN and stays so.
 """
 
 from __future__ import annotations
@@ -9,11 +11,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.lattice.arrays import NUMPY, Arrays
 from lippmann.optics.lens.asphere import meet_profile
+from lippmann.optics.lens.ray import Ray, Vector, dot
 from lippmann.optics.lens.surfaces import ImagingLens, Stop, Surface
 
 Array = NDArray[np.float64]
@@ -28,6 +33,16 @@ class Rays:
     direction: Array
     """The directions, float64 (..., 3), unit vectors."""
 
+    @classmethod
+    def of(cls, ray: Ray) -> Rays:
+        """Return rays that are given by their components, which are arrays of NumPy."""
+        return cls(stacked(ray.position), stacked(ray.direction))
+
+    @property
+    def parts(self) -> Ray:
+        """The same rays by their components."""
+        return Ray(components(self.position), components(self.direction))
+
     def at_z(self, z_mm: float | Array) -> Array:
         """Return the intersections of the rays with the plane of a z, shape (..., 3)."""
         step = (z_mm - self.position[..., 2]) / self.direction[..., 2]
@@ -35,77 +50,24 @@ class Rays:
         return points
 
 
+def components(vectors: Array) -> Vector:
+    """Return the components of vectors (..., 3)."""
+    return vectors[..., 0], vectors[..., 1], vectors[..., 2]
+
+
+def stacked(vector: Vector) -> Array:
+    """Return vectors (..., 3) of their components, which broadcast with each other."""
+    shape = np.broadcast_shapes(*(np.shape(part) for part in vector))
+    vectors = np.empty((*shape, 3))
+    for axis, part in enumerate(vector):
+        vectors[..., axis] = part
+    return vectors
+
+
 def unit(vectors: Array) -> Array:
     """Return vectors (..., 3) scaled to length 1."""
     scaled: Array = vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
     return scaled
-
-
-def meet_plane(rays: Rays, z_mm: float) -> tuple[Array, Array]:
-    """Return the intersections of rays with the plane of a z and the normals (0, 0, 1) there, each (..., 3).
-
-    Parameters
-    ----------
-    rays
-        The rays: positions and directions, each float64 (..., 3), mm and unit vectors.
-    z_mm
-        The place of the plane along the axis, mm.
-    """
-    points = rays.at_z(z_mm)
-    return points, np.broadcast_to(np.array([0.0, 0.0, 1.0]), points.shape)
-
-
-def meet_sphere(rays: Rays, *, vertex_z_mm: float, radius_mm: float, centre_xy_mm: Array) -> tuple[Array, Array]:
-    """Return the intersections of rays with a sphere near its vertex, and the normals there, each (..., 3).
-
-    Parameters
-    ----------
-    rays
-        The rays: positions and directions, each float64 (..., 3), mm and unit vectors.
-    vertex_z_mm
-        The z of the vertex; the centre lies at vertex + radius.
-    radius_mm
-        The signed radius, positive if the centre lies at greater z, mm.
-    centre_xy_mm
-        The centres across the axis, float64 (..., 2), mm.
-    """
-    centre = np.empty((*np.broadcast_shapes(rays.position.shape[:-1], centre_xy_mm.shape[:-1]), 3))
-    centre[..., :2] = centre_xy_mm
-    centre[..., 2] = vertex_z_mm + radius_mm
-    to_centre = centre - rays.position
-    along = np.sum(to_centre * rays.direction, axis=-1)
-    square = along**2 - np.sum(to_centre**2, axis=-1) + radius_mm**2
-    root = np.sqrt(np.where(square >= 0, square, np.nan))
-    # Select the intersection on the side of the vertex: the first if the ray meets the vertex before the centre.
-    toward = np.sign(radius_mm) * np.sign(rays.direction[..., 2])
-    points = rays.position + (along - toward * root)[..., np.newaxis] * rays.direction
-    return points, (centre - points) / radius_mm
-
-
-def refract(direction: Array, normal: Array, *, index_before: float, index_after: float) -> Array:
-    """Return directions behind a surface by Snell's law in vector form (Glassner 1989, section 2.4), shape (..., 3).
-
-    Normals may point to either side. Totally reflected rays become NaN.
-
-    Parameters
-    ----------
-    direction
-        The unit vectors of the rays, float64 (..., 3).
-    normal
-        The unit normals of the surface, float64 (..., 3), to either side.
-    index_before
-        The index of refraction before the surface.
-    index_after
-        The index of refraction behind the surface.
-    """
-    ratio = index_before / index_after
-    cosine = np.sum(direction * normal, axis=-1, keepdims=True)
-    facing = np.where(cosine < 0, -normal, normal)
-    cosine = np.abs(cosine)
-    square = 1.0 - ratio**2 * (1.0 - cosine**2)
-    after = np.sqrt(np.where(square >= 0, square, np.nan))
-    refracted: Array = ratio * direction + (after - ratio * cosine) * facing
-    return refracted
 
 
 def through_lens(rays: Rays, lens: ImagingLens, *, backward: bool = False, stopped: bool = True) -> Rays:
@@ -122,9 +84,7 @@ def through_lens(rays: Rays, lens: ImagingLens, *, backward: bool = False, stopp
     stopped
         True if rays outside the aperture of a surface or the stop end there.
     """
-    for _, after in steps(rays, lens, backward=backward, stopped=stopped):
-        rays = after
-    return rays
+    return Rays.of(ray_through_lens(rays.parts, lens, backward=backward, stopped=stopped))
 
 
 def steps(
@@ -143,43 +103,8 @@ def steps(
     stopped
         True if rays outside a surface's aperture, or the stop's hole, end there.
     """
-    table = list(zip(lens.surfaces, lens.vertices_mm, lens.indices_before, strict=True))
-    places: list[int | Stop] = list(range(len(table)))
-    if lens.stop is not None:
-        places.insert(lens.surfaces_before_stop, lens.stop)
-    for place in reversed(places) if backward else places:
-        if isinstance(place, Stop):
-            rays = _through_stop(rays, place, stopped=stopped)
-        else:
-            rays = _through_surface(rays, *table[place], backward=backward, stopped=stopped)
-        yield place, rays
-
-
-def _through_stop(rays: Rays, stop: Stop, *, stopped: bool) -> Rays:
-    points = rays.at_z(stop.z_mm)
-    return Rays(rays.position, _ended_outside(rays.direction, points, stop.semi_aperture_mm if stopped else math.inf))
-
-
-def _through_surface(
-    rays: Rays, surface: Surface, z_mm: float, index_before: float, *, backward: bool, stopped: bool
-) -> Rays:
-    points, normals = _meet(rays, surface, z_mm)
-    media = (surface.index_after, index_before) if backward else (index_before, surface.index_after)
-    direction = refract(rays.direction, normals, index_before=media[0], index_after=media[1])
-    return Rays(points, _ended_outside(direction, points, surface.semi_aperture_mm if stopped else math.inf))
-
-
-def _meet(rays: Rays, surface: Surface, z_mm: float) -> tuple[Array, Array]:
-    if not surface.is_spherical:
-        return meet_profile(rays.position, rays.direction, surface.profile, vertex_z_mm=z_mm)
-    if math.isinf(surface.radius_mm):
-        return meet_plane(rays, z_mm)
-    return meet_sphere(rays, vertex_z_mm=z_mm, radius_mm=surface.radius_mm, centre_xy_mm=np.zeros(2))
-
-
-def _ended_outside(direction: Array, points: Array, semi_aperture_mm: float) -> Array:
-    outside = np.hypot(points[..., 0], points[..., 1]) > semi_aperture_mm
-    return np.where(outside[..., np.newaxis], np.nan, direction)
+    for place, ray in ray_steps(rays.parts, lens, backward=backward, stopped=stopped):
+        yield place, Rays.of(ray)
 
 
 def axis_crossing_mm(lens: ImagingLens, *, object_mm: float, height_mm: float) -> float:
@@ -207,3 +132,124 @@ def axis_crossing_mm(lens: ImagingLens, *, object_mm: float, height_mm: float) -
     rays = through_lens(Rays(start, unit(np.array([0.0, height_mm, object_mm]))), lens, stopped=False)
     step = -rays.position[1] / rays.direction[1]
     return float(rays.position[2] + step * rays.direction[2] - lens.length_mm)
+
+
+def ray_through_lens(
+    ray: Ray, lens: ImagingLens, *, backward: bool = False, stopped: bool = True, xp: Arrays = NUMPY
+) -> Ray:
+    """Trace rays by their components; see `through_lens`."""
+    for _, after in ray_steps(ray, lens, backward=backward, stopped=stopped, xp=xp):
+        ray = after
+    return ray
+
+
+def ray_steps(
+    ray: Ray, lens: ImagingLens, *, backward: bool = False, stopped: bool = True, xp: Arrays = NUMPY
+) -> Iterator[tuple[int | Stop, Ray]]:
+    """Trace rays by their components; see `steps`."""
+    table = list(zip(lens.surfaces, lens.vertices_mm, lens.indices_before, strict=True))
+    places: list[int | Stop] = list(range(len(table)))
+    if lens.stop is not None:
+        places.insert(lens.surfaces_before_stop, lens.stop)
+    for place in reversed(places) if backward else places:
+        if isinstance(place, Stop):
+            if stopped:
+                inside = _inside(ray.at_z(place.z_mm), place.semi_aperture_mm)
+                ray = Ray(ray.position, _ended_outside(ray.direction, inside, xp))
+        else:
+            ray = _through_surface(ray, *table[place], backward=backward, stopped=stopped, xp=xp)
+        yield place, ray
+
+
+def _through_surface(
+    ray: Ray, surface: Surface, z_mm: float, index_before: float, *, backward: bool, stopped: bool, xp: Arrays
+) -> Ray:
+    points, normals = _meet(ray, surface, z_mm, xp)
+    media = (surface.index_after, index_before) if backward else (index_before, surface.index_after)
+    direction = refract(ray.direction, normals, index_before=media[0], index_after=media[1], xp=xp)
+    if stopped and not math.isinf(surface.semi_aperture_mm):
+        direction = _ended_outside(direction, _inside(points, surface.semi_aperture_mm), xp)
+    return Ray(points, direction)
+
+
+def _meet(ray: Ray, surface: Surface, z_mm: float, xp: Arrays) -> tuple[Vector, Vector]:
+    if not surface.is_spherical:
+        return meet_profile(ray, surface.profile, vertex_z_mm=z_mm, xp=xp)
+    if math.isinf(surface.radius_mm):
+        return meet_plane(ray, z_mm)
+    return meet_sphere(ray, vertex_z_mm=z_mm, radius_mm=surface.radius_mm, xp=xp)
+
+
+def meet_plane(ray: Ray, z_mm: float) -> tuple[Vector, Vector]:
+    """Return the intersections of rays with the plane of a z, mm, and the normals (0, 0, 1) there."""
+    return ray.at_z(z_mm), (0.0, 0.0, 1.0)
+
+
+def meet_sphere(
+    ray: Ray, *, vertex_z_mm: float, radius_mm: float, centre_xy_mm: tuple[Any, Any] = (0.0, 0.0), xp: Arrays = NUMPY
+) -> tuple[Vector, Vector]:
+    """Return the intersections of rays with a sphere near its vertex, and the normals there.
+
+    Parameters
+    ----------
+    ray
+        The rays.
+    vertex_z_mm
+        The z of the vertex; the centre lies at vertex + radius.
+    radius_mm
+        The signed radius, positive if the centre lies at greater z, mm.
+    centre_xy_mm
+        The centres across the axis, mm.
+    xp
+        The library of the arrays.
+    """
+    x, y, z = ray.position
+    to_centre = (centre_xy_mm[0] - x, centre_xy_mm[1] - y, vertex_z_mm + radius_mm - z)
+    along = dot(to_centre, ray.direction)
+    square = along * along - dot(to_centre, to_centre) + radius_mm**2
+    root = xp.sqrt(xp.where(square >= 0, square, math.nan))
+    # Select the intersection on the side of the vertex: the first if the ray meets the vertex before the centre.
+    is_first = (ray.direction[2] > 0) if radius_mm > 0 else (ray.direction[2] < 0)
+    distance = xp.where(is_first, along - root, along + root)
+    points = ray.at(distance)
+    normals = ((to_centre[axis] - distance * ray.direction[axis]) / radius_mm for axis in range(3))
+    return points, tuple(normals)  # type: ignore[return-value] # it has three parts
+
+
+def refract(
+    direction: Vector, normal: Vector, *, index_before: float, index_after: float, xp: Arrays = NUMPY
+) -> Vector:
+    """Return directions behind a surface by Snell's law in vector form (Glassner 1989, section 2.4).
+
+    Normals may point to either side. Totally reflected rays become NaN.
+
+    Parameters
+    ----------
+    direction
+        The unit vectors of the rays.
+    normal
+        The unit normals of the surface, to either side.
+    index_before
+        The index of refraction before the surface.
+    index_after
+        The index of refraction behind the surface.
+    xp
+        The library of the arrays.
+    """
+    ratio = index_before / index_after
+    cosine = dot(direction, normal)
+    square = 1.0 - ratio**2 * (1.0 - cosine * cosine)
+    after = xp.sqrt(xp.where(square >= 0, square, math.nan))
+    # The part along the normal that faces the ray, by the side on which the normal stands.
+    along = xp.where(cosine < 0, -after, after) - ratio * cosine
+    x, y, z = (ratio * part + along * facing for part, facing in zip(direction, normal, strict=True))
+    return x, y, z
+
+
+def _inside(points: Vector, semi_aperture_mm: float) -> Any:
+    return points[0] * points[0] + points[1] * points[1] <= semi_aperture_mm**2
+
+
+def _ended_outside(direction: Vector, inside: Any, xp: Arrays) -> Vector:
+    x, y, z = (xp.where(inside, part, math.nan) for part in direction)
+    return x, y, z

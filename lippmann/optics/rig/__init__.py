@@ -12,4 +12,5 @@ disparity    the shift of a point from one view to the next
 parallax     the same for the point that each pixel shows
 spots        the image of a point, by the exact trace
 display      the array on the display: gaps, depths, viewing angle
+to_scene     the place of the rig in its scene, as a matrix
 """

@@ -5,10 +5,13 @@ The rig frame has x to the right and **y upward**; `lippmann.lattice` counts dow
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.rig import LensArray, Rig
+from lippmann.lattice.arrays import NUMPY, Arrays
 
 
 def extent_mm(array: LensArray) -> tuple[float, float]:
@@ -41,11 +44,18 @@ def nearest_centre_mm(array: LensArray, points_mm: NDArray[np.float64]) -> NDArr
     NDArray
         float64 (..., 2), mm as (x, y). For a point beyond the array it is the centre of one of the outermost lenses.
     """
+    return np.stack(np.broadcast_arrays(*nearest_centre(array, points_mm[..., 0], points_mm[..., 1])), axis=-1)
+
+
+def nearest_centre(array: LensArray, x_mm: Any, y_mm: Any, *, xp: Arrays = NUMPY) -> tuple[Any, Any]:
+    """Return the centres of the nearest lenses by components, on any library of arrays; see `nearest_centre_mm`."""
     lenses = array.lenses_mm
-    found = lenses.nearest(*np.nan_to_num((points_mm[..., 0], -points_mm[..., 1])), ties="even")
-    lens_row = np.clip(found.lens_row, 0, lenses.lens_rows - 1)
-    right, down = lenses.centre_of(lens_row, np.clip(found.lens_col, 0, lenses.lens_cols - 1))
-    return np.stack((right, -down), axis=-1)
+    right, down = (xp.where(at == at, at, 0.0) for at in (x_mm, -y_mm))  # NaN is no number of a lens
+    found = lenses.nearest(right, down, ties="even", xp=xp)
+    lens_row = xp.minimum(xp.maximum(found.lens_row, 0), lenses.lens_rows - 1)
+    lens_col = xp.minimum(xp.maximum(found.lens_col, 0), lenses.lens_cols - 1)
+    right, down = lenses.centre_of(lens_row, lens_col, xp=xp)
+    return right, -down
 
 
 def inside_cell(array: LensArray, from_centre_mm: NDArray[np.float64]) -> NDArray[np.bool_]:

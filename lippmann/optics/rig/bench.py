@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import FieldProblem, OpticsError
 from lippmann.job.rig import Rig
+from lippmann.lattice.arrays import NUMPY, Arrays
 from lippmann.optics.lens.matrices import conjugate
 from lippmann.optics.lens.prescription import ImagingLens, rig_lens
-from lippmann.optics.lens.trace import Rays, meet_plane, meet_sphere, refract, through_lens, unit
+from lippmann.optics.lens.ray import Ray, Vector
+from lippmann.optics.lens.trace import Rays, meet_plane, meet_sphere, ray_through_lens, refract
 from lippmann.optics.rig import array as lattice
 from lippmann.optics.rig.microlens import Microlens, microlens
 
@@ -159,15 +162,7 @@ def camera_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:
     points_mm
         The points of the MLA plane, float64 (..., 2), mm as (x, y).
     """
-    points = np.empty((*points_mm.shape[:-1], 3))
-    points[..., :2] = points_mm
-    points[..., 2] = bench.mla_z_mm
-    if bench.rig.camera.projection == "orthographic":
-        start = points.copy()
-        start[..., 2] = bench.camera_z_mm
-    else:
-        start = np.broadcast_to(np.array([0.0, 0.0, bench.camera_z_mm]), points.shape)
-    return Rays(start, unit(points - start))
+    return Rays.of(camera_ray(bench, points_mm[..., 0], points_mm[..., 1]))
 
 
 def through_array(rays: Rays, bench: Bench) -> Rays:
@@ -184,15 +179,7 @@ def through_array(rays: Rays, bench: Bench) -> Rays:
     bench
         The bench of the rig.
     """
-    array = bench.rig.lens_array
-    met = rays.at_z(bench.mla_z_mm + bench.microlens.thickness_mm)[..., :2]
-    centres = lattice.nearest_centre_mm(array, met)
-    behind, convex_z_mm = through_microlens(rays, bench, centres)
-    in_glass = (convex_z_mm >= bench.mla_z_mm) & lattice.inside_cell(array, met - centres)
-    return Rays(
-        np.where(in_glass[..., np.newaxis], behind.position, rays.at_z(bench.mla_z_mm)),
-        np.where(in_glass[..., np.newaxis], behind.direction, rays.direction),
-    )
+    return Rays.of(ray_through_array(rays.parts, bench))
 
 
 def through_microlens(rays: Rays, bench: Bench, centres_mm: NDArray[np.float64]) -> tuple[Rays, NDArray[np.float64]]:
@@ -212,13 +199,8 @@ def through_microlens(rays: Rays, bench: Bench, centres_mm: NDArray[np.float64])
     tuple
         The rays behind the flat side, and the z at which each met the convex one, mm.
     """
-    shape, index = bench.microlens, bench.rig.lens_array.index
-    vertex_mm = bench.mla_z_mm + shape.thickness_mm
-    points, normals = meet_sphere(rays, vertex_z_mm=vertex_mm, radius_mm=-shape.radius_mm, centre_xy_mm=centres_mm)
-    inside = refract(rays.direction, normals, index_before=1.0, index_after=index)
-    flat, flat_normals = meet_plane(Rays(points, inside), bench.mla_z_mm)
-    outside = refract(inside, flat_normals, index_before=index, index_after=1.0)
-    return Rays(flat, outside), points[..., 2]
+    ray, convex_z_mm = ray_through_microlens(rays.parts, bench, (centres_mm[..., 0], centres_mm[..., 1]))
+    return Rays.of(ray), convex_z_mm
 
 
 def object_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:
@@ -233,5 +215,60 @@ def object_rays(bench: Bench, points_mm: NDArray[np.float64]) -> Rays:
     points_mm
         The points of the MLA plane, float64 (..., 2), mm as (x, y).
     """
-    rays = through_array(camera_rays(bench, points_mm), bench)
-    return through_lens(rays, bench.imaging_lens, backward=True) if bench.imaging_lens else rays
+    return Rays.of(object_ray(bench, points_mm[..., 0], points_mm[..., 1]))
+
+
+def object_ray(bench: Bench, x_mm: Any, y_mm: Any, *, xp: Arrays = NUMPY) -> Ray:
+    """Return the rays in the scene's space through points of the MLA plane, by components; see `object_rays`.
+
+    Parameters
+    ----------
+    bench
+        The bench of the rig.
+    x_mm, y_mm
+        The points, arrays of 64-bit numbers of one shape, mm.
+    xp
+        The library of the arrays.
+    """
+    ray = ray_through_array(camera_ray(bench, x_mm, y_mm, xp=xp), bench, xp=xp)
+    return ray_through_lens(ray, bench.imaging_lens, backward=True, xp=xp) if bench.imaging_lens else ray
+
+
+def camera_ray(bench: Bench, x_mm: Any, y_mm: Any, *, xp: Arrays = NUMPY) -> Ray:
+    """Return the camera's rays through points of the MLA plane, by components; see `camera_rays`."""
+    if bench.rig.camera.projection == "orthographic":
+        return Ray((x_mm, y_mm, bench.camera_z_mm), (0.0, 0.0, -1.0))
+    distance_mm = bench.camera_z_mm - bench.mla_z_mm
+    length = xp.sqrt(x_mm * x_mm + y_mm * y_mm + distance_mm**2)
+    return Ray((0.0, 0.0, bench.camera_z_mm), (x_mm / length, y_mm / length, -distance_mm / length))
+
+
+def ray_through_array(ray: Ray, bench: Bench, *, xp: Arrays = NUMPY) -> Ray:
+    """Trace camera rays through the lens they meet, by components; see `through_array`."""
+    array = bench.rig.lens_array
+    x, y, _ = ray.at_z(bench.mla_z_mm + bench.microlens.thickness_mm)
+    centre = lattice.nearest_centre(array, x, y, xp=xp)
+    behind, convex_z_mm = ray_through_microlens(ray, bench, centre, xp=xp)
+    in_cell = array.lenses_mm.contains(x - centre[0], y - centre[1], xp=xp)
+    in_glass = (convex_z_mm >= bench.mla_z_mm) & in_cell
+    straight = Ray(ray.at_z(bench.mla_z_mm), ray.direction)
+    return Ray(
+        _chosen(in_glass, behind.position, straight.position, xp),
+        _chosen(in_glass, behind.direction, straight.direction, xp),
+    )
+
+
+def ray_through_microlens(ray: Ray, bench: Bench, centre_mm: tuple[Any, Any], *, xp: Arrays = NUMPY) -> tuple[Ray, Any]:
+    """Trace camera rays through lenses of the array at some centres, by components; see `through_microlens`."""
+    shape, index = bench.microlens, bench.rig.lens_array.index
+    vertex_mm = bench.mla_z_mm + shape.thickness_mm
+    points, normals = meet_sphere(ray, vertex_z_mm=vertex_mm, radius_mm=-shape.radius_mm, centre_xy_mm=centre_mm, xp=xp)
+    inside = refract(ray.direction, normals, index_before=1.0, index_after=index, xp=xp)
+    flat, flat_normals = meet_plane(Ray(points, inside), bench.mla_z_mm)
+    outside = refract(inside, flat_normals, index_before=index, index_after=1.0, xp=xp)
+    return Ray(flat, outside), points[2]
+
+
+def _chosen(mask: Any, then: Vector, otherwise: Vector, xp: Arrays) -> Vector:
+    x, y, z = (xp.where(mask, one, other) for one, other in zip(then, otherwise, strict=True))
+    return x, y, z

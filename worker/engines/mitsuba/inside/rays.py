@@ -9,14 +9,17 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import drjit as dr
+import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.stage import Stage
+from lippmann.optics.lens.ray import Ray, Vector
 from lippmann.optics.lens.trace import Rays
 from lippmann.optics.rig import array as lattice
-from lippmann.optics.rig.bench import Bench, object_rays, pixel_centres_mm
-from lippmann.optics.rig.pixel_rays import BAND_PX
+from lippmann.optics.rig.bench import Bench, object_ray, pixel_centres_mm
+from worker.engines.mitsuba.inside.arrays import DrJitArrays
 from worker.engines.mitsuba.inside.messages import Request
 
 REDRAWS = 8
@@ -107,11 +110,15 @@ def sample_rays(bench: Bench, request: Request, rows: range, sample: int) -> Ray
 
 
 def _traced(bench: Bench, points_mm: Array) -> Rays:
-    """Trace points (pixel, 2), few at a time: they stay in the processor's cache."""
-    pieces = [object_rays(bench, points_mm[at : at + BAND_PX]) for at in range(0, len(points_mm), BAND_PX)]
-    return Rays(
-        np.concatenate([piece.position for piece in pieces]), np.concatenate([piece.direction for piece in pieces])
-    )
+    """Trace points (pixel, 2) inside the engine."""
+    ray = object_ray(bench, mi.Float64(points_mm[:, 0]), mi.Float64(points_mm[:, 1]), xp=DrJitArrays())
+    dr.eval(ray.position, ray.direction)
+    return Rays.of(Ray(_numpy(ray.position), _numpy(ray.direction)))
+
+
+def _numpy(vector: Vector) -> Vector:
+    x, y, z = (np.array(part) for part in vector)
+    return x, y, z
 
 
 def sample_points_mm(bench: Bench, request: Request, rows: range, sample: int) -> Array:

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lippmann.optics.lens.asphere import Profile, meet_profile
 from lippmann.optics.lens.surfaces import ImagingLens, Stop, Surface
-from lippmann.optics.lens.trace import Rays, meet_sphere, through_lens, unit
+from lippmann.optics.lens.trace import Rays, meet_sphere, stacked, through_lens, unit
 
 INDEX = 1.5
 FOCAL_MM = 100.0
@@ -62,8 +62,8 @@ def test_the_search_meets_a_sphere_where_the_formula_does(
 ) -> None:
     direction = unit(np.array([slope_x, slope_y, -1.0 if backward else 1.0]))
     rays = Rays(np.array([x, y, 0.0]) - 5 * direction, direction)
-    expected, normals = meet_sphere(rays, vertex_z_mm=1.0, radius_mm=radius_mm, centre_xy_mm=np.zeros(2))
-    found, found_normals = meet_profile(rays.position, direction, Profile(1 / radius_mm), vertex_z_mm=1.0)
+    expected, normals = map(stacked, meet_sphere(rays.parts, vertex_z_mm=1.0, radius_mm=radius_mm))
+    found, found_normals = map(stacked, meet_profile(rays.parts, Profile(1 / radius_mm), vertex_z_mm=1.0))
     # A steep ray may miss the sphere; both are then NaN.
     assert found == pytest.approx(expected, abs=1e-8, nan_ok=True)
     assert found_normals == pytest.approx(normals * np.sign(normals[2]), abs=1e-9, nan_ok=True)
@@ -75,7 +75,8 @@ def test_the_crossing_lies_on_ray_and_surface_and_the_normal_is_square_to_it(
 ) -> None:
     profile = Profile(-1 / 60, conic=0.7, aspheric=(2e-6, -3e-10))
     direction = unit(np.array([slope_x, slope_y, 1.0]))
-    point, normal = meet_profile(np.array([x, y, -30.0]), direction, profile, vertex_z_mm=3.0)
+    rays = Rays(np.array([x, y, -30.0]), direction)
+    point, normal = map(stacked, meet_profile(rays.parts, profile, vertex_z_mm=3.0))
     height_mm = math.hypot(point[0], point[1])
     assert point[2] == pytest.approx(3.0 + float(profile.sag_mm(np.array(height_mm**2))), abs=1e-9)
     assert np.cross(point - np.array([x, y, -30.0]), direction) == pytest.approx(np.zeros(3), abs=1e-9)
@@ -88,8 +89,9 @@ def test_the_crossing_lies_on_ray_and_surface_and_the_normal_is_square_to_it(
 
 def test_rays_beside_an_ellipsoid_miss_it() -> None:
     position = np.array([[0.0, 0.0, -5.0], [0.0, 45.0, -5.0]])
-    points, _ = meet_profile(position, np.array([0.0, 0.0, 1.0]), Profile(1 / 40, conic=0.1), vertex_z_mm=0.0)
-    assert np.isnan(points).any(axis=-1).tolist() == [False, True]
+    rays = Rays(position, np.broadcast_to([0.0, 0.0, 1.0], position.shape))
+    points, _ = meet_profile(rays.parts, Profile(1 / 40, conic=0.1), vertex_z_mm=0.0)
+    assert np.isnan(stacked(points)).any(axis=-1).tolist() == [False, True]
 
 
 @given(st.floats(-30, 30), st.floats(-30, 30), st.floats(-0.1, 0.1))
