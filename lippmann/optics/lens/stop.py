@@ -138,7 +138,8 @@ def _profile_mm(lens: ImagingLens, place: int, stop: Stop) -> NDArray[np.float64
     reach_mm = surface.semi_aperture_mm
     if not surface.is_flat:
         reach_mm = min(reach_mm, stop.semi_aperture_mm)
-    return lens.vertices_mm[place] + surface.profile.sag_mm(np.linspace(0.0, reach_mm, _HEIGHTS) ** 2)
+    sag_mm: NDArray[np.float64] = surface.profile.sag_mm(np.linspace(0.0, reach_mm, _HEIGHTS) ** 2)
+    return lens.vertices_mm[place] + sag_mm
 
 
 def _opened(lens: ImagingLens, semi_mm: float, *, field: str, got: str) -> ImagingLens:

@@ -36,7 +36,8 @@ class Rays:
     @classmethod
     def of(cls, ray: Ray) -> Rays:
         """Return rays that are given by their components, which are arrays of NumPy."""
-        return cls(stacked(ray.position), stacked(ray.direction))
+        position, direction = np.broadcast_arrays(stacked(ray.position), stacked(ray.direction))
+        return cls(position, direction)
 
     @property
     def parts(self) -> Ray:
@@ -212,8 +213,8 @@ def meet_sphere(
     is_first = (ray.direction[2] > 0) if radius_mm > 0 else (ray.direction[2] < 0)
     distance = xp.where(is_first, along - root, along + root)
     points = ray.at(distance)
-    normals = ((to_centre[axis] - distance * ray.direction[axis]) / radius_mm for axis in range(3))
-    return points, tuple(normals)  # type: ignore[return-value] # it has three parts
+    normals = [(to_centre[axis] - distance * ray.direction[axis]) / radius_mm for axis in range(3)]
+    return points, (normals[0], normals[1], normals[2])
 
 
 def refract(

@@ -73,7 +73,8 @@ def inside_cell(array: LensArray, from_centre_mm: NDArray[np.float64]) -> NDArra
     NDArray
         bool (...); False for a point that is NaN.
     """
-    return array.lenses_mm.contains(from_centre_mm[..., 0], from_centre_mm[..., 1])
+    inside: NDArray[np.bool_] = array.lenses_mm.contains(from_centre_mm[..., 0], from_centre_mm[..., 1])
+    return inside
 
 
 def pixel_mm(rig: Rig) -> tuple[float, float]:
