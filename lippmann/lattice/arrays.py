@@ -19,13 +19,35 @@ class Arrays(Protocol):
         """Return square roots."""
 
     def where(self, mask: Any, then: Any, otherwise: Any) -> Any:
-        """Return `then` where a mask is true and `otherwise` elsewhere."""
+        """Return `then` where a mask is true and `otherwise` elsewhere.
+
+        Parameters
+        ----------
+        mask
+            The mask.
+        then
+            The numbers where it is true.
+        otherwise
+            The numbers elsewhere.
+        """
 
     def minimum(self, one: Any, other: Any) -> Any:
-        """Return the smaller of two numbers."""
+        """Return the smaller of two numbers.
+
+        Parameters
+        ----------
+        one, other
+            The numbers, which broadcast with each other.
+        """
 
     def maximum(self, one: Any, other: Any) -> Any:
-        """Return the larger of two numbers."""
+        """Return the larger of two numbers.
+
+        Parameters
+        ----------
+        one, other
+            The numbers, which broadcast with each other.
+        """
 
     def floor(self, numbers: Any) -> Any:
         """Return the greatest whole numbers that are not above numbers, as real numbers."""
@@ -72,7 +94,7 @@ class NumpyArrays:
         return integers
 
     def settle(self, step: Callable[[Any], tuple[Any, Any]], start: Any, *, most: int) -> Any:
-        """Repeat a step for all numbers until none is rough."""
+        """Repeat a step for all numbers until none is rough; see `Arrays.settle`."""
         for _ in range(most):
             start, is_rough = step(start)
             if not np.any(is_rough):

@@ -41,6 +41,15 @@ class Profile:
     def sag_mm(self, square_mm2: Any, xp: Arrays = NUMPY) -> Any:
         """Return the sag at squared distances from the axis, same shape; NaN beyond the rim of the surface.
 
+        Parameters
+        ----------
+        square_mm2
+            The squared distances from the axis, mm^2.
+        xp
+            The library of the arrays.
+
+        Examples
+        --------
         >>> paraboloid = Profile(0.02, conic=-1.0, aspheric=(1e-4,))
         >>> paraboloid.sag_mm(np.array([100.0])).tolist()  # c r^2 / 2 + a_4 r^4
         [2.0]
@@ -53,7 +62,15 @@ class Profile:
         return sag
 
     def steepness_per_mm(self, square_mm2: Any, xp: Arrays = NUMPY) -> Any:
-        """Return dz/d(r^2) at squared distances from the axis, same shape."""
+        """Return dz/d(r^2) at squared distances from the axis, same shape.
+
+        Parameters
+        ----------
+        square_mm2
+            The squared distances from the axis, mm^2.
+        xp
+            The library of the arrays.
+        """
         with np.errstate(divide="ignore"):
             steepness = self.curvature_per_mm / 2.0 / self._root(square_mm2, xp)
         power = square_mm2
@@ -63,7 +80,15 @@ class Profile:
         return steepness
 
     def just_within(self, square_mm2: Any, xp: Arrays = NUMPY) -> Any:
-        """Return squared distances brought back inside the rim where an ellipsoid ends."""
+        """Return squared distances brought back inside the rim where an ellipsoid ends.
+
+        Parameters
+        ----------
+        square_mm2
+            The squared distances from the axis, mm^2.
+        xp
+            The library of the arrays.
+        """
         bulge = (1.0 + self.conic) * self.curvature_per_mm**2
         return square_mm2 if bulge <= 0 else xp.minimum(square_mm2, 0.999 / bulge)
 

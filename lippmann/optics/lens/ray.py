@@ -33,5 +33,11 @@ class Ray:
 
 
 def dot(one: Vector, other: Vector) -> Any:
-    """Return the scalar products of vectors."""
+    """Return the scalar products of vectors.
+
+    Parameters
+    ----------
+    one, other
+        The vectors.
+    """
     return one[0] * other[0] + one[1] * other[1] + one[2] * other[2]

@@ -138,7 +138,21 @@ def axis_crossing_mm(lens: ImagingLens, *, object_mm: float, height_mm: float) -
 def ray_through_lens(
     ray: Ray, lens: ImagingLens, *, backward: bool = False, stopped: bool = True, xp: Arrays = NUMPY
 ) -> Ray:
-    """Trace rays by their components; see `through_lens`."""
+    """Trace rays by their components; see `through_lens`.
+
+    Parameters
+    ----------
+    ray
+        The rays, by their components.
+    lens
+        The imaging lens.
+    backward
+        True from the side of the camera to that of the scene.
+    stopped
+        True if rays outside the aperture of a surface or the stop end there.
+    xp
+        The library of the arrays.
+    """
     for _, after in ray_steps(ray, lens, backward=backward, stopped=stopped, xp=xp):
         ray = after
     return ray
@@ -147,7 +161,21 @@ def ray_through_lens(
 def ray_steps(
     ray: Ray, lens: ImagingLens, *, backward: bool = False, stopped: bool = True, xp: Arrays = NUMPY
 ) -> Iterator[tuple[int | Stop, Ray]]:
-    """Trace rays by their components; see `steps`."""
+    """Trace rays by their components; see `steps`.
+
+    Parameters
+    ----------
+    ray
+        The rays, by their components.
+    lens
+        The imaging lens.
+    backward
+        True from the side of the camera to that of the scene.
+    stopped
+        True if rays outside the aperture of a surface or the stop end there.
+    xp
+        The library of the arrays.
+    """
     table = list(zip(lens.surfaces, lens.vertices_mm, lens.indices_before, strict=True))
     places: list[int | Stop] = list(range(len(table)))
     if lens.stop is not None:
@@ -182,7 +210,15 @@ def _meet(ray: Ray, surface: Surface, z_mm: float, xp: Arrays) -> tuple[Vector, 
 
 
 def meet_plane(ray: Ray, z_mm: float) -> tuple[Vector, Vector]:
-    """Return the intersections of rays with the plane of a z, mm, and the normals (0, 0, 1) there."""
+    """Return the intersections of rays with the plane of a z, mm, and the normals (0, 0, 1) there.
+
+    Parameters
+    ----------
+    ray
+        The rays, by their components.
+    z_mm
+        The place of the plane along the axis, mm.
+    """
     return ray.at_z(z_mm), (0.0, 0.0, 1.0)
 
 

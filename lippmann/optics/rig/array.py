@@ -48,7 +48,17 @@ def nearest_centre_mm(array: LensArray, points_mm: NDArray[np.float64]) -> NDArr
 
 
 def nearest_centre(array: LensArray, x_mm: Any, y_mm: Any, *, xp: Arrays = NUMPY) -> tuple[Any, Any]:
-    """Return the centres of the nearest lenses by components, on any library of arrays; see `nearest_centre_mm`."""
+    """Return the centres of the nearest lenses by components, on any library of arrays; see `nearest_centre_mm`.
+
+    Parameters
+    ----------
+    array
+        The array.
+    x_mm, y_mm
+        The points in the rig frame, arrays of 64-bit numbers of one shape, mm.
+    xp
+        The library of the arrays.
+    """
     lenses = array.lenses_mm
     right, down = (xp.where(at == at, at, 0.0) for at in (x_mm, -y_mm))  # NaN is no number of a lens
     found = lenses.nearest(right, down, ties="even", xp=xp)

@@ -235,7 +235,17 @@ def object_ray(bench: Bench, x_mm: Any, y_mm: Any, *, xp: Arrays = NUMPY) -> Ray
 
 
 def camera_ray(bench: Bench, x_mm: Any, y_mm: Any, *, xp: Arrays = NUMPY) -> Ray:
-    """Return the camera's rays through points of the MLA plane, by components; see `camera_rays`."""
+    """Return the camera's rays through points of the MLA plane, by components; see `camera_rays`.
+
+    Parameters
+    ----------
+    bench
+        The bench of the rig.
+    x_mm, y_mm
+        The points of the MLA plane, arrays of 64-bit numbers of one shape, mm.
+    xp
+        The library of the arrays.
+    """
     if bench.rig.camera.projection == "orthographic":
         return Ray((x_mm, y_mm, bench.camera_z_mm), (0.0, 0.0, -1.0))
     distance_mm = bench.camera_z_mm - bench.mla_z_mm
@@ -244,7 +254,17 @@ def camera_ray(bench: Bench, x_mm: Any, y_mm: Any, *, xp: Arrays = NUMPY) -> Ray
 
 
 def ray_through_array(ray: Ray, bench: Bench, *, xp: Arrays = NUMPY) -> Ray:
-    """Trace camera rays through the lens they meet, by components; see `through_array`."""
+    """Trace camera rays through the lens they meet, by components; see `through_array`.
+
+    Parameters
+    ----------
+    ray
+        The rays of the camera, by their components.
+    bench
+        The bench of the rig.
+    xp
+        The library of the arrays.
+    """
     array = bench.rig.lens_array
     x, y, _ = ray.at_z(bench.mla_z_mm + bench.microlens.thickness_mm)
     centre = lattice.nearest_centre(array, x, y, xp=xp)
@@ -259,7 +279,19 @@ def ray_through_array(ray: Ray, bench: Bench, *, xp: Arrays = NUMPY) -> Ray:
 
 
 def ray_through_microlens(ray: Ray, bench: Bench, centre_mm: tuple[Any, Any], *, xp: Arrays = NUMPY) -> tuple[Ray, Any]:
-    """Trace camera rays through lenses of the array at some centres, by components; see `through_microlens`."""
+    """Trace camera rays through lenses of the array at some centres, by components; see `through_microlens`.
+
+    Parameters
+    ----------
+    ray
+        The rays of the camera, by their components.
+    bench
+        The bench of the rig.
+    centre_mm
+        The centres of the lenses, (x, y), mm.
+    xp
+        The library of the arrays.
+    """
     shape, index = bench.microlens, bench.rig.lens_array.index
     vertex_mm = bench.mla_z_mm + shape.thickness_mm
     points, normals = meet_sphere(ray, vertex_z_mm=vertex_mm, radius_mm=-shape.radius_mm, centre_xy_mm=centre_mm, xp=xp)
