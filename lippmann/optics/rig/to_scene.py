@@ -36,16 +36,30 @@ def rig_to_scene(stage: Stage, *, auto: Handedness = "left") -> NDArray[np.float
     >>> (rig_to_scene(stage) @ [10.0, 0.0, -100.0, 1.0]).tolist()
     [5.0, 60.0, -950.0, 1.0]
     """
-    location = np.array(stage.location)
-    ahead = _unit(np.array(stage.look_at) - location)
+    matrix = np.eye(4)
+    matrix[:3, :3] = rig_axes(stage, auto=auto) / stage.mm_per_unit
+    matrix[:3, 3] = stage.location
+    return matrix
+
+
+def rig_axes(stage: Stage, *, auto: Handedness = "left") -> NDArray[np.float64]:
+    """Return the directions x, y, z of the rig frame in the scene as columns, float64 (3, 3), orthonormal.
+
+    Parameters
+    ----------
+    stage
+        The position of the rig in the scene.
+    auto
+        The handedness of the scene's axes where the stage says `auto`.
+    """
+    ahead = _unit(np.array(stage.look_at) - np.array(stage.location))
     right = _unit(np.cross(stage.up, ahead))
     upward = np.cross(ahead, right)
     if (auto if stage.handedness == "auto" else stage.handedness) == "right":
         right = -right
-    matrix = np.eye(4)
-    matrix[:3, :3] = np.stack((right, upward, -ahead), axis=-1) / stage.mm_per_unit
-    matrix[:3, 3] = location
-    return matrix
+    axes = np.empty((3, 3))
+    axes[:, 0], axes[:, 1], axes[:, 2] = right, upward, -ahead
+    return axes
 
 
 def _unit(vector: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -19,6 +19,7 @@ from lippmann.optics.lens.ray import Ray, Vector
 from lippmann.optics.lens.trace import Rays
 from lippmann.optics.rig import array as lattice
 from lippmann.optics.rig.bench import Bench, object_ray, pixel_centres_mm
+from lippmann.optics.rig.to_scene import rig_axes
 from worker.engines.mitsuba.inside.arrays import DrJitArrays
 from worker.engines.mitsuba.inside.messages import Request
 
@@ -43,15 +44,9 @@ class Placement:
     def of(cls, stage: Stage) -> Placement:
         """Return the placement of a stage in a scene whose axes are right-handed unless the stage says left.
 
-        The axes are those of the macro Lippmann_Stage of POV-Ray.
+        The axes are those of the macro Lippmann_Stage of POV-Ray; see `rig_axes`.
         """
-        origin = np.array(stage.location, dtype=float)
-        ahead = _unit(np.array(stage.look_at, dtype=float) - origin)
-        right = _unit(np.cross(np.array(stage.up, dtype=float), ahead))
-        upward = np.cross(ahead, right)
-        if stage.handedness != "left":
-            right = -right
-        return cls(np.stack((right, upward, -ahead), axis=-1), origin, stage.mm_per_unit)
+        return cls(rig_axes(stage, auto="right"), np.array(stage.location, dtype=float), stage.mm_per_unit)
 
     def points(self, points_mm: Array) -> Array:
         """Return points (..., 3) of the rig frame, mm, in scene units."""
@@ -71,11 +66,6 @@ def _turned(vectors: Array, axes: Array) -> Array:
     x, y, z = (vectors[..., k, np.newaxis] for k in range(3))
     turned: Array = x * axes[:, 0] + y * axes[:, 1] + z * axes[:, 2]
     return turned
-
-
-def _unit(vector: Array) -> Array:
-    scaled: Array = vector / np.linalg.norm(vector)
-    return scaled
 
 
 def pixel_numbers(request: Request, rows: range) -> Words:
