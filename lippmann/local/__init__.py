@@ -5,6 +5,7 @@ capture             one frame of a scene rendered
 design              what a job will give, without rendering
 scene_init          the scene.toml of an own scene of POV-Ray written
 model_init          the scene.toml of a glTF model written
+splat_init          the scene.toml of Gaussian splats written
 import_sheets       integral images from elsewhere imported as masters
 import_views        views from elsewhere imported as masters: quilts and folders
 import_bundle       imported images as a bundle for a job

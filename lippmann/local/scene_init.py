@@ -1,6 +1,6 @@
 """Write the scene.toml of an own scene from the scene's own camera, by the rule of docs/own-scenes.md.
 
-`model_init` does the same for a model in glTF.
+`model_init` does the same for a model in glTF, `splat_init` for Gaussian splats.
 """
 
 from __future__ import annotations
@@ -17,8 +17,10 @@ from lippmann.job.scene_camera import SceneCamera
 from lippmann.job.spec import parse_spec
 from lippmann.local.animation_ini import AnimationIni, animation_ini
 from lippmann.local.model_init import MODEL_SUFFIXES, model_text
+from lippmann.local.splat_init import splat_text
 from lippmann.untrusted.toml_text import read_toml
 from povtemplates.catalogue import MANIFEST
+from worker.engines.mitsuba.inside.scenes.splat_file import is_splats
 from worker.engines.povray.scene_variables import SceneVariables, scene_variables
 from worker.engines.povray.version import check_povray
 from worker.sandbox.bundle import pack_folder
@@ -80,14 +82,17 @@ def init_scene(file: Path) -> DraftScene:
     LippmannError
         Whatever the scene fails with, or that POV-Ray is missing.
     """
-    if not file.is_file() or file.suffix.lower() not in (".pov", ".inc", *MODEL_SUFFIXES):
-        raise BadInput(f"expected a .pov, .inc, .glb or .gltf file, got {file}")
+    holds_splats = file.is_file() and file.suffix.lower() == ".ply" and is_splats(file)
+    if not file.is_file() or not (holds_splats or file.suffix.lower() in (".pov", ".inc", *MODEL_SUFFIXES)):
+        raise BadInput(f"expected a .pov, .inc, .glb or .gltf file or a .ply of splats, got {file}")
     _check_name(file.name)
     target = file.parent / MANIFEST
     if target.exists():
         raise BadInput(f"expected a folder without {MANIFEST}, got {target}; remove or rename it to write a new one")
     if file.suffix.lower() in MODEL_SUFFIXES:
         text, notes = model_text(file, tangent=RIG_TANGENT, near_mm=NEAR_MM, deepest=DEEPEST)
+    elif holds_splats:
+        text, notes = splat_text(file, tangent=RIG_TANGENT, near_mm=NEAR_MM, deepest=DEEPEST)
     else:
         text, notes = _pov_text(file)
     try:

@@ -84,12 +84,15 @@ def remove(
 @with_context
 def init(
     file: Annotated[
-        Path, typer.Argument(metavar="FILE", help="The .pov file of a scene with a camera, or a .glb or .gltf.")
+        Path,
+        typer.Argument(
+            metavar="FILE", help="The .pov file of a scene with a camera, a .glb or .gltf, or a .ply of splats."
+        ),
     ],
     *,
     output: Output,
 ) -> None:
-    """Write a scene.toml from the camera of a .pov file, or from the camera or box of a model (.glb, .gltf).
+    """Write a scene.toml from the camera of a .pov file, or by a model, .glb, .gltf or .ply of splats.
 
     It lies beside the file and gives its reasons as comments.
     """
