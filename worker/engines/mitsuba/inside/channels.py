@@ -10,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.optics.lens.trace import Rays
+from lippmann.optics.lens.ray import Ray
 from worker.engines.mitsuba.inside.messages import FileKind, UnsupportedError
 from worker.engines.mitsuba.inside.rays import Placement
 from worker.engines.mitsuba.inside.scenes import splats
@@ -19,7 +19,7 @@ Float32 = NDArray[np.float32]
 
 
 def channel_values(
-    scene: mi.Scene, rays: Rays, ray: mi.Ray3f, placement: Placement, kinds: Collection[FileKind]
+    scene: mi.Scene, rays: Ray, placement: Placement, kinds: Collection[FileKind]
 ) -> dict[FileKind, Float32]:
     """Return the channels of rays, each float32 (ray, number); see `messages.FILE_CHANNELS`.
 
@@ -29,29 +29,20 @@ def channel_values(
         The scene.
     rays
         The rays of the centres of pixels, rig frame, NaN where one is dead.
-    ray
-        The same rays in scene units.
     placement
         The place of the rig in the scene.
     kinds
         The channels that are wanted.
     """
-    dead = np.isnan(rays.direction).any(axis=-1)
-    if holds_splats(scene):
-        distance = splats.radiance(scene, ray, mi.Bool(~dead)).distance
-        found = None
-    else:
-        found = scene.ray_intersect(ray, active=mi.Bool(~dead))
-        distance = found.t
-    values: dict[FileKind, Float32] = {}
-    if "distance" in kinds or "position" in kinds:
-        distance_mm = np.array(distance, dtype=np.float64) * placement.mm_per_unit
-        distance_mm[dead] = np.nan
-        values["distance"] = distance_mm.astype(np.float32)[:, np.newaxis]
-        position_mm = np.where(
-            np.isinf(distance_mm)[:, np.newaxis], np.inf, rays.position + distance_mm[:, np.newaxis] * rays.direction
-        )
-        values["position"] = position_mm.astype(np.float32)
+    alive = dr.isfinite(sum(rays.position) + sum(rays.direction))
+    ray = placement.ray(rays)
+    ray.o, ray.d = dr.select(alive, ray.o, 0), dr.select(alive, ray.d, mi.Vector3f(0, 0, 1))
+    found = None if holds_splats(scene) else scene.ray_intersect(ray, active=alive)
+    distance = splats.radiance(scene, ray, alive).distance if found is None else found.t
+    distance_mm = dr.select(alive, mi.Float64(distance) * placement.mm_per_unit, dr.nan)
+    values: dict[FileKind, Float32] = {"distance": _columns(mi.Float(distance_mm))}
+    if "position" in kinds:
+        values["position"] = _columns([dr.select(dr.isinf(distance_mm), dr.inf, part) for part in rays.at(distance_mm)])
     if found is not None:
         values |= _surface_values(scene, found, ray, placement, kinds)
     return {kind: values[kind] for kind in kinds}
@@ -83,7 +74,7 @@ def _surface_values(
     values: dict[FileKind, Float32] = {}
     if "normal" in kinds:
         towards = dr.select(found.is_valid(), dr.mulsign(found.sh_frame.n, dr.dot(found.sh_frame.n, -ray.d)), 0)
-        values["normal"] = placement.rig_directions(_columns(towards)).astype(np.float32)
+        values["normal"] = _columns(placement.rig_direction(towards))
     if "albedo" in kinds:
         reflectance = found.bsdf().eval_diffuse_reflectance(found, found.is_valid())
         values["albedo"] = _columns(dr.select(found.is_valid(), reflectance, 0))
@@ -92,8 +83,10 @@ def _surface_values(
     return values
 
 
-def _columns(vectors: Any) -> Float32:
-    return np.ascontiguousarray(np.array(vectors, dtype=np.float32).T)
+def _columns(parts: Any) -> Float32:
+    """Return the components of vectors, or numbers, as float32 (ray, number)."""
+    parts = [parts] if isinstance(parts, mi.Float) else list(parts)
+    return np.stack([np.array(mi.Float(part)) for part in parts], axis=-1)
 
 
 def _objects(scene: mi.Scene, found: Any) -> Float32:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from lippmann.optics.lens.trace import Rays
-from lippmann.optics.rig.bench import Bench, bench
+from lippmann.optics.lens.ray import Ray
+from lippmann.optics.rig.bench import bench
 from worker.engines.mitsuba.inside.channels import channel_values, check_channels, holds_splats
 from worker.engines.mitsuba.inside.messages import FileKind, Request
 from worker.engines.mitsuba.inside.path import path_radiance
-from worker.engines.mitsuba.inside.rays import Placement, centre_rays, hashed, pixel_numbers, sample_rays
+from worker.engines.mitsuba.inside.rays import Pixels, Placement
 from worker.engines.mitsuba.inside.scenes import splats
 from worker.engines.mitsuba.inside.whitted import whitted_radiance
 
@@ -43,65 +44,52 @@ def shade_band(scene: mi.Scene, request: Request, rows: range) -> dict[FileKind,
         The request.
     rows
         The rows of the whole picture; see `bands`.
+
+    Raises
+    ------
+    UnsupportedError
+        If the scene does not have a channel.
     """
-    stage = request.job.stage
+    check_channels(scene, request.kinds)
+    stage, settings = request.job.stage, request.job.spec.render
     optical_bench = bench(request.job.spec.rig, reference_mm=stage.reference_mm)
     placement = Placement.of(stage)
-    check_channels(scene, request.kinds)
+    pixels = Pixels.of(optical_bench, request, rows)
     others = tuple(kind for kind in request.kinds if kind != "radiance")
-    one = request.job.spec.render.samples == 1
-    centres = centre_rays(optical_bench, request, rows) if one or others else None
-    samples = [centres] if one and centres else _samples(optical_bench, request, rows)
-    values: dict[FileKind, Float32] = {"radiance": _radiance(scene, request, samples, placement, rows)}
-    if others and centres:
-        values |= channel_values(scene, centres, _scene_rays(centres, placement), placement, others)
+    centres = pixels.rays(optical_bench) if others or settings.samples == 1 else None
+    values = channel_values(scene, centres, placement, others) if centres and others else {}
+    total = mi.Color3f(0)
+    for sample in range(settings.samples):
+        single = centres if settings.samples == 1 else None
+        ray = _ray(single or pixels.sample_rays(optical_bench, request, sample), placement)
+        total += _bounded(_radiance(scene, request, pixels, ray, sample), settings.clamp)
+        dr.eval(total)
+    values["radiance"] = np.ascontiguousarray(np.array(total, dtype=np.float32).T) / np.float32(settings.samples)
     return values
 
 
-def _samples(optical_bench: Bench, request: Request, rows: range) -> Iterator[Rays]:
-    for sample in range(request.job.spec.render.samples):
-        yield sample_rays(optical_bench, request, rows, sample)
+def _ray(ray: Ray, placement: Placement) -> tuple[mi.Ray3f, mi.Bool]:
+    """Return rays of the rig frame as rays of the scene, and which are alive; a dead one gets any direction."""
+    alive = dr.isfinite(sum(ray.position) + sum(ray.direction))
+    there = placement.ray(ray)
+    there.o, there.d = dr.select(alive, there.o, 0), dr.select(alive, there.d, mi.Vector3f(0, 0, 1))
+    return there, alive
 
 
-def _radiance(scene: mi.Scene, request: Request, samples: Iterable[Rays], placement: Placement, rows: range) -> Float32:
-    """Return the mean radiance of the samples of pixels, (pixel, 3): sums in the order of the samples."""
-    settings = request.job.spec.render
-    numbers = pixel_numbers(request, rows)
-    splatted = holds_splats(scene)
-    total = np.zeros((len(numbers), 3), dtype=np.float32)
-    for sample, rays in enumerate(samples):
-        alive = mi.Bool(~np.isnan(rays.direction).any(axis=-1))
-        ray = _scene_rays(rays, placement)
-        if splatted:
-            radiance = splats.radiance(scene, ray, alive).radiance
-        elif settings.samples == 1:
-            radiance = whitted_radiance(scene, ray, settings.path_depth, alive)
-        else:
-            state, sequence = (mi.UInt64(word) for word in hashed(numbers, request.frame, sample, stream=1))
-            random = mi.PCG32()
-            random.seed(state, sequence)
-            radiance = path_radiance(scene, ray, random, settings.path_depth, alive)
-        total += _bounded(np.array(radiance, dtype=np.float32).T, settings.clamp)
-    mean: Float32 = total / np.float32(settings.samples)
-    return mean
+def _radiance(scene: mi.Scene, request: Request, pixels: Pixels, sent: tuple[mi.Ray3f, mi.Bool], sample: int) -> Any:
+    """Return the radiance of one sample of each pixel, `mi.Color3f`."""
+    (ray, alive), settings = sent, request.job.spec.render
+    if holds_splats(scene):
+        return splats.radiance(scene, ray, alive).radiance
+    if settings.samples == 1:
+        return whitted_radiance(scene, ray, settings.path_depth, alive)
+    state, sequence = (mi.UInt64(word) for word in pixels.words(request.frame, sample, stream=1))
+    random = mi.PCG32()
+    random.seed(state, sequence)
+    return path_radiance(scene, ray, random, settings.path_depth, alive)
 
 
-def _bounded(radiance: Float32, clamp: float | None) -> Float32:
+def _bounded(radiance: Any, clamp: float | None) -> Any:
     """Return radiances without what is no number, and scaled so that no channel exceeds the clamp."""
-    finite: Float32 = np.where(np.isfinite(radiance).all(axis=-1, keepdims=True), radiance, np.float32(0))
-    if clamp is None:
-        return finite
-    most = finite.max(axis=-1, keepdims=True)
-    bounded: Float32 = finite * np.minimum(np.float32(1), np.float32(clamp) / np.maximum(most, np.float32(1e-30)))
-    return bounded
-
-
-def _scene_rays(rays: Rays, placement: Placement) -> mi.Ray3f:
-    """Return rays of the rig frame as rays of the scene; a dead one gets any direction."""
-    start, direction = placement.points(rays.position), placement.directions(rays.direction)
-    dead = np.isnan(direction).any(axis=-1)
-    start[dead], direction[dead] = 0.0, (0.0, 0.0, 1.0)
-    parts = [np.ascontiguousarray(part.T, dtype=np.float32) for part in (start, direction)]
-    ray = mi.Ray3f(mi.Point3f(parts[0]), mi.Vector3f(parts[1]))
-    dr.make_opaque(ray)
-    return ray
+    finite = dr.select(dr.all(dr.isfinite(radiance)), radiance, 0)
+    return finite if clamp is None else finite * dr.minimum(1, clamp / dr.maximum(dr.max(finite), 1e-30))

@@ -1,7 +1,7 @@
 """Ray tracing without noise, as Whitted's: every lamp lights every surface, mirrors and glass are followed both ways.
 
-A lamp without extent lights by one shadow ray. A lamp with an extent, or the sky, lights by a fixed set of places. A
-ray splits at a surface into its mirror image, the refracted ray and what passes through a thin surface. The branches
+A lamp lights by one shadow ray, to its middle if it has an extent. A sky lights by a fixed set of directions. A ray
+splits at a surface into its mirror image, the refracted ray and what passes through a thin surface. The branches
 wait on a stack of each ray, so that their order, and with it every bit of the sum, is fixed.
 
 The method is that of Whitted, An improved illumination model for shaded display, CACM 23(6), 1980.
@@ -16,8 +16,8 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-LAMP_PLACES = ((0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75))
-"""The places on a lamp with an extent, in its own coordinates."""
+MIDDLE = ((0.5, 0.5),)
+"""The place on a lamp, in its own coordinates."""
 SKY_PLACES = tuple(((k % 4 + 0.5) / 4, (k // 4 + 0.5) / 4) for k in range(16))
 """The places in the sky; shadows have steps and no noise."""
 
@@ -46,13 +46,9 @@ def _lamp_table(scene: mi.Scene) -> Any:
     """Return the number of the lamp, the place on it and its part of the light for every shadow ray, as four arrays."""
     rows: list[tuple[int, float, float, float]] = []
     for number, emitter in enumerate(scene.emitters()):
-        flags = emitter.flags()
-        if mi.has_flag(flags, mi.EmitterFlags.Delta):
-            places: tuple[tuple[float, float], ...] = ((0.5, 0.5),)
-        elif mi.has_flag(flags, mi.EmitterFlags.Infinite):
-            places = SKY_PLACES
-        else:
-            places = LAMP_PLACES
+        sky = mi.has_flag(emitter.flags(), mi.EmitterFlags.Infinite)
+        delta = mi.has_flag(emitter.flags(), mi.EmitterFlags.Delta)
+        places = SKY_PLACES if sky and not delta else MIDDLE
         rows += [(number, *place, 1 / len(places)) for place in places]
     if not rows:
         return None
