@@ -14,5 +14,8 @@ from tests.leftovers import watch_this_run
 settings.register_profile("lippmann", deadline=None, derandomize="CI" in os.environ)
 settings.load_profile("lippmann")
 
+# A worker that looks for Mitsuba starts a child that costs seconds; the tests of Mitsuba ask for it.
+os.environ.setdefault("LIPPMANN_MITSUBA", "off")
+
 heed_ctrl_c()
 watch_this_run()

@@ -36,6 +36,7 @@ from lippmann.telemetry import start_telemetry, stop_telemetry
 from worker.consumer import OrderConsumer
 from worker.drain_signals import drain_by_signals
 from worker.duty import Duty, first_queue
+from worker.engines.mitsuba.version import Found, Missing, mitsuba_version
 from worker.engines.povray.version import povray_version
 from worker.handover import Handover
 from worker.liveness import ConsumerLiveness, StuckWatch
@@ -230,8 +231,7 @@ def presence() -> Presence:
         log.warning("cgroup not used", reason=sandbox.unused_group)
     if sandbox.mode == "none" and settings.sandbox != "none":
         raise SandboxMissing("expected bubblewrap or Landlock to hold POV-Ray, got neither; install bubblewrap")
-    povray = _povray()
-    versions = {} if povray == NO_POVRAY else {"povray": povray}
+    versions = engine_versions()
     return Presence(
         name=settings.worker_name,
         instance=settings.instance,
@@ -239,7 +239,7 @@ def presence() -> Presence:
         pid=os.getpid(),
         slots=settings.slots,
         sandbox=sandbox.text,
-        povray=povray,
+        povray=versions.get("povray", NO_POVRAY),
         version=version("lippmann"),
         started_s=now_s,
         seen_s=now_s,
@@ -255,13 +255,24 @@ def presence() -> Presence:
     )
 
 
-def _povray() -> str:
+def engine_versions() -> dict[str, str]:
+    """Return the versions of the engines that work here, by their names.
+
+    Raises
+    ------
+    PovrayMissing
+        If no engine works here, and the settings ask for POV-Ray.
+    """
+    found = mitsuba_version() if settings.mitsuba == "auto" else None
+    if isinstance(found, Missing):
+        log.info("no Mitsuba", reason=found.reason)
+    mitsuba = {"mitsuba": f"{found.version} {found.variant}"} if isinstance(found, Found) else {}
     try:
-        return povray_version(settings.povray)
+        return {"povray": povray_version(settings.povray), **mitsuba}
     except PovrayMissing:
-        if settings.needs_povray:
+        if settings.needs_povray and not mitsuba:
             raise
-        return NO_POVRAY
+        return mitsuba
 
 
 @worker_shutting_down.connect

@@ -57,8 +57,10 @@ class WorkerSettings(BrokerSettings):
     """The command of POV-Ray."""
     needs_povray: bool = True
     """False if the worker starts without POV-Ray; scenes then wait until it is installed."""
+    mitsuba: Literal["auto", "off"] = "auto"
+    """`off` if the worker does not render with Mitsuba; `auto` if it does where Mitsuba works."""
     memory_mb: int = Field(default_factory=lambda: max(8192, _machine_memory_mb()), ge=128)
-    """The address space that one POV-Ray process may use, MB; a job may only ask for less."""
+    """The address space that one process of an engine may use, MB; a job may only ask for less."""
     timeout_s: float = Field(default=7 * 86_400.0, gt=0)
     """The longest time of an attempt, s; a job may only ask for less."""
     parse_timeout_s: float | None = Field(default=None, gt=0)

@@ -13,6 +13,7 @@ from lippmann.farm.supervisor.broker import find_server
 from lippmann.private_files import keep_private
 from lippmann.terminal.progress import size_text
 from service.doctor.finding import Check, Finding, Level
+from worker.engines.mitsuba.version import Missing, mitsuba_version
 from worker.engines.povray.version import check_povray, povray_version
 from worker.sandbox.detect import detect
 from worker.settings import WorkerSettings
@@ -44,6 +45,7 @@ def examine_machine(data_dir: Path, *, has_farm: bool) -> Iterator[Finding]:
     """
     missing = Level.NOTE if has_farm else Level.WARNING
     yield _povray(missing)
+    yield _mitsuba()
     yield _sandbox(missing)
     yield from _broker(missing)
     if has_farm:
@@ -62,6 +64,18 @@ def _povray(missing: Level) -> Finding:
     except PovrayMissing as error:
         return Finding(Check.POVRAY, missing, f"{error.message}; without it, nothing is rendered on this machine")
     return Finding(Check.POVRAY, Level.NOTE, text)
+
+
+def _mitsuba() -> Finding:
+    if WorkerSettings().mitsuba == "off":
+        return Finding(
+            Check.MITSUBA, Level.NOTE, "LIPPMANN_MITSUBA is off: a worker started here does not render with it"
+        )
+    found = mitsuba_version()
+    if isinstance(found, Missing):
+        message = f"{found.reason}; without it, scenes of Mitsuba are not rendered on this machine"
+        return Finding(Check.MITSUBA, Level.NOTE, message)
+    return Finding(Check.MITSUBA, Level.NOTE, f"Mitsuba {found.version} works, by its variant {found.variant}")
 
 
 def _sandbox(missing: Level) -> Finding:
@@ -124,10 +138,9 @@ def _store_owner(data_dir: Path) -> Iterator[Finding]:
 def _cores_and_gpu() -> Finding:
     cores = len(os.sched_getaffinity(0))
     gpu = next((device for device in _GPU_DEVICES if Path(device).exists()), None)
+    used = "and POV-Ray uses none" if gpu is None or "nvidia" not in gpu else "which Mitsuba uses and POV-Ray does not"
     text = "there is no GPU" if gpu is None else f"there is a GPU ({gpu})"
-    return Finding(
-        Check.GPU, Level.NOTE, f"{cores} cores render with POV-Ray; {text}, and no engine of this release uses one"
-    )
+    return Finding(Check.GPU, Level.NOTE, f"{cores} cores render; {text}, {used}")
 
 
 def _extras() -> Iterator[Finding]:

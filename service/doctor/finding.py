@@ -57,6 +57,7 @@ class Check(StrEnum):
     WORKERS = "workers"
     SANDBOX = "sandbox"
     POVRAY = "povray"
+    MITSUBA = "mitsuba"
     DISK = "disk"
     GPU = "gpu"
     PACKAGES = "packages"

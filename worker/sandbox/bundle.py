@@ -19,7 +19,7 @@ from pathlib import Path, PurePosixPath
 from typing import NoReturn
 
 from lippmann.errors import BundleError, InvalidText
-from lippmann.job.engines import MITSUBA_FILES, POVRAY_FILES, Engine
+from lippmann.job.engines import MITSUBA_FILES, POVRAY_FILES
 from lippmann.job.scene import SceneManifest, parse_scene
 from lippmann.untrusted.file_names import MAX_DEPTH, is_clutter, plain_name
 from lippmann.untrusted.toml_text import MAX_BYTES as MAX_MANIFEST_BYTES
@@ -31,9 +31,6 @@ MAX_POSTER_BYTES = 2 * 1024 * 1024
 
 OURS = "lippmann-"
 """The prefix of the files that a worker writes beside the scene; POV-Ray finds those first."""
-
-RENDERED: tuple[Engine, ...] = ("povray",)
-"""The engines whose scenes a worker of this release renders; `povtemplates.catalogue.LISTED` names their files."""
 
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
@@ -194,11 +191,6 @@ def _card(archive: Archive) -> SceneManifest:
             "include": tuple(_present(folder, folders, field="include") for folder in card.include),
         }
     )
-    if card.engine not in RENDERED:
-        raise BundleError(
-            f"{MANIFEST}: file: expected a scene of POV-Ray, {' or '.join(POVRAY_FILES)}, because no worker renders "
-            f"others yet, got {card.file!r}"
-        )
     _check_not_ours(card, names)
     return card
 

@@ -164,7 +164,7 @@ def worker(
     _prepare_folder(data_dir, data_dir / "scratch")  # It writes the artifacts too, which may be another volume.
     if found is not None:
         _join_farm(found, data_dir, output)
-    if WorkerSettings().needs_povray:
+    if WorkerSettings().needs_povray and not _has_mitsuba():
         _check_povray()
     os.environ["LIPPMANN_DATA_DIR"] = str(data_dir)
     slots = slots or _cores()
@@ -264,6 +264,14 @@ def _check_povray() -> None:
     from worker.engines.povray.version import check_povray
 
     check_povray(os.environ.get("LIPPMANN_POVRAY", "povray"))
+
+
+def _has_mitsuba() -> bool:
+    """Return whether a worker started here would render with Mitsuba."""
+    from worker.engines.mitsuba.version import Found, mitsuba_version
+    from worker.settings import WorkerSettings
+
+    return WorkerSettings().mitsuba == "auto" and isinstance(mitsuba_version(), Found)
 
 
 def _may_render(output: Output) -> bool:

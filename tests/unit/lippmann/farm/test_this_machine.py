@@ -17,6 +17,7 @@ from lippmann.farm import this_machine
 from lippmann.farm.this_machine import examine_machine
 from lippmann.terminal.extras import how_to_install
 from service.doctor.finding import Check, Finding, Level
+from worker.engines.mitsuba.version import Found, Missing
 
 Usage = namedtuple("Usage", "total used free")
 
@@ -47,6 +48,22 @@ def test_what_is_missing_comes_with_the_way_to_get_it(
     assert "apt-get install povray povray-includes" in found[Check.POVRAY].message
     assert "install one; `lippmann up` starts no farm without it" in found[Check.BROKER].message
     assert "`pip install 'lippmann[oidc]'`" in found[Check.PACKAGES].message
+
+
+@pytest.mark.parametrize(
+    ("found", "message"),
+    [
+        (Found("3.9.1", "llvm_ad_rgb"), "Mitsuba 3.9.1 works, by its variant llvm_ad_rgb"),
+        (Missing("no LLVM 16"), "no LLVM 16; without it, scenes of Mitsuba are not rendered on this machine"),
+    ],
+)
+def test_mitsuba_works_or_the_reason_is_named(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, found: Found | Missing, message: str
+) -> None:
+    monkeypatch.setattr(this_machine, "mitsuba_version", lambda: found)
+    assert "LIPPMANN_MITSUBA is off" in _found(tmp_path)[Check.MITSUBA].message
+    monkeypatch.setenv("LIPPMANN_MITSUBA", "auto")
+    assert _found(tmp_path)[Check.MITSUBA].message == message
 
 
 def test_in_an_environment_of_pipx_the_advice_is_a_command_of_pipx(

@@ -315,9 +315,3 @@ def test_without_a_name_the_scene_is_scene_inc(tmp_path: Path) -> None:
     (tmp_path / "woodbox.pov").write_text("")
     with pytest.raises(BundleError, match=r"got 'scene\.inc'; there are woodbox\.pov"):
         check_bundle(pack_folder(tmp_path))
-
-
-def test_a_scene_that_no_worker_renders_yet_is_refused_by_its_file() -> None:
-    manifest = OWN.replace(b"old/wood box.pov", b"fish.glb").replace(b"include", b"# include")
-    with pytest.raises(BundleError, match=r"file: expected a scene of POV-Ray, .*, got 'fish\.glb'"):
-        check_bundle(zipped({"scene.toml": manifest, "fish.glb": b"", "maps/wood/a.png": b""}))
