@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from pydantic import Field
+
 from service.schemas.answer import Answer, RequestBody
 
 
@@ -118,7 +120,9 @@ class Worker(Answer):
     memory_mb: int | None = None
     """The memory that it gives one task, MB; null if it is older than this field."""
     engines: tuple[str, ...] = ()
-    """The engines that it has, such as `povray`."""
+    """The engines that it has, such as `povray`; it does the tasks of jobs that need one of these."""
+    engine_versions: dict[str, str] = Field(default_factory=dict)
+    """The versions of those engines, by their names."""
     hours: str | None = None
     """The hours in which it takes orders, such as `Mon-Fri 19:00-07:00`; null if it always does."""
     protocol: int = 1
