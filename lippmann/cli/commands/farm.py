@@ -282,7 +282,9 @@ def _may_render(output: Output) -> bool:
         _check_povray()
     except PovrayMissing as error:
         output.note(f"note: {error.message}")
-        output.note("note: without it, scenes of POV-Ray wait; integral images that exist are imported, viewed and exported")
+        output.note(
+            "note: without it, scenes of POV-Ray wait; integral images that exist are imported, viewed and exported"
+        )
         return False
     return True
 
