@@ -40,6 +40,10 @@ class LostCpu:
         """Add what a group has used and the children of this process have not."""
         self.seconds += max(0.0, of_group_s - counted_s)
 
+    def lend(self, seconds: float) -> None:
+        """Count CPU seconds of a child that goes on, or take them back with a negative number when it has ended."""
+        self.seconds += seconds
+
 
 lost_cpu = LostCpu()
 """Those of this process, which makes one attempt at a time."""

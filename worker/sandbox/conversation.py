@@ -79,6 +79,7 @@ class Conversation:
             self._open.close()
             raise
         self._is_open = True
+        self._lent_cpu_s = 0.0
 
     @property
     def is_open(self) -> bool:
@@ -117,6 +118,9 @@ class Conversation:
             try:
                 outcome = self._ask(request, times, reader, on_progress, should_stop, log)
                 goes_on = outcome.ending is Ending.ANSWERED and bool(self._child.pids())
+                if goes_on:
+                    self._lent_cpu_s += outcome.cpu_s
+                    lost_cpu.lend(outcome.cpu_s)
             finally:
                 if not goes_on:
                     self.close()
@@ -127,6 +131,9 @@ class Conversation:
         with self._lock:
             self._is_open = False
             self._open.close()
+            # The kernel has counted the whole child now, unless nobody waited for what was below it.
+            lent_s, self._lent_cpu_s = self._lent_cpu_s, 0.0
+            lost_cpu.lend(-min(lent_s, self._child.cpu_s))
 
     def __enter__(self) -> Conversation:
         return self

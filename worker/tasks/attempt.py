@@ -107,7 +107,7 @@ def _attempt(place: Workplace, order: Order, do: TaskFunction) -> str:
         order,
         EventKind.FAILED if failure else EventKind.DONE,
         broker,
-        cpu_s=_cpu_s() - started_cpu_s,
+        cpu_s=max(0.0, _cpu_s() - started_cpu_s),
         wall_s=time.monotonic() - started_s,
         failure=failure,
         probe=work.probe,

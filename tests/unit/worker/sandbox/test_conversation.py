@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.waiting import until
+from worker.sandbox.child import lost_cpu
 from worker.sandbox.conversation import MAX_LINES, Conversation
 from worker.sandbox.ending import Ending
 from worker.sandbox.limits import Limits, TimeLimit, TimeLimits
@@ -81,6 +83,20 @@ def test_one_child_answers_one_request_after_the_other_with_progress(tmp_path: P
     assert reported == [40]
     assert first.lines == ("said", one)
     assert "said\n" in (tmp_path / "log.txt").read_text()
+
+
+def test_the_cpu_of_a_child_that_goes_on_counts_at_once_and_only_once(tmp_path: Path) -> None:
+    def used_s() -> float:
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime + lost_cpu.seconds
+
+    with _start(tmp_path, 'for i in {1..300000}; do :; done; echo "= done"') as talk:
+        before_s = used_s()
+        outcome, _ = _ask(talk, tmp_path)
+        after_s = used_s()
+    assert outcome.cpu_s > 0.2
+    assert after_s - before_s == pytest.approx(outcome.cpu_s, abs=0.02)
+    assert used_s() == pytest.approx(after_s, abs=0.1)
 
 
 def test_a_request_that_is_larger_than_a_pipe_arrives_whole(tmp_path: Path) -> None:
