@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import mitsuba
@@ -11,7 +13,7 @@ from numpy.typing import NDArray
 
 from lippmann.untrusted.gltf_file import Material, Sampler, TextureInfo
 from worker.engines.mitsuba.inside.scenes.gltf_accessors import GltfArrays
-from worker.engines.mitsuba.inside.scenes.pictures import colour_texture, data_texture, read_picture
+from worker.engines.mitsuba.inside.scenes.pictures import colour_texture, count_pixels, data_texture, read_picture
 
 mi: Any = mitsuba
 """Without types, because those of the stubs are not those of a variant."""
@@ -24,6 +26,9 @@ _KNOWN = {
     "KHR_materials_ior",
     "KHR_materials_clearcoat",
 }
+
+Codes = NDArray[np.uint8]
+"""The pixels of a picture, shape (row, col, 4), 8 bit RGBA."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +46,8 @@ class GltfMaterials:
     def __init__(self, arrays: GltfArrays) -> None:
         self._arrays = arrays
         self._made: dict[tuple[int | None, bool], Any] = {}
-        self._pictures: dict[int, NDArray[np.uint8]] = {}
+        self._pictures: dict[int, Codes] = {}
+        self._textures: dict[tuple[int, str], Any] = {}
 
     def surface(self, index: int | None, *, has_colours: bool) -> Surface:
         """Return the BSDF of a material, and a light of its own for a mesh.
@@ -83,22 +89,25 @@ class GltfMaterials:
         factor = rough.baseColorFactor[:3]
         opacity: Any = rough.baseColorFactor[3]
         if rough.baseColorTexture is not None:
-            pixels, settings = self._picture(rough.baseColorTexture, f"{place}.baseColorTexture")
-            bsdf["base_color"] = colour_texture(pixels, factor, **settings)
+            info, where = rough.baseColorTexture, f"{place}.baseColorTexture"
+            bsdf["base_color"] = self._texture(
+                info, where, f"colour {factor}", lambda codes: colour_texture(codes, factor)
+            )
             if material.alphaMode != "OPAQUE":
-                alpha = pixels[..., 3] / 255.0 * rough.baseColorFactor[3]
-                if material.alphaMode == "MASK":
-                    alpha = (alpha >= material.alphaCutoff).astype(np.float64)
-                opacity = data_texture(alpha, **settings)
+                least = material.alphaCutoff if material.alphaMode == "MASK" else None
+                kind = f"opacity {opacity} {least}"
+                opacity = self._texture(info, where, kind, partial(_opacities, factor=float(opacity), least=least))
         elif has_colours:
             bsdf["base_color"] = {"type": "mesh_attribute", "name": "vertex_color"}
         else:
             bsdf["base_color"] = {"type": "rgb", "value": [min(1.0, max(0.0, share)) for share in factor]}
         bsdf["roughness"], bsdf["metallic"] = rough.roughnessFactor, rough.metallicFactor
         if rough.metallicRoughnessTexture is not None:
-            pixels, settings = self._picture(rough.metallicRoughnessTexture, f"{place}.metallicRoughnessTexture")
-            bsdf["roughness"] = data_texture(pixels[..., 1] / 255.0 * rough.roughnessFactor, **settings)
-            bsdf["metallic"] = data_texture(pixels[..., 2] / 255.0 * rough.metallicFactor, **settings)
+            info, where = rough.metallicRoughnessTexture, f"{place}.metallicRoughnessTexture"
+            for name, channel, most in (("roughness", 1, rough.roughnessFactor), ("metallic", 2, rough.metallicFactor)):
+                bsdf[name] = self._texture(
+                    info, where, f"{name} {most}", partial(_channel, channel=channel, factor=most)
+                )
         transmission = self._number(extensions, "KHR_materials_transmission", "transmissionFactor", 0.0, place)
         if transmission > 0:
             bsdf["spec_trans"] = min(1.0, transmission)
@@ -117,11 +126,8 @@ class GltfMaterials:
         return {"type": "mask", "opacity": opacity, "inside": bsdf}
 
     def _with_normals(self, bsdf: dict[str, Any], info: TextureInfo, place: str) -> dict[str, Any]:
-        pixels, settings = self._picture(info, place)
-        normals = pixels[..., :3] / 255.0
-        if info.scale != 1.0:
-            normals = 0.5 + (normals - 0.5) * (info.scale, info.scale, 1.0)
-        return {"type": "normalmap", "normalmap": data_texture(normals, **settings), "inside": bsdf}
+        texture = self._texture(info, place, f"normal {info.scale}", partial(_normals, scale=info.scale))
+        return {"type": "normalmap", "normalmap": texture, "inside": bsdf}
 
     def _emitted(self, material: Material, place: str) -> dict[str, Any] | None:
         strength = self._number(
@@ -132,10 +138,25 @@ class GltfMaterials:
             return None
         if material.emissiveTexture is None:
             return {"type": "area", "radiance": {"type": "rgb", "value": [red, green, blue]}}
-        pixels, settings = self._picture(material.emissiveTexture, f"{place}.emissiveTexture")
-        return {"type": "area", "radiance": colour_texture(pixels, (red, green, blue), **settings)}
+        factor = (red, green, blue)
+        texture = self._texture(
+            material.emissiveTexture,
+            f"{place}.emissiveTexture",
+            f"colour {factor}",
+            lambda codes: colour_texture(codes, factor),
+        )
+        return {"type": "area", "radiance": texture}
 
-    def _picture(self, info: TextureInfo, place: str) -> tuple[NDArray[np.uint8], dict[str, Any]]:
+    def _texture(self, info: TextureInfo, place: str, kind: str, convert: Callable[[Codes], dict[str, Any]]) -> Any:
+        """Return a texture of Mitsuba, made once for all materials that use a picture in the same way."""
+        key = (info.index, kind)
+        if key not in self._textures:
+            codes, settings = self._picture(info, place)
+            count_pixels(codes.shape[1], codes.shape[0], self._arrays.files, place=place)
+            self._textures[key] = mi.load_dict(convert(codes) | settings)
+        return self._textures[key]
+
+    def _picture(self, info: TextureInfo, place: str) -> tuple[Codes, dict[str, Any]]:
         """Return the pixels of a texture, and how Mitsuba is to sample them."""
         arrays, files = self._arrays, self._arrays.files
         texture = arrays.item("textures", info.index, place)
@@ -156,7 +177,8 @@ class GltfMaterials:
                 data = arrays.bytes_of_view(picture.bufferView, f"{named}.bufferView")
             else:
                 raise files.refuse(named, "a uri or a bufferView", "neither")
-            self._pictures[source] = read_picture(data, files, place=named)
+            # Pixels are counted for each texture that is made of them.
+            self._pictures[source] = read_picture(data, replace(files, texture_px=0), place=named)
         sampler = Sampler()
         if texture.sampler is not None:
             sampler = arrays.item("samplers", texture.sampler, f"{where}.sampler")
@@ -185,3 +207,16 @@ class GltfMaterials:
             note(f"{place}: alphaMode BLEND is the opacity of a mask")
         for name in sorted(set(material.extensions) - _KNOWN):
             note(f"{place}: {name[:80]} is left out")
+
+
+def _channel(codes: Codes, *, channel: int, factor: float) -> dict[str, Any]:
+    return data_texture(codes[..., channel] / 255.0 * factor)
+
+
+def _opacities(codes: Codes, *, factor: float, least: float | None) -> dict[str, Any]:
+    alpha = codes[..., 3] / 255.0 * factor
+    return data_texture(alpha if least is None else (alpha >= least).astype(np.float64))
+
+
+def _normals(codes: Codes, *, scale: float) -> dict[str, Any]:
+    return data_texture(0.5 + (codes[..., :3] / 255.0 - 0.5) * (scale, scale, 1.0))

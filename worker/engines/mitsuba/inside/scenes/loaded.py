@@ -16,8 +16,8 @@ MAX_FILE_BYTES = 256 * 1024 * 1024
 _MAX_NOTES = 50
 
 AMBIENT_RADIANCE = 0.5
-SUN_IRRADIANCE = 2.0
-"""The default light: white surfaces get a radiance of 0.5 from all sides and up to 0.64 from the sun."""
+SUN_IRRADIANCE = 1.5
+"""The default light: white surfaces get a radiance of 0.5 from all sides and up to 0.48 from the sun."""
 
 
 @dataclass(frozen=True)

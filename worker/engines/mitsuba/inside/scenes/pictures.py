@@ -18,6 +18,8 @@ mi: Any = mitsuba
 
 MAX_TEXTURE_PX = 8192 * 8192
 MAX_ALL_TEXTURES_PX = 4 * MAX_TEXTURE_PX
+_BRIGHTEST_HALF = 1000.0
+"""The factor above which colours are kept as 32-bit floats."""
 _FORMATS = ("PNG", "JPEG", "WEBP")
 
 _CODES = np.arange(256) / 255.0
@@ -64,23 +66,23 @@ def count_pixels(cols: int, rows: int, files: SceneFiles, *, place: str) -> None
         raise files.refuse(place, f"at most {MAX_ALL_TEXTURES_PX:,} px in all textures", f"{files.texture_px:,}")
 
 
-def colour_texture(pixels: NDArray[np.uint8], factor: tuple[float, float, float], **settings: Any) -> dict[str, Any]:
+def colour_texture(pixels: NDArray[np.uint8], factor: tuple[float, float, float]) -> dict[str, Any]:
     """Return the texture of the colours of a picture times a factor, in linear light."""
     if factor == (1.0, 1.0, 1.0):
         bitmap = mi.Bitmap(np.ascontiguousarray(pixels[..., :3]))
-        return {"type": "bitmap", "bitmap": bitmap, "raw": False, **settings}
-    linear = np.empty((*pixels.shape[:2], 3), dtype=np.float16)
+        return {"type": "bitmap", "bitmap": bitmap, "raw": False}
+    dtype = np.float16 if max(factor) <= _BRIGHTEST_HALF else np.float32
+    linear = np.empty((*pixels.shape[:2], 3), dtype=dtype)
     for channel, share in enumerate(factor):
-        linear[..., channel] = (LINEAR * share).astype(np.float16)[pixels[..., channel]]
-    return {"type": "bitmap", "bitmap": mi.Bitmap(linear), "raw": True, **settings}
+        linear[..., channel] = (LINEAR * share).astype(dtype)[pixels[..., channel]]
+    return {"type": "bitmap", "bitmap": mi.Bitmap(linear), "raw": True}
 
 
-def data_texture(values: NDArray[np.floating[Any]], **settings: Any) -> dict[str, Any]:
+def data_texture(values: NDArray[np.floating[Any]]) -> dict[str, Any]:
     """Return the texture of numbers, shape (row, col) or (row, col, 3)."""
     shaped = values if values.ndim == 3 else values[..., np.newaxis]
     return {
         "type": "bitmap",
         "bitmap": mi.Bitmap(np.ascontiguousarray(shaped, dtype=np.float16)),
         "raw": True,
-        **settings,
     }

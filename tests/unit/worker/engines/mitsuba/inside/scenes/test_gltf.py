@@ -225,6 +225,22 @@ def test_a_picture_of_too_many_pixels_is_refused_by_its_header(refusal: Refusal)
     assert "images.0: expected a texture of" in refusal({"a.glb": _image(uri="a.png").data(), "a.png": bomb})
 
 
+def test_a_picture_is_one_texture_for_all_materials_that_use_it_alike(
+    load: Load, refusal: Refusal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from worker.engines.mitsuba.inside.scenes import pictures
+
+    monkeypatch.setattr(pictures, "MAX_ALL_TEXTURES_PX", 5)
+    glb = _image(uri="a.png")
+    glb.document["materials"] *= 3
+    glb.document["meshes"][0]["primitives"] = [{**glb.primitive, "material": number} for number in range(3)]
+    files = {"a.glb": glb.data(), "a.png": picture(2, 2, *[(90, 90, 90)] * 4)}
+    assert len(load(files).scene.shapes()) == 3
+    other = {"baseColorTexture": {"index": 0}, "baseColorFactor": [0.5, 1, 1, 1]}
+    glb.document["materials"] = [*glb.document["materials"][:2], {"pbrMetallicRoughness": other}]
+    assert "expected at most 5 px in all textures, got 8" in refusal({**files, "a.glb": glb.data()})
+
+
 @pytest.mark.parametrize(
     ("at", "number", "message"),
     [
