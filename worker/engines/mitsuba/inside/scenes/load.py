@@ -61,7 +61,7 @@ def _scene(files: SceneFiles) -> Any:
 
     path = files.path(files.name, beside="", place="file")
     if is_splats(path):
-        return load_splats(path)
+        return load_splats(path, files.note)
     if suffix not in (".obj", ".ply"):
         raise files.refuse("file", f"a scene file that ends with {', '.join(MITSUBA_FILES)}", files.name)
     from worker.engines.mitsuba.inside.scenes.meshes import load_mesh

@@ -69,6 +69,8 @@ class Splats:
     """The greatest opacities, (splat,), from 0 to 1."""
     harmonics: NDArray[np.float32]
     """The coefficients of the colours, (splat, function, 3), with (degree + 1)^2 functions."""
+    thickened: int = 0
+    """The number of splats of the file that were thinner than `THINNEST`."""
 
     def __len__(self) -> int:
         return len(self.centers)
@@ -131,12 +133,14 @@ def _splats(path: Path, rows: NDArray[np.void]) -> Splats:
     _refuse(path, lengths < 1e-6, f"{_ROTATION[0]}..3 that is a quaternion with a length", rotations)
     w_first = (rotations / lengths[:, None]).astype(np.float32)
     sigmas = np.exp(log_scales)
+    least = np.maximum(THINNEST * sigmas.max(axis=1, keepdims=True), 1e-9)
     return Splats(
         centers=centers,
-        sigmas=np.maximum(sigmas, np.maximum(THINNEST * sigmas.max(axis=1, keepdims=True), 1e-9)),
+        sigmas=np.maximum(sigmas, least),
         quaternions=np.ascontiguousarray(w_first[:, [1, 2, 3, 0]]),
         opacities=(1.0 / (1.0 + np.exp(-np.clip(logits, -80, 80)))).astype(np.float32),
         harmonics=_harmonics(colours),
+        thickened=int((sigmas < least).any(axis=1).sum()),
     )
 
 

@@ -12,6 +12,7 @@ rays through a Gaussian that is 100 times as wide as thick, from 10 standard dev
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -53,8 +54,15 @@ class SplatLight:
     """The `mi.Float` of the stopped share of the light, 0 to 1."""
 
 
-def load_splats(path: Path) -> Any:
+def load_splats(path: Path, note: Callable[[str], None] = lambda text: None) -> Any:
     """Return the `mi.Scene` of a .ply of Gaussian splats; `radiance` renders it.
+
+    Parameters
+    ----------
+    path
+        The file.
+    note
+        The function that takes a sentence about what was left out or changed.
 
     Raises
     ------
@@ -62,8 +70,15 @@ def load_splats(path: Path) -> Any:
         See `splat_file.read_splats`; or no splat of the file is visible.
     """
     splats = read_splats(path)
-    if not (splats.opacities >= FAINTEST).any():
+    faint = int((splats.opacities < FAINTEST).sum())
+    if faint == len(splats):
         raise SceneError(f"{path.name}: expected a splat with an opacity of {FAINTEST:.4f} or more, got none")
+    if faint:
+        note(f"{path.name}: {faint:,} of {len(splats):,} splats are fainter than 1/255 and left out")
+    if splats.thickened:
+        note(
+            f"{path.name}: {splats.thickened:,} of {len(splats):,} splats are thickened to a thousandth of their width"
+        )
     return splat_scene(splats)
 
 

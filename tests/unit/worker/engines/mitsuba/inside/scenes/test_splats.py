@@ -204,3 +204,19 @@ def test_a_file_without_a_visible_splat_is_refused(splats: Any, tmp_path: Path) 
     file = write_splats(tmp_path / "faint.ply", [[0, 0, 1]], [[1, 1, 1]], opacities=[0.001], colours=[[1, 1, 1]])
     with pytest.raises(SceneError, match="expected a splat with an opacity"):
         splats.load_splats(file)
+
+
+def test_what_is_left_out_or_thickened_is_noted(splats: Any, tmp_path: Path) -> None:
+    file = write_splats(
+        tmp_path / "three.ply",
+        [[0, 0, 10], [0, 0, 11], [0, 0, 12]],
+        [[1, 1, 1], [1, 1, 1], [1, 1, 1e-5]],
+        opacities=[0.9, 0.001, 0.9],
+        colours=np.ones((3, 3)),
+    )
+    notes: list[str] = []
+    splats.load_splats(file, notes.append)
+    assert notes == [
+        "three.ply: 1 of 3 splats are fainter than 1/255 and left out",
+        "three.ply: 1 of 3 splats are thickened to a thousandth of their width",
+    ]
