@@ -21,6 +21,7 @@ from worker.engines.mitsuba import engine
 from worker.engines.mitsuba.engine import MitsubaEngine
 from worker.engines.mitsuba.version import Missing, mitsuba_version
 from worker.images.read import read_channels
+from worker.sandbox.bundle import pack_folder
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.local import JOB_ID, local_job, store_plan
 from worker.tasks.monitor import NullMonitor
@@ -61,6 +62,17 @@ def test_the_probe_measures_a_scene_that_may_be_tiled(place: Workplace) -> None:
     assert not probe.parallel
     assert 0 < probe.s_per_px < 1e-3
     assert probe.camera is None
+
+
+def test_the_probe_says_what_was_added_to_a_scene(place: Workplace, tmp_path: Path) -> None:
+    (tmp_path / "scene.toml").write_text(
+        'file = "a.xml"\n[stage]\nlocation = [0, 0, 9]\nlook_at = [0, 0, 0]\nnear_mm = 8\nfar_mm = 9\n'
+    )
+    (tmp_path / "a.xml").write_text('<scene version="3.0.0"><shape type="sphere"/></scene>')
+    local_job(place, small_job("mine", count=SIZE), pack_folder(tmp_path))
+    probe = probe_job(place, order_of(TaskKind.PROBE, frame=None), NullMonitor()).probe
+    assert probe is not None
+    assert any("a.xml has no light" in note for note in probe.notes)
 
 
 def test_tiles_are_the_whole_frame_and_depth_comes_with_it(place: Workplace) -> None:

@@ -100,6 +100,8 @@ class Rendered:
     channels: Mapping[Channel, NDArray[np.float32]] = field(default_factory=dict)
     """The channels, each `(row, col)` or `(row, col, channel)` of the region. The depth is the distance along the ray
     from its start to the first surface, mm; infinite without one, and NaN without a ray."""
+    notes: tuple[str, ...] = ()
+    """What the engine left out of the scene or added to it, for the people of the job."""
 
 
 @dataclass(frozen=True)

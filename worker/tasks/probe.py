@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from lippmann.job.messages.events import ProbeResult
+from lippmann.job.messages.events import MAX_PROBE_NOTES, ProbeResult
 from lippmann.job.messages.orders import MOST_THREADS, Order
 from lippmann.lattice.layout import CellLayout
 from lippmann.plan.sampling import frame_size
@@ -55,7 +55,7 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
         tileable=rendered.tileable,
         parallel=is_parallel(place, sheet.at(frame)),
         camera=seen.camera,
-        notes=seen.notes,
+        notes=(*seen.notes, *rendered.notes)[:MAX_PROBE_NOTES],
     )
     return TaskResult(probe=result)
 

@@ -95,6 +95,7 @@ class MitsubaEngine:
             start_s=max(0.0, region.wall_s - region.trace_s),
             trace_cpu_s=min(region.cpu_s, region.trace_s),
             channels={channel: _channel(region.pixels[FILE_OF[channel]]) for channel in wanted.channels},
+            notes=region.notes,
         )
 
 
