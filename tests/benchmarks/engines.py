@@ -30,12 +30,7 @@ ROUNDS = 3
 _SERVE = """
 import sys
 from worker.engines.mitsuba.inside.program import main
-
-def load(*scene):
-    from worker.engines.mitsuba.inside.scenes.load import load  # it imports what the variant makes
-    return load(*scene)
-
-main(sys.argv[1], 1, load)
+main(sys.argv[1], 1)
 """
 
 _PINHOLE = """
