@@ -15,6 +15,7 @@ STANDING = "translate -34 * y"
 SKIN = "finish { ambient 0 diffuse 1 specular 0.5 roughness 0.015 }"
 MATT = "finish { ambient 0 diffuse 1 }"
 SHINING = "finish { ambient 0 diffuse 0 emission 1 }"
+"""The sky: a light of POV-Ray at a point does not fade, and would show the shadows of the stems on the wall."""
 WATER = """pigment { rgb <0.003, 0.022, 0.033> }
 finish { ambient 0 diffuse 1 specular 0.5 roughness 0.002 reflection { 0, 1 fresnel on } conserve_energy }
 interior { ior 1.33 }"""
@@ -29,7 +30,7 @@ PARTS = {
     "stems": ("stem", MATT, STANDING),
     "heads": ("head", MATT, STANDING),
     "leaves": ("leaf", MATT, STANDING),
-    "sky": ("sky", SHINING + " no_shadow", ""),
+    "sky": ("sky", SHINING, ""),
 }
 """The meshes with their texture or colour, their finish and their place."""
 
@@ -41,26 +42,29 @@ def write_for_povray(scene: Path, file: Path) -> None:
         picture = scene / "textures" / f"{colour}.png"
         mapped = f'uv_mapping pigment {{ image_map {{ png "{picture}" gamma srgb interpolate 2 }} }}'
         pigment = mapped if picture.is_file() else f"pigment {{ {colour} }}"
-        parts.append(
-            f"{mesh2(scene / 'meshes' / f'{name}.ply')} texture {{ {pigment} {finish.removesuffix(' no_shadow')} }}"
-        )
-        parts.append(f"{'no_shadow' if finish.endswith('no_shadow') else ''} {place} }}")
+        parts.append(f"{mesh2(scene / 'meshes' / f'{name}.ply')} texture {{ {pigment} {finish} }} {place} }}")
     parts.append(f"{mesh2(scene / 'meshes' / 'water.ply')} {WATER} scale <1, 0.3, 1> {STANDING} }}")
     parts += lights((scene / "scene.xml").read_text())
     file.write_text("\n".join(parts))
 
 
 def lights(xml: str) -> list[str]:
-    """Return the point lights of a scene of Mitsuba, each as bright on the fish as there."""
-    found = re.findall(
-        r'<point name="position" x="(.*?)" y="(.*?)" z="(.*?)"/>\s*<rgb name="intensity" value="(.*?)"', xml
-    )
+    """Return the lights of a scene of Mitsuba: parallel ones, and the one at a point as bright on the fish as there."""
+    three = r'x="(.*?)" y="(.*?)" z="(.*?)"/>\s*<rgb name="(?:irradiance|intensity)" value="(.*?)"'
     lines = []
-    for *place, intensity in found:
-        position = np.array(place, dtype=float)
-        colour = np.array(intensity.split(), dtype=float) / np.pi / np.square(position - (0, 60, 0)).sum()
-        lines.append(f"light_source {{ {vector(position)} rgb {vector(colour)} }}")
+    for *direction, irradiance in re.findall(r'<vector name="direction" ' + three, xml):
+        place, colour = -1000 * numbers(direction), numbers(irradiance.split()) / np.pi
+        lines.append(f"light_source {{ {vector(place)} rgb {vector(colour)} parallel point_at 0 }}")
+    for *position, intensity in re.findall(r'<point name="position" ' + three, xml):
+        place = numbers(position)
+        colour = numbers(intensity.split()) / np.pi / np.square(place - (0, 60, 0)).sum()
+        lines.append(f"light_source {{ {vector(place)} rgb {vector(colour)} }}")
     return lines
+
+
+def numbers(words: list[str]) -> NDArray[np.float64]:
+    """Return words as numbers."""
+    return np.array(words, dtype=float)
 
 
 def mesh2(path: Path) -> str:
