@@ -19,7 +19,12 @@ Float32 = NDArray[np.float32]
 
 
 def channel_values(
-    scene: mi.Scene, rays: Ray, placement: Placement, kinds: Collection[FileKind]
+    scene: mi.Scene,
+    rays: Ray,
+    sent: tuple[mi.Ray3f, mi.Bool],
+    placement: Placement,
+    kinds: Collection[FileKind],
+    splat_light: splats.SplatLight | None,
 ) -> dict[FileKind, Float32]:
     """Return the channels of rays, each float32 (ray, number); see `messages.FILE_CHANNELS`.
 
@@ -29,16 +34,18 @@ def channel_values(
         The scene.
     rays
         The rays of the centres of pixels, rig frame, NaN where one is dead.
+    sent
+        The same rays in the scene, and which are alive.
     placement
         The place of the rig in the scene.
     kinds
         The channels that are wanted.
+    splat_light
+        What the rays receive in a scene of splats, which has no surfaces to hit.
     """
-    alive = dr.isfinite(sum(rays.position) + sum(rays.direction))
-    ray = placement.ray(rays)
-    ray.o, ray.d = dr.select(alive, ray.o, 0), dr.select(alive, ray.d, mi.Vector3f(0, 0, 1))
-    found = None if holds_splats(scene) else scene.ray_intersect(ray, active=alive)
-    distance = splats.radiance(scene, ray, alive).distance if found is None else found.t
+    ray, alive = sent
+    found: Any = None if splat_light else scene.ray_intersect(ray, active=alive)
+    distance = splat_light.distance if splat_light else found.t
     distance_mm = dr.select(alive, mi.Float64(distance) * placement.mm_per_unit, dr.nan)
     values: dict[FileKind, Float32] = {"distance": _columns(mi.Float(distance_mm))}
     if "position" in kinds:

@@ -56,13 +56,22 @@ def shade_band(scene: mi.Scene, request: Request, rows: range) -> dict[FileKind,
     placement = Placement.of(stage)
     pixels = Pixels.of(optical_bench, request, rows)
     others = tuple(kind for kind in request.kinds if kind != "radiance")
-    centres = pixels.rays(optical_bench) if others or settings.samples == 1 else None
-    values = channel_values(scene, centres, placement, others) if centres and others else {}
+    values: dict[FileKind, Float32] = {}
     total = mi.Color3f(0)
-    for sample in range(settings.samples):
-        single = centres if settings.samples == 1 else None
-        ray = _ray(single or pixels.sample_rays(optical_bench, request, sample), placement)
-        total += _bounded(_radiance(scene, request, pixels, ray, sample), settings.clamp)
+    if others or settings.samples == 1:
+        rays = pixels.rays(optical_bench)
+        ray, alive = _ray(rays, placement)
+        seen = splats.radiance(scene, ray, alive) if holds_splats(scene) else None
+        if seen:
+            dr.eval(seen.radiance, seen.distance)  # both by the same pass
+        if others:
+            values = channel_values(scene, rays, (ray, alive), placement, others, seen)
+        if settings.samples == 1:
+            light = seen.radiance if seen else whitted_radiance(scene, ray, settings.path_depth, alive)
+            total = _bounded(light, settings.clamp)
+    for sample in range(settings.samples if settings.samples > 1 else 0):
+        sent = _ray(pixels.sample_rays(optical_bench, request, sample), placement)
+        total += _bounded(_sample_radiance(scene, request, pixels, sent, sample), settings.clamp)
         dr.eval(total)
     values["radiance"] = np.ascontiguousarray(np.array(total, dtype=np.float32).T) / np.float32(settings.samples)
     return values
@@ -76,13 +85,13 @@ def _ray(ray: Ray, placement: Placement) -> tuple[mi.Ray3f, mi.Bool]:
     return there, alive
 
 
-def _radiance(scene: mi.Scene, request: Request, pixels: Pixels, sent: tuple[mi.Ray3f, mi.Bool], sample: int) -> Any:
-    """Return the radiance of one sample of each pixel, `mi.Color3f`."""
+def _sample_radiance(
+    scene: mi.Scene, request: Request, pixels: Pixels, sent: tuple[mi.Ray3f, mi.Bool], sample: int
+) -> Any:
+    """Return the radiance of one of several samples of each pixel, `mi.Color3f`."""
     (ray, alive), settings = sent, request.job.spec.render
     if holds_splats(scene):
         return splats.radiance(scene, ray, alive).radiance
-    if settings.samples == 1:
-        return whitted_radiance(scene, ray, settings.path_depth, alive)
     state, sequence = (mi.UInt64(word) for word in pixels.words(request.frame, sample, stream=1))
     random = mi.PCG32()
     random.seed(state, sequence)
