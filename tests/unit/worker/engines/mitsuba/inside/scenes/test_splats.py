@@ -122,6 +122,37 @@ def test_a_flat_splat_is_hit_from_far_away_at_any_angle(splats: Any, tmp_path: P
     np.testing.assert_allclose(distance[expected > 0.6], 300, rtol=1e-4)
 
 
+def test_a_flat_splat_is_composited_once_at_any_angle(splats: Any, tmp_path: Path) -> None:
+    random = np.random.default_rng(0)
+    file = write_splats(
+        tmp_path / "flat.ply",
+        [[10, 10, 10]],
+        [[1, 1, 0.01]],
+        opacities=[0.5],
+        colours=[[1, 1, 1]],
+        rotations=[[0.9, 0.1, 0.2, 0.3]],
+    )
+    directions = random.normal(size=(20_000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    points = random.uniform(8.5, 11.5, (20_000, 3))
+    _, _, opacity = trace(splats, file, points - 5 * directions, directions)
+    assert 0.49 < opacity.max() <= 0.5
+
+
+def test_splats_near_each_other_are_told_apart_from_far_away(splats: Any, tmp_path: Path) -> None:
+    centers = np.stack([np.zeros(50), np.zeros(50), 0.0005 * np.arange(50)], axis=1)
+    file = write_splats(
+        tmp_path / "sheets.ply",
+        centers,
+        np.tile([0.05, 0.05, 0.00005], (50, 1)),
+        opacities=np.full(50, 0.03),
+        colours=np.ones((50, 3)),
+    )
+    _, distance, opacity = trace(splats, file, [0, 0, -2000], [[0, 0, 1.0]])
+    assert opacity[0] == pytest.approx(1 - 0.97**50, abs=1e-3)
+    assert distance[0] == pytest.approx(2000, abs=0.03)
+
+
 def test_many_sheets_are_each_composited_once(splats: Any, tmp_path: Path) -> None:
     count = 100
     centers = np.stack([np.zeros(count), np.zeros(count), 100 + 0.05 * np.arange(count)], axis=1)
