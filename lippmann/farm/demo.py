@@ -10,6 +10,7 @@ from typing import Any
 from lippmann.client import Client
 from lippmann.client.fetch import FetchResult, fetch_job, fetch_text
 from lippmann.client.watch import watch_job
+from lippmann.job.engines import Engine
 from lippmann.terminal.output import Output
 from service.schemas.job import Job
 
@@ -22,22 +23,25 @@ class Demo:
     fetched: FetchResult
 
 
-def demo_job(frames: str) -> dict[str, Any]:
+def demo_job(frames: str, engine: Engine = "povray") -> dict[str, Any]:
     """Return the job of Athineos et al. 2006: a fish that turns by 8 degrees a frame, 90 x 90 lenses of 8 x 8 pixels.
 
-    The fish, its turn and the rig are the defaults of the scene and the job; they are written out for the reader.
+    The fish, its turn and the rig are the defaults of the scene and the job; they are written out for the reader. For
+    Mitsuba the scene is the same one in triangles.
     """
+    mine: dict[str, Any] = {"scene": "fish-mesh"}
+    if engine == "povray":
+        mine = {"scene": "fish", "parameters": {"turn_deg_per_frame": 8}}
     return {
-        "scene": "fish",
+        **mine,
         "title": "Fish over water, Athineos et al. 2006",
         "frames": frames,
         "fps": 8,
-        "parameters": {"turn_deg_per_frame": 8},
         "rig": {"imaging_lens": "athineos-2006", "lens_array": {"count": [90, 90]}, "px_per_lens": 8},
     }
 
 
-def run_demo(client: Client, *, frames: str, out: Path, output: Output) -> Demo:
+def run_demo(client: Client, *, frames: str, engine: Engine, out: Path, output: Output) -> Demo:
     """Submit the job, watch it and fetch its files.
 
     Raises
@@ -45,7 +49,7 @@ def run_demo(client: Client, *, frames: str, out: Path, output: Output) -> Demo:
     JobEnded
         If the job failed or was cancelled.
     """
-    job = client.submit(demo_job(frames))
+    job = client.submit(demo_job(frames, engine))
     output.note(
         f"Job {job.id}: frames {job.frames.text} of {job.size.cols} x {job.size.rows} px,"
         f" {job.size.lens_cols} x {job.size.lens_rows} lenses."

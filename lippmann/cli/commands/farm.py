@@ -7,7 +7,7 @@ import signal
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
@@ -63,6 +63,9 @@ def up(
 
 def demo(
     frames: Annotated[str, typer.Option(help="The frames to render. 1-45 is a full turn of the fish.")] = "1-6",
+    engine: Annotated[
+        Literal["povray", "mitsuba"], typer.Option(help="The engine. With mitsuba the fish is made of triangles.")
+    ] = "povray",
     out: OutputFolder = Path("out"),
     stay: Annotated[bool, typer.Option("--stay", help="Keep the farm running afterwards.")] = False,
     data_dir: DataDir = DATA_DIR,
@@ -83,10 +86,20 @@ def demo(
     parse_frames(frames)
     check_writable(out)
     check_folder(out, job_id=None, is_demo=True)
-    _check_povray()
-    with _farm(FarmPlan(data_dir, host=host, port=port, slots=slots or _cores()), output) as farm:
+    if engine == "mitsuba":
+        _check_mitsuba()
+    else:
+        _check_povray()
+    plan = FarmPlan(
+        data_dir,
+        host=host,
+        port=port,
+        slots=slots or _cores(),
+        without_povray=engine == "mitsuba" and not _has_povray(),
+    )
+    with _farm(plan, output) as farm:
         with Client(farm.address.url, farm.address.key, patience_s=60.0) as client:
-            made = run_demo(client, frames=frames, out=out, output=output)
+            made = run_demo(client, frames=frames, engine=engine, out=out, output=output)
         output.result(demo_data(made), demo_text(made))
         if stay:
             _stay_up(farm, data_dir, Output(as_json=False))
@@ -264,6 +277,25 @@ def _check_povray() -> None:
     from worker.engines.povray.version import check_povray
 
     check_povray(os.environ.get("LIPPMANN_POVRAY", "povray"))
+
+
+def _has_povray() -> bool:
+    from lippmann.errors import PovrayMissing
+
+    try:
+        _check_povray()
+    except PovrayMissing:
+        return False
+    return True
+
+
+def _check_mitsuba() -> None:
+    from lippmann.errors import BadInput
+    from worker.engines.mitsuba.version import Missing, mitsuba_version
+
+    found = mitsuba_version()
+    if isinstance(found, Missing):
+        raise BadInput(f"--engine mitsuba: {found.reason}")
 
 
 def _has_mitsuba() -> bool:

@@ -30,6 +30,14 @@ def test_the_demo_is_the_paper_s_integral_video() -> None:
     assert len(spec.frame_numbers) * float(parameters["turn_deg_per_frame"]) == 360
 
 
+def test_the_demo_in_triangles_is_the_same_video() -> None:
+    spec = parse_spec(demo_job(FULL_TURN, "mitsuba"))
+    assert spec.rig == Rig()
+    card = check_bundle(pack_folder(scene_folders()["fish-mesh"])).card
+    assert card.engine == "mitsuba"
+    assert len(spec.frame_numbers) * (card.clock.per_frame or 0) == 360
+
+
 def test_a_scene_goes_before_the_scene_of_the_job_file_and_overrides_before_both(tmp_path: Path) -> None:
     job = tmp_path / "job.json"
     job.write_text(json.dumps({"scene": "fish", "rig": {"px_per_lens": 4}, "fps": 5}))
