@@ -68,19 +68,22 @@ promises: installed ## Write the tables of SECURITY.md from the markers of the t
 bench: installed ## Measure ratios against plain POV-Ray and against the limits
 	$(BIN)/python -m tests.benchmarks $(ARGS)
 
-# What the images run. `make lock` keeps the versions that still fit; ARGS=--upgrade takes the newest.
+# What the images run, and what those of workers run besides. `make lock` keeps the versions that still fit; ARGS=--upgrade takes the newest.
 RUN_EXTRAS := s3 postgresql oidc telemetry
+WORKER_EXTRAS := mitsuba
 COMPILE := uv pip compile --universal --python-version 3.11 --generate-hashes --no-header --no-annotate --quiet
 
-lock: ## Write the three requirements*.lock from pyproject.toml (needs uv)
+lock: ## Write the four requirements*.lock from pyproject.toml (needs uv)
 	$(COMPILE) pyproject.toml --all-extras --group build $(ARGS) --output-file requirements.lock
 	$(COMPILE) pyproject.toml $(RUN_EXTRAS:%=--extra %) --constraints requirements.lock \
 		--output-file requirements-run.lock
+	$(COMPILE) pyproject.toml $(RUN_EXTRAS:%=--extra %) $(WORKER_EXTRAS:%=--extra %) --constraints requirements.lock \
+		--output-file requirements-worker.lock
 	$(COMPILE) --group build --constraints requirements.lock --output-file requirements-build.lock
 
 sbom: installed ## List the parts of the images as CycloneDX 1.6, into out/sbom.json
 	@mkdir -p out
-	@$(BIN)/python -W ignore::UserWarning -m cyclonedx_py requirements requirements-run.lock --pyproject pyproject.toml \
+	@$(BIN)/python -W ignore::UserWarning -m cyclonedx_py requirements requirements-worker.lock --pyproject pyproject.toml \
 		--spec-version 1.6 --output-reproducible --validate --output-file out/sbom.json
 
 audit: installed ## Look up the locked packages among known vulnerabilities (needs the network)

@@ -20,6 +20,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 EXTRAS = PROJECT["project"]["optional-dependencies"]
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
 RUN_EXTRAS = re.findall(r"^RUN_EXTRAS := (.*)$", MAKEFILE, re.MULTILINE)[0].split()
+WORKER_EXTRAS = re.findall(r"^WORKER_EXTRAS := (.*)$", MAKEFILE, re.MULTILINE)[0].split()
 BASE = PROJECT["project"]["dependencies"]
 ASKED_FOR = {
     "requirements.lock": [
@@ -28,6 +29,7 @@ ASKED_FOR = {
         *PROJECT["dependency-groups"]["build"],
     ],
     "requirements-run.lock": [*BASE, *(line for extra in RUN_EXTRAS for line in EXTRAS[extra])],
+    "requirements-worker.lock": [*BASE, *(line for extra in (*RUN_EXTRAS, *WORKER_EXTRAS) for line in EXTRAS[extra])],
     "requirements-build.lock": PROJECT["dependency-groups"]["build"],
 }
 
@@ -92,7 +94,7 @@ def test_every_package_has_hashes(lock: str) -> None:
         assert all(re.fullmatch("--hash=sha256:[0-9a-f]{64}", one) for one in package.hashes), package.name
 
 
-@pytest.mark.parametrize("lock", ["requirements-run.lock", "requirements-build.lock"])
+@pytest.mark.parametrize("lock", ["requirements-run.lock", "requirements-worker.lock", "requirements-build.lock"])
 def test_the_locks_agree_on_versions_and_hashes(lock: str) -> None:
     everything = {key: package.hashes for key, package in locked("requirements.lock").items()}
     hashes = {key: package.hashes for key, package in locked(lock).items()}
@@ -102,12 +104,13 @@ def test_the_locks_agree_on_versions_and_hashes(lock: str) -> None:
 @pytest.mark.promise("Containers", "The images have what runs and no tools for tests, each package held by its hash.")
 def test_the_images_have_what_runs_and_no_tools_for_tests() -> None:
     of_tests = {canonicalize_name(Requirement(line).name) for line in EXTRAS["dev"]}
-    tools = of_tests - needed(ASKED_FOR["requirements-run.lock"])
+    tools = of_tests - needed(ASKED_FOR["requirements-worker.lock"])
     assert {"pytest", "playwright", "schemathesis", "pip-audit", "cyclonedx-bom", "hypothesis", "mypy"} <= tools
-    assert not tools & {package.name for package in locked("requirements-run.lock").values()}
-    for dockerfile in (ROOT / "deploy/images/service.Dockerfile", ROOT / "deploy/images/worker.Dockerfile"):
+    for image, lock in (("service", "requirements-run.lock"), ("worker", "requirements-worker.lock")):
+        assert not tools & {package.name for package in locked(lock).values()}
+        dockerfile = ROOT / f"deploy/images/{image}.Dockerfile"
         named = set(re.findall(r"\S*requirements\S*", dockerfile.read_text()))
-        assert named == {"requirements-run.lock", "requirements-build.lock"}, dockerfile.name
+        assert named == {lock, "requirements-build.lock"}, dockerfile.name
         installs = re.findall(r"^.*\bpip .*\binstall .*$", dockerfile.read_text(), re.MULTILINE)
         assert len(installs) == 3
         assert all("--require-hashes" in line or "--no-index" in line for line in installs), installs
@@ -130,7 +133,7 @@ def test_the_list_of_parts_has_every_package_of_the_images() -> None:
         }
         for part in parts["components"]
     }
-    assert hashes == {key: package.hashes for key, package in locked("requirements-run.lock").items()}
+    assert hashes == {key: package.hashes for key, package in locked("requirements-worker.lock").items()}
 
 
 def test_the_build_group_is_what_the_build_system_asks_for() -> None:

@@ -15,7 +15,8 @@ from worker.engines.mitsuba.inside.messages import Request
 
 @pytest.fixture(scope="session")
 def mi() -> Any:
-    mitsuba = pytest.importorskip("mitsuba", reason="needs lippmann[mitsuba]")
+    import mitsuba
+
     mitsuba.set_variant("llvm_ad_rgb")
     return mitsuba
 

@@ -61,7 +61,6 @@ class Child:
 
 @pytest.fixture(scope="module")
 def child(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Child]:
-    pytest.importorskip("mitsuba", reason="needs lippmann[mitsuba]")
     child = Child(tmp_path_factory.mktemp("program"))
     yield child
     out, err = child.process.communicate(timeout=60)  # the end of the input ends the program
@@ -153,7 +152,6 @@ def rendered_alone(folder: Path, variant: str, request: Request) -> NDArray[np.f
 
 
 def test_the_program_alone_loads_a_bundle(tmp_path: Path, make_request: Any) -> None:
-    pytest.importorskip("mitsuba", reason="needs lippmann[mitsuba]")
     distance = rendered_alone(tmp_path, "llvm_ad_rgb", make_request(channels=("depth",)))
     assert np.nanmin(distance) >= 500  # mm: the triangle is square to the axis
     assert np.isfinite(distance).mean() > 0.5

@@ -6,14 +6,13 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import mitsuba as mi
 import pytest
 
 from lippmann.errors import SceneError
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scene import SceneManifest, parse_scene
 from lippmann.job.spec import parse_spec
-
-mi: Any = pytest.importorskip("mitsuba", reason="needs the extra `mitsuba`")
 
 STAGE = {"location": [0, 0, 10], "look_at": [0, 0, 0], "near_mm": 900, "far_mm": 2000}
 

@@ -10,14 +10,13 @@ import zlib
 from collections.abc import Callable
 from typing import Any
 
+import mitsuba as mi
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
 from tests.unit.worker.engines.mitsuba.inside.scenes.glb import Glb, square
-
-mi: Any = pytest.importorskip("mitsuba", reason="needs the extra `mitsuba`")
 
 Load = Callable[..., Any]
 Refusal = Callable[..., str]

@@ -6,11 +6,10 @@ import io
 from collections.abc import Callable
 from typing import Any
 
+import mitsuba as mi
 import numpy as np
 import pytest
 from PIL import Image
-
-mi: Any = pytest.importorskip("mitsuba", reason="needs the extra `mitsuba`")
 
 Load = Callable[..., Any]
 Refusal = Callable[..., str]

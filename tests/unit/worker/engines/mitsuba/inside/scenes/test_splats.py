@@ -6,14 +6,13 @@ import math
 from pathlib import Path
 from typing import Any
 
+import drjit
+import mitsuba as mi
 import numpy as np
 import pytest
 
 from lippmann.errors import SceneError
 from tests.unit.worker.engines.mitsuba.inside.scenes.splat_text import write_splats
-
-drjit = pytest.importorskip("drjit")
-mi = pytest.importorskip("mitsuba")
 
 
 @pytest.fixture(scope="module")
