@@ -77,7 +77,5 @@ def _not_with_mitsuba(spec: JobSpec) -> Iterator[FieldProblem]:
     if spec.render.antialias != "off":
         expected = "off with Mitsuba: render.samples places several rays inside each pixel"
         yield FieldProblem(field="render.antialias", expected=expected, got="on")
-    if spec.rig.dispersion:
-        yield FieldProblem(field="rig.dispersion", expected="false with Mitsuba, of one colour", got="true")
     if spec.stage.follow_camera:
         yield FieldProblem(field="stage.follow_camera", expected="false with Mitsuba", got="true")

@@ -92,7 +92,7 @@ def check_quota(session: Session, owner_id: str, *, frames: int, limits: Limits)
 
 def _problems_of_size(spec: JobSpec, limits: Limits) -> Iterator[FieldProblem]:
     size, frames = frame_size(spec.rig), len(spec.frame_numbers)
-    frame_px = size.px * spec.rays_per_px
+    frame_px = size.px * spec.rays_per_px * spec.render.samples
     rows, cols = (1, 1) if spec.render.tiles == "auto" else spec.render.tiles
     for name, field, value in (
         ("frames", "frames", frames),
@@ -105,5 +105,9 @@ def _problems_of_size(spec: JobSpec, limits: Limits) -> Iterator[FieldProblem]:
 
 
 def _size_fields(spec: JobSpec) -> str:
-    fields = "rig.lens_array.count x rig.px_per_lens x capture.supersample"
-    return fields if spec.rays_per_px == spec.capture.supersample**2 else f"{fields} x capture.bands"
+    fields = ["rig.lens_array.count", "rig.px_per_lens", "capture.supersample"]
+    if spec.rays_per_px > spec.capture.supersample**2:
+        fields.append("capture.bands")
+    if spec.render.samples > 1:
+        fields.append("render.samples")
+    return " x ".join(fields)

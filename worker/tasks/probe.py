@@ -20,6 +20,8 @@ from worker.tasks.workplace import Workplace, kept_log
 
 PROBE_PX = 20_000
 """Enough for a cost to a few per cent, and rendered in about a second with the paper's rig."""
+LEAST_PROBE_PX = 400
+"""The least size of the probe, whatever the number of rays of a pixel."""
 
 
 def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskResult:
@@ -28,8 +30,8 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
     if sheet.sheets is not None:
         with place.task_folder() as folder, kept_log(place, order, folder) as log:
             return TaskResult(probe=probe_imported(place, sheet, log, monitor))
-    bands = sheet.spec.rays_per_px // sheet.spec.capture.supersample**2
-    rows, cols = probe_size(frame_size(sheet.spec.rig), PROBE_PX // bands)
+    rays = sheet.spec.rays_per_px // sheet.spec.capture.supersample**2 * sheet.spec.render.samples
+    rows, cols = probe_size(frame_size(sheet.spec.rig), max(LEAST_PROBE_PX, PROBE_PX // rays))
     frame = sheet.spec.frame_numbers[0]
     # Nothing is made of the pixels, so it does not matter whether they depend on the threads.
     threads = min(order.threads, place.settings.slots, MOST_THREADS)

@@ -46,7 +46,6 @@ def test_the_scene_file_chooses_the_engine(file: str, engine: Engine) -> None:
         (POVRAY, {"capture": {"channels": ["depth", "normal"]}}, "capture.channels: expected depth alone"),
         (MITSUBA, {"capture": {"method": "glass"}}, "capture.method: expected auto or ray_camera with Mitsuba"),
         (MITSUBA, {"render": {"antialias": {}}}, "render.antialias: expected off with Mitsuba"),
-        (MITSUBA, {"rig": {"dispersion": True}}, "rig.dispersion: expected false with Mitsuba"),
         (MITSUBA, {"stage": {"follow_camera": True}}, "stage.follow_camera: expected false with Mitsuba"),
     ],
 )

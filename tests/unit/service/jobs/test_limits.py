@@ -71,6 +71,12 @@ def test_a_default_that_nobody_asked_for_is_lowered_with_a_note() -> None:
             "40000",
         ),
         (
+            {"rig": {"lens_array": {"count": [10, 10]}, "px_per_lens": 10}, "render": {"samples": 4}},
+            {"max_frame_px": 39_999},
+            "rig.lens_array.count x rig.px_per_lens x capture.supersample x render.samples",
+            "40000",
+        ),
+        (
             {"rig": {"lens_array": {"count": [10, 10]}, "px_per_lens": 10}, "frames": "1-3"},
             {"max_job_px": 29_999},
             "frames x pixels of a frame",

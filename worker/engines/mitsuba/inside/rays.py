@@ -88,9 +88,12 @@ class Pixels:
     def sample_places(self, bench: Bench, request: Request, sample: int) -> tuple[Any, Any]:
         """Return the places of one sample of each pixel on the MLA plane, `mi.Float64` x and y, mm.
 
-        They are points of Hammersley's set, moved round in the pixel by an offset of the pixel.
+        The only sample lies at the centre. Several are points of Hammersley's set, moved round in the pixel by an
+        offset of the pixel.
         """
         samples = request.job.spec.render.samples
+        if samples == 1:
+            return self.x_mm, self.y_mm
         point = ((sample + 0.5) / samples, _radical_inverse(sample))
         offset = self.fractions(request.frame, 0, stream=0)
         right, down = (dr.opaque(mi.Float64, at) + shift for at, shift in zip(point, offset, strict=True))

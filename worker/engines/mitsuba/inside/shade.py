@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.optics.lens.ray import Ray
+from lippmann.optics.rig.bands import wavelength_bands
 from lippmann.optics.rig.bench import bench
 from worker.engines.mitsuba.inside.channels import channel_values, check_channels, holds_splats
 from worker.engines.mitsuba.inside.messages import FileKind, Request
@@ -58,7 +59,10 @@ def shade_band(scene: mi.Scene, request: Request, rows: range) -> dict[FileKind,
     others = tuple(kind for kind in request.kinds if kind != "radiance")
     values: dict[FileKind, Float32] = {}
     total = mi.Color3f(0)
-    if others or settings.samples == 1:
+    spectrum = wavelength_bands(optical_bench, request.job.spec.capture.bands)
+    is_dispersing = len(spectrum) > 1
+    if others or (settings.samples == 1 and not is_dispersing):
+        # The channels of a dispersing rig are those of the d line.
         rays = pixels.rays(optical_bench)
         ray, alive = _ray(rays, placement)
         seen = splats.radiance(scene, ray, alive) if holds_splats(scene) else None
@@ -66,13 +70,15 @@ def shade_band(scene: mi.Scene, request: Request, rows: range) -> dict[FileKind,
             dr.eval(seen.radiance, seen.distance)  # both by the same pass
         if others:
             values = channel_values(scene, rays, (ray, alive), placement, others, seen)
-        if settings.samples == 1:
+        if settings.samples == 1 and not is_dispersing:
             light = seen.radiance if seen else whitted_radiance(scene, ray, settings.path_depth, alive)
             total = _bounded(light, settings.clamp)
-    for sample in range(settings.samples if settings.samples > 1 else 0):
-        sent = _ray(pixels.sample_rays(optical_bench, request, sample), placement)
-        total += _bounded(_sample_radiance(scene, request, pixels, sent, sample), settings.clamp)
-        dr.eval(total)
+    for sample in range(settings.samples if settings.samples > 1 or is_dispersing else 0):
+        for band in spectrum:
+            sent = _ray(pixels.sample_rays(band.bench, request, sample), placement)
+            light = _bounded(_sample_radiance(scene, request, pixels, sent, sample), settings.clamp)
+            total += light * mi.Color3f(*band.weights)
+            dr.eval(total)
     values["radiance"] = np.ascontiguousarray(np.array(total, dtype=np.float32).T) / np.float32(settings.samples)
     return values
 
@@ -88,10 +94,12 @@ def _ray(ray: Ray, placement: Placement) -> tuple[mi.Ray3f, mi.Bool]:
 def _sample_radiance(
     scene: mi.Scene, request: Request, pixels: Pixels, sent: tuple[mi.Ray3f, mi.Bool], sample: int
 ) -> Any:
-    """Return the radiance of one of several samples of each pixel, `mi.Color3f`."""
+    """Return the radiance of one sample of each pixel, `mi.Color3f`."""
     (ray, alive), settings = sent, request.job.spec.render
     if holds_splats(scene):
         return splats.radiance(scene, ray, alive).radiance
+    if settings.samples == 1:
+        return whitted_radiance(scene, ray, settings.path_depth, alive)
     state, sequence = (mi.UInt64(word) for word in pixels.words(request.frame, sample, stream=1))
     random = mi.PCG32()
     random.seed(state, sequence)

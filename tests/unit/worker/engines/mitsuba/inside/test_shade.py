@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from lippmann.optics.rig.bands import wavelength_bands
 from lippmann.optics.rig.bench import bench
 from lippmann.optics.rig.pixel_rays import pixel_rays
 from worker.engines.mitsuba.inside.messages import Request
@@ -199,3 +200,36 @@ def test_splats_have_light_and_distance_and_no_surfaces(mi: Any, make_request: A
     assert values["radiance"][seen].min() > 0.1
     with pytest.raises(UnsupportedError, match="Splats have no channel normal"):
         shaded(mi, scene, make_request(channels=("normal",)))
+
+
+@pytest.mark.parametrize("samples", [1, 2])
+def test_a_dispersing_rig_adds_what_each_wavelength_band_sees(mi: Any, make_request: Any, samples: int) -> None:
+    """A plane that shines with its own place as colour: each band sees another place, and weighs it."""
+    glass = {"surfaces": [
+        {"radius_mm": 80.0, "thickness_mm": 10.0, "index": 1.6, "abbe": 20.0, "semi_aperture_mm": 30.0},
+        {"radius_mm": None, "index": 1.0, "semi_aperture_mm": 30.0},
+    ]}  # fmt: skip
+    request = make_request(rig={"imaging_lens": glass, "dispersion": True}, samples=samples)
+    properties = mi.Properties()
+    properties["lamp"] = mi.load_dict({"type": "area", "radiance": {"type": "mesh_attribute", "name": "vertex_place"}})
+    mesh = mi.Mesh("coded", 4, 2, properties, has_vertex_normals=False, has_vertex_texcoords=False)
+    parameters = mi.traverse(mesh)
+    parameters["vertex_positions"] = [-250.0, -250, 0, 250, -250, 0, 250, 250, 0, -250, 250, 0]
+    parameters["faces"] = [0, 1, 2, 0, 2, 3]
+    parameters.update()
+    mesh.add_attribute("vertex_place", 3, [0.0, 0, 0, 1, 0, 1, 1, 1, 1, 0, 1, 0])  # (x, y, x)
+    found = shaded(mi, mi.load_dict({"type": "scene", "mesh": mesh}), request)["radiance"]
+
+    rig_bench = bench(request.job.spec.rig, reference_mm=request.job.stage.reference_mm)
+    spectrum = wavelength_bands(rig_bench, request.job.spec.capture.bands)
+    places = [pixel_rays(band.bench, rows=request.rows, cols=request.cols).at_z(-500.0) for band in spectrum]
+    apart_mm = np.linalg.norm(places[0] - places[-1], axis=-1)
+    assert np.nanmax(apart_mm) > 5
+    light = np.stack([(places[k] / 500.0 + 0.5)[..., (0, 1, 0)] * band.weights for k, band in enumerate(spectrum)])
+    alive = np.isfinite(light).all(axis=(0, -1)) & (np.abs(np.array(places)[..., :2]) < 240).all(axis=(0, -1))
+    assert alive.sum() > 100
+    off = np.abs(found - light.sum(axis=0))[alive]
+    if samples == 1:
+        assert off.max() <= 1e-5
+    else:  # They lie beside the centre of the pixel, on both sides, and at the rim of the lens one may be dead.
+        assert np.median(off) <= 0.005
