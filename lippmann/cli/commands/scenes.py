@@ -92,7 +92,7 @@ def init(
     *,
     output: Output,
 ) -> None:
-    """Write a scene.toml from the camera of a .pov file, or by a model, .glb, .gltf or .ply of splats.
+    """Write a scene.toml for a .pov file, a glTF model or Gaussian splats.
 
     It lies beside the file and gives its reasons as comments.
     """

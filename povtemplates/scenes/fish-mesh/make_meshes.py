@@ -322,7 +322,7 @@ def water():
     The normals are those of the waves themselves. Where the rows are farther apart than a quarter of a wave, it is
     plane.
     """
-    ahead = np.concatenate([np.geomspace(520, 3200, 215), [4000, 6000, 12000, 40000, 400000]])[:, None]
+    ahead = np.concatenate([np.geomspace(360, 3200, 230), [4000, 6000, 12000, 40000, 400000]])[:, None]
     across = np.linspace(-0.22, 0.22, 61)[None, :]
     x, z = across * ahead + 0 * across, ahead + ENTRANCE_PUPIL_Z + 0 * across
     calm = np.clip((2900 - ahead) / 900, 0, 1)
