@@ -26,6 +26,7 @@ from lippmann.errors import LippmannError
 from lippmann.logs import trace_of
 from tests.security.file_readers import DECODER, FILE_READERS
 from tests.security.readers import READERS, Make, Read, job_bytes, request_reader
+from tests.security.scene_readers import SCENE_READERS
 from tests.security.shares import run_shares
 
 MAX_CPU_S = 1.0
@@ -38,7 +39,7 @@ MAX_FINDINGS = 20
 """The number of findings after which a reader is given up."""
 
 
-DIRECT = {**READERS, **FILE_READERS, "decoder": DECODER}
+DIRECT = {**READERS, **FILE_READERS, **SCENE_READERS, "decoder": DECODER}
 """The readers that need nothing else."""
 ALL = (*DIRECT, "request")
 SLOWER = {"decoder": 200}

@@ -7,6 +7,7 @@ import pytest
 from tests.security.file_readers import DECODER, FILE_READERS
 from tests.security.fuzz import DIRECT, fuzz
 from tests.security.readers import READERS, job_bytes, request_reader
+from tests.security.scene_readers import SCENE_READERS
 
 SEED = 20261129
 REFUSE_NOTHING = ("scene text", "output")
@@ -14,7 +15,7 @@ REFUSE_NOTHING = ("scene text", "output")
 
 
 @pytest.mark.promise("Scenes", "A reader of foreign text returns or refuses, whatever it is given.")
-@pytest.mark.parametrize("name", [*READERS, *FILE_READERS])
+@pytest.mark.parametrize("name", [*READERS, *FILE_READERS, *SCENE_READERS])
 def test_a_reader_returns_or_refuses(name: str) -> None:
     report = fuzz(name, *DIRECT[name], inputs=200 if name in READERS else 60, seed=SEED)
     assert not report.findings
