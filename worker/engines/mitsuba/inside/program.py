@@ -12,7 +12,7 @@ import os
 import sys
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, BinaryIO, Protocol
@@ -46,6 +46,10 @@ class Loaded(Protocol):
     def notes(self) -> tuple[str, ...]:
         """What was left out or replaced."""
 
+    @property
+    def reads(self) -> frozenset[str]:
+        """What it depends on of the clock and the stage."""
+
 
 Load = Callable[[Path, ResolvedJob, float], Loaded]
 """The function that loads the scene of a bundle for a job at a frame, and the clock there."""
@@ -58,6 +62,7 @@ class Program:
     load: Load
     answers: BinaryIO
     _key: tuple[object, ...] | None = None
+    _moving: Mapping[str, object] = field(default_factory=dict)
     _loaded: Loaded | None = field(default=None, repr=False)
 
     def serve(self, requests: BinaryIO) -> None:
@@ -115,9 +120,11 @@ class Program:
         """Return the scene of a request, and whether it was loaded for it."""
         job = request.job
         clock = job.clock.at(request.frame)
-        key = (request.bundle, job.bundle, job.file, clock, tuple(sorted(job.parameters.items())))
-        if self._loaded is not None and key == self._key:
-            return self._loaded, False
+        key = (request.bundle, job.bundle, job.file, tuple(sorted(job.parameters.items())))
+        moving = {"clock": clock, "stage": job.stage}
+        kept = self._loaded if key == self._key else None
+        if kept is not None and all(moving[name] == self._moving[name] for name in kept.reads):
+            return kept, False
         self._loaded = self._key = None  # the one before leaves memory first
         try:
             self._loaded = self.load(Path(request.bundle), job, clock)
@@ -125,7 +132,7 @@ class Program:
             raise
         except (RuntimeError, OSError, ValueError) as error:  # what Mitsuba and the loaders raise about files
             raise SceneError(f"The scene cannot be loaded: {error}") from error
-        self._key = key
+        self._key, self._moving = key, moving
         return self._loaded, True
 
 

@@ -5,10 +5,15 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from lippmann.errors import SceneError
 from lippmann.job.resolved import ResolvedJob
+from lippmann.job.stage import Stage
+
+Moving = Literal["clock", "stage"]
+MOVING: tuple[Moving, ...] = ("clock", "stage")
+"""What changes from frame to frame besides parameters; a scene that reads nothing of it stays loaded."""
 
 MAX_SHAPES = 20_000
 MAX_FACES = 20_000_000
@@ -28,6 +33,8 @@ class LoadedScene:
     """The `mi.Scene`."""
     notes: tuple[str, ...]
     """What the loader left out or added."""
+    reads: frozenset[Moving] = frozenset(MOVING)
+    """What the scene depends on of that which changes from frame to frame."""
 
 
 @dataclass
@@ -38,11 +45,24 @@ class SceneFiles:
     """The absolute path of the folder of the bundle, without links."""
     job: ResolvedJob
     """The job at a frame."""
-    clock: float
-    """The clock at the frame."""
+    clock_at_frame: float
+    reads: set[Moving] = field(default_factory=set)
+    """What loaders have asked for."""
     notes: list[str] = field(default_factory=list)
     texture_px: int = 0
     """The pixels of all textures so far."""
+
+    @property
+    def clock(self) -> float:
+        """The clock at the frame."""
+        self.reads.add("clock")
+        return self.clock_at_frame
+
+    @property
+    def stage(self) -> Stage:
+        """The stage at the frame."""
+        self.reads.add("stage")
+        return self.job.stage
 
     @property
     def name(self) -> str:
@@ -112,7 +132,7 @@ class SceneFiles:
 def default_light(files: SceneFiles) -> dict[str, Any]:
     """Return the emitters of a scene that has none: the same light from all sides, and a sun beside the rig."""
     files.note(f"{files.name} has no light: it gets an even one from all sides and a sun from above the rig")
-    stage = files.job.stage
+    stage = files.stage
     look = [there - here for here, there in zip(stage.location, stage.look_at, strict=True)]
     length, upward = (sum(share * share for share in vector) ** 0.5 for vector in (look, stage.up))
     direction = [share / length - 0.7 * up / upward for share, up in zip(look, stage.up, strict=True)]

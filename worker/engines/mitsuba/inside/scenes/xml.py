@@ -103,7 +103,7 @@ class _Reader:
     def __init__(self, files: SceneFiles) -> None:
         self._files = files
         self._values = {name: _text(value) for name, value in files.job.parameters.items()}
-        self._values["clock"] = repr(files.clock)
+        self._values["clock"] = ""  # no <default> changes it, and `_replaced` asks for it where it is used
         self._elements = self._shapes = self._includes = 0
         self.declared: set[str] = set()
         self.has_light = False
@@ -172,7 +172,7 @@ class _Reader:
             if found[1] not in self._values:
                 known = ", ".join(f"${name}" for name in sorted(self._values))
                 raise self._files.refuse(where, f"one of {known}, each after its <default>", found[0])
-            return self._values[found[1]]
+            return repr(self._files.clock) if found[1] == "clock" else self._values[found[1]]
 
         return _NAME.sub(value, text)
 

@@ -32,7 +32,8 @@ def load(bundle, job, clock):
     if bundle.name == "bug":
         raise KeyError("bug")
     sky = {"type": "constant", "radiance": 0.5}
-    return SimpleNamespace(scene=mi.load_dict({"type": "scene", "sky": sky}), notes=("a note",))
+    reads = {"still": (), "staged": ("stage",)}.get(bundle.name, ("clock",))
+    return SimpleNamespace(scene=mi.load_dict({"type": "scene", "sky": sky}), notes=("a note",), reads=reads)
 
 main("llvm_ad_rgb", 1, load)
 """
@@ -99,6 +100,17 @@ def test_the_scene_stays_for_the_next_request_of_the_same_frame(child: Child, ma
     _, other = child.ask(renamed(request, frame=2))
     assert isinstance(other, Result)
     assert other.load_s > 0
+
+
+def test_a_scene_that_reads_neither_clock_nor_stage_stays_for_all_frames(child: Child, make_request: Any) -> None:
+    request = make_request()
+    away = request.job.stage.model_copy(update={"location": (0.0, 0.0, 700.0)})
+    for bundle, stays in (("/still", [0, 0]), ("/staged", [0, 1])):
+        child.ask(renamed(request, bundle=bundle))
+        later = renamed(request, bundle=bundle, frame=2)
+        elsewhere = renamed(request, bundle=bundle, job=request.job.model_copy(update={"stage": away}))
+        answers = [child.ask(line)[1] for line in (later, elsewhere)]
+        assert [int(answer.load_s > 0) for answer in answers if isinstance(answer, Result)] == stays
 
 
 @pytest.mark.parametrize(

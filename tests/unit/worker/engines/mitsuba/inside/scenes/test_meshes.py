@@ -97,3 +97,7 @@ def test_a_damaged_or_hostile_file_is_refused_by_the_place(
     refusal: Refusal, files: dict[str, str], message: str
 ) -> None:
     assert message in refusal(files)
+
+
+def test_a_scene_reads_the_stage_for_the_light_that_it_gets_and_no_clock(load: Load) -> None:
+    assert load({"a.obj": OBJ, "a.mtl": "newmtl red\nKd 1 0 0\n"}).reads == {"stage"}

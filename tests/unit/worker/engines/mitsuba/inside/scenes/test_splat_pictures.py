@@ -71,7 +71,7 @@ def test_channels_of_surfaces_are_refused_for_splats(sheet: Any, make_request: A
     from worker.engines.mitsuba.inside.program import Program
 
     answers = io.BytesIO()
-    program = Program(lambda *_: SimpleNamespace(scene=sheet, notes=()), answers)
+    program = Program(lambda *_: SimpleNamespace(scene=sheet, notes=(), reads=()), answers)
     program.serve(io.BytesIO(make_request(channels=("depth", channel)).line()))
     answer = read_answer(answers.getvalue())
     assert isinstance(answer, Failure)

@@ -33,6 +33,8 @@ def test_parameters_and_the_clock_replace_the_defaults_of_their_names(load: Load
         '<bsdf type="diffuse"><rgb name="reflectance" value="$tint"/></bsdf></shape>',
     )  # fmt: skip
     loaded = load({"a.xml": text}, clock=8.0, radius=2.0, tint="#ff0000", other=True)
+    assert "clock" in loaded.reads
+    assert "clock" not in load({"a.xml": scene(BALL)}).reads
     assert np.asarray(loaded.scene.bbox().max).round(5).ravel().tolist() == [5, 1, 1]
     assert "value = [[1, 0, 0]]" in str(loaded.scene.shapes()[0].bsdf())
     assert [note for note in loaded.notes if "parameters." in note] == [
