@@ -136,7 +136,7 @@ class Settings(BrokerSettings):
     max_timeout_s: float = Field(default=86_400.0, ge=1)
     """The longest time that a job may allow an attempt in all, its parsing, its photons, its stalls and its probe."""
     max_frame_px: int = Field(default=1_100_000_000, ge=1)
-    """The largest number of rays that are rendered for a frame: pixels, with supersampling, wavelength bands and samples."""
+    """The largest number of rays of a frame: its pixels, with supersampling, wavelength bands and samples."""
     max_job_px: int = Field(default=100_000_000_000_000, ge=1)
     """The largest number of pixels that are rendered for a job."""
     max_frames: int = Field(default=300_000, ge=1)
