@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import typer
 
+from lippmann.cli.engines import check_mitsuba, check_povray, has_mitsuba, has_povray, may_render
 from lippmann.cli.exit_codes import ExitCode
 from lippmann.cli.options import DATA_DIR, DataDir, OutputFolder
 from lippmann.client.connection import Connection
@@ -53,7 +54,7 @@ def up(
     """Start a farm on this machine: broker, service and worker. Ctrl-C stops it, and the next start continues."""
     from lippmann.farm.supervisor.plan import FarmPlan
 
-    renders = _may_render(output)
+    renders = may_render(output)
     plan = FarmPlan(
         data_dir, host=host, port=port, slots=slots or _cores(), public_url=public_url, without_povray=not renders
     )
@@ -87,15 +88,15 @@ def demo(
     check_writable(out)
     check_folder(out, job_id=None, is_demo=True)
     if engine == "mitsuba":
-        _check_mitsuba()
+        check_mitsuba()
     else:
-        _check_povray()
+        check_povray()
     plan = FarmPlan(
         data_dir,
         host=host,
         port=port,
         slots=slots or _cores(),
-        without_povray=engine == "mitsuba" and not _has_povray(),
+        without_povray=engine == "mitsuba" and not has_povray(),
     )
     with _farm(plan, output) as farm:
         with Client(farm.address.url, farm.address.key, patience_s=60.0) as client:
@@ -177,8 +178,8 @@ def worker(
     _prepare_folder(data_dir, data_dir / "scratch")  # It writes the artifacts too, which may be another volume.
     if found is not None:
         _join_farm(found, data_dir, output)
-    if WorkerSettings().needs_povray and not _has_mitsuba():
-        _check_povray()
+    if WorkerSettings().needs_povray and not has_mitsuba():
+        check_povray()
     os.environ["LIPPMANN_DATA_DIR"] = str(data_dir)
     slots = slots or _cores()
     if output.as_json:
@@ -271,54 +272,6 @@ def _farm(plan: FarmPlan, output: Output) -> Iterator[Farm]:
 
     with running_farm(plan, on_event=note) as farm:
         yield farm
-
-
-def _check_povray() -> None:
-    from worker.engines.povray.version import check_povray
-
-    check_povray(os.environ.get("LIPPMANN_POVRAY", "povray"))
-
-
-def _has_povray() -> bool:
-    from lippmann.errors import PovrayMissing
-
-    try:
-        _check_povray()
-    except PovrayMissing:
-        return False
-    return True
-
-
-def _check_mitsuba() -> None:
-    from lippmann.errors import BadInput
-    from worker.engines.mitsuba.version import Missing, mitsuba_version
-
-    found = mitsuba_version()
-    if isinstance(found, Missing):
-        raise BadInput(f"--engine mitsuba: {found.reason}")
-
-
-def _has_mitsuba() -> bool:
-    """Return whether a worker started here would render with Mitsuba."""
-    from worker.engines.mitsuba.version import Found, mitsuba_version
-    from worker.settings import WorkerSettings
-
-    return WorkerSettings().mitsuba == "auto" and isinstance(mitsuba_version(), Found)
-
-
-def _may_render(output: Output) -> bool:
-    """Return whether POV-Ray is there; a farm without it says what it can do."""
-    from lippmann.errors import PovrayMissing
-
-    try:
-        _check_povray()
-    except PovrayMissing as error:
-        output.note(f"note: {error.message}")
-        output.note(
-            "note: without it, scenes of POV-Ray wait; integral images that exist are imported, viewed and exported"
-        )
-        return False
-    return True
 
 
 def _stay_up(farm: Farm, data_dir: Path, output: Output, *, open_browser: bool = False) -> None:
