@@ -36,7 +36,7 @@ def colour_matching(wavelengths_nm: Array) -> Array:
     Examples
     --------
     >>> colour_matching(np.array([445.0, 555.0, 600.0])).round(2).tolist()
-    [[0.36, 0.03, 1.77], [0.51, 0.99, 0.01], [1.05, 0.63, 0.0]]
+    [[0.36, 0.03, 1.78], [0.52, 1.0, 0.01], [1.06, 0.63, 0.0]]
     """
     curves = []
     for lobes in _LOBES:
