@@ -28,5 +28,5 @@ def test_list_job_and_form_are_shown_one_at_a_time_and_none_is_wider_than_the_sc
     page.get_by_role("link", name="All jobs").click()
     expect(row).to_be_visible()
     page.get_by_role("link", name="New job").click()
-    expect(page.get_by_label("Fish over water")).to_be_attached()
+    expect(page.get_by_label("Fish over water", exact=True)).to_be_attached()
     assert page.evaluate(TOO_WIDE_PX) <= 0

@@ -50,7 +50,8 @@ def test_a_worker_whose_attempts_all_ended_while_the_broker_was_away_takes_order
 
 def test_a_worker_that_keeps_final_events_in_an_outage_stops_when_it_is_told_to(tmp_path: Path) -> None:
     with separate_farm(tmp_path) as farm:
-        job = farm.client.submit(fish("1"))
+        # With one frame, a tile may have ended before the other one begins.
+        job = farm.client.submit(fish("1-4"))
         until(farm.client, job.id, rendering)
         worker = born(farm.worker_pid())
         assert worker is not None
