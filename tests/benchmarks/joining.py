@@ -25,7 +25,6 @@ def start_s(folder: Path) -> str:
 
     The first task is the probe of a job, which renders; the middle of some workers that start one after another.
     """
-    folder.mkdir(parents=True)
     broker = Broker(folder)
     env = {
         **os.environ,

@@ -21,7 +21,7 @@ from worker.engines.mitsuba.inside.scenes import splats
 from worker.engines.mitsuba.inside.whitted import whitted_radiance
 
 BAND_PX = 600_000
-"""The number of pixels that are traced at once: each kernel has a cost of its own, and 600,000 pixels take 350 MB."""
+"""The number of pixels that are traced at once: each kernel has a cost of its own, and 600,000 pixels take 260 MB."""
 
 Float32 = NDArray[np.float32]
 
