@@ -180,10 +180,15 @@ def _stores(folder: Path) -> Iterator[Row]:
 
 
 def _video(folder: Path) -> Iterator[Row]:
-    """Yield the cost of a frame, and of a feature-length video of such frames."""
+    """Yield the cost of a frame of each engine, and of a feature-length video of such frames."""
+    for title, scene in (("POV-Ray", "fish"), ("Mitsuba", "fish-mesh")):
+        yield from _video_of(folder / scene, title, scene)
+
+
+def _video_of(folder: Path, title: str, scene: str) -> Iterator[Row]:
     rig = {"lens_array": {"count": [LENSES, LENSES]}}
-    spec = parse_spec({"scene": "fish", "frames": "1-2", "rig": rig, "render": {"cache": False}})
-    with farm_up(folder / "farm", slots=2) as farm:
+    spec = parse_spec({"scene": scene, "frames": "1-2", "rig": rig, "render": {"cache": False}})
+    with farm_up(folder, slots=2) as farm:
         job = ended(farm.client, farm.client.submit(spec).id, within_s=3600)
         assert job.status == "done", job.error
         cpu_s = dict.fromkeys(TaskKind, 0.0)
@@ -193,13 +198,13 @@ def _video(folder: Path) -> Iterator[Row]:
         bytes_a_frame = sum(path.stat().st_size for path in kept.rglob("*") if path.is_file()) / len(spec.frame_numbers)
     render_s, assemble_s, encode_s = (cpu_s[kind] for kind in (TaskKind.RENDER, TaskKind.ASSEMBLE, TaskKind.ENCODE))
     yield Row(
-        "POV-Ray, a frame of 2400 x 2400 px of the fish: CPU of rendering, of assembly, of its part of three videos",
+        f"{title}, a frame of 2400 x 2400 px of the fish: CPU of rendering, of assembly, of its part of three videos",
         f"{render_s:.1f} s, {assemble_s:.1f} s, {encode_s:.1f} s",
     )
-    yield Row("the same: bytes that are kept", f"{bytes_a_frame / 1e6:.0f} MB")
+    yield Row(f"the same by {title}: bytes that are kept", f"{bytes_a_frame / 1e6:.0f} MB")
     core_hours = VIDEO_FRAMES * (render_s + assemble_s + encode_s) / 3600
     slots = core_hours / (7 * 24)
-    video = f"{MINUTES} min of {FPS} frames/s ({VIDEO_FRAMES:,} frames)"
+    video = f"{MINUTES} min of {FPS} frames/s ({VIDEO_FRAMES:,} frames) by {title}"
     yield Row(f"{video}: core hours, and cores for a week", f"{core_hours:,.0f} h, {slots:,.0f}")
     yield Row(f"{video}: bytes that are kept", f"{VIDEO_FRAMES * bytes_a_frame / 1e12:.1f} TB")
     seconds = 7 * 86_400
