@@ -138,9 +138,8 @@ def _store_owner(data_dir: Path) -> Iterator[Finding]:
 def _cores_and_gpu() -> Finding:
     cores = len(os.sched_getaffinity(0))
     gpu = next((device for device in _GPU_DEVICES if Path(device).exists()), None)
-    used = "and POV-Ray uses none" if gpu is None or "nvidia" not in gpu else "which Mitsuba uses and POV-Ray does not"
     text = "there is no GPU" if gpu is None else f"there is a GPU ({gpu})"
-    return Finding(Check.GPU, Level.NOTE, f"{cores} cores render; {text}, {used}")
+    return Finding(Check.GPU, Level.NOTE, f"{cores} cores render; {text}, and the engines use none")
 
 
 def _extras() -> Iterator[Finding]:

@@ -37,24 +37,24 @@ class Buffer(Part):
     """A block of bytes: a file beside the document, a data URI, or the binary chunk of a .glb."""
 
     uri: str | None = None
-    byteLength: Count  # noqa: N815 - the name in the format
+    byteLength: Count
 
 
 class BufferView(Part):
     """A range of a buffer."""
 
     buffer: Index
-    byteOffset: Annotated[int, Field(ge=0, le=2**40)] = 0  # noqa: N815 - the name in the format
-    byteLength: Count  # noqa: N815 - the name in the format
-    byteStride: Annotated[int, Field(ge=4, le=252)] | None = None  # noqa: N815 - the name in the format
+    byteOffset: Annotated[int, Field(ge=0, le=2**40)] = 0
+    byteLength: Count
+    byteStride: Annotated[int, Field(ge=4, le=252)] | None = None
 
 
 class Accessor(Part):
     """An array of a buffer view: its element type, count and bounds."""
 
-    bufferView: Index | None = None  # noqa: N815 - the name in the format
-    byteOffset: Annotated[int, Field(ge=0, le=2**40)] = 0  # noqa: N815 - the name in the format
-    componentType: Literal[5120, 5121, 5122, 5123, 5125, 5126]  # noqa: N815 - the name in the format
+    bufferView: Index | None = None
+    byteOffset: Annotated[int, Field(ge=0, le=2**40)] = 0
+    componentType: Literal[5120, 5121, 5122, 5123, 5125, 5126]
     normalized: bool = False
     count: Count
     type: Literal["SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"]
@@ -67,7 +67,7 @@ class TextureInfo(Part):
     """A reference to a texture from a material."""
 
     index: Index
-    texCoord: int = 0  # noqa: N815 - the name in the format
+    texCoord: int = 0
     scale: Number = 1.0
     extensions: dict[str, Any] = {}
 
@@ -75,25 +75,25 @@ class TextureInfo(Part):
 class Roughness(Part):
     """The metallic-roughness model of a material."""
 
-    baseColorFactor: _Four = (1.0, 1.0, 1.0, 1.0)  # noqa: N815 - the name in the format
-    baseColorTexture: TextureInfo | None = None  # noqa: N815 - the name in the format
-    metallicFactor: Annotated[float, Field(ge=0, le=1)] = 1.0  # noqa: N815 - the name in the format
-    roughnessFactor: Annotated[float, Field(ge=0, le=1)] = 1.0  # noqa: N815 - the name in the format
-    metallicRoughnessTexture: TextureInfo | None = None  # noqa: N815 - the name in the format
+    baseColorFactor: _Four = (1.0, 1.0, 1.0, 1.0)
+    baseColorTexture: TextureInfo | None = None
+    metallicFactor: Annotated[float, Field(ge=0, le=1)] = 1.0
+    roughnessFactor: Annotated[float, Field(ge=0, le=1)] = 1.0
+    metallicRoughnessTexture: TextureInfo | None = None
 
 
 class Material(Part):
     """A material."""
 
     name: str = ""
-    pbrMetallicRoughness: Roughness = Roughness()  # noqa: N815 - the name in the format
-    normalTexture: TextureInfo | None = None  # noqa: N815 - the name in the format
-    occlusionTexture: TextureInfo | None = None  # noqa: N815 - the name in the format
-    emissiveTexture: TextureInfo | None = None  # noqa: N815 - the name in the format
-    emissiveFactor: _Three = (0.0, 0.0, 0.0)  # noqa: N815 - the name in the format
-    alphaMode: Literal["OPAQUE", "MASK", "BLEND"] = "OPAQUE"  # noqa: N815 - the name in the format
-    alphaCutoff: Annotated[float, Field(ge=0)] = 0.5  # noqa: N815 - the name in the format
-    doubleSided: bool = False  # noqa: N815 - the name in the format
+    pbrMetallicRoughness: Roughness = Roughness()
+    normalTexture: TextureInfo | None = None
+    occlusionTexture: TextureInfo | None = None
+    emissiveTexture: TextureInfo | None = None
+    emissiveFactor: _Three = (0.0, 0.0, 0.0)
+    alphaMode: Literal["OPAQUE", "MASK", "BLEND"] = "OPAQUE"
+    alphaCutoff: Annotated[float, Field(ge=0)] = 0.5
+    doubleSided: bool = False
     extensions: dict[str, Any] = {}
 
 
@@ -108,16 +108,16 @@ class Texture(Part):
 class Sampler(Part):
     """The interpolation and repetition of a texture."""
 
-    magFilter: int | None = None  # noqa: N815 - the name in the format
-    wrapS: Literal[33071, 33648, 10497] = 10497  # noqa: N815 - the name in the format
-    wrapT: Literal[33071, 33648, 10497] = 10497  # noqa: N815 - the name in the format
+    magFilter: int | None = None
+    wrapS: Literal[33071, 33648, 10497] = 10497
+    wrapT: Literal[33071, 33648, 10497] = 10497
 
 
 class Image(Part):
     """A picture: a file beside the document, a data URI or a buffer view."""
 
     uri: str | None = None
-    bufferView: Index | None = None  # noqa: N815 - the name in the format
+    bufferView: Index | None = None
 
 
 class Primitive(Part):
@@ -141,7 +141,7 @@ class Mesh(Part):
 class Skin(Part):
     """The joints of a mesh that bends."""
 
-    inverseBindMatrices: Index | None = None  # noqa: N815 - the name in the format
+    inverseBindMatrices: Index | None = None
     joints: tuple[Index, ...]
 
 
@@ -164,7 +164,7 @@ class Perspective(Part):
     """A perspective camera."""
 
     yfov: Annotated[float, Field(gt=0, lt=math.pi)]
-    aspectRatio: Annotated[float, Field(gt=0, le=1e4)] | None = None  # noqa: N815 - the name in the format
+    aspectRatio: Annotated[float, Field(gt=0, le=1e4)] | None = None
 
 
 class Camera(Part):
@@ -220,7 +220,7 @@ class Document(Part):
     """The JSON of a glTF file."""
 
     asset: Asset
-    extensionsRequired: tuple[str, ...] = ()  # noqa: N815 - the name in the format
+    extensionsRequired: tuple[str, ...] = ()
     scene: Index = 0
     scenes: tuple[Scene, ...] = ()
     nodes: tuple[Node, ...] = ()
@@ -230,7 +230,7 @@ class Document(Part):
     samplers: tuple[Sampler, ...] = ()
     images: tuple[Image, ...] = ()
     accessors: tuple[Accessor, ...] = ()
-    bufferViews: tuple[BufferView, ...] = ()  # noqa: N815 - the name in the format
+    bufferViews: tuple[BufferView, ...] = ()
     buffers: tuple[Buffer, ...] = ()
     skins: tuple[Skin, ...] = ()
     cameras: tuple[Camera, ...] = ()

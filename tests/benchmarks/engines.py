@@ -1,4 +1,4 @@
-"""What a frame of the fish in meshes costs by Mitsuba, warm and cold, and by POV-Ray's ray camera on the same meshes.
+"""The cost of a frame of the fish in meshes: Mitsuba, warm and cold, and POV-Ray's ray camera on the same meshes.
 
 Both engines have one thread. Mitsuba renders by the program that runs inside the sandbox, in a process of its own;
 POV-Ray renders the texts that a worker writes. CPU seconds are compared, so that ratios hold on a busy machine too.

@@ -101,12 +101,12 @@ class Rendered:
     """The channels, each `(row, col)` or `(row, col, channel)` of the region. The depth is the distance along the ray
     from its start to the first surface, mm; infinite without one, and NaN without a ray."""
     notes: tuple[str, ...] = ()
-    """What the engine left out of the scene or added to it, for the people of the job."""
+    """The parts of the scene that the engine left out or added, for the people of the job."""
 
 
 @dataclass(frozen=True)
 class SceneUse:
-    """What a scene reads besides its parameters, for the render cache."""
+    """The variables that a scene reads besides its parameters, for the render cache."""
 
     clock: bool = True
     """True if it reads the clock."""

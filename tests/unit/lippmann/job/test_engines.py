@@ -1,4 +1,4 @@
-"""What a job asks of an engine is compared with what the engine of its scene can do."""
+"""The wishes of a job are compared with the abilities of the engine of its scene."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the rays of pixel centres hit: distance, position, normal, albedo and object, in the rig frame and mm."""
+"""The hits of the rays of pixel centres: distance, position, normal, albedo and object, in the rig frame and mm."""
 
 from __future__ import annotations
 

@@ -126,7 +126,7 @@ class Result(_Message):
     trace_cpu_s: Seconds
     """The processor time of the rendering, all threads together."""
     notes: Annotated[tuple[Annotated[str, Field(max_length=MAX_NOTE)], ...], Field(max_length=MAX_NOTES)] = ()
-    """What the program left out or replaced, for the log."""
+    """The parts of the scene that the program left out or replaced, for the log."""
 
 
 class Problem(_Message):

@@ -44,11 +44,11 @@ class Loaded(Protocol):
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What was left out or replaced."""
+        """The parts that were left out or replaced."""
 
     @property
     def reads(self) -> frozenset[str]:
-        """What it depends on of the clock and the stage."""
+        """The names of clock and stage, as far as the scene depends on them."""
 
 
 Load = Callable[[Path, ResolvedJob, float], Loaded]

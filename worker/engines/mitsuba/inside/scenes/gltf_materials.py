@@ -33,7 +33,7 @@ Codes = NDArray[np.uint8]
 
 @dataclass(frozen=True)
 class Surface:
-    """What a mesh of a material is made of."""
+    """The material of a mesh, as Mitsuba has it."""
 
     bsdf: Any
     emitter: Any

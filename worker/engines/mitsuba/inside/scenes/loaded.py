@@ -1,4 +1,4 @@
-"""What every loader of scenes shares: the result, the limits, the notes, and names of files inside the bundle."""
+"""The parts that all loaders of scenes share: result, limits, notes, and names of files inside the bundle."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lippmann.job.stage import Stage
 
 Moving = Literal["clock", "stage"]
 MOVING: tuple[Moving, ...] = ("clock", "stage")
-"""What changes from frame to frame besides parameters; a scene that reads nothing of it stays loaded."""
+"""The values that change from frame to frame besides parameters; a scene that reads none of them stays loaded."""
 
 MAX_SHAPES = 20_000
 MAX_FACES = 20_000_000
@@ -32,9 +32,9 @@ class LoadedScene:
     scene: Any
     """The `mi.Scene`."""
     notes: tuple[str, ...]
-    """What the loader left out or added."""
+    """The parts that the loader left out or added."""
     reads: frozenset[Moving] = frozenset(MOVING)
-    """What the scene depends on of that which changes from frame to frame."""
+    """The names of the changing values on which the scene depends."""
 
 
 @dataclass
@@ -47,7 +47,7 @@ class SceneFiles:
     """The job at a frame."""
     clock_at_frame: float
     reads: set[Moving] = field(default_factory=set)
-    """What loaders have asked for."""
+    """The names of the changing values that loaders have asked for."""
     notes: list[str] = field(default_factory=list)
     texture_px: int = 0
     """The pixels of all textures so far."""

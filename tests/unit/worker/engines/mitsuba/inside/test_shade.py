@@ -1,4 +1,4 @@
-"""What is rendered of a scene: places against the exact trace, light against known sums, the same bits in any order."""
+"""The rendering of a scene: places against the exact trace, light against known sums, the same bits in any order."""
 
 from __future__ import annotations
 
