@@ -12,7 +12,7 @@ import platform
 import shutil
 import sys
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from statistics import median
 
@@ -33,6 +33,9 @@ def main() -> int:
     parser.add_argument("--list", action="store_true", help="list the kinds")
     parser.add_argument("--runs", type=int, default=5, help="trials of each kind [default: 5]")
     parser.add_argument("--seed", type=int, default=1, help="the seed of the first trial [default: 1]")
+    parser.add_argument(
+        "--until", type=int, help="try each kind until the results in the folder have this many trials of it"
+    )
     parser.add_argument("--out", type=Path, default=Path("out/chaos"), help="the folder of the results")
     parser.add_argument("--write", action="store_true", help=f"write the table of all results into {PAGE}")
     options = parser.parse_args()
@@ -49,35 +52,54 @@ def main() -> int:
     if in_namespaces and (reason := why_no_network_host()):
         print(*(f"skipped: {kind.name} ({reason})" for kind in in_namespaces), sep="\n", flush=True)
         kinds = [kind for kind in kinds if kind not in in_namespaces]
-    return _try(kinds, range(options.seed, options.seed + options.runs), options.out.resolve())
+    out = options.out.resolve()
+    if options.until is not None:
+        return _try(_missing(kinds, options.until, out), out)
+    seeds = range(options.seed, options.seed + options.runs)
+    return _try(((kind, seed) for seed in seeds for kind in kinds), out)
 
 
-def _try(kinds: Iterable[Kind], seeds: range, out: Path) -> int:
+def _missing(kinds: Sequence[Kind], until: int, out: Path) -> Iterator[tuple[Kind, int]]:
+    """Yield the trials that the results lack, the kinds with the fewest first, with seeds that none of them had."""
+    had = {kind.name: [result.seed for result in _results(out) if result.kind == kind.name] for kind in kinds}
+    for trials in range(until):
+        for kind in kinds:
+            if len(had[kind.name]) <= trials:
+                seed = max(had[kind.name], default=0) + 1
+                had[kind.name].append(seed)
+                yield kind, seed
+
+
+def _try(trials: Iterable[tuple[Kind, int]], out: Path) -> int:
     work = out / f"{time.strftime('%Y%m%d-%H%M%S')}-{os.getpid()}"
     right: dict[Work, Pixels] = {}
     bad = 0
-    for seed in seeds:
-        for number, kind in enumerate(kinds):
-            folder = work / f"{number:02}-{seed}"
-            if kind.work not in right:
-                right[kind.work] = undisturbed(kind.work, work / f"undisturbed-{len(right)}")
-            verdict = go_through(kind, seed, right[kind.work], folder)
-            bad += bool(verdict.wrong)
-            print(
-                f"{verdict.seconds:7.1f} s  {kind.name} (seed {seed}): {'; '.join(verdict.wrong) or 'right'}",
-                flush=True,
-            )
-            with (out / "results.jsonl").open("a") as results:
-                results.write(verdict.json() + "\n")
-            if not verdict.wrong:
-                shutil.rmtree(folder)
+    for number, (kind, seed) in enumerate(trials):
+        folder = work / f"{number:03}-{seed}"
+        if kind.work not in right:
+            right[kind.work] = undisturbed(kind.work, work / f"undisturbed-{len(right)}")
+        verdict = go_through(kind, seed, right[kind.work], folder)
+        bad += bool(verdict.wrong)
+        print(
+            f"{verdict.seconds:7.1f} s  {kind.name} (seed {seed}): {'; '.join(verdict.wrong) or 'right'}",
+            flush=True,
+        )
+        with (out / "results.jsonl").open("a") as results:
+            results.write(verdict.json() + "\n")
+        if not verdict.wrong:
+            shutil.rmtree(folder)
     print(f"{bad} trials found something" + (f", their folders are in {work}" if bad else ""))
     return 1 if bad else 0
 
 
+def _results(out: Path) -> list[Verdict]:
+    file = out / "results.jsonl"
+    return [Verdict(**json.loads(line)) for line in file.read_text().splitlines()] if file.exists() else []
+
+
 def _write(out: Path) -> None:
     """Write the table of all results into the page of the docs."""
-    results = [Verdict(**json.loads(line)) for line in (out / "results.jsonl").read_text().splitlines()]
+    results = _results(out)
     machine = f"{platform.machine()}, {os.cpu_count()} cores, {platform.system()} {platform.release()}"
     lines = [f"{len(results)} trials, {time.strftime('%Y-%m-%d')}, {machine}.", "",
              "| fault | trials | right | median | longest | attempts again | longest recovery |",
