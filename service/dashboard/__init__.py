@@ -5,19 +5,16 @@ policy         the security headers of pages
 api_reference  the description of the API as the sections of a page
 pages          the pages and the router
 
-`templates/` contains the documents. `static/` contains:
+`templates/` contains the documents. `static/` contains `app.js`, which starts the page, and a folder for each part:
 
-app       starts the page; login is the script of the login page
-api       the requests to the API
-live      keeps the state of the page current; store holds it
-header    the health of the farm; jobs is the list of jobs
-job       one job, with rig, videos, frames and failures
-lightbox  one frame in full size: picture (static) and viewer (interactive), with footer and choice
-modes     the modes of the viewer; canvas, webgl, shaders and views draw them; remote and request load pictures
-submit    the form for a new job, with field and parameters
-design    the design of a job
-keys      the keys and the browser sessions, for admins
-format    formats of numbers; html is the markup
+api/      the requests to the API, and the page of the API
+state/    what the page knows: `store` holds it, `live` keeps it current, `frame_pages` has the frames of the open job
+jobs/     the list of jobs, and one job with rig, videos, frames and failures
+viewer/   one frame in full size: static pictures, and the modes of the interactive viewer
+new-job/  the form for a new job, with its parameters and the design
+farm/     the header with the health of the farm
+account/  the login page, and the keys and browser sessions
+shared/   markup, formats, and what several parts draw
 vendor/   third-party packages
 """
 

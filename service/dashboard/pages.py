@@ -106,7 +106,7 @@ def send_asset(
 def _dashboard_page(root: str) -> Response:
     # An escaped "<" cannot end the script element; the policy contains the hash of exactly this text.
     inline = json.dumps(import_map(root), separators=(",", ":")).replace("<", "\\u003c")
-    modules = [name for name in assets() if name.endswith(".js") and name != "login.js"]
+    modules = [name for name in assets() if name.endswith(".js") and name != "account/login.js"]
     return _page("index.html", root, inline, import_map=inline, modules=modules)
 
 

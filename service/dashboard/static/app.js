@@ -2,14 +2,14 @@
 //   #/            the list        #/jobs/<id>   a job        #/new   a new job        #/keys   the keys, for admins
 import { render } from "preact";
 import { useEffect, useState } from "preact/hooks";
-import { html } from "./html.js";
-import { Header } from "./header.js";
-import { Job } from "./job.js";
-import { JobList } from "./jobs.js";
-import { Keys } from "./keys.js";
-import { start } from "./live.js";
-import { getState, newestFirst, useKnown } from "./store.js";
-import { Submit } from "./submit.js";
+import { html } from "./shared/html.js";
+import { Header } from "./farm/header.js";
+import { Job } from "./jobs/job.js";
+import { JobList } from "./jobs/list.js";
+import { Keys } from "./account/keys.js";
+import { start } from "./state/live.js";
+import { getState, newestFirst, useKnown } from "./state/store.js";
+import { Submit } from "./new-job/submit.js";
 
 const wide = matchMedia("(min-width: 56rem)");
 

@@ -149,7 +149,7 @@ class Door:
         values = {
             _IS_OF_A_JOB: job_id, "{task_id}": f"{job_id}.0", "{frame}": "1",
             "{name}": self._scene() if route == REMOVE_SCENE else "ball",
-            "{name:path}": "job.json" if job_id else "base.css",
+            "{name:path}": "job.json" if job_id else "shared/base.css",
             "{key_id}": self._new_key(Role.VIEWER, "x")[0] if "{key_id}" in path else "",
             "{session_id}": self._new_session() if "{session_id}" in path else "",
         }  # fmt: skip

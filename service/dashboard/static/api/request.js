@@ -1,6 +1,6 @@
 // The result of the latest request. Earlier requests are aborted; their result stays until the next one arrives.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { Unreachable } from "./api.js";
+import { Unreachable } from "./operations.js";
 
 const AGAIN_MS = 3000; // The interval of retries while the service does not answer.
 

@@ -1,7 +1,7 @@
 // The specification of a job: optics, sequence, and the notes of the check of the optics.
-import { link } from "./api.js";
-import { by, count, duration, quantity } from "./format.js";
-import { html } from "./html.js";
+import { link } from "../api/operations.js";
+import { by, count, duration, quantity } from "../shared/format.js";
+import { html } from "../shared/html.js";
 
 export function Rig({ job }) {
   const { size, spec } = job;

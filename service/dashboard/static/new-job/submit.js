@@ -1,12 +1,12 @@
 // The form for a new job: scene, frames and optics. Errors of the service appear at their fields.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { getScenes, link, postJob } from "./api.js";
+import { getScenes, link, postJob } from "../api/operations.js";
 import { Design } from "./design.js";
-import { by, many } from "./format.js";
+import { by, many } from "../shared/format.js";
 import { Field, numberOr } from "./field.js";
-import { html } from "./html.js";
+import { html } from "../shared/html.js";
 import { fieldsOf, Parameters, valuesOf } from "./parameters.js";
-import { change, fetchJob, useKnown } from "./store.js";
+import { change, fetchJob, useKnown } from "../state/store.js";
 
 // The defaults of the service.
 const DEFAULTS = {

@@ -1,5 +1,5 @@
 // The frames of the open job, in pages that events and requests keep current.
-import { getFrames } from "./api.js";
+import { getFrames } from "../api/operations.js";
 import { change, getState } from "./store.js";
 
 const FRAMES_A_PAGE = 120;

@@ -1,5 +1,5 @@
 // One input of a form with its label and the errors of the service.
-import { html } from "./html.js";
+import { html } from "../shared/html.js";
 
 export function Field({ name, label, unit, hint, faults = [], wide, ...rest }) {
   const saying = faults.length > 0;

@@ -1,8 +1,8 @@
 // The failed tasks of a job, each with its log.
 import { useEffect, useState } from "preact/hooks";
-import { getTasks, link } from "./api.js";
-import { count, many } from "./format.js";
-import { html } from "./html.js";
+import { getTasks, link } from "../api/operations.js";
+import { count, many } from "../shared/format.js";
+import { html } from "../shared/html.js";
 
 const SHOWN = 20;
 

@@ -1,11 +1,11 @@
 // The keys and the browser sessions of the farm, for admins. The secret of a new key is shown once.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { deleteKey, deleteSession, getKeys, getSessions, postKey } from "./api.js";
-import { Field, numberOr } from "./field.js";
-import { exactTime } from "./format.js";
-import { html } from "./html.js";
-import { Ago } from "./jobs.js";
-import { useKnown } from "./store.js";
+import { deleteKey, deleteSession, getKeys, getSessions, postKey } from "../api/operations.js";
+import { Field, numberOr } from "../new-job/field.js";
+import { exactTime } from "../shared/format.js";
+import { html } from "../shared/html.js";
+import { Ago } from "../jobs/list.js";
+import { useKnown } from "../state/store.js";
 
 const EMPTY = { name: "", role: "submitter", owner_id: "", expires_in_days: "" };
 const ROLES = ["viewer", "submitter", "admin"];

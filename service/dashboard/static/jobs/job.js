@@ -1,15 +1,15 @@
 // One job: its status, its results, its errors, and the actions that are allowed.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { sendAction } from "./api.js";
-import { Design } from "./design.js";
+import { sendAction } from "../api/operations.js";
+import { Design } from "../new-job/design.js";
 import { Failures } from "./failures.js";
-import { count, duration, jobName, many, percent, secondsBetween } from "./format.js";
+import { count, duration, jobName, many, percent, secondsBetween } from "../shared/format.js";
 import { Frames } from "./frames.js";
-import { html } from "./html.js";
-import { Ago, Badge, Bar } from "./jobs.js";
-import { loadJob } from "./live.js";
+import { html } from "../shared/html.js";
+import { Ago, Badge, Bar } from "./list.js";
+import { loadJob } from "../state/live.js";
 import { Rig } from "./rig.js";
-import { fetchJob, mayChange, useKnown } from "./store.js";
+import { fetchJob, mayChange, useKnown } from "../state/store.js";
 import { Videos } from "./videos.js";
 import { Wait, WaitingTasks } from "./waits.js";
 

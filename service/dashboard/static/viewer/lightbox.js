@@ -2,8 +2,8 @@
 //   ← →  other frames, or the eye or depth of the mode     Page Up, Page Down  other frames     Esc  close
 //   1 2 3 4 5 6  pictures and modes                        + - 0  scale
 import { useEffect, useRef, useState } from "preact/hooks";
-import { Choice } from "./choice.js";
-import { html } from "./html.js";
+import { Choice } from "../shared/choice.js";
+import { html } from "../shared/html.js";
 import { Viewer } from "./viewer.js";
 import { START } from "./modes.js";
 import { StaticPicture } from "./picture.js";

@@ -1,8 +1,8 @@
 // The design of a job: the drawing of the optical bench, the main numbers, and the warnings.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { postDesign, postDrawing } from "./api.js";
-import { by, duration, quantity } from "./format.js";
-import { html } from "./html.js";
+import { postDesign, postDrawing } from "../api/operations.js";
+import { by, duration, quantity } from "../shared/format.js";
+import { html } from "../shared/html.js";
 
 // The pause after the last key stroke, so that no request is sent for every digit.
 const PAUSE_MS = 400;

@@ -1,11 +1,11 @@
 // One static picture of a frame, scaled to fit or by an integer. Enlarged pixels are squares, so that the cell under
 // each lens is visible.
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
-import { asPng, link } from "./api.js";
-import { Choice } from "./choice.js";
+import { asPng, link } from "../api/operations.js";
+import { Choice } from "../shared/choice.js";
 import { Footer } from "./footer.js";
-import { by } from "./format.js";
-import { html } from "./html.js";
+import { by } from "../shared/format.js";
+import { html } from "../shared/html.js";
 
 const SCALES = [0, 1, 2, 4, 8]; // 0: scaled to fit
 const TITLES = SCALES.map((value) => [value, value ? `${value}×` : "Fit"]);

@@ -1,6 +1,6 @@
 // Draws views and refocused pictures by the graphics card; the eye sways until the user moves it.
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
-import { html } from "./html.js";
+import { html } from "../shared/html.js";
 import { Painter } from "./webgl.js";
 import { clamp } from "./views.js";
 

@@ -1,5 +1,5 @@
 // The footer of the lightbox: previous and next frame, a description, and downloads.
-import { html } from "./html.js";
+import { html } from "../shared/html.js";
 
 export const Footer = ({ frame, step, isFirst, isLast, said, children }) => html`
   <div class="bar foot">

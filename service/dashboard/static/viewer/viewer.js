@@ -1,10 +1,10 @@
 // The interactive view of a frame: look around in its views, refocus it, or see it as an observer does.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { useRequest } from "./request.js";
-import { getFrameViews, getPicture, link, pictureUrl } from "./api.js";
+import { useRequest } from "../api/request.js";
+import { getFrameViews, getPicture, link, pictureUrl } from "../api/operations.js";
 import { RemotePicture } from "./remote.js";
 import { Footer } from "./footer.js";
-import { html } from "./html.js";
+import { html } from "../shared/html.js";
 import { around, refocus, seen } from "./modes.js";
 import { MAX_ATLAS_PX } from "./webgl.js";
 import { ViewCanvas } from "./canvas.js";

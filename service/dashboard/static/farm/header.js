@@ -1,8 +1,8 @@
 // The header of the page: the name, the health of the farm, and the state of the connection.
-import { link, logOut } from "./api.js";
-import { bytes, many } from "./format.js";
-import { html } from "./html.js";
-import { maySubmit, useKnown } from "./store.js";
+import { link, logOut } from "../api/operations.js";
+import { bytes, many } from "../shared/format.js";
+import { html } from "../shared/html.js";
+import { maySubmit, useKnown } from "../state/store.js";
 
 const LINKS = {
   starting: "",

@@ -1,5 +1,5 @@
 // The parameters of the chosen scene. An empty field keeps the default of the scene.
-import { html } from "./html.js";
+import { html } from "../shared/html.js";
 import { Field, numberOr } from "./field.js";
 
 export const fieldsOf = (names) => Object.fromEntries(names.map((name) => [`p-${name}`, `parameters.${name}`]));

@@ -1,9 +1,9 @@
 // The modes of the interactive view. Each mode defines, for {frameViews, stand}: the defaults (`filled`), the picture
 // of the service that shows it (`query`), the effect of an arrow key and of a drag (`stepped`, `dragged`), how the
 // graphics card draws it (`paint`), its description (`said`), and its controls (`Controls`).
-import { Choice } from "./choice.js";
-import { by, count, quantity } from "./format.js";
-import { html } from "./html.js";
+import { Choice } from "../shared/choice.js";
+import { by, count, quantity } from "../shared/format.js";
+import { html } from "../shared/html.js";
 import { clamp, nearestView, nextPlace, numbersAt, placeOf } from "./views.js";
 
 export const START = {

@@ -1,8 +1,8 @@
 // The outputs of a job: a player for videos, and links to download all of them.
 import { useEffect, useState } from "preact/hooks";
-import { getSidecar, link } from "./api.js";
-import { count, many } from "./format.js";
-import { html } from "./html.js";
+import { getSidecar, link } from "../api/operations.js";
+import { count, many } from "../shared/format.js";
+import { html } from "../shared/html.js";
 
 const PLAYED = /\.(mp4|webm)$/;
 const TITLES = {

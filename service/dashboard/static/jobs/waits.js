@@ -1,10 +1,10 @@
 // Why jobs and tasks wait.
 import { useEffect, useState } from "preact/hooks";
-import { getTasks } from "./api.js";
+import { getTasks } from "../api/operations.js";
 import { place } from "./failures.js";
-import { jobName } from "./format.js";
-import { html } from "./html.js";
-import { useKnown } from "./store.js";
+import { jobName } from "../shared/format.js";
+import { html } from "../shared/html.js";
+import { useKnown } from "../state/store.js";
 
 const STATUSES = ["dispatched", "ready", "waiting"];
 const SHOWN = 5; // of each status

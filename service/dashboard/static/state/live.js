@@ -1,5 +1,5 @@
 // Keeps the state of the page current by one event stream; while the stream is interrupted, by polling.
-import { eventsUrl, getHealth, getJob, getJobs, getSession } from "./api.js";
+import { eventsUrl, getHealth, getJob, getJobs, getSession } from "../api/operations.js";
 import { hearFrame, renewPages } from "./frame_pages.js";
 import { change, dropJob, fetchJob, fetchJobs, getState, hear } from "./store.js";
 

@@ -1,9 +1,9 @@
 // The list of jobs, newest first.
 import { useState } from "preact/hooks";
-import { ago, count, duration, exactTime, jobName, percent } from "./format.js";
-import { html } from "./html.js";
-import { loadMoreJobs } from "./live.js";
-import { newestFirst, useKnown } from "./store.js";
+import { ago, count, duration, exactTime, jobName, percent } from "../shared/format.js";
+import { html } from "../shared/html.js";
+import { loadMoreJobs } from "../state/live.js";
+import { newestFirst, useKnown } from "../state/store.js";
 import { waitOf, waitWords } from "./waits.js";
 
 export function JobList({ open }) {

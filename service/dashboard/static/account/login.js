@@ -1,5 +1,5 @@
 // The login page. The form works without this file; with it, an invalid key is reported at the field.
-import { link, logIn } from "./api.js";
+import { link, logIn } from "../api/operations.js";
 
 const form = document.querySelector("form");
 const fault = document.getElementById("fault");

@@ -1,8 +1,8 @@
 // A picture that the service makes on demand; the previous one stays until the next is loaded.
 import { useEffect, useLayoutEffect, useRef } from "preact/hooks";
-import { useRequest } from "./request.js";
-import { getPicture } from "./api.js";
-import { html } from "./html.js";
+import { useRequest } from "../api/request.js";
+import { getPicture } from "../api/operations.js";
+import { html } from "../shared/html.js";
 
 const PAUSE_MS = 120;
 

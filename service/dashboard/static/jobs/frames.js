@@ -1,12 +1,12 @@
 // The frames of a job, and the lightbox of one of them.
 import { useEffect, useState } from "preact/hooks";
-import { link } from "./api.js";
-import { count } from "./format.js";
-import { loadMoreFrames, openFrames } from "./frame_pages.js";
-import { html } from "./html.js";
-import { More } from "./jobs.js";
-import { Lightbox } from "./lightbox.js";
-import { useKnown } from "./store.js";
+import { link } from "../api/operations.js";
+import { count } from "../shared/format.js";
+import { loadMoreFrames, openFrames } from "../state/frame_pages.js";
+import { html } from "../shared/html.js";
+import { More } from "./list.js";
+import { Lightbox } from "../viewer/lightbox.js";
+import { useKnown } from "../state/store.js";
 
 export function Frames({ job }) {
   const frames = useKnown((known) => known.frames);
