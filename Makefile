@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 PYTHON3 ?= python3
 
 .DEFAULT_GOAL := help
-.PHONY: help setup demo up test chaos outages fuzz bare lint types fmt promises bench lock sbom audit installed setup-test \
+.PHONY: help setup demo up test chaos outages fuzz bare lint types fmt page promises bench lock sbom audit installed setup-test \
 	clean
 
 HOW_TO_CALL := The command is $(BIN)/lippmann. For this terminal, \`source $(BIN)/activate\` makes it \`lippmann\`.
@@ -50,7 +50,18 @@ fuzz: setup-test ## Fuzz the readers of foreign texts, pictures and names with 1
 bare: ## Run the demo and the tests in an empty Debian 12 (needs root)
 	deploy/bare $(ARGS)
 
-lint: installed ## Check style and the order of imports
+# The modules of the dashboard run as they are; TypeScript and Prettier only check them.
+PAGE := tests/page
+TOOLS := cd $(PAGE) && PATH="$(abspath $(BIN)):$$PATH"
+PRETTIER := node_modules/.bin/prettier --config prettier.json --log-level warn
+FORMATTED := '../../service/dashboard/static/**/*.js' '!../../service/dashboard/static/vendor/**' '*.mjs'
+
+page: $(PAGE)/node_modules/.installed ## Check the modules of the dashboard: types, format and unit tests
+	$(TOOLS) node_modules/.bin/tsc --project .
+	$(TOOLS) $(PRETTIER) --check $(FORMATTED)
+	$(TOOLS) node --test --test-reporter=dot
+
+lint: installed page ## Check style and the order of imports
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/lint-imports
@@ -58,9 +69,10 @@ lint: installed ## Check style and the order of imports
 types: installed ## Check types
 	$(BIN)/mypy
 
-fmt: installed ## Format the code
+fmt: installed $(PAGE)/node_modules/.installed ## Format the code
 	$(BIN)/ruff format .
 	$(BIN)/ruff check --fix .
+	$(TOOLS) $(PRETTIER) --write $(FORMATTED)
 
 promises: installed ## Write the tables of SECURITY.md from the markers of the tests
 	$(BIN)/python -m tests.security.promises
@@ -102,5 +114,9 @@ $(VENV)/.installed: requirements.lock pyproject.toml
 	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation --editable .
 	@touch $@
 
+$(PAGE)/node_modules/.installed: $(VENV)/.installed $(PAGE)/package-lock.json
+	$(TOOLS) npm ci --silent --no-audit --no-fund --ignore-scripts
+	@touch $@
+
 clean: ## Remove what was built; keeps data/ and out/
-	rm -rf $(VENV) .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(PAGE)/node_modules .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache

@@ -48,7 +48,10 @@ export function Keys() {
       <h1>Keys</h1>
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
       ${made && html`<${Secret} made=${made} close=${() => setMade(null)} />`}
-      <${NewKey} done=${(key) => { setMade(key); load(); }} />
+      <${NewKey} done=${(key) => {
+        setMade(key);
+        load();
+      }} />
       <${KeyTable} keys=${known.keys} ask=${ask} />
       <${SessionTable} sessions=${known.sessions} ask=${ask} />
       <dialog ref=${dialog} class="ask" aria-labelledby="end-title" onClose=${answer}>
@@ -80,18 +83,24 @@ function NewKey({ done }) {
   const [problem, setProblem] = useState(null);
   const [busy, setBusy] = useState(false);
   const set = (name) => (event) => setValues({ ...values, [name]: event.target.value });
-  const faultsOf = (name) => (problem?.fields || [])
-    .filter(({ field }) => field === name)
-    .map(({ expected, got }) => `expected ${expected}, got ${got}`);
+  const faultsOf = (name) =>
+    (problem?.fields || [])
+      .filter(({ field }) => field === name)
+      .map(({ expected, got }) => `expected ${expected}, got ${got}`);
   const submit = async (event) => {
     event.preventDefault();
     setBusy(true);
     setProblem(null);
     try {
       const { name, role, owner_id, expires_in_days } = values;
-      done(await postKey({
-        name, role, owner_id: owner_id || null, expires_in_days: expires_in_days ? numberOr(expires_in_days) : null,
-      }));
+      done(
+        await postKey({
+          name,
+          role,
+          owner_id: owner_id || null,
+          expires_in_days: expires_in_days ? numberOr(expires_in_days) : null,
+        }),
+      );
       setValues(EMPTY);
     } catch (error) {
       setProblem(error);
@@ -122,15 +131,19 @@ function NewKey({ done }) {
 function KeyTable({ keys, ask }) {
   const now_ms = useKnown((known) => known.now_ms);
   if (!keys) return html`<p class="quiet">Loading …</p>`;
-  const end = (key) => ask({
-    text: `Revoke the key ${key.name}?`, button: "Revoke the key", run: () => deleteKey(key.id),
-  });
+  const end = (key) =>
+    ask({
+      text: `Revoke the key ${key.name}?`,
+      button: "Revoke the key",
+      run: () => deleteKey(key.id),
+    });
   return html`
     <div class="table"><table>
       <caption class="unseen">Keys</caption>
       <thead><tr><th>Name</th><th>Role</th><th>Owner</th><th>Last use</th><th>Expires</th><th></th></tr></thead>
       <tbody>
-        ${keys.map((key) => html`
+        ${keys.map(
+          (key) => html`
           <tr key=${key.id}>
             <td title=${`id ${key.id}`}>${key.name}</td>
             <td>${key.role}</td>
@@ -139,7 +152,8 @@ function KeyTable({ keys, ask }) {
             <td><${Expiry} time=${key.expires_at} now_ms=${now_ms} /></td>
             <td><button aria-label=${`Revoke ${key.name}`} onClick=${() => end(key)}>Revoke</button></td>
           </tr>
-        `)}
+        `,
+        )}
       </tbody>
     </table></div>
   `;
@@ -153,16 +167,20 @@ function Expiry({ time, now_ms }) {
 
 function SessionTable({ sessions, ask }) {
   if (!sessions) return null;
-  const end = (one) => ask({
-    text: `End the session of ${one.name}?`, button: "End the session", run: () => deleteSession(one.id),
-  });
+  const end = (one) =>
+    ask({
+      text: `End the session of ${one.name}?`,
+      button: "End the session",
+      run: () => deleteSession(one.id),
+    });
   return html`
     <h2>Browser sessions</h2>
     <div class="table"><table>
       <caption class="unseen">Browser sessions</caption>
       <thead><tr><th>Name</th><th>Role</th><th>Owner</th><th>Last use</th><th>Expires</th><th></th></tr></thead>
       <tbody>
-        ${sessions.map((one) => html`
+        ${sessions.map(
+          (one) => html`
           <tr key=${one.id}>
             <td>${one.name}</td>
             <td>${one.role}</td>
@@ -171,7 +189,8 @@ function SessionTable({ sessions, ask }) {
             <td>${exactTime(one.expires_at)}</td>
             <td><button aria-label=${`End the session of ${one.name}`} onClick=${() => end(one)}>End</button></td>
           </tr>
-        `)}
+        `,
+        )}
       </tbody>
     </table></div>
   `;

@@ -86,7 +86,11 @@ function send(method, path, body, headers = {}) {
   });
 }
 
-async function answered(url, { signal, ...request }) {
+/**
+ * @param {string} url
+ * @param {RequestInit} request
+ */
+async function answered(url, { signal = null, ...request }) {
   let response, body;
   try {
     response = await fetch(url, { credentials: "same-origin", signal: endOf(signal), ...request });

@@ -15,10 +15,8 @@ export function useRequest(question, ask, pause_ms = 0) {
     if (question === null) return undefined;
     const asked = new AbortController();
     setFound((before) => ({ ...before, isWaiting: true }));
-    const put = (answer) =>
-      asked.signal.aborted || setFound({ fault: "", isAway: false, isWaiting: false, ...answer });
-    const fail = (error) =>
-      put({ value: value.current, fault: error.message, isAway: error instanceof Unreachable });
+    const put = (answer) => asked.signal.aborted || setFound({ fault: "", isAway: false, isWaiting: false, ...answer });
+    const fail = (error) => put({ value: value.current, fault: error.message, isAway: error instanceof Unreachable });
     const timer = setTimeout(() => ask(asked.signal).then((answer) => put({ value: answer }), fail), pause_ms);
     return () => {
       clearTimeout(timer);

@@ -20,14 +20,20 @@ export function Header({ here }) {
     <header class="top">
       <a class="brand" href="#/"><img src=${document.body.dataset.logo} alt="" width="24" height="24" />Lippmann</a>
       <${Health} health=${health} stale=${link === "lost"} />
-      ${session?.role === "admin" && html`
+      ${
+        session?.role === "admin" &&
+        html`
         <a class="button plain" href="#/keys" aria-current=${here === "keys" ? "page" : null}>Keys</a>
-      `}
+      `
+      }
       ${session && html`<${ApiPage} />`}
       ${session && html`<${LogOut} session=${session} />`}
-      ${canSubmit && html`
+      ${
+        canSubmit &&
+        html`
         <a class="button primary" href="#/new" aria-current=${here === "new" ? "page" : null}>New job</a>
-      `}
+      `
+      }
     </header>
     <p class="link ${link}" role="status" aria-live="polite">${LINKS[link]}</p>
   `;
@@ -57,15 +63,24 @@ function Health({ health, stale }) {
       <${Light} ok=${known && workers > 0} title=${known ? confinement(sandboxes) : "The broker does not answer."}
         text=${known ? `${many(workers, "worker")}, ${many(slots, "slot")}` : "workers unknown"} />
       ${sandboxes?.includes("none") && html`<${Light} ok=${false} title=${UNCONFINED} text="no sandbox" />`}
-      ${troubles.length > 0 && html`
-        <${Light} ok=${false} title=${troubles.join(" ")} text=${`${many(troubles.length, "worker")} in trouble`} />`}
-      ${health.notes?.length > 0 && html`
+      ${
+        troubles.length > 0 &&
+        html`
+        <${Light} ok=${false} title=${troubles.join(" ")} text=${`${many(troubles.length, "worker")} in trouble`} />`
+      }
+      ${
+        health.notes?.length > 0 &&
+        html`
         <${Light} ok=${false} title=${health.notes.join(" ")}
-          text=${`${many(health.notes.length, "worker")} of another release`} />`}
+          text=${`${many(health.notes.length, "worker")} of another release`} />`
+      }
       <${Light} ok=${broker.ok} title=${broker.detail} text=${broker.ok ? "broker ok" : "broker degraded"} />
       ${!database.ok && html`<${Light} ok=${false} title=${database.detail} text="database degraded" />`}
-      ${!coordinator.ok && html`
-        <${Light} ok=${false} title="No service process schedules tasks." text="no coordinator" />`}
+      ${
+        !coordinator.ok &&
+        html`
+        <${Light} ok=${false} title="No service process schedules tasks." text="no coordinator" />`
+      }
       <${Light} ok=${store.ok} title=${store.detail} text=${store.ok ? room : "store degraded"} />
     </ul>
   `;

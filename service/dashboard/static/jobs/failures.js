@@ -37,10 +37,7 @@ const Row = ({ task, said }) => html`
 `;
 
 export function place({ kind, frame, tile, output }) {
-  return [
-    kind,
-    frame !== null && `frame ${frame}`,
-    tile && `tile ${tile.row}-${tile.col}`,
-    output,
-  ].filter(Boolean).join(" · ");
+  return [kind, frame !== null && `frame ${frame}`, tile && `tile ${tile.row}-${tile.col}`, output]
+    .filter(Boolean)
+    .join(" · ");
 }

@@ -15,7 +15,12 @@ import { Wait, WaitingTasks } from "./waits.js";
 
 // The buttons for actions; the service lists with every job those that are allowed. Others have no button.
 const LABELS = {
-  pause: "Pause", resume: "Resume", cancel: "Cancel", retry: "Retry", repair: "Repair", skip: "Skip failed frames",
+  pause: "Pause",
+  resume: "Resume",
+  cancel: "Cancel",
+  retry: "Retry",
+  repair: "Repair",
+  skip: "Skip failed frames",
 };
 const canBegin = (job, action) => action in LABELS && (action !== "skip" || job.tasks.failed > 0);
 
@@ -133,9 +138,13 @@ function Actions({ job }) {
   const answer = (event) => event.target.returnValue === "yes" && run("cancel");
   return html`
     <div class="actions">
-      ${job.actions.filter((action) => canBegin(job, action)).map((action) => html`
+      ${job.actions
+        .filter((action) => canBegin(job, action))
+        .map(
+          (action) => html`
         <button key=${action} disabled=${busy} onClick=${() => ask(action)}>${LABELS[action]}</button>
-      `)}
+      `,
+        )}
     </div>
     ${fault && html`<p class="fault" role="alert">${fault}</p>`}
     <dialog ref=${dialog} class="ask" aria-labelledby="ask-title" onClose=${answer}>

@@ -36,9 +36,9 @@ export function Videos({ job }) {
       <h2>Outputs</h2>
       <div class="players">${ready.filter(({ name }) => PLAYED.test(name)).map(player)}</div>
       <p class="downloads">
-        ${ready.filter(isVideo).map(
-          ({ name, url }) => html`<a key=${name} class="button" href=${url} download>↓ ${name}</a>`,
-        )}
+        ${ready
+          .filter(isVideo)
+          .map(({ name, url }) => html`<a key=${name} class="button" href=${url} download>↓ ${name}</a>`)}
         ${open > 0 && html`<span class="quiet">${count(open)} ${word}</span>`}
       </p>
       ${ready.filter((output) => !isVideo(output)).map((output) => html`<${Files} key=${output.name} ...${output} />`)}
@@ -65,7 +65,10 @@ const player = (output) => html`
 function Files({ name, url, archive }) {
   const [files, setFiles] = useState([]);
   useEffect(() => {
-    getSidecar(url).then((told) => setFiles(told.files), () => setFiles([]));
+    getSidecar(url).then(
+      (told) => setFiles(told.files),
+      () => setFiles([]),
+    );
   }, [url]);
   const below = url.slice(0, url.indexOf("/artifacts/") + "/artifacts/".length);
   return html`
@@ -73,11 +76,13 @@ function Files({ name, url, archive }) {
       <a href=${url} download>${name}</a>
       ${archive && html`<a class="button" href=${archive} download>↓ All files (.zip)</a>`}
       ${files.length > MOST_LINKS && html`<span class="quiet">${many(files.length, "file")}</span>`}
-      ${files.length <= MOST_LINKS &&
-      files.map((file) => {
-        const last = file.slice(file.lastIndexOf("/") + 1);
-        return html`<a key=${file} class="button" href=${below + file} download=${last}>↓ ${last}</a>`;
-      })}
+      ${
+        files.length <= MOST_LINKS &&
+        files.map((file) => {
+          const last = file.slice(file.lastIndexOf("/") + 1);
+          return html`<a key=${file} class="button" href=${below + file} download=${last}>↓ ${last}</a>`;
+        })
+      }
     </p>
   `;
 }

@@ -69,11 +69,13 @@ function Tasks({ id }) {
   return html`
     ${fault && html`<p class="fault" role="alert">${fault}</p>`}
     <ul class="waits" aria-label="Tasks that wait">
-      ${tasks?.map((task) => html`
+      ${tasks?.map(
+        (task) => html`
         <li key=${task.id}>
           <span class="name">${place(task)}</span> <span class="quiet">${task.wait?.message}</span>
         </li>
-      `)}
+      `,
+      )}
     </ul>
     <p class="quiet">The first ${SHOWN} of each status are shown; <code>lippmann tasks ${id}</code> lists all.</p>
   `;

@@ -6,16 +6,17 @@ import { html } from "../shared/html.js";
 
 // The pause after the last key stroke, so that no request is sent for every digit.
 const PAUSE_MS = 400;
+const NOTHING = { numbers: null, drawing: "", fault: "" };
 
 export function Design({ spec }) {
-  const [found, setFound] = useState({});
+  const [found, setFound] = useState(NOTHING);
   useEffect(() => {
     if (!spec) {
-      setFound({});
+      setFound(NOTHING);
       return undefined;
     }
     let isWanted = true;
-    const put = (value) => isWanted && setFound(value);
+    const put = (value) => isWanted && setFound({ ...NOTHING, ...value });
     const ask = () =>
       Promise.all([postDesign(spec), postDrawing(spec)]).then(
         ([numbers, drawing]) => put({ numbers, drawing }),

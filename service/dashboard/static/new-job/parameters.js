@@ -6,8 +6,7 @@ export const fieldsOf = (names) => Object.fromEntries(names.map((name) => [`p-${
 
 // Converts the texts of inputs to the types of the parameters.
 export function valuesOf(scene, texts) {
-  const valueOf = (name, text) =>
-    ["number", "integer"].includes(scene.parameters[name].type) ? numberOr(text) : text;
+  const valueOf = (name, text) => (["number", "integer"].includes(scene.parameters[name].type) ? numberOr(text) : text);
   return Object.fromEntries(Object.entries(texts).map(([name, text]) => [name, valueOf(name, text)]));
 }
 
@@ -22,10 +21,12 @@ export function Parameters({ scene, values, set, faults }) {
   return html`
     <details class="parameters" open=${isFaulty || null}>
       <summary>Parameters of the scene</summary>
-      ${names.map((name) => html`
+      ${names.map(
+        (name) => html`
         <${Parameter} key=${`${scene.name}-${name}`} name=${name} about=${scene.parameters[name]} value=${values[name]}
           put=${(value) => put(name, value)} faults=${faults[`p-${name}`]} />
-      `)}
+      `,
+      )}
     </details>
   `;
 }

@@ -36,7 +36,10 @@ export function hearFrame({ job, frame, status }) {
   heard[frame] = { status, asked };
   const index = frames.pages.findIndex(({ items }) => items.length && items.at(-1).frame >= frame);
   if (index < 0) return;
-  putItems(index, frames.pages[index].items.map((item) => (item.frame === frame ? { ...item, status } : item)));
+  putItems(
+    index,
+    frames.pages[index].items.map((item) => (item.frame === frame ? { ...item, status } : item)),
+  );
   if (status === "done") renewPage(job, index);
 }
 
@@ -63,7 +66,10 @@ function renewPage(job, index) {
 function putAnswer(job, index, { items }, request) {
   const isOver = ({ frame }) => heard[frame]?.asked >= request;
   put[index] = request;
-  putItems(index, items.map((item) => (isOver(item) ? { ...item, status: heard[item.frame].status } : item)));
+  putItems(
+    index,
+    items.map((item) => (isOver(item) ? { ...item, status: heard[item.frame].status } : item)),
+  );
   if (items.some(isOver)) renewPage(job, index);
 }
 

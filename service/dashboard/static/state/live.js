@@ -94,7 +94,11 @@ export async function loadJob(id) {
   await fetchJob(() => getJob(id));
 }
 
-const fetchPage = (cursor) => fetchJobs(() => getJobs(cursor), (page) => page.items);
+const fetchPage = (cursor) =>
+  fetchJobs(
+    () => getJobs(cursor),
+    (page) => page.items,
+  );
 
 const mayWait = (job) => !job.ended_at && (!job.tasks.running || job.status === "paused");
 

@@ -16,7 +16,7 @@ const LEAST_DETAIL = 0.25;
 export function ViewCanvas({ atlas, label, place, paint, isSwaying, isWaiting, onPlace, onLost }) {
   const canvas = useRef(null);
   const painter = useRef(null);
-  const now = useRef({});
+  const now = useRef(null);
   const began = useRef(null);
   const pace = useRef({ detail: 1, slow: 0, last_ms: null });
   now.current = { place, paint, isSwaying, onPlace, onLost };

@@ -52,12 +52,14 @@ export function Lightbox({ job, frames, frame, show }) {
         <${Choice} name="Look" choices=${LOOKS} chosen=${mode} choose=${setMode} />
         <button class="close" onClick=${() => dialog.current.close()} aria-label="Close">✕</button>
       </div>
-      ${isStill
-        ? html`<${StaticPicture} item=${frames[index]} frame=${frame} picture=${mode} keys=${own} foot=${foot} />`
-        : html`
+      ${
+        isStill
+          ? html`<${StaticPicture} item=${frames[index]} frame=${frame} picture=${mode} keys=${own} foot=${foot} />`
+          : html`
             <${Viewer} job=${job} frame=${frame} mode=${mode} stand=${stand} change=${change} keys=${own}
               foot=${foot} />
-          `}
+          `
+      }
     </dialog>
   `;
 }

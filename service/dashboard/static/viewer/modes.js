@@ -44,10 +44,13 @@ export const around = {
     return `view ${u.toFixed(1)}, ${v.toFixed(1)} of ${by(frameViews.us, frameViews.vs)}`.replaceAll(".0", "");
   },
   Controls: ({ stand, change, pause, isPainted }) => html`
-    ${isPainted && html`
+    ${
+      isPainted &&
+      html`
       <button aria-pressed=${stand.isSwaying} class="toggle"
         onClick=${() => (stand.isSwaying ? pause() : change({ isSwaying: true }))}>Sway</button>
-    `}
+    `
+    }
     <${Enlargement} stand=${stand} change=${change} />
     <span class="quiet">Drag or press arrow keys.</span>
   `,

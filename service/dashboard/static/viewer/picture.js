@@ -35,10 +35,13 @@ export function StaticPicture({ item, frame, picture, keys, foot }) {
   const style = scale && size ? { width: `${size.width * scale}px` } : {};
   return html`
     <div ref=${stage} class="stage ${scale ? "scaled" : "fit"}" tabindex="0">
-      ${url && html`
+      ${
+        url &&
+        html`
         <img key=${picture} class="${state} ${isEnlarged ? "pixels" : ""}" src=${url} style=${style}
           onLoad=${loaded} onError=${() => setState("broken")} alt="Frame ${frame}, ${picture}" />
-      `}
+      `
+      }
       ${state === "broken" && html`<p class="fault" role="alert">This picture cannot be shown.</p>`}
     </div>
     <div class="bar controls">

@@ -53,13 +53,15 @@ export function Viewer({ job, frame, mode, stand, change, keys, foot }) {
   return html`
     <div class="stage looking ${mode}" tabindex="0" role="application" aria-label=${label} aria-describedby="look-hint"
       ...${drag}>
-      ${isPainted
-        ? html`
+      ${
+        isPainted
+          ? html`
             <${ViewCanvas} atlas=${atlas.value} label=${label} place=${given?.stand.place} isSwaying=${isSwaying}
               isWaiting=${found.isWaiting || atlas.isWaiting} onPlace=${onPlace} onLost=${() => setCanPaint(false)}
               paint=${(painter, place) => kind.paint(painter, place, given.stand)} />
           `
-        : url && html`<${RemotePicture} url=${url} label=${label} isSmooth=${stand.isSmooth || mode === "seen"} />`}
+          : url && html`<${RemotePicture} url=${url} label=${label} isSmooth=${stand.isSmooth || mode === "seen"} />`
+      }
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
       ${mode === "around" && frameViews && html`<${Place} place=${given.stand.place} marker=${marker} />`}
     </div>

@@ -15,6 +15,7 @@ export class Painter {
     this.gl = gl;
     this.programs = { blend: program(gl, BLEND), refocus: program(gl, REFOCUS), enlarge: program(gl, ENLARGE) };
     this.frameViews = null;
+    this.target = null;
   }
 
   // Uploads the atlas of a frame and deletes the one before.
@@ -42,8 +43,14 @@ export class Painter {
     const { gl } = this;
     const cells = blend(this.frameViews, this.stands, place);
     const use = this.begin(this.programs.blend, this.atlas);
-    gl.uniform2iv(use("cell"), cells.flatMap(({ at }) => at));
-    gl.uniform1fv(use("share"), cells.map(({ share }) => share));
+    gl.uniform2iv(
+      use("cell"),
+      cells.flatMap(({ at }) => at),
+    );
+    gl.uniform1fv(
+      use("share"),
+      cells.map(({ share }) => share),
+    );
     this.end(isSmooth);
   }
 
@@ -56,7 +63,10 @@ export class Painter {
     gl.activeTexture(gl.TEXTURE0);
     gl.uniform1i(use("present"), 1);
     gl.uniform2i(use("grid"), frameViews.atlas.us.length, frameViews.atlas.vs.length);
-    gl.uniform2fv(use("movement"), frameViews.depths.lenses_per_mm.map((lenses) => lenses * depth_mm));
+    gl.uniform2fv(
+      use("movement"),
+      frameViews.depths.lenses_per_mm.map((lenses) => lenses * depth_mm),
+    );
     this.end(isSmooth);
   }
 
@@ -102,7 +112,10 @@ function texture(gl, format, width, height) {
 
 function program(gl, fragments) {
   const linked = gl.createProgram();
-  for (const [kind, text] of [[gl.VERTEX_SHADER, EVERYWHERE], [gl.FRAGMENT_SHADER, fragments]]) {
+  for (const [kind, text] of [
+    [gl.VERTEX_SHADER, EVERYWHERE],
+    [gl.FRAGMENT_SHADER, fragments],
+  ]) {
     const shader = gl.createShader(kind);
     gl.shaderSource(shader, text);
     gl.compileShader(shader);

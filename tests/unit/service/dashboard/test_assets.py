@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
+import json
 import re
 from urllib.parse import urljoin, urlsplit
 
 import pytest
 
 from service.dashboard.assets import FOLDER, PREFIX, VENDORED, assets, import_map
+from tests.repository import ROOT
 
 _LINES = (FOLDER / "vendor" / "HASHES").read_text().splitlines()
 HASHES = {name: digest for digest, name in (line.split(maxsplit=1) for line in _LINES)}
@@ -27,6 +29,15 @@ def test_every_vendored_file_has_the_hash_that_was_written_down() -> None:
 def test_every_vendored_package_comes_with_its_licence() -> None:
     packages = {specifier.split("/")[0] for specifier in VENDORED}
     assert {f"LICENSE.{package}" for package in packages} <= set(HASHES)
+
+
+def test_the_types_of_the_page_are_those_of_the_vendored_packages() -> None:
+    table = (FOLDER / "vendor" / "README.md").read_text()
+    vendored = dict(re.findall(r"^\| \S+ \| (\S+) \| (\S+) \|", table, re.MULTILINE))
+    checked = json.loads((ROOT / "tests" / "page" / "package.json").read_text())["devDependencies"]
+    packages = vendored.keys() & checked.keys()
+    assert packages >= {"preact", "htm"}
+    assert {name: checked[name] for name in packages} == {name: vendored[name] for name in packages}
 
 
 @pytest.mark.parametrize("name", MODULES)
