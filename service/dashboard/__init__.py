@@ -1,6 +1,7 @@
 """The dashboard: one page, its static files, and the pages for login, problems and the API. There is no build step.
 
 assets         the static files, with hashes in their URLs
+bundle         the modules of the page as one file
 policy         the security headers of pages
 api_reference  the description of the API as the sections of a page
 pages          the pages and the router

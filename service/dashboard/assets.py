@@ -1,16 +1,19 @@
 """Static files. Their URLs contain a hash of the content, so that browsers may cache them for a year.
 
-Modules import each other by plain relative names; the import map of the page maps each name to its URL with the hash.
+The page loads its own modules and its style sheets as one file each; the import map leads to the packages of others.
 """
 
 from __future__ import annotations
 
+import gzip
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
+
+from service.dashboard.bundle import bundled_modules, joined_sheets
 
 FOLDER = Path(__file__).parent / "static"
 PREFIX = "/static/"
@@ -29,6 +32,23 @@ VENDORED = MappingProxyType(
 )
 """The bare names that modules import, and their files."""
 
+START = "app.js"
+"""The module that starts the page."""
+
+SHEETS = (
+    "shared/base.css",
+    "shared/layout.css",
+    "jobs/job.css",
+    "new-job/submit.css",
+    "new-job/design.css",
+    "viewer/viewer.css",
+    "account/keys.css",
+)
+"""The style sheets of the page, in their order."""
+
+MODULES_OF_PAGE, SHEET_OF_PAGE = "page.js", "page.css"
+"""The files that are made of the modules and of the sheets of the page."""
+
 
 @dataclass(frozen=True)
 class Asset:
@@ -38,6 +58,8 @@ class Asset:
     media_type: str
     body: bytes
     digest: str
+    packed: bytes
+    """The body as gzip."""
 
     @property
     def url(self) -> str:
@@ -49,11 +71,15 @@ class Asset:
 def assets() -> Mapping[str, Asset]:
     """Return all static files by name; they are read once."""
     files = sorted(path for path in FOLDER.rglob("*") if path.suffix in MEDIA_TYPES)
-    return MappingProxyType({asset.name: asset for asset in map(_read, files)})
+    found = {path.relative_to(FOLDER).as_posix(): path.read_bytes() for path in files}
+    modules = {name: body.decode() for name, body in found.items() if name.endswith(".js")}
+    found[MODULES_OF_PAGE] = bundled_modules(START, modules).encode()
+    found[SHEET_OF_PAGE] = joined_sheets(found[name].decode() for name in SHEETS).encode()
+    return MappingProxyType({name: _asset(name, body) for name, body in found.items()})
 
 
 def import_map(root: str = "") -> dict[str, dict[str, str]]:
-    """Return the import map, from bare names and plain URLs of modules to URLs with hashes.
+    """Return the import map, from the names of packages to URLs with hashes.
 
     Parameters
     ----------
@@ -61,15 +87,14 @@ def import_map(root: str = "") -> dict[str, dict[str, str]]:
         The path under which a reverse proxy serves the dashboard.
     """
     found = assets()
-    plain = {root + PREFIX + name: root + asset.url for name, asset in found.items() if name.endswith(".js")}
-    return {"imports": {bare: root + found[name].url for bare, name in VENDORED.items()} | plain}
+    return {"imports": {bare: root + found[name].url for bare, name in VENDORED.items()}}
 
 
-def _read(path: Path) -> Asset:
-    body = path.read_bytes()
+def _asset(name: str, body: bytes) -> Asset:
     return Asset(
-        name=path.relative_to(FOLDER).as_posix(),
-        media_type=MEDIA_TYPES[path.suffix],
+        name=name,
+        media_type=MEDIA_TYPES[Path(name).suffix],
         body=body,
         digest=hashlib.sha256(body).hexdigest()[:16],
+        packed=gzip.compress(body, mtime=0),
     )

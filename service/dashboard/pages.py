@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from types import MappingProxyType
 from typing import Annotated
@@ -12,7 +13,7 @@ from fastapi.responses import HTMLResponse, Response
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from service.dashboard.api_reference import reference_of
-from service.dashboard.assets import PREFIX, assets, import_map
+from service.dashboard.assets import MODULES_OF_PAGE, PREFIX, SHEET_OF_PAGE, VENDORED, assets, import_map
 from service.dashboard.policy import page_headers
 from service.dependencies import AppStateDep, CallerOrNoneDep, ViewerDep
 from service.errors import NotFound
@@ -87,6 +88,7 @@ def send_asset(
     name: str,
     v: Annotated[str, Query(description="The hash of the content.")] = "",
     if_none_match: Annotated[str | None, Header()] = None,
+    accept_encoding: Annotated[str, Header()] = "",
 ) -> Response:
     """Return a static file, cacheable for a year if the URL contains the hash of its content."""
     asset = assets().get(name)
@@ -96,18 +98,28 @@ def send_asset(
     headers = {
         "ETag": etag,
         "Cache-Control": KEPT_FOR_A_YEAR if v == asset.digest else ASK_EVERY_TIME,
+        "Vary": "Accept-Encoding",
         "X-Content-Type-Options": "nosniff",
     }
     if if_none_match is not None and etag in if_none_match:
         return Response(status_code=304, headers=headers)
+    if re.search(r"\bgzip\b(?!\s*;\s*q=0(?:\.0*)?(?:,|$))", accept_encoding):
+        return Response(asset.packed, media_type=asset.media_type, headers={**headers, "Content-Encoding": "gzip"})
     return Response(asset.body, media_type=asset.media_type, headers=headers)
 
 
 def _dashboard_page(root: str) -> Response:
     # An escaped "<" cannot end the script element; the policy contains the hash of exactly this text.
     inline = json.dumps(import_map(root), separators=(",", ":")).replace("<", "\\u003c")
-    modules = [name for name in assets() if name.endswith(".js") and name != "account/login.js"]
-    return _page("index.html", root, inline, import_map=inline, modules=modules)
+    return _page(
+        "index.html",
+        root,
+        inline,
+        import_map=inline,
+        script=MODULES_OF_PAGE,
+        sheet=SHEET_OF_PAGE,
+        packages=VENDORED.values(),
+    )
 
 
 def _page(template: str, root: str, inline_script: str = "", **values: object) -> Response:

@@ -9,12 +9,13 @@ from urllib.parse import urljoin, urlsplit
 
 import pytest
 
-from service.dashboard.assets import FOLDER, PREFIX, VENDORED, assets, import_map
+from service.dashboard.assets import FOLDER, PREFIX, SHEETS, VENDORED, assets, import_map
 from tests.repository import ROOT
 
 _LINES = (FOLDER / "vendor" / "HASHES").read_text().splitlines()
 HASHES = {name: digest for digest, name in (line.split(maxsplit=1) for line in _LINES)}
-OURS = sorted(name for name in assets() if not name.startswith("vendor/"))
+MADE = {"page.js", "page.css"}
+OURS = sorted(name for name in assets().keys() - MADE if not name.startswith("vendor/"))
 MODULES = [name for name in OURS if name.endswith(".js")]
 
 _IMPORT = re.compile(r'^import (?:[^;]*? from )?"([^"]+)";', re.MULTILINE)
@@ -41,13 +42,21 @@ def test_the_types_of_the_page_are_those_of_the_vendored_packages() -> None:
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_every_import_leads_to_a_file_through_the_import_map(name: str) -> None:
+def test_every_import_leads_to_a_file(name: str) -> None:
     targets = import_map()["imports"]
     for specifier in _IMPORT.findall(assets()[name].body.decode()):
-        plain = urljoin(PREFIX + name, specifier) if specifier.startswith(".") else specifier
-        address = urlsplit(targets[plain])
+        if specifier.startswith("."):
+            assert urljoin(name, specifier) in MODULES
+            continue
+        address = urlsplit(targets[specifier])
         asset = assets()[address.path.removeprefix(PREFIX)]
         assert address.query == f"v={asset.digest}"
+
+
+def test_every_sheet_is_on_a_page() -> None:
+    of_other_pages = {"account/login.css", "api/reference.css"}
+    assert {name for name in OURS if name.endswith(".css")} == {*SHEETS, *of_other_pages}
+    assert all(assets()[name].body in assets()["page.css"].body for name in SHEETS)
 
 
 def test_every_module_is_reached_from_a_page() -> None:

@@ -9,7 +9,7 @@ import re
 
 import pytest
 
-from service.dashboard.assets import assets, import_map
+from service.dashboard.assets import PREFIX, VENDORED, assets, import_map
 from tests.builders_service import Client
 
 _INLINE = re.compile(r"<script(?![^>]*\bsrc=)[^>]*>(.*?)</script>", re.DOTALL)
@@ -26,7 +26,7 @@ def test_a_stranger_is_asked_for_a_key_and_a_guest_is_not(stranger: Client, requ
     guest: Client = request.getfixturevalue("guest")
     text = guest.get("/").text
     assert 'name="key"' not in text
-    assert "app.js" in text
+    assert "page.js" in text
 
 
 def test_a_page_that_sent_a_wrong_key_without_scripts_says_so(stranger: Client) -> None:
@@ -55,7 +55,8 @@ def test_a_page_is_not_kept_and_what_it_loads_is_kept_for_a_year(guest: Client) 
     page = guest.get("/")
     assert page.headers["Cache-Control"] == "no-store"
     loaded = [address for address in _LOADED.findall(page.text) if address != "/"]
-    assert len(loaded) > len(assets()) - 5
+    names = {address.removeprefix(PREFIX).partition("?")[0] for address in loaded}
+    assert names == {"page.js", "page.css", "logo.svg", *VENDORED.values()}
     for address in loaded:
         answer = guest.get(address)
         assert answer.status_code == 200
@@ -68,6 +69,22 @@ def test_an_address_without_the_right_hash_is_asked_for_every_time(stranger: Cli
     assert first.headers["Cache-Control"] == "no-cache"
     again = stranger.get(address, headers={"If-None-Match": first.headers["ETag"]})
     assert (again.status_code, again.content) == (304, b"")
+
+
+@pytest.mark.parametrize("accepted", ["gzip", "br;q=1.0, gzip;q=0.8, *;q=0.1", "gzip;q=0.001"])
+def test_a_browser_that_takes_gzip_gets_it(stranger: Client, accepted: str) -> None:
+    plain = stranger.get("/static/page.js", headers={"Accept-Encoding": "identity"})
+    packed = stranger.get("/static/page.js", headers={"Accept-Encoding": accepted})
+    assert (packed.headers["Content-Encoding"], packed.headers["Vary"]) == ("gzip", "Accept-Encoding")
+    assert "Content-Encoding" not in plain.headers
+    assert packed.content == plain.content == assets()["page.js"].body
+    assert int(packed.headers["Content-Length"]) < len(plain.content) / 2
+
+
+@pytest.mark.parametrize("accepted", ["", "br", "gzip;q=0", "gzip; q=0.0, br", "xgzip"])
+def test_others_get_what_they_take(stranger: Client, accepted: str) -> None:
+    answer = stranger.get("/static/page.js", headers={"Accept-Encoding": accepted})
+    assert "Content-Encoding" not in answer.headers
 
 
 @pytest.mark.parametrize("name", ["nothing.js", "vendor/HASHES", "../pages.py", "..%2f__init__.py", ""])
