@@ -1,8 +1,9 @@
-// Starts the page. The fragment of the URL selects the view:
-//   #/            the list        #/jobs/<id>   a job        #/new   a new job        #/keys   the keys, for admins
+// Starts the page. The address selects the view; see shared/address.js.
 import { render } from "preact";
-import { useEffect, useState } from "preact/hooks";
+import { useEffect, useLayoutEffect } from "preact/hooks";
 import { html } from "./shared/html.js";
+import { arrive, start as startScroll } from "./shared/scroll.js";
+import { useAddress } from "./shared/use_address.js";
 import { Header } from "./farm/header.js";
 import { Job } from "./jobs/job.js";
 import { JobList } from "./jobs/list.js";
@@ -12,22 +13,16 @@ import { getState, newestFirst, useKnown } from "./state/store.js";
 import { Submit } from "./new-job/submit.js";
 
 const wide = matchMedia("(min-width: 56rem)");
-
-function place() {
-  const [, first, second] = location.hash.split("/");
-  if (first === "new" || first === "keys") return { view: first };
-  if (first === "jobs" && second) return { view: "job", id: decodeURIComponent(second) };
-  return { view: "list" };
-}
+const TITLES = { list: "Lippmann", wrong: "No such page – Lippmann" }; // The other pages set theirs.
 
 function App() {
-  const [here, setHere] = useState(place());
+  const here = useAddress();
   const isLoaded = useKnown((known) => known.jobsLoaded);
+  const page = [here.view, ...here.ids].join("/");
+  useLayoutEffect(arrive, [page]);
   useEffect(() => {
-    const follow = () => setHere(place());
-    addEventListener("hashchange", follow);
-    return () => removeEventListener("hashchange", follow);
-  }, []);
+    if (here.view in TITLES) document.title = TITLES[here.view];
+  }, [page]);
   useEffect(() => {
     // On a wide screen the newest job is open beside the list.
     const newest = newestFirst(getState().jobs)[0];
@@ -42,10 +37,19 @@ function App() {
         ${here.view === "new" && html`<${Submit} />`}
         ${here.view === "keys" && html`<${Keys} />`}
         ${here.view === "job" && html`<${Job} key=${here.id} id=${here.id} />`}
+        ${here.view === "wrong" && html`<${Wrong} />`}
       </main>
     </div>
   `;
 }
+
+const Wrong = () => html`
+  <article>
+    <h1>There is no such page</h1>
+    <p>The address <code>${location.hash}</code> names no page of the dashboard. Check the link, or open the
+      ${" "}<a href="#/">jobs</a>.</p>
+  </article>
+`;
 
 // The fragment of the URL selects the view, so this link must not change it.
 function skip(event) {
@@ -53,5 +57,6 @@ function skip(event) {
   document.getElementById("main").focus();
 }
 
+startScroll();
 render(html`<${App} />`, document.body);
 start();

@@ -5,7 +5,7 @@ import { useEffect, useRef, useState } from "preact/hooks";
 import { Choice } from "../shared/choice.js";
 import { html } from "../shared/html.js";
 import { Viewer } from "./viewer.js";
-import { START } from "./modes.js";
+import { START } from "./stand.js";
 import { StaticPicture } from "./picture.js";
 
 const PICTURES = [
@@ -14,9 +14,9 @@ const PICTURES = [
   ["views", "Views"],
 ];
 const LOOKS = [
-  ["around", "Look around"],
-  ["refocus", "Refocus"],
-  ["seen", "As seen"],
+  ["look", "Look around"],
+  ["focus", "Refocus"],
+  ["observer", "As seen"],
 ];
 
 export function Lightbox({ job, frames, frame, show }) {

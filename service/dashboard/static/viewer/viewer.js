@@ -5,29 +5,29 @@ import { getFrameViews, getPicture, link, pictureUrl } from "../api/operations.j
 import { RemotePicture } from "./remote.js";
 import { Footer } from "./footer.js";
 import { html } from "../shared/html.js";
-import { around, refocus, seen } from "./modes.js";
+import { MODES } from "./modes/index.js";
 import { MAX_ATLAS_PX } from "./webgl.js";
 import { ViewCanvas } from "./canvas.js";
 import { isWhole } from "./views.js";
 
-const LOOKS = { around, refocus, seen };
 // The largest atlas that is loaded as PNG and refocused in the browser; a larger one is loaded as lossy WebP.
 const EXACT_PX = 2048 ** 2;
+const STILL_PX = 4; // A pointer that moves less clicks.
 
 export function Viewer({ job, frame, mode, stand, change, keys, foot }) {
   const [canPaint, setCanPaint] = useState(true);
   const found = useRequest(`${job} ${frame}`, (signal) => getFrameViews(job, frame, MAX_ATLAS_PX, signal));
   const frameViews = found.value;
   const isExact = frameViews && isWhole(frameViews) && frameViews.atlas.rows * frameViews.atlas.cols <= EXACT_PX;
-  const isPainted = canPaint && (mode === "around" || (mode === "refocus" && isExact !== false));
+  const isPainted = canPaint && (mode === "look" || (mode === "focus" && isExact !== false));
   const atlas = useAtlas(frameViews, isPainted, isExact);
   const at = useRef(null);
   const marker = useRef(null);
-  const kind = LOOKS[mode];
+  const kind = MODES[mode];
   const given = frameViews && { frameViews, stand: kind.filled(frameViews, stand), change, isPainted };
   const url = given && pictureUrl(job, frame, ...kind.query(given));
   const label = `Frame ${frame}, ${kind.name}`;
-  const isSwaying = isPainted && mode === "around" && stand.isSwaying;
+  const isSwaying = isPainted && mode === "look" && stand.isSwaying;
 
   const onPlace = (place) => {
     at.current = place;
@@ -39,16 +39,23 @@ export function Viewer({ job, frame, mode, stand, change, keys, foot }) {
     const place = (isSwaying && at.current) || given.stand.place;
     return { ...given, stand: { ...given.stand, place } };
   };
-  const move = (patch) => change({ ...patch, isSwaying: mode === "around" ? false : stand.isSwaying });
+  const move = (patch) => change({ ...patch, isSwaying: mode === "look" ? false : stand.isSwaying });
   const arrows = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
   const step = (direction) => () => given && move(kind.stepped(current(), direction));
   keys.current = Object.fromEntries(Object.entries(arrows).map(([key, direction]) => [key, step(direction)]));
 
-  const drag = useDrag((event) => {
-    const side_px = Math.min(event.currentTarget.clientWidth, event.currentTarget.clientHeight);
-    const from = given && kind.dragged && current();
-    return from && ((across_px, down_px) => move(kind.dragged(from, across_px / side_px, down_px / side_px)));
-  });
+  const drag = useDrag(
+    (event) => {
+      const side_px = Math.min(event.currentTarget.clientWidth, event.currentTarget.clientHeight);
+      const from = given && kind.dragged && current();
+      return from && ((across_px, down_px) => move(kind.dragged(from, across_px / side_px, down_px / side_px)));
+    },
+    (event) => {
+      const picture = event.currentTarget.querySelector("canvas");
+      const part = kind.clicked && given && picture && partOf(picture, event);
+      if (part) Promise.resolve(kind.clicked(given, ...part)).then((patch) => patch && change(patch));
+    },
+  );
   const fault = found.fault || (isPainted && atlas.fault);
   return html`
     <div class="stage looking ${mode}" tabindex="0" role="application" aria-label=${label} aria-describedby="look-hint"
@@ -60,10 +67,11 @@ export function Viewer({ job, frame, mode, stand, change, keys, foot }) {
               isWaiting=${found.isWaiting || atlas.isWaiting} onPlace=${onPlace} onLost=${() => setCanPaint(false)}
               paint=${(painter, place) => kind.paint(painter, place, given.stand)} />
           `
-          : url && html`<${RemotePicture} url=${url} label=${label} isSmooth=${stand.isSmooth || mode === "seen"} />`
+          : url &&
+            html`<${RemotePicture} url=${url} label=${label} isSmooth=${stand.isSmooth || mode === "observer"} />`
       }
       ${fault && html`<p class="fault" role="alert">${fault}</p>`}
-      ${mode === "around" && frameViews && html`<${Place} place=${given.stand.place} marker=${marker} />`}
+      ${mode === "look" && frameViews && html`<${Place} place=${given.stand.place} marker=${marker} />`}
     </div>
     <p id="look-hint" class="unseen">${kind.hint}</p>
     <div class="bar controls">
@@ -84,19 +92,37 @@ function useAtlas(frameViews, isWanted, isExact) {
   return atlas;
 }
 
-// `grab(event)` returns a function that is called with every movement (across, down) in px, or null.
-function useDrag(grab) {
+// The place of the pointer in a picture that is fitted into its element: (across, down), 0 to 1, or null beside it.
+function partOf(canvas, { clientX, clientY }) {
+  const box = canvas.getBoundingClientRect();
+  const scale = Math.min(box.width / canvas.width, box.height / canvas.height);
+  const across = (clientX - box.x - box.width / 2) / (canvas.width * scale) + 0.5;
+  const down = (clientY - box.y - box.height / 2) / (canvas.height * scale) + 0.5;
+  return [across, down].every((part) => part >= 0 && part <= 1) ? [across, down] : null;
+}
+
+// `grab(event)` returns a function that is called with every movement (across, down) in px, or null. `click(event)` is
+// called if the pointer has not moved.
+function useDrag(grab, click) {
   const held = useRef(null);
+  const down = useRef(null);
   const release = () => (held.current = null);
+  const up = (event) => {
+    release();
+    const from = down.current;
+    if (from && Math.hypot(event.clientX - from.x, event.clientY - from.y) < STILL_PX) click(event);
+    down.current = null;
+  };
   return {
     onPointerDown: (event) => {
+      down.current = event.button === 0 ? { x: event.clientX, y: event.clientY } : null;
       const pull = event.button === 0 && grab(event);
       if (!pull) return;
       held.current = { pull, x: event.clientX, y: event.clientY };
       event.currentTarget.setPointerCapture(event.pointerId);
     },
     onPointerMove: (event) => held.current?.pull(event.clientX - held.current.x, event.clientY - held.current.y),
-    onPointerUp: release,
+    onPointerUp: up,
     onPointerCancel: release,
   };
 }
