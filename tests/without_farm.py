@@ -11,6 +11,7 @@ from lippmann.job.messages.orders import TaskKind
 from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names
 from tests.builders import local_place, order_of, stored_job, stored_picture, tiles_of
+from worker.engines.choose import ENGINES
 from worker.tasks.assemble import assemble_frame
 from worker.tasks.monitor import NullMonitor
 from worker.tasks.render import render_tile
@@ -26,4 +27,6 @@ def masters_without_farm(folder: Path, spec: JobSpec) -> dict[int, NDArray[np.fl
             render_tile(place, order_of(TaskKind.RENDER, frame=frame, tile=tile), NullMonitor())
         assemble_frame(place, order_of(TaskKind.ASSEMBLE, frame=frame), NullMonitor())
         masters[frame] = stored_picture(place, names.orthoscopic_name(frame))
+    for engine in ENGINES.values():
+        engine.end()
     return masters

@@ -24,6 +24,7 @@ from tests.farm import LIPPMANN
 from tests.network_host import NetworkHost, network_host
 from tests.tcp_proxy import TcpProxy, tcp_proxy
 from tests.waiting import ENOUGH_S, until
+from worker.engines.mitsuba.session import PROGRAM
 
 WORKERS = 2
 
@@ -92,6 +93,10 @@ class Part:
         """Return the processes of a program below this one."""
         return [pid for pid in sorted(descendants(self.pid)) if _program(pid) == program]
 
+    def mitsuba(self) -> list[int]:
+        """Return the programs of Mitsuba below this process; see `mitsuba_below`."""
+        return mitsuba_below(self.pid)
+
     def pool(self) -> list[int]:
         """Return the pool processes: the children of a worker that have children."""
         return [pid for pid in sorted(descendants(self.pid)) if _parent(pid) == self.pid and descendants(pid)]
@@ -131,12 +136,17 @@ class Parts:
 
 @contextmanager
 def separate_parts(
-    folder: Path, *, keeps_data: bool = False, hosts: bool = False, env: Mapping[str, str] | None = None
+    folder: Path,
+    *,
+    keeps_data: bool = False,
+    hosts: bool = False,
+    env: Mapping[str, str] | None = None,
+    of_workers: Sequence[Mapping[str, str]] = ({},) * WORKERS,
 ) -> Iterator[Parts]:
     """Run a farm of separate processes.
 
     With `keeps_data`, its broker has its data again after a restart. With `hosts`, each worker is in a network
-    namespace of its own.
+    namespace of its own. The environment `env` is that of all parts, and `of_workers` has more for each worker.
     """
     key_file, port = folder / "admin.key", free_port()
     shared = {**os.environ, "LIPPMANN_DATA_DIR": str(folder / "data"), **(env or {})}
@@ -160,8 +170,8 @@ def separate_parts(
         until(lambda: key_file.exists() and key_file.read_text().strip())
         places: Sequence[NetworkHost | None] = networks or [None] * WORKERS
         workers = tuple(
-            part(f"worker{number}", "worker", "--slots", "1", network=place, LIPPMANN_WORKER_NAME=f"worker{number}")
-            for number, place in enumerate(places)
+            part(f"worker{n}", "worker", "--slots", "1", network=place, LIPPMANN_WORKER_NAME=f"worker{n}", **more)
+            for n, (place, more) in enumerate(zip(places, of_workers, strict=True))
         )
         url, key = f"http://127.0.0.1:{port}", key_file.read_text().strip()
         with Client(url, key, patience_s=ENOUGH_S) as client:
@@ -179,6 +189,30 @@ def end(part: Part) -> None:
             part.kill()
 
 
+def mitsuba_below(pid: int) -> list[int]:
+    """Return the programs of Mitsuba below a process, without the sandbox around them."""
+    return [below for below in sorted(descendants(pid)) if _is_mitsuba(below)]
+
+
+def stands_still(pid: int) -> bool:
+    """Return whether a process is stopped or has ended."""
+    words = _stat(pid)
+    return not words or words[0] in "TtZX"
+
+
+def cpu_s(pid: int) -> float:
+    """Return the CPU seconds of a process; 0 if it has ended."""
+    return sum(map(int, _stat(pid)[11:13])) / os.sysconf("SC_CLK_TCK")
+
+
+def _is_mitsuba(pid: int) -> bool:
+    try:
+        words = Path(f"/proc/{pid}/cmdline").read_text().split("\0")
+    except OSError:
+        return False
+    return Path(words[0]).name.startswith("python") and words[3:5] == list(PROGRAM)
+
+
 def _program(pid: int) -> str:
     try:
         return Path(f"/proc/{pid}/comm").read_text().strip()
@@ -187,7 +221,13 @@ def _program(pid: int) -> str:
 
 
 def _parent(pid: int) -> int:
+    words = _stat(pid)
+    return int(words[1]) if words else 0
+
+
+def _stat(pid: int) -> list[str]:
+    """Return the words of the state of a process, from the letter on; empty if it has ended."""
     try:
-        return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+        return Path(f"/proc/{pid}/stat").read_text(errors="replace").rpartition(")")[2].split()
     except OSError:
-        return 0
+        return []

@@ -138,6 +138,7 @@ def _digest(picture: NDArray[np.float16]) -> str:
 def _pending(parts: Parts) -> list[str]:
     """Return what a farm without open jobs still does or keeps."""
     busy = [f"{part.name} runs povray" for part in parts.workers if part.below("povray")]
+    busy += [f"{part.name} runs Mitsuba" for part in parts.workers if part.mitsuba()]
     scratch = parts.folder.glob("*/scratch/attempts/*")
     orders = parts.redis.llen("lippmann:celery:lippmann")
     return busy + [f"scratch stays: {path.name}" for path in scratch] + ([f"{orders} orders wait"] if orders else [])

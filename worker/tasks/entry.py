@@ -8,7 +8,7 @@ from typing import Any
 
 import structlog
 from celery import Task
-from celery.signals import task_failure, worker_ready
+from celery.signals import task_failure, worker_process_shutdown, worker_ready
 
 from lippmann.errors import LippmannError
 from lippmann.job.messages.orders import TaskKind
@@ -16,6 +16,7 @@ from lippmann.job.messages.seals import Refused, Seals
 from lippmann.job.messages.wire import task_name
 from lippmann.plan.artifact_store import LeavesPartialFiles
 from worker.app import app, broker_client, handover, settings
+from worker.engines.choose import ENGINES
 from worker.images.read import limit_threads
 from worker.refusals import refusals
 from worker.store.opening import open_store
@@ -81,6 +82,13 @@ def _sweep(**_: Any) -> None:
             store.sweep(older_than_s=STALE_S)
     except LippmannError as error:
         log.warning("the store cannot be used; attempts are tried again until it can", error=str(error))
+
+
+@worker_process_shutdown.connect
+def _end_engines(**_: Any) -> None:
+    """End the programs that a pool process keeps, and remove their folders."""
+    for engine in ENGINES.values():
+        engine.end()
 
 
 @task_failure.connect

@@ -5,6 +5,7 @@ the random generator of the run, so that a seed repeats them; when exactly they 
 
 kind          what a kind is
 processes     workers, POV-Ray, the service and all of them are killed, stopped and ended
+mitsuba       the program of Mitsuba is killed, stands still and gets no memory
 broker        the broker is away, empty, damaged, full
 network       the network between a part and the broker, which a proxy makes
 worker_hosts  the host of a worker fails
@@ -15,12 +16,13 @@ users         what users do
 
 from __future__ import annotations
 
-from tests.chaos.kinds import broker, disk, network, processes, seven_hosts, users, worker_hosts
+from tests.chaos.kinds import broker, disk, mitsuba, network, processes, seven_hosts, users, worker_hosts
 from tests.chaos.kinds.kind import Kind as Kind
 from tests.chaos.kinds.kind import Work as Work
 
 KINDS: dict[str, Kind] = {
     **processes.KINDS,
+    **mitsuba.KINDS,
     **broker.KINDS,
     **network.KINDS,
     **worker_hosts.KINDS,

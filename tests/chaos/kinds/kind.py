@@ -26,10 +26,17 @@ class Work:
     tiles: int
     compared: int = 1
     """The step of the frames whose pixels are compared with those of an undisturbed farm."""
+    scene: str = "fish"
+    samples: int = 1
+    """The number of rays a pixel."""
+    stall_s: float | None = None
+    """The time without progress after which a render is ended; None for the default."""
 
     def spec(self, frames: str) -> JobSpec:
         """Return the job with some of its frames, and with a video."""
-        spec = small_job("fish", count=(self.lenses, self.lenses), frames=frames, tiles=[self.tiles, 1])
+        render = {"samples": self.samples} | ({} if self.stall_s is None else {"stall_s": self.stall_s})
+        count = (self.lenses, self.lenses)
+        spec = small_job(self.scene, count=count, frames=frames, tiles=[self.tiles, 1], render=render)
         return spec.model_copy(update={"outputs": (CentreVideo(),)})
 
 
