@@ -47,6 +47,12 @@ class Pictures(Protocol):
     def light(self, path: Path) -> NDArray[np.float16]:
         """Read a linear EXR as an array `(row, col, channel)`."""
 
+    def scene_depth(self, path: Path) -> NDArray[np.float32]:
+        """Read the distances in the scene from a depth master, `(row, col)`, mm; see `DepthMap.z_mm`."""
+
+    def pfm(self, values: NDArray[np.float32]) -> bytes:
+        """Encode numbers `(row, col)` as PFM."""
+
     def encode(
         self,
         light: NDArray[np.floating[Any]],

@@ -165,6 +165,12 @@ class FakePictures:
     def light(self, path: Path) -> NDArray[np.float16]:
         raise NotImplementedError("no light in memory")
 
+    def scene_depth(self, path: Path) -> NDArray[np.float32]:
+        raise NotImplementedError("no depth in memory")
+
+    def pfm(self, values: NDArray[np.float32]) -> bytes:
+        return f"{values.shape} as PFM".encode()
+
     def encode(self, light: NDArray[np.floating[Any]], **how: Any) -> bytes:
         return f"{light.shape} as {how}".encode()
 

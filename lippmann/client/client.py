@@ -39,7 +39,7 @@ from service.schemas.job import Job, JobPage
 from service.schemas.scene import Scene, SceneList
 from service.schemas.task import Task, TaskPage
 from service.schemas.usage import Usage
-from service.schemas.viewing import FrameViews
+from service.schemas.viewing import FocusDepth, FrameViews
 from service.schemas.webhook import WebhookSecret
 from service.schemas.worker_keys import BrokerUser, NewWorkerKey, WorkerKey, WorkerKeyList
 
@@ -50,7 +50,7 @@ _PAGE = 500
 """The largest page that the service returns."""
 _API = "/api/v1"
 
-FramePicture = Literal["view", "perspective", "refocus", "observer", "views.atlas"]
+FramePicture = Literal["view", "perspective", "refocus", "observer", "views.atlas", "depth.map"]
 """A picture that the service makes of a frame on demand."""
 
 Shape = TypeVar("Shape", bound=BaseModel)
@@ -292,6 +292,16 @@ class Client:
         """Return the views of a frame."""
         return self._get(FrameViews, f"/jobs/{plain_name(job_id)}/frames/{frame}/look")
 
+    def focus_depth(self, job_id: str, frame: int, *, x: float, y: float) -> FocusDepth:
+        """Return the depth to which to refocus a frame, so that what is at a place is sharp.
+
+        Parameters
+        ----------
+        x, y
+            The place in the refocused picture, as parts of its width from the left and of its height from the top.
+        """
+        return self._get(FocusDepth, f"/jobs/{plain_name(job_id)}/frames/{frame}/depth?x={x:g}&y={y:g}")
+
     def download_picture(
         self, job_id: str, frame: int, what: FramePicture, path: Path, **parameters: str | float
     ) -> Download:
@@ -300,7 +310,7 @@ class Client:
         Parameters
         ----------
         what
-            The kind of picture: `view`, `perspective`, `refocus`, `observer` or `views.atlas`.
+            The kind of picture: `view`, `perspective`, `refocus`, `observer`, `views.atlas` or `depth.map`.
         parameters
             Its parameters in the API, for example `u=3, v=4`, `depth_mm=20`, `scale=4`, `format="webp"`.
         """

@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.viewing import Filter
+from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.plan.artifact_store import ArtifactStore
 from povtemplates.catalogue import scene_folders
 from service.ports import CheckedBundle, Parts
+from worker.exports.netpbm import encoded_pfm
 from worker.images.convert import encoded_picture, png
-from worker.images.read import read_rgb
+from worker.images.read import read_channels, read_rgb
 from worker.sandbox.bundle import check_bundle, pack_folder
 
 
@@ -32,6 +34,12 @@ class _Pictures:
 
     def light(self, path: Path) -> NDArray[np.float16]:
         return read_rgb(path, np.float16)
+
+    def scene_depth(self, path: Path) -> NDArray[np.float32]:
+        return np.asarray(read_channels(path, CHANNELS[:1])[..., 0])
+
+    def pfm(self, values: NDArray[np.float32]) -> bytes:
+        return encoded_pfm(values)
 
     def encode(
         self,

@@ -1,7 +1,8 @@
-"""Views of a frame, made on demand: single views, perspectives, refocusing, an observer, and all views as an atlas."""
+"""Views of a frame on demand: single views, perspectives, refocusing, an observer, all views as an atlas; depths."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Annotated, Any
 
@@ -14,13 +15,25 @@ from service.api.artifact_files import is_fresh
 from service.dependencies import AppStateDep, JobId, ViewerDep
 from service.limits import Limits
 from service.routes.description import NOT_CHANGED, Responses
-from service.schemas.viewing import AtlasQuery, FrameViews, ObserverQuery, PerspectiveQuery, RefocusQuery, ViewQuery
-from service.viewing import frames, render
+from service.schemas.viewing import (
+    AtlasQuery,
+    DepthMapQuery,
+    FocusDepth,
+    FocusQuery,
+    FrameViews,
+    ObserverQuery,
+    PerspectiveQuery,
+    RefocusQuery,
+    ViewQuery,
+)
+from service.viewing import depth, frames, render
 from service.viewing.viewable_frame import ViewableFrame
 
 router = APIRouter(prefix="/jobs/{job_id}/frames/{frame}", tags=["viewing"])
 
 _PICTURE: Responses = {200: {"content": {"image/png": {}, "image/webp": {}}}, **NOT_CHANGED}
+_PFM = "image/x-portable-floatmap"
+_MAP: Responses = {200: {"content": {_PFM: {}}}, **NOT_CHANGED}
 
 FrameNumber = Annotated[int, Path(ge=1, le=MAX_FRAME_NUMBER, description="The number of the frame.")]
 
@@ -92,17 +105,58 @@ async def get_atlas(query: Annotated[AtlasQuery, Query()], request: PictureReque
     return await _picture(request, "views.atlas", query, render.render_atlas)
 
 
+def find_true_depth(job_id: JobId, frame: FrameDep, state: AppStateDep) -> depth.TrueDepth | None:
+    """Return the true depth of the frame of a request; None if it was captured without depth."""
+    if frame.depth_name is None or frame.stage is None:
+        return None
+    state.guard.check(job_id, names.depth_name(frame.frame))
+    return depth.TrueDepth(frame, frame.stage, frame.depth_name, state.parts.store.etag(frame.depth_name))
+
+
+TrueDepthDep = Annotated[depth.TrueDepth | None, Depends(find_true_depth)]
+
+
+@router.get("/depth", responses={200: {"model": FocusDepth}, **NOT_CHANGED})
+async def get_focus_depth(
+    query: Annotated[FocusQuery, Query()], true_depth: TrueDepthDep, request: PictureRequestDep
+) -> Response:
+    """Get the depth to which to refocus, so that what is at a place is sharp."""
+
+    def make() -> bytes:
+        return depth.focus_depth(lambda wanted: _make(request, wanted), request.frame, true_depth, query)
+
+    return await _made(request, frames.etag_of(request.frame, "depth", query, true_depth), make, "application/json")
+
+
+@router.get("/depth.map", response_class=Response, responses=_MAP)
+async def get_depth_map(
+    query: Annotated[DepthMapQuery, Query()], true_depth: TrueDepthDep, request: PictureRequestDep
+) -> Response:
+    """Get the depths at which the surfaces of a view are sharp: mm as PFM, NaN where they are unknown."""
+
+    def make() -> bytes:
+        return _make(request, depth.depth_map(request.frame, true_depth, query))
+
+    return await _made(request, frames.etag_of(request.frame, "depth.map", query, true_depth), make, _PFM)
+
+
 async def _picture(request: PictureRequest, what: str, query: Any, renderer: render.Renderer) -> Response:
-    state, frame = request.state, request.frame
-    etag = frames.etag_of(frame, what, query)
+    def make() -> bytes:
+        return _make(request, render.FramePicture(request.frame, query, renderer))
+
+    return await _made(request, frames.etag_of(request.frame, what, query), make, f"image/{query.format}")
+
+
+def _make(request: PictureRequest, wanted: render.Wanted) -> bytes:
+    with request.state.guard.reading(request.job_id, wanted.sheet_name.removeprefix(f"{request.job_id}/")):
+        return request.state.processes.make(wanted)
+
+
+async def _made(request: PictureRequest, etag: str, make: Callable[[], bytes], media_type: str) -> Response:
+    state = request.state
     headers = {"ETag": etag, "Cache-Control": "private, no-cache", "X-Content-Type-Options": "nosniff"}
     if is_fresh(request.if_none_match, etag):
         return Response(status_code=304, headers=headers)
-
-    def make() -> bytes:
-        with state.guard.reading(request.job_id, names.orthoscopic_name(frame.frame)):
-            return state.processes.make(render.FramePicture(frame, query, renderer))
-
     budget = Limits(state.settings, request.caller.limits)["picture_s_per_minute"]
     data = await state.pictures.run(request.caller.key_id, make, budget=budget)
-    return Response(data, headers=headers, media_type=f"image/{query.format}")
+    return Response(data, headers=headers, media_type=media_type)

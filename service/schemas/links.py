@@ -25,6 +25,11 @@ def atlas_url(job_id: str, frame: int, *, max_px: int) -> str:
     return f"{API}/jobs/{job_id}/frames/{frame}/views.atlas?max_px={max_px}"
 
 
+def depth_map_url(job_id: str, frame: int) -> str:
+    """Return the path of the depth map of a frame's central view."""
+    return f"{API}/jobs/{job_id}/frames/{frame}/depth.map"
+
+
 def log_url(job_id: str, task_id: str) -> str:
     """Return the path of the log of a task."""
     return f"{API}/jobs/{job_id}/tasks/{task_id}/log"

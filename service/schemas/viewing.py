@@ -25,8 +25,34 @@ class AtlasPlan(Answer):
     """Width of the whole picture in pixels."""
 
 
+DepthSource = Literal["truth", "estimate"]
+"""The origin of a depth: `truth` is the renderer's, by exact rays (`capture.depth`); `estimate` is of the pictures."""
+
+
+class DepthMapPlan(Answer):
+    """How to request the depth map of the central view, and what it is."""
+
+    url: str
+    source: DepthSource
+
+
+class FocusDepth(Answer):
+    """The depth to which to refocus, so that what a view shows at a place is sharp."""
+
+    depth_mm: float | None
+    """The depth in mm, positive in front of the display, as `refocus` takes it; null where the picture is uniform."""
+    source: DepthSource
+    scene_mm: float | None
+    """The distance in the scene, along the axis, from the first surface of the imaging lens or from the origin of the
+    rig to the surface; null if it is unknown."""
+
+
 class Depths(Answer):
-    """Depths of the display in mm, positive in front of it, as `refocus` takes them; in the paraxial approximation."""
+    """Depths of the display in mm, positive in front of it, as `refocus` takes them.
+
+    The depths of the scene are those at which the refocused picture of a point on the axis is sharpest, by exact rays.
+    They differ from paraxial ones by the spherical aberration of the imaging lens.
+    """
 
     near_mm: float | None
     """The depth of the nearest object of the scene that should be sharp; null at infinity or for imported sheets."""
@@ -71,6 +97,7 @@ class FrameViews(Answer):
     """The viewing distance of the job's display."""
     depths: Depths
     atlas: AtlasPlan
+    depth_map: DepthMapPlan
 
 
 class _Query(BaseModel):
@@ -105,6 +132,22 @@ class ViewQuery(ScaledQuery):
 
     u: int | None = None
     v: int | None = None
+
+
+class DepthMapQuery(_Query):
+    """The number of the view whose depth is wanted; by default the central one."""
+
+    u: int | None = None
+    v: int | None = None
+
+
+class FocusQuery(DepthMapQuery):
+    """A place in a view, or in a refocused picture, which shows things where the central view does."""
+
+    x: float = Field(ge=0, le=1)
+    """The place, as a part of the width from the left."""
+    y: float = Field(ge=0, le=1)
+    """The place, as a part of the height from the top."""
 
 
 class PerspectiveQuery(ScaledQuery, _EyeQuery):

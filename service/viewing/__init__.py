@@ -7,5 +7,6 @@ process_pool     the processes that make the pictures
 process_handle   one of them, as the service sees it
 picture_process  one of them, as it runs
 sheet_cache      keeps the orthoscopic sheets in its memory that users view
+depth            depth maps, and the depth to which to focus at a place
 render           makes the pictures: views, perspective, refocusing, observer, atlas, conversions
 """

@@ -20,7 +20,8 @@ from service.health import package_version
 from service.jobs.state_machine import find_job
 from service.ports import Parts
 from service.schemas import viewing as schema
-from service.schemas.links import atlas_url
+from service.schemas.links import atlas_url, depth_map_url
+from service.viewing.depth import TrueDepth
 from service.viewing.viewable_frame import ViewableFrame
 
 MAX_SHEET_PX = 2**27
@@ -53,12 +54,16 @@ def find_frame(session: Session, parts: Parts, job_id: str, frame: int) -> Viewa
     except ArtifactMissing as error:
         raise ArtifactMissing(f"frame {frame} of job {job_id!r} is not assembled yet") from error
     sheet = ResolvedJob.model_validate_json(parts.store.get_bytes(names.job_artifact(job_id, names.JOB_FILE))).at(frame)
-    return ViewableFrame(frame, sheet.spec, sheet.stage if sheet.sheets is None else None, name, etag)
+    stage = sheet.stage if sheet.sheets is None else None
+    has_depth = stage is not None and sheet.spec.capture.depth
+    depth_name = names.job_artifact(job_id, names.depth_name(frame)) if has_depth else None
+    return ViewableFrame(frame, sheet.spec, stage, name, etag, depth_name)
 
 
-def etag_of(frame: ViewableFrame, path: str, query: BaseModel) -> str:
-    """Return the entity tag, with its quotes, of the picture that a query makes of a frame."""
-    text = f"{frame.etag} {path} {query.model_dump_json()} {package_version()}"
+def etag_of(frame: ViewableFrame, path: str, query: BaseModel, true_depth: TrueDepth | None = None) -> str:
+    """Return the entity tag, with its quotes, of what a query makes of a frame, and of its true depth."""
+    source = frame.etag if true_depth is None else f"{frame.etag} {true_depth.etag}"
+    text = f"{source} {path} {query.model_dump_json()} {package_version()}"
     return f'"{hashlib.sha256(text.encode()).hexdigest()[:32]}"'
 
 
@@ -87,6 +92,9 @@ def describe(frame: ViewableFrame, job_id: str, *, max_px: int) -> schema.FrameV
         atlas=schema.AtlasPlan(
             url=atlas_url(job_id, frame.frame, max_px=max_px),
             us=atlas.us, vs=atlas.vs, rows=atlas.rows, cols=atlas.cols,
+        ),
+        depth_map=schema.DepthMapPlan(
+            url=depth_map_url(job_id, frame.frame), source="estimate" if frame.depth_name is None else "truth",
         ),
     )  # fmt: skip
 

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import FieldProblem
+from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.observer.observe import whole_window
 from lippmann.lightfield.observer.viewing_conditions import ViewingConditions, observed_picture
 from lippmann.lightfield.refocus.shift_and_sum import refocus
@@ -42,9 +43,20 @@ def render_view(sheet: Sheet, frame: ViewableFrame, query: schema.ViewQuery) -> 
         If the view does not exist. The error names u or v.
     """
     layout = frame.layout
+    u, v = view_number(layout, query.u, query.v)
+    return as_square(view(sheet, layout, u, v), layout)
+
+
+def view_number(layout: CellLayout, u: int | None, v: int | None) -> tuple[int, int]:
+    """Return the view (u, v) of a query, where None stands for the centre.
+
+    Raises
+    ------
+    Invalid
+        If the view is outside of the cell. The error names u or v.
+    """
     middle_u, middle_v = centre(layout)
-    u = middle_u if query.u is None else query.u
-    v = middle_v if query.v is None else query.v
+    u, v = middle_u if u is None else u, middle_v if v is None else v
     outside = [
         FieldProblem(field=field, expected=f"0 to {count - 1}", got=str(number))
         for field, number, count in (("u", u, layout.cell_cols), ("v", v, layout.cell_rows))
@@ -52,7 +64,7 @@ def render_view(sheet: Sheet, frame: ViewableFrame, query: schema.ViewQuery) -> 
     ]
     if outside:
         raise Invalid("; ".join(map(str, outside)), problems=outside)
-    return as_square(view(sheet, layout, u, v), layout)
+    return u, v
 
 
 def render_perspective(sheet: Sheet, frame: ViewableFrame, query: schema.PerspectiveQuery) -> Light:

@@ -27,6 +27,8 @@ class ViewableFrame:
     """The name of its orthoscopic master in the store."""
     etag: str
     """The entity tag of the master, without quotes."""
+    depth_name: str | None = None
+    """The name of the master of its true depth in the store; None if it was captured without depth."""
 
     @property
     def layout(self) -> CellLayout:

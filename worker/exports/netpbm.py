@@ -42,9 +42,20 @@ def write_pfm(path: Path, values: NDArray[np.floating[Any]]) -> None:
     OutputError, DiskFull, DiskUnavailable
         If it cannot be written, and then no part of it is left.
     """
+    encoded = encoded_pfm(values)
+    with new_file(path) as file:
+        file.write(encoded)
+
+
+def encoded_pfm(values: NDArray[np.floating[Any]]) -> bytes:
+    """Encode values `(rows, cols)`, row 0 at the top, as little-endian PFM.
+
+    Raises
+    ------
+    OutputError
+        If the values have another shape, or there are none.
+    """
     if values.ndim != 2 or values.size == 0:
         raise OutputError(f"expected values (rows, cols) for a PFM, got an array of shape {values.shape}")
     rows, cols = values.shape
-    with new_file(path) as file:
-        file.write(f"Pf\n{cols} {rows}\n-1\n".encode())
-        file.write(np.ascontiguousarray(values[::-1], dtype="<f4").data)
+    return f"Pf\n{cols} {rows}\n-1\n".encode() + np.ascontiguousarray(values[::-1], dtype="<f4").tobytes()

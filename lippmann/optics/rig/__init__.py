@@ -10,6 +10,7 @@ method       the capture method: refractive geometry or ray camera
 check        checks of a job's optics, and notes on them
 disparity    the shift of a point from one view to the next
 parallax     the same for the point that each pixel shows
+sharp_depth  the depth at which a refocused picture shows a point sharpest
 spots        the image of a point, by the exact trace
 display      the array on the display: gaps, depths, viewing angle
 to_scene     the place of the rig in its scene, as a matrix

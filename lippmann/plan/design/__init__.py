@@ -6,6 +6,7 @@ lens              the imaging lens: conjugates, exact images, spots, spherical a
 display           the display: device, gaps, viewing angle and zone, resolvable depth
 gaps              the gap between pixels and lenses
 depths            the depths at which a display shows the scene
+sharp_maps        the depths at which to focus on the surfaces of a view
 observed_display  the display that an observer looks at
 notes             notes and warnings in words
 estimate          memory and time before anything is measured

@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import numpy as np
+
 from lippmann.job.rig import Rig
 from lippmann.job.stage import Stage
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.refocus.shift_and_sum import shifts
+from lippmann.optics.rig.sharp_depth import sharp_depth_mm, view_offsets_mm
 from lippmann.plan.design.designer import bench_as_written
 from lippmann.plan.sampling import display_size
 
@@ -23,7 +26,11 @@ SHARE_OF_REACH = 0.25
 
 @dataclass(frozen=True)
 class ShownDepths:
-    """Paraxial depths of a display whose array is one focal length in front of its pixels."""
+    """Depths of a display whose array is one focal length in front of its pixels.
+
+    They are those at which the refocused picture of a point on the axis is sharpest, by exact rays; where the rays
+    have none, paraxial.
+    """
 
     near_mm: float | None
     """The depth of the near plane of the stage; infinite if its image is; None without a stage."""
@@ -39,8 +46,7 @@ class ShownDepths:
 def shown_depths(rig: Rig, stage: Stage | None) -> ShownDepths:
     """Return the depths of a stage's planes on a display, and the range in which the outermost views overlap.
 
-    A point at s for the array of the capture is shown at s + f (docs/optics.md, Depth). Imported
-    pictures have no stage.
+    Imported pictures have no stage.
 
     Raises
     ------
@@ -50,7 +56,7 @@ def shown_depths(rig: Rig, stage: Stage | None) -> ShownDepths:
     layout, focal_mm = display_size(rig), rig.lens_array.focal_length_mm
     down, across = shifts(layout, 1.0, focal_mm=focal_mm)
     reach_mm = _reach_mm(layout, (down, across))
-    planes_mm = () if stage is None else _planes_mm(rig, stage)
+    planes_mm = () if stage is None else _planes_mm(rig, stage, layout)
     near_mm, reference_mm, far_mm = planes_mm or (None, None, None)
     ends_mm = [0.0, *filter(math.isfinite, planes_mm)]
     least_mm = LEAST_ROOM_FOCAL_LENGTHS * focal_mm
@@ -67,11 +73,16 @@ def shown_depths(rig: Rig, stage: Stage | None) -> ShownDepths:
     )
 
 
-def _planes_mm(rig: Rig, stage: Stage) -> tuple[float, ...]:
+def _planes_mm(rig: Rig, stage: Stage, layout: CellLayout) -> tuple[float, ...]:
     optical_bench = bench_as_written(rig, stage)
-    focal_mm = rig.lens_array.focal_length_mm
+    planes_mm = (stage.near_mm, stage.reference_mm, stage.far_mm)
+    points_mm = np.array([(0.0, 0.0, -plane_mm) for plane_mm in planes_mm])
+    exact_mm = sharp_depth_mm(optical_bench, points_mm, view_offsets_mm(rig, layout))
+    # A point at s for the array of the capture is shown at s + f in the paraxial approximation (docs/optics.md, Depth).
+    paraxial_mm = [optical_bench.s_mm(plane_mm) + rig.lens_array.focal_length_mm for plane_mm in planes_mm]
     return tuple(
-        optical_bench.s_mm(plane_mm) + focal_mm for plane_mm in (stage.near_mm, stage.reference_mm, stage.far_mm)
+        float(exact) if math.isfinite(exact) else paraxial
+        for exact, paraxial in zip(exact_mm, paraxial_mm, strict=True)
     )
 
 

@@ -147,6 +147,8 @@ def calls(client: Client, job_id: str, out: Path) -> Iterator[Callable[[], Any]]
     yield lambda: client.download_picture(job_id, 1, "refocus", out / "r.png", depth_mm=1)
     yield lambda: client.download_picture(job_id, 1, "observer", out / "o.png")
     yield lambda: client.download_picture(job_id, 1, "views.atlas", out / "a.png")
+    yield lambda: client.download_picture(job_id, 1, "depth.map", out / "d.pfm")
+    yield lambda: client.focus_depth(job_id, 1, x=0.5, y=0.5)
     yield client.webhook_secret
     yield client.keys
     key = client.create_key("x", "viewer", owner_id="x", expires_in_days=1, limits={"open_jobs": 1})

@@ -70,6 +70,8 @@ RULES: dict[str, tuple[str, bool]] = {
     "GET /api/v1/jobs/{job_id}/frames/{frame}/refocus": (SEE, False),
     "GET /api/v1/jobs/{job_id}/frames/{frame}/observer": (SEE, False),
     "GET /api/v1/jobs/{job_id}/frames/{frame}/views.atlas": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/frames/{frame}/depth": (SEE, False),
+    "GET /api/v1/jobs/{job_id}/frames/{frame}/depth.map": (SEE, False),
     "GET /api/v1/jobs/{job_id}/artifacts": (SEE, False),
     "GET /api/v1/jobs/{job_id}/artifacts/{name:path}": (SEE, False),
     "HEAD /api/v1/jobs/{job_id}/artifacts/{name:path}": (SEE, False),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,7 +13,6 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from lippmann.farm.adapters import make_parts
 from lippmann.job.spec import JobSpec
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.observer.observe import whole_window
@@ -26,34 +24,14 @@ from lippmann.lightfield.views.views import centre, view
 from lippmann.plan.design.observed_display import observed_display
 from lippmann.plan.sampling import display_size
 from service.main import create_app
-from service.store_identity import adopt_store
 from service.viewing.sheet_cache import SheetCache
 from service.viewing.viewable_frame import ViewableFrame
 from tests.builders_service import CARD, Client, FakePictures, Farm
 from tests.unit.lippmann.lightfield.sheets import image_of
 from worker.images.colour import srgb_codes
 from worker.images.write import write_exr
-from worker.store.opening import local_store
 
 RIG: dict[str, Any] = {"lens_array": {"count": [12, 10], "lattice": "square"}, "px_per_lens": 4}
-
-
-@pytest.fixture
-def make_looked(tmp_path: Path, make_farm: Callable[..., Farm]) -> Callable[..., Farm]:
-    def make(**settings: Any) -> Farm:
-        farm = make_farm(coordinator=False, redis_url="redis://127.0.0.1:1/0", **settings)
-        real = make_parts(local_store(tmp_path))
-        farm.parts = replace(farm.parts, store=real.store, pictures=real.pictures)
-        adopt_store(farm.database, real.store)
-        return farm
-
-    return make
-
-
-@pytest.fixture
-def looked(make_looked: Callable[..., Farm]) -> Farm:
-    """Lend a farm with a real store and real pictures."""
-    return make_looked()
 
 
 def stored(farm: Farm, tmp_path: Path, **rig: Any) -> tuple[str, NDArray[np.float16], CellLayout]:

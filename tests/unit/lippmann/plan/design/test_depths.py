@@ -29,10 +29,15 @@ def test_a_range_holds_the_scene_and_the_display_and_can_be_focused_through(latt
         np.testing.assert_allclose((across, down), depth_mm * np.array(found.lenses_per_mm))
 
 
-def test_the_reference_plane_is_shown_the_offset_and_a_focal_length_before_the_display() -> None:
-    rig = Rig.model_validate({"lens_array": {"offset_mm": 25.0}})
-    found = shown_depths(rig, FISH)
-    assert found.reference_mm == pytest.approx(25.0 + rig.lens_array.focal_length_mm)
+def test_the_reference_plane_is_shown_where_its_picture_is_sharp_and_not_at_its_paraxial_depth() -> None:
+    stage = FISH.model_copy(update={"near_mm": 1000.0, "reference_mm": 1000.0, "far_mm": 2500.0})
+    # The paraxial depth is the offset of 40 mm and one focal length; the spherical aberration takes 6 mm of it.
+    assert shown_depths(Rig(), stage).reference_mm == pytest.approx(37.28, abs=0.01)
+
+
+def test_without_aberration_the_reference_plane_is_the_offset_and_a_focal_length_before_the_display() -> None:
+    rig = Rig.model_validate({"imaging_lens": None, "lens_array": {"focal_length_mm": 33.0, "offset_mm": 25.0}})
+    assert shown_depths(rig, FISH).reference_mm == pytest.approx(25.0 + 33.0, abs=0.1)
 
 
 def test_what_is_so_deep_that_the_outermost_views_no_longer_overlap_is_left_out() -> None:
