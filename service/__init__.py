@@ -7,6 +7,7 @@ dependencies   the dependencies of routes: state of the application, session, ca
 coordinator    the threads that schedule tasks, record events and repair rows
 api            what the API answers with: presenters, listings, artifact files
 viewing        views of a frame on demand
+previews       previews of jobs, which workers render at once
 webhooks       signed messages to the URLs that jobs name, when the jobs have ended
 jobs           the rules of jobs: submission, state machine, planning, commands, completion, repair
 scenes         the scenes that jobs can use

@@ -37,6 +37,7 @@ from service.last_use import LastUse
 from service.metrics.access import MonitorAccess
 from service.metrics.readings import FarmReader
 from service.ports import Parts
+from service.previews.run import Previews
 from service.query_names import check_query
 from service.rate_limits import RateLimits
 from service.roster import RosterCache
@@ -74,6 +75,7 @@ class AppState:
     last_use: LastUse
     rates: RateLimits
     pictures: PictureQueue
+    previews: Previews
     links: ArtifactLinks
     monitors: MonitorAccess
     farm_reader: FarmReader

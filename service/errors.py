@@ -40,6 +40,9 @@ STATUS_OF_CODE = MappingProxyType(
         "artifact-broken": 500,
         "artifact-repairing": 503,
         "picture-failed": 503,
+        "preview-failed": 503,
+        "preview-unavailable": 503,
+        "preview-replaced": 409,
         "broker-unavailable": 503,
         "database-unavailable": 503,
         "provider-unavailable": 503,
@@ -161,6 +164,24 @@ class PictureFailed(ServiceError):
     """The picture could not be made; try again."""
 
     code = "picture-failed"
+
+
+class PreviewFailed(ServiceError):
+    """The preview could not be rendered; try again."""
+
+    code = "preview-failed"
+
+
+class PreviewUnavailable(ServiceError):
+    """No worker renders previews of this job now."""
+
+    code = "preview-unavailable"
+
+
+class PreviewReplaced(ServiceError):
+    """A newer preview of the same series was asked for."""
+
+    code = "preview-replaced"
 
 
 class DatabaseUnavailable(ServiceError):

@@ -37,6 +37,7 @@ from service.last_use import WRITE_S, LastUse
 from service.metrics.access import MonitorAccess
 from service.metrics.readings import FarmReader
 from service.ports import Parts
+from service.previews.run import Previews
 from service.rate_limits import RateLimit, RateLimits
 from service.roster import RosterCache
 from service.routes import (
@@ -50,6 +51,7 @@ from service.routes import (
     login,
     metrics,
     outputs,
+    preview,
     problems,
     scenes,
     tasks,
@@ -98,6 +100,7 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
         health,
         scenes,
         design,
+        preview,
         jobs,
         tasks,
         viewing,
@@ -192,7 +195,8 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
         database, needed=settings.workers_need_keys, clock=clock,
         note_use=lambda key_id, now_s: last_use.note(key_id, now_s=now_s),
     )  # fmt: skip
-    stream = Stream(settings.broker, seals=registry.seals(settings), timeout_s=settings.broker_timeout_s)
+    seals = registry.seals(settings)
+    stream = Stream(settings.broker, seals=seals, timeout_s=settings.broker_timeout_s)
     broker_users = BrokerUsers(settings.broker, timeout_s=settings.broker_timeout_s)
     checks = Checks(database, parts.store, stream)
     processes = ProcessPool(parts, _process_limits(settings))
@@ -224,6 +228,7 @@ def _build_state(settings: Settings, parts: Parts, clock: Callable[[], float]) -
         last_use,
         rates,
         pictures,
+        Previews(settings, seals=seals),
         artifact_links,
         MonitorAccess(settings),
         FarmReader(database, parts.store, stream),
@@ -313,6 +318,7 @@ async def _lifespan(app: FastAPI) -> AsyncIterator[None]:
         await run_in_threadpool(state.processes.close)
         state.guard.close()
         state.stream.close()
+        state.previews.close()
         state.broker_users.close()
         state.database.dispose()
         await run_in_threadpool(stop_telemetry)

@@ -254,6 +254,13 @@ class Settings(BrokerSettings):
     """The time after which a picture on demand is given up; the answer is 503."""
     picture_idle_s: float = Field(default=300.0, gt=0)
     """The time without a picture after which a process that makes pictures ends, and its memory is free."""
+    preview_timeout_s: float = Field(default=30.0, gt=0, le=60)
+    """The time in which a worker must answer a preview, at most 60; then the answer is 503."""
+    previews_per_key: int = Field(default=4, ge=1)
+    """The largest number of series of previews that one key waits for at once, in each process of the service; above
+    it, requests are answered with 429."""
+    previews_per_minute: int = Field(default=600, ge=1)
+    """The largest number of previews a minute of one key, in each process of the service."""
 
     @field_validator("public_url")
     @classmethod

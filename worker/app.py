@@ -40,6 +40,8 @@ from worker.engines.mitsuba.version import Found, Missing, mitsuba_version
 from worker.engines.povray.version import povray_version
 from worker.handover import Handover
 from worker.liveness import ConsumerLiveness, StuckWatch
+from worker.preview_orders import PreviewOrders
+from worker.preview_process import PreviewProcess
 from worker.refusals import refusals
 from worker.report import QUICK_S, BrokerClient
 from worker.sandbox.detect import detect
@@ -69,7 +71,10 @@ def _consumer(*args: Any, **options: Any) -> OrderConsumer:
     assert _liveness is not None  # noqa: S101 - Celery sends worker_init before it makes the consumer
     assert _duty is not None  # noqa: S101
     assert _broker is not None  # noqa: S101
-    return OrderConsumer(_liveness, handover, settings.slots, _duty, _broker.directions, *args, **options)
+    assert _previews is not None  # noqa: S101
+    return OrderConsumer(
+        _liveness, handover, settings.slots, _duty, _broker.directions, _previews.look_after, *args, **options
+    )
 
 
 def make_app(settings: WorkerSettings) -> Celery:
@@ -125,6 +130,7 @@ _liveness: ConsumerLiveness | None = None
 _broker: BrokerClient | None = None
 _duty: Duty | None = None
 _stuck_watch: StuckWatch | None = None
+_previews: PreviewProcess | None = None
 
 
 @setup_logging.connect
@@ -136,7 +142,7 @@ def _log(**_: Any) -> None:
 @worker_init.connect
 def _prepare(**_: Any) -> None:
     """Remove the files of earlier workers, and check that this worker can work."""
-    global _liveness, _stuck_watch, _broker, _duty
+    global _liveness, _stuck_watch, _broker, _duty, _previews
     settings.scratch_dir.mkdir(parents=True, exist_ok=True)
     for left in settings.scratch_dir.glob(f"{STOPPING}*"):
         # A worker was killed while it shut down; a name is not used twice.
@@ -151,7 +157,8 @@ def _prepare(**_: Any) -> None:
             settings.broker, settings.worker_name, settings.instance, seals=settings.seals, timeout_s=QUICK_S
         )
         _check_key(_broker)
-        profile = presence()
+        _previews = PreviewProcess(settings, _preview_orders())
+        profile = presence().model_copy(update={"previews": _previews.is_offered})
         if not profile.has_povray:
             queue = first_queue(profile.pool, has_povray=False)
             app.conf.update(task_queues=[Queue(queue, no_ack=True)], task_default_queue=queue)  # type: ignore[no-untyped-call]
@@ -164,6 +171,12 @@ def _prepare(**_: Any) -> None:
     except LippmannError as error:
         # Celery logs and ignores errors of signal handlers; this one means that no order could be done here.
         raise SystemExit(f"lippmann worker: {error.message}") from error
+
+
+def _preview_orders() -> PreviewOrders:
+    return PreviewOrders(
+        settings.broker, settings.worker_name, settings.instance, seals=settings.seals, timeout_s=QUICK_S
+    )
 
 
 def _check_key(broker: BrokerClient) -> None:
@@ -287,6 +300,8 @@ def _stop_attempts(**_: Any) -> None:
 def _remove_presence(**_: Any) -> None:
     if _liveness:
         _liveness.remove()
+    if _previews:
+        _previews.end()
     settings.stopping_file.unlink(missing_ok=True)
 
 

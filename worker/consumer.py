@@ -61,6 +61,8 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         The rule whether orders are taken, and from which queues.
     find_directions
         Returns the directions of the service.
+    look_after_previews
+        Starts the process that renders previews if it is needed; the argument is whether the worker takes orders.
     """
 
     def __init__(
@@ -70,12 +72,14 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         slots: int,
         duty: Duty,
         find_directions: Callable[[], Directions | None],
+        look_after_previews: Callable[[bool], None],
         *args: Any,
         **options: Any,
     ) -> None:
         self._liveness = liveness
         self._duty = duty
         self._find_directions = find_directions
+        self._look_after_previews = look_after_previews
         self._handover = handover
         self._slots = slots
         self._silent_ticks = 0
@@ -215,6 +219,7 @@ class OrderConsumer(Consumer):  # type: ignore[misc]  # Celery has no types
         self._silent_ticks += 1
         self.pool.maintain_pool()  # Celery does it every 5 s, which delays the report of a lost attempt
         self._liveness.publish(holds=holds, closed=self._duty.closed, opens_s=self._duty.opens_s)
+        self._look_after_previews(self._duty.closed is None)
         if self._silent_ticks > SILENT_TICKS:
             raise NotPolling(f"expected an answer of the broker within {SILENT_TICKS * TICK_S:g} s, got none")
 

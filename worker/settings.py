@@ -69,6 +69,10 @@ class WorkerSettings(BrokerSettings):
     """The longest time for which photons are shot, s; a job may only ask for less."""
     probe_timeout_s: float | None = Field(default=None, gt=0)
     """The longest time of a probe, s; a job may only ask for less."""
+    previews: bool = True
+    """True if the worker renders previews, one at a time beside its slots."""
+    preview_limit_s: float = Field(default=20.0, gt=0)
+    """The longest time for which a preview is rendered, s; the service may have a lower limit."""
     disk_reserve_mb: float = Field(default=RESERVE_MB, ge=0)
     """The free space that artifacts and attempts leave on a disk, in megabytes."""
     bundles_mb: float = Field(default=20_000.0, ge=0)

@@ -45,6 +45,7 @@ from service.schemas.worker_keys import BrokerUser, NewWorkerKey, WorkerKey, Wor
 
 if TYPE_CHECKING:
     from service.schemas.design import Design
+    from service.schemas.preview import Preview
 
 _PAGE = 500
 """The largest page that the service returns."""
@@ -124,6 +125,33 @@ class Client:
         params = {} if frame is None else {"frame": str(frame)}
         answer = self._transport.request("POST", f"{_API}/design", params=params, json=_job_file(job), repeatable=True)
         return _answered(Design, answer)
+
+    def preview(
+        self,
+        job: JobSpec | Mapping[str, Any],
+        *,
+        frame: int | None = None,
+        lenses: int | None = None,
+        px_per_lens: int | None = None,
+        stream: str = "",
+    ) -> Preview:
+        """Render one small frame of a job at once, and store nothing; see docs/http-api.md.
+
+        Parameters
+        ----------
+        frame
+            The number of the frame; by default the first one of the job.
+        lenses, px_per_lens
+            The largest size of the preview; by default 45 lenses across and down, of 8 pixels.
+        stream
+            The name of a series of previews, of which the newest alone is answered.
+        """
+        from service.schemas.preview import Preview  # on first use, as in `design`
+
+        given = {"frame": frame, "lenses": lenses, "px_per_lens": px_per_lens, "stream": stream or None}
+        params = {name: str(value) for name, value in given.items() if value is not None}
+        answer = self._transport.request("POST", f"{_API}/preview", params=params, json=_job_file(job))
+        return _answered(Preview, answer)
 
     def job(self, job_id: str) -> Job:
         """Return the current state of a job."""

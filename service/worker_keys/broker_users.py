@@ -28,8 +28,8 @@ PREFIX = "lippmann-worker-"
 """The prefix of the names of these users; the id of the worker key follows."""
 RIGHTS = (
     "resetchannels ~lippmann:celery:* ~lippmann:lease:* ~lippmann:stop:* ~lippmann:worker:* ~lippmann:events "
-    "%R~lippmann:directions -@all +@connection +@transaction +brpop +del +evalsha +exists +get +llen +sadd "
-    "+script|load +set +smembers +xadd +zrange -@dangerous"
+    "~lippmann:preview:* %R~lippmann:directions -@all +@connection +@transaction +brpop +del +evalsha +exists +get "
+    "+llen +lpush +pexpire +sadd +script|load +set +smembers +xadd +zrange -@dangerous"
 )
 """The rights of a worker, as in `deploy/broker-users.acl`. `%R~` needs Redis 7, or Valkey."""
 CHECK_S = 10.0

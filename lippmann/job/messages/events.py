@@ -277,6 +277,8 @@ class Presence(BaseModel):
     """The reason why it takes no orders by its own decision, one of `Closed`; None if it takes orders."""
     opens_s: float | None = None
     """The time at which its hours begin again, in seconds since 1970; None if that is not known."""
+    previews: bool = False
+    """True if it renders previews; False from a worker that is older than the field."""
 
     @property
     def has_povray(self) -> bool:

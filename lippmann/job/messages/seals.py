@@ -30,6 +30,7 @@ from lippmann.job.messages.events import (
     StopSignal,
 )
 from lippmann.job.messages.orders import Order, TaskKind
+from lippmann.job.messages.previews import MAX_ANSWER_BYTES, MAX_ORDER_BYTES, PreviewAnswer, PreviewOrder
 from lippmann.job.messages.worker_keys import (
     KEY_REFUSED,
     WORKER_KEY,
@@ -50,7 +51,9 @@ Model = TypeVar("Model", bound=BaseModel)
 UNSIGNED_STOP = b"1"
 """The stop signal of a version without seals."""
 
-Purpose = Literal["order", "event", "presence", "lease", "stop", "not-claiming", "directions"]
+Purpose = Literal[
+    "order", "event", "presence", "lease", "stop", "not-claiming", "directions", "preview-order", "preview-answer"
+]
 """The kind of a message. It is signed too, so that no event is taken for an order."""
 
 
@@ -261,6 +264,54 @@ class Seals:
             If they are not signed, are too large, or cannot be decoded.
         """
         return _decoded(Directions, self._verified("directions", _parsed(text, MAX_PRESENCE_BYTES)))
+
+    def sealed_preview_order(self, order: PreviewOrder) -> str:
+        """Return the text of the order of a preview.
+
+        Raises
+        ------
+        NoKey
+            If there is no key.
+        """
+        return json.dumps(self._sealed("preview-order", order.model_dump(mode="json")))
+
+    def open_preview_order(self, text: bytes, *, worker: str) -> PreviewOrder:
+        """Return the order of a preview that a worker has taken from its list.
+
+        Raises
+        ------
+        Refused
+            If it is not signed, is too large, cannot be decoded, or is for another worker.
+        """
+        order = _decoded(PreviewOrder, self._verified("preview-order", _parsed(text, MAX_ORDER_BYTES)))
+        if order.worker != worker:
+            raise Refused(f"the order of a preview for {order.worker} is in the list of {worker}")
+        return order
+
+    def sealed_preview_answer(self, answer: PreviewAnswer) -> str:
+        """Return the text of the answer to the order of a preview.
+
+        Raises
+        ------
+        NoKey
+            If there is no key.
+        """
+        return json.dumps(self._sealed("preview-answer", answer.model_dump(mode="json", exclude_none=True)))
+
+    def open_preview_answer(self, text: bytes, *, preview: str, worker: str) -> PreviewAnswer:
+        """Return the answer of a worker to the order of a preview.
+
+        Raises
+        ------
+        Refused
+            If it is not signed, is too large, cannot be decoded, or is of another preview or worker.
+        """
+        fields = self._verified("preview-answer", _parsed(text, MAX_ANSWER_BYTES))
+        self._check_worker("preview-answer", fields)
+        answer = _decoded(PreviewAnswer, fields)
+        if (answer.id, answer.worker) != (preview, worker):
+            raise Refused(f"expected the answer of {worker} to {preview}, got that of {answer.worker} to {answer.id}")
+        return answer
 
     def _sealed(self, purpose: Purpose, fields: Mapping[str, Any]) -> dict[str, Any]:
         keys = self.keys()

@@ -48,6 +48,11 @@ DIRECTIONS = PREFIX + "directions"
 DIRECTIONS_S = 5.0
 """The interval at which the directions are published if they do not change."""
 
+PREVIEWS = PREFIX + "preview:"
+"""The prefix of all keys of previews. Each of them expires."""
+PREVIEW_TTL_S = 60.0
+"""The time after which the orders and answers of previews expire that nobody takes."""
+
 
 def queue_of(requirement: str) -> str:
     """Return the queue of the orders of jobs with a requirement, which is given as `JobRequirement.text`.
@@ -121,3 +126,23 @@ def stop_key(attempt: str) -> str:
 def presence_key(worker: str) -> str:
     """Return the key of a worker's `Presence`."""
     return f"{PREFIX}worker:{worker}"
+
+
+def preview_orders_key(worker: str) -> str:
+    """Return the key of the list of the `PreviewOrder`s for a worker."""
+    return f"{PREVIEWS}orders:{worker}"
+
+
+def preview_wanted_key(preview: str) -> str:
+    """Return the key that exists while the service waits for a preview."""
+    return f"{PREVIEWS}wanted:{preview}"
+
+
+def preview_answer_key(preview: str) -> str:
+    """Return the key of the list with the `PreviewAnswer` to a preview."""
+    return f"{PREVIEWS}answer:{preview}"
+
+
+def preview_newest_key(series: str) -> str:
+    """Return the key of the id of the newest preview of a series."""
+    return f"{PREVIEWS}newest:{series}"

@@ -122,6 +122,7 @@ def calls(client: Client, job_id: str, out: Path) -> Iterator[Callable[[], Any]]
     yield lambda: client.upload_scene("mine", bundle())
     yield lambda: client.remove_scene("mine")
     yield lambda: client.design(SMALL, frame=1)
+    yield lambda: client.preview(SMALL, frame=1, lenses=4, px_per_lens=2, stream="s")
     yield lambda: client.submit(SMALL, webhook=None)
     yield lambda: client.job(job_id)
     yield lambda: client.jobs(status="done", limit=2)

@@ -42,6 +42,7 @@ RULES: dict[str, tuple[str, bool]] = {
     "PUT /api/v1/workers/{worker:path}/drain": (ADMIN, True),
     "DELETE /api/v1/workers/{worker:path}/drain": (ADMIN, True),
     "POST /api/v1/design": (SEE, False),
+    "POST /api/v1/preview": (SUBMIT, False),
     "GET /api/v1/events": (SEE, False),
     "GET /api/v1/scenes": (SEE, False),
     "GET /api/v1/scenes/{name}": (SEE, False),
@@ -173,6 +174,7 @@ class Door:
         bodies: dict[str, dict[str, Any]] = {
             "POST /api/v1/jobs": {"json": SPEC},
             "POST /api/v1/design": {"json": SPEC},
+            "POST /api/v1/preview": {"json": SPEC},
             "PATCH /api/v1/jobs/{job_id}": {"json": {"priority": 60}},
             "POST /api/v1/keys": {"json": {"name": "new"}},
             "POST /api/v1/worker-keys": {"json": {"name": "new", "broker_user": "given"}},

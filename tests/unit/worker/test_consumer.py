@@ -44,7 +44,9 @@ def consumer(duty: Duty, find: Callable[[], Directions | None] = lambda: None) -
     broker = BrokerClient(NOWHERE, "w1", seals=SEALS)
     liveness = FewRefusals(broker, presence(), None)
     app = Celery(broker=NOWHERE, set_as_current=False)
-    return OrderConsumer(liveness, Handover(), 1, duty, find, on_task_request=print, app=app, controller=NO_CONTROLLER)
+    return OrderConsumer(
+        liveness, Handover(), 1, duty, find, print, on_task_request=print, app=app, controller=NO_CONTROLLER
+    )
 
 
 @pytest.fixture
