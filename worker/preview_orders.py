@@ -34,7 +34,8 @@ class PreviewOrders:
         RedisError
             If the broker does not answer, or its user has no right to previews.
         """
-        return int(self._redis.llen(wire.preview_orders_key(self._worker))) > 0  # type: ignore[arg-type]
+        waiting: Any = self._redis.llen(wire.preview_orders_key(self._worker))
+        return bool(waiting)
 
     def take(self, wait_s: float) -> PreviewOrder | None:
         """Take the oldest order that is still wanted; None if there is none within a time shorter than `TIMEOUT_S`.

@@ -70,7 +70,7 @@ class PreviewProcess:
     def _start(self) -> None:
         # The name of the worker may be made of the id of its process, so the other process is told it.
         env = os.environ | {"LIPPMANN_WORKER_NAME": self._settings.worker_name, "OPENBLAS_NUM_THREADS": "1"}
-        command = [sys.executable, "-m", PROGRAM, str(os.getpid())]
+        command = [sys.executable, "-P", "-m", PROGRAM, str(os.getpid())]
         self._process = subprocess.Popen(command, env=env, stdin=subprocess.DEVNULL)
 
     def _is_permitted(self) -> bool:

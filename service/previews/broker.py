@@ -70,7 +70,8 @@ class PreviewBroker:
             If the broker does not answer.
         """
         with _translated():
-            return bool(self._redis.get(wire.preview_newest_key(_digest(series))) == preview.encode())
+            newest: Any = self._redis.get(wire.preview_newest_key(_digest(series)))
+        return newest in (None, preview.encode())  # the broker may have been wiped
 
     def answer(self, preview: str, *, worker: str, wait_s: float) -> PreviewAnswer | None:
         """Return the answer to a preview; None if none comes within a time shorter than `TIMEOUT_S`.

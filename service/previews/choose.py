@@ -49,4 +49,6 @@ def choose_worker(roster: Roster | None, job: ResolvedJob, *, busy: Collection[s
 
 def _lacking(workers: Collection[Presence], job: ResolvedJob) -> str:
     """Return what the worker lacks that lacks least."""
-    return " and ".join(min((worker.lacks(job.requirement) for worker in workers), key=len))
+    lacking: list[tuple[str, ...]] = [worker.lacks(job.requirement) for worker in workers]
+    fewest = min(lacking, key=len)
+    return " and ".join(fewest)

@@ -25,6 +25,7 @@ from service.errors import (
     ArtifactRepairing,
     DatabaseUnavailable,
     Invalid,
+    PreviewUnavailable,
     RangeNotSatisfiable,
     ServiceError,
     TooManyRequests,
@@ -83,7 +84,7 @@ async def answer(request: Request, error: Exception) -> Response:
         return problem_response(request, error.status_code, code, detail, headers=headers)
     known = translate(error)
     status = status_of(known.code)
-    if status >= 500 and not isinstance(known, ArtifactRepairing):
+    if status >= 500 and not isinstance(known, ArtifactRepairing | PreviewUnavailable):
         # While the database is away, every request fails; a trace of each would only hide the cause.
         trace = None if isinstance(known, DatabaseUnavailable) else trace_of(error)
         log.error("a request failed", path=request.url.path, code=known.code, error=repr(error), trace=trace)

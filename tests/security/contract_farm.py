@@ -23,6 +23,7 @@ from tests.broker import Broker
 from tests.browser.studio import RIG, Studio
 from tests.builders_messages import put_presence, seals_in
 from tests.builders_service import Client, Farm, presence
+from tests.preview_worker import Answering
 from worker.store.opening import local_store
 
 JOB: dict[str, Any] = {
@@ -33,7 +34,7 @@ JOB: dict[str, Any] = {
     "outputs": ["views.mp4"],
 }
 NOBODY = "nobody"
-WORKER = presence("w1").model_copy(update={"instance": "i1"})
+WORKER = presence("w1").model_copy(update={"instance": "i1", "previews": True})
 """The worker that is online."""
 
 
@@ -105,7 +106,7 @@ def contract_farm(folder: Path) -> Iterator[ContractFarm]:
     farm = Farm(
         f"sqlite:///{folder}/farm.db", given=make_parts(local_store(folder)), data_dir=folder, coordinator=False,
         redis_url=broker.url, store_url="s3://farm", requests_per_minute=10**9, requests_per_minute_by_address=10**9,
-        max_open_jobs=10**9, max_open_frames=10**9,
+        max_open_jobs=10**9, max_open_frames=10**9, previews_per_minute=10**9,
     )  # fmt: skip
     job_id = _done_job(farm)
     task = _logged_task(farm, job_id)
@@ -115,7 +116,10 @@ def contract_farm(folder: Path) -> Iterator[ContractFarm]:
         for role in Role:
             keys[role] = create_key(session, role.value, role)[1]
     app = create_app(farm.settings, farm.parts, clock=lambda: farm.now_s)
-    with Client(app, raise_server_exceptions=False, follow_redirects=False) as client:
+    with (
+        Answering(broker.url, seals=seals_in(folder)),
+        Client(app, raise_server_exceptions=False, follow_redirects=False) as client,
+    ):
         app.state.lippmann.hub.end_streams()
         prefix = names.job_artifact(job_id, "")
         files = [item.name.removeprefix(prefix) for item in farm.parts.store.list(prefix)]

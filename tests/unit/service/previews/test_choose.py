@@ -17,7 +17,7 @@ from tests.unit.lippmann.plan.test_preview import SCENE
 
 
 def worker(name: str, **more: Any) -> Presence:
-    fields = {
+    fields: dict[str, Any] = {
         "host": "h", "pid": 1, "slots": 2, "sandbox": "bwrap", "povray": "3.7", "version": "0", "started_s": 0.0,
         "seen_s": 0.0, "previews": True, "engines": ("povray",),
     }  # fmt: skip

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import threading
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Awaitable, Callable, Coroutine, Iterator
 from pathlib import Path
+from typing import Any, TypeVar
 
 import pytest
 
@@ -14,7 +13,6 @@ from lippmann.errors import SceneError
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Failure
 from lippmann.job.messages.previews import PreviewAnswer, PreviewMade, PreviewOrder
-from lippmann.job.messages.seals import Seals
 from service.errors import PreviewFailed, PreviewReplaced, TooManyRequests
 from service.previews.prepare import Prepared
 from service.previews.run import Previews
@@ -23,15 +21,14 @@ from service.settings import Settings
 from tests.broker import Broker
 from tests.builders_messages import SEALS
 from tests.builders_service import owner
+from tests.preview_worker import MADE, Answering
 from tests.unit.service.previews.test_choose import job, worker
 from tests.waiting import ENOUGH_S
 from worker.preview_orders import PreviewOrders
 
-MADE = PreviewMade(
-    integral_png="aQ==", integral_size=(4, 4), view_png="dg==", view_size=(2, 2), start_s=0, render_s=0, pictures_s=0,
-    cpu_s=0,
-)  # fmt: skip
 ANN = owner("ann")
+
+T = TypeVar("T")
 
 
 class Known(RosterCache):
@@ -42,37 +39,6 @@ class Known(RosterCache):
 
     def latest(self) -> Roster:
         return Roster((worker("w1"),), {})
-
-
-@dataclass
-class Answering:
-    """The worker w1, which answers each order as told."""
-
-    url: str
-    answer: Callable[[PreviewOrder], PreviewAnswer | None]
-    seals: Seals = SEALS
-    taken: list[str] = field(default_factory=list)
-
-    def __enter__(self) -> Answering:
-        self._ended = threading.Event()
-        self._thread = threading.Thread(target=self._run)
-        self._thread.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._ended.set()
-        self._thread.join()
-
-    def _run(self) -> None:
-        orders = PreviewOrders(self.url, "w1", None, seals=self.seals)
-        while not self._ended.is_set():
-            order = orders.take(0.05)
-            if order is not None:
-                self.taken.append(order.id)
-                found = self.answer(order)
-                if found is not None:
-                    orders.answer(found)
-        orders.close()
 
 
 @pytest.fixture(scope="module")
@@ -86,7 +52,7 @@ def broker(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Broker]:
 def previews(broker: Broker, tmp_path: Path) -> Iterator[Callable[..., Previews]]:
     made: list[Previews] = []
 
-    def make(**settings: float) -> Previews:
+    def make(**settings: Any) -> Previews:
         given = Settings(data_dir=tmp_path, redis_url=broker.url, **settings)
         made.append(Previews(given, seals=SEALS))
         return made[-1]
@@ -101,17 +67,19 @@ async def stays() -> bool:
     return False
 
 
-def asked(previews: Previews, *, stream: str = "", is_gone: Callable[[], object] = stays) -> object:
+def asked(
+    previews: Previews, *, stream: str = "", is_gone: Callable[[], Awaitable[bool]] = stays
+) -> Coroutine[Any, Any, tuple[str, PreviewMade]]:
     prepared = Prepared("fish", job(), 1, (), None)
-    return previews.run(ANN, prepared, stream=stream, roster=Known(), is_gone=is_gone)  # type: ignore[arg-type]
+    return previews.run(ANN, prepared, stream=stream, roster=Known(), is_gone=is_gone)
 
 
-def run(work: object) -> object:
-    return asyncio.run(asyncio.wait_for(work, ENOUGH_S))  # type: ignore[arg-type]
+def run(work: Coroutine[Any, Any, T]) -> T:
+    return asyncio.run(asyncio.wait_for(work, ENOUGH_S))
 
 
 def test_a_preview_is_answered_and_leaves_nothing(broker: Broker, previews: Callable[..., Previews]) -> None:
-    with Answering(broker.url, lambda order: PreviewAnswer(id=order.id, worker="w1", made=MADE)):
+    with Answering(broker.url):
         assert run(asked(previews())) == ("w1", MADE)
     left = broker.client.keys(wire.PREVIEWS + "*")
     assert [key for key in left if b":newest:" not in key] == []
@@ -120,17 +88,17 @@ def test_a_preview_is_answered_and_leaves_nothing(broker: Broker, previews: Call
 def test_a_newer_preview_of_any_process_replaces_one_that_waits(
     broker: Broker, previews: Callable[..., Previews]
 ) -> None:
-    async def both() -> tuple[object, object]:
-        first = asyncio.ensure_future(asked(previews(), stream="page"))  # type: ignore[arg-type]
+    async def both() -> tuple[tuple[str, PreviewMade], list[str]]:
+        first = asyncio.ensure_future(asked(previews(), stream="page"))
         while not broker.client.exists(wire.preview_orders_key("w1")):
             await asyncio.sleep(0.01)
-        second = asyncio.ensure_future(asked(previews(), stream="page"))  # type: ignore[arg-type]
+        second = asyncio.ensure_future(asked(previews(), stream="page"))
         with pytest.raises(PreviewReplaced):
             await first
-        with Answering(broker.url, lambda order: PreviewAnswer(id=order.id, worker="w1", made=MADE)) as answering:
+        with Answering(broker.url) as answering:
             return await second, answering.taken
 
-    answer, taken = run(both())  # type: ignore[misc]
+    answer, taken = run(both())
     assert answer == ("w1", MADE)
     assert len(taken) == 1  # the order of the first one is skipped
 
@@ -176,7 +144,7 @@ def test_orders_and_answers_that_are_not_signed_count_for_nothing(
         text = PreviewAnswer(id=order.id, worker="w1", made=MADE).model_dump_json()
         broker.client.lpush(wire.preview_answer_key(order.id), text)
 
-    with Answering(broker.url, forge), pytest.raises(PreviewFailed):  # type: ignore[arg-type]
+    with Answering(broker.url, forge), pytest.raises(PreviewFailed):
         run(asked(previews(preview_timeout_s=1.0)))
     forged = PreviewOrder(id="0" * 32, worker="w1", job=job(), frame=1, timeout_s=9)
     broker.client.set(wire.preview_wanted_key(forged.id), "1")
