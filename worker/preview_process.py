@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 
 import structlog
@@ -33,26 +34,28 @@ class PreviewProcess:
         The settings of the worker.
     orders
         The orders for the worker.
+    command
+        The command of the process; by default that of `worker.tasks.previews.serve`.
     """
 
-    def __init__(self, settings: WorkerSettings, orders: PreviewOrders) -> None:
+    def __init__(self, settings: WorkerSettings, orders: PreviewOrders, command: Sequence[str] = ()) -> None:
         self._settings = settings
         self._orders = orders
+        self._command = command
         self._process: subprocess.Popen[bytes] | None = None
         self.is_offered = settings.previews and self._is_permitted()
         """True if this worker renders previews."""
 
     def look_after(self, takes_orders: bool, /) -> None:
         """Start the process if an order waits; the consumer calls this every second."""
-        if not self.is_offered or not takes_orders or self.is_running:
+        if not self.is_offered or not takes_orders or self.is_running():
             return
         with suppress(RedisError):
             if self._orders.are_waiting():
                 self._start()
 
-    @property
     def is_running(self) -> bool:
-        """True while the process runs."""
+        """Return whether the process runs."""
         return self._process is not None and self._process.poll() is None
 
     def end(self) -> None:
@@ -70,7 +73,7 @@ class PreviewProcess:
     def _start(self) -> None:
         # The name of the worker may be made of the id of its process, so the other process is told it.
         env = os.environ | {"LIPPMANN_WORKER_NAME": self._settings.worker_name, "OPENBLAS_NUM_THREADS": "1"}
-        command = [sys.executable, "-P", "-m", PROGRAM, str(os.getpid())]
+        command = self._command or [sys.executable, "-P", "-m", PROGRAM, str(os.getpid())]
         self._process = subprocess.Popen(command, env=env, stdin=subprocess.DEVNULL)
 
     def _is_permitted(self) -> bool:

@@ -43,6 +43,7 @@ from lippmann.cli.commands import (
     observe,
     orthoscopic,
     paper,
+    preview,
     scenes,
     top,
     views,
@@ -97,7 +98,7 @@ COMMANDS: dict[str, dict[str, Callable[..., None]]] = {
         "priority": job_actions.priority,
         "rm": job_actions.remove,
     },
-    "Scenes": {"capture": scenes.capture},
+    "Scenes": {"capture": scenes.capture, "preview": preview.preview},
     "Integral images": {
         "import": import_sheets.import_sheets,
         "orthoscopic": orthoscopic.orthoscopic,

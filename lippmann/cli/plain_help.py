@@ -18,6 +18,9 @@ WIDTH = 80
 LEFT_COLUMN = 26
 """The widest left column, in characters; a longer entry has its text below it."""
 
+SHORTER: Mapping[str, str] = {"show_completion": "Show completion for the current shell, to copy it."}
+"""Texts of typer that would take two lines, by the names of their options."""
+
 EXAMPLES: Mapping[str, str] = {
     "up": "lippmann up --open",
     "demo": "lippmann demo --frames 1-45",
@@ -42,6 +45,7 @@ EXAMPLES: Mapping[str, str] = {
     "scenes upload": "lippmann scenes upload my-scene/",
     "scenes rm": "lippmann scenes rm my-scene",
     "capture": "lippmann capture my-scene/ --frame 3 --out out --set rig.px_per_lens=4",
+    "preview": "lippmann preview my-scene/ --out out --set rig.lens_array.offset_mm=20",
     "import": "lippmann import scan.png --find-from white.png --out out",
     "orthoscopic": "lippmann orthoscopic integral/0001.exr --out upright.exr",
     "view": "lippmann view out/orthoscopic/0001.exr --eye 20,0,400 --out eye.png",
@@ -97,7 +101,7 @@ class PlainGroup(TyperGroup):
                     (name, first_sentence(command.help or ""))
                 )
         width = max(len(name) for rows in sections.values() for name, _ in rows)
-        options = [(_name(one), _explain(one)) for one in self.get_params(ctx)]
+        options = [(_name(one), SHORTER.get(str(one.name)) or _explain(one)) for one in self.get_params(ctx)]
         parts = [
             f"Usage: {ctx.command_path} COMMAND ...",
             _text(self.help or ""),

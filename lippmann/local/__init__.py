@@ -2,6 +2,7 @@
 
 image               `IntegralImage` of the Python API: open, views, refocus, depth, perspective, observe, save
 capture             one frame of a scene rendered
+preview             small pictures of a job, once or whenever its files change
 design              what a job will give, without rendering
 scene_init          the scene.toml of an own scene of POV-Ray written
 model_init          the scene.toml of a glTF model written

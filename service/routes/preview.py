@@ -54,7 +54,7 @@ async def render_preview(
         view=_picture(made.view_png, made.view_size),
         rig=rig_numbers(prepared.job.spec.rig),
         notes=(*prepared.notes, *made.notes),
-        times=PreviewTimes(start_s=made.start_s, render_s=made.render_s, pictures_s=made.pictures_s, cpu_s=made.cpu_s),
+        times=PreviewTimes.model_validate(made, from_attributes=True),
         total_s=time.monotonic() - began_s,
         worker=worker,
     )

@@ -29,7 +29,7 @@ PREFIX = "lippmann-worker-"
 RIGHTS = (
     "resetchannels ~lippmann:celery:* ~lippmann:lease:* ~lippmann:stop:* ~lippmann:worker:* ~lippmann:events "
     "~lippmann:preview:* %R~lippmann:directions -@all +@connection +@transaction +brpop +del +evalsha +exists +get "
-    "+llen +lpush +pexpire +sadd +script|load +set +smembers +xadd +zrange -@dangerous"
+    "+llen +sadd +script|load +set +smembers +xadd +zrange -@dangerous (~lippmann:preview:* +lpush +pexpire)"
 )
 """The rights of a worker, as in `deploy/broker-users.acl`. `%R~` needs Redis 7, or Valkey."""
 CHECK_S = 10.0

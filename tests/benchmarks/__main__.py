@@ -29,6 +29,7 @@ from tests.benchmarks import (
     observer,
     optics,
     pages,
+    previews,
     refocus,
     sandbox,
     sheets,
@@ -74,6 +75,9 @@ LINES = (
     ),
     Line("fish in meshes by Mitsuba, 2400 x 2400 px: peak memory", "<= 0.8 GB", engines.peak_mb),
     Line("fish in meshes by Mitsuba: 16 rays a pixel / 1: CPU", "<= 14", engines.samples_ratio),
+    Line(
+        "a preview of the fish in meshes, warm, 45 x 45 lenses of 8 px, over HTTP: wall", "<= 300 ms", previews.warm_ms
+    ),
     Line(
         "tasks that do nothing through Celery, 2 slots: rate, and against bare Celery",
         ">= 400/s, >= 0.40",

@@ -8,17 +8,23 @@ import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 
 import pytest
 from redis import Redis
 from redis.exceptions import AuthenticationError, NoPermissionError
 
 from lippmann.job.messages import wire
+from lippmann.job.messages.previews import PreviewOrder
 from lippmann.key_file import KeyFile, read_secret
+from service.previews.broker import PreviewBroker
 from tests.broker import Broker, broker_with_users
+from tests.builders_messages import SEALS
 from tests.builders_service import SPEC, claimed
 from tests.integration.service.conftest import ORDERS, FakeWorker, Service, at_once
+from tests.preview_worker import Answering
 from tests.repository import ROOT
+from tests.unit.service.previews.test_choose import job
 from tests.waiting import ENOUGH_S, until
 
 USERS = dict(re.findall(r"^user (lippmann-\w+) on #\w+ (.*)$", (ROOT / "deploy/broker-users.acl").read_text(), re.M))
@@ -75,6 +81,22 @@ def test_a_worker_does_nothing_at_the_broker_that_is_not_its_work(broker: Broker
             worker.execute_command(*command)
     worker.set(wire.lease_key("a"), "mine")  # which is its work
     worker.close()
+
+
+def test_a_preview_takes_the_rights_that_the_two_users_have(broker: Broker) -> None:
+    urls = [broker.url.replace("redis://", f"redis://{user}:{quote(PASSWORD, safe='')}@") for user in USERS]
+    for user in USERS:
+        as_user(broker, user).close()
+    by_user = dict(zip(USERS, urls, strict=True))
+    previews = PreviewBroker(by_user["lippmann-service"], seals=SEALS)
+    order = PreviewOrder(id="0" * 32, worker="w1", job=job(), frame=1, timeout_s=9)
+    with Answering(by_user["lippmann-worker"]):
+        previews.send(order, series="s")
+        until(lambda: previews.answer(order.id, worker="w1", wait_s=0.2))
+    assert previews.is_newest(order.id, series="s")
+    previews.drop(order.id)
+    previews.close()
+    assert broker.client.acl_log() == []
 
 
 def test_a_service_does_nothing_at_the_broker_outside_of_the_farm(broker: Broker) -> None:

@@ -56,7 +56,12 @@ def test_there_are_the_commands_that_were_promised() -> None:
     integral = {"import", "view", "refocus", "observe", "export", "coding-study", "orthoscopic", "depth"}
     optics = {"design", "lens", "paper", "calibration-sheet"}
     care = {"backup", "restore", "migrate", "doctor", "docs"}
-    assert {path[0] for path in COMMANDS} == farm | care | jobs | integral | optics | {"scenes", "capture", "compare"}
+    assert {path[0] for path in COMMANDS} == farm | care | jobs | integral | optics | {
+        "scenes",
+        "capture",
+        "preview",
+        "compare",
+    }
 
 
 @pytest.mark.parametrize("path", COMMANDS, ids=" ".join)
