@@ -43,6 +43,7 @@ def size_of(png: str, folder: Path) -> tuple[int, int]:
     return light.shape[0], light.shape[1]
 
 
+@pytest.mark.promise("Scenes", "A scene that stays loaded for previews serves its owner alone.")
 def test_both_engines_render_previews_and_mitsuba_keeps_its_scene(tmp_path: Path) -> None:
     found = mitsuba_version()
     if isinstance(found, Missing):
@@ -55,6 +56,9 @@ def test_both_engines_render_previews_and_mitsuba_keeps_its_scene(tmp_path: Path
         assert (cold.engine, cold.rig.lens_cols, cold.rig.pitch_mm) == ("mitsuba", 12, 7.5)
         assert warm.times.start_s < WARM_START_S < cold.times.start_s
         assert warm.integral.png != cold.integral.png
+        key = client.create_key("bob", "submitter", owner_id="bob").key
+        with Client(client.address.url, key) as bob:
+            assert previewed(bob, "fish-mesh").times.start_s > WARM_START_S
         # The scene of POV-Ray shows the same fish to the same rig.
         traced = previewed(client, "fish")
         for preview in (warm, traced):
