@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Collection
+from functools import lru_cache
 from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
@@ -101,3 +102,18 @@ class JobRequirement(WorkerRequirement):
         lacking = self.lacks(pool=pool, tags=tags, memory_mb=memory_mb)
         is_there = self.engine == "none" or self.engine in engines
         return lacking if is_there else (*lacking, f"the engine {ENGINE_TITLES[self.engine]}")
+
+
+@lru_cache(maxsize=4096)
+def without_engine(requirement: str) -> str:
+    """Return the requirement of those tasks of a job that render nothing; both are given as `JobRequirement.text`.
+
+    Tasks of POV-Ray's jobs all need POV-Ray: they are in the queue that each worker with POV-Ray always polls.
+
+    >>> without_engine('{"engine":"mitsuba","pool":"night"}')
+    '{"engine":"none","pool":"night"}'
+    >>> without_engine("")
+    ''
+    """
+    needed = JobRequirement.of(requirement)
+    return needed.model_copy(update={"engine": "none"}).text if needed.engine == "mitsuba" else requirement

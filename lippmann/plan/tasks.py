@@ -21,6 +21,8 @@ from lippmann.plan.sampling import cut_tiles, frame_size
 
 ASSEMBLE_STAGE = "assemble"
 ENCODE_STAGE = "encode"
+RENDERS_NOTHING = (ASSEMBLE_STAGE, ENCODE_STAGE)
+"""The stages whose tasks do not need the engine of the job."""
 PROBE_STAGE = "probe"
 
 

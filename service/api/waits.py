@@ -83,6 +83,10 @@ def _farm_state(session: Session, outlook: Outlook) -> FarmState:
     line = waiting_rows.line(session, now_s=outlook.now_s, max_slots=settings.max_slots, held=full)
     present = outlook.roster.present if outlook.roster is not None else ()
     on_closed = job_rows.running_on(session, not_able(present))
+    others = job_rows.outstanding_without_engine(session, {claim.requirement for claim in holders})
+    without_engine: Counter[str] = Counter()
+    for _, requirement, count in others:
+        without_engine[requirement] += count
     return FarmState(
         now_s=outlook.now_s,
         settings=settings,
@@ -93,6 +97,7 @@ def _farm_state(session: Session, outlook: Outlook) -> FarmState:
         holders=holders,
         running=sum(row[-1] for row in busy) - sum(on_closed.values()),
         on_closed=on_closed,
+        without_engine=without_engine,
     )
 
 

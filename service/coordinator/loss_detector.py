@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Lease, Presence
+from lippmann.job.messages.orders import requirement_of
 from lippmann.job.states import TaskStatus
 from service.db.task_state import HeldAttempt
 
@@ -36,7 +37,7 @@ class Sighting:
     leases: Mapping[str, Lease | None]
     """The leases of those attempts for which nobody vouches."""
     first_orders: Mapping[str, str | None]
-    """The attempt whose order is first in each queue, by the requirement of its jobs; None if the queue is empty."""
+    """The attempt whose order is first in each queue, by the requirement of its tasks; None if the queue is empty."""
     requirements: Mapping[str, str] = field(default_factory=dict)
     """The requirements of the jobs that have one, by job."""
 
@@ -121,7 +122,7 @@ def _missing_order(each: HeldAttempt, seen: Sighting, sent_s: Mapping[str, float
     """Return why an order that no worker has claimed is nowhere."""
     if seen.leases.get(each.attempt) is not None or any(_may_hold(one, each.attempt) for one in seen.workers.values()):
         return None
-    requirement = seen.requirements.get(each.job_id, "")
+    requirement = requirement_of(seen.requirements.get(each.job_id, ""), each.kind)
     if requirement not in seen.first_orders:
         return None  # the queue is too new to have been looked at
     first_order = seen.first_orders[requirement]

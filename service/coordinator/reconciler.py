@@ -11,6 +11,7 @@ import structlog
 from sqlalchemy.exc import OperationalError
 
 from lippmann.job.messages.events import LOST, Failure, Presence
+from lippmann.job.messages.orders import requirement_of
 from lippmann.job.states import TaskStatus
 from lippmann.plan import artifact_names as names
 from lippmann.plan.artifact_store import ArtifactStore
@@ -85,12 +86,11 @@ class Reconciler:
         with self.database.reading() as session:
             held = task_rows.held(session, job_rows.busy_ids(session))
             requirements = job_rows.requirements_of_busy(session)
-        free_s = self._tick_free(view, {requirements.get(task.job_id, "") for task in held})
+        asked = {task.attempt: requirement_of(requirements.get(task.job_id, ""), task.kind) for task in held}
+        free_s = self._tick_free(view, set(asked.values()))
         idle_s = self._tick_idle(view, held)
         is_free = {requirement: seconds >= self.settings.unclaimed_s for requirement, seconds in free_s.items()}
-        unclaimed = [
-            task for task in held if self._is_unclaimed(task, idle_s) and is_free[requirements.get(task.job_id, "")]
-        ]
+        unclaimed = [task for task in held if self._is_unclaimed(task, idle_s) and is_free[asked[task.attempt]]]
         self.take_back(unclaimed, now_s=view.now_s)
         self._each(self._next_jobs(), lambda job_id: self._repair_job(job_id, view.now_s))
         self._delete_expired(view.now_s)

@@ -6,7 +6,7 @@ The row becomes `dispatched` before the order is sent. A crash in between delays
 from __future__ import annotations
 
 from collections import Counter, deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from types import MappingProxyType
 
@@ -14,8 +14,9 @@ from sqlalchemy.orm import Session
 
 from lippmann.digest import Digest
 from lippmann.job.messages.events import Presence
-from lippmann.job.messages.orders import Order, TaskKind
+from lippmann.job.messages.orders import Order, TaskKind, requirement_of
 from lippmann.job.states import TaskStatus
+from lippmann.job.workers import without_engine
 from lippmann.plan.cost import threads_of_each
 from service.claiming import counted, declining_workers, fitting, is_able, not_able, rooms
 from service.db import coordinator as coordinator_rows
@@ -87,14 +88,13 @@ def dispatch(
         on_closed = job_rows.running_on(session, not_able(workers))
         in_slots = counted(workers, held.by_requirement, on_closed)
         by_requirement = rooms(workers, in_slots, requirements, per_slot=settings.orders_per_slot, ahead=ahead)
-        served = [requirement for requirement, room in by_requirement.items() if room > 0]
         room = _room(sum(in_slots.values()), workers, settings, ahead)
-        if room <= 0 or not served or not job_rows.can_dispatch(session, served, now_s=now_s):
+        if room <= 0 or not _has_work(session, by_requirement, now_s):
             return 0
     with database.writing() as session:
         # Only the leader sends orders, so that until here an owner can only have come to hold fewer.
         claims = {row[0]: claim_of(row, settings) for row in job_rows.claims(session, now_s=now_s)}
-        best = _best(session, claims, held, room, by_requirement, now_s)
+        best = _best(session, claims.values(), held, room, by_requirement, now_s)
         asked = {claim.job_id: claim.requirement for claim in claims.values()}
         threads = _threads(claims, held, workers, best)
         orders = assign(session, workers, best, now_s=now_s, threads=threads, requirements=asked)
@@ -142,13 +142,13 @@ def assign(
     tasks = [draft.now for draft in drafts]
     avoided, digests = avoided_workers(session, job_ids, now_s=now_s), input_digests(session, tasks)
     skipped = task_rows.skipped_frames(session, {task.job_id for task in tasks if task.kind is TaskKind.ENCODE})
-    asked = {job_id: requirements.get(job_id, "") for job_id in job_ids}
+    asked = {task.key: requirement_of(requirements.get(task.job_id, ""), task.kind) for task in tasks}
     able = {requirement: fitting(workers, requirement) for requirement in set(asked.values())}
     return [
         _order(
             task,
-            asked[task.job_id],
-            declining_workers(able[asked[task.job_id]], avoided[task.job_id] | set(task.failed_on)),
+            asked[task.key],
+            declining_workers(able[asked[task.key]], avoided[task.job_id] | set(task.failed_on)),
             digests.get(task.key, {}),
             skipped.get(task.job_id, ()) if task.kind is TaskKind.ENCODE else (),
             coordinator.store_id,
@@ -176,7 +176,7 @@ class Outstanding:
     Parameters
     ----------
     held
-        The number by the owner and the requirement of the jobs.
+        The number by the owner of the jobs and the requirement of the tasks.
     """
 
     def __init__(self, held: Mapping[tuple[str, str], int]) -> None:
@@ -207,30 +207,48 @@ def _threads(
     return threads_of_each(len(best), slots=min(able[0].slots, *(limit for limit in limits if limit is not None)))
 
 
+def _has_work(session: Session, rooms: Mapping[str, int], now_s: float) -> bool:
+    """Return whether some task may be dispatched now for which there is room, by the requirements of tasks."""
+    if job_rows.can_dispatch(session, [asked for asked, room in rooms.items() if room > 0], now_s=now_s):
+        return True
+    # Where an engine has no room, tasks of its jobs that render nothing may have.
+    others = {asked: without_engine(asked) for asked, room in rooms.items() if room <= 0}
+    mixed = [asked for asked, other in others.items() if other != asked and rooms.get(other, 0) > 0]
+    if not mixed or not job_rows.can_dispatch(session, mixed, now_s=now_s):
+        return False
+    jobs = [row[0] for row in job_rows.claims(session, now_s=now_s) if row[6] in mixed]
+    return any(task_sets.ready(session, job_id, now_s=now_s, after=-1, limit=1, renders=False) for job_id in jobs)
+
+
 def _best(
     session: Session,
-    claims: Mapping[str, Claim],
+    of_jobs: Iterable[Claim],
     held: Outstanding,
     room: int,
     by_requirement: Mapping[str, int],
     now_s: float,
 ) -> list[TaskState]:
-    claims = dict(claims)
+    parts = {of_job.job_id: of_job.by_requirement() for of_job in of_jobs}
+    siblings = {job_id: {claim.key for claim in of_job} for job_id, of_job in parts.items()}
+    claims = {claim.key: claim for of_job in parts.values() for claim in of_job}
     reached = dict.fromkeys(claims, -1)
     holds = Counter(held.by_owner)
     left = Counter(by_requirement)
     best: list[TaskState] = []
     while len(best) < room and (shares := share_out(claims.values(), room - len(best), held=holds, rooms=left)):
-        for job_id, wanted in shares.items():
-            tasks = task_sets.ready(session, job_id, now_s=now_s, after=reached[job_id], limit=wanted)
+        for key, wanted in shares.items():
+            claim = claims.pop(key)
+            tasks = task_sets.ready(
+                session, claim.job_id, now_s=now_s, after=reached[key], limit=wanted, renders=claim.renders
+            )
             best += tasks
-            claim = claims.pop(job_id)
             holds[claim.owner_id] += len(tasks)
             left[claim.requirement] -= len(tasks)
             if len(tasks) == wanted < claim.ready:
-                reached[job_id] = tasks[-1].sequence
-                rest = replace(claim, outstanding=claim.outstanding + wanted, ready=claim.ready - wanted)
-                claims[job_id] = rest
+                reached[key] = tasks[-1].sequence
+                claims[key] = replace(claim, ready=claim.ready - wanted)
+            for other in siblings[claim.job_id] & claims.keys():
+                claims[other] = replace(claims[other], outstanding=claims[other].outstanding + len(tasks))
     return best
 
 

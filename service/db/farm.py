@@ -7,14 +7,16 @@ from collections.abc import Iterable, Sequence
 from sqlalchemy import bindparam, case, func, literal_column, or_, select
 from sqlalchemy.orm import Session
 
-from lippmann.job.states import JobStatus
+from lippmann.job.states import HELD_TASKS, JobStatus, TaskStatus
+from lippmann.job.workers import without_engine
+from lippmann.plan.tasks import RENDERS_NOTHING
 from service.db.jobs import OPEN, SCHEDULABLE
-from service.db.tables import Job, OwnerUsage, WebhookDelivery
+from service.db.tables import Job, OwnerUsage, Task, WebhookDelivery
 
 TaskRow = tuple[JobStatus, int, int, int, int, int]
 """The status and the priority of open jobs, and the number of their waiting, ready, dispatched and running tasks."""
 WantRow = tuple[str, int | None, str, int, int, int]
-"""An owner, the limit of slots of a key, the requirement of jobs for their workers, and the number of ready, dispatched
+"""An owner, the limit of slots of a key, the requirement of tasks on their workers, and the number of ready, dispatched
 and running tasks of these jobs. A task of
 a job that is paused or has a background job is not ready, since it takes no slot, and neither are those beyond the own
 limit of their job."""
@@ -39,6 +41,19 @@ _WANTED = (
     .where(Job.status.in_(OPEN))
     .group_by(Job.owner_id, Job.max_slots, Job.requirement, Job.status, _IS_FREE)
 )  # fmt: skip
+_WITHOUT_ENGINE = (
+    select(
+        Job.owner_id, Job.max_slots, Job.requirement, Job.status, _IS_FREE,
+        *(
+            func.sum(case((Task.status == status, 1), else_=0))
+            for status in (TaskStatus.READY, TaskStatus.DISPATCHED, TaskStatus.RUNNING)
+        ),
+    )
+    .join(Task, Task.job_id == Job.id)
+    .where(Job.status.in_(OPEN), Job.requirement.in_(bindparam("requirements", expanding=True)))
+    .where(Task.stage.in_(RENDERS_NOTHING), Task.status.in_((TaskStatus.READY, *HELD_TASKS)))
+    .group_by(Job.owner_id, Job.max_slots, Job.requirement, Job.status, _IS_FREE)
+)  # fmt: skip
 _JOBS = (
     select(Job.status, func.count()).where(Job.status.in_(bindparam("statuses", expanding=True))).group_by(Job.status)
 )
@@ -57,11 +72,23 @@ def tasks(session: Session) -> Sequence[TaskRow]:
 
 
 def wanted(session: Session) -> Sequence[WantRow]:
-    """Count the tasks that have a slot or would take one now, by owner, limit and requirement, in one or more rows."""
-    return [
-        (owner, limit, asks, int(ready) if is_free and status in SCHEDULABLE else 0, int(dispatched), int(running))
-        for owner, limit, asks, status, is_free, ready, dispatched, running in session.execute(_WANTED)
-    ]
+    """Count the tasks that have a slot or would take one now, by owner, limit and requirement, in one or more rows.
+
+    The requirement is that of the tasks: those that render nothing have rows of their own, where theirs is another.
+    """
+    found = session.execute(_WANTED).all()
+    mixed = sorted({row[2] for row in found if without_engine(row[2]) != row[2]})
+    others = session.execute(_WITHOUT_ENGINE, {"requirements": mixed}).all() if mixed else ()
+    apart = {tuple(row[:5]): row[5:] for row in others}
+    rows: list[WantRow] = []
+    for owner, limit, asks, status, is_free, ready, dispatched, running in found:
+        counts = (int(ready) if is_free and status in SCHEDULABLE else 0, int(dispatched), int(running))
+        own = apart.get((owner, limit, asks, status, is_free), (0, 0, 0))
+        part = [min(count, int(other)) for count, other in zip(counts, own, strict=True)]
+        if any(part):
+            rows.append((owner, limit, without_engine(asks), part[0], part[1], part[2]))
+        rows.append((owner, limit, asks, counts[0] - part[0], counts[1] - part[1], counts[2] - part[2]))
+    return rows
 
 
 def jobs(session: Session, statuses: Iterable[JobStatus]) -> dict[JobStatus, int]:

@@ -8,7 +8,10 @@ from typing import Any
 from sqlalchemy import ColumnElement, bindparam, func, literal_column, or_, select, update
 from sqlalchemy.orm import Session
 
-from lippmann.job.states import JobStatus, PausedBy, TaskStatus
+from lippmann.job.messages.orders import TaskKind, requirement_of
+from lippmann.job.states import HELD_TASKS, JobStatus, PausedBy, TaskStatus
+from lippmann.job.workers import without_engine
+from lippmann.plan.tasks import RENDERS_NOTHING
 from service.db.engine import changed
 from service.db.tables import BackgroundJob, Job, Task
 from service.errors import StorageQuotaExceeded
@@ -63,11 +66,11 @@ _JOBS = (
 )
 _BUSY = select(Job.id).where(IS_BUSY, Job.status.in_(OPEN)).order_by(Job.id)
 _RUNNING_ON = (
-    select(Job.requirement, func.count())
+    select(Job.requirement, Task.kind, func.count())
     .join(Task, Task.job_id == Job.id)
     .where(IS_BUSY, Job.status.in_(OPEN))
     .where(Task.status == TaskStatus.RUNNING, Task.worker.in_(bindparam("workers", expanding=True)))
-    .group_by(Job.requirement)
+    .group_by(Job.requirement, Task.kind)
 )
 _REQUIREMENTS_OF = select(Job.id, Job.requirement).where(Job.id.in_(bindparam("job_ids", expanding=True)))
 _BACKGROUND_JOBS = (
@@ -88,6 +91,13 @@ _CLAIMS = select(*CLAIM).where(*IS_DISPATCHABLE).order_by(Job.id)
 _OUTSTANDING = (
     select(Job.owner_id, Job.requirement, func.sum(Job.dispatched + Job.running))
     .where(IS_BUSY, Job.status.in_(OPEN))
+    .group_by(Job.owner_id, Job.requirement)
+)
+_WITHOUT_ENGINE = (
+    select(Job.owner_id, Job.requirement, func.count())
+    .join(Task, Task.job_id == Job.id)
+    .where(IS_BUSY, Job.status.in_(OPEN), Job.requirement.in_(bindparam("requirements", expanding=True)))
+    .where(Task.status.in_(HELD_TASKS), Task.stage.in_(RENDERS_NOTHING))
     .group_by(Job.owner_id, Job.requirement)
 )
 _REQUIREMENTS = (
@@ -195,14 +205,35 @@ def claims(session: Session, *, now_s: float) -> Sequence[ClaimRow]:
 
 
 def outstanding(session: Session) -> dict[tuple[str, str], int]:
-    """Return the number of outstanding orders, by the owner and the requirement of their jobs."""
-    return {(owner_id, requirement): int(count) for owner_id, requirement, count in session.execute(_OUTSTANDING)}
+    """Return the number of outstanding orders, by the owner of their jobs and the requirement of their tasks."""
+    found = {(owner_id, requirement): int(count) for owner_id, requirement, count in session.execute(_OUTSTANDING)}
+    for owner_id, requirement, count in outstanding_without_engine(session, {asked for _, asked in found}):
+        others = owner_id, without_engine(requirement)
+        found[owner_id, requirement] -= count
+        found[others] = found.get(others, 0) + count
+    return found
+
+
+def outstanding_without_engine(session: Session, requirements: Iterable[str]) -> Sequence[tuple[str, str, int]]:
+    """Return the number of outstanding orders that render nothing, by owner and requirement of their jobs.
+
+    Parameters
+    ----------
+    requirements
+        The requirements of the jobs. Those whose tasks all have one requirement are left out.
+    """
+    mixed = sorted(asked for asked in requirements if without_engine(asked) != asked)
+    return session.execute(_WITHOUT_ENGINE, {"requirements": mixed}).all() if mixed else ()
 
 
 def running_on(session: Session, workers: Sequence[str]) -> dict[str, int]:
-    """Return the number of tasks that run on some workers, by the requirement of their jobs."""
+    """Return the number of tasks that run on some workers, by the requirement of the tasks."""
     rows = session.execute(_RUNNING_ON, {"workers": list(workers)}) if workers else ()
-    return {requirement: int(count) for requirement, count in rows}
+    found: dict[str, int] = {}
+    for requirement, kind, count in rows:
+        asked = requirement_of(requirement, TaskKind(kind))
+        found[asked] = found.get(asked, 0) + int(count)
+    return found
 
 
 def requirements_of(session: Session, job_ids: Iterable[str]) -> dict[str, str]:
@@ -213,8 +244,9 @@ def requirements_of(session: Session, job_ids: Iterable[str]) -> dict[str, str]:
 
 
 def requirements(session: Session) -> Sequence[str]:
-    """Return the different requirements of the open jobs that have one, sorted: those of the oldest jobs."""
-    return sorted(session.scalars(_REQUIREMENTS))
+    """Return the different requirements of tasks of the open jobs that have one, sorted: those of the oldest jobs."""
+    found = set(session.scalars(_REQUIREMENTS))
+    return sorted(found | {without_engine(asked) for asked in found})
 
 
 def requirements_of_busy(session: Session) -> dict[str, str]:

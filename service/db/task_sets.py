@@ -11,6 +11,7 @@ from sqlalchemy import ColumnElement, Select, Update, bindparam, literal_column,
 from sqlalchemy.orm import Session
 
 from lippmann.job.states import HELD_TASKS, TaskStatus
+from lippmann.plan.tasks import RENDERS_NOTHING
 from service.db.tables import Task
 from service.db.task_state import TaskKey, TaskState
 from service.db.tasks import is_blocked
@@ -49,11 +50,25 @@ def states(session: Session, keys: Iterable[TaskKey]) -> dict[TaskKey, TaskState
     return found
 
 
-def ready(session: Session, job_id: str, *, now_s: float, after: int, limit: int) -> list[TaskState]:
-    """Return ready tasks of a job that are due, in order."""
+def ready(
+    session: Session, job_id: str, *, now_s: float, after: int, limit: int, renders: bool | None = None
+) -> list[TaskState]:
+    """Return ready tasks of a job that are due, in order.
+
+    Parameters
+    ----------
+    renders
+        True for those that need the engine of the job, False for the others, None for all.
+    """
     query = _select().where(Task.job_id == job_id, Task.status == TaskStatus.READY, Task.sequence > after)
     query = query.where(is_due(now_s))
-    return _states(session, query.order_by(Task.sequence).limit(limit))
+    if renders is None:
+        return _states(session, query.order_by(Task.sequence).limit(limit))
+    if renders:
+        return _states(session, query.where(Task.stage.not_in(RENDERS_NOTHING)).order_by(Task.sequence).limit(limit))
+    # An index has the stages: these few tasks are sorted, or all that are ready would be read to get them in order.
+    query = query.where(Task.stage.in_(RENDERS_NOTHING)).order_by(Task.sequence + literal_column("0"))
+    return _states(session, query.limit(limit))
 
 
 def held(session: Session, job_id: str, *, status: TaskStatus | None = None) -> list[TaskState]:

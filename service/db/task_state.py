@@ -60,6 +60,7 @@ class HeldAttempt:
 
     job_id: str
     sequence: int
+    kind: TaskKind
     status: TaskStatus
     attempt: str
     worker: str | None

@@ -8,8 +8,10 @@ from __future__ import annotations
 import heapq
 from collections import Counter
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import MappingProxyType
+
+from lippmann.job.workers import without_engine
 
 
 @dataclass(frozen=True)
@@ -25,9 +27,28 @@ class Claim:
     """The largest number of outstanding orders of all jobs of the owner with which this job gets its next one; None
     without a limit. An order holds its slot from the time at which it is sent."""
     requirement: str = ""
-    """The requirement of the job on its workers, as `JobRequirement.text`."""
+    """The requirement of the job, or of those of its tasks that this claim is for, as `JobRequirement.text`."""
     own_slots: int | None = None
     """The largest number of outstanding orders of the job itself; None without a limit."""
+    renders: bool | None = None
+    """True if this claim is for the tasks that need the engine of the job, False if it is for the others, None if it is
+    for all. Of a part, `outstanding` and `own_slots` are of the whole job, and `ready` is the most it may have."""
+
+    @property
+    def key(self) -> str:
+        """The job, and the part of its tasks.
+
+        >>> Claim("a", 50, 0, 9).key, Claim("a", 50, 0, 9, renders=False).key
+        ('a', 'a others')
+        """
+        return self.job_id if self.renders is None else f"{self.job_id} {'renders' if self.renders else 'others'}"
+
+    def by_requirement(self) -> tuple[Claim, ...]:
+        """Return a claim for each requirement of the tasks of a job, whose claim this is."""
+        others = without_engine(self.requirement)
+        if others == self.requirement:
+            return (self,)
+        return replace(self, renders=True), replace(self, renders=False, requirement=others)
 
 
 def share_out(
@@ -37,7 +58,7 @@ def share_out(
     held: Mapping[str, int] = MappingProxyType({}),
     rooms: Mapping[str, int] | None = None,
 ) -> dict[str, int]:
-    """Divide `room` orders between jobs.
+    """Divide `room` orders between jobs; return the number of each claim, by its key.
 
     Parameters
     ----------
@@ -56,27 +77,27 @@ def share_out(
     >>> share_out([Claim("a", 90, 1, 9, own_slots=3), Claim("b", 50, 0, 9, requirement="r")], 9, rooms={"": 9, "r": 1})
     {'a': 2, 'b': 1}
     """
-    heap = [
-        (-claim.priority, claim.outstanding, claim.job_id, claim.ready, claim) for claim in claims if claim.ready > 0
-    ]
+    heap = [(-claim.priority, claim.outstanding, claim.key, claim.ready, claim) for claim in claims if claim.ready > 0]
     heapq.heapify(heap)
     given: Counter[str] = Counter()
+    of_job: Counter[str] = Counter()
     holds = Counter(held)
     left = None if rooms is None else Counter(rooms)
     while heap and given.total() < room:
-        priority, outstanding, job_id, ready, claim = heapq.heappop(heap)
+        priority, outstanding, key, ready, claim = heapq.heappop(heap)
         if (
             is_at_limit(claim, holds)
-            or is_full(claim, outstanding)
+            or is_full(claim, claim.outstanding + of_job[claim.job_id])
             or (left is not None and left[claim.requirement] < 1)
         ):
             continue
-        given[job_id] += 1
+        given[key] += 1
+        of_job[claim.job_id] += 1
         if left is not None:
             left[claim.requirement] -= 1
         holds[claim.owner_id] += 1
         if ready > 1:
-            heapq.heappush(heap, (priority, outstanding + 1, job_id, ready - 1, claim))
+            heapq.heappush(heap, (priority, outstanding + 1, key, ready - 1, claim))
     return dict(given)
 
 

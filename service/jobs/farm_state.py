@@ -8,7 +8,8 @@ from datetime import datetime
 from functools import cached_property
 
 from lippmann.job.messages.events import Closed, Presence
-from lippmann.job.workers import JobRequirement
+from lippmann.job.messages.orders import TaskKind, requirement_of
+from lippmann.job.workers import JobRequirement, without_engine
 from service.claiming import counted, rooms, takes_orders
 from service.db.tables import Job
 from service.jobs.fair_share import Claim, slots_by_owner
@@ -41,14 +42,19 @@ class FarmState:
     """The number of running tasks of all jobs, on workers whose slots count."""
     on_closed: Mapping[str, int] = field(default_factory=dict)
     """The number of the other running tasks, by the requirement of their jobs."""
+    without_engine: Mapping[str, int] = field(default_factory=dict)
+    """The number of outstanding orders that render nothing, by the requirement of jobs that have another."""
+    asked: str = ""
+    """The requirement that the workers of `roster` meet, if it has not all of them."""
     everybody: tuple[Presence, ...] | None = None
     """All workers that are online, where `roster` has only those that a job may have."""
 
-    def of_job(self, row: Job) -> FarmState:
-        """Return the state with only those workers that a job may have."""
+    def of_job(self, row: Job, kind: TaskKind | None = None) -> FarmState:
+        """Return the state with only those workers that a job may have, or its tasks of a kind."""
+        asked = row.requirement if kind is None else requirement_of(row.requirement, kind)
         if self.roster is None:
-            return self
-        return replace(self, roster=self.roster.fitting(row.requirement), everybody=self.roster.present)
+            return replace(self, asked=asked)
+        return replace(self, asked=asked, roster=self.roster.fitting(asked), everybody=self.roster.present)
 
     @property
     def able(self) -> tuple[Presence, ...]:
@@ -80,7 +86,8 @@ class FarmState:
 
     def rooms(self, requirements: Iterable[str] = ()) -> Mapping[str, int]:
         """Return that number by the requirement of the jobs: those in line, and some others."""
-        asked = {"", *requirements, *(claim.requirement for claim in (*self.line, *self.holders))}
+        of_claims = {claim.requirement for claim in (*self.line, *self.holders)}
+        asked = {"", *requirements, *of_claims, *map(without_engine, of_claims)}
         return rooms(self._all_able, self._in_slots(), asked, per_slot=self.settings.orders_per_slot)
 
     def _in_slots(self) -> Mapping[str, int]:
@@ -88,6 +95,10 @@ class FarmState:
         held: dict[str, int] = {}
         for claim in self.holders:
             held[claim.requirement] = held.get(claim.requirement, 0) + claim.outstanding
+        for requirement, count in self.without_engine.items():
+            other = without_engine(requirement)
+            held[requirement] = held.get(requirement, 0) - count
+            held[other] = held.get(other, 0) + count
         return counted(self._all_able, held, self.on_closed)
 
     @property
@@ -103,7 +114,7 @@ def wait_of(code: WaitCode, message: str | None = None, **more: object) -> Wait:
     return Wait.model_validate({"code": code, "message": message or WAITS[code], **more})
 
 
-def wait_for_workers(row: Job, farm: FarmState) -> Wait | None:
+def wait_for_workers(farm: FarmState) -> Wait | None:
     """Return why no worker does the work of a job; None if some could.
 
     Parameters
@@ -117,7 +128,7 @@ def wait_for_workers(row: Job, farm: FarmState) -> Wait | None:
     if not everybody:
         return wait_of(WaitCode.NO_WORKER)
     if not farm.roster.present:
-        return wait_of(WaitCode.NO_FITTING_WORKER, f"No worker that is online {_lacking(row.requirement, everybody)}.")
+        return wait_of(WaitCode.NO_FITTING_WORKER, f"No worker that is online {_lacking(farm.asked, everybody)}.")
     return None if farm.able else _unable(farm.roster)
 
 

@@ -79,7 +79,7 @@ def task_wait(task: Task, job: JobState, farm: FarmState, needs: Needs | None = 
     needs
         The unfinished tasks of the stage that the task needs.
     """
-    row, farm = job.row, farm.of_job(job.row)
+    row, farm = job.row, farm.of_job(job.row, task.kind)
     if row.status in ENDED_JOBS or task.status not in (TaskStatus.WAITING, TaskStatus.READY, TaskStatus.DISPATCHED):
         return None
     wait = _pause(row) or (_blocked(task, needs) if task.status is TaskStatus.WAITING else _farm_wait(row, farm))
@@ -112,7 +112,7 @@ def _farm_wait(row: Job, farm: FarmState) -> Wait | None:
     if farm.faults:
         cause = farm.faults[0]
         return wait_of(WaitCode.FARM_FAULT, cause.message, fault=cause.code)
-    return wait_for_workers(row, farm)
+    return wait_for_workers(farm)
 
 
 def _blocked(task: Task, needs: Needs | None) -> Wait:
@@ -180,13 +180,13 @@ def _task_turn(task: Task, job: JobState, farm: FarmState) -> Wait:
 def _granted(row: Job, farm: FarmState) -> int:
     """Return how many tasks of a job the next round of the scheduler dispatches."""
     line = [*(claim for claim in farm.line if claim.job_id != row.id), _claim(row, farm)]
-    rooms = farm.rooms([row.requirement])
+    rooms = farm.rooms([farm.asked])
     return share_out(line, farm.room(), held=farm.held, rooms=rooms).get(row.id, 0)
 
 
 def _claim(row: Job, farm: FarmState) -> Claim:
     outstanding = row.dispatched + row.running
-    limits = (row.owner_id, row.max_slots, row.requirement, row.own_slots)
+    limits = (row.owner_id, row.max_slots, farm.asked, row.own_slots)
     return claim_of((row.id, row.priority, outstanding, row.ready, *limits), farm.settings)
 
 

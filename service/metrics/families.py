@@ -15,7 +15,7 @@ from lippmann.job.messages.events import Closed
 from lippmann.job.states import JobStatus
 from service.db.jobs import SCHEDULABLE
 from service.metrics.readings import DatabaseReading, FarmReading, StoreReading
-from service.metrics.waiting import waiting_work
+from service.metrics.waiting import waiting_work, waiting_work_by_engine
 from service.roster import Roster
 from service.settings import Settings
 
@@ -78,6 +78,11 @@ def _of_jobs(database: DatabaseReading, settings: Settings, *, now_s: float) -> 
     work = waiting_work(database.wanted, max_slots=settings.max_slots)
     yield _gauge("lippmann_waiting_tasks", "Tasks that wait for a slot and nothing else.", work.waiting_tasks)
     yield _gauge("lippmann_wanted_slots", "Slots that would have work now.", work.wanted_slots)
+    by_engine = waiting_work_by_engine(database.wanted, max_slots=settings.max_slots)
+    waits = {engine: part.waiting_tasks for engine, part in by_engine.items()}
+    yield _by_label("lippmann_engine_waiting_tasks", "Those tasks by the engine that they need.", "engine", waits)
+    wants = {engine: part.wanted_slots for engine, part in by_engine.items()}
+    yield _by_label("lippmann_engine_wanted_slots", "Those slots by the engine that they need.", "engine", wants)
     oldest_s = database.oldest_queued_s
     age_s = 0.0 if oldest_s is None else max(0.0, now_s - oldest_s)
     yield _gauge("lippmann_oldest_queued_job_age_seconds", "The age of the oldest job that has not begun.", age_s)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Collection, Iterable
 
-from lippmann.job.workers import JobRequirement
+from lippmann.job.workers import ENGINE_TITLES, JobRequirement
 from service.db.farm import WantRow
 from service.schemas.farm import WaitingWork
 
@@ -25,9 +25,15 @@ def waiting_work(rows: Iterable[WantRow], *, max_slots: int) -> WaitingWork:
 
 
 def waiting_work_for(
-    rows: Iterable[WantRow], *, max_slots: int, pool: str, tags: Collection[str], memory_mb: int | None
+    rows: Iterable[WantRow],
+    *,
+    max_slots: int,
+    pool: str,
+    tags: Collection[str],
+    memory_mb: int | None,
+    engines: Collection[str] = tuple(ENGINE_TITLES),
 ) -> WaitingWork:
-    """Return the part of the work that a worker with this pool, these tags, this memory and every engine may do.
+    """Return the part of the work that a worker with this pool, these tags, this memory and these engines may do.
 
     >>> rows = [("ann", None, "", 3, 0, 0), ("ann", None, JobRequirement(pool="night").text, 5, 0, 2)]
     >>> waiting_work_for(rows, max_slots=100, pool="night", tags=(), memory_mb=None).wanted_slots
@@ -35,9 +41,24 @@ def waiting_work_for(
     """
 
     def fits(requirement: str) -> bool:
-        return not JobRequirement.of(requirement).lacks(pool=pool, tags=tags, memory_mb=memory_mb)
+        needed = JobRequirement.of(requirement)
+        return not needed.lacks_of(pool=pool, tags=tags, memory_mb=memory_mb, engines=engines)
 
     return _added((row, gets) for row, gets in _shared_out(rows, max_slots) if fits(row[2]))
+
+
+def waiting_work_by_engine(rows: Iterable[WantRow], *, max_slots: int) -> dict[str, WaitingWork]:
+    """Return the work by the engine that its tasks need, which is `none` for those that render nothing.
+
+    >>> rows = [("ann", None, "", 3, 0, 0), ("ann", None, JobRequirement(engine="mitsuba").text, 5, 0, 2)]
+    >>> {engine: work.wanted_slots for engine, work in waiting_work_by_engine(rows, max_slots=100).items()}
+    {'povray': 3, 'mitsuba': 7, 'none': 0}
+    """
+    shared = _shared_out(rows, max_slots)
+    return {
+        engine: _added((row, gets) for row, gets in shared if JobRequirement.of(row[2]).engine == engine)
+        for engine in (*ENGINE_TITLES, "none")
+    }
 
 
 def _shared_out(rows: Iterable[WantRow], max_slots: int) -> list[tuple[WantRow, int]]:

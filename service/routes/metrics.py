@@ -7,6 +7,8 @@ from typing import Annotated
 from fastapi import APIRouter, Cookie, Depends, Header, Query, Request, Response
 from starlette.concurrency import run_in_threadpool
 
+from lippmann.job.engines import Engine
+from lippmann.job.workers import ENGINE_TITLES
 from service.db import farm as farm_rows
 from service.dependencies import AppStateDep, get_caller_or_none, identify_caller, require_viewer
 from service.metrics.scrape import MEDIA_TYPE, scrape_text
@@ -64,11 +66,17 @@ def get_waiting_work(
     ] = None,
     tag: Annotated[list[str] | None, Query(max_length=64, description="A tag of this worker.")] = None,
     memory_mb: Annotated[int | None, Query(ge=1, le=MOST_MB, description="Its memory for a task, MB.")] = None,
+    engine: Annotated[
+        list[Engine] | None, Query(max_length=8, description="An engine of this worker; all engines without one.")
+    ] = None,
 ) -> WaitingWork:
     """Get the work that waits for slots, for an autoscaler of workers. It is as the database has it now."""
     max_slots = state.settings.max_slots
     with state.database.reading() as session:
         rows = farm_rows.wanted(session)
-    if pool is None and tag is None and memory_mb is None:
+    if pool is None and tag is None and memory_mb is None and engine is None:
         return waiting_work(rows, max_slots=max_slots)
-    return waiting_work_for(rows, max_slots=max_slots, pool=pool or "", tags=tag or (), memory_mb=memory_mb)
+    engines = ENGINE_TITLES if engine is None else engine
+    return waiting_work_for(
+        rows, max_slots=max_slots, pool=pool or "", tags=tag or (), memory_mb=memory_mb, engines=engines
+    )

@@ -7,6 +7,7 @@ from enum import StrEnum
 from pydantic import BaseModel, ConfigDict, Field
 
 from lippmann.digest import Digest
+from lippmann.job.workers import without_engine
 
 MOST_THREADS = 16
 """The largest number of threads of one task. More of them need more memory and processes than a task may have."""
@@ -19,6 +20,17 @@ class TaskKind(StrEnum):
     RENDER = "render"
     ASSEMBLE = "assemble"
     ENCODE = "encode"
+
+
+def requirement_of(requirement: str, kind: TaskKind) -> str:
+    """Return the requirement of a task on its worker, where that of its job is given; both as `JobRequirement.text`.
+
+    >>> requirement_of('{"engine":"mitsuba"}', TaskKind.ASSEMBLE)
+    '{"engine":"none"}'
+    >>> requirement_of('{"engine":"mitsuba"}', TaskKind.RENDER)
+    '{"engine":"mitsuba"}'
+    """
+    return requirement if kind in (TaskKind.PROBE, TaskKind.RENDER) else without_engine(requirement)
 
 
 class TileIndex(BaseModel):
@@ -58,7 +70,7 @@ class Order(BaseModel):
     """The number of threads that the task may use: with more than one, slots of the worker would idle otherwise. It is
     limited by the worker's own slots, and by `MOST_THREADS`."""
     requirement: str = ""
-    """The requirement of the job for its workers, as `JobRequirement.text`; it has a queue of its own."""
+    """The requirement of the task on its worker, as `JobRequirement.text`; it has a queue of its own."""
     store_id: str | None = None
     """The id of the farm's artifact store. A worker whose store has another id or none, for example because its disk is
     not mounted, neither publishes there nor takes anything to be missing."""

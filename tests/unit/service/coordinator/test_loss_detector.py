@@ -9,6 +9,7 @@ import pytest
 
 from lippmann.job.messages import wire
 from lippmann.job.messages.events import Lease, Presence
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
 from service.coordinator.loss_detector import CONFIRM_S, ROUNDS, LossDetector, Sighting, without_voucher
 from service.db.task_state import HeldAttempt
@@ -16,8 +17,8 @@ from tests.builders_service import T0, presence
 
 SILENCE_S = 45.0
 RUNNING = HeldAttempt(
-    job_id="j", sequence=1, status=TaskStatus.RUNNING, attempt="a", worker="w1", instance="i1", artifact="x",
-    dispatched_s=T0, dispatched_idle_s=0.0, heartbeat_s=T0,
+    job_id="j", sequence=1, kind=TaskKind.RENDER, status=TaskStatus.RUNNING, attempt="a", worker="w1", instance="i1",
+    artifact="x", dispatched_s=T0, dispatched_idle_s=0.0, heartbeat_s=T0,
 )  # fmt: skip
 ORDER = replace(RUNNING, status=TaskStatus.DISPATCHED, worker=None, instance=None, heartbeat_s=None)
 

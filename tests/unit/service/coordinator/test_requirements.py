@@ -9,6 +9,7 @@ import pytest
 from sqlalchemy import update
 
 from lippmann.job.messages.events import Presence, PresenceFault
+from lippmann.job.messages.orders import TaskKind
 from lippmann.job.messages.protocol import PROTOCOL
 from lippmann.job.workers import WorkerRequirement
 from service.claiming import ClaimWatches
@@ -22,6 +23,7 @@ from tests.builders_service import T0, Farm, claimed, done, failed, presence
 GPU = {"tags": ["gpu"]}
 NIGHT = {"pool": "night"}
 MITSUBA = '{"engine":"mitsuba"}'
+NO_ENGINE = '{"engine":"none"}'
 
 
 def worker(name: str, slots: int = 2, **changes: Any) -> Presence:
@@ -84,6 +86,69 @@ def test_orders_go_only_to_workers_that_have_the_engine(farm: Farm) -> None:
     plain = farm.submit(frames="1-50")
     assert [order.job_id for order in farm.dispatch()] == [plain], "the other engine has slots of its own"
     assert farm.job(meshes).dispatched == 2
+
+
+def meshes(farm: Farm, **more: Any) -> str:
+    """Return a planned job of Mitsuba with rendered frames, whose assembly is ready."""
+    farm.workers = [worker("mi", 4, engines=("povray", "mitsuba"))]
+    job_id = farm.planned(**more)
+    with farm.database.writing() as session:
+        session.execute(update(Job).where(Job.id == job_id).values(requirement=MITSUBA))
+    for order in farm.dispatch():
+        farm.say(claimed(order), done(order))
+    return job_id
+
+
+def test_tasks_that_render_nothing_go_to_workers_without_the_engine_also_while_it_is_busy(farm: Farm) -> None:
+    job_id = meshes(farm, frames="1-50")
+    farm.workers = [worker("mi", 1, engines=("povray", "mitsuba")), worker("pov", 1)]
+    orders = farm.dispatch()
+    kinds = Counter((order.kind.value, order.requirement) for order in orders)
+    assert kinds == {("render", MITSUBA): 2, ("assemble", NO_ENGINE): 2}
+    assert farm.dispatch() == []
+    assembly = next(order for order in orders if order.kind is TaskKind.ASSEMBLE)
+    farm.say(claimed(assembly, "pov"), done(assembly, "pov"))
+    assert [order.requirement for order in farm.dispatch()] == [NO_ENGINE], "Mitsuba has no room, others have"
+    assert farm.job(job_id).dispatched == 4
+
+
+def test_no_worker_with_the_engine_need_be_left_for_the_assembly(farm: Farm) -> None:
+    meshes(farm, frames="1-50")
+    farm.workers = [worker("pov", 1)]
+    assert Counter(order.kind for order in farm.dispatch()) == {TaskKind.ASSEMBLE: 2}
+    assert farm.dispatch() == []
+
+
+def test_the_parts_of_a_job_share_its_limit_of_slots(farm: Farm) -> None:
+    meshes(farm, slots=3, frames="1-50")
+    farm.workers.append(worker("pov", 8))
+    assert len(farm.dispatch()) == 3
+    assert farm.dispatch() == []
+
+
+def test_an_order_of_an_assembly_is_looked_for_in_its_own_queue(farm: Farm) -> None:
+    meshes(farm, frames="1-50")
+    farm.workers = [worker("pov", 1, holds=())]
+    order, *_ = farm.dispatch()
+    with farm.database.reading() as session:
+        held = task_rows.held(session, job_rows.busy_ids(session))
+        requirements = job_rows.requirements_of_busy(session)
+        assert job_rows.requirements(session) == [MITSUBA, NO_ENGINE]
+        assert job_rows.outstanding(session) == {("k", MITSUBA): 0, ("k", NO_ENGINE): 2}
+
+    def lost(first_orders: dict[str, str | None]) -> set[str]:
+        detector = LossDetector(silence_s=45.0)
+        seen = [
+            Sighting(
+                live_s=float(second), rounds=second * ROUNDS, workers={w.name: w for w in farm.workers}, leases={},
+                first_orders=first_orders, requirements=requirements,
+            )
+            for second in range(20)
+        ]  # fmt: skip
+        return {attempt for each in seen for attempt in detector.observe(held, each)}
+
+    assert lost({"": None, MITSUBA: None, NO_ENGINE: order.attempt}) == set()
+    assert order.attempt in lost({"": None, MITSUBA: None, NO_ENGINE: None})
 
 
 def test_a_job_of_povray_gives_no_order_to_a_worker_without_it(farm: Farm) -> None:

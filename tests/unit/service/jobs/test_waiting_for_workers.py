@@ -8,6 +8,8 @@ import pytest
 from sqlalchemy import update
 
 from lippmann.job.messages.events import Presence
+from lippmann.job.messages.orders import TaskKind
+from lippmann.job.states import TaskStatus
 from service.api.waits import job_waits, task_waits
 from service.db import coordinator as coordinator_rows
 from service.db.tables import Job
@@ -67,6 +69,22 @@ def test_the_engine_that_no_worker_has_is_named(farm: Farm, requirement: str, en
     assert wait is not None
     message = f"No worker that is online has the engine {engine}, which the job asks for."
     assert (wait.code, wait.message) == (WaitCode.NO_FITTING_WORKER, message)
+
+
+def test_an_assembly_of_a_job_of_mitsuba_waits_for_no_mitsuba(farm: Farm) -> None:
+    farm.workers = [worker("mi", 4, engines=("povray", "mitsuba"))]
+    job_id = farm.planned(frames="1-20")
+    with farm.writing() as session:
+        session.execute(update(Job).values(requirement='{"engine":"mitsuba"}'))
+    for order in farm.dispatch():
+        farm.say(claimed(order), done(order))
+    farm.workers = [worker("pov", 2, holds=())]
+    with farm.database.reading() as session:
+        ready = [task for task in farm.tasks(job_id) if task.status is TaskStatus.READY]
+        waits = task_waits(session, session.get_one(Job, job_id), ready, farm.outlook())
+    codes = {kind: {waits[task.sequence].code for task in ready if task.kind is kind} for kind in TaskKind}
+    assert codes[TaskKind.RENDER] == {WaitCode.NO_FITTING_WORKER}
+    assert codes[TaskKind.ASSEMBLE] == {WaitCode.STARTING, WaitCode.EARLIER_TASKS}
 
 
 def test_a_job_without_a_pool_says_so_where_every_worker_has_one(farm: Farm) -> None:

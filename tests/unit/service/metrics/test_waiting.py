@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import pytest
+from sqlalchemy import update
 
 from lippmann.job.states import JobStatus
-from lippmann.job.workers import WorkerRequirement
+from lippmann.job.workers import JobRequirement, WorkerRequirement
 from service.db import farm as farm_rows
 from service.db.farm import WantRow
+from service.db.tables import Job
 from service.jobs.commands import cancel_job, pause_job
-from service.metrics.waiting import waiting_work, waiting_work_for
-from tests.builders_service import Farm, claimed
+from service.metrics.waiting import waiting_work, waiting_work_by_engine, waiting_work_for
+from tests.builders_service import Farm, claimed, done, presence
 
 
 @pytest.mark.parametrize(
@@ -49,6 +51,33 @@ def test_a_worker_may_do_what_its_pool_its_tags_and_its_memory_allow() -> None:
 
     assert (wanted("night", "gpu"), wanted("night"), wanted(""), wanted("", memory_mb=64_000)) == (6, 0, 1, 9)
     assert waiting_work(rows, max_slots=100).wanted_slots == 15
+
+
+def test_a_worker_may_do_what_its_engines_render_and_all_that_renders_nothing() -> None:
+    asked = [JobRequirement(engine=engine).text for engine in ("povray", "mitsuba", "none")]
+    rows: list[WantRow] = [("ann", None, text, count, 0, 0) for text, count in zip(asked, (1, 10, 100), strict=True)]
+
+    def wanted(*engines: str) -> int:
+        found = waiting_work_for(rows, max_slots=1000, pool="", tags=(), memory_mb=None, engines=engines)
+        return found.wanted_slots
+
+    assert (wanted("povray"), wanted("mitsuba"), wanted("povray", "mitsuba"), wanted()) == (101, 110, 111, 100)
+
+
+def test_the_work_of_a_job_is_split_by_the_engine_that_its_tasks_need(farm: Farm) -> None:
+    job_id = farm.planned(frames="1-20")
+    with farm.writing() as session:
+        session.execute(update(Job).values(requirement=JobRequirement(engine="mitsuba").text))
+    farm.workers = [presence("mi", 4).model_copy(update={"engines": ("povray", "mitsuba")})]
+    for order in farm.dispatch():
+        farm.say(claimed(order), done(order))
+    row = farm.job(job_id)
+    with farm.database.reading() as session:
+        found = waiting_work_by_engine(farm_rows.wanted(session), max_slots=1000)
+    assembling = found["none"].waiting_tasks
+    assert 0 < assembling < row.ready
+    assert found["mitsuba"].waiting_tasks == row.ready - assembling
+    assert found["povray"].waiting_tasks == 0
 
 
 def figures(farm: Farm) -> tuple[int, int, int]:
