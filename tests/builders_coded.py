@@ -37,11 +37,11 @@ def coded_sheet(layout: CellLayout, codes: NDArray[np.int64]) -> NDArray[np.floa
 
 
 def read_pfm(path: Path) -> NDArray[np.float32]:
-    """Return a PFM of one channel, row 0 at the top."""
+    """Return a PFM of one or three channels, row 0 at the top."""
     kind, size, scale, data = path.read_bytes().split(b"\n", 3)
-    assert kind == b"Pf"
+    shape = {b"Pf": (), b"PF": (3,)}[kind]
     cols, rows = map(int, size.split())
-    values = np.frombuffer(data, dtype="<f4" if float(scale) < 0 else ">f4").reshape(rows, cols)
+    values = np.frombuffer(data, dtype="<f4" if float(scale) < 0 else ">f4").reshape(rows, cols, *shape)
     return values[::-1]
 
 

@@ -71,10 +71,10 @@ class GivenJob:
 def given_job(folder: Path, sheets: Mapping[int, NDArray[np.floating[Any]]] | None = None, **more: Any) -> GivenJob:
     """Return a job with these orthoscopic sheets, linear light, by frame; of noise where none are given.
 
-    `more` is as in `small_job`; the scene is the white target.
+    `more` is as in `small_job`; the scene is the white target, or `scene`.
     """
     place = local_place(folder)
-    spec = small_job("target-white", **{"count": (6, 5), "px_per_lens": 4, **more})
+    spec = small_job(more.pop("scene", "target-white"), **{"count": (6, 5), "px_per_lens": 4, **more})
     job = GivenJob(place, stored_job(place, spec))
     noise = np.random.default_rng(1)
     for frame in spec.frame_numbers:

@@ -23,7 +23,7 @@ RECORD = ".fetched.json"
 SAVED_EVERY_S = 5.0
 """The interval at which the record is written while files are downloaded, s."""
 PICTURES = ("integral", "orthoscopic", "device", "views")
-MASTERS_ONLY = ("depth",)
+MASTERS_ONLY = ("depth", "channels")
 """These hold numbers, so no PNG picture is made of them."""
 OUTPUTS = ("video", "exports")
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Literal
 
 from lippmann.errors import FieldProblem
-from lippmann.job.render_settings import RenderSettings
+from lippmann.job.channels import CHANNEL_PARTS
+from lippmann.job.render_settings import Channel, RenderSettings
 from lippmann.job.spec import JobSpec
 from lippmann.job.workers import ENGINE_TITLES
 
@@ -19,8 +20,11 @@ POVRAY_FILES = (".pov", ".inc")
 MITSUBA_FILES = (".xml", ".gltf", ".glb", ".obj", ".ply")
 """The suffixes of the scene files that Mitsuba reads."""
 
-STORED_CHANNELS = ("depth",)
-"""The channels that tasks store beside the colours."""
+ENGINE_CHANNELS: Mapping[Engine, tuple[Channel, ...]] = {
+    "povray": ("depth",),
+    "mitsuba": ("depth", *CHANNEL_PARTS),
+}
+"""The channels that each engine renders beside the colours."""
 
 _DEFAULTS = RenderSettings()
 
@@ -51,11 +55,18 @@ def engine_problems(spec: JobSpec, file: str) -> Iterator[FieldProblem]:
         expected = f"auto or {engine}, because {file} is a scene of {ENGINE_TITLES[engine]}"
         yield FieldProblem(field="render.engine", expected=expected, got=spec.render.engine)
         return
-    others = [channel for channel in spec.capture.channels if channel not in STORED_CHANNELS]
-    if others:
-        expected = f"{', '.join(STORED_CHANNELS)} alone: no other channel is stored"
-        yield FieldProblem(field="capture.channels", expected=expected, got=", ".join(others))
+    yield from _no_such_channels(spec, engine)
     yield from _not_with_povray(spec) if engine == "povray" else _not_with_mitsuba(spec)
+
+
+def _no_such_channels(spec: JobSpec, engine: Engine) -> Iterator[FieldProblem]:
+    """Yield the channels that an engine does not render."""
+    known = ENGINE_CHANNELS[engine]
+    others = [channel for channel in spec.capture.channels if channel not in known]
+    if others:
+        some = "depth alone" if known == ("depth",) else f"some of {', '.join(known)}"
+        expected = f"{some} with {ENGINE_TITLES[engine]}"
+        yield FieldProblem(field="capture.channels", expected=expected, got=", ".join(others))
 
 
 def _not_with_povray(spec: JobSpec) -> Iterator[FieldProblem]:

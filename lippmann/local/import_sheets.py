@@ -189,7 +189,7 @@ def find_lenses(path: Path, picture: NDArray[np.float32], options: ImportOptions
 def _of_master(path: Path, rig: Rig, picture: NDArray[np.float32], options: ImportOptions) -> Lenses:
     """Return the lenses of a master, whose header names everything."""
     kind, inverted = path.absolute().parent.name, rig.imaging_lens is not None
-    if kind in ("views", "depth"):
+    if kind in ("views", "depth", "channels"):
         raise BadInput(f"expected an integral image, as {names.orthoscopic_name(1)}, got {path}")
     captured = kind == "integral"
     layout = frame_size(rig) if captured else display_size(rig)

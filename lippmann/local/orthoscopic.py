@@ -40,7 +40,7 @@ from worker.untrusted import decoded_rows
 
 MASTER = ".exr"
 PICTURES = (".png", ".tif", ".tiff")
-NOT_CAPTURED = ("orthoscopic", "views", "device", "depth")
+NOT_CAPTURED = ("orthoscopic", "views", "device", "depth", "channels")
 """The folders of masters that are no captures although their headers name the same rig."""
 
 

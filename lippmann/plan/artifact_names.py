@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from lippmann.job.channels import stored_channels
 from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.outputs.output import OutputOptions
 from lippmann.job.spec import JobSpec
@@ -59,6 +60,11 @@ def depth_tile_name(frame: int, tile: TileIndex) -> str:
     return f"depth-tiles/{frame_stem(frame)}/{tile_stem(tile)}.exr"
 
 
+def channel_tile_name(frame: int, tile: TileIndex) -> str:
+    """Return the name of the other channels of a tile, as captured."""
+    return f"channel-tiles/{frame_stem(frame)}/{tile_stem(tile)}.exr"
+
+
 def integral_name(frame: int) -> str:
     """Return the name of a pseudoscopic integral image, as captured."""
     return f"integral/{frame_stem(frame)}.exr"
@@ -84,6 +90,11 @@ def depth_name(frame: int) -> str:
     return f"depth/{frame_stem(frame)}.exr"
 
 
+def channels_name(frame: int) -> str:
+    """Return the name of the other channels of every pixel of an orthoscopic integral image; see `job.channels`."""
+    return f"channels/{frame_stem(frame)}.exr"
+
+
 def thumb_name(frame: int) -> str:
     """Return the name of the thumbnail of a frame."""
     return f"thumbs/{frame_stem(frame)}.webp"
@@ -92,7 +103,8 @@ def thumb_name(frame: int) -> str:
 def tile_artifacts(spec: JobSpec, frame: int, tile: TileIndex) -> tuple[str, ...]:
     """Return the names of the artifacts of a render task; the tile itself is stored last."""
     depth = (depth_tile_name(frame, tile),) if spec.capture.depth else ()
-    return (*depth, tile_name(frame, tile))
+    channels = (channel_tile_name(frame, tile),) if stored_channels(spec.capture) else ()
+    return (*depth, *channels, tile_name(frame, tile))
 
 
 def masters(spec: JobSpec, frame: int) -> tuple[str, ...]:
@@ -100,6 +112,8 @@ def masters(spec: JobSpec, frame: int) -> tuple[str, ...]:
     names = [integral_name(frame), orthoscopic_name(frame), views_name(frame)]
     if spec.capture.depth:
         names.append(depth_name(frame))
+    if stored_channels(spec.capture):
+        names.append(channels_name(frame))
     if spec.rig.device is not None:
         names.append(device_name(frame))
     return tuple(names)

@@ -10,8 +10,10 @@ from lippmann.job.messages.orders import TaskKind, TileIndex
 from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names
 
-_TILE = re.compile(r"(?:tiles|depth-tiles)/(\d{4,9})/(\d{2,4})-(\d{2,4})\.exr", re.ASCII)
-_OF_FRAME = re.compile(r"(?:integral|orthoscopic|device|views|depth)/(\d{4,9})\.exr|thumbs/(\d{4,9})\.webp", re.ASCII)
+_TILE = re.compile(r"(?:tiles|depth-tiles|channel-tiles)/(\d{4,9})/(\d{2,4})-(\d{2,4})\.exr", re.ASCII)
+_OF_FRAME = re.compile(
+    r"(?:integral|orthoscopic|device|views|depth|channels)/(\d{4,9})\.exr|thumbs/(\d{4,9})\.webp", re.ASCII
+)
 
 
 @dataclass(frozen=True)

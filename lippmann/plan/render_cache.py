@@ -16,6 +16,7 @@ from typing import Any
 from pydantic import BaseModel, ConfigDict
 
 from lippmann.digest import Digest
+from lippmann.job.channels import stored_channels
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.spec import JobSpec
 from lippmann.plan import artifact_names as names
@@ -28,7 +29,7 @@ ENTRY = "entry.json"
 """The file of an entry that is stored last. It is written again whenever the entry is used, so its time is that of the
 last use."""
 
-TILE, DEPTH, POV, LOG = "tile.exr", "depth.exr", "tile.pov", "log.txt"
+TILE, DEPTH, CHANNELS, POV, LOG = "tile.exr", "depth.exr", "channels.exr", "tile.pov", "log.txt"
 """The files of an entry: what a render leaves in a job."""
 
 UNSEEN: dict[str, Any] = {
@@ -131,5 +132,6 @@ def entry_files(spec: JobSpec, frame: int, tile: Tile, *, has_source: bool = Tru
         True if the engine renders a .pov, which is one of them.
     """
     depth = {DEPTH: names.depth_tile_name(frame, tile.index)} if spec.capture.depth else {}
+    channels = {CHANNELS: names.channel_tile_name(frame, tile.index)} if stored_channels(spec.capture) else {}
     source = {POV: names.pov_name(frame, tile.index)} if has_source else {}
-    return {**source, **depth, TILE: names.tile_name(frame, tile.index)}
+    return {**source, **depth, **channels, TILE: names.tile_name(frame, tile.index)}

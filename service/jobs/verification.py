@@ -146,10 +146,10 @@ def input_digests(session: Session, tasks: Sequence[TaskState]) -> Mapping[tuple
 
 
 def _masters_of_outputs(session: Session, job_id: str) -> Iterator[tuple[str, Digest]]:
-    """Yield the masters that outputs are made from: orthoscopic integral images and depth maps."""
+    """Yield the masters that outputs are made from: orthoscopic integral images, depth maps and other channels."""
     for digests in task_rows.digests_of_assemblies(session, job_id):
         for name, pair in digests.items():
-            if name.startswith(("orthoscopic/", "depth/")):
+            if name.startswith(("orthoscopic/", "depth/", "channels/")):
                 yield name, Digest(*pair)
 
 

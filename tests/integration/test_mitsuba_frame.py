@@ -46,6 +46,7 @@ def place(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Workplace]:
 def framed(place: Workplace, *, tiles: tuple[int, int]) -> NDArray[np.float16]:
     """Return the integral image of a frame with depth, rendered in tiles."""
     spec = small_job("turning-knot", count=SIZE, capture={"depth": True}, tiles=tiles, render={"cache": False})
+    place.store.delete(JOB_ID)  # or the tiles before would be taken for these
     local_job(place, spec, builtin_bundle("turning-knot"))
     store_plan(place, StoredPlan(tile_rows=tiles[0], tile_cols=tiles[1], probe_start_s=0, probe_s_per_px=0))
     for tile in tiles_of(spec):

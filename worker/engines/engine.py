@@ -47,6 +47,8 @@ class Wanted:
     """The part to render; None for all."""
     channels: tuple[Channel, ...] = ()
     """The channels to render with the colours, by an engine that has them in one pass."""
+    light: bool = True
+    """False for the channels alone, by such an engine."""
     threads: int = 1
     """The number of threads that trace; with more than one, see `Engine.is_parallel`."""
 
@@ -88,7 +90,7 @@ class Rendered:
     """The pixels of a region and what they cost."""
 
     light: NDArray[np.float16]
-    """Linear radiance, `(row, col, channel)` of the region."""
+    """Linear radiance, `(row, col, channel)` of the region; black if it was not wanted."""
     start_s: float
     """Seconds that do not depend on the number of pixels: start, and load or parse."""
     trace_cpu_s: float
@@ -99,7 +101,10 @@ class Rendered:
     """True if tiles are equal to the same pixels of the whole frame."""
     channels: Mapping[Channel, NDArray[np.float32]] = field(default_factory=dict)
     """The channels, each `(row, col)` or `(row, col, channel)` of the region. The depth is the distance along the ray
-    from its start to the first surface, mm; infinite without one, and NaN without a ray."""
+    from its start to the first surface, mm; infinite without one, and NaN without a ray. The others are those of
+    `job.channels`, NaN or object 0 without a surface or a ray."""
+    objects: tuple[str, ...] = ()
+    """The names of the objects from number 1, if the channel `object` was wanted."""
     notes: tuple[str, ...] = ()
     """The parts of the scene that the engine left out or added, for the people of the job."""
 

@@ -35,7 +35,7 @@ def write_ppm(path: Path, codes: NDArray[np.uint16], *, bits: int) -> None:
 
 
 def write_pfm(path: Path, values: NDArray[np.floating[Any]]) -> None:
-    """Write values `(rows, cols)`, row 0 at the top, as little-endian PFM.
+    """Write values `(rows, cols)` or `(rows, cols, 3)`, row 0 at the top, as little-endian PFM.
 
     Raises
     ------
@@ -48,14 +48,16 @@ def write_pfm(path: Path, values: NDArray[np.floating[Any]]) -> None:
 
 
 def encoded_pfm(values: NDArray[np.floating[Any]]) -> bytes:
-    """Encode values `(rows, cols)`, row 0 at the top, as little-endian PFM.
+    """Encode values `(rows, cols)` or `(rows, cols, 3)`, row 0 at the top, as little-endian PFM.
 
     Raises
     ------
     OutputError
         If the values have another shape, or there are none.
     """
-    if values.ndim != 2 or values.size == 0:
-        raise OutputError(f"expected values (rows, cols) for a PFM, got an array of shape {values.shape}")
-    rows, cols = values.shape
-    return f"Pf\n{cols} {rows}\n-1\n".encode() + np.ascontiguousarray(values[::-1], dtype="<f4").tobytes()
+    if values.shape[2:] not in ((), (3,)) or values.ndim < 2 or values.size == 0:
+        expected = "values (rows, cols) or (rows, cols, 3) for a PFM"
+        raise OutputError(f"expected {expected}, got an array of shape {values.shape}")
+    rows, cols = values.shape[:2]
+    header = f"{'Pf' if values.ndim == 2 else 'PF'}\n{cols} {rows}\n-1\n"
+    return header.encode() + np.ascontiguousarray(values[::-1], dtype="<f4").tobytes()

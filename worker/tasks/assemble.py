@@ -13,10 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import ArtifactBroken
+from lippmann.job.channels import CHANNEL_PARTS, NOTHING, channel_attributes, objects_in, part_names, stored_channels
 from lippmann.job.messages.orders import Order, TileIndex
+from lippmann.job.render_settings import Channel
 from lippmann.job.rig import Device
 from lippmann.lattice.layout import CellLayout
-from lippmann.lightfield.depth.depth_map import CHANNELS, depth_bands
+from lippmann.lightfield.depth.depth_map import CHANNELS, turned_bands
 from lippmann.lightfield.sheet.assemble import assembled
 from lippmann.lightfield.sheet.bands import OrthoscopicSheet, Rows, Sheet, SheetOfRows, bands, stitched
 from lippmann.lightfield.sheet.device import device_bands, device_size, to_device
@@ -24,6 +26,7 @@ from lippmann.lightfield.views.square_pixels import as_square
 from lippmann.lightfield.views.views import centre, grid_size
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import Tile, cut_tiles, device_pixels, frame_size
+from worker.images.read import read_attributes
 from worker.images.rearrange import views_rows
 from worker.images.rows import BAND_PX, open_rows
 from worker.images.write import write_thumbnail
@@ -49,7 +52,8 @@ def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> 
     sheet = assembled_job(place, order, artifacts)
     rig = sheet.at(frame).spec.rig
     with_depth = sheet.spec.capture.depth
-    count = 3 + with_depth + (rig.device is not None)
+    channels = stored_channels(sheet.spec.capture)
+    count = 3 + with_depth + bool(channels) + (rig.device is not None)
     with place.task_folder() as folder, ExitStack() as opened:
         masters = Masters(place, sheet, frame, folder, artifacts, monitor, count=count, opened=opened)
         layout, inverted = frame_size(rig), rig.imaging_lens is not None
@@ -63,6 +67,8 @@ def assemble_frame(place: Workplace, order: Order, monitor: ProgressMonitor) -> 
         upright = SheetOfRows(kept, turned.layout)
         if with_depth:
             _keep_depth(masters, layout, inverted=inverted)
+        if channels:
+            _keep_channels(masters, layout, channels, inverted=inverted)
         if rig.device is not None:
             _keep_device(masters, upright, rig.device, pitch_mm=rig.lens_array.pitch_mm)
         grid = masters.keep(names.views_name(frame), views_rows(upright, folder), grid_size(upright.layout))
@@ -83,11 +89,37 @@ def _captured(masters: Masters, layout: CellLayout) -> Iterator[NDArray[Any]]:
 
 def _keep_depth(masters: Masters, layout: CellLayout, *, inverted: bool) -> None:
     """Store the depth map of a frame, which has the layout of the orthoscopic integral image."""
-    tiles = _tiles(masters, layout, partial(names.depth_tile_name, masters.frame), channels=CHANNELS)
+    tile_name = partial(names.depth_tile_name, masters.frame)
+    shown = _turned(masters, layout, tile_name, CHANNELS, nothing=(np.nan,), inverted=inverted)
+    masters.keep_channels(names.depth_name(masters.frame), shown, (layout.rows, layout.cols), CHANNELS)
+
+
+def _keep_channels(masters: Masters, layout: CellLayout, channels: Sequence[Channel], *, inverted: bool) -> None:
+    """Store the other channels of a frame, which have the layout of the orthoscopic integral image."""
+    tile_name, parts = partial(names.channel_tile_name, masters.frame), part_names(channels)
+    nothing = [NOTHING[channel] for channel in channels for _ in CHANNEL_PARTS[channel]]
+    shown = _turned(masters, layout, tile_name, parts, nothing=nothing, inverted=inverted)
+    first = tile_name(TileIndex(row=0, col=0))
+    with naming_artifact(first), masters.artifacts.opened(first) as path:
+        attributes = channel_attributes(channels, objects_in(read_attributes(path)))
+    name, size = names.channels_name(masters.frame), (layout.rows, layout.cols)
+    masters.keep_channels(name, shown, size, parts, attributes=attributes)
+
+
+def _turned(
+    masters: Masters,
+    layout: CellLayout,
+    tile_name: Callable[[TileIndex], str],
+    parts: Sequence[str],
+    *,
+    nothing: Sequence[float],
+    inverted: bool,
+) -> Iterator[NDArray[np.float32]]:
+    """Yield the rows of numbers of an orthoscopic integral image, from those of its captured tiles; see `_tiles`."""
+    tiles = _tiles(masters, layout, tile_name, channels=parts)
     size = layout.rows, layout.cols
-    captured = SheetOfRows(masters.aside(assembled(layout, tiles), size, len(CHANNELS)), layout)
-    shown = depth_bands(captured, inverted=inverted, band_px=BAND_PX // len(CHANNELS))
-    masters.keep_channels(names.depth_name(masters.frame), shown, size, CHANNELS)
+    captured = SheetOfRows(masters.aside(assembled(layout, tiles), size, len(parts)), layout)
+    return turned_bands(captured, inverted=inverted, band_px=BAND_PX // len(parts), nothing=nothing)
 
 
 def on_device(

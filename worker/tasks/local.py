@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from lippmann.errors import SpecError
+from lippmann.job.channels import stored_channels
 from lippmann.job.messages.events import ProbeResult
 from lippmann.job.messages.orders import Order, TaskKind
 from lippmann.job.resolved import ResolvedJob, StoredPlan
@@ -78,6 +79,8 @@ def capture_frame(
         pictures = [picture for name in kept for picture in _keep(place, name, out)]
         if spec.capture.depth:
             pictures.append(_keep_master(place, names.depth_name(frame), out))
+        if stored_channels(spec.capture):
+            pictures.append(_keep_master(place, names.channels_name(frame), out))
         on_progress("assemble", 1.0)
     return CapturedFrame(pictures=tuple(pictures), notes=(*notes, *probe.notes))
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from pathlib import Path
@@ -80,12 +80,27 @@ class Masters:
         return held
 
     def keep_channels(
-        self, name: str, bands: Iterable[NDArray[np.float32]], size: tuple[int, int], channels: Sequence[str]
+        self,
+        name: str,
+        bands: Iterable[NDArray[np.float32]],
+        size: tuple[int, int],
+        channels: Sequence[str],
+        *,
+        attributes: Mapping[str, str] | None = None,
     ) -> None:
-        """Store a master of numbers, `(rows, cols, channel)`, from which nothing else is made; see `keep`."""
+        """Store a master of numbers, `(rows, cols, channel)`, from which nothing else is made; see `keep`.
+
+        Parameters
+        ----------
+        channels
+            The names of the numbers.
+        attributes
+            Header attributes besides those of every master.
+        """
         path = self.folder / "numbers.exr"
         told = self._told(bands, size)
-        write_channels(path, told, channels, size=size, attributes=header(self.sheet, self.frame))
+        said = header(self.sheet, self.frame) | dict(attributes or {})
+        write_channels(path, told, channels, size=size, attributes=said)
         self._store(name, path)
         path.unlink()
 

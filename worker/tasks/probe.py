@@ -11,6 +11,7 @@ from lippmann.plan.sampling import frame_size
 from worker.engines.choose import engine_of
 from worker.engines.engine import Wanted
 from worker.tasks.attempt import TaskResult
+from worker.tasks.channels import engine_channels
 from worker.tasks.imported import probe_imported
 from worker.tasks.monitor import ProgressMonitor
 from worker.tasks.picture import room_for
@@ -35,7 +36,7 @@ def probe_job(place: Workplace, order: Order, monitor: ProgressMonitor) -> TaskR
     frame = sheet.spec.frame_numbers[0]
     # Nothing is made of the pixels, so it does not matter whether they depend on the threads.
     threads = min(order.threads, place.settings.slots, MOST_THREADS)
-    wanted = Wanted(sheet, frame, rows=rows, cols=cols, threads=threads)
+    wanted = Wanted(sheet, frame, rows=rows, cols=cols, channels=engine_channels(sheet), threads=threads)
     with place.task_folder() as folder, kept_log(place, order, folder) as log:
         with room_for(
             place, sheet.at(frame), folder=folder, log=log, monitor=monitor, threads=threads, is_probe=True

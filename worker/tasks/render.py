@@ -8,19 +8,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.messages.orders import MOST_THREADS, Order, TileIndex
+from lippmann.job.render_settings import Channel
 from lippmann.job.resolved import ResolvedJob, StoredPlan
-from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
 from lippmann.lightfield.sheet.supersample import average_in_cells
-from lippmann.optics.rig.bench import bench
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import Tile, cut_tiles, frame_size
 from worker.engines.choose import engine_of
 from worker.engines.engine import Region, Rendered, Wanted
-from worker.images.write import write_channels, write_exr
+from worker.images.write import write_exr
 from worker.sandbox.log import AttemptLog
 from worker.tasks.artifacts import TaskArtifacts
 from worker.tasks.attempt import TaskResult
-from worker.tasks.depth_pass import depth_map, depth_of_tile
+from worker.tasks.channels import TileChannels, channels_of, engine_channels, store_channels
+from worker.tasks.depth_pass import depth_of_tile
 from worker.tasks.monitor import PartMonitor, ProgressMonitor
 from worker.tasks.picture import room_for
 from worker.tasks.render_cache import tile_cache
@@ -40,19 +40,13 @@ def render_tile(place: Workplace, order: Order, monitor: ProgressMonitor) -> Tas
     cache = tile_cache(place, sheet, order, tile, artifacts)
     if cache is not None and cache.take():
         return TaskResult(digests=artifacts.stored, cached=True)
-    depth = sheet.spec.capture.depth
     with place.task_folder() as folder:
         with kept_log(place, order, folder) as log:
-            if depth:
-                found = _depth(place, sheet, order.frame, tile, folder, log, PartMonitor(monitor, 0.0, 0.5))
-                _store_depth(found, sheet, order, tile, artifacts, folder)
-            rest = PartMonitor(monitor, 0.5, 1.0) if depth else monitor
-            threads = threads_of(place, sheet.at(order.frame), order)
-            rendered = render_region(
-                place, sheet, order.frame, tile, folder=folder, log=log, monitor=rest, threads=threads
-            )
+            rendered, found = _rendered(place, sheet, order, tile, folder=folder, log=log, monitor=monitor)
+        attributes = tile_header(sheet, order.frame)
+        store_channels(found, order, tile, artifacts, folder, attributes=attributes)
         cropped = folder / "tile.exr"
-        write_exr(cropped, _pixels(rendered, sheet, tile), attributes=tile_header(sheet, order.frame))
+        write_exr(cropped, _pixels(rendered, sheet, tile), attributes=attributes)
         if rendered.source is not None:
             text = names.job_artifact(order.job_id, names.pov_name(order.frame, order.tile))
             place.store.put_file(text, rendered.source)
@@ -74,38 +68,39 @@ def is_parallel(place: Workplace, sheet: ResolvedJob) -> bool:
         return engine_of(sheet).is_parallel(sheet, bundle)
 
 
-def _depth(
+def _rendered(
     place: Workplace,
     sheet: ResolvedJob,
-    frame: int,
+    order: Order,
     tile: Tile,
+    *,
     folder: Path,
     log: AttemptLog,
     monitor: ProgressMonitor,
-) -> DepthMap:
-    """Return the depth of a tile, by the engine's channel or else by a second pass of POV-Ray."""
-    engine = engine_of(sheet)
-    if not engine.has_channels:
-        return depth_of_tile(place, sheet, frame, tile, folder=folder, log=log, monitor=monitor)
-    there, layout = sheet.at(frame), sheet.spec.rig.layout
-    region = Region(tile.row_start, tile.row_stop, tile.col_start, tile.col_stop)
-    # One ray a pixel, through its centre, however many the picture has.
-    wanted = Wanted(sheet, frame, rows=layout.rows, cols=layout.cols, region=region, channels=("depth",))
-    with room_for(place, there, folder=folder, log=log, monitor=monitor) as room:
-        distance_mm = engine.render(wanted, room).channels["depth"]
-    optical_bench = bench(there.spec.rig, reference_mm=there.stage.reference_mm)
-    return depth_map(distance_mm, optical_bench, tile, monitor)
-
-
-def _store_depth(
-    found: DepthMap, sheet: ResolvedJob, order: Order, tile: Tile, artifacts: TaskArtifacts, folder: Path
-) -> None:
-    """Store the depth of a tile; of the two the tile itself comes last and means both."""
+) -> tuple[Rendered, TileChannels]:
+    """Render a tile and what it has besides its colours, in one pass where the engine and the samples allow it."""
     assert order.frame is not None  # noqa: S101 - as in render_tile
-    path = folder / "depth.exr"
-    size = found.values.shape[:2]
-    write_channels(path, (found.values,), CHANNELS, size=size, attributes=tile_header(sheet, order.frame))
-    artifacts.put(names.depth_tile_name(order.frame, tile.index), path)
+    frame, channels = order.frame, engine_channels(sheet)
+    threads = threads_of(place, sheet.at(frame), order)
+    is_one_pass = sheet.spec.capture.supersample == 1
+    found = TileChannels()
+    rest = monitor
+    if sheet.spec.capture.depth and not channels:
+        half = PartMonitor(monitor, 0.0, 0.5)
+        found = TileChannels(depth_of_tile(place, sheet, frame, tile, folder=folder, log=log, monitor=half))
+        rest = PartMonitor(monitor, 0.5, 1.0)
+    elif channels and not is_one_pass:
+        # One ray a pixel, through its centre, however many the picture has.
+        half = PartMonitor(monitor, 0.0, 0.5)
+        wanted = wanted_region(sheet, frame, tile, channels=channels, light=False)
+        with room_for(place, sheet.at(frame), folder=folder, log=log, monitor=half) as room:
+            found = channels_of(engine_of(sheet).render(wanted, room), sheet, frame, tile, half)
+        rest = PartMonitor(monitor, 0.5, 1.0)
+    with_light = channels if is_one_pass else ()
+    rendered = render_region(
+        place, sheet, frame, tile, folder=folder, log=log, monitor=rest, threads=threads, channels=with_light
+    )
+    return rendered, channels_of(rendered, sheet, frame, tile, rest) if with_light else found
 
 
 def render_region(
@@ -118,18 +113,37 @@ def render_region(
     log: AttemptLog,
     monitor: ProgressMonitor,
     threads: int = 1,
+    channels: tuple[Channel, ...] = (),
 ) -> Rendered:
     """Render a tile, or the whole frame, with as many pixels as the job supersamples by."""
     with room_for(place, sheet.at(frame), folder=folder, log=log, monitor=monitor, threads=threads) as room:
-        return engine_of(sheet).render(wanted_region(sheet, frame, tile, threads=threads), room)
+        wanted = wanted_region(sheet, frame, tile, threads=threads, channels=channels)
+        return engine_of(sheet).render(wanted, room)
 
 
-def wanted_region(sheet: ResolvedJob, frame: int, tile: Tile | None, *, threads: int = 1) -> Wanted:
-    """Return the pixels of a tile, or of the whole frame, as many as the job supersamples by."""
-    size, k = frame_size(sheet.spec.rig), sheet.spec.capture.supersample
+def wanted_region(
+    sheet: ResolvedJob,
+    frame: int,
+    tile: Tile | None,
+    *,
+    threads: int = 1,
+    channels: tuple[Channel, ...] = (),
+    light: bool = True,
+) -> Wanted:
+    """Return the pixels of a tile, or of the whole frame: as many as the job supersamples by, or one without light."""
+    size, k = frame_size(sheet.spec.rig), sheet.spec.capture.supersample if light else 1
     edges = (tile.row_start, tile.row_stop, tile.col_start, tile.col_stop) if tile else None
     region = Region(*(edge * k for edge in edges)) if edges else None
-    return Wanted(sheet, frame, rows=size.rows * k, cols=size.cols * k, region=region, threads=threads)
+    return Wanted(
+        sheet,
+        frame,
+        rows=size.rows * k,
+        cols=size.cols * k,
+        region=region,
+        channels=channels,
+        light=light,
+        threads=threads,
+    )
 
 
 def _pixels(rendered: Rendered, sheet: ResolvedJob, tile: Tile) -> NDArray[np.float16]:

@@ -25,7 +25,7 @@ PxPerLens = Annotated[
 
 def view(
     file: Source,
-    out: Annotated[Path, typer.Option(help="The PNG file to write.")],
+    out: Annotated[Path, typer.Option(help="The PNG file to write; with --channel also EXR or PFM.")],
     u: Annotated[int | None, typer.Option("--u", help="The column of the view, from the left. It needs --v.")] = None,
     v: Annotated[int | None, typer.Option("--v", help="The row of the view, from the top. It needs --u.")] = None,
     centre: Annotated[bool, typer.Option("--centre", help="Take the central view.")] = False,
@@ -44,6 +44,10 @@ def view(
             help="Use several pixels of each lens, joined at this depth, mm. Positive is in front of the display.",
         ),
     ] = None,
+    channel: Annotated[
+        Literal["normal", "albedo", "object"] | None,
+        typer.Option(help="Write this channel of capture.channels in place of the colours."),
+    ] = None,
     px_per_lens: PxPerLens = None,
     scale: Scale = None,
     size: Size = None,
@@ -55,6 +59,7 @@ def view(
 ) -> None:
     """Extract a view, or compute what an eye sees. `lippmann observe` also models pupil, lenses and gap."""
     from lippmann.cli.option_values import eye_of
+    from lippmann.local.channel_view import write_channel_view
     from lippmann.local.files.open_master import open_master
     from lippmann.local.files.picture_size import PictureSize
     from lippmann.local.image import open_orthoscopic
@@ -68,6 +73,14 @@ def view(
     if px_per_lens is not None and depth_mm is None:
         raise BadInput("expected --px-per-lens with --depth-mm only: a view has one pixel a lens")
     wanted = PictureSize(scale=scale, longer_px=size, filter_name=filter_name)
+    if channel is not None:
+        if eye is not None or depth_mm is not None or scale is not None or size is not None:
+            raise BadInput("expected --channel without --eye, --depth-mm, --scale and --size: its numbers do not mix")
+        with open_master(file, frame=frame, connection=connection, channels=True) as master:
+            shown = write_channel_view(master, out, channel, number=number)
+        data = {"file": str(out), "channel": channel, "view": {"u": shown.number[0], "v": shown.number[1]}}
+        output.result({**data, "rows": shown.rows, "cols": shown.cols, "objects": list(shown.objects)}, str(out))
+        return
     with open_master(file, frame=frame, connection=connection) as master:
         image = open_orthoscopic(master)
     if eye is not None:

@@ -7,7 +7,7 @@ cells, turned and taken apart into views by the same functions. NaN where a pixe
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,20 +72,24 @@ class DepthMap:
         return DepthMap(view(self.values, layout, u, v))
 
 
-def depth_bands(captured: Sheet, *, inverted: bool, band_px: int) -> Iterator[NDArray[np.float32]]:
-    """Yield the rows of the depth of an orthoscopic integral image, top down, in bands; NaN where there is no lens.
+def turned_bands(
+    captured: Sheet, *, inverted: bool, band_px: int, nothing: Sequence[float] = (np.nan,)
+) -> Iterator[NDArray[np.float32]]:
+    """Yield the rows of the depth, or of other numbers, of an orthoscopic integral image, top down, in bands.
 
     Parameters
     ----------
     captured
-        The depth of the capture, `(rows, cols, 4)`, see `CHANNELS`.
+        The numbers of the capture, `(rows, cols, number)`; for those of depth see `CHANNELS`.
     inverted
         As in `orthoscopic`.
     band_px
         About so many pixels a band.
+    nothing
+        What stands where there is no lens, for each number or for all of them.
     """
     layout = captured.layout
     lit = SheetOfRows(HeldRows(np.broadcast_to(np.True_, (layout.rows, layout.cols, 1))), layout)
     upright, under_a_lens = (stitched(OrthoscopicSheet(each, inverted=inverted), band_px) for each in (captured, lit))
     for values, own in zip(upright, under_a_lens, strict=True):
-        yield np.where(own, values, np.float32(np.nan))
+        yield np.where(own, values, np.array(nothing, dtype=np.float32))

@@ -6,15 +6,17 @@ hexagonal lattice put on square pixels, of `square_size`.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.lattice.layout import CellLayout
 from lippmann.lightfield.image import IntegralImage
-from lippmann.lightfield.views.square_pixels import as_square
+from lippmann.lightfield.views.square_pixels import as_square, nearest_as_square
 from lippmann.lightfield.views.views import views_grid
+
+Number = TypeVar("Number", bound=np.generic)
 
 
 def light_field(image: IntegralImage) -> NDArray[np.floating[Any]]:
@@ -31,8 +33,20 @@ def light_field(image: IntegralImage) -> NDArray[np.floating[Any]]:
         If the image is pseudoscopic.
     """
     image.check_orthoscopic()
-    layout = image.layout
-    grid = views_grid(image.pixels, layout)
+    return all_views(image.pixels, image.layout)
+
+
+def all_views(sheet: NDArray[Number], layout: CellLayout) -> NDArray[Number]:
+    """Return all views of the numbers of a sheet; see `light_field`.
+
+    Parameters
+    ----------
+    sheet
+        `(rows, cols, channel)` of an orthoscopic image, any numbers.
+    layout
+        The lenses over the sheet.
+    """
+    grid = views_grid(sheet, layout)
     views, lenses = (layout.cell_rows, layout.cell_cols), (layout.lens_rows, layout.lens_cols)
     return grid.reshape(views[0], lenses[0], views[1], lenses[1], -1).transpose(0, 2, 1, 3, 4)
 
@@ -58,6 +72,13 @@ def on_square_pixels(views: NDArray[np.floating[Any]], layout: CellLayout) -> ND
     stacked = views.transpose(2, 3, 0, 1, 4).reshape(lens_rows, lens_cols, -1)
     rows, cols = layout.square_size()
     return as_square(stacked, layout).reshape(rows, cols, v, u, channels).transpose(2, 3, 0, 1, 4)
+
+
+def nearest_on_square_pixels(views: NDArray[Number], layout: CellLayout) -> NDArray[Number]:
+    """Resample all views to square pixels from the nearest lenses; see `on_square_pixels` and `nearest_as_square`."""
+    if not layout.interlocks:
+        return views
+    return np.stack([[nearest_as_square(view, layout) for view in row] for row in views])
 
 
 def square_places(layout: CellLayout) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

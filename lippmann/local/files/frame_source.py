@@ -9,11 +9,20 @@ from functools import partial
 from pathlib import Path
 
 from lippmann.errors import ArtifactMissing, BadInput
+from lippmann.job.channels import channels_in
 from lippmann.job.frames import parse_frames
+from lippmann.job.render_settings import Channel
 from lippmann.job.rig import Rig
 from lippmann.job.spec import Display
 from lippmann.job.stage import Stage
-from lippmann.local.files.master import ORTHOSCOPIC, OTHER_MASTERS, depth_beside, named_rig, stage_in
+from lippmann.local.files.master import (
+    ORTHOSCOPIC,
+    OTHER_MASTERS,
+    channels_beside,
+    depth_beside,
+    named_rig,
+    stage_in,
+)
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
 from worker.images.read import read_attributes
@@ -70,9 +79,11 @@ def files_frames(source: Path, *, frames: str | None = None, fps: float, display
     paths = {names.orthoscopic_name(number): master.path for number, master in found.items()}
     depths = {names.depth_name(number): depth_beside(master.path) for number, master in found.items()}
 
+    others = {names.channels_name(number): channels_beside(master.path) for number, master in found.items()}
+
     @contextmanager
     def local_path(name: str) -> Iterator[Path]:
-        path = (paths | depths).get(name)
+        path = (paths | depths | others).get(name)
         if path is None or not path.is_file():
             raise ArtifactMissing(f"there is no {name} in {source}")
         yield path
@@ -87,6 +98,7 @@ def files_frames(source: Path, *, frames: str | None = None, fps: float, display
         master=local_path,
         stage=lambda frame: found[frame].stage,
         has_depth=all(path.is_file() for path in depths.values()),
+        channels=_common_channels(others.values()),
         reader=SANDBOXED,
     )
 
@@ -105,6 +117,12 @@ def _numbered(source: Path) -> dict[int, Path]:
     if len(known) < len(paths):  # files of other names: in their order
         known = dict(enumerate(paths, start=1))
     return dict(sorted(known.items()))
+
+
+def _common_channels(files: Iterable[Path]) -> tuple[Channel, ...]:
+    """Return the channels that all files have, by their headers; none if a file is missing."""
+    named = [channels_in(read_attributes(path)) if path.is_file() else () for path in files]
+    return tuple(channel for channel in named[0] if all(channel in others for others in named))
 
 
 def _master(path: Path) -> _Master:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lippmann.errors import BadInput
+from lippmann.job.channels import stored_channels
 from lippmann.plan import artifact_names as names
 from lippmann.terminal.progress import ProgressLine
 
@@ -18,7 +19,9 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def job_masters(client: Client, job: Job, frames: Sequence[int], *, depth: bool = False) -> Iterator[Path]:
+def job_masters(
+    client: Client, job: Job, frames: Sequence[int], *, depth: bool = False, channels: bool = False
+) -> Iterator[Path]:
     """Yield a temporary folder with the orthoscopic masters of some frames, laid out as by `fetch --masters`.
 
     Parameters
@@ -31,6 +34,8 @@ def job_masters(client: Client, job: Job, frames: Sequence[int], *, depth: bool 
         The numbers of the frames.
     depth
         True to fetch the depth of these frames too, if the job asked for it.
+    channels
+        True to fetch their other channels too, if the job asked for some.
 
     Raises
     ------
@@ -43,6 +48,8 @@ def job_masters(client: Client, job: Job, frames: Sequence[int], *, depth: bool 
     wanted = [names.orthoscopic_name(frame) for frame in frames]
     if depth and job.spec.capture.depth:
         wanted += [names.depth_name(frame) for frame in frames]
+    if channels and stored_channels(job.spec.capture):
+        wanted += [names.channels_name(frame) for frame in frames]
     with tempfile.TemporaryDirectory(prefix="lippmann-masters-") as folder:
         with ProgressLine(f"fetch {job.id}") as line:
             for place, name in enumerate(wanted):

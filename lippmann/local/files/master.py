@@ -16,7 +16,8 @@ from lippmann.job.problem_words import first_problem
 from lippmann.job.rig import Rig
 from lippmann.job.stage import Stage
 from lippmann.lattice.layout import CellLayout
-from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
+from lippmann.lightfield.depth import depth_map
+from lippmann.lightfield.depth.depth_map import DepthMap
 from lippmann.lightfield.sheet.device import device_size
 from lippmann.lightfield.sheet.lens_grid import device_grid
 from lippmann.lightfield.sheet.rectify import rectify
@@ -37,7 +38,10 @@ DEVICE = "device"
 DEPTH = "depth"
 """The folder of the depth of every pixel."""
 
-OTHER_MASTERS = (INTEGRAL, "views", DEVICE, DEPTH)
+CHANNELS = "channels"
+"""The folder of the other channels of every pixel."""
+
+OTHER_MASTERS = (INTEGRAL, "views", DEVICE, DEPTH, CHANNELS)
 """The folders of masters that are no orthoscopic integral images although their headers name the same rig."""
 
 
@@ -100,7 +104,12 @@ def read_depth(path: Path) -> DepthMap:
     ArtifactMissing, ArtifactBroken
         If there is no such file, or it is damaged.
     """
-    return DepthMap(read_depth_numbers(path, CHANNELS))
+    return DepthMap(read_depth_numbers(path, depth_map.CHANNELS))
+
+
+def channels_beside(master: Path) -> Path:
+    """Return the path at which `fetch` and `capture` store the other channels of an orthoscopic master."""
+    return master.absolute().parent.parent / CHANNELS / master.name
 
 
 def _rectified(pixels: NDArray[np.float16], layout: CellLayout, rig: Rig, path: Path) -> NDArray[np.float16]:

@@ -14,7 +14,9 @@ from service.ids import is_job_id
 
 
 @contextmanager
-def open_master(source: Path, *, frame: int | None, connection: Connection, depth: bool = False) -> Iterator[Path]:
+def open_master(
+    source: Path, *, frame: int | None, connection: Connection, depth: bool = False, channels: bool = False
+) -> Iterator[Path]:
     """Yield the path of an orthoscopic master; that of a job exists until the block ends.
 
     Parameters
@@ -27,6 +29,8 @@ def open_master(source: Path, *, frame: int | None, connection: Connection, dept
         The service that has the job.
     depth
         True to fetch the depth of the job's frame too, if the job asked for it.
+    channels
+        True to fetch its other channels too, if the job asked for some.
 
     Raises
     ------
@@ -34,7 +38,7 @@ def open_master(source: Path, *, frame: int | None, connection: Connection, dept
         If there is no such frame.
     """
     if not source.exists() and is_job_id(str(source)):
-        with _of_job(str(source), frame, connection, depth=depth) as master:
+        with _of_job(str(source), frame, connection, depth=depth, channels=channels) as master:
             yield master
     elif source.is_dir():
         yield _of_folder(source, frame)
@@ -57,9 +61,9 @@ def _of_folder(folder: Path, frame: int | None) -> Path:
 
 
 @contextmanager
-def _of_job(job_id: str, frame: int | None, connection: Connection, *, depth: bool) -> Iterator[Path]:
+def _of_job(job_id: str, frame: int | None, connection: Connection, *, depth: bool, channels: bool) -> Iterator[Path]:
     with connection.client() as client:
         job = client.job(job_id)
         number = job.spec.frame_numbers[0] if frame is None else frame
-        with job_masters(client, job, (number,), depth=depth) as folder:
+        with job_masters(client, job, (number,), depth=depth, channels=channels) as folder:
             yield folder / names.orthoscopic_name(number)

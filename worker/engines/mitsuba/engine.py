@@ -78,6 +78,7 @@ class MitsubaEngine:
                 cols=wanted.cols,
                 region=wanted.part,
                 channels=wanted.channels,
+                light=wanted.light,
                 bundle=str(session.bundle),
                 out=str(number),
             )
@@ -89,12 +90,14 @@ class MitsubaEngine:
                 should_stop=room.should_stop,
                 log=room.log,
             )
-        light = np.minimum(region.pixels["radiance"], LARGEST_HALF).astype(np.float16)
+        radiance = region.pixels.get("radiance", np.zeros((*request.shape, 3), np.float32))
+        light = np.minimum(radiance, LARGEST_HALF).astype(np.float16)
         return Rendered(
             light=light,
             start_s=max(0.0, region.wall_s - region.trace_s),
             trace_cpu_s=min(region.cpu_s, region.trace_s),
             channels={channel: _channel(region.pixels[FILE_OF[channel]]) for channel in wanted.channels},
+            objects=region.objects,
             notes=region.notes,
         )
 

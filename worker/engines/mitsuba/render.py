@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -19,6 +19,9 @@ from worker.sandbox.limits import TimeLimits
 from worker.sandbox.log import AttemptLog
 from worker.sandbox.results import take_result
 
+BOUNDS: Mapping[FileKind, tuple[float, float]] = {"normal": (-1.001, 1.001), "albedo": (0, 1)}
+"""The least and the greatest number of channels whose numbers are NaN elsewhere."""
+
 
 @dataclass(frozen=True)
 class RenderedRegion:
@@ -26,6 +29,8 @@ class RenderedRegion:
 
     pixels: dict[FileKind, NDArray[np.float32]]
     """`(rows, cols, channels)` of the region by their kind, see `FILE_CHANNELS`; light is finite and not below 0."""
+    objects: tuple[str, ...]
+    """The names of the shapes from number 1, if the channel `object` was asked for."""
     notes: tuple[str, ...]
     """What the program left out or replaced."""
     load_s: float
@@ -83,6 +88,7 @@ def render(
         log.write(note)
     return RenderedRegion(
         pixels=pixels,
+        objects=answer.objects,
         notes=answer.notes,
         load_s=min(answer.load_s, outcome.wall_s),
         trace_s=min(answer.trace_s, outcome.wall_s),
@@ -96,10 +102,10 @@ def _take(session: Session, request: Request, result: Result) -> dict[FileKind, 
     wanted = {kind: request.file_name(kind) for kind in request.kinds}
     if result.files != wanted:
         raise RenderFailed(f"expected the files {_listed(wanted)} from Mitsuba, got {_listed(result.files)[:300]}")
-    return {kind: _numbers(session, request, kind) for kind in request.kinds}
+    return {kind: _numbers(session, request, kind, len(result.objects)) for kind in request.kinds}
 
 
-def _numbers(session: Session, request: Request, kind: FileKind) -> NDArray[np.float32]:
+def _numbers(session: Session, request: Request, kind: FileKind, objects: int) -> NDArray[np.float32]:
     name, size = request.file_name(kind), request.file_bytes(kind)
     file = take_result(session.work, name, into=session.folder, max_bytes=size)
     if file is None:
@@ -108,6 +114,8 @@ def _numbers(session: Session, request: Request, kind: FileKind) -> NDArray[np.f
     light = numbers.reshape(*request.shape, FILE_CHANNELS[kind])
     if kind == "radiance":
         _check_light(light)
+    elif kind in BOUNDS or kind == "object":
+        _check_channel(kind, light, BOUNDS.get(kind, (0, objects)))
     return light
 
 
@@ -126,6 +134,20 @@ def _check_light(light: NDArray[np.float32]) -> None:
         row, col = map(int, np.argwhere(wrong)[0])
         got = ", ".join(f"{value:g}" for value in light[row, col])
         raise RenderFailed(f"expected finite light of at least 0 from Mitsuba, got {got} at row {row}, column {col}")
+
+
+def _check_channel(kind: FileKind, values: NDArray[np.float32], bounds: tuple[float, float]) -> None:
+    least, most = bounds
+    fits = (values >= least) & (values <= most)
+    fits &= values == np.floor(values) if kind == "object" else True
+    wrong = ~(fits if kind == "object" else fits | np.isnan(values)).all(axis=2)
+    if wrong.any():
+        row, col = map(int, np.argwhere(wrong)[0])
+        got = ", ".join(f"{value:g}" for value in values[row, col])
+        whole = "whole numbers" if kind == "object" else "numbers"
+        raise RenderFailed(
+            f"expected {whole} from {least:g} to {most:g} as {kind} from Mitsuba, got {got} at row {row}, column {col}"
+        )
 
 
 def _listed(files: dict[FileKind, str]) -> str:

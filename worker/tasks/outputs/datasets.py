@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.job.outputs.datasets import HciFolder, NpzArrays, SubapertureViews
+from lippmann.job.render_settings import Channel
 from lippmann.lightfield.views.light_field import eye_slopes, square_places
 from worker.exports.hci_parameters import DISTANCE_MM, Cameras, disparity_range, parameters_cfg
 from worker.exports.netpbm import write_pfm, write_ppm
@@ -31,6 +32,15 @@ PLENO_BITS = 10
 
 DISPARITY_STEMS = {"truth": "gt", "estimate": "estimate"}
 """The prefixes of disparity maps: `gt` is the benchmark's word for ground truth, which an estimate is not."""
+
+ABOUT_DEPTH = "(v, u, lens_row, lens_col): depth in the scene and on the display, disparity across and down; else NaN"
+
+ABOUT_CHANNELS: Mapping[Channel, str] = {
+    "normal": "unit vector of the surface, on the side of the ray: x right, y up, z to the observer; else NaN",
+    "albedo": "diffuse reflectance, linear red, green and blue, 0 to 1; NaN without a surface",
+    "object": "number of the object from 1; 0 without a surface",
+}
+"""The meaning of the channels, for sidecars."""
 
 DisparityMap = Callable[[], NDArray[np.float32]]
 Write = Callable[[Path], None]
@@ -55,6 +65,11 @@ def _hci_files(views: FrameViews, output: HciFolder) -> Iterator[tuple[str, Writ
     for name, disparity in maps.items():
         yield f"{name.format('disp')}.pfm", partial(_write_disparity, disparity=disparity)
         yield f"{name.format('depth')}.pfm", partial(_write_depth, views, disparity)
+    for channel in views.source.channels:
+        for name, number in _mapped_views(views, output, f"{channel}_lowres").items():
+            yield f"{name}.pfm", partial(_write_channel, views=views, channel=channel, number=number)
+    if "object" in views.source.channels:
+        yield "objects.json", partial(_write_objects, views=views)
     yield "parameters.cfg", partial(_write_parameters, views, maps.values())
 
 
@@ -67,6 +82,7 @@ def about_hci(source: FrameSource, output: HciFolder) -> Mapping[str, Any]:
         "middle_camera": f"input_Cam{output.block(source.rig(source.frames[0])).middle:03d}",
         "codes": "sRGB, 8 bits",
         "disparity": _about_disparity(source, output),
+        **({"channels": _about_channels(source)} if source.channels else {}),
         "parameters_cfg": f"parallel views, told as those of cameras {DISTANCE_MM:g} mm before the display",
     }
 
@@ -105,6 +121,8 @@ def about_npz(source: FrameSource, output: NpzArrays) -> Mapping[str, Any]:
         "views": f"(v, u, lens_row, lens_col, channel), {output.dtype}, {light}",
         "exists": "(v, u): which views have a pixel under the lens; the others are NaN, or 0 in whole numbers",
         "right_pitches, down_pitches": "(lens_row, lens_col): where they lie, from the array's middle",
+        **({"z_mm, s_mm, disparity_u, disparity_v": ABOUT_DEPTH} if source.has_depth else {}),
+        **_about_channels(source),
         "slope_right, slope_down": "(u) and (v): tangent of the eye's direction, to the right and downward",
         "meta_json": "what this file says, of the one frame",
     }
@@ -125,9 +143,13 @@ def _disparity_maps(views: FrameViews, output: HciFolder) -> dict[str, Disparity
         return {}
     find = cache(views.true_disparity if disparity == "truth" else views.estimated_disparity)
     stem = f"{DISPARITY_STEMS[disparity]}_{{}}_lowres"
+    return {name: partial(find, number) for name, number in _mapped_views(views, output, stem).items()}
+
+
+def _mapped_views(views: FrameViews, output: HciFolder, stem: str) -> dict[str, int]:
+    """Return the views for which there are maps, by the names of their files: the middle one, or all."""
     every = range(len(views.block.numbers)) if output.disparity_of == "all" else ()
-    numbers = {stem: views.block.middle, **{f"{stem}_Cam{number:03d}": number for number in every}}
-    return {name: partial(find, number) for name, number in numbers.items()}
+    return {stem: views.block.middle, **{f"{stem}_Cam{number:03d}": number for number in every}}
 
 
 def _disparity_source(source: FrameSource, output: HciFolder) -> Literal["truth", "estimate", "none"]:
@@ -149,6 +171,20 @@ def _about_disparity(source: FrameSource, output: HciFolder) -> str | None:
 
 def _write_disparity(path: Path, *, disparity: DisparityMap) -> None:
     write_pfm(path, disparity())
+
+
+def _write_channel(path: Path, *, views: FrameViews, channel: Channel, number: int) -> None:
+    write_pfm(path, views.channel_view(channel, number))
+
+
+def _write_objects(path: Path, *, views: FrameViews) -> None:
+    names = {str(number): name for number, name in enumerate(views.source.objects(views.frame), start=1)}
+    write_bytes(path, json.dumps(names, indent=2, ensure_ascii=False).encode() + b"\n")
+
+
+def _about_channels(source: FrameSource) -> dict[str, str]:
+    """Describe the channels that the frames have."""
+    return {channel: ABOUT_CHANNELS[channel] for channel in source.channels}
 
 
 def _write_depth(views: FrameViews, disparity: DisparityMap, path: Path) -> None:
@@ -189,10 +225,12 @@ def _write_arrays(path: Path, *, views: FrameViews, output: NpzArrays) -> None:
         "source": dict(source.facts),
         "format": about_npz(source, output),
         "integral_image": geometry(source, views.frame),
+        **({"objects": list(source.objects(views.frame))} if "object" in source.channels else {}),
     }
     arrays = {
         "views": _as_dtype(views.square if square else views.of_lenses, views.exists, output.dtype),
         "exists": views.exists,
+        **views.numbers(is_square=square),
         "right_pitches": right,
         "down_pitches": down,
         "slope_right": slope_right[views.cols],

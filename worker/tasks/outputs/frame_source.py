@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.errors import ArtifactBroken, ArtifactMissing, OutputError
+from lippmann.job.channels import CHANNEL_PARTS, objects_in, stored_channels
+from lippmann.job.render_settings import Channel
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.rig import Rig
 from lippmann.job.spec import Display
@@ -27,7 +29,7 @@ from lippmann.lightfield.sheet.bands import Rows, Sheet, SheetOfRows
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
 from lippmann.plan import artifact_names as names
 from lippmann.plan.sampling import display_size
-from worker.images.read import read_channels, read_rgb
+from worker.images.read import read_attributes, read_channels, read_rgb
 from worker.images.rows import open_rows
 from worker.tasks.artifacts import TaskArtifacts
 
@@ -72,6 +74,8 @@ class FrameSource:
     """Returns the stage of the scene at a frame; None if it is unknown."""
     has_depth: bool = False
     """True if the depth of every pixel is known, see `depth`."""
+    channels: tuple[Channel, ...] = ()
+    """The other channels that every frame has; see `channel`."""
     reader: MasterReader = OWN_MASTERS
     """Decodes the files that `master` opens; those of others are decoded in the sandbox."""
 
@@ -108,6 +112,34 @@ class FrameSource:
         with naming_frame(frame), self.master(names.depth_name(frame)) as path:
             return DepthMap(self.reader.numbers(path, CHANNELS))
 
+    def channel(self, frame: int, channel: Channel) -> NDArray[np.float32]:
+        """Read a channel of the orthoscopic integral image of a frame, `(row, col, number)`; see `job.channels`.
+
+        Raises
+        ------
+        OutputError
+            If the job was captured without it.
+        ArtifactMissing, ArtifactBroken
+            If the file is missing or incomplete.
+        """
+        if channel not in self.channels:
+            raise OutputError(f"expected a job with {channel} in capture.channels, got one without")
+        with naming_frame(frame), self.master(names.channels_name(frame)) as path:
+            return self.reader.numbers(path, CHANNEL_PARTS[channel])
+
+    def objects(self, frame: int) -> tuple[str, ...]:
+        """Return the names of the objects of a frame from number 1; none without the channel `object`.
+
+        Raises
+        ------
+        ArtifactMissing, ArtifactBroken
+            If the file is missing or its header is damaged.
+        """
+        if "object" not in self.channels:
+            return ()
+        with naming_frame(frame), self.master(names.channels_name(frame)) as path:
+            return objects_in(read_attributes(path))
+
     def integral(self, frame: int) -> NDArray[np.float16]:
         """Return the pixels of a frame as captured, pseudoscopic, `(row, col, channel)`."""
         # The orthoscopic conversion is its own inverse.
@@ -139,4 +171,5 @@ def job_frames(artifacts: TaskArtifacts, sheet: ResolvedJob, *, skipped: Collect
         master=artifacts.opened,
         stage=_unknown if sheet.sheets is not None else lambda frame: sheet.at(frame).stage,
         has_depth=spec.capture.depth,
+        channels=stored_channels(spec.capture),
     )

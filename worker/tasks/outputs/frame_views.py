@@ -10,13 +10,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from lippmann.job.channels import NOTHING
 from lippmann.job.outputs.datasets import ViewsOptions
 from lippmann.job.outputs.view_block import ViewBlock
-from lippmann.lightfield.depth.depth_map import DepthMap
+from lippmann.job.render_settings import Channel
+from lippmann.lightfield.depth.depth_map import CHANNELS, DepthMap
 from lippmann.lightfield.depth.view_depth import estimated_depth
 from lippmann.lightfield.image import IntegralImage
-from lippmann.lightfield.views.light_field import light_field, on_square_pixels
+from lippmann.lightfield.views.light_field import (
+    all_views,
+    light_field,
+    nearest_on_square_pixels,
+    on_square_pixels,
+)
 from lippmann.lightfield.views.square_pixels import nearest_as_square
+from lippmann.lightfield.views.views import view
 from lippmann.plan import artifact_names as names
 from worker.tasks.outputs.context import OutputContext
 from worker.tasks.outputs.frame_source import FrameSource
@@ -78,6 +86,54 @@ class FrameViews:
     def estimated_disparity(self, number: int) -> NDArray[np.float32]:
         """Return the disparity of a view as estimated from the pictures; see `lippmann.lightfield.depth.view_depth`."""
         return estimated_depth(self._image, self.block.numbers[number]).disparity
+
+    def channel_view(self, channel: Channel, number: int) -> NDArray[np.float32]:
+        """Return a channel of a view of the block, counted row by row, `(row, col)` or `(row, col, 3)`.
+
+        On square pixels, from the nearest lens, so that no two surfaces are mixed; see `FrameSource.channel`.
+        """
+        layout = self.source.layout
+        found = nearest_as_square(view(self._channel(channel), layout, *self.block.numbers[number]), layout)
+        return found[..., 0] if found.shape[2] == 1 else found
+
+    def numbers(self, *, is_square: bool) -> dict[str, NDArray[np.float32]]:
+        """Return the depth and the channels that the job has, of all views of the block, by name.
+
+        Parameters
+        ----------
+        is_square
+            True for square pixels, from the nearest lens.
+
+        Returns
+        -------
+        dict
+            `(v, u, row, col)` each, or `(v, u, row, col, 3)`: those of `depth_map.CHANNELS` and of `job.channels`. NaN,
+            or object 0, where a view does not exist.
+        """
+        found: dict[str, NDArray[np.float32]] = {}
+        if self.source.has_depth:
+            depth = self._views_of(self._depth.values, np.nan, is_square=is_square)
+            found = {name: np.ascontiguousarray(depth[..., k]) for k, name in enumerate(CHANNELS)}
+        for channel in self.source.channels:
+            values = self._views_of(self._channel(channel), NOTHING[channel], is_square=is_square)
+            found[channel] = values[..., 0] if values.shape[4] == 1 else values
+        return found
+
+    def _views_of(self, sheet: NDArray[np.float32], nothing: float, *, is_square: bool) -> NDArray[np.float32]:
+        views = all_views(sheet, self.source.layout)[self.rows, self.cols]
+        if is_square:
+            views = nearest_on_square_pixels(views, self.source.layout)
+        shown = self.exists[..., np.newaxis, np.newaxis, np.newaxis]
+        return np.where(shown, views, np.float32(nothing))
+
+    def _channel(self, channel: Channel) -> NDArray[np.float32]:
+        if channel not in self._channels:
+            self._channels[channel] = self.source.channel(self.frame, channel)
+        return self._channels[channel]
+
+    @cached_property
+    def _channels(self) -> dict[Channel, NDArray[np.float32]]:
+        return {}
 
     @cached_property
     def _image(self) -> IntegralImage:

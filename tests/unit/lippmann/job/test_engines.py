@@ -44,6 +44,11 @@ def test_the_scene_file_chooses_the_engine(file: str, engine: Engine) -> None:
         (POVRAY, {"render": {"path_depth": 9}}, "render.path_depth: expected 8"),
         (POVRAY, {"render": {"clamp": 4.0}}, "render.clamp: expected null with POV-Ray"),
         (POVRAY, {"capture": {"channels": ["depth", "normal"]}}, "capture.channels: expected depth alone"),
+        (
+            MITSUBA,
+            {"capture": {"channels": ["normal", "motion"]}},
+            "capture.channels: expected some of depth, ",
+        ),
         (MITSUBA, {"capture": {"method": "glass"}}, "capture.method: expected auto or ray_camera with Mitsuba"),
         (MITSUBA, {"render": {"antialias": {}}}, "render.antialias: expected off with Mitsuba"),
         (MITSUBA, {"stage": {"follow_camera": True}}, "stage.follow_camera: expected false with Mitsuba"),

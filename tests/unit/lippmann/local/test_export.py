@@ -8,14 +8,19 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from lippmann.errors import ArtifactBroken, BadInput, SpecError
+from lippmann.job.channels import channel_attributes
 from lippmann.local.export import export_outputs, parse_outputs
 from lippmann.local.files.frame_source import files_frames
+from lippmann.local.files.master import named_rig
 from lippmann.plan import artifact_names as names
+from lippmann.plan.sampling import display_size
 from tests.builders_outputs import GivenJob, given_job
 from worker.images import decoder
+from worker.images.write import write_channels
 
 
 @pytest.fixture
@@ -120,9 +125,20 @@ def test_masters_that_others_made_are_decoded_in_the_sandbox(
     masters: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (masters / "depth").mkdir()
+    (masters / "channels").mkdir()
     for frame in (1, 2, 3):
         shutil.copyfile(masters / names.orthoscopic_name(frame), masters / names.depth_name(frame))
+        rig = named_rig(masters / names.orthoscopic_name(frame))
+        size = display_size(rig).rows, display_size(rig).cols
+        said = channel_attributes(("object",) if frame == 2 else ("normal", "object"), ("fish",))
+        write_channels(
+            masters / names.channels_name(frame), [np.ones((*size, 1), np.float32)], ["object.id"], size=size,
+            attributes=said,
+        )  # fmt: skip
     source = files_frames(masters, fps=8.0)
+    assert source.channels == ("object",), "what all frames have"
+    assert source.objects(1) == ("fish",)
+    assert (source.channel(1, "object") == 1).all()
     evil = tmp_path / "evil.py"
     evil.write_text("print('half')\n")
     monkeypatch.setattr(decoder, "__file__", str(evil))
@@ -130,6 +146,7 @@ def test_masters_that_others_made_are_decoded_in_the_sandbox(
         lambda: source.image(1),
         lambda: source.orthoscopic_rows(1).__enter__(),
         lambda: source.depth(1),
+        lambda: source.channel(1, "object"),
     )
     for read in reads:
         with pytest.raises(ArtifactBroken, match=r"0001\.exr: expected numbers from the decoder, got no file"):

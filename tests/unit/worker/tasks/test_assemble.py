@@ -8,42 +8,51 @@ import numpy as np
 import pytest
 
 from lippmann.errors import ArtifactBroken, Stopped
+from lippmann.job.channels import channels_in, objects_in, part_names
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.spec import JobSpec
 from lippmann.lightfield.depth.depth_map import CHANNELS
 from lippmann.plan import artifact_names as names
-from tests.builders import local_place, order_of, small_job, stored_job, tiles_of
+from tests.builders import local_place, order_of, small_job, stored_job, stored_picture, tiles_of
 from worker.images import rearrange, rows
-from worker.images.read import read_attributes
+from worker.images.read import read_attributes, read_channels
 from worker.images.write import write_channels, write_exr
 from worker.tasks import assemble, masters
 from worker.tasks.local import JOB_ID
 from worker.tasks.monitor import NullMonitor
 from worker.tasks.workplace import Workplace
 
+PARTS = part_names(("normal", "object"))
+
 
 def job_with_tiles(folder: Path, lattice: str, *, more_rows: int = 0) -> Workplace:
-    """Store a job whose tiles are given, as noise; their depths, too."""
+    """Store a job whose tiles are given, as noise; their depths and other channels, too."""
     place = local_place(folder)
     spec: JobSpec = small_job(
-        "target-white", count=(9, 7), px_per_lens=8, tiles=[3, 2], lens_array={"lattice": lattice},
-        rig={"device": {"dpi": 180}}, capture={"depth": True},
+        "turning-knot", count=(9, 7), px_per_lens=8, tiles=[3, 2], lens_array={"lattice": lattice},
+        rig={"device": {"dpi": 180}}, capture={"depth": True, "channels": ["object", "normal"]},
     )  # fmt: skip
     stored_job(place, spec)
     noise = np.random.default_rng(1)
     for tile in tiles_of(spec):
         size = tile.rows + more_rows, tile.cols
-        write_exr(folder / "tile.exr", noise.random((*size, 3)).astype(np.float16), attributes={})
+        light = noise.random((*size, 3)).astype(np.float16)
+        write_exr(folder / "tile.exr", light, attributes={})
         place.store.put_file(names.job_artifact(JOB_ID, names.tile_name(1, tile.index)), folder / "tile.exr")
         depths = noise.random((*size, len(CHANNELS)), dtype=np.float32)
         write_channels(folder / "depth.exr", (depths,), CHANNELS, size=size, attributes={})
         place.store.put_file(names.job_artifact(JOB_ID, names.depth_tile_name(1, tile.index)), folder / "depth.exr")
+        numbers = np.concatenate([light.astype(np.float32), np.ones((*size, 1), np.float32)], axis=-1)
+        attributes = {"objects": '["knot", "plinth"]'}
+        write_channels(folder / "channels.exr", (numbers,), PARTS, size=size, attributes=attributes)
+        name = names.job_artifact(JOB_ID, names.channel_tile_name(1, tile.index))
+        place.store.put_file(name, folder / "channels.exr")
     return place
 
 
 def left(place: Workplace) -> dict[str, bytes]:
     masters = (names.integral_name, names.orthoscopic_name, names.depth_name, names.device_name, names.views_name)
-    made = [names.job_artifact(JOB_ID, name(1)) for name in (*masters, names.thumb_name)]
+    made = [names.job_artifact(JOB_ID, name(1)) for name in (*masters, names.channels_name, names.thumb_name)]
     return {name: place.store.get_bytes(name) for name in made}
 
 
@@ -70,11 +79,27 @@ def test_a_master_says_in_its_header_whether_it_is_orthoscopic_wherever_it_is_co
         names.device_name: names.ORTHOSCOPIC,
         names.views_name: None,
         names.depth_name: None,
+        names.channels_name: None,
     }
     copy = tmp_path / "copy.exr"
     for name, kind in kinds.items():
         copy.write_bytes(place.store.get_bytes(names.job_artifact(JOB_ID, name(1))))
         assert read_attributes(copy).get(names.KIND) == kind
+
+
+def test_channels_stand_where_the_light_stands_and_their_file_names_them(tmp_path: Path) -> None:
+    place = job_with_tiles(tmp_path, "hexagonal")
+    assemble.assemble_frame(place, order_of(TaskKind.ASSEMBLE), NullMonitor())
+    with place.store.local_path(names.job_artifact(JOB_ID, names.channels_name(1))) as path:
+        attributes, found = read_attributes(path), read_channels(path, PARTS)
+    assert channels_in(attributes) == ("normal", "object")
+    assert objects_in(attributes) == ("knot", "plinth")
+    light = stored_picture(place, names.orthoscopic_name(1)).astype(np.float32)
+    outside = np.isnan(found[..., :3]).all(axis=-1)
+    assert 0 < outside.mean() < 0.5
+    assert (found[outside][:, 3] == 0).all()
+    np.testing.assert_array_equal(found[~outside][:, :3], light[~outside])  # job_with_tiles gives both the same numbers
+    assert (found[~outside][:, 3] > 0).all()
 
 
 class Watcher:

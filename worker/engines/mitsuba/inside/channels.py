@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+import json
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import drjit as dr
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lippmann.optics.lens.ray import Ray
-from worker.engines.mitsuba.inside.messages import FileKind, UnsupportedError
+from worker.engines.mitsuba.inside.messages import MAX_OBJECT_NAME, MAX_OBJECT_NAMES, FileKind, UnsupportedError
 from worker.engines.mitsuba.inside.rays import Placement
 from worker.engines.mitsuba.inside.scenes import splats
 
@@ -80,14 +81,39 @@ def _surface_values(
     """Return the channels of the surfaces that rays hit."""
     values: dict[FileKind, Float32] = {}
     if "normal" in kinds:
-        towards = dr.select(found.is_valid(), dr.mulsign(found.sh_frame.n, dr.dot(found.sh_frame.n, -ray.d)), 0)
-        values["normal"] = _columns(placement.rig_direction(towards))
+        towards = dr.mulsign(found.sh_frame.n, dr.dot(found.sh_frame.n, -ray.d))
+        normal = dr.normalize(placement.rig_direction(towards))
+        values["normal"] = _columns(dr.select(found.is_valid(), normal, dr.nan))
     if "albedo" in kinds:
-        reflectance = found.bsdf().eval_diffuse_reflectance(found, found.is_valid())
-        values["albedo"] = _columns(dr.select(found.is_valid(), reflectance, 0))
+        bsdf = found.bsdf()
+        # Of a surface that is not diffuse, Mitsuba returns the height of its highlight.
+        is_diffuse = mi.has_flag(bsdf.flags(), mi.BSDFFlags.Diffuse)
+        reflectance = bsdf.eval_diffuse_reflectance(found, found.is_valid() & is_diffuse)
+        albedo = dr.select(is_diffuse & dr.isfinite(reflectance), dr.clip(reflectance, 0, 1), 0)
+        values["albedo"] = _columns(dr.select(found.is_valid(), albedo, dr.nan))
     if "object" in kinds:
         values["object"] = _objects(scene, found)
     return values
+
+
+def object_names(scene: mi.Scene, names: Mapping[str, str]) -> tuple[tuple[str, ...], str]:
+    """Return the names of the shapes of a scene from number 1, and a note if some are left out.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    names
+        The names that a loader gives to identifiers of shapes; the others have their identifier as name.
+    """
+    found, room = [], MAX_OBJECT_NAMES
+    for shape in scene.shapes():
+        given = names.get(shape.id(), shape.id())
+        name = "".join(letter for letter in given if letter.isprintable())[:MAX_OBJECT_NAME]
+        room -= len(json.dumps(name, ensure_ascii=False).encode()) + 2
+        found.append(name if room > 0 else "")
+    is_long = f"the names of the {len(found):,} objects are longer than {MAX_OBJECT_NAMES:,} bytes: some are left out"
+    return tuple(found), "" if room > 0 else is_long
 
 
 def _columns(parts: Any) -> Float32:

@@ -19,6 +19,10 @@ MAX_LINE_BYTES = 4 << 20
 """The greatest length of a line in either direction."""
 MAX_MESSAGE = 4000
 """The greatest length of the message of a failure, in characters."""
+MAX_OBJECTS = 20_000
+"""The greatest number of shapes of a scene."""
+MAX_OBJECT_NAME, MAX_OBJECT_NAMES = 60, 250_000
+"""The greatest length of the name of a shape, and of all names together with their quotation marks, in bytes."""
 MAX_NOTES = 100
 MAX_NOTE = 500
 """The greatest number of notes of a result, and the greatest length of one in characters."""
@@ -35,12 +39,14 @@ FILE_CHANNELS: dict[str, int] = {
 
 `radiance` is linear light. `distance` and `position` are in mm: the length of the ray from its start to the first hit
 and the hit in the rig frame; infinite where the ray hits nothing. `normal` is a unit vector in the rig frame that faces
-the ray, 0 where it hits nothing. `albedo` is the diffuse reflectance. `object` is the number of the shape from 1, or 0.
-Pixels without a ray are black and have distance and position NaN."""
+the ray. `albedo` is the diffuse reflectance, 0 to 1, or the base colour of a PBR material. Both are NaN where the ray
+hits nothing. `object` is the number of the shape from 1, or 0. Pixels without a ray are black and have NaN, or object
+0."""
 
 FileKind = Literal["radiance", "distance", "position", "normal", "albedo", "object"]
 Px = Annotated[int, Field(ge=0, le=MAX_FRAME_PX)]
 Seconds = Annotated[float, Field(ge=0, le=1e7, allow_inf_nan=False)]
+ObjectName = Annotated[str, Field(max_length=MAX_OBJECT_NAME)]
 Name = Annotated[str, Field(pattern=r"^[0-9A-Za-z][0-9A-Za-z_.-]{0,99}$")]
 
 
@@ -73,6 +79,8 @@ class Request(_Message):
     """The wanted pixels, (row_start, row_stop, col_start, col_stop)."""
     channels: Annotated[tuple[Channel | Literal["position"], ...], Field(max_length=6)] = ()
     """The channels besides the radiance; `depth` gives the file `distance`."""
+    light: bool = True
+    """False for the channels alone."""
     bundle: str = Field(min_length=1, max_length=4096)
     """The absolute path of the folder of the scene bundle."""
     out: Name
@@ -84,6 +92,8 @@ class Request(_Message):
         if not (row_start < row_stop <= self.rows and col_start < col_stop <= self.cols):
             message = f"expected a region of at least one pixel inside {self.rows} x {self.cols} px, got {self.region}"
             raise ValueError(message)
+        if not self.light and not self.channels:
+            raise ValueError("expected channels in a request without light, got none")
         return self
 
     @property
@@ -95,7 +105,8 @@ class Request(_Message):
     @property
     def kinds(self) -> tuple[FileKind, ...]:
         """The kinds of files that the result has, in the order of `FILE_CHANNELS`."""
-        wanted = {"radiance", *("distance" if channel == "depth" else channel for channel in self.channels)}
+        wanted = {"distance" if channel == "depth" else channel for channel in self.channels}
+        wanted |= {"radiance"} if self.light else set()
         return tuple(kind for kind in FILE_CHANNELS if kind in wanted)  # type: ignore[misc] # the keys are the kinds
 
     def file_name(self, kind: FileKind) -> str:
@@ -127,6 +138,8 @@ class Result(_Message):
     """The processor time of the rendering, all threads together."""
     notes: Annotated[tuple[Annotated[str, Field(max_length=MAX_NOTE)], ...], Field(max_length=MAX_NOTES)] = ()
     """The parts of the scene that the program left out or replaced, for the log."""
+    objects: Annotated[tuple[ObjectName, ...], Field(max_length=MAX_OBJECTS)] = ()
+    """The names of the shapes from number 1, if the channel `object` is wanted; empty where one has none."""
 
 
 class Problem(_Message):

@@ -47,6 +47,10 @@ class Loaded(Protocol):
         """The parts that were left out or replaced."""
 
     @property
+    def names(self) -> Mapping[str, str]:
+        """The names of shapes, by their identifiers; see `LoadedScene`."""
+
+    @property
     def reads(self) -> frozenset[str]:
         """The names of clock and stage, as far as the scene depends on them."""
 
@@ -89,6 +93,7 @@ class Program:
 
     def _answer(self, request: Request) -> Result:
         """Render a request into files in the working folder."""
+        from worker.engines.mitsuba.inside.channels import object_names
         from worker.engines.mitsuba.inside.shade import bands, shade_band
 
         if "motion" in request.channels:
@@ -107,13 +112,18 @@ class Program:
                     file.write(values.astype("<f4", copy=False).tobytes())
             rendered += len(rows)
             self._send(Progress(progress=rendered / request.shape[0]))
+        notes, objects = loaded.notes, ()
+        if "object" in request.kinds:
+            objects, note = object_names(loaded.scene, loaded.names)
+            notes = (*notes, note) if note else notes
         return Result(
             number=request.number,
             files=files,
             load_s=loaded_s - started_s if fresh else 0,
             trace_s=time.monotonic() - loaded_s,
             trace_cpu_s=time.process_time() - cpu_s,
-            notes=tuple(note[:MAX_NOTE] for note in loaded.notes[:MAX_NOTES]),
+            notes=tuple(note[:MAX_NOTE] for note in notes[:MAX_NOTES]),
+            objects=objects,
         )
 
     def _scene(self, request: Request) -> tuple[Loaded, bool]:

@@ -35,7 +35,7 @@ def bands(request: Request) -> Iterator[range]:
 
 
 def shade_band(scene: mi.Scene, request: Request, rows: range) -> dict[FileKind, Float32]:
-    """Return the radiance and channels of some rows of a region, each float32 (pixel, number).
+    """Return the wanted radiance and channels of some rows of a region, each float32 (pixel, number).
 
     Parameters
     ----------
@@ -61,7 +61,8 @@ def shade_band(scene: mi.Scene, request: Request, rows: range) -> dict[FileKind,
     total = mi.Color3f(0)
     spectrum = wavelength_bands(optical_bench, request.job.spec.capture.bands)
     is_dispersing = len(spectrum) > 1
-    if others or (settings.samples == 1 and not is_dispersing):
+    is_whitted = request.light and settings.samples == 1 and not is_dispersing
+    if others or is_whitted:
         # The channels of a dispersing rig are those of the d line.
         rays = pixels.rays(optical_bench)
         ray, alive = _ray(rays, placement)
@@ -70,10 +71,12 @@ def shade_band(scene: mi.Scene, request: Request, rows: range) -> dict[FileKind,
             dr.eval(seen.radiance, seen.distance)  # both by the same pass
         if others:
             values = channel_values(scene, rays, (ray, alive), placement, others, seen)
-        if settings.samples == 1 and not is_dispersing:
+        if is_whitted:
             light = seen.radiance if seen else whitted_radiance(scene, ray, settings.path_depth, alive)
             total = _bounded(light, settings.clamp)
-    for sample in range(settings.samples if settings.samples > 1 or is_dispersing else 0):
+    if not request.light:
+        return values
+    for sample in range(0 if is_whitted else settings.samples):
         for band in spectrum:
             sent = _ray(pixels.sample_rays(band.bench, request, sample), placement)
             light = _bounded(_sample_radiance(scene, request, pixels, sent, sample), settings.clamp)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+from lippmann.job.render_settings import Channel
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scene import SceneManifest
 from lippmann.job.spec import parse_spec
@@ -50,6 +51,7 @@ class Room:
         behaviour: str = "render",
         *,
         key: SessionKey = KEY,
+        channels: tuple[Channel, ...] = (),
         stall_s: float = 120,
         total_s: float = 240,
         should_stop: Callable[[], bool] = lambda: False,
@@ -65,6 +67,7 @@ class Room:
             rows=4,
             cols=4,
             region=(0, 1, 1, 3),
+            channels=channels,
             bundle=str(self.bundle),
             out=str(self.number),
         )

@@ -16,9 +16,10 @@ def say(**message: object) -> None:
     print(json.dumps(message), flush=True)
 
 
-def answer(number: int, name: str, notes: list[str]) -> None:
+def answer(number: int, name: str, notes: list[str], **more: object) -> None:
     """Answer with a file."""
-    say(number=number, files={"radiance": name}, load_s=0, trace_s=0, trace_cpu_s=0, notes=notes)
+    files = {"radiance": name, **{kind: f"{number}-{kind}.f32" for kind in ("normal", "albedo", "object") if more}}
+    say(number=number, files=files, load_s=0, trace_s=0, trace_cpu_s=0, notes=notes, **more)
 
 
 def render(request: dict[str, object], behaviour: str, served: int) -> None:
@@ -60,7 +61,21 @@ def render(request: dict[str, object], behaviour: str, served: int) -> None:
         os.makedirs("left/behind")
         Path("left/behind/file").write_text("x")
         Path("other").write_text("x")
-    answer(number, name, [f"served {served}", f"found {found}"])
+    if behaviour.startswith("channels"):
+        write_channels(number, behaviour)
+        return answer(number, name, [], objects=["fish", "water"])
+    return answer(number, name, [f"served {served}", f"found {found}"])
+
+
+def write_channels(number: int, behaviour: str) -> None:
+    """Write the channels of two pixels, the second one without a surface, and what the behaviour makes wrong."""
+    nan = float("nan")
+    values = {"normal": [0.0, 0.6, 0.8, nan, nan, nan], "albedo": [0.0, 0.5, 1.0, nan, nan, nan], "object": [2.0, 0.0]}
+    kind, _, wrong = behaviour.removeprefix("channels ").partition(" ")
+    if wrong:
+        values[kind][-1] = float(wrong)
+    for name, numbers in values.items():
+        Path(f"{number}-{name}.f32").write_bytes(struct.pack(f"<{len(numbers)}f", *numbers))
 
 
 def main() -> None:

@@ -83,6 +83,7 @@ def node_shapes(
         found = _mesh(primitive, arrays, materials, place, matrix=matrices[index], bones=bones)
         surface = materials.surface(primitive.material, has_colours=found.colours is not None)
         name = f"node{index}_part{number}"
+        files.names[name] = f"{node.name or mesh.name or f'node {index}'}" + (f", part {number}" if number else "")
         shapes[name] = shape_of(name, found, bsdf=surface.bsdf, emitter=surface.emitter)
     return shapes
 

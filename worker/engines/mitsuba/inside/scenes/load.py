@@ -43,7 +43,7 @@ def load(bundle: Path, job: ResolvedJob, clock: float) -> LoadedScene:
     corners = np.array([box.min, box.max], dtype=np.float64).ravel()
     if scene.shapes() and not (np.isfinite(corners).all() and np.abs(corners).max() < 1e15):
         raise files.refuse(job.file, "shapes of a finite size", "a box that is not finite")
-    return LoadedScene(scene=scene, notes=tuple(files.notes), reads=frozenset(files.reads))
+    return LoadedScene(scene=scene, notes=tuple(files.notes), reads=frozenset(files.reads), names=files.names)
 
 
 def _scene(files: SceneFiles) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -35,6 +36,8 @@ class LoadedScene:
     """The parts that the loader left out or added."""
     reads: frozenset[Moving] = frozenset(MOVING)
     """The names of the changing values on which the scene depends."""
+    names: Mapping[str, str] = field(default_factory=dict)
+    """The names that the file gives to shapes, by the identifiers of the shapes if these are others."""
 
 
 @dataclass
@@ -49,6 +52,8 @@ class SceneFiles:
     reads: set[Moving] = field(default_factory=set)
     """The names of the changing values that loaders have asked for."""
     notes: list[str] = field(default_factory=list)
+    names: dict[str, str] = field(default_factory=dict)
+    """The names of shapes that differ from their identifiers; see `LoadedScene`."""
     texture_px: int = 0
     """The pixels of all textures so far."""
 

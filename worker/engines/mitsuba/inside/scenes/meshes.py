@@ -75,11 +75,15 @@ def load_mesh(files: SceneFiles) -> Any:
     except Exception as error:  # trimesh has no error of its own: whatever a damaged file does to it.
         raise files.refuse(files.name, "a mesh that is whole", f"{type(error).__name__}: {error}") from error
     scene: dict[str, Any] = {"type": "scene"}
-    found = [mesh for mesh in loaded.geometry.values() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)]
+    meshes = {
+        name: mesh for name, mesh in loaded.geometry.items() if isinstance(mesh, trimesh.Trimesh) and len(mesh.faces)
+    }
+    found = list(meshes.values())
     if len(found) > MAX_SHAPES:
         raise files.refuse(files.name, f"at most {MAX_SHAPES:,} objects", f"{len(found):,}")
     files.check_faces(sum(len(mesh.faces) for mesh in found))
-    for number, mesh in enumerate(found):
+    for number, (name, mesh) in enumerate(meshes.items()):
+        files.names[f"mesh{number}"] = str(name)
         scene[f"mesh{number}"] = _shape(f"mesh{number}", mesh, files)
     if not found:
         raise files.refuse(files.name, "a mesh with faces", "none")

@@ -243,6 +243,8 @@ def _check_loaded(scene: Any, files: SceneFiles) -> None:
     meshes = [shape for shape in scene.shapes() if shape.is_mesh()]
     files.check_faces(sum(mesh.face_count() for mesh in meshes))
     for mesh in meshes:
-        if np.asarray(mi.traverse(mesh)["faces"]).max(initial=0) >= mesh.vertex_count():
+        parameters = mi.traverse(mesh)
+        # A rectangle is a mesh whose faces are not shown.
+        if "faces" in parameters and np.asarray(parameters["faces"]).max(initial=0) >= mesh.vertex_count():
             expected = f"faces of its {mesh.vertex_count()} vertices"
             raise files.refuse(f"{files.name}: mesh {mesh.id()[:80]}", expected, "others")

@@ -62,6 +62,12 @@ def test_a_request_names_the_files_of_its_result_and_their_exact_sizes() -> None
     assert [asked.file_bytes(kind) for kind in asked.kinds] == [4 * 20 * 712 * n for n in (3, 1, 3)]
 
 
+def test_a_request_for_channels_alone_has_no_light_and_one_for_nothing_is_refused() -> None:
+    assert request(light=False).kinds == ("distance", "normal")
+    with pytest.raises(ValueError, match="expected channels in a request without light, got none"):
+        request(light=False, channels=())
+
+
 @pytest.mark.parametrize("region", [(0, 0, 0, 1), (5, 4, 0, 1), (0, 721, 0, 720), (0, 1, 700, 721), (-1, 1, 0, 1)])
 def test_a_region_outside_the_picture_is_refused(region: tuple[int, int, int, int]) -> None:
     with pytest.raises(ValueError, match="region"):

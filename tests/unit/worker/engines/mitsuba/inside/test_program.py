@@ -33,7 +33,11 @@ def load(bundle, job, clock):
         raise KeyError("bug")
     sky = {"type": "constant", "radiance": 0.5}
     reads = {"still": (), "staged": ("stage",)}.get(bundle.name, ("clock",))
-    return SimpleNamespace(scene=mi.load_dict({"type": "scene", "sky": sky}), notes=("a note",), reads=reads)
+    scene = {"type": "scene", "sky": sky}
+    if bundle.name == "named":
+        scene |= {f"ball{k}": {"type": "sphere", "center": [k, 0, -1000]} for k in range(3)}
+    names = {"ball0": "big \\u00fc\\nball", "ball1": "x" * 61}
+    return SimpleNamespace(scene=mi.load_dict(scene), notes=("a note",), reads=reads, names=names)
 
 main("llvm_ad_rgb", 1, load)
 """
@@ -88,6 +92,26 @@ def test_a_request_is_rendered_into_files_of_the_exact_size(child: Child, make_r
     radiance = np.fromfile(child.folder / "1-radiance.f32", "<f4")
     assert set(np.unique(radiance).tolist()) <= {0.0, 0.5}
     assert 0.5 in radiance
+
+
+def test_the_objects_have_the_names_of_the_file_or_of_the_scene(child: Child, make_request: Any) -> None:
+    _, answer = child.ask(renamed(make_request(channels=("object",)), bundle="/named"))
+    assert isinstance(answer, Result)
+    assert answer.objects == ("big üball", "x" * 60, "ball2")
+    _, answer = child.ask(renamed(make_request(), bundle="/named"))
+    assert isinstance(answer, Result)
+    assert answer.objects == ()
+
+
+def test_channels_alone_have_the_numbers_that_come_with_light(child: Child, make_request: Any) -> None:
+    found = []
+    for light in (True, False):
+        request = make_request(channels=("depth", "normal"), samples=2)
+        _, answer = child.ask(renamed(request, bundle="/named", light=light))
+        assert isinstance(answer, Result)
+        assert ("radiance" in answer.files) == light
+        found.append([(child.folder / answer.files[kind]).read_bytes() for kind in ("distance", "normal")])
+    assert found[0] == found[1]
 
 
 def test_the_scene_stays_for_the_next_request_of_the_same_frame(child: Child, make_request: Any) -> None:

@@ -102,6 +102,23 @@ def test_the_hit_itself_lies_where_the_exact_trace_says(mi: Any, make_request: A
     assert np.abs(albedo[..., :2] * 500.0 - 250.0 - expected[..., :2])[alive].max() <= 0.001
 
 
+def test_only_diffuse_surfaces_have_an_albedo_and_it_is_at_most_one(mi: Any, make_request: Any) -> None:
+    """Of what is not diffuse, Mitsuba's own estimate is the height of the highlight, 100 at this roughness."""
+    colour = {"type": "rgb", "value": [0.2, 0.4, 0.6]}
+    surfaces = {
+        "roughconductor": ({"alpha": 0.05}, 0.0), "dielectric": ({}, 0.0),
+        "principled": ({"base_color": colour, "metallic": 1.0}, [0.2, 0.4, 0.6]),
+        "plastic": ({"diffuse_reflectance": colour}, [0.2, 0.4, 0.6]),
+    }  # fmt: skip
+    for kind, (more, expected) in surfaces.items():
+        ball = {"type": "sphere", "radius": 60.0, "bsdf": {"type": kind, **more}}
+        request = make_request(channels=("albedo", "object"), rig={"lens_array": {"count": (3, 3)}})
+        values = shaded(mi, mi.load_dict({"type": "scene", "ball": ball}), request)
+        hit = values["object"][..., 0] == 1
+        assert np.allclose(values["albedo"][hit], expected), kind
+        assert np.isnan(values["albedo"][~hit]).all()
+
+
 def test_a_white_ball_in_a_white_furnace_is_not_seen(mi: Any, make_request: Any) -> None:
     scene = mi.load_dict({
         "type": "scene",
