@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from lippmann.errors import BadInput
 from lippmann.job.channels import channels_in, objects_in, part_names
 from lippmann.job.messages.orders import TaskKind
-from lippmann.job.resolved import StoredPlan
+from lippmann.job.render_settings import Channel
+from lippmann.job.resolved import ResolvedJob, StoredPlan
 from lippmann.job.spec import JobSpec
 from lippmann.lightfield.depth.depth_map import CHANNELS as DEPTH_PARTS
 from lippmann.lightfield.sheet.orthoscopic import orthoscopic
@@ -92,9 +93,8 @@ def framed(place: Workplace, bundle: bytes, spec: JobSpec) -> dict[str, NDArray[
     """Render and assemble a frame in its tiles, and return its masters: light, depth and channels."""
     place.store.delete(JOB_ID)  # or the tiles before would be taken for these
     local_job(place, spec, bundle)
+    assert spec.render.tiles != "auto"
     rows, cols = spec.render.tiles
-    assert isinstance(rows, int)
-    assert isinstance(cols, int)
     store_plan(place, StoredPlan(tile_rows=rows, tile_cols=cols, probe_start_s=0, probe_s_per_px=0))
     for tile in tiles_of(spec):
         render_tile(place, order_of(TaskKind.RENDER, tile=tile), NullMonitor())
@@ -109,11 +109,11 @@ def framed(place: Workplace, bundle: bytes, spec: JobSpec) -> dict[str, NDArray[
     return found
 
 
-def expected_channels(spec: JobSpec) -> NDArray[np.float64]:
+def expected_channels(job: ResolvedJob) -> NDArray[np.float64]:
     """Return the channels of the analytic scene for the rays of the exact trace, in the layout of a master."""
-    stage = spec.stage
-    optical_bench = bench(spec.rig, reference_mm=stage.reference_mm)
-    layout = frame_size(spec.rig)
+    stage, rig = job.stage, job.spec.rig
+    optical_bench = bench(rig, reference_mm=stage.reference_mm)
+    layout = frame_size(rig)
     rays = pixel_rays(optical_bench, rows=layout.rows, cols=layout.cols)
     matrix, axes = rig_to_scene(stage, auto="right"), rig_axes(stage, auto="right")
     start = rays.position @ matrix[:3, :3].T + matrix[:3, 3]
@@ -143,12 +143,11 @@ def masters(place: Workplace, bundle: bytes, tmp_path_factory: pytest.TempPathFa
     for name in (names.orthoscopic_name(1), names.channels_name(1)):
         (folder / name).parent.mkdir()
         (folder / name).write_bytes(place.store.get_bytes(names.job_artifact(JOB_ID, name)))
-    spec = place.job_sheet(JOB_ID).at(1)
-    return {**found, "folder": folder, "spec": spec.spec.model_copy(update={"stage": spec.stage})}
+    return {**found, "folder": folder, "job": place.job_sheet(JOB_ID).at(1)}
 
 
 def test_channels_are_those_of_the_analytic_scene_in_the_rig_frame(masters: Mapping[str, Any]) -> None:
-    found, expected = masters["channels"], expected_channels(masters["spec"])
+    found, expected = masters["channels"], expected_channels(masters["job"])
     assert found.shape == expected.shape
     same = found[..., 6] == expected[..., 6]
     assert same.mean() > 0.995, "but for rays that pass along an edge"
@@ -187,7 +186,8 @@ def test_a_supersampled_job_has_the_same_channels(place: Workplace, bundle: byte
 def test_one_request_renders_light_and_channels(
     place: Workplace, bundle: bytes, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    asked, render = [], MitsubaEngine.render
+    asked: list[Wanted] = []
+    render = MitsubaEngine.render
 
     def kept(self: MitsubaEngine, wanted: Wanted, room: Room) -> Rendered:
         asked.append(wanted)
@@ -204,12 +204,13 @@ def test_one_request_renders_light_and_channels(
 def test_a_view_of_a_channel_is_the_view_of_its_numbers(masters: Mapping[str, Any], tmp_path: Path) -> None:
     master = masters["folder"] / "orthoscopic" / "0001.exr"
     values = masters["channels"]
-    expected = view(values, display_size(masters["spec"].rig), 3, 4)
-    for channel, suffix, parts in (
+    expected = view(values, display_size(masters["job"].spec.rig), 3, 4)
+    cases: tuple[tuple[Channel, str, slice], ...] = (
         ("normal", ".exr", slice(0, 3)),
         ("albedo", ".pfm", slice(3, 6)),
         ("object", ".png", slice(6, 7)),
-    ):
+    )
+    for channel, suffix, parts in cases:
         found = write_channel_view(master, tmp_path / f"{channel}{suffix}", channel, number=(3, 4))
         np.testing.assert_array_equal(found.values, expected[..., parts])
     np.testing.assert_array_equal(read_channels(tmp_path / "normal.exr", part_names(("normal",))), expected[..., :3])

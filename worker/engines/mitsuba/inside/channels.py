@@ -106,7 +106,8 @@ def object_names(scene: mi.Scene, names: Mapping[str, str]) -> tuple[tuple[str, 
     names
         The names that a loader gives to identifiers of shapes; the others have their identifier as name.
     """
-    found, room = [], MAX_OBJECT_NAMES
+    found: list[str] = []
+    room = MAX_OBJECT_NAMES
     for shape in scene.shapes():
         given = names.get(shape.id(), shape.id())
         name = "".join(letter for letter in given if letter.isprintable())[:MAX_OBJECT_NAME]

@@ -112,7 +112,8 @@ class Program:
                     file.write(values.astype("<f4", copy=False).tobytes())
             rendered += len(rows)
             self._send(Progress(progress=rendered / request.shape[0]))
-        notes, objects = loaded.notes, ()
+        notes = loaded.notes
+        objects: tuple[str, ...] = ()
         if "object" in request.kinds:
             objects, note = object_names(loaded.scene, loaded.names)
             notes = (*notes, note) if note else notes
