@@ -104,12 +104,13 @@ def test_the_objects_have_the_names_of_the_file_or_of_the_scene(child: Child, ma
 
 
 def test_channels_alone_have_the_numbers_that_come_with_light(child: Child, make_request: Any) -> None:
-    found, kinds = [], ("distance", "normal")
+    found: list[list[bytes]] = []
+    kinds = ("distance", "normal")
     for light in (True, False):
         request = make_request(channels=("depth", "normal"), samples=2)
         _, answer = child.ask(renamed(request, bundle="/named", light=light))
         assert isinstance(answer, Result)
-        assert set(answer.files) == {*kinds, "radiance"} if light else {*kinds}
+        assert set(answer.files) == ({*kinds, "radiance"} if light else {*kinds})
         found.append([(child.folder / name).read_bytes() for kind, name in answer.files.items() if kind in kinds])
     assert found[0] == found[1]
 
