@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from importlib.metadata import PackageNotFoundError, version
 from typing import Any, Protocol, TypeVar
 
@@ -13,15 +14,18 @@ from lippmann.job.messages.protocol import PROTOCOL
 from lippmann.plan.artifact_store import ArtifactStore
 from service.broker_stream import BrokerKeeping, Stream
 from service.db import coordinator as coordinator_rows
+from service.db import drains as drain_rows
 from service.db import jobs as job_rows
 from service.db import tasks as task_rows
 from service.db.engine import Database
+from service.db.faults import avoiding
 from service.roster import Roster, read_roster
 from service.schemas.access import Role
 from service.schemas.farm import (
     ComponentHealth,
     CoordinatorHealth,
     DroppedMessages,
+    ExcludedWorker,
     Fault,
     Health,
     StoreHealth,
@@ -50,6 +54,19 @@ class Monitor(Protocol):
     @property
     def faults(self) -> tuple[Fault, ...]:
         """The causes that prevent all work of the farm, first cause first."""
+
+
+@dataclass(frozen=True)
+class Marks:
+    """What the database says about workers."""
+
+    running: Mapping[str, int] = field(default_factory=dict)
+    """The number of tasks of open jobs that each of them runs."""
+    drained: frozenset[str] = frozenset()
+    """The worker processes that an admin has drained, by instance."""
+    excluded: tuple[ExcludedWorker, ...] = ()
+    avoided_by: Mapping[str, int] = field(default_factory=dict)
+    """The number of open jobs that avoid each of them."""
 
 
 class Checks:
@@ -89,14 +106,15 @@ class Checks:
             return health
         return health.model_copy(update={"dropped": _dropped(answers["dropped"], answers["workers"])})
 
-    async def workers(self) -> WorkerList:
-        """Return the workers that are online, with their running tasks."""
+    async def workers(self, *, now_s: float) -> WorkerList:
+        """Return the workers that are online, with their running tasks, and those that are excluded."""
         roster = await self._ask(self._roster)
+        stored = await self._ask(lambda: self._stored_marks(now_s))
+        marks = Marks() if isinstance(stored, Exception) else stored
         if isinstance(roster, Exception):
-            return WorkerList(items=(), known=False)
-        running = await self._ask(self._running)
-        counts = {} if isinstance(running, Exception) else running
-        return WorkerList(items=tuple(_worker(one, counts, roster.not_claiming) for one in roster.present), known=True)
+            return WorkerList(items=(), known=False, excluded=marks.excluded)
+        items = tuple(_worker(one, marks, roster.not_claiming) for one in roster.present)
+        return WorkerList(items=items, known=True, excluded=marks.excluded)
 
     async def _ask(self, question: Callable[[], T]) -> T | Exception:
         self._limiter = self._limiter or anyio.CapacityLimiter(_THREADS)
@@ -130,9 +148,17 @@ class Checks:
         self._store.exists("scenes/none.zip")
         return self._store.free_bytes()
 
-    def _running(self) -> dict[str, int]:
+    def _stored_marks(self, now_s: float) -> Marks:
         with self._database.reading() as session:
-            return task_rows.running_on(session, job_rows.open_ids(session))
+            return Marks(
+                running=task_rows.running_on(session, job_rows.open_ids(session)),
+                drained=frozenset(drain_rows.drains(session)),
+                excluded=tuple(
+                    ExcludedWorker(worker=row.worker, name=row.name, since_s=row.since_s)
+                    for row in drain_rows.exclusions(session)
+                ),
+                avoided_by=avoiding(session, now_s=now_s),
+            )
 
 
 def package_version() -> str:
@@ -234,13 +260,16 @@ def _faults_of(worker: Presence, not_claiming: Mapping[str, float]) -> Iterator[
         yield Fault(component="workers", code=NOT_CLAIMING, message=message, since_s=not_claiming[worker.name])
 
 
-def _worker(presence: Presence, running: dict[str, int], not_claiming: Mapping[str, float]) -> Worker:
+def _worker(presence: Presence, marks: Marks, not_claiming: Mapping[str, float]) -> Worker:
     known = presence.model_dump(include=set(Worker.model_fields), exclude={"fault"})
     fault = None if presence.fault is None else presence.fault.message
     since_s = not_claiming.get(presence.name)
     return Worker(
         **known,
-        running=running.get(presence.name, 0),
+        running=marks.running.get(presence.name, 0),
+        drained=presence.instance in marks.drained,
+        excluded=any(one.worker == presence.name for one in marks.excluded),
+        avoided_by=marks.avoided_by.get(presence.name, 0),
         fault=fault,
         not_claiming_since_s=since_s,
         version_note=version_note(presence),

@@ -265,6 +265,7 @@ def presence() -> Presence:
         hours=settings.worker_hours.text if settings.worker_hours else None,
         protocol=PROTOCOL,
         oldest_protocol=OLDEST_PROTOCOL,
+        cores=os.cpu_count(),
     )
 
 

@@ -90,7 +90,7 @@ class ConsumerLiveness:
         self._presence = self._presence.model_copy(
             update={
                 "seen_s": now_s, "holds": holds, "fault": self._find_fault(), "refused_orders": self._refused(),
-                "closed": closed, "opens_s": opens_s,
+                "closed": closed, "opens_s": opens_s, "load": _load(),
             }
         )  # fmt: skip
         # While Redis is unreachable, or there is no key yet, the next presence is tried in a few seconds.
@@ -115,6 +115,14 @@ class ConsumerLiveness:
         if self._heartbeat_file:
             with contextlib.suppress(OSError):  # a disk that cannot be written is told by the fault
                 self._heartbeat_file.touch()
+
+
+def _load() -> float | None:
+    """Return the load average of the machine over the last minute; None where the system does not say it."""
+    try:
+        return round(os.getloadavg()[0], 2)
+    except OSError:
+        return None
 
 
 class StuckWatch:

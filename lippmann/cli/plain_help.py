@@ -27,6 +27,8 @@ EXAMPLES: Mapping[str, str] = {
     "serve": "lippmann serve --key-file admin.key",
     "worker": "lippmann worker --join render7.toml --slots 4",
     "workers drain": "lippmann workers drain render-7 --exit",
+    "workers exclude": "lippmann workers exclude render-7",
+    "workers forgive": "lippmann workers forgive render-7",
     "top": "lippmann top --once --json",
     "keys create": "lippmann keys create alice --role submitter --days 90",
     "keys revoke": "lippmann keys revoke 3f2a90c1d4e5",

@@ -41,6 +41,7 @@ from service.schemas.task import Task, TaskPage
 from service.schemas.usage import Usage
 from service.schemas.viewing import FocusDepth, FrameViews
 from service.schemas.webhook import WebhookSecret
+from service.schemas.work import FarmHistory, FarmWork, OwnerWork, OwnerWorkList
 from service.schemas.worker_keys import BrokerUser, NewWorkerKey, WorkerKey, WorkerKeyList
 
 if TYPE_CHECKING:
@@ -213,6 +214,14 @@ class Client:
     def task(self, job_id: str, task_id: str) -> Task:
         """Return a task of a job."""
         return self._get(Task, f"/jobs/{plain_name(job_id)}/tasks/{plain_name(task_id)}")
+
+    def restart_task(self, job_id: str, task_id: str) -> Task:
+        """Stop the attempt that owns a task. The task runs again, on another worker if there is one."""
+        return self._act_on_task(job_id, task_id, "restart")
+
+    def end_task(self, job_id: str, task_id: str) -> Task:
+        """End a running task for good; its job fails, or only the output that it makes."""
+        return self._act_on_task(job_id, task_id, "end")
 
     def log(self, job_id: str, task_id: str, *, attempt: int | None = None) -> str:
         """Return the log of the latest attempt of a task, or of the attempt with the given number."""
@@ -397,6 +406,32 @@ class Client:
         """Let a worker that was drained take orders again. This needs an admin key."""
         _check_done(self._transport.request("DELETE", f"{_API}/workers/{quote(worker, safe='')}/drain"))
 
+    def exclude(self, worker: str) -> None:
+        """Let a worker take no further orders, however often it restarts. This needs an admin key."""
+        _check_done(self._transport.request("PUT", f"{_API}/workers/{quote(worker, safe='')}/exclusion"))
+
+    def include(self, worker: str) -> None:
+        """Let a worker that was excluded take orders again. This needs an admin key."""
+        _check_done(self._transport.request("DELETE", f"{_API}/workers/{quote(worker, safe='')}/exclusion"))
+
+    def forgive(self, worker: str) -> None:
+        """Forget the failures of a worker, so that no job avoids it. This needs an admin key."""
+        _check_done(self._transport.request("DELETE", f"{_API}/workers/{quote(worker, safe='')}/faults"))
+
+    def farm_work(self) -> FarmWork:
+        """Return what workers run, which of it seems to be stuck, and which jobs wait and why."""
+        return self._get(FarmWork, "/farm")
+
+    def farm_history(self, *, hours: int = 24) -> FarmHistory:
+        """Return how many frames were finished and how many slots were in use in the last hours."""
+        return _answered(
+            FarmHistory, self._transport.request("GET", f"{_API}/farm/history", params={"hours": str(hours)})
+        )
+
+    def farm_owners(self) -> tuple[OwnerWork, ...]:
+        """Return what the stored jobs of each owner took."""
+        return self._get(OwnerWorkList, "/farm/owners").items
+
     def keys(self) -> tuple[Key, ...]:
         """Return every key without its secret."""
         return self._get(KeyList, "/keys").items
@@ -452,9 +487,22 @@ class Client:
         """Revoke a key, also one of a worker. The browser sessions that it opened and their streams end at once."""
         _check_done(self._transport.request("DELETE", f"{_API}/keys/{plain_name(key_id)}"))
 
-    def audit(self, *, limit: int | None = None) -> Iterator[AuditEntry]:
-        """Yield the changes that were made through the API, newest first, at most `limit` of them."""
-        return _first(limit, self._paged(AuditPage, "/audit", {}, limit))
+    def audit(
+        self,
+        *,
+        limit: int | None = None,
+        action: str | None = None,
+        name: str | None = None,
+        subject: str | None = None,
+    ) -> Iterator[AuditEntry]:
+        """Yield the changes that were made through the API, newest first, at most `limit` of them.
+
+        With `action`, such as `remove-job`, only these are returned; with `name`, those by a key with this name or id;
+        with `subject`, those of a job, a task, a scene, a key or a worker.
+        """
+        asked = {"action": action, "name": name, "subject": subject}
+        params = {field: value for field, value in asked.items() if value is not None}
+        return _first(limit, self._paged(AuditPage, "/audit", params, limit))
 
     def login_link(self) -> LoginLink:
         """Create a link that logs a browser in once, within a short time."""
@@ -465,6 +513,10 @@ class Client:
 
     def _act(self, job_id: str, action: str) -> Job:
         return _answered(Job, self._transport.request("POST", f"{_API}/jobs/{plain_name(job_id)}/{action}"))
+
+    def _act_on_task(self, job_id: str, task_id: str, action: str) -> Task:
+        path = f"{_API}/jobs/{plain_name(job_id)}/tasks/{plain_name(task_id)}/{action}"
+        return _answered(Task, self._transport.request("POST", path))
 
     def _paged(self, page: type[BaseModel], path: str, params: Mapping[str, str], limit: int | None) -> Iterator[Any]:
         query = dict(params) | {"limit": str(min(limit or _PAGE, _PAGE))}

@@ -107,10 +107,18 @@ def page_frames(session: Session, job_id: str, *, cursor: str | None, limit: int
     return frame_schema.FramePage(items=items, next_cursor=str(page[-1]) if more else None)
 
 
-def page_audit(session: Session, *, cursor: str | None, limit: int) -> access_schema.AuditPage:
-    """Return a page of the audit log, newest first."""
+def page_audit(
+    session: Session,
+    *,
+    cursor: str | None,
+    limit: int,
+    action: access_schema.AuditAction | None = None,
+    name: str | None = None,
+    subject: str | None = None,
+) -> access_schema.AuditPage:
+    """Return a page of the audit log, newest first, only the entries of an action, a key and a subject if given."""
     before = None if cursor is None else number_in(cursor)
-    rows = access_rows.audit_page(session, before=before, limit=limit + 1)
+    rows = access_rows.audit_page(session, before=before, limit=limit + 1, action=action, name=name, subject=subject)
     kept = rows[:limit]
     items = tuple(
         access_schema.AuditEntry(

@@ -69,13 +69,15 @@ class DirectionsPublisher:
         """
         with self._lock:
             self._forget_drains(workers, now_s)
-            self._run()
+            self._run(workers)
 
-    def _run(self) -> None:
+    def _run(self, workers: Sequence[Presence]) -> None:
         with self._database.reading() as session:
+            excluded = {row.worker for row in drain_rows.exclusions(session)}
+            starts = (worker.instance for worker in workers if worker.name in excluded)
             directions = Directions(
                 requirements=tuple(job_rows.requirements(session)),
-                drains=drain_rows.drains(session),
+                drains={instance: False for instance in starts if instance} | drain_rows.drains(session),
                 release=self._release,
                 protocol=PROTOCOL,
                 oldest_protocol=OLDEST_PROTOCOL,

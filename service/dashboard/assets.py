@@ -28,9 +28,17 @@ MEDIA_TYPES = MappingProxyType(
 """The media types of the files that are served. Other files of the folder (licences, hashes) are not."""
 
 VENDORED = MappingProxyType(
-    {"preact": "vendor/preact.js", "preact/hooks": "vendor/preact-hooks.js", "htm": "vendor/htm.js"}
+    {
+        "preact": "vendor/preact.js",
+        "preact/hooks": "vendor/preact-hooks.js",
+        "htm": "vendor/htm.js",
+        "uplot": "vendor/uplot.js",
+    }
 )
 """The bare names that modules import, and their files."""
+
+ON_DEMAND = frozenset({"uplot"})
+"""The packages that a page imports when it needs them, and none preloads."""
 
 START = "app.js"
 """The module that starts the page."""
@@ -43,6 +51,7 @@ SHEETS = (
     "new-job/design.css",
     "viewer/viewer.css",
     "account/keys.css",
+    "farm/farm.css",
 )
 """The style sheets of the page, in their order."""
 

@@ -13,7 +13,7 @@ from fastapi.responses import HTMLResponse, Response
 from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
 from service.dashboard.api_reference import reference_of
-from service.dashboard.assets import MODULES_OF_PAGE, PREFIX, SHEET_OF_PAGE, VENDORED, assets, import_map
+from service.dashboard.assets import MODULES_OF_PAGE, ON_DEMAND, PREFIX, SHEET_OF_PAGE, VENDORED, assets, import_map
 from service.dashboard.policy import page_headers
 from service.dependencies import AppStateDep, CallerOrNoneDep, ViewerDep
 from service.errors import NotFound
@@ -118,7 +118,7 @@ def _dashboard_page(root: str) -> Response:
         import_map=inline,
         script=MODULES_OF_PAGE,
         sheet=SHEET_OF_PAGE,
-        packages=VENDORED.values(),
+        packages=(name for package, name in VENDORED.items() if package not in ON_DEMAND),
     )
 
 

@@ -101,10 +101,26 @@ def set_used(session: Session, used_s: Mapping[str, float]) -> None:
         session.connection().execute(statement, rows)
 
 
-def audit_page(session: Session, *, before: int | None, limit: int) -> Sequence[AuditRow]:
-    """Return entries of the audit log with ids below `before`, newest first."""
+def audit_page(
+    session: Session, *, before: int | None, limit: int, action: str | None, name: str | None, subject: str | None
+) -> Sequence[AuditRow]:
+    """Return entries of the audit log with ids below `before`, newest first.
+
+    Parameters
+    ----------
+    action, name, subject
+        Only entries of this action, of the key with this name or this id, and of this subject.
+    """
     query = select(AuditRow).order_by(AuditRow.id.desc()).limit(limit)
-    return session.scalars(query if before is None else query.where(AuditRow.id < before)).all()
+    if before is not None:
+        query = query.where(AuditRow.id < before)
+    if action is not None:
+        query = query.where(AuditRow.action == action)
+    if name is not None:
+        query = query.where(or_(AuditRow.name == name, AuditRow.key_id == name))
+    if subject is not None:
+        query = query.where(AuditRow.subject == subject)
+    return session.scalars(query).all()
 
 
 def idempotency(session: Session, caller: str, key: str) -> IdempotencyKey | None:

@@ -1,14 +1,17 @@
-"""Queries on the workers that are drained. A drain is of one start of a worker process, so a restart ends it."""
+"""Queries on the workers that are drained or excluded.
+
+A drain is of one start of a worker process, so a restart ends it. An exclusion is of a name, and lasts.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 from sqlalchemy import delete, select
 from sqlalchemy.orm import Session
 
 from service.db.engine import changed
-from service.db.tables import Drain
+from service.db.tables import Drain, Exclusion
 
 
 def drains(session: Session) -> dict[str, bool]:
@@ -35,3 +38,20 @@ def delete_drains(session: Session, instances: Collection[str]) -> None:
 def delete_drain(session: Session, worker: str) -> bool:
     """Let a worker take orders again; return False if it was not drained."""
     return bool(changed(session, delete(Drain).where(Drain.worker == worker)))
+
+
+def exclusions(session: Session) -> Sequence[Exclusion]:
+    """Return the exclusions of workers, sorted by the names of the workers."""
+    return session.scalars(select(Exclusion).order_by(Exclusion.worker)).all()
+
+
+def exclude(session: Session, worker: str, *, name: str, now_s: float) -> None:
+    """Exclude a worker; one that is excluded already stays so since then."""
+    if session.get(Exclusion, worker) is None:
+        session.add(Exclusion(worker=worker, name=name, since_s=now_s))
+        session.flush()
+
+
+def include(session: Session, worker: str) -> bool:
+    """Include a worker again; return False if it was not excluded."""
+    return bool(changed(session, delete(Exclusion).where(Exclusion.worker == worker)))

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Collection
 
-from sqlalchemy import select
+from sqlalchemy import delete, func, select
 from sqlalchemy.orm import Session
 
-from service.db.tables import WorkerFault
+from service.db.engine import changed
+from service.db.jobs import OPEN
+from service.db.tables import Job, WorkerFault
 
 
 def faults(session: Session, pairs: Collection[tuple[str, str]]) -> dict[tuple[str, str], WorkerFault]:
@@ -34,3 +36,15 @@ def avoided_workers(session: Session, job_ids: Collection[str], *, now_s: float)
     for job_id, worker in session.execute(query):
         avoided[job_id].add(worker)
     return avoided
+
+
+def avoiding(session: Session, *, now_s: float) -> dict[str, int]:
+    """Return the number of open jobs that avoid a worker now, by worker; one that none avoids is left out."""
+    query = select(WorkerFault.worker, func.count()).join(Job, Job.id == WorkerFault.job_id)
+    query = query.where(Job.status.in_(OPEN), WorkerFault.avoided_until_s > now_s)
+    return dict(session.execute(query.group_by(WorkerFault.worker)).all())
+
+
+def forgive(session: Session, worker: str) -> int:
+    """Forget the failures of a worker on the tasks of all jobs, and return the number of these jobs."""
+    return changed(session, delete(WorkerFault).where(WorkerFault.worker == worker))

@@ -177,6 +177,7 @@ class Task(Base):
         Index("ix_tasks_job_stage", "job_id", "status", "stage"),
         _partial_index("ix_tasks_job_needs", "job_id", "needs", where="status = 'waiting'"),
         Index("ix_tasks_job_frame", "job_id", "frame"),
+        _partial_index("ix_tasks_ended", "ended_s", where="ended_s IS NOT NULL"),
     )
 
     job_id: Mapped[str] = mapped_column(String(32), ForeignKey("jobs.id"), primary_key=True)
@@ -294,6 +295,17 @@ class Drain(Base):
     worker: Mapped[str] = mapped_column(String(100))
     ends: Mapped[bool]
     """True if the worker ends when it has finished its attempts."""
+    since_s: Mapped[float]
+
+
+class Exclusion(Base):
+    """A worker that takes no orders until an admin includes it again, however often it restarts."""
+
+    __tablename__ = "exclusions"
+
+    worker: Mapped[str] = mapped_column(String(100), primary_key=True)
+    name: Mapped[str] = mapped_column(String(100))
+    """The name of the key of the admin."""
     since_s: Mapped[float]
 
 

@@ -2,6 +2,7 @@
 
 health      the health of the farm
 workers     the workers that are online
+farm        the work of the farm now and in the last hours
 scenes      the scenes that jobs can use
 design      the design of a job file
 jobs        submit, list, get, change, cancel, pause, resume, retry and remove jobs

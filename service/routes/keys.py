@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from fastapi import APIRouter
+from typing import Annotated
+
+from fastapi import APIRouter, Query
 
 from service import auth as keys
 from service import browser_sessions
@@ -151,8 +153,18 @@ def create_login_token(state: AppStateDep, caller: AdminDep) -> LoginLink:
 
 @router.get("/audit")
 def list_changes(
-    state: AppStateDep, _caller: AdminDep, limit: LimitQuery = 100, cursor: CursorQuery = None
+    state: AppStateDep,
+    _caller: AdminDep,
+    limit: LimitQuery = 100,
+    cursor: CursorQuery = None,
+    action: Annotated[AuditAction | None, Query(description="List only changes of this kind.")] = None,
+    name: Annotated[
+        str | None, Query(max_length=100, description="List only changes by keys with this name or this id.")
+    ] = None,
+    subject: Annotated[
+        str | None, Query(max_length=200, description="List only changes of this job, task, scene, key or worker.")
+    ] = None,
 ) -> AuditPage:
     """List the changes that were made through the API, newest first: who, what, when, from where."""
     with state.database.reading() as session:
-        return listings.page_audit(session, cursor=cursor, limit=limit)
+        return listings.page_audit(session, cursor=cursor, limit=limit, action=action, name=name, subject=subject)

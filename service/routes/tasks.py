@@ -1,17 +1,34 @@
-"""Tasks of a job, their logs, and frames."""
+"""Tasks of a job, their logs and actions, and frames."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Query
 from fastapi.responses import StreamingResponse
+from sqlalchemy.orm import Session
 
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
 from service.api import listings
 from service.api.artifact_files import find_log
-from service.dependencies import AppStateDep, CursorQuery, JobId, LimitQuery, ViewerDep
+from service.audit import record
+from service.auth import Caller
+from service.db.tables import Task as TaskRow
+from service.dependencies import (
+    AppState,
+    AppStateDep,
+    CursorQuery,
+    JobId,
+    LimitQuery,
+    OwnJobId,
+    SubmitterDep,
+    ViewerDep,
+)
+from service.jobs.task_commands import end_task, restart_task
+from service.routes.description import problems
+from service.schemas.access import AuditAction
 from service.schemas.frame import FramePage
 from service.schemas.task import Task, TaskPage
 
@@ -67,6 +84,26 @@ def get_log(
     return StreamingResponse(chunks, media_type="text/plain; charset=utf-8", headers=headers)
 
 
+@router.post("/tasks/{task_id}/restart", responses=problems(409))
+def restart(job_id: OwnJobId, task_id: TaskId, state: AppStateDep, caller: SubmitterDep) -> Task:
+    """Stop the attempt that owns a task. The task runs again, on another worker if there is one."""
+
+    def run(session: Session, task: TaskRow) -> None:
+        restart_task(session, task, now_s=state.now_s())
+
+    return _command(state, caller, AuditAction.RESTART_TASK, job_id, task_id, run)
+
+
+@router.post("/tasks/{task_id}/end", responses=problems(409))
+def end(job_id: OwnJobId, task_id: TaskId, state: AppStateDep, caller: SubmitterDep) -> Task:
+    """End a running task for good. Its job fails, or only the output that it makes; skip and retry go on from there."""
+
+    def run(session: Session, task: TaskRow) -> None:
+        end_task(session, task, by=caller.name, now_s=state.now_s(), limit=state.settings.failure_limit)
+
+    return _command(state, caller, AuditAction.END_TASK, job_id, task_id, run)
+
+
 @router.get("/frames")
 def list_frames(
     job_id: JobId, state: AppStateDep, _caller: ViewerDep, limit: LimitQuery = 100, cursor: CursorQuery = None
@@ -74,3 +111,23 @@ def list_frames(
     """List the frames of a job in order."""
     with state.database.reading() as session:
         return listings.page_frames(session, job_id, cursor=cursor, limit=limit)
+
+
+def _command(
+    state: AppState,
+    caller: Caller,
+    action: AuditAction,
+    job_id: str,
+    task_id: str,
+    run: Callable[[Session, TaskRow], None],
+) -> Task:
+    outlook = state.outlook()
+
+    def work(session: Session) -> Task:
+        run(session, listings.find_task(session, job_id, task_id))
+        record(session, caller, action, task_id, now_s=state.now_s())
+        return listings.get_task(session, job_id, task_id, outlook)
+
+    found = state.database.write_in_reserve(work)
+    state.wakeup.notify()
+    return found

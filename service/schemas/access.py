@@ -161,6 +161,8 @@ class AuditAction(StrEnum):
     RETRY_JOB = "retry-job"
     REPAIR_JOB = "repair-job"
     SKIP_FRAMES = "skip-frames"
+    RESTART_TASK = "restart-task"
+    END_TASK = "end-task"
     REMOVE_JOB = "remove-job"
     LINK_ARTIFACT = "link-artifact"
     UPLOAD_SCENE = "upload-scene"
@@ -174,6 +176,9 @@ class AuditAction(StrEnum):
     END_SESSION = "end-session"
     DRAIN_WORKER = "drain-worker"
     UNDRAIN_WORKER = "undrain-worker"
+    EXCLUDE_WORKER = "exclude-worker"
+    INCLUDE_WORKER = "include-worker"
+    FORGIVE_WORKER = "forgive-worker"
 
 
 class AuditEntry(Answer):
@@ -188,7 +193,7 @@ class AuditEntry(Answer):
     role: Role
     action: AuditAction
     subject: str
-    """The job, the scene, the key, the browser session or the worker that was changed."""
+    """The job, the task, the scene, the key, the browser session or the worker that was changed."""
     detail: str
     """The new state of the subject, such as `priority 80`; empty if the action says it all."""
     address: str

@@ -133,6 +133,16 @@ class Worker(Answer):
     """The time at which its hours begin again, in seconds since 1970; null if it is not outside them."""
     version_note: str | None = None
     """The sentence on its release and that of the service, if they differ."""
+    load: float | None = None
+    """The load average of its machine over the last minute; null if it does not say it."""
+    cores: int | None = None
+    """The number of cores of its machine; null if it does not say it."""
+    drained: bool = False
+    """True if an admin has drained it, which an admin can undo."""
+    excluded: bool = False
+    """True if an admin has excluded it."""
+    avoided_by: int = 0
+    """The number of open jobs that avoid it now, because their tasks failed there."""
     not_claiming_since_s: float | None
     """The time since when it takes no orders although it has a free slot, in seconds since 1970; null if it does."""
 
@@ -157,9 +167,21 @@ class DrainRequest(RequestBody):
     """True if the worker process ends, with the exit code 0, when it has finished its tasks."""
 
 
+class ExcludedWorker(Answer):
+    """A worker that takes no orders until an admin includes it again."""
+
+    worker: str
+    name: str
+    """The name of the key of the admin who excluded it."""
+    since_s: float
+    """The time at which it was excluded, in seconds since 1970."""
+
+
 class WorkerList(Answer):
     """The workers that are online, sorted by name."""
 
     items: tuple[Worker, ...]
     known: bool
     """False if the broker does not answer; the list is empty then."""
+    excluded: tuple[ExcludedWorker, ...] = ()
+    """The workers that are excluded, online or not."""

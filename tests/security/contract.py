@@ -154,6 +154,8 @@ def _name_what_there_is(farm: ContractFarm, case: Any, status: JobStatus, *, is_
         real["job_id"] = farm.done_job if is_safe else farm.new_job(status, is_kept=is_kept)
     if "task_id" in wanted:
         real["task_id"] = farm.task
+        if case.method == "POST":
+            real |= farm.held_task()
     if "frame" in wanted:
         real["frame"] = 1
     if "key_id" in wanted:
@@ -161,7 +163,7 @@ def _name_what_there_is(farm: ContractFarm, case: Any, status: JobStatus, *, is_
     if "session_id" in wanted:
         real["session_id"] = farm.new_session()
     if "worker" in wanted:
-        real["worker"] = farm.new_drain() if case.method == "DELETE" else WORKER.name
+        real["worker"] = farm.marked_worker() if case.method == "DELETE" else WORKER.name
     if "name" in wanted:
         real["name"] = _name(farm, case)
     case.path_parameters = wanted | real

@@ -9,12 +9,15 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from sqlalchemy import select
+
 from lippmann.farm.adapters import make_parts
-from lippmann.job.states import JobStatus
+from lippmann.job.messages.orders import TaskKind
+from lippmann.job.states import JobStatus, TaskStatus
 from lippmann.plan import artifact_names as names
 from service.auth import create_key
-from service.db.drains import set_drain
-from service.db.tables import Job
+from service.db.drains import exclude, set_drain
+from service.db.tables import Job, Task, WorkerFault
 from service.dependencies import COOKIE
 from service.ids import task_id
 from service.main import create_app
@@ -83,10 +86,21 @@ class ContractFarm:
         self.client.cookies.clear()
         return session_id
 
-    def new_drain(self) -> str:
-        """Return the name of a worker that is drained."""
+    def held_task(self) -> dict[str, object]:
+        """Return a job and a task of it that a worker runs."""
+        with self.farm.writing() as session:
+            job = session.get_one(Job, self.planned_job)
+            task = session.scalars(select(Task).where(Task.job_id == job.id, Task.kind == TaskKind.RENDER)).first()
+            assert task is not None
+            job.status, task.status, task.attempt, task.worker = JobStatus.RUNNING, TaskStatus.RUNNING, "a", "w1"
+            return {"job_id": job.id, "task_id": task_id(job.id, task.sequence)}
+
+    def marked_worker(self) -> str:
+        """Return the name of a worker that is drained and excluded, and that a job avoids."""
         with self.farm.writing() as session:
             set_drain(session, WORKER.name, str(WORKER.instance), ends=False, now_s=self.farm.now_s)
+            exclude(session, WORKER.name, name="admin", now_s=self.farm.now_s)
+            session.merge(WorkerFault(job_id=self.done_job, worker=WORKER.name, failures=1))
         return WORKER.name
 
     def new_key(self) -> str:

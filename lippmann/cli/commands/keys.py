@@ -223,6 +223,11 @@ def webhook_secret(output: Output, connection: Connection) -> None:
 @with_context
 def audit(
     limit: Annotated[int, typer.Option(min=1, help="The largest number of changes to list.")] = 50,
+    action: Annotated[str | None, typer.Option(help="Only changes of this kind, such as `remove-job`.")] = None,
+    by: Annotated[
+        str | None, typer.Option(metavar="KEY", help="Only changes by keys with this name or this id.")
+    ] = None,
+    subject: Annotated[str | None, typer.Option(help="Only changes of this job, task, scene, key or worker.")] = None,
     *,
     output: Output,
     connection: Connection,
@@ -231,5 +236,5 @@ def audit(
     from lippmann.cli.text.access import audit_table
 
     with connection.client() as client:
-        found = list(client.audit(limit=limit))
+        found = list(client.audit(limit=limit, action=action, name=by, subject=subject))
     output.result([one.model_dump(mode="json") for one in found], audit_table(found))

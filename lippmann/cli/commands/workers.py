@@ -1,4 +1,4 @@
-"""The workers that are online: list them, drain them, and let them take orders again."""
+"""The workers that are online: list, drain, exclude and forgive them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from lippmann.client.connection import Connection
 from lippmann.terminal.output import Output
 
 app = typer.Typer(
-    help="List the workers that are online, and drain them. Those that take no orders are named.",
+    help="List the workers that are online, drain, exclude and forgive them.",
     invoke_without_command=True,
 )
 
@@ -21,7 +21,7 @@ Name = Annotated[str, typer.Argument(help="The name of the worker, as `lippmann 
 @app.callback()
 @with_context
 def list_workers(context: typer.Context, output: Output, connection: Connection) -> None:
-    """List the workers that are online, and drain them. Those that take no orders are named."""
+    """List the workers that are online, drain, exclude and forgive them."""
     import time
 
     from lippmann.cli.text.farm import worker_table, workers_data
@@ -63,3 +63,31 @@ def drain(
             client.drain(name, ends=ends)
     after = "takes orders again" if undo else "takes no further orders" + (" and ends when its tasks are done" * ends)
     output.result({"worker": name, "draining": not undo, "ends": ends}, f"{name} {after}.")
+
+
+@app.command()
+@with_context
+def exclude(
+    name: Name,
+    undo: Annotated[bool, typer.Option("--undo", help="Let the worker take orders again.")] = False,
+    *,
+    output: Output,
+    connection: Connection,
+) -> None:
+    """Let a worker take no further orders, however often it restarts. It needs an admin key."""
+    with connection.client() as client:
+        if undo:
+            client.include(name)
+        else:
+            client.exclude(name)
+    after = "takes orders again" if undo else "takes no further orders until it is included again"
+    output.result({"worker": name, "excluded": not undo}, f"{name} {after}.")
+
+
+@app.command()
+@with_context
+def forgive(name: Name, *, output: Output, connection: Connection) -> None:
+    """Forget the failures of a worker, so that no job avoids it. It needs an admin key."""
+    with connection.client() as client:
+        client.forgive(name)
+    output.result({"worker": name, "forgiven": True}, f"No job avoids {name}.")

@@ -32,6 +32,8 @@ MAX_LEASE_BYTES = 4096
 """The limit of a lease and of a stop signal."""
 MAX_SLOTS = 100_000
 """The greatest number of slots of a worker that is believed; workers have at most 1,024."""
+MAX_LOAD = 1e6
+"""The greatest load average of a machine that is believed."""
 PROTOCOL_OF_OLD_WORKERS = 1
 """The version of the messages of a worker that does not say it."""
 LONGEST_S = 1e9
@@ -279,6 +281,10 @@ class Presence(BaseModel):
     """The time at which its hours begin again, in seconds since 1970; None if that is not known."""
     previews: bool = False
     """True if it renders previews; False from a worker that is older than the field."""
+    load: float | None = Field(default=None, ge=0, le=MAX_LOAD)
+    """The load average of its machine over the last minute; None if it is not known."""
+    cores: int | None = Field(default=None, ge=1, le=MAX_SLOTS)
+    """The number of cores of its machine; None if the worker is older than the field."""
 
     @property
     def has_povray(self) -> bool:

@@ -3,7 +3,9 @@ import { render } from "preact";
 import { useEffect, useLayoutEffect } from "preact/hooks";
 import { html } from "./shared/html.js";
 import { arrive, start as startScroll } from "./shared/scroll.js";
+import { read } from "./shared/address.js";
 import { useAddress } from "./shared/use_address.js";
+import { Farm } from "./farm/farm.js";
 import { Header } from "./farm/header.js";
 import { Job } from "./jobs/job.js";
 import { JobList } from "./jobs/list.js";
@@ -26,7 +28,8 @@ function App() {
   useEffect(() => {
     // On a wide screen the newest job is open beside the list.
     const newest = newestFirst(getState().jobs)[0];
-    if (here.view === "list" && isLoaded && wide.matches) location.replace(newest ? `#/jobs/${newest.id}` : "#/new");
+    const isList = here.view === "list" && read().view === "list"; // The user may have gone on in the meantime.
+    if (isList && isLoaded && wide.matches) location.replace(newest ? `#/jobs/${newest.id}` : "#/new");
   }, [here.view, isLoaded]);
   return html`
     <a class="skip" href="#main" onClick=${skip}>Skip to the job</a>
@@ -36,6 +39,7 @@ function App() {
       <main id="main" tabindex="-1">
         ${here.view === "new" && html`<${Submit} />`}
         ${here.view === "keys" && html`<${Keys} />`}
+        ${here.view === "farm" && html`<${Farm} />`}
         ${here.view === "job" && html`<${Job} key=${here.id} id=${here.id} />`}
         ${here.view === "wrong" && html`<${Wrong} />`}
       </main>

@@ -39,6 +39,11 @@ NOT_NEEDED = {
     "POST /api/v1/worker-keys": "its own tests call it",
     "PUT /api/v1/workers/{worker}/drain": "its own tests call it",
     "DELETE /api/v1/workers/{worker}/drain": "its own tests call it",
+    "PUT /api/v1/workers/{worker}/exclusion": "its own tests call it",
+    "DELETE /api/v1/workers/{worker}/exclusion": "its own tests call it",
+    "DELETE /api/v1/workers/{worker}/faults": "its own tests call it",
+    "POST /api/v1/jobs/{job_id}/tasks/{task_id}/restart": "its own tests call it",
+    "POST /api/v1/jobs/{job_id}/tasks/{task_id}/end": "its own tests call it",
     "GET /api/v1/sessions": "browser sessions are ended on the page of the keys",
     "DELETE /api/v1/sessions/{session_id}": "browser sessions are ended on the page of the keys",
 }
@@ -154,7 +159,10 @@ def calls(client: Client, job_id: str, out: Path) -> Iterator[Callable[[], Any]]
     yield client.keys
     key = client.create_key("x", "viewer", owner_id="x", expires_in_days=1, limits={"open_jobs": 1})
     yield lambda: client.revoke_key(key.id)
-    yield lambda: client.audit(limit=2)
+    yield client.farm_work
+    yield lambda: client.farm_history(hours=2)
+    yield client.farm_owners
+    yield lambda: client.audit(limit=2, action="create-key", name="tester", subject="x")
     yield client.login_link
     yield lambda: client.delete(job_id)
 

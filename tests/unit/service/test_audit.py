@@ -34,6 +34,21 @@ def test_the_log_is_read_in_pages(api: Client) -> None:
     assert (len(ids), sorted(ids, reverse=True), rest["next_cursor"]) == (3, ids, None)
 
 
+def test_the_log_is_filtered_by_action_key_and_subject(api: Client) -> None:
+    first, second = (api.post("/api/v1/jobs", json=SPEC).json()["id"] for _ in range(2))
+    api.post(f"/api/v1/jobs/{first}/cancel")
+
+    def found(**asked: str) -> list[tuple[str, str]]:
+        items = api.get("/api/v1/audit", params=asked).json()["items"]
+        return [(item["action"], item["subject"]) for item in items]
+
+    assert found(action="cancel-job") == [("cancel-job", first)]
+    assert found(subject=first) == [("cancel-job", first), ("submit-job", first)]
+    assert found(name="tester", action="submit-job") == [("submit-job", second), ("submit-job", first)]
+    assert found(name="nobody") == []
+    assert api.get("/api/v1/audit", params={"action": "sing"}).status_code == 422
+
+
 def test_a_repeated_submission_changes_nothing_and_is_not_in_the_log(api: Client) -> None:
     for _ in range(2):
         api.post("/api/v1/jobs", json=SPEC, headers={"Idempotency-Key": "one"})

@@ -29,12 +29,29 @@ export const getTasks = (id, status, limit) => get(`/jobs/${encodeURIComponent(i
 export const getSidecar = (url) => answered(url, {});
 export const getScenes = () => get("/scenes", { limit: 200 });
 export const getHealth = () => get("/health");
+export const getWorkers = () => get("/workers");
+export const getFarm = () => get("/farm");
+export const getFarmHistory = (hours) => get("/farm/history", { hours });
+export const getFarmOwners = () => get("/farm/owners");
 export const getSession = () => get("/session");
 export const getKeys = () => get("/keys");
 export const postKey = (key) => send("POST", "/keys", key);
 export const deleteKey = (id) => send("DELETE", `/keys/${encodeURIComponent(id)}`);
 export const getSessions = () => get("/sessions");
 export const deleteSession = (id) => send("DELETE", `/sessions/${encodeURIComponent(id)}`);
+export const restartTask = (id, task) => send("POST", `/jobs/${encodeURIComponent(id)}/tasks/${task}/restart`);
+export const endTask = (id, task) => send("POST", `/jobs/${encodeURIComponent(id)}/tasks/${task}/end`);
+const WORKER_ACTIONS = {
+  drain: ["PUT", "drain"],
+  undrain: ["DELETE", "drain"],
+  forgive: ["DELETE", "faults"],
+  exclude: ["PUT", "exclusion"],
+  include: ["DELETE", "exclusion"],
+};
+export function sendWorkerAction(worker, action) {
+  const [method, what] = WORKER_ACTIONS[action];
+  return send(method, `/workers/${encodeURIComponent(worker)}/${what}`);
+}
 export const postJob = (spec, key) => send("POST", "/jobs", spec, { "Idempotency-Key": key });
 export const postDesign = (spec) => send("POST", "/design", spec);
 export const postDrawing = (spec) => send("POST", "/design", spec, { Accept: "image/svg+xml" });

@@ -21,6 +21,12 @@ export function Header({ here }) {
       <a class="brand" href="#/"><img src=${document.body.dataset.logo} alt="" width="24" height="24" />Lippmann</a>
       <${Health} health=${health} stale=${link === "lost"} />
       ${
+        session &&
+        html`
+          <a class="button plain" href="#/farm" aria-current=${here === "farm" ? "page" : null}>Farm</a>
+        `
+      }
+      ${
         session?.role === "admin" &&
         html`
         <a class="button plain" href="#/keys" aria-current=${here === "keys" ? "page" : null}>Keys</a>

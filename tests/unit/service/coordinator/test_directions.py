@@ -13,7 +13,7 @@ from lippmann.job.messages.events import Directions, Presence
 from service.broker_stream import Stream
 from service.coordinator import directions
 from service.coordinator.directions import KEPT_DRAIN_S, DirectionsPublisher
-from service.db.drains import set_drain
+from service.db.drains import exclude, include, set_drain
 from tests.builders_service import Farm, presence
 
 
@@ -69,3 +69,22 @@ def test_old_drains_of_processes_that_have_gone_are_forgotten(farm: Farm, monkey
         drained.append(set(published.last.drains))
     kept = {"of online", "of away for a moment", "of new"}
     assert drained == [kept | {"of gone"}, kept | {"of gone"}, kept]
+
+
+def test_every_start_of_an_excluded_worker_is_drained_until_the_worker_is_included(farm: Farm) -> None:
+    published = Published()
+    publisher = DirectionsPublisher(farm.database, cast(Stream, published), release="1", steady=lambda: farm.now_s)
+
+    def drains(instance: str) -> dict[str, bool]:
+        workers = [presence(name).model_copy(update={"instance": f"{instance} of {name}"}) for name in ("bad", "good")]
+        publisher.run(workers, now_s=farm.now_s)
+        assert published.last is not None
+        return published.last.drains
+
+    with farm.writing() as session:
+        exclude(session, "bad", name="ann", now_s=farm.now_s)
+    assert drains("first start") == {"first start of bad": False}
+    assert drains("next start") == {"next start of bad": False}
+    with farm.writing() as session:
+        include(session, "bad")
+    assert drains("next start") == {}

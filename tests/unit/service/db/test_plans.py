@@ -26,6 +26,7 @@ from service.db import task_sets
 from service.db import tasks as task_rows
 from service.db import usage as usage_rows
 from service.db import waiting as waiting_rows
+from service.db import work as work_rows
 from service.db.migrations import migrate
 from service.db.tables import BackgroundJob, Job, JobEvent, OwnerUsage, Task
 from service.jobs.limits import check_quota
@@ -239,6 +240,23 @@ HOT: dict[str, tuple[Callable[[Session, str], object], set[str]]] = {
     "the work that waits, for an autoscaler": (lambda s, _: farm_rows.wanted(s), {"ix_jobs_status"}),
     "the number of open jobs by status": (lambda s, _: farm_rows.jobs(s, job_rows.OPEN), {"ix_jobs_status"}),
     "the oldest job that has not begun": (lambda s, _: farm_rows.oldest_queued_s(s), {"ix_jobs_status"}),
+    "the frames of the last hours": (
+        lambda s, _: work_rows.finished_frames(s, begin_s=T0 - 3600, step_s=30.0),
+        {"ix_tasks_ended"},
+    ),
+    "the slots in use in the last hours": (
+        lambda s, _: work_rows.spans(s, begin_s=T0 - 3600, step_s=30.0),
+        {"ix_tasks_ended"},
+    ),
+    "the jobs with outstanding orders, for the page of the farm": (
+        lambda s, _: work_rows.busy_jobs(s, owner_id=None),
+        {"ix_jobs_busy"},
+    ),
+    "the jobs that wait, for the page of the farm": (
+        lambda s, _: work_rows.waiting_jobs(s, owner_id=None, limit=500),
+        {"ix_jobs_status"},
+    ),
+    "the newest frame of a job": (lambda s, job_id: work_rows.newest_frame(s, job_id), {"ix_tasks_job_stage"}),
     "the events of a job": (
         lambda s, job_id: event_rows.after(s, 4_000, job_id=job_id[:-1], limit=100),
         {"ix_job_events_job"},
