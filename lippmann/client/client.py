@@ -35,7 +35,7 @@ from service.schemas.events import (
 )
 from service.schemas.farm import Health, WaitingWork, WorkerList
 from service.schemas.frame import Frame, FramePage
-from service.schemas.job import Job, JobPage
+from service.schemas.job import Job, JobPage, JobSort
 from service.schemas.scene import Scene, SceneList
 from service.schemas.task import Task, TaskPage
 from service.schemas.usage import Usage
@@ -158,9 +158,27 @@ class Client:
         """Return the current state of a job."""
         return self._get(Job, f"/jobs/{plain_name(job_id)}")
 
-    def jobs(self, *, status: str | None = None, limit: int | None = None) -> Iterator[Job]:
-        """Yield the jobs, newest first, at most `limit` of them."""
-        params = {"status": status} if status else {}
+    def jobs(
+        self,
+        *,
+        status: str | None = None,
+        owner: str | None = None,
+        search: str | None = None,
+        sort: JobSort | None = None,
+        ascending: bool = False,
+        limit: int | None = None,
+    ) -> Iterator[Job]:
+        """Yield the jobs, newest first unless `sort` says otherwise, at most `limit` of them.
+
+        Parameters
+        ----------
+        status, owner
+            Only the jobs with this status, and those of the owner of this name or id.
+        search
+            Only the jobs with this text in their title, scene, owner or id.
+        """
+        given = {"status": status, "owner": owner, "search": search, "sort": sort and sort.value}
+        params = {name: value for name, value in given.items() if value} | ({"ascending": "true"} if ascending else {})
         return _first(limit, self._paged(JobPage, "/jobs", params, limit))
 
     def cancel(self, job_id: str) -> Job:

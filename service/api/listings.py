@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections import defaultdict
+from collections.abc import Iterable, Iterator
 
 from sqlalchemy.orm import Session
 
 from lippmann.errors import FieldProblem
 from lippmann.job.messages.orders import TaskKind
-from lippmann.job.states import FrameStatus, JobStatus, TaskStatus, frame_status
+from lippmann.job.states import FrameStatus, TaskStatus, frame_status
 from lippmann.plan import artifact_names as names
-from service.api.presenters import present_jobs, present_task
+from service.api.presenters import present_attempt, present_jobs, present_task
 from service.api.waits import Outlook, task_waits
 from service.db import access as access_rows
-from service.db import jobs as job_rows
+from service.db import job_pages, overview
 from service.db import tasks as task_rows
+from service.db.job_pages import JobQuery, cursor_of, parse_position
 from service.db.tables import Task
 from service.errors import Invalid, NotFound
 from service.ids import parse_task_id
@@ -29,19 +31,31 @@ from service.schemas.links import artifact_url
 
 
 def page_jobs(
-    session: Session,
-    outlook: Outlook,
-    *,
-    status: JobStatus | None,
-    cursor: str | None,
-    limit: int,
-    owner_id: str | None = None,
+    session: Session, query: JobQuery, outlook: Outlook, *, cursor: str | None, offset: int, limit: int, counted: bool
 ) -> job_schema.JobPage:
-    """Return a page of jobs, newest first, only those of an owner if one is given."""
-    rows = job_rows.page(session, status=status, before=cursor, limit=limit + 1, owner_id=owner_id)
+    """Return a page of jobs in order, after a job or after a number of jobs.
+
+    Raises
+    ------
+    Invalid
+        If the cursor is none of this order, or if there is an offset too.
+    """
+    after = None
+    if cursor is not None:
+        after = parse_position(cursor, query.sort)
+        if after is None or offset:
+            expected = "no cursor beside an offset" if offset else "the next_cursor of the page before in this order"
+            problem = FieldProblem(field="cursor", expected=expected, got=repr(cursor))
+            raise Invalid(str(problem), problems=[problem])
+    rows = job_pages.page(session, query, after=after, offset=offset, limit=limit + 1)
     kept = rows[:limit]
     items = present_jobs(session, kept, outlook)
-    return job_schema.JobPage(items=items, next_cursor=kept[-1].id if len(rows) > limit else None)
+    is_last = len(rows) <= limit
+    return job_schema.JobPage(
+        items=items,
+        next_cursor=None if is_last else cursor_of(job_pages.position_of(session, query, kept[-1]), query.sort),
+        total=job_pages.count(session, query) if counted else None,
+    )
 
 
 def page_tasks(
@@ -51,12 +65,15 @@ def page_tasks(
     *,
     status: TaskStatus | None,
     kind: TaskKind | None,
+    frame: int | None = None,
     cursor: str | None,
     limit: int,
 ) -> task_schema.TaskPage:
     """Return a page of the tasks of a job, in order."""
     job = find_job(session, job_id)
-    rows = task_rows.page(session, job_id, status=status, kind=kind, after=number_in(cursor), limit=limit + 1)
+    rows = task_rows.page(
+        session, job_id, status=status, kind=kind, frame=frame, after=number_in(cursor), limit=limit + 1
+    )
     kept = rows[:limit]
     waits = task_waits(session, job, kept, outlook)
     items = tuple(present_task(row, waits.get(row.sequence)) for row in kept)
@@ -105,6 +122,44 @@ def page_frames(session: Session, job_id: str, *, cursor: str | None, limit: int
     items = tuple(_frame(job_id, number, frame_status(statuses[number], row.status)) for number in page)
     more = start + limit < len(numbers)
     return frame_schema.FramePage(items=items, next_cursor=str(page[-1]) if more else None)
+
+
+def list_attempts(session: Session, job_id: str, *, limit: int) -> task_schema.AttemptList:
+    """Return the latest attempts of the tasks of a job, the one that began last first."""
+    find_job(session, job_id)
+    rows = overview.latest_attempts(session, job_id, limit=limit)
+    total = len(rows) if len(rows) < limit else overview.attempted(session, job_id)
+    return task_schema.AttemptList(items=tuple(map(present_attempt, rows)), total=total)
+
+
+def frame_statuses(session: Session, job_id: str) -> frame_schema.FrameStatuses:
+    """Return the statuses of all frames of a job, in order."""
+    row = find_job(session, job_id)
+    found: dict[int, set[tuple[TaskKind, TaskStatus]]] = defaultdict(set)
+    for number, kind, status in overview.all_frames(session, job_id):
+        found[number].add((kind, status))
+    statuses = [(number, frame_status(found[number], row.status)) for number in row.parsed_spec.frame_numbers]
+    return frame_schema.FrameStatuses(runs=tuple(runs_of(statuses)))
+
+
+def runs_of(statuses: Iterable[tuple[int, FrameStatus]]) -> Iterator[frame_schema.FrameRun]:
+    """Join frames that follow each other in the same step with the same status.
+
+    >>> [(run.first, run.last, run.step) for run in runs_of((n, FrameStatus.DONE) for n in (1, 3, 5, 9))]
+    [(1, 5, 2), (9, 9, 1)]
+    """
+    run: frame_schema.FrameRun | None = None
+    for number, status in statuses:
+        if run is not None and status is run.status:
+            step = number - run.last
+            if run.first == run.last or step == run.step:
+                run = run.model_copy(update={"last": number, "step": step})
+                continue
+        if run is not None:
+            yield run
+        run = frame_schema.FrameRun(status=status, first=number, last=number, step=1)
+    if run is not None:
+        yield run
 
 
 def page_audit(

@@ -7,13 +7,14 @@ from collections.abc import Sequence
 from sqlalchemy.orm import Session
 
 from service.api.waits import Outlook, job_waits
+from service.db import overview
 from service.db import tasks as task_rows
 from service.db.tables import Job, Task
 from service.events.payloads import job_data
 from service.ids import task_id
 from service.schemas import job as job_schema
 from service.schemas import task as task_schema
-from service.schemas.answer import utc_or_none
+from service.schemas.answer import utc, utc_or_none
 from service.schemas.links import log_url
 from service.schemas.wait import Wait
 
@@ -25,6 +26,7 @@ def present_jobs(session: Session, rows: Sequence[Job], outlook: Outlook) -> tup
     done = task_rows.done_outputs(session, ids)
     skipped = task_rows.skipped_frames(session, [row.id for row in rows if row.skipped])
     waits = job_waits(session, rows, outlook)
+    newest = overview.newest_frames(session, [row.id for row in rows if row.frames_done])
     return tuple(
         job_data(
             row,
@@ -32,6 +34,7 @@ def present_jobs(session: Session, rows: Sequence[Job], outlook: Outlook) -> tup
             done_outputs={output for job_id, output in done if job_id == row.id},
             skipped_frames=skipped.get(row.id, ()),
             wait=waits.get(row.id),
+            newest_frame=newest.get(row.id),
         )
         for row in rows
     )
@@ -75,4 +78,20 @@ def present_task(row: Task, wait: Wait | None) -> task_schema.Task:
         wall_s=row.wall_s,
         cached=row.cached,
         log_url=log_url(row.job_id, identifier) if row.attempt_number else None,
+    )
+
+
+def present_attempt(row: Task) -> task_schema.Attempt:
+    """Return the latest attempt of a task, which has begun, as the API returns it."""
+    return task_schema.Attempt(
+        task=task_id(row.job_id, row.sequence),
+        kind=row.kind,
+        frame=row.frame,
+        tile=row.tile,
+        output=row.output,
+        number=row.attempt_number,
+        status=row.status,
+        worker=row.worker,
+        started_at=utc(row.claimed_s or 0.0),
+        ended_at=utc_or_none(row.ended_s),
     )

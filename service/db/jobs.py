@@ -179,20 +179,6 @@ def has_row(session: Session, job_id: str) -> bool:
     return session.execute(select(Job.id).where(Job.id == job_id)).first() is not None
 
 
-def page(
-    session: Session, *, status: JobStatus | None, before: str | None, limit: int, owner_id: str | None = None
-) -> Sequence[Job]:
-    """Return jobs with ids below `before`, newest first, only those that an owner sees if one is given."""
-    query = select(Job).where(Job.background_job.is_distinct_from(BackgroundJob.REMOVE))
-    if status is not None:
-        query = query.where(Job.status == status)
-    if before is not None:
-        query = query.where(Job.id < before)
-    if owner_id is not None:
-        query = query.where(is_seen_by(owner_id))
-    return session.scalars(query.order_by(Job.id.desc()).limit(limit)).all()
-
-
 def can_dispatch(session: Session, requirements: Iterable[str] = ("",), *, now_s: float) -> bool:
     """Return whether some task of a job with one of some requirements may be dispatched now."""
     parameters = {"now_s": now_s, "requirements": [*requirements]}

@@ -42,10 +42,19 @@ def task(session: Session, job_id: str, sequence: int) -> Task | None:
 
 
 def page(
-    session: Session, job_id: str, *, status: TaskStatus | None, kind: TaskKind | None, after: int, limit: int
+    session: Session,
+    job_id: str,
+    *,
+    status: TaskStatus | None,
+    kind: TaskKind | None,
+    frame: int | None = None,
+    after: int,
+    limit: int,
 ) -> Sequence[Task]:
     """Return the tasks of a job after a sequence number, in order."""
     query = select(Task).where(Task.job_id == job_id, Task.sequence > after)
+    if frame is not None:
+        query = query.where(Task.frame == frame)
     if status is not None:
         query = query.where(Task.status == status)
     if kind is not None:

@@ -25,6 +25,7 @@ def job_data(
     done_outputs: Collection[str],
     skipped_frames: tuple[int, ...],
     wait: Wait | None = None,
+    newest_frame: int | None = None,
 ) -> schema.Job:
     """Return a whole job.
 
@@ -38,6 +39,8 @@ def job_data(
         The frames that a user left out.
     wait
         Why no task of the job runs. Events have none, since it depends on the whole farm.
+    newest_frame
+        The frame whose thumbnail is the picture of the job. Events have none, since each of them would search for it.
     """
     spec = row.parsed_spec
     size = frame_size(spec.rig)
@@ -87,6 +90,8 @@ def job_data(
             rows=size.rows, cols=size.cols, lens_rows=size.lens_rows, lens_cols=size.lens_cols,
             px_per_lens=size.px_per_lens,
         ),
+        poster=None if newest_frame is None else artifact_url(row.id, names.thumb_name(newest_frame)),
+        artifact_bytes=row.artifact_bytes,
     )  # fmt: skip
 
 

@@ -13,6 +13,7 @@ from service.api import listings
 from service.api.presenters import present_job
 from service.audit import record
 from service.auth import Caller
+from service.db.job_pages import JobQuery
 from service.db.tables import Job as JobRow
 from service.dependencies import (
     AppState,
@@ -45,10 +46,13 @@ from service.jobs.submission import submit_job
 from service.limits import Limits
 from service.routes.description import Responses, problems
 from service.schemas.access import AuditAction
-from service.schemas.job import FramesToSkip, Job, JobChange, JobPage
+from service.schemas.job import FramesToSkip, Job, JobChange, JobPage, JobSort
 from service.webhooks.receiver import MAX_URL
 
 router = APIRouter(prefix="/jobs", tags=["jobs"])
+
+MAX_OFFSET = 1_000_000
+"""The largest number of jobs before a page."""
 
 # The body is parsed by lippmann.job.spec, which alone checks job files; the contract only describes its schema.
 JOB_FILE: dict[str, Any] = {
@@ -95,12 +99,31 @@ def list_jobs(
     scope: ScopeDep,
     limit: LimitQuery = 50,
     cursor: CursorQuery = None,
-    status: Annotated[JobStatus | None, Query(description="List only jobs with this status.")] = None,
-) -> JobPage:
-    """List jobs, newest first."""
+    offset: Annotated[
+        int, Query(ge=0, le=MAX_OFFSET, description="The number of jobs before the page, instead of a `cursor`.")
+    ] = 0,
+    status: Annotated[
+        list[JobStatus] | None, Query(max_length=len(JobStatus), description="List only jobs with this status, or with "
+              "one of several.")
+    ] = None,
+    owner: Annotated[
+        str | None, Query(min_length=1, max_length=100, description="List only jobs of the owner of this name or id.")
+    ] = None,
+    search: Annotated[
+        str | None, Query(min_length=1, max_length=100, description="List only jobs with this text in their title, "
+              "scene, owner or id; upper and lower case are the same.")
+    ] = None,
+    sort: Annotated[JobSort, Query(description="The value by which the jobs are sorted.")] = JobSort.CREATED,
+    ascending: Annotated[bool, Query(description="True to begin with the lowest value.")] = False,
+    count: Annotated[bool, Query(description="True to count the jobs on all pages, as `total`.")] = False,
+) -> JobPage:  # fmt: skip
+    """List jobs, newest first unless `sort` says otherwise."""
     outlook = state.outlook()
+    query = JobQuery(
+        statuses=tuple(status or ()), owner=owner, search=search, seen_by=scope, sort=sort, ascending=ascending
+    )
     with state.database.reading() as session:
-        return listings.page_jobs(session, outlook, status=status, cursor=cursor, limit=limit, owner_id=scope)
+        return listings.page_jobs(session, query, outlook, cursor=cursor, offset=offset, limit=limit, counted=count)
 
 
 @router.get("/{job_id}")

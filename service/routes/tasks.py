@@ -9,6 +9,7 @@ from fastapi import APIRouter, Path, Query
 from fastapi.responses import StreamingResponse
 from sqlalchemy.orm import Session
 
+from lippmann.job.frames import MAX_FRAME_NUMBER
 from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
 from service.api import listings
@@ -29,8 +30,8 @@ from service.dependencies import (
 from service.jobs.task_commands import end_task, restart_task
 from service.routes.description import problems
 from service.schemas.access import AuditAction
-from service.schemas.frame import FramePage
-from service.schemas.task import Task, TaskPage
+from service.schemas.frame import FramePage, FrameStatuses
+from service.schemas.task import AttemptList, Task, TaskPage
 
 router = APIRouter(prefix="/jobs/{job_id}", tags=["tasks"])
 
@@ -49,11 +50,23 @@ def list_tasks(
     cursor: CursorQuery = None,
     status: Annotated[TaskStatus | None, Query(description="List only tasks with this status.")] = None,
     kind: Annotated[TaskKind | None, Query(description="List only tasks of this kind.")] = None,
+    frame: Annotated[
+        int | None, Query(ge=1, le=MAX_FRAME_NUMBER, description="List only tasks of the frame of this number.")
+    ] = None,
 ) -> TaskPage:
     """List the tasks of a job in order."""
     outlook = state.outlook()
     with state.database.reading() as session:
-        return listings.page_tasks(session, job_id, outlook, status=status, kind=kind, cursor=cursor, limit=limit)
+        return listings.page_tasks(
+            session, job_id, outlook, status=status, kind=kind, frame=frame, cursor=cursor, limit=limit
+        )
+
+
+@router.get("/attempts")
+def list_attempts(job_id: JobId, state: AppStateDep, _caller: ViewerDep, limit: LimitQuery = 100) -> AttemptList:
+    """List the latest attempt of each task that has one, the one that began last first."""
+    with state.database.reading() as session:
+        return listings.list_attempts(session, job_id, limit=limit)
 
 
 @router.get("/tasks/{task_id}")
@@ -102,6 +115,13 @@ def end(job_id: OwnJobId, task_id: TaskId, state: AppStateDep, caller: Submitter
         end_task(session, task, by=caller.name, now_s=state.now_s(), limit=state.settings.failure_limit)
 
     return _command(state, caller, AuditAction.END_TASK, job_id, task_id, run)
+
+
+@router.get("/frames/statuses")
+def list_frame_statuses(job_id: JobId, state: AppStateDep, _caller: ViewerDep) -> FrameStatuses:
+    """Get the statuses of all frames of a job at once."""
+    with state.database.reading() as session:
+        return listings.frame_statuses(session, job_id)
 
 
 @router.get("/frames")

@@ -27,3 +27,18 @@ class FramePage(Answer):
     items: tuple[Frame, ...]
     next_cursor: str | None
     """The cursor of the next page; null on the last page."""
+
+
+class FrameRun(Answer):
+    """Frames of one status that follow each other in the same step: `first`, `first` + `step` … `last`."""
+
+    status: FrameStatus
+    first: int
+    last: int
+    step: int
+
+
+class FrameStatuses(Answer):
+    """The statuses of all frames of a job, in order."""
+
+    runs: tuple[FrameRun, ...]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from datetime import datetime
+from enum import StrEnum
 from typing import Annotated, Self
 
 from pydantic import Field, model_validator
@@ -140,14 +141,38 @@ class Job(Answer):
     outputs: tuple[OutputLink, ...]
     size: Size
     """The size of the integral image of a frame."""
+    poster: str | None = None
+    """The path of the thumbnail of the newest frame; null without a frame, and in events of the stream."""
+    artifact_bytes: int = 0
+    """The bytes of the artifacts that the tasks of the job have stored."""
+
+
+class JobSort(StrEnum):
+    """The value by which a list of jobs is sorted."""
+
+    CREATED = "created"
+    NAME = "name"
+    """The title, or the scene of a job without one."""
+    OWNER = "owner"
+    STATUS = "status"
+    """The place of the status in the life of a job."""
+    PRIORITY = "priority"
+    FRAMES = "frames"
+    PROGRESS = "progress"
+    TIME_LEFT = "time_left"
+    """The estimated time left; jobs without an estimate come last."""
+    COST = "cost"
+    """The CPU time so far."""
 
 
 class JobPage(Answer):
-    """A page of jobs, newest first."""
+    """A page of jobs."""
 
     items: tuple[Job, ...]
     next_cursor: str | None
     """The cursor of the next page; null on the last page."""
+    total: int | None = None
+    """The number of jobs on all pages; null unless the request asks for it."""
 
 
 class FramesToSkip(RequestBody):

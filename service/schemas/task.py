@@ -71,3 +71,30 @@ class TaskPage(Answer):
     items: tuple[Task, ...]
     next_cursor: str | None
     """The cursor of the next page; null on the last page."""
+
+
+class Attempt(Answer):
+    """The latest attempt of a task."""
+
+    task: str
+    """The id of the task."""
+    kind: TaskKind
+    frame: int | None
+    tile: TileIndex | None
+    output: str | None
+    number: int
+    """The number of the attempt; those before it are counted and not listed."""
+    status: TaskStatus
+    """The status of the task: `running` while the attempt goes on."""
+    worker: str | None
+    started_at: datetime
+    ended_at: datetime | None
+    """When the attempt ended; null while it runs, and after an attempt that was lost or taken back."""
+
+
+class AttemptList(Answer):
+    """The latest attempts of the tasks of a job, the one that began last first."""
+
+    items: tuple[Attempt, ...]
+    total: int
+    """The number of tasks with an attempt; `items` has the first of them."""

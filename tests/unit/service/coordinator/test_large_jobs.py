@@ -13,6 +13,7 @@ from lippmann.job.messages.orders import TaskKind
 from lippmann.job.states import TaskStatus
 from service.api import listings as browse
 from service.coordinator.scheduler import ROUND
+from service.db.job_pages import JobQuery
 from tests.builders_service import Farm, claimed, done, presence
 
 FRAMES = 6_666
@@ -91,7 +92,7 @@ def test_a_page_asks_the_database_a_few_times_however_long_the_job_is(jobs: list
             browse.page_tasks(session, job_id, farm.outlook(), status=ready, kind=kind, cursor=None, limit=5)
             browse.page_frames(session, job_id, cursor=None, limit=5)
             session.expunge_all()
-            browse.page_jobs(session, farm.outlook(), status=None, cursor=None, limit=5)
+            browse.page_jobs(session, JobQuery(), farm.outlook(), cursor=None, offset=0, limit=5, counted=False)
         tasks, frames, page_of_jobs, reasons_of_tasks, reasons_of_jobs = 2, 2, 3, 6, 6
         asked = tasks + frames + page_of_jobs + reasons_of_tasks + reasons_of_jobs
         assert len([text for text in seen if text.startswith("SELECT")]) == asked

@@ -21,12 +21,13 @@ from service.api.usage import usage_of
 from service.coordinator.reconciler import FarmView, Reconciler
 from service.db import events as event_rows
 from service.db import farm as farm_rows
+from service.db import job_pages, overview, task_sets
 from service.db import jobs as job_rows
-from service.db import task_sets
 from service.db import tasks as task_rows
 from service.db import usage as usage_rows
 from service.db import waiting as waiting_rows
 from service.db import work as work_rows
+from service.db.job_pages import JobQuery, Position
 from service.db.migrations import migrate
 from service.db.tables import BackgroundJob, Job, JobEvent, OwnerUsage, Task
 from service.jobs.limits import check_quota
@@ -143,6 +144,10 @@ def _index(name: str, condition: str = "") -> str:
     return PRIMARY.get(name, name)
 
 
+def page_of_jobs(session: Session, query: JobQuery, *, after: Position | None) -> object:
+    return job_pages.page(session, query, after=after, offset=0, limit=50)
+
+
 HOT: dict[str, tuple[Callable[[Session, str], object], set[str]]] = {
     "the number of outstanding orders": (lambda s, _: job_rows.outstanding(s), {"ix_jobs_busy"}),
     "the jobs with outstanding orders": (lambda s, _: job_rows.busy_ids(s), {"ix_jobs_busy"}),
@@ -202,10 +207,18 @@ HOT: dict[str, tuple[Callable[[Session, str], object], set[str]]] = {
         lambda s, job_id: task_rows.page(s, job_id, status=None, kind=None, after=500, limit=100),
         {"tasks"},
     ),
-    "a page of jobs": (lambda s, _: job_rows.page(s, status=None, before=None, limit=50), {"jobs"}),
+    "a page of jobs": (lambda s, _: page_of_jobs(s, JobQuery(), after=None), {"jobs"}),
     "a page of running jobs": (
-        lambda s, _: job_rows.page(s, status=JobStatus.RUNNING, before="2", limit=50),
+        lambda s, _: page_of_jobs(s, JobQuery(statuses=(JobStatus.RUNNING,)), after=Position("2", "2")),
         {"ix_jobs_status"},
+    ),
+    "the pictures of a page of jobs": (
+        lambda s, job_id: overview.newest_frames(s, [job_id, "0ended00001"]),
+        {"jobs", BY_STATUS},
+    ),
+    "the tasks of a frame": (
+        lambda s, job_id: task_rows.page(s, job_id, status=None, kind=None, frame=7, after=-1, limit=100),
+        {"ix_tasks_job_frame"},
     ),
     "the jobs that come first, for a reason to wait": (
         lambda s, _: waiting_rows.line(s, now_s=T0, max_slots=9, held={"ann": 3}),

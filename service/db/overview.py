@@ -1,0 +1,42 @@
+"""Queries that show a whole job at once: the statuses of all frames, the latest attempts, the newest frame."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from sqlalchemy import func, select
+from sqlalchemy.orm import Session
+
+from lippmann.job.messages.orders import TaskKind
+from lippmann.job.states import TaskStatus
+from service.db.tables import Job, Task
+
+
+def newest_frames(session: Session, job_ids: Iterable[str]) -> dict[str, int]:
+    """Return the frame of the last assembly task that is done, by job; a job without one is left out."""
+    ids = list(job_ids)
+    if not ids:
+        return {}
+    last = select(Task.frame).where(Task.job_id == Job.id, Task.status == TaskStatus.DONE)
+    last = last.where(Task.kind == TaskKind.ASSEMBLE).order_by(Task.sequence.desc()).limit(1)
+    query = select(Job.id, last.correlate(Job).scalar_subquery())
+    query = query.where(Job.id.in_(ids))
+    return {job_id: frame for job_id, frame in session.execute(query) if frame is not None}
+
+
+def all_frames(session: Session, job_id: str) -> Sequence[tuple[int, TaskKind, TaskStatus]]:
+    """Return the different statuses of the tasks of each kind of every frame: (frame, kind, status)."""
+    query = select(Task.frame, Task.kind, Task.status).where(Task.job_id == job_id, Task.frame.is_not(None))
+    return session.execute(query.distinct()).all()
+
+
+def latest_attempts(session: Session, job_id: str, *, limit: int) -> Sequence[Task]:
+    """Return the tasks whose latest attempt has begun, the one that began last first."""
+    query = select(Task).where(Task.job_id == job_id, Task.claimed_s.is_not(None))
+    return session.scalars(query.order_by(Task.claimed_s.desc(), Task.sequence.desc()).limit(limit)).all()
+
+
+def attempted(session: Session, job_id: str) -> int:
+    """Return the number of tasks whose latest attempt has begun."""
+    query = select(func.count()).select_from(Task).where(Task.job_id == job_id, Task.claimed_s.is_not(None))
+    return int(session.scalar(query) or 0)
