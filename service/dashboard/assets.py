@@ -46,6 +46,7 @@ START = "app.js"
 SHEETS = (
     "shared/base.css",
     "shared/layout.css",
+    "jobs/list.css",
     "jobs/job.css",
     "new-job/submit.css",
     "new-job/design.css",

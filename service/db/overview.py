@@ -27,7 +27,8 @@ def newest_frames(session: Session, job_ids: Iterable[str]) -> dict[str, int]:
 def all_frames(session: Session, job_id: str) -> Sequence[tuple[int, TaskKind, TaskStatus]]:
     """Return the different statuses of the tasks of each kind of every frame: (frame, kind, status)."""
     query = select(Task.frame, Task.kind, Task.status).where(Task.job_id == job_id, Task.frame.is_not(None))
-    return session.execute(query.distinct()).all()
+    rows = session.execute(query.distinct())
+    return [(frame, kind, status) for frame, kind, status in rows if frame is not None]
 
 
 def latest_attempts(session: Session, job_id: str, *, limit: int) -> Sequence[Task]:

@@ -28,22 +28,6 @@ def test_a_job_appears_in_the_list_and_goes_on_to_its_end_without_a_reload(
     assert row.get_by_role("progressbar").evaluate("bar => bar.value") == 1
 
 
-def test_the_newest_job_stands_first_and_older_ones_come_when_asked_for(
-    page: Page, farm: Farm, log_in: Callable[[], Page]
-) -> None:
-    farm.studio.hold()
-    for number in range(33):
-        farm.submit(title=f"job {number}")
-    log_in()
-    rows = page.locator(".jobs .row .name")
-    expect(rows).to_have_count(30)
-    expect(rows.first).to_have_text("job 32")
-    page.get_by_role("button", name="Show more jobs").click()
-    expect(rows).to_have_count(33)
-    expect(rows.last).to_have_text("job 0")
-    expect(page.get_by_role("button", name="Show more jobs")).to_have_count(0)
-
-
 def test_povrays_own_message_is_shown_with_the_failed_task_and_its_log(
     page: Page, farm: Farm, log_in: Callable[[], Page]
 ) -> None:

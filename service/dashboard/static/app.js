@@ -9,9 +9,10 @@ import { Farm } from "./farm/farm.js";
 import { Header } from "./farm/header.js";
 import { Job } from "./jobs/job.js";
 import { JobList } from "./jobs/list.js";
+import { hrefOf, isFiltered } from "./jobs/list_query.js";
 import { Keys } from "./account/keys.js";
 import { start } from "./state/live.js";
-import { getState, newestFirst, useKnown } from "./state/store.js";
+import { getState, useKnown } from "./state/store.js";
 import { Submit } from "./new-job/submit.js";
 
 const wide = matchMedia("(min-width: 56rem)");
@@ -19,17 +20,19 @@ const TITLES = { list: "Lippmann", wrong: "No such page – Lippmann" }; // The 
 
 function App() {
   const here = useAddress();
-  const isLoaded = useKnown((known) => known.jobsLoaded);
+  const isLoaded = useKnown((known) => known.list.isLoaded);
   const page = [here.view, ...here.ids].join("/");
   useLayoutEffect(arrive, [page]);
   useEffect(() => {
     if (here.view in TITLES) document.title = TITLES[here.view];
   }, [page]);
   useEffect(() => {
-    // On a wide screen the newest job is open beside the list.
-    const newest = newestFirst(getState().jobs)[0];
+    // On a wide screen the first job is open beside the list.
+    const { ids, query } = getState().list;
     const isList = here.view === "list" && read().view === "list"; // The user may have gone on in the meantime.
-    if (isList && isLoaded && wide.matches) location.replace(newest ? `#/jobs/${newest.id}` : "#/new");
+    if (!isList || !isLoaded || !wide.matches) return;
+    if (ids[0]) location.replace(hrefOf(ids[0], query));
+    else if (!isFiltered(query)) location.replace("#/new");
   }, [here.view, isLoaded]);
   return html`
     <a class="skip" href="#main" onClick=${skip}>Skip to the job</a>

@@ -4,7 +4,7 @@ import { deleteKey, deleteSession, getKeys, getSessions, postKey } from "../api/
 import { Field, numberOr } from "../new-job/field.js";
 import { exactTime } from "../shared/format.js";
 import { html } from "../shared/html.js";
-import { Ago } from "../jobs/list.js";
+import { Ago } from "../shared/parts.js";
 import { useKnown } from "../state/store.js";
 
 const EMPTY = { name: "", role: "submitter", owner_id: "", expires_in_days: "" };

@@ -22,7 +22,7 @@ export class Unreachable extends Error {
   }
 }
 
-export const getJobs = (cursor) => get("/jobs", { limit: 30, cursor });
+export const getJobs = (query) => get("/jobs", query);
 export const getJob = (id) => get(`/jobs/${encodeURIComponent(id)}`);
 export const getFrames = (id, cursor, limit) => get(`/jobs/${encodeURIComponent(id)}/frames`, { limit, cursor });
 export const getTasks = (id, status, limit) => get(`/jobs/${encodeURIComponent(id)}/tasks`, { status, limit });
@@ -56,6 +56,8 @@ export const postJob = (spec, key) => send("POST", "/jobs", spec, { "Idempotency
 export const postDesign = (spec) => send("POST", "/design", spec);
 export const postDrawing = (spec) => send("POST", "/design", spec, { Accept: "image/svg+xml" });
 export const sendAction = (id, action) => send("POST", `/jobs/${encodeURIComponent(id)}/${action}`);
+export const patchJob = (id, change) => send("PATCH", `/jobs/${encodeURIComponent(id)}`, change);
+export const removeJob = (id) => send("DELETE", `/jobs/${encodeURIComponent(id)}`);
 export const getFrameViews = (id, frame, max_px, signal) =>
   answered(pictureUrl(id, frame, "look", { max_px }), { signal });
 export const eventsUrl = `${BASE}/events`;
@@ -90,7 +92,9 @@ function get(path, query = {}) {
 }
 
 function withQuery(path, query) {
-  const given = Object.entries(query).filter(([, value]) => value !== undefined && value !== null);
+  const given = Object.entries(query)
+    .flatMap(([name, value]) => (Array.isArray(value) ? value.map((one) => [name, one]) : [[name, value]]))
+    .filter(([, value]) => value !== undefined && value !== null);
   const text = new URLSearchParams(given).toString();
   return path + (text && `?${text}`);
 }

@@ -4,7 +4,7 @@ import { link } from "../api/operations.js";
 import { count } from "../shared/format.js";
 import { loadMoreFrames, openFrames } from "../state/frame_pages.js";
 import { html } from "../shared/html.js";
-import { More } from "./list.js";
+import { More } from "../shared/parts.js";
 import { Lightbox } from "../viewer/lightbox.js";
 import { useKnown } from "../state/store.js";
 

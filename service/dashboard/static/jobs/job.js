@@ -6,7 +6,7 @@ import { Failures } from "./failures.js";
 import { count, duration, jobName, many, percent, secondsBetween } from "../shared/format.js";
 import { Frames } from "./frames.js";
 import { html } from "../shared/html.js";
-import { Ago, Badge, Bar } from "./list.js";
+import { Ago, Badge, Bar } from "../shared/parts.js";
 import { loadJob } from "../state/live.js";
 import { Rig } from "./rig.js";
 import { fetchJob, mayChange, useKnown } from "../state/store.js";

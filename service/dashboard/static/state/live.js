@@ -1,7 +1,8 @@
 // Keeps the state of the page current by one event stream; while the stream is interrupted, by polling.
-import { eventsUrl, getHealth, getJob, getJobs, getSession } from "../api/operations.js";
+import { eventsUrl, getHealth, getJob, getSession } from "../api/operations.js";
 import { hearFrame, renewPages } from "./frame_pages.js";
-import { change, dropJob, fetchJob, fetchJobs, getState, hear } from "./store.js";
+import { hearOfListed, reloadList, renewSoon } from "./job_list.js";
+import { change, dropJob, fetchJob, getState, hear } from "./store.js";
 
 const FIRST_WAIT_MS = 1000;
 const LONGEST_WAIT_MS = 30_000;
@@ -48,10 +49,12 @@ function reconnect() {
 }
 
 function hearJob(job) {
-  if (job.removed) return dropJob(job.id);
   const before = getState().jobs[job.id];
-  // An event has no reason to wait, since that depends on the whole farm.
-  hear({ ...job, wait: before?.wait ?? null });
+  if (job.removed) dropJob(job.id);
+  // An event has neither a reason to wait, since that depends on the whole farm, nor a picture.
+  else hear({ ...job, wait: before?.wait ?? null, poster: before?.poster ?? null });
+  hearOfListed(job, before);
+  if (job.removed) return;
   if (mayWait(job)) waitsTimer ??= setTimeout(() => renewWaits().catch(() => {}), WAITS_PAUSE_MS);
   const frames = getState().frames;
   // Retry and cancel change many frames without an event for each.
@@ -61,13 +64,12 @@ function hearJob(job) {
 function hearProgress(news) {
   const job = getState().jobs[news.id];
   if (job) hear({ ...job, ...news });
-  else loadJob(news.id);
 }
 
 // Returns whether the service answered.
 async function refresh() {
   try {
-    await Promise.all([loadJobs(), loadHealth(), loadSession()]);
+    await Promise.all([reloadList(), loadHealth(), loadSession()]);
     const frames = getState().frames;
     if (frames) {
       if (!(frames.job in getState().jobs)) await loadJob(frames.job);
@@ -79,36 +81,20 @@ async function refresh() {
   }
 }
 
-async function loadJobs() {
-  const page = await fetchPage();
-  // A longer list that the user has loaded stays.
-  change(getState().jobsLoaded ? {} : { jobsLoaded: true, jobsCursor: page.next_cursor });
-}
-
-export async function loadMoreJobs() {
-  const page = await fetchPage(getState().jobsCursor);
-  change({ jobsCursor: page.next_cursor });
-}
-
 export async function loadJob(id) {
   await fetchJob(() => getJob(id));
 }
 
-const fetchPage = (cursor) =>
-  fetchJobs(
-    () => getJobs(cursor),
-    (page) => page.items,
-  );
-
 const mayWait = (job) => !job.ended_at && (!job.tasks.running || job.status === "paused");
 
-// Loads the reasons why jobs wait: those of the first page, and that of the open job.
+// Loads what events do not bring: the reasons why the listed jobs and the open job wait, and their pictures.
 async function renewWaits() {
   waitsTimer = null;
   const { jobs, frames } = getState();
-  if (!Object.values(jobs).some(mayWait)) return;
+  if (!Object.values(jobs).some((job) => !job.ended_at)) return;
+  renewSoon();
   const open = frames && jobs[frames.job];
-  await Promise.all([fetchPage(), ...(open && mayWait(open) ? [loadJob(open.id)] : [])]);
+  if (open && mayWait(open)) await loadJob(open.id);
 }
 
 async function loadHealth() {

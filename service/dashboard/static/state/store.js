@@ -10,8 +10,8 @@ let state = {
   health: null,
   scenes: null,
   jobs: {}, // by id
-  jobsCursor: null, // the cursor of the next page
-  jobsLoaded: false,
+  // of the list: the query; the ids of jobs by their rows; whether the order is no longer right
+  list: { query: null, isLoaded: false, total: 0, ids: {}, isStale: false, fault: "" },
   frames: null, // of the open job: {job, pages: [{cursor, items}], cursor}
 };
 const watchers = new Set();
@@ -49,6 +49,7 @@ export function useKnown(select, inputs = []) {
 // An answer may be older than an event that came while it was on its way: it then says nothing of the job of the event.
 const heardOf = {}; // The number of the last event of each job.
 let heard = 0;
+const removed = new Set();
 
 // Puts the job of an event.
 export function hear(job) {
@@ -58,15 +59,22 @@ export function hear(job) {
 
 export function dropJob(id) {
   heardOf[id] = ++heard;
+  removed.add(id);
   const { [id]: _, ...jobs } = state.jobs;
   change({ jobs });
+}
+
+// Forgets jobs that nothing shows.
+export function forgetJobs(isKept) {
+  change({ jobs: Object.fromEntries(Object.entries(state.jobs).filter(([id]) => isKept(id))) });
 }
 
 // Sends a request, puts the jobs of its answer, and returns the answer.
 export async function fetchJobs(request, jobsOf) {
   const asked = heard;
   const answer = await request();
-  put(jobsOf(answer).filter(({ id }) => !(heardOf[id] > asked)));
+  // What an event said and the page has forgotten since is not newer than nothing.
+  put(jobsOf(answer).filter(({ id }) => !(heardOf[id] > asked) || (!(id in state.jobs) && !removed.has(id))));
   return answer;
 }
 
@@ -82,6 +90,3 @@ export const maySubmit = (known) => known.session !== null && known.session.role
 // Only the owner of a job and admins change it.
 export const mayChange = (known, job) =>
   maySubmit(known) && (known.session.role === "admin" || known.session.owner_id === job.owner_id);
-
-// Jobs, newest first; their ids rise with time.
-export const newestFirst = (jobs) => Object.values(jobs).sort((a, b) => (a.id < b.id ? 1 : -1));
