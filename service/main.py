@@ -55,6 +55,7 @@ from service.routes import (
     preview,
     problems,
     scenes,
+    schemas,
     tasks,
     viewing,
     webhooks,
@@ -99,6 +100,7 @@ def create_app(settings: Settings, parts: Parts, *, clock: Callable[[], float] =
     app.state.lippmann = _build_state(settings, parts, clock)
     for module in (
         health,
+        schemas,
         scenes,
         design,
         preview,

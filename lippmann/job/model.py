@@ -12,6 +12,7 @@ from pydantic import BeforeValidator, ConfigDict, GetJsonSchemaHandler, Validati
 from pydantic_core import CoreSchema, PydanticKnownError
 
 from lippmann.job.json_types import JsonTyped
+from lippmann.job.labels import label_of, unit_of
 
 LEAST = 1e-12
 """The least number of a job that must be positive, in whatever unit; lengths are in mm or um."""
@@ -38,9 +39,13 @@ class JobModel(JsonTyped):
 
     @classmethod
     def __get_pydantic_json_schema__(cls, core_schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Return the JSON schema with the descriptions of the fields."""
+        """Return the JSON schema with the descriptions of the fields, their labels as `title`, and their `unit`."""
         schema = handler(core_schema)
         properties = handler.resolve_ref_schema(schema).get("properties", {})
+        for name, about in properties.items():
+            about["title"] = cls.model_fields[name].title or label_of(name)
+            if unit_of(name):
+                about["unit"] = unit_of(name)
         for name, text in _field_docstrings(cls).items():
             if name in properties:
                 properties[name].setdefault("description", text)

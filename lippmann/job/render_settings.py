@@ -63,6 +63,10 @@ AntialiasChoice = Annotated[
 ]
 
 
+TileRows = Annotated[int, Field(ge=1, le=64, title="Rows")]
+TileCols = Annotated[int, Field(ge=1, le=64, title="Columns")]
+
+
 class RenderSettings(JobModel):
     """The engine and its settings, and the limits of an attempt."""
 
@@ -76,7 +80,7 @@ class RenderSettings(JobModel):
     """The greatest radiance of one sample of Mitsuba, in linear light; null for no limit."""
     antialias: AntialiasChoice = "off"
     """The antialiasing, or `off`."""
-    tiles: Literal["auto"] | tuple[Annotated[int, Field(ge=1, le=64)], Annotated[int, Field(ge=1, le=64)]] = "auto"
+    tiles: Literal["auto"] | tuple[TileRows, TileCols] = "auto"
     """The tiles of a frame as (tile_rows, tile_cols); `auto` derives them from the measured cost."""
     cache: bool = True
     """True if tiles are taken from the render cache, where a tile of the same definition is, and stored in it."""

@@ -48,15 +48,19 @@ LensChoice = Annotated[
 """An imaging lens: its name, its name and focal length, or its prescription."""
 
 
+LensRows = Annotated[int, Field(ge=1, le=4096, title="Rows")]
+LensCols = Annotated[int, Field(ge=1, le=4096, title="Columns")]
+
+
 class LensArray(JobModel):
     """The microlens array (MLA)."""
 
-    preset: str | None = None
+    preset: str | None = Field(default=None, examples=sorted(LENS_ARRAYS))
     """The name of an array on the market, which supplies the numbers that are absent."""
     lattice: Lattice = "square"
     """The lattice of the lenses. On a hexagonal lattice every second lens row is shifted by half a pitch, and lens rows
     are pitch x sqrt(3) / 2 apart."""
-    count: tuple[Annotated[int, Field(ge=1, le=4096)], Annotated[int, Field(ge=1, le=4096)]] = (90, 90)
+    count: tuple[LensRows, LensCols] = Field(default=(90, 90), title="Lenses")
     """The number of lenses as (lens_rows, lens_cols)."""
     pitch_mm: float = Field(default=1.0, gt=0, le=1000)
     """The pitch of the lenses."""
@@ -97,7 +101,8 @@ class Camera(JobModel):
     """The full angle of view of a perspective camera, which determines its distance from the MLA."""
 
 
-WindowPx = Annotated[int, Field(ge=1, le=MAX_FRAME_PX)]
+WindowRows = Annotated[int, Field(ge=1, le=MAX_FRAME_PX, title="Rows")]
+WindowCols = Annotated[int, Field(ge=1, le=MAX_FRAME_PX, title="Columns")]
 
 
 class Device(JobModel):
@@ -109,7 +114,7 @@ class Device(JobModel):
     """The pitch of the pixels in micrometres; a device has either this or `dpi`."""
     margin_px: int = Field(default=0, ge=0, le=MAX_FRAME_PX)
     """The width of the dark margin around the array."""
-    window_px: tuple[WindowPx, WindowPx] | None = None
+    window_px: tuple[WindowRows, WindowCols] | None = None
     """The size of the whole picture as (rows, cols), with the array in the middle; this excludes `margin_px`."""
 
     @model_validator(mode="after")
@@ -134,7 +139,7 @@ class Rig(JobModel):
 
     imaging_lens: LensChoice | None = "athineos-2006"
     """The imaging lens; null for direct pickup, in which the MLA stands in the space of the scene."""
-    f_number: float | None = Field(default=None, gt=0, le=10_000)
+    f_number: float | None = Field(default=None, gt=0, le=10_000, title="F-number")
     """The f-number that the aperture stop of the imaging lens sets; the stop is fully open if this and `stop_mm` are
     null."""
     stop_mm: float | None = Field(default=None, gt=0, le=10_000)

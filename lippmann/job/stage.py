@@ -15,8 +15,11 @@ MAX_MM = 1e9
 """The greatest length, a thousand kilometres; a greater one is an error of units."""
 
 Mm = Annotated[float, Field(gt=0, le=MAX_MM)]
-Coordinate = Annotated[float, Field(ge=-MAX_MM, le=MAX_MM)]
-Vector = tuple[Coordinate, Coordinate, Coordinate]
+Vector = tuple[
+    Annotated[float, Field(ge=-MAX_MM, le=MAX_MM, title="x")],
+    Annotated[float, Field(ge=-MAX_MM, le=MAX_MM, title="y")],
+    Annotated[float, Field(ge=-MAX_MM, le=MAX_MM, title="z")],
+]
 MmPerUnit = Annotated[float, Field(ge=1e-4, le=1e5)]
 """The scale of a scene, whose unit is between a tenth of a micrometre and a hundred metres; outside this range the rays
 lose precision (measured)."""

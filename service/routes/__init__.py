@@ -5,6 +5,7 @@ workers     the workers that are online
 farm        the work of the farm now and in the last hours
 scenes      the scenes that jobs can use
 design      the design of a job file
+schemas     the JSON schemas of the job file and of a design
 jobs        submit, list, get, change, cancel, pause, resume, retry and remove jobs
 tasks       tasks, their logs, and frames
 viewing     views of a frame on demand

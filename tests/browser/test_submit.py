@@ -1,33 +1,61 @@
-"""A job submitted by hand."""
+"""A job submitted by hand, on the form that is drawn from the schema of the job file."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
 
 from playwright.sync_api import Page, expect
 
+from service.schemas.access import Role
 from tests.browser.conftest import Farm, Watch
 
 REFUSAL = "the server responded with a status of 422"
+MOST_CLS = 0.02
+"""The most that a page may move by itself; the measure is the browser's cumulative layout shift."""
+WATCH_SHIFTS = """() => {
+  window.shift = 0;
+  const add = (list) => list.getEntries().forEach((one) => { if (!one.hadRecentInput) window.shift += one.value; });
+  new PerformanceObserver(add).observe({ type: "layout-shift", buffered: true });
+}"""
 
 
-def test_the_chosen_scene_frames_and_optics_become_a_job(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
+def test_scene_fields_outputs_and_the_job_file_become_a_job(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
     farm.studio.hold()
     log_in()
     page.get_by_label("Point target").check(force=True)
     page.get_by_label("Frames", exact=True).fill("1-4:3")
-    page.get_by_label("Lenses, rows").fill("10")
-    page.get_by_label("Lenses, columns").fill("12")
+    lenses = page.get_by_role("group", name="Lenses")
+    lenses.get_by_label("Rows").fill("10")
+    lenses.get_by_label("Columns").fill("12")
     page.get_by_label("Pixels per lens").fill("4")
-    page.get_by_label("Offset").fill("-5.5")
-    expect(page.get_by_text("Integral image 48 \u00d7 40 px, 16 views of 12 \u00d7 10 px")).to_be_visible()
+    page.get_by_label("Offset mm").fill("-5.5")
+    page.get_by_role("button", name="Remove centre").click()
+    page.get_by_label("One more of the outputs").select_option("view_grid")
+    page.get_by_role("button", name="Add").click()
+    page.get_by_text("Job file", exact=True).click()
+    text = page.get_by_label("Job file as JSON")
+    written = json.loads(text.input_value())
+    assert written == {
+        "scene": "target-points",
+        "frames": "1-4:3",
+        "rig": {"lens_array": {"count": [10, 12], "offset_mm": -5.5}, "px_per_lens": 4},
+        "outputs": [{"kind": "views"}, {"kind": "orthoscopic"}, {"kind": "view_grid"}],
+    }
+    # The other way: what is written there is in the form.
+    text.fill("{")
+    expect(page.get_by_text("This is not JSON yet")).to_be_visible()
+    text.fill(json.dumps(written | {"priority": 80, "title": "Points"}))
+    expect(page.get_by_label("Priority")).to_have_value("80")
+    expect(page.get_by_label("Pixels per lens")).to_have_value("4")
     page.get_by_role("button", name="Submit").click()
-    expect(page.get_by_role("heading", level=1, name="target-points")).to_be_visible()
+    expect(page.get_by_role("heading", level=1, name="Points")).to_be_visible()
     (job,) = farm.service.client.get("/jobs").json()["items"]
-    assert job["spec"]["scene"] == "target-points"
     assert job["frames"] == {"count": 2, "text": "1-4:3"}
     assert job["size"] == {"rows": 40, "cols": 48, "lens_rows": 10, "lens_cols": 12, "px_per_lens": 4}
     assert job["spec"]["rig"]["lens_array"]["offset_mm"] == -5.5
+    assert [output["kind"] for output in job["spec"]["outputs"]] == ["views", "orthoscopic", "view_grid"]
+    assert (job["spec"]["scene"], job["priority"]) == ("target-points", 80)
 
 
 def test_a_parameter_of_the_scene_is_sent_as_the_number_it_is(
@@ -35,40 +63,46 @@ def test_a_parameter_of_the_scene_is_sent_as_the_number_it_is(
 ) -> None:
     farm.studio.hold()
     log_in()
-    # By the keyboard: a click can miss while the drawing above arrives and moves the form.
-    page.get_by_text("Parameters of the scene").press("Enter")
-    page.get_by_label("ripple").fill("0.75")
+    page.get_by_label("Ripple mm").fill("0.75")
+    expect(page.get_by_label("Ripple, slider")).to_have_value("0.75")
     page.get_by_role("button", name="Submit").click()
     expect(page.get_by_role("complementary", name="Rig")).to_contain_text("0.75")
     assert farm.service.client.get("/jobs").json()["items"][0]["spec"]["parameters"] == {"ripple": 0.75}
 
 
-def test_what_the_service_refuses_is_said_beside_its_field(
+def test_what_is_wrong_is_said_at_its_field_before_anything_is_submitted_and_nothing_moves(
     page: Page, watch: Watch, log_in: Callable[[], Page]
 ) -> None:
     log_in()
-    frames, px_per_lens, offset = (
-        page.get_by_label(name, exact=True) for name in ("Frames", "Pixels per lens", "Offset mm")
-    )
-    frames.fill("9-3")
-    px_per_lens.fill("1")
-    offset.fill("far")
-    page.get_by_role("button", name="Submit").click()
-    for field, says in ((frames, "a range that counts up"), (px_per_lens, "got 1"), (offset, "a number")):
+    page.evaluate(WATCH_SHIFTS)
+    expect(page.get_by_role("region", name="Design")).to_contain_text("300.5 mm")
+    fields = {
+        "Frames": ("9-3", "a range that counts up"),
+        "Pixels per lens": ("1", "got 1"),
+        "Ripple mm": ("99", "expected number from 0.0 to 1.5, got 99"),
+        "Offset mm": ("far", "a number"),
+    }
+    for name, (text, said) in fields.items():
+        field = page.get_by_label(name, exact=True)
+        before = field.input_value()
+        field.fill(text)
         expect(field).to_have_attribute("aria-invalid", "true")
-        described_by = field.get_attribute("aria-describedby")
-        expect(page.locator(f"[id='{described_by}']")).to_contain_text(says)
-    assert all(REFUSAL in text for text in watch.complaints)
-    watch.complaints.clear()
-
-
-def test_what_is_wrong_with_a_parameter_is_said_beside_it(page: Page, watch: Watch, log_in: Callable[[], Page]) -> None:
-    log_in()
-    # By the keyboard: a click can miss while the drawing above arrives and moves the form.
-    page.get_by_text("Parameters of the scene").press("Enter")
-    page.get_by_label("ripple").fill("99")
+        expect(page.locator(f"[id='{field.get_attribute('aria-describedby')}']")).to_contain_text(said)
+        field.fill(before)
+        expect(field).not_to_have_attribute("aria-invalid", "true")
+    offset = page.get_by_label("Offset mm")
+    offset.fill("5000")
+    expect(page.locator("[id='e-rig.lens_array.offset_mm']")).to_contain_text("stands behind the imaging lens")
+    expect(page.get_by_text("The design is that before it.")).to_be_visible()
+    assert page.evaluate("window.shift") <= MOST_CLS
     page.get_by_role("button", name="Submit").click()
-    expect(page.get_by_label("ripple")).to_have_attribute("aria-invalid", "true")
-    expect(page.get_by_text("expected number from 0.0 to 1.5, got 99")).to_be_visible()
+    expect(page.get_by_role("alert")).to_contain_text("Some fields need another look.")
     assert all(REFUSAL in text for text in watch.complaints)
     watch.complaints.clear()
+
+
+def test_a_viewer_sees_why_nothing_can_be_submitted(page: Page, farm: Farm, log_in: Callable[[str], Page]) -> None:
+    log_in(farm.service.new_key(Role.VIEWER))
+    page.goto(f"{farm.url}/#/new")
+    expect(page.get_by_text("Your key has the role viewer")).to_be_visible()
+    expect(page.get_by_role("button", name="Submit")).to_be_disabled()

@@ -42,6 +42,7 @@ class SweepVideo(ClipOptions, ShownVideo):
     kind: Literal["sweep"] = "sweep"
     name: Name = "sweep"
     path: Literal["horizontal", "vertical", "circle"] = "horizontal"
+    """The path of the eye."""
     extent: float = Field(default=0.9, gt=0, le=1)
     """The amplitude as a share of the range of the views: 1 goes from the first view to the last."""
     distance_mm: float | None = Field(default=None, gt=0, le=1e6)

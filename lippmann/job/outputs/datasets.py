@@ -129,6 +129,7 @@ class NpzArrays(ViewsOptions):
     pixels: Literal["square", "lenses"] = "square"
     """The views of a hexagonal lattice: on square pixels, or one value per lens at the place of the lens."""
     compress: bool = True
+    """True if the arrays are compressed."""
 
     @property
     def suffix(self) -> str:

@@ -33,15 +33,17 @@ class DepthPictures(OutputOptions):
     file_format: Literal["png", "exr", "pfm"] = "png"
     """PNG has colours; EXR has s, disparity and z or confidence as floats; PFM has the disparity."""
     u: Index | None = None
+    """The column of the view; the default is the middle one."""
     v: Index | None = None
-    """The view (u, v); the default is the middle one."""
+    """The row of the view; both u and v, or neither."""
     method: Literal["tensor", "sweep"] = "tensor"
     """The method of the estimate: slopes of lines in epipolar images, or a plane sweep."""
     reach: int = Field(default=2, ge=1, le=16)
     """The number of views on each side that the estimate uses."""
     farthest_mm: DepthMm | None = None
+    """The far end of the range of depths of the display for the estimate and the colours."""
     nearest_mm: DepthMm | None = None
-    """The range of depths of the display for the estimate and the colours; both or neither."""
+    """The near end of the range; both ends, or neither."""
 
     @property
     def suffix(self) -> str:

@@ -41,6 +41,7 @@ class ObserverOptions(OutputOptions):
     distance_mm: float | None = Field(default=None, gt=0, le=1e6)
     """The distance in front of the display; the default is `display.viewing_distance_mm`."""
     pupil_mm: float = Field(default=PUPIL_MM, gt=0, le=1000)
+    """The diameter of the pupil of the eye."""
     focus_mm: float = Field(default=0.0, ge=-1e9, le=1e6)
     """The depth s of the display at which the eye is focused."""
     rays: int = Field(default=RAYS, ge=1, le=MAX_RAYS)
@@ -111,6 +112,7 @@ class ObserverPictures(ObserverOptions):
     kind: Literal["observer_pictures"] = "observer_pictures"
     name: Name = "observer_pictures"
     bits: Literal[8, 16] = 8
+    """The bits of each colour channel."""
 
     @property
     def suffix(self) -> str:

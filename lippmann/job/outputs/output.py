@@ -14,8 +14,15 @@ from pydantic import Field
 from lippmann.job.model import JobModel
 from lippmann.job.rig import Rig
 
-Name = Annotated[str, Field(min_length=1, max_length=50, pattern=r"^[a-z0-9][a-z0-9_-]*$")]
-"""The name of a file without its suffix, or of a folder."""
+Name = Annotated[
+    str,
+    Field(
+        min_length=1,
+        max_length=50,
+        pattern=r"^[a-z0-9][a-z0-9_-]*$",
+        description="The name of the file without its suffix, or of the folder.",
+    ),
+]
 
 
 class OutputOptions(JobModel):

@@ -28,6 +28,7 @@ class ViewGrid(OutputOptions):
     kind: Literal["view_grid"] = "view_grid"
     name: Name = "view_grid"
     bits: Literal[8, 16] = 8
+    """The bits of each colour channel."""
 
     @property
     def suffix(self) -> str:
@@ -46,7 +47,9 @@ class Sheets(OutputOptions):
     of: Literal["orthoscopic", "integral", "views", "device"] = "orthoscopic"
     """The master: `integral` is the capture, pseudoscopic, `device` the image on the pixels of `rig.device`."""
     file_format: Literal["png", "tiff"] = "png"
+    """The file format."""
     bits: Literal[8, 16] = 8
+    """The bits of each colour channel."""
 
     @property
     def suffix(self) -> str:
@@ -69,6 +72,7 @@ class PictureOptions(OutputOptions):
     filter: Filter = "lanczos3"
     """The filter that scales the views."""
     bits: Literal[8, 16] = 8
+    """The bits of each colour channel."""
 
     @property
     def suffix(self) -> str:
@@ -187,7 +191,9 @@ class ContactSheet(PictureOptions):
     columns: Count | None = None
     """The columns; the default is about the number of rows, or the number of views in u."""
     gap_px: int = Field(default=8, ge=0, le=256)
+    """The pixels between pictures."""
     captions: bool = True
+    """True if every picture has a caption."""
 
     def check(self, rig: Rig, frames: Sequence[int]) -> None:
         """Refuse frames that the job does not have, and a picture that is too large."""

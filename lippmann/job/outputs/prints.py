@@ -44,7 +44,9 @@ class PaperOptions(OutputOptions):
     }
 
     file_format: PrintFormat = "pdf"
+    """The file format."""
     dpi: float | None = Field(default=None, gt=0, le=100_000)
+    """The resolution in pixels per inch, either this or `pitch_um`; the default is that of `rig.device`."""
     pitch_um: float | None = Field(default=None, gt=0, le=100_000)
     """The pitch of the device's pixels, either this or `dpi`; the default is that of `rig.device`."""
     lens_pitch_mm: float | None = Field(default=None, gt=0, le=1000)
@@ -99,6 +101,7 @@ class Print(PaperOptions):
     kind: Literal["print"] = "print"
     name: Name = "print"
     bits: Literal[8, 16] = 8
+    """The bits of each colour channel."""
     margin_mm: float = Field(default=12.0, ge=0, le=1000)
     """White paper around the array, rounded up to whole pixels; the least on a sheet of paper."""
     page: PageSize = "array"

@@ -16,7 +16,8 @@ from lippmann.lattice.kinds import CELLS
 MAX_LENSES = 4096
 """The most lenses on a side, as of the rig's array."""
 
-Count = Annotated[int, Field(ge=1, le=MAX_LENSES)]
+Rows = Annotated[int, Field(ge=1, le=MAX_LENSES, title="Rows")]
+Cols = Annotated[int, Field(ge=1, le=MAX_LENSES, title="Columns")]
 
 
 @output_kind
@@ -29,10 +30,13 @@ class Spoc(OutputOptions):
     kind: Literal["spoc"] = "spoc"
     name: Name = "spoc"
     lattice: Lattice | None = None
-    count: tuple[Count, Count] | None = None
+    """The lattice of the lenses of the display."""
+    count: tuple[Rows, Cols] | None = Field(default=None, title="Lenses")
     """The lenses of the display as (lens_rows, lens_cols); the default covers the same area."""
     pitch_mm: float | None = Field(default=None, gt=0, le=1000)
+    """The pitch of the lenses of the display."""
     px_per_lens: int | None = Field(default=None, ge=MIN_PX_PER_LENS, le=512)
+    """The pixels across a lens of the display."""
     gap_mm: float | None = Field(default=None, gt=0, le=10_000)
     """The reduced gap from the lenses of the display to its pixels; the default is the focal length of the capture."""
     distance_mm: float = Field(default=0.0, ge=-1e6, le=1e6)

@@ -29,6 +29,7 @@ class PairOptions(ShownVideo):
     views: tuple[View, View] | None = None
     """The views of the left and of the right eye, each as (u, v), instead of the eyes' places."""
     repeat: Repeat = 1
+    """The number of times that the sequence is shown."""
 
     @model_validator(mode="after")
     def _given_once(self) -> Self:

@@ -32,12 +32,15 @@ class VideoOptions(OutputOptions):
     IS_VIDEO: ClassVar[bool] = True
 
     codec: Codec = "h264"
+    """The codec of the video; `ffv1` is lossless."""
     container: Container | None = None
     """The container; the default is the first one of the codec."""
     crf: int | None = Field(default=None, ge=1)
     """The encoder's own constant rate factor: 1 is the best."""
     chroma: Chroma | None = None
+    """The chroma subsampling; the default is the first one of the codec."""
     bits: Bits = 8
+    """The bits of each colour channel."""
 
     @model_validator(mode="after")
     def _codec_can(self) -> Self:
@@ -100,6 +103,7 @@ class CentreVideo(ShownVideo):
     kind: Literal["centre"] = "centre"
     name: Name = "centre"
     repeat: Repeat = 1
+    """The number of times that the sequence is shown."""
 
 
 @output_kind
@@ -109,6 +113,7 @@ class OrthoscopicVideo(VideoOptions):
     kind: Literal["orthoscopic"] = "orthoscopic"
     name: Name = "orthoscopic"
     codec: Codec = "ffv1"
+    """The codec of the video; `ffv1` is lossless."""
 
 
 @output_kind
@@ -118,6 +123,7 @@ class IntegralVideo(VideoOptions):
     kind: Literal["integral"] = "integral"
     name: Name = "integral"
     codec: Codec = "ffv1"
+    """The codec of the video; `ffv1` is lossless."""
 
 
 def _one_of(words: tuple[object, ...]) -> str:

@@ -10,7 +10,9 @@ from pydantic import Field
 from lippmann.job.problems import FieldError
 from lippmann.job.rig import Rig
 
-ViewCount = tuple[Annotated[int, Field(ge=1, le=1024)], Annotated[int, Field(ge=1, le=1024)]]
+ViewCount = tuple[
+    Annotated[int, Field(ge=1, le=1024, title="Down")], Annotated[int, Field(ge=1, le=1024, title="Across")]
+]
 """The number of views as (rows, cols): down and across."""
 
 

@@ -57,6 +57,7 @@ class LensDesign(_Part):
 
     imaging_lens: str | None
     efl_mm: float | None
+    """The effective focal length of the imaging lens."""
     back_focal_distance_mm: float | None
     front_focal_distance_mm: float | None
     """The distance from surface 1, positive behind it."""
@@ -70,6 +71,7 @@ class LensDesign(_Part):
     image_reference_mm: float | None
     image_far_mm: float | None
     image_depth_mm: float | None
+    """The depth of the image of the scene, from the near plane's to the far plane's."""
     depth_compression: float | None
     mean_magnification: float | None
     """The mean of the absolute values at near and far."""
@@ -98,13 +100,17 @@ class CaptureDesign(_Part):
     """The distance from the centre of the sphere to the flat side."""
     lens_thickness_mm: float
     mla_f_number: float
+    """The focal length of a microlens divided by the pitch; the imaging lens should match it."""
     f_number_match: str | None
     mla_behind_lens_mm: float | None
+    """The distance from the last surface of the imaging lens to the array."""
     mla_place: Place
     mla_place_words: str
     s_near_mm: float | None
+    """The depth at which the near plane is shown, positive in front of the display."""
     s_reference_mm: float | None
     s_far_mm: float | None
+    """The depth at which the far plane is shown, positive in front of the display."""
     exact_s_near_mm: float | None
     """The depth of the exact image; in direct pickup, of the object itself."""
     exact_s_reference_mm: float | None
@@ -119,13 +125,18 @@ class CaptureDesign(_Part):
     """The distance from the array to a perspective camera of this angle, for any projection of the job."""
     camera_angle_deg: float
     rows_px: int
+    """The height of the integral image."""
     cols_px: int
+    """The width of the integral image."""
     lens_rows: int
     lens_cols: int
     px_per_lens: int
     views: int
+    """The number of views, one for each pixel under a lens."""
     view_rows_px: int
+    """The height of a view, one pixel a lens."""
     view_cols_px: int
+    """The width of a view, one pixel a lens."""
     capture_method: Literal["glass", "ray_camera"]
 
 
@@ -152,6 +163,7 @@ class DisplayDesign(_Part):
     gap_real_physical_mm: float
     """The gap as built, including the substrate."""
     gap_virtual_physical_mm: float
+    """The gap as built for images behind the display."""
     gap_collimated_physical_mm: float
     central_depth_plane_real_mm: float | None
     central_depth_plane_virtual_mm: float | None
@@ -177,9 +189,13 @@ class CostDesign(_Part):
 
     frames: int
     sheet_mb: float
+    """The size of a frame's integral image in memory."""
     memory_mb: float
+    """The memory that a worker needs for a frame."""
     frame_cpu_s: float
+    """The estimated processor time of a frame, before the probe has measured it."""
     cpu_s: float
+    """The estimated processor time of all frames."""
     measured_on: str
 
 

@@ -34,6 +34,7 @@ NOT_NEEDED = {
     "GET /api/v1/links/{job_id}/{name}": "whoever has the URL opens it without a key",
     "GET /api/v1/scenes/{name}/poster.png": "a picture for the lists of the dashboard",
     "GET /api/v1/jobs/{job_id}/events": "GET /api/v1/events gives the same for one job",
+    "GET /api/v1/schemas/{name}": "`JobSpec.model_json_schema()` gives the same",
     "GET /api/v1/waiting": "autoscalers read it",
     "GET /api/v1/worker-keys": "its own tests call it",
     "POST /api/v1/worker-keys": "its own tests call it",

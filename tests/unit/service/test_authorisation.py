@@ -35,6 +35,7 @@ RULES: dict[str, tuple[str, bool]] = {
     "POST /logout": (OPEN, True),
     "GET /api/v1/health": (OPEN, False),
     "GET /api/v1/openapi.json": (SEE, False),
+    "GET /api/v1/schemas/{name}": (SEE, False),
     "GET /api/v1/session": (SEE, False),
     "GET /api/v1/workers": (SEE, False),
     "GET /metrics": (SEE, False),

@@ -53,6 +53,7 @@ export function sendWorkerAction(worker, action) {
   return send(method, `/workers/${encodeURIComponent(worker)}/${what}`);
 }
 export const postJob = (spec, key) => send("POST", "/jobs", spec, { "Idempotency-Key": key });
+export const getSchema = (name) => get(`/schemas/${name}`);
 export const postDesign = (spec) => send("POST", "/design", spec);
 export const postDrawing = (spec) => send("POST", "/design", spec, { Accept: "image/svg+xml" });
 export const sendAction = (id, action) => send("POST", `/jobs/${encodeURIComponent(id)}/${action}`);

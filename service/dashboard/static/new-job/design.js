@@ -1,46 +1,83 @@
-// The design of a job: the drawing of the optical bench, the main numbers, and the warnings.
+// The design of a job beside the form: the drawing of the optical bench, the main numbers, the depth budget, the
+// warnings and the cost. Every part has its place before the service answers, so that nothing moves.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { postDesign, postDrawing } from "../api/operations.js";
-import { by, duration, quantity } from "../shared/format.js";
+import { getSchema, link, postDesign, postDrawing } from "../api/operations.js";
+import { by, bytes, duration, quantity } from "../shared/format.js";
 import { html } from "../shared/html.js";
+import { words } from "./inputs.js";
 
 // The pause after the last key stroke, so that no request is sent for every digit.
 const PAUSE_MS = 400;
-const NOTHING = { numbers: null, drawing: "", fault: "" };
 
-export function Design({ spec }) {
-  const [found, setFound] = useState(NOTHING);
+// Returns the design of the last job that had one: {numbers, drawing, isStale, problem}.
+export function useDesign(spec) {
+  const [found, setFound] = useState({ isStale: true, problem: null });
+  const question = JSON.stringify(spec);
   useEffect(() => {
-    if (!spec) {
-      setFound(NOTHING);
-      return undefined;
-    }
+    if (!spec) return undefined;
     let isWanted = true;
-    const put = (value) => isWanted && setFound({ ...NOTHING, ...value });
+    const put = (patch) => isWanted && setFound((before) => ({ ...before, ...patch }));
     const ask = () =>
       Promise.all([postDesign(spec), postDrawing(spec)]).then(
-        ([numbers, drawing]) => put({ numbers, drawing }),
-        (error) => put({ fault: error.message }),
+        ([numbers, drawing]) => put({ numbers, drawing, isStale: false, problem: null }),
+        (problem) => put({ isStale: true, problem }),
       );
     const timer = setTimeout(ask, PAUSE_MS);
+    put({ isStale: true });
     return () => {
       isWanted = false;
       clearTimeout(timer);
     };
-  }, [JSON.stringify(spec)]);
-  if (found.fault) return html`<p class="fault" role="status">${found.fault}</p>`;
-  if (!found.numbers) return null;
-  const { numbers } = found;
+  }, [question]);
+  return found;
+}
+
+export function Design({ spec }) {
+  return html`<${DesignPanel} ...${useDesign(spec)} />`;
+}
+
+// While the form has an error, the last design is shown, dimmed, and the error stands over its drawing.
+/** @param {{ numbers?: any, drawing?: string, isStale: boolean, problem: any }} design */
+export function DesignPanel({ numbers, drawing, isStale, problem }) {
   return html`
-    <section class="design" aria-label="Design">
-      <${Drawing} svg=${found.drawing} />
-      <dl>${facts(numbers).map(([name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
-      <p class="numbers">${numbers.mla_place_words}</p>
-      <p class=${numbers.depth_budget === "fits" ? "numbers" : "numbers look"}>${numbers.depth_budget_words}</p>
-      ${numbers.warnings
-        .filter((warning) => warning !== numbers.depth_budget_words)
-        .map((warning) => html`<p class="numbers look">${warning}</p>`)}
+    <section class="design" aria-label="Design" aria-busy=${isStale && !problem}>
+      <div class=${problem ? "stale" : ""}>
+        <${Bench} svg=${drawing} problem=${problem} />
+        <dl>${facts(numbers).map(([, name, value]) => html`<div><dt>${name}</dt><dd>${value}</dd></div>`)}</dl>
+        ${
+          numbers &&
+          html`
+            <p class="numbers">${numbers.mla_place_words}</p>
+            <p class=${numbers.depth_budget === "fits" ? "numbers" : "numbers look"}>${numbers.depth_budget_words}</p>
+            ${numbers.warnings
+              .filter((warning) => warning !== numbers.depth_budget_words)
+              .map((warning) => html`<p class="numbers look">${warning}</p>`)}
+          `
+        }
+      </div>
+      <${Meanings} />
     </section>
+  `;
+}
+
+const OLD = " The design is that before it.";
+
+// The drawing, and the same as large as the window.
+function Bench({ svg, problem }) {
+  const dialog = useRef(null);
+  const isOld = problem && svg;
+  return html`
+    <div class="bench">
+      <${Drawing} svg=${svg} />
+      <div class="over" role="status">
+        ${problem && html`<p><span class="fault">${problem.message}</span>${isOld && OLD}</p>`}
+      </div>
+      ${svg && html`<button type="button" onClick=${() => dialog.current.showModal()}>Enlarge</button>`}
+    </div>
+    <dialog ref=${dialog} class="large-bench" aria-label="The optical bench">
+      <div class="bench"><${Drawing} svg=${svg} /></div>
+      <form method="dialog"><button>Close</button></form>
+    </dialog>
   `;
 }
 
@@ -49,28 +86,65 @@ export function Design({ spec }) {
 function Drawing({ svg }) {
   const frame = useRef(null);
   useEffect(() => {
+    if (!svg) return;
     const bare = svg.replace(/<style>.*?<\/style>/s, "");
     const drawing = new DOMParser().parseFromString(bare, "image/svg+xml").documentElement;
     frame.current.replaceChildren(document.importNode(drawing, true));
   }, [svg]);
-  return html`<div class="bench" ref=${frame}></div>`;
+  return html`<div class="drawing" ref=${frame}></div>`;
+}
+
+// What the numbers mean, in the words of the schema of a design.
+function Meanings() {
+  const [fields, setFields] = useState(null);
+  const load = (event) =>
+    event.target.open && !fields && getSchema("design").then((schema) => setFields(schema.properties));
+  return html`
+    <details class="meanings" onToggle=${load}>
+      <summary>What the numbers mean</summary>
+      ${
+        fields &&
+        html`<dl>${facts().map(
+          ([field, name]) => html`
+        <div><dt>${name}</dt><dd>${words((fields[field].description || "").replaceAll("\n", " "))}</dd></div>
+      `,
+        )}</dl>`
+      }
+      <p><a href=${link("/docs#Design")}>All numbers of a design</a></p>
+    </details>
+  `;
 }
 
 const mm = (length) => (length === null ? "–" : `${quantity(length)} mm`);
 
+const depth = (length) => (length === null ? "–" : quantity(length));
+
+// [the field that explains it, name, value]
 function facts(design) {
+  const value = (read) => (design ? read(design) : "–");
   return [
-    design.efl_mm !== null && ["Focal length", mm(design.efl_mm)],
-    design.f_number !== null && ["F-number", `${quantity(design.f_number)}, array ${quantity(design.mla_f_number)}`],
-    design.mla_behind_lens_mm !== null && ["Array behind the lens", mm(design.mla_behind_lens_mm)],
-    design.image_depth_mm !== null && ["Image depth", mm(design.image_depth_mm)],
-    ["Shown", `${mm(design.s_far_mm)} to ${mm(design.s_near_mm)}`],
-    ["Views", `${quantity(design.views)} of ${by(design.view_cols_px, design.view_rows_px)} px`],
-    ["Viewing angle", `${quantity(design.viewing_angle_deg)}°`],
-    ["Viewing zone", `${mm(design.viewing_zone_mm)} at ${mm(design.viewing_distance_mm)}`],
-    ["Size", `${quantity(design.width_mm)} × ${quantity(design.height_mm)} mm`],
-    ["Gap, real", mm(design.gap_real_physical_mm)],
-    ["Gap, virtual", mm(design.gap_virtual_physical_mm)],
-    ["CPU a frame", `about ${duration(design.frame_cpu_s)}`],
-  ].filter(Boolean);
+    ["cols_px", "Integral image", value((d) => `${by(d.cols_px, d.rows_px)} px`)],
+    ["views", "Views", value((d) => `${quantity(d.views)} of ${by(d.view_cols_px, d.view_rows_px)} px`)],
+    ["efl_mm", "Focal length", value((d) => mm(d.efl_mm))],
+    [
+      "mla_f_number",
+      "F-number",
+      value((d) => `${d.f_number === null ? "–" : quantity(d.f_number)}, array ${quantity(d.mla_f_number)}`),
+    ],
+    ["mla_behind_lens_mm", "Array behind lens", value((d) => mm(d.mla_behind_lens_mm))],
+    ["image_depth_mm", "Image depth", value((d) => mm(d.image_depth_mm))],
+    [
+      "s_near_mm",
+      "Shown",
+      value((d) => (d.s_near_mm === null ? "–" : `${depth(d.s_far_mm)} to ${depth(d.s_near_mm)} mm`)),
+    ],
+    ["viewing_angle_deg", "Viewing angle", value((d) => `${quantity(d.viewing_angle_deg)}°`)],
+    ["viewing_zone_mm", "Viewing zone", value((d) => mm(d.viewing_zone_mm))],
+    ["width_mm", "Size", value((d) => `${quantity(d.width_mm)} × ${quantity(d.height_mm)} mm`)],
+    ["gap_real_physical_mm", "Gap, real", value((d) => mm(d.gap_real_physical_mm))],
+    ["gap_virtual_physical_mm", "Gap, virtual", value((d) => mm(d.gap_virtual_physical_mm))],
+    ["memory_mb", "Memory", value((d) => bytes(d.memory_mb * 1e6))],
+    ["frame_cpu_s", "CPU a frame", value((d) => `about ${duration(d.frame_cpu_s)}`)],
+    ["cpu_s", "CPU in all", value((d) => `about ${duration(d.cpu_s)}`)],
+  ];
 }

@@ -1,55 +1,75 @@
-// The parameters of the chosen scene. An empty field keeps the default of the scene.
+// The parameters of the chosen scene: a slider for a number with a range, a colour for a colour.
 import { html } from "../shared/html.js";
-import { Field, numberOr } from "./field.js";
+import { faultsAt } from "./faults.js";
+import { Help, Simple } from "./inputs.js";
+import { numberOf, textOf, valueAt } from "./job_file.js";
 
-export const fieldsOf = (names) => Object.fromEntries(names.map((name) => [`p-${name}`, `parameters.${name}`]));
+const STEPS = 200; // The steps of a slider over its range.
 
-// Converts the texts of inputs to the types of the parameters.
-export function valuesOf(scene, texts) {
-  const valueOf = (name, text) => (["number", "integer"].includes(scene.parameters[name].type) ? numberOr(text) : text);
-  return Object.fromEntries(Object.entries(texts).map(([name, text]) => [name, valueOf(name, text)]));
-}
-
-export function Parameters({ scene, values, set, faults }) {
+export function Parameters({ scene, form }) {
   const names = Object.keys(scene.parameters);
   if (!names.length) return null;
-  const isFaulty = names.some((name) => faults[`p-${name}`]);
-  const put = (name, value) => {
-    const { [name]: _, ...others } = values;
-    set(value === "" ? others : { ...others, [name]: value });
-  };
   return html`
-    <details class="parameters" open=${isFaulty || null}>
-      <summary>Parameters of the scene</summary>
+    <fieldset class="parts-of-scene wide">
+      <legend>Parameters of the scene</legend>
       ${names.map(
         (name) => html`
-        <${Parameter} key=${`${scene.name}-${name}`} name=${name} about=${scene.parameters[name]} value=${values[name]}
-          put=${(value) => put(name, value)} faults=${faults[`p-${name}`]} />
+        <${Parameter} key=${`${scene.name}-${name}`} name=${name} about=${scene.parameters[name]} form=${form} />
       `,
       )}
-    </details>
+    </fieldset>
   `;
 }
 
-function Parameter({ name, about, value, put, faults }) {
-  const label = name.replaceAll("_", " ");
-  if (about.type === "boolean") {
-    return html`
-      <p class="field wide">
-        <label>
-          <input type="checkbox" checked=${value ?? about.default} onChange=${(event) => put(event.target.checked)} />
-          ${` ${label}`}
-        </label>
-        <span class="quiet">${about.description}</span>
-      </p>
-    `;
-  }
-  const isText = about.type === "color";
+// The name without its unit, which stands beside it.
+function labelOf(name, unit) {
+  const text = name
+    .split("_")
+    .filter((word) => word !== unit)
+    .join(" ");
+  return text[0].toUpperCase() + text.slice(1);
+}
+
+function Parameter({ name, about, form }) {
+  const path = `parameters.${name}`;
+  const value = valueAt(form.job, path);
+  const label = labelOf(name, about.unit);
+  const field = { name, label, unit: about.unit, help: about.description, fallback: about.default };
+  const isNumber = about.type === "number" || about.type === "integer";
+  if (about.type === "boolean") return html`<${Simple} field=${{ ...field, kind: "flag" }} ...${{ path, form }} />`;
+  if (about.type === "color") return html`<${Colour} ...${{ field, path, form, value }} />`;
+  const hasRange = isNumber && about.minimum !== null && about.maximum !== null;
+  const range = hasRange && typeof (value ?? about.default) === "number";
   return html`
     <div class="parameter">
-      <${Field} name=${`p-${name}`} label=${label} unit=${about.unit} hint=${String(about.default)} faults=${faults}
-        value=${value ?? ""} onInput=${(event) => put(event.target.value)} inputmode=${isText ? "text" : "decimal"} />
-      <p class="quiet">${about.description}</p>
+      <${Simple} field=${{ ...field, kind: isNumber ? "number" : "text" }} ...${{ path, form }} />
+      ${
+        range &&
+        html`
+        <input type="range" aria-label=${`${label}, slider`} min=${about.minimum} max=${about.maximum}
+          step=${about.type === "integer" ? 1 : stepOf(about)} value=${value ?? about.default}
+          onInput=${(event) => form.set(path, numberOf(event.target.value))} />
+      `
+      }
+    </div>
+  `;
+}
+
+// A round step, so that the slider says short numbers.
+const stepOf = ({ minimum, maximum }) => 10 ** Math.floor(Math.log10((maximum - minimum) / STEPS));
+
+function Colour({ field, path, form, value }) {
+  const said = faultsAt(form.faults, path);
+  const shown = textOf(value ?? field.fallback);
+  return html`
+    <div class="field">
+      <label for="f-${path}">${field.label}</label>
+      <span class="colour">
+        <input type="color" id="f-${path}" value=${shown} aria-describedby=${`h-${path}`}
+          onInput=${(event) => form.set(path, event.target.value)} />
+        <output>${shown}</output>
+      </span>
+      <${Help} id=${path} text=${field.help} said=${said} />
     </div>
   `;
 }

@@ -1,174 +1,166 @@
-// The form for a new job: scene, frames and optics. Errors of the service appear at their fields.
+// The form for a new job: its fields come from the schema of the job file that the service serves.
 import { useEffect, useRef, useState } from "preact/hooks";
-import { getScenes, link, postJob } from "../api/operations.js";
-import { Design } from "./design.js";
-import { by, many } from "../shared/format.js";
-import { Field, numberOr } from "./field.js";
+import { getJob, getScenes, getSchema, link, postJob } from "../api/operations.js";
 import { html } from "../shared/html.js";
-import { fieldsOf, Parameters, valuesOf } from "./parameters.js";
-import { change, fetchJob, useKnown } from "../state/store.js";
+import { change, fetchJob, maySubmit, useKnown } from "../state/store.js";
+import { DesignPanel, useDesign } from "./design.js";
+import { faultsAt, hasFault, otherFaults } from "./faults.js";
+import { Field, More } from "./fields.js";
+import { groupsOf } from "./groups.js";
+import { jobFileOf, withValue } from "./job_file.js";
+import { JobText } from "./job_text.js";
+import { Parameters } from "./parameters.js";
+import { Scenes } from "./scenes.js";
+import { fieldsOf } from "./schema.js";
 
-// The defaults of the service.
-const DEFAULTS = {
-  title: "",
-  frames: "1-8",
-  fps: "8",
-  lens_rows: "90",
-  lens_cols: "90",
-  px_per_lens: "8",
-  offset_mm: "40",
-  priority: "50",
-};
-
-// The field of the job file for each input, longest name first; errors of the service are assigned by it.
-const FIELDS = {
-  scene: "scene",
-  title: "title",
-  frames: "frames",
-  fps: "fps",
-  priority: "priority",
-  lens_rows: "rig.lens_array.count.0",
-  lens_cols: "rig.lens_array.count.1",
-  px_per_lens: "rig.px_per_lens",
-  offset_mm: "rig.lens_array.offset_mm",
-};
+const FRAMES = "1-8"; // A short video, as a first job.
 
 export function Submit() {
   const scenes = useKnown((known) => known.scenes);
-  const [values, setValues] = useState(DEFAULTS);
-  const [sceneName, setSceneName] = useState(null);
-  const [parameters, setParameters] = useState({});
+  const [schema, setSchema] = useState(null);
+  const [job, setJob] = useState(null);
   const [problem, setProblem] = useState(null);
-  const [busy, setBusy] = useState(false);
-  const last = useRef({ text: "", key: "" });
   useEffect(() => {
     document.title = "New job – Lippmann";
-    getScenes().then(({ items }) => change({ scenes: items }), setProblem);
+    const begin = ([{ items }, found, first]) => {
+      change({ scenes: items });
+      setSchema(found);
+      setJob(first ? jobFileOf(first.spec, defaultsOf(found)) : { scene: firstScene(items), frames: FRAMES });
+    };
+    Promise.all([getScenes(), getSchema("job"), jobToRepeat()]).then(begin, setProblem);
   }, []);
-  const scene = scenes?.find(({ name }) => name === sceneName) || scenes?.find(({ poster }) => poster) || scenes?.[0];
-  const set = (name) => (event) => setValues({ ...values, [name]: event.target.value });
-  const choose = (name) => {
-    setSceneName(name);
-    setParameters({}); // They belong to the previous scene.
-  };
-  const said = sortOut(problem, Object.keys(scene?.parameters || {}));
+  return html`
+    <div class="submit">
+      <a class="back" href="#/">← All jobs</a>
+      <h1 id="submit-title">New job</h1>
+      ${problem && html`<div class="fault whole" role="alert"><p>${problem.message}</p></div>`}
+      ${
+        schema && job
+          ? html`<${Form} ...${{ schema, scenes, job, setJob }} />`
+          : html`<p class="quiet loading">${problem ? "" : "Loading …"}</p>`
+      }
+    </div>
+  `;
+}
 
+const firstScene = (scenes) => (scenes.find(({ poster }) => poster) || scenes[0])?.name;
+const defaultsOf = (schema) =>
+  Object.fromEntries(fieldsOf(schema, schema).map(({ name, fallback }) => [name, fallback]));
+
+// The address of the form may name a job to run again with changes: #/new?from=<id>
+function jobToRepeat() {
+  const from = new URLSearchParams(location.hash.split("?")[1] || "").get("from");
+  return from ? getJob(from) : null;
+}
+
+function Form({ schema, scenes, job, setJob }) {
+  const [refusal, setRefusal] = useState(null);
+  const [isBusy, setBusy] = useState(false);
+  const last = useRef({ text: "", key: "" });
+  const mayNot = useKnown((known) => known.session !== null && !maySubmit(known));
+  const design = useDesign(job);
+  const scene = scenes.find(({ name }) => name === job.scene);
+  const put = (changed) => {
+    setRefusal(null);
+    setJob(changed);
+  };
+  const faults = (refusal || design.problem)?.fields || [];
+  // The values that count when the job says none are those of the scene.
+  const hints = { title: scene?.title, stage: scene?.stage, clock: scene?.clock };
+  const form = { job, faults, hints, set: (path, value) => put(withValue(job, path, value)) };
+  const choose = (name) => {
+    const { parameters: _, stage: __, ...others } = job; // They belong to the previous scene.
+    put({ ...others, scene: name });
+  };
   const submit = async (event) => {
     event.preventDefault();
     setBusy(true);
-    setProblem(null);
-    const spec = specOf(scene.name, values, valuesOf(scene, parameters));
-    const text = JSON.stringify(spec);
+    const text = JSON.stringify(job);
     // The key makes a repeated submission idempotent if no answer arrived.
     if (last.current.text !== text) last.current = { text, key: newKey() };
     try {
-      const job = await fetchJob(() => postJob(spec, last.current.key));
-      location.hash = `#/jobs/${job.id}`;
+      const made = await fetchJob(() => postJob(job, last.current.key));
+      location.hash = `#/jobs/${made.id}`;
     } catch (error) {
-      setProblem(error);
+      setRefusal(error);
     }
     setBusy(false);
   };
-  const input = (name, label, more = {}) => html`
-    <${Field} key=${name} name=${name} label=${label} value=${values[name]} onInput=${set(name)}
-      faults=${said[name]} ...${more} />
-  `;
+  const groups = groupsOf(schema);
+  const paths = ["scene", "parameters", ...groups.flatMap(pathsOf)];
   return html`
-    <form class="submit" onSubmit=${submit} noValidate aria-labelledby="submit-title">
-      <a class="back" href="#/">← All jobs</a>
-      <h1 id="submit-title">New job</h1>
-      ${problem && html`<div class="fault whole" role="alert">${said.whole.map((text) => html`<p>${text}</p>`)}</div>`}
-      <${Scenes} scenes=${scenes} chosen=${scene} choose=${choose} faults=${said.scene} />
-      <fieldset>
-        <legend>Sequence</legend>
-        ${input("frames", "Frames", { hint: "1-48:2, 60", wide: true })}
-        ${input("fps", "Frames per second", { inputmode: "decimal" })}
-      </fieldset>
-      <fieldset>
-        <legend>Optics</legend>
-        ${input("lens_rows", "Lenses, rows", { inputmode: "numeric" })}
-        ${input("lens_cols", "Lenses, columns", { inputmode: "numeric" })}
-        ${input("px_per_lens", "Pixels per lens", { inputmode: "numeric" })}
-        ${input("offset_mm", "Offset", { inputmode: "decimal", unit: "mm" })}
-        <p class="sum numbers">${sum(values)}</p>
-      </fieldset>
-      <${Design} spec=${scene ? opticsOf(scene.name, values) : null} />
-      ${scene && html`<${Parameters} scene=${scene} values=${parameters} set=${setParameters} faults=${said} />`}
-      <fieldset>
-        <legend>Job</legend>
-        ${input("title", "Title", { wide: true, hint: scene?.title })}
-        ${input("priority", "Priority", { inputmode: "numeric", hint: "0 to 100, higher first" })}
-      </fieldset>
-      <p class="choices">
-        <button class="primary" disabled=${busy || !scene}>${busy ? "Submitting …" : "Submit"}</button>
-      </p>
+    <form onSubmit=${submit} noValidate aria-labelledby="submit-title">
+      <div class="fields">
+        ${groups.map(
+          (group) => html`
+            <${Group} key=${group.name} group=${group} form=${form}>
+              ${
+                group.name === "scene" &&
+                html`
+                  <${Scenes} ...${{ scenes, choose }} chosen=${job.scene} said=${faultsAt(faults, "scene")} />
+                  ${scene && html`<${Parameters} ...${{ scene, form }} />`}
+                `
+              }
+            <//>
+          `,
+        )}
+        <${JobText} job=${job} setJob=${put} />
+        <div class="end">
+          ${
+            refusal &&
+            html`
+            <div class="fault whole" role="alert">
+              ${otherFaults(faults, paths).map((text) => html`<p>${text}</p>`)}
+              <p>${faults.length ? "Some fields need another look." : refusal.message}</p>
+            </div>
+          `
+          }
+          <p class="choices">
+            <button class="primary" disabled=${isBusy || mayNot}>${isBusy ? "Submitting …" : "Submit"}</button>
+            ${mayNot && html`<span class="quiet">${READS_ONLY}</span>`}
+          </p>
+        </div>
+      </div>
+      <div class="beside"><${DesignPanel} ...${design} /></div>
     </form>
   `;
 }
 
-function Scenes({ scenes, chosen, choose, faults }) {
+const READS_ONLY =
+  "Your key has the role viewer, which sees jobs and submits none. An administrator can give you a key " +
+  "with the role submitter.";
+
+const pathsOf = ({ first, more }) => [...first, ...more.flatMap(({ fields }) => fields)].map(({ path }) => path);
+
+const namesOf = ({ title, fields }) => title || fields.map(({ label }) => label).join(", ");
+
+function Group({ group, form, children }) {
+  const { title, first, more } = group;
+  const rest = more.flatMap(({ fields }) => fields.map(({ path }) => path));
+  const model = (first[0] || more[0].fields[0]).owner;
+  const drawn = (fields) =>
+    fields.map((field) => html`<${Field} key=${field.path} ...${{ field, form }} path=${field.path} />`);
   return html`
-    <fieldset class="scenes">
-      <legend>Scene</legend>
-      ${!scenes && html`<p class="quiet">Loading …</p>`}
-      ${scenes?.map(
-        ({ name, title, poster }) => html`
-          <label key=${name} class="scene">
-            <input type="radio" name="scene" checked=${name === chosen?.name} onChange=${() => choose(name)} />
-            ${poster ? html`<img src=${link(poster)} alt="" loading="lazy" />` : html`<span class="lattice"></span>`}
-            <span>${title}</span>
-          </label>
-        `,
-      )}
-      ${chosen?.description && html`<p class="quiet about">${chosen.description}</p>`}
-      ${faults?.map((text) => html`<p class="fault">${text}</p>`)}
+    <fieldset class="group">
+      <legend>${title}
+        <a class="reference" href=${link(`/docs#${model}`)} aria-label=${`${title} in the reference`}>reference</a>
+      </legend>
+      ${children}${drawn(first)}
+      ${
+        more.length > 0 &&
+        html`
+        <${More} title=${`More: ${more.map(namesOf).join(", ").toLowerCase()}`} isOpen=${hasFault(form.faults, rest)}>
+          ${more.map(
+            (one) => html`
+            ${one.title && html`<h3><a href=${link(`/docs#${one.model}`)}>${one.title}</a></h3>`}
+            <div class="parts">${drawn(one.fields)}</div>
+          `,
+          )}
+        <//>
+      `
+      }
     </fieldset>
   `;
-}
-
-function specOf(scene, values, parameters) {
-  const { title, frames, fps, lens_rows, lens_cols, px_per_lens, offset_mm, priority } = values;
-  return {
-    scene,
-    title,
-    frames,
-    fps: numberOr(fps),
-    priority: numberOr(priority),
-    parameters,
-    rig: {
-      lens_array: { count: [numberOr(lens_rows), numberOr(lens_cols)], offset_mm: numberOr(offset_mm) },
-      px_per_lens: numberOr(px_per_lens),
-    },
-  };
-}
-
-// The part of a job that the design needs; null while a number is incomplete.
-function opticsOf(scene, values) {
-  const { rig } = specOf(scene, values, {});
-  const [rows, cols, px] = [...rig.lens_array.count, rig.px_per_lens];
-  const isWhole = [rows, cols, px - 1].every((value) => Number.isInteger(value) && value > 0);
-  return isWhole && Number.isFinite(rig.lens_array.offset_mm) ? { scene, rig } : null;
-}
-
-// The errors of the service by input; the others belong to the whole form.
-function sortOut(problem, parameterNames) {
-  const said = { whole: [] };
-  if (!problem) return said;
-  const fields = Object.entries({ ...FIELDS, ...fieldsOf(parameterNames) });
-  for (const { field, expected, got } of problem.fields || []) {
-    const text = `expected ${expected}, got ${got}`;
-    const [name] = fields.find(([, path]) => field === path || field.startsWith(`${path}.`)) || [];
-    if (name) (said[name] ??= []).push(text);
-    else said.whole.push(`${field}: ${text}`);
-  }
-  if (!said.whole.length) said.whole.push(problem.fields?.length ? "Some fields need another look." : problem.message);
-  return said;
-}
-
-function sum({ lens_rows, lens_cols, px_per_lens }) {
-  const [rows, cols, px] = [lens_rows, lens_cols, px_per_lens].map(Number);
-  if (![rows, cols, px].every((value) => Number.isInteger(value) && value > 0)) return "";
-  return `Integral image ${by(cols * px, rows * px)} px, ${many(px * px, "view")} of ${by(cols, rows)} px`;
 }
 
 // A random key; crypto.randomUUID does not exist on pages over plain HTTP.

@@ -1,0 +1,53 @@
+"""The JSON schemas of the job file and of a design, from which the dashboard draws its form."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from functools import cache
+from typing import Annotated, Any, Literal
+
+from fastapi import APIRouter, Header, Response
+
+from lippmann.job.spec import JobSpec
+from service.dependencies import ViewerDep
+from service.routes.description import NOT_CHANGED
+
+router = APIRouter(prefix="/schemas", tags=["schemas"])
+
+
+@router.get("/{name}", response_model=dict[str, Any], responses=NOT_CHANGED)
+def get_schema(
+    name: Literal["job", "design"], _caller: ViewerDep, if_none_match: Annotated[str | None, Header()] = None
+) -> Response:
+    """Get the JSON schema of a job file or of a design: labels, units, ranges, defaults and descriptions of fields."""
+    text, etag = _text_of(name)
+    headers = {"ETag": etag, "Cache-Control": "private, no-cache", "X-Content-Type-Options": "nosniff"}
+    if if_none_match is not None and etag in if_none_match:
+        return Response(status_code=304, headers=headers)
+    return Response(text, media_type="application/json", headers=headers)
+
+
+def job_schema() -> dict[str, Any]:
+    """Return the JSON schema of a job file, with the published imaging lenses as examples."""
+    from lippmann.optics.lens.published import IMAGING_LENSES  # on first use: it imports NumPy
+
+    schema = JobSpec.model_json_schema()
+    schema["$defs"]["Rig"]["properties"]["imaging_lens"]["examples"] = sorted(IMAGING_LENSES)
+    return schema
+
+
+@cache
+def _text_of(name: Literal["job", "design"]) -> tuple[bytes, str]:
+    """Return a schema as JSON, and its ETag."""
+    text = json.dumps(_schema_of(name), separators=(",", ":"), ensure_ascii=False).encode()
+    return text, f'"{hashlib.sha256(text).hexdigest()[:32]}"'
+
+
+def _schema_of(name: Literal["job", "design"]) -> Mapping[str, Any]:
+    if name == "job":
+        return job_schema()
+    from service.schemas.design import Design  # on first use: it imports NumPy
+
+    return Design.model_json_schema()
