@@ -36,7 +36,7 @@ def design(
     job
         The job; None for the preset, or for a job of defaults.
     preset
-        A job of the paper, `paper-still` or `paper-iv`, in place of a job.
+        The name of a preset in place of a job, as `paper-still`; see `lippmann.job.presets`.
     scene
         The scene: the name of one that is included, a folder or a zip; None for the scene of the job.
     overrides

@@ -1,15 +1,17 @@
-"""The JSON schemas of the job file and of a design, from which the dashboard draws its form."""
+"""The JSON schemas of the job file and of a design, from which the dashboard draws its form, and the presets."""
 
 from __future__ import annotations
 
 import hashlib
 import json
 from collections.abc import Mapping
+from dataclasses import asdict
 from functools import cache
 from typing import Annotated, Any, Literal
 
 from fastapi import APIRouter, Header, Response
 
+from lippmann.job.presets import LENS_ARRAYS, PRESETS
 from lippmann.job.spec import JobSpec
 from service.dependencies import ViewerDep
 from service.routes.description import NOT_CHANGED
@@ -21,7 +23,11 @@ router = APIRouter(prefix="/schemas", tags=["schemas"])
 def get_schema(
     name: Literal["job", "design"], _caller: ViewerDep, if_none_match: Annotated[str | None, Header()] = None
 ) -> Response:
-    """Get the JSON schema of a job file or of a design: labels, units, ranges, defaults and descriptions of fields."""
+    """Get the JSON schema of a job file or of a design: labels, units, ranges, defaults and descriptions of fields.
+
+    That of a job file has jobs to begin with as `presets`: name, title, description and job. `lens_arrays` has the
+    values of the microlens arrays by name.
+    """
     text, etag = _text_of(name)
     headers = {"ETag": etag, "Cache-Control": "private, no-cache", "X-Content-Type-Options": "nosniff"}
     if if_none_match is not None and etag in if_none_match:
@@ -30,11 +36,15 @@ def get_schema(
 
 
 def job_schema() -> dict[str, Any]:
-    """Return the JSON schema of a job file, with the published imaging lenses as examples."""
+    """Return the JSON schema of a job file, with the published imaging lenses as examples, presets and lens arrays."""
     from lippmann.optics.lens.published import IMAGING_LENSES  # on first use: it imports NumPy
 
     schema = JobSpec.model_json_schema()
     schema["$defs"]["Rig"]["properties"]["imaging_lens"]["examples"] = sorted(IMAGING_LENSES)
+    for name, about in (("name", sorted(IMAGING_LENSES)), ("focal_length_mm", [300])):
+        schema["$defs"]["NamedLens"]["properties"][name]["examples"] = about
+    schema["lens_arrays"] = {name: dict(fields) for name, fields in LENS_ARRAYS.items()}
+    schema["presets"] = [{"name": name, **asdict(preset)} for name, preset in PRESETS.items()]
     return schema
 
 

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import json
+import re
+import shutil
 from collections.abc import Callable
+from pathlib import Path
 
 from playwright.sync_api import Page, expect
 
+from povtemplates.catalogue import scene_folders
 from service.schemas.access import Role
 from tests.browser.conftest import Farm, Watch
 
@@ -20,9 +24,19 @@ WATCH_SHIFTS = """() => {
 }"""
 
 
-def test_scene_fields_outputs_and_the_job_file_become_a_job(page: Page, farm: Farm, log_in: Callable[[], Page]) -> None:
+def test_preset_scene_fields_outputs_and_the_job_file_become_a_job(
+    page: Page, farm: Farm, watch: Watch, log_in: Callable[[], Page]
+) -> None:
     farm.studio.hold()
     log_in()
+    panel = page.get_by_role("button", name="Panel at 203 dpi")
+    panel.click()
+    expect(panel).to_have_attribute("aria-pressed", "true")
+    expect(page.get_by_label("DPI")).to_have_value("203")
+    # What the job does not say is shown as what counts: the array's substrate.
+    page.get_by_text("More: rig, lens array, camera, capture").click()
+    expect(page.get_by_label("Substrate mm")).to_have_value("3.3")
+    page.get_by_role("radio", name="none").nth(1).check()
     page.get_by_label("Point target").check(force=True)
     page.get_by_label("Frames", exact=True).fill("1-4:3")
     lenses = page.get_by_role("group", name="Lenses")
@@ -30,7 +44,7 @@ def test_scene_fields_outputs_and_the_job_file_become_a_job(page: Page, farm: Fa
     lenses.get_by_label("Columns").fill("12")
     page.get_by_label("Pixels per lens").fill("4")
     page.get_by_label("Offset mm").fill("-5.5")
-    page.get_by_role("button", name="Remove centre").click()
+    page.get_by_role("button", name="Remove sheets").click()
     page.get_by_label("One more of the outputs").select_option("view_grid")
     page.get_by_role("button", name="Add").click()
     page.get_by_text("Job file", exact=True).click()
@@ -38,9 +52,13 @@ def test_scene_fields_outputs_and_the_job_file_become_a_job(page: Page, farm: Fa
     written = json.loads(text.input_value())
     assert written == {
         "scene": "target-points",
+        "title": "Panel at 203 dpi",
         "frames": "1-4:3",
-        "rig": {"lens_array": {"count": [10, 12], "offset_mm": -5.5}, "px_per_lens": 4},
-        "outputs": [{"kind": "views"}, {"kind": "orthoscopic"}, {"kind": "view_grid"}],
+        "rig": {
+            "lens_array": {"preset": "fresnel-technologies-630", "count": [10, 12], "offset_mm": -5.5},
+            "px_per_lens": 4,
+        },
+        "outputs": [{"kind": "views"}, {"kind": "view_grid"}],
     }
     # The other way: what is written there is in the form.
     text.fill("{")
@@ -54,8 +72,38 @@ def test_scene_fields_outputs_and_the_job_file_become_a_job(page: Page, farm: Fa
     assert job["frames"] == {"count": 2, "text": "1-4:3"}
     assert job["size"] == {"rows": 40, "cols": 48, "lens_rows": 10, "lens_cols": 12, "px_per_lens": 4}
     assert job["spec"]["rig"]["lens_array"]["offset_mm"] == -5.5
-    assert [output["kind"] for output in job["spec"]["outputs"]] == ["views", "orthoscopic", "view_grid"]
+    assert [output["kind"] for output in job["spec"]["outputs"]] == ["views", "view_grid"]
     assert (job["spec"]["scene"], job["priority"]) == ("target-points", 80)
+    # The stored job fills the form again.
+    page.goto(f"{farm.url}/#/new?from={job['id']}")
+    expect(page.get_by_label("Title")).to_have_value("Points")
+    expect(lenses.get_by_label("Columns")).to_have_value("12")
+    expect(page.get_by_label("Point target")).to_be_checked()
+    # On the way the job may be one that the service refuses: an output for a device, without a device.
+    assert all(REFUSAL in text for text in watch.complaints)
+    watch.complaints.clear()
+
+
+def test_a_folder_becomes_a_scene_and_what_is_refused_is_said_with_the_reason(
+    page: Page, watch: Watch, log_in: Callable[[], Page], tmp_path: Path
+) -> None:
+    log_in()
+    points = scene_folders()["target-points"]
+    folder = page.get_by_label("A folder with a scene")
+    folder.set_input_files(points)
+    expect(page.get_by_text("is built in; choose another name")).to_be_visible()
+    page.get_by_label("A zip with a scene").set_input_files(
+        {"name": "holiday.zip", "mimeType": "application/zip", "buffer": b"no zip"}
+    )
+    expect(page.get_by_text("expected a zip")).to_be_visible()
+    shutil.copytree(points, tmp_path / "My points")
+    folder.set_input_files(tmp_path / "My points")
+    expect(page.get_by_text("is uploaded as my-points.")).to_be_visible()
+    expect(page.get_by_role("radio", name="Point target").first).to_be_checked()
+    page.get_by_text("Job file", exact=True).click()
+    expect(page.get_by_label("Job file as JSON")).to_have_value(re.compile('"scene": "my-points"'))
+    assert all("the server responded with a status of 4" in text for text in watch.complaints)
+    watch.complaints.clear()
 
 
 def test_a_parameter_of_the_scene_is_sent_as_the_number_it_is(

@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 import typer
 
 from lippmann.cli.options import Overrides
+from lippmann.job.presets import PRESETS
 from lippmann.terminal.output import Output
 
 
@@ -15,7 +16,7 @@ def design(
     job_file: Annotated[
         str | None, typer.Argument(metavar="[JOB]", help="A job file, or - to read it from stdin.")
     ] = None,
-    preset: Annotated[str | None, typer.Option(help="Take a job of the paper: paper-still or paper-iv.")] = None,
+    preset: Annotated[str | None, typer.Option(help=f"Take a preset: {', '.join(PRESETS)}.")] = None,
     scene: Annotated[
         str | None,
         typer.Option(help="A built-in scene, or a folder or zip with a scene. It replaces the scene of the job."),

@@ -4,6 +4,7 @@ const ROOT = document.body.dataset.root; // The path under which a reverse proxy
 const BASE = `${ROOT}/api/v1`;
 const LOGIN = `${ROOT}/login`;
 const PATIENCE_MS = 20_000;
+const UPLOAD_MS = 600_000;
 
 // An error of the API, as problem details of RFC 9457.
 export class Problem extends Error {
@@ -52,6 +53,15 @@ export function sendWorkerAction(worker, action) {
   const [method, what] = WORKER_ACTIONS[action];
   return send(method, `/workers/${encodeURIComponent(worker)}/${what}`);
 }
+
+// A large scene on a slow line takes long.
+export function postScene(name, bundle) {
+  const body = new FormData();
+  body.append("bundle", bundle, `${name}.zip`);
+  const headers = { "X-Lippmann-Request": "1" };
+  return answered(withQuery(`${BASE}/scenes`, { name }), { method: "POST", headers, body, patience_ms: UPLOAD_MS });
+}
+
 export const postJob = (spec, key) => send("POST", "/jobs", spec, { "Idempotency-Key": key });
 export const getSchema = (name) => get(`/schemas/${name}`);
 export const postDesign = (spec) => send("POST", "/design", spec);
@@ -110,12 +120,12 @@ function send(method, path, body, headers = {}) {
 
 /**
  * @param {string} url
- * @param {RequestInit} request
+ * @param {RequestInit & { patience_ms?: number }} request
  */
-async function answered(url, { signal = null, ...request }) {
+async function answered(url, { signal = null, patience_ms = PATIENCE_MS, ...request }) {
   let response, body;
   try {
-    response = await fetch(url, { credentials: "same-origin", signal: endOf(signal), ...request });
+    response = await fetch(url, { credentials: "same-origin", signal: endOf(signal, patience_ms), ...request });
     body = await bodyOf(response);
   } catch {
     throw new Unreachable();
@@ -135,9 +145,9 @@ async function bodyOf(response) {
 }
 
 // A signal that aborts a request when the caller aborts it, or after a timeout.
-function endOf(signal) {
+function endOf(signal, patience_ms) {
   const end = new AbortController();
-  setTimeout(() => end.abort(), PATIENCE_MS);
+  setTimeout(() => end.abort(), patience_ms);
   if (signal?.aborted) end.abort();
   signal?.addEventListener("abort", () => end.abort(), { once: true });
   return end.signal;

@@ -9,12 +9,18 @@ import { words } from "./inputs.js";
 // The pause after the last key stroke, so that no request is sent for every digit.
 const PAUSE_MS = 400;
 
-// Returns the design of the last job that had one: {numbers, drawing, isStale, problem}.
+/** @type {{ numbers?: any, drawing?: string, isStale: boolean, problem: any }} */
+const NOTHING = { isStale: true, problem: null };
+
+// Returns the design of the last job that had one.
 export function useDesign(spec) {
-  const [found, setFound] = useState({ isStale: true, problem: null });
+  const [found, setFound] = useState(NOTHING);
   const question = JSON.stringify(spec);
   useEffect(() => {
-    if (!spec) return undefined;
+    if (!spec) {
+      setFound({ ...NOTHING, isStale: false });
+      return undefined;
+    }
     let isWanted = true;
     const put = (patch) => isWanted && setFound((before) => ({ ...before, ...patch }));
     const ask = () =>
@@ -123,7 +129,7 @@ const depth = (length) => (length === null ? "–" : quantity(length));
 function facts(design) {
   const value = (read) => (design ? read(design) : "–");
   return [
-    ["cols_px", "Integral image", value((d) => `${by(d.cols_px, d.rows_px)} px`)],
+    ["cols_px", "Image", value((d) => `${by(d.cols_px, d.rows_px)} px`)],
     ["views", "Views", value((d) => `${quantity(d.views)} of ${by(d.view_cols_px, d.view_rows_px)} px`)],
     ["efl_mm", "Focal length", value((d) => mm(d.efl_mm))],
     [

@@ -26,7 +26,7 @@ export function Help({ id, text, said = [] }) {
 
 const unitOf = ({ unit }) => unit && html` <span class="quiet">${unit}</span>`;
 const described = (path, { help }, said) => (said.length ? `e-${path}` : help ? `h-${path}` : null);
-const hintOf = (field, path, form) => field.fallback ?? valueAt(form.hints, path);
+const hintOf = (field, path, form) => valueAt(form.hints, path) ?? field.fallback;
 
 // While somebody writes, the input shows what is written; otherwise the value.
 function Input({ id, value, hint, isNumeric, put, ...rest }) {

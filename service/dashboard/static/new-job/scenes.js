@@ -2,7 +2,7 @@
 import { link } from "../api/operations.js";
 import { html } from "../shared/html.js";
 
-export function Scenes({ scenes, chosen, choose, said }) {
+export function Scenes({ scenes, chosen, choose, said, children }) {
   const scene = scenes?.find(({ name }) => name === chosen);
   return html`
     <div class="scenes wide" role="radiogroup" aria-label="Scene">
@@ -23,6 +23,7 @@ export function Scenes({ scenes, chosen, choose, said }) {
         ${!scenes && html`<p class="quiet">Loading …</p>`}
       </div>
       <p class="quiet about">${scene?.description}</p>
+      ${children}
       ${said.map((text) => html`<p class="fault">${text}</p>`)}
     </div>
   `;

@@ -2,16 +2,19 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { getJob, getScenes, getSchema, link, postJob } from "../api/operations.js";
 import { html } from "../shared/html.js";
-import { change, fetchJob, maySubmit, useKnown } from "../state/store.js";
+import { useAddress } from "../shared/use_address.js";
+import { change, fetchJob, getState, maySubmit, useKnown } from "../state/store.js";
 import { DesignPanel, useDesign } from "./design.js";
 import { faultsAt, hasFault, otherFaults } from "./faults.js";
 import { Field, More } from "./fields.js";
 import { groupsOf } from "./groups.js";
-import { jobFileOf, withValue } from "./job_file.js";
+import { jobFileOf, valueAt, withValue } from "./job_file.js";
 import { JobText } from "./job_text.js";
 import { Parameters } from "./parameters.js";
+import { Presets } from "./presets.js";
 import { Scenes } from "./scenes.js";
 import { fieldsOf } from "./schema.js";
+import { Upload } from "./upload.js";
 
 const FRAMES = "1-8"; // A short video, as a first job.
 
@@ -20,15 +23,17 @@ export function Submit() {
   const [schema, setSchema] = useState(null);
   const [job, setJob] = useState(null);
   const [problem, setProblem] = useState(null);
+  const from = useAddress().query.get("from"); // A job to run again with changes.
   useEffect(() => {
     document.title = "New job – Lippmann";
+    setProblem(null);
     const begin = ([{ items }, found, first]) => {
       change({ scenes: items });
       setSchema(found);
       setJob(first ? jobFileOf(first.spec, defaultsOf(found)) : { scene: firstScene(items), frames: FRAMES });
     };
-    Promise.all([getScenes(), getSchema("job"), jobToRepeat()]).then(begin, setProblem);
-  }, []);
+    Promise.all([getScenes(), getSchema("job"), from && getJob(from)]).then(begin, setProblem);
+  }, [from]);
   return html`
     <div class="submit">
       <a class="back" href="#/">← All jobs</a>
@@ -47,30 +52,31 @@ const firstScene = (scenes) => (scenes.find(({ poster }) => poster) || scenes[0]
 const defaultsOf = (schema) =>
   Object.fromEntries(fieldsOf(schema, schema).map(({ name, fallback }) => [name, fallback]));
 
-// The address of the form may name a job to run again with changes: #/new?from=<id>
-function jobToRepeat() {
-  const from = new URLSearchParams(location.hash.split("?")[1] || "").get("from");
-  return from ? getJob(from) : null;
-}
-
 function Form({ schema, scenes, job, setJob }) {
   const [refusal, setRefusal] = useState(null);
   const [isBusy, setBusy] = useState(false);
   const last = useRef({ text: "", key: "" });
   const mayNot = useKnown((known) => known.session !== null && !maySubmit(known));
-  const design = useDesign(job);
   const scene = scenes.find(({ name }) => name === job.scene);
+  const design = useDesign(scene?.sheets ? null : job); // Imported integral images have no design.
   const put = (changed) => {
     setRefusal(null);
     setJob(changed);
   };
   const faults = (refusal || design.problem)?.fields || [];
-  // The values that count when the job says none are those of the scene.
-  const hints = { title: scene?.title, stage: scene?.stage, clock: scene?.clock };
+  // The values that count when the job says none: those of the scene, of the array by name, and those that follow.
+  const array = schema.lens_arrays[valueAt(job, "rig.lens_array.preset")];
+  const rig = { lens_array: array, px_per_lens: design.numbers?.px_per_lens };
+  const hints = { title: scene?.title, stage: scene?.stage, clock: scene?.clock, rig };
   const form = { job, faults, hints, set: (path, value) => put(withValue(job, path, value)) };
   const choose = (name) => {
     const { parameters: _, stage: __, ...others } = job; // They belong to the previous scene.
     put({ ...others, scene: name });
+  };
+  const add = (made) => {
+    const others = getState().scenes.filter(({ name }) => name !== made.name);
+    change({ scenes: [made, ...others] });
+    choose(made.name);
   };
   const submit = async (event) => {
     event.preventDefault();
@@ -90,6 +96,7 @@ function Form({ schema, scenes, job, setJob }) {
   const paths = ["scene", "parameters", ...groups.flatMap(pathsOf)];
   return html`
     <form onSubmit=${submit} noValidate aria-labelledby="submit-title">
+      <${Presets} presets=${schema.presets} job=${job} setJob=${put} />
       <div class="fields">
         ${groups.map(
           (group) => html`
@@ -97,7 +104,9 @@ function Form({ schema, scenes, job, setJob }) {
               ${
                 group.name === "scene" &&
                 html`
-                  <${Scenes} ...${{ scenes, choose }} chosen=${job.scene} said=${faultsAt(faults, "scene")} />
+                  <${Scenes} ...${{ scenes, choose }} chosen=${job.scene} said=${faultsAt(faults, "scene")}>
+                    <${Upload} isAllowed=${!mayNot} add=${add} />
+                  <//>
                   ${scene && html`<${Parameters} ...${{ scene, form }} />`}
                 `
               }

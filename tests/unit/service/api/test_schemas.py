@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from lippmann.job.presets import LENS_ARRAYS, PRESETS
 from lippmann.job.spec import JobSpec
 from tests.builders_service import Client
 
@@ -46,6 +47,13 @@ def test_the_numbers_of_a_design_that_the_page_shows_are_explained(api: Client) 
     fields = api.get("/api/v1/schemas/design").json()["properties"]
     shown = ("efl_mm", "image_depth_mm", "views", "viewing_angle_deg", "viewing_zone_mm", "width_mm", "frame_cpu_s")
     assert all(fields[name].get("description") for name in shown)
+
+
+def test_the_presets_come_with_the_schema_of_a_job_file(api: Client) -> None:
+    presets = api.get(JOB).json()["presets"]
+    assert [preset["name"] for preset in presets] == list(PRESETS)
+    assert api.get(JOB).json()["lens_arrays"] == LENS_ARRAYS
+    assert all(preset["title"] and preset["description"] and preset["job"]["scene"] for preset in presets)
 
 
 @pytest.mark.parametrize("name", ["job", "design"])
