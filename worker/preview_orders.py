@@ -38,7 +38,17 @@ class PreviewOrders:
         return bool(waiting)
 
     def take(self, wait_s: float) -> PreviewOrder | None:
-        """Take the oldest order that is still wanted; None if there is none within a time shorter than `TIMEOUT_S`.
+        """Take the oldest order, unless nobody waits for it any more.
+
+        Parameters
+        ----------
+        wait_s
+            The longest time to wait for one, less than `TIMEOUT_S`.
+
+        Returns
+        -------
+        PreviewOrder or None
+            None without an order that counts.
 
         Raises
         ------

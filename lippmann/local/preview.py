@@ -78,6 +78,8 @@ def watch_previews(request: PreviewRequest, on_error: Callable[[LippmannError], 
 
     Parameters
     ----------
+    request
+        The request, whose job file or scene is watched.
     on_error
         Receives the error of a preview that failed; a file may have been half written.
 

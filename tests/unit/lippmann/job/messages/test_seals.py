@@ -138,7 +138,7 @@ def test_an_order_in_the_envelope_of_another_is_refused() -> None:
 def test_a_seal_for_one_purpose_is_none_for_another() -> None:
     fields = {"at_s": 1.0}
     seals = {SEALS._sealed(purpose, fields)["seal"] for purpose in get_args(Purpose)}
-    assert len(seals) == 7
+    assert len(seals) == 9
 
 
 @pytest.mark.parametrize("message", [None, 7, "x", [], [["a"] * 3], {}])
