@@ -277,9 +277,11 @@ def engine_versions() -> dict[str, str]:
     PovrayMissing
         If no engine works here, and the settings ask for POV-Ray.
     """
-    found = mitsuba_version() if settings.mitsuba == "auto" else None
+    found = mitsuba_version() if settings.mitsuba != "off" else None
     if isinstance(found, Missing):
         log.info("no Mitsuba", reason=found.reason)
+    elif found is not None and found.note:
+        log.warning("Mitsuba without the GPU", reason=found.note)
     mitsuba = {"mitsuba": f"{found.version} {found.variant}"} if isinstance(found, Found) else {}
     try:
         return {"povray": povray_version(settings.povray), **mitsuba}

@@ -57,8 +57,9 @@ class WorkerSettings(BrokerSettings):
     """The command of POV-Ray."""
     needs_povray: bool = True
     """False if the worker starts without POV-Ray; scenes then wait until it is installed."""
-    mitsuba: Literal["auto", "off"] = "auto"
-    """`off` if the worker does not render with Mitsuba; `auto` if it does where Mitsuba works."""
+    mitsuba: Literal["auto", "off", "llvm_ad_rgb", "cuda_ad_rgb"] = "auto"
+    """`off` if the worker does not render with Mitsuba; `auto` if it does where Mitsuba works, on a GPU if there is
+    one; or the only variant that it tries: `llvm_ad_rgb` for the processor, `cuda_ad_rgb` for a GPU of NVIDIA."""
     memory_mb: int = Field(default_factory=lambda: max(8192, _machine_memory_mb()), ge=128)
     """The address space that one process of an engine may use, MB; a job may only ask for less."""
     timeout_s: float = Field(default=7 * 86_400.0, gt=0)

@@ -52,7 +52,7 @@ def has_mitsuba() -> bool:
     from worker.engines.mitsuba.version import Found, mitsuba_version
     from worker.settings import WorkerSettings
 
-    return WorkerSettings().mitsuba == "auto" and isinstance(mitsuba_version(), Found)
+    return WorkerSettings().mitsuba != "off" and isinstance(mitsuba_version(), Found)
 
 
 def may_render(output: Output) -> bool:

@@ -75,7 +75,8 @@ def _mitsuba() -> Finding:
     if isinstance(found, Missing):
         message = f"{found.reason}; without it, scenes of Mitsuba are not rendered on this machine"
         return Finding(Check.MITSUBA, Level.NOTE, message)
-    return Finding(Check.MITSUBA, Level.NOTE, f"Mitsuba {found.version} works, by its variant {found.variant}")
+    note = f"; not on the GPU: {found.note}" if found.note else ""
+    return Finding(Check.MITSUBA, Level.NOTE, f"Mitsuba {found.version} works, by its variant {found.variant}{note}")
 
 
 def _sandbox(missing: Level) -> Finding:
@@ -138,8 +139,8 @@ def _store_owner(data_dir: Path) -> Iterator[Finding]:
 def _cores_and_gpu() -> Finding:
     cores = len(os.sched_getaffinity(0))
     gpu = next((device for device in _GPU_DEVICES if Path(device).exists()), None)
-    text = "there is no GPU" if gpu is None else f"there is a GPU ({gpu})"
-    return Finding(Check.GPU, Level.NOTE, f"{cores} cores render; {text}, and the engines use none")
+    text = "there is no GPU" if gpu is None else f"there is a GPU ({gpu}); Mitsuba alone uses one, if it is of NVIDIA"
+    return Finding(Check.GPU, Level.NOTE, f"{cores} cores render; {text}")
 
 
 def _extras() -> Iterator[Finding]:

@@ -163,3 +163,4 @@ def test_a_worker_of_the_gpu_overlay_asks_for_one() -> None:
     assert spec["containers"][0]["resources"]["limits"]["nvidia.com/gpu"] == "1"
     assert spec["nodeSelector"] == {"nvidia.com/gpu.present": "true"}
     assert environment("gpu", "lippmann-worker")["LIPPMANN_WORKER_TAGS"] == "gpu", "jobs may ask for it"
+    assert "graphics" in environment("gpu", "lippmann-worker")["NVIDIA_DRIVER_CAPABILITIES"], "OptiX is a part of it"

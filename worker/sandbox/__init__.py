@@ -7,6 +7,7 @@ sandbox   bubblewrap or Landlock
 landlock  the launcher for Landlock
 seccomp   the filter of system calls
 own_user  a user of its own for the program of a worker that is root
+devices   devices of a GPU, for a program that uses one
 limits    CPU time, memory and file sizes, enforced by the kernel
 groups    a cgroup for each task, where one was given to the worker
 totals    files, memory and processes of a task together, counted while it runs

@@ -1,10 +1,10 @@
 """Restrict this process with Landlock, then replace it by a program.
 
-Run as a file of its own (`python -I -S landlock.py --filter PATH --user NUMBER --read PATH --write PATH -- PROGRAM
-ARGUMENT...`), so that nothing but the standard library is imported and the environment counts for nothing. It needs no
-privilege and works where user namespaces are forbidden, such as in most containers. What the kernel's Landlock can hold
-is held: files from ABI 1, TCP from ABI 4, signals and abstract sockets to others from ABI 6. The filter of system calls
-takes away sockets of all kinds and new processes. The existence of files is not hidden.
+Run as a file of its own (`python -I -S landlock.py --filter PATH --user NUMBER --read PATH --device PATH --write PATH
+-- PROGRAM ARGUMENT...`), so that nothing but the standard library is imported and the environment counts for nothing.
+It needs no privilege and works where user namespaces are forbidden, such as in most containers. What the kernel's
+Landlock can hold is held: files from ABI 1, TCP from ABI 4, signals and abstract sockets to others from ABI 6. The
+filter of system calls takes away sockets of all kinds and new processes. The existence of files is not hidden.
 
 The numbers are those of linux/landlock.h and linux/prctl.h.
 """
@@ -34,10 +34,11 @@ _LAST_CAPABILITY = 63
 
 _EXECUTE, _WRITE_FILE, _READ_FILE, _READ_DIR = 1 << 0, 1 << 1, 1 << 2, 1 << 3
 _REMOVE_DIR, _REMOVE_FILE, _MAKE_DIR, _MAKE_REG = 1 << 4, 1 << 5, 1 << 7, 1 << 8
-_TRUNCATE = 1 << 14
+_TRUNCATE, _IOCTL_DEVICE = 1 << 14, 1 << 15
 _READ = _READ_FILE | _READ_DIR
 _WRITE = _READ | _WRITE_FILE | _REMOVE_DIR | _REMOVE_FILE | _MAKE_DIR | _MAKE_REG | _TRUNCATE
-_OF_FILES = _EXECUTE | _WRITE_FILE | _READ_FILE | _TRUNCATE
+_USE_DEVICE = _READ_FILE | _WRITE_FILE | _IOCTL_DEVICE
+_OF_FILES = _EXECUTE | _WRITE_FILE | _READ_FILE | _TRUNCATE | _IOCTL_DEVICE
 _HANDLED = {1: (1 << 13) - 1, 2: (1 << 14) - 1, 3: (1 << 15) - 1, 4: (1 << 15) - 1, 5: (1 << 16) - 1}
 """The accesses to files that each ABI knows; later ones know the same as 5."""
 _TCP = 0b11
@@ -63,7 +64,7 @@ class _PathBeneath(ctypes.Structure):
     _fields_ = (("allowed_access", ctypes.c_uint64), ("parent_fd", ctypes.c_int32))
 
 
-def hold(readable: list[str], writable: list[str]) -> None:
+def hold(readable: list[str], writable: list[str], devices: list[str]) -> None:
     """Hold this process and its children to these paths, for good.
 
     Raises
@@ -82,6 +83,8 @@ def hold(readable: list[str], writable: list[str]) -> None:
         _allow(ruleset, path, (_READ_FILE | (_WRITE_FILE if path == "/dev/null" else 0)) & handled)
     for path in readable:
         _allow(ruleset, path, (_READ | _EXECUTE) & handled)
+    for path in devices:
+        _allow(ruleset, path, _USE_DEVICE & handled)
     for path in writable:
         _allow(ruleset, path, _WRITE & handled)
     _prctl(_PR_SET_NO_NEW_PRIVS, 1)
@@ -134,7 +137,7 @@ def _checked(answer: int, fault: str) -> int:
 
 
 def _options(words: list[str]) -> dict[str, list[str]]:
-    options: dict[str, list[str]] = {"--filter": [], "--user": [], "--read": [], "--write": []}
+    options: dict[str, list[str]] = {"--filter": [], "--user": [], "--read": [], "--device": [], "--write": []}
     for option, value in zip(words[::2], words[1::2], strict=True):
         options[option].append(value)
     return options
@@ -149,7 +152,7 @@ def main(words: list[str]) -> NoReturn:
         with open(options["--filter"][0], "rb") as file:
             calls = file.read()
         become(int(options["--user"][0]) if options["--user"] else None)
-        hold(options["--read"], options["--write"])
+        hold(options["--read"], options["--write"], options["--device"])
         # The kernel forgets this when the user changes.
         die_with_parent()
         # Python ignores these two signals and the program would inherit that: nothing would end an endless file.

@@ -36,6 +36,8 @@ class Limits:
     """The limit of the number of files and folders of the task."""
     processes: int = PROCESSES
     """The limit of the number of processes and threads."""
+    address_space: bool = True
+    """True if the kernel limits the address space of each process. The driver of a GPU reserves more than it uses."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +83,7 @@ def limited(argv: Sequence[str], limits: Limits, *, processes: int | None = PROC
         "prlimit",
         "--core=0",
         f"--cpu={cpu_s}:{cpu_s + CPU_GRACE_S}",
-        f"--as={limits.memory_mb * _MIB}",
+        *([f"--as={limits.memory_mb * _MIB}"] if limits.address_space else []),
         f"--fsize={limits.file_mb * _MIB}",
         f"--nofile={OPEN_FILES}",
         "--msgqueue=0",

@@ -19,12 +19,13 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from lippmann.errors import SandboxMissing
 from worker.sandbox import landlock
+from worker.sandbox.devices import Devices
 from worker.sandbox.groups import Groups
 from worker.sandbox.limits import Limits, limited
 from worker.sandbox.own_user import hand_over, is_open_to_all, let_read, own_user
@@ -69,8 +70,18 @@ class Sandbox:
         """
         return self.mode if self.groups is None else f"{self.mode}+cgroup"
 
-    def wrap(self, argv: Sequence[str], *, readable: Sequence[Path], writable: Path, limits: Limits) -> list[str]:
+    def wrap(
+        self,
+        argv: Sequence[str],
+        *,
+        readable: Sequence[Path],
+        writable: Path,
+        limits: Limits,
+        devices: Devices | None = None,
+    ) -> list[str]:
         """Return the command line that runs `argv` inside; it may read `readable`, and it works in `writable`.
+
+        It uses `devices` as well, if any are given; see there what it then may do besides.
 
         The command line is for a child of this process. If this process is root, `writable` and what is in it is given
         to the user that the program runs as, and of `readable`, what is closed to others is opened to this user.
@@ -83,6 +94,8 @@ class Sandbox:
             If a path is not absolute, or a readable one lies in the writable one.
         """
         _check_paths(readable, writable)
+        if devices is not None:
+            limits = replace(limits, address_space=False)
         if self.mode == "none":
             if not self.allow_none:
                 raise SandboxMissing(
@@ -98,19 +111,22 @@ class Sandbox:
             for path in readable:
                 let_read(path, user)
         if self.mode == "bwrap":
-            return [*_bwrap(readable, writable, user), *_REAPER, *_as_user(user), *limited(argv, limits)]
+            return [*_bwrap(readable, writable, user, devices), *_REAPER, *_as_user(user), *limited(argv, limits)]
         # The kernel counts all processes of a user, so a limit would count those of the worker.
         counted = limits.processes if user is not None else None
-        return [*_landlock(readable, writable, user), *limited(argv, limits, processes=counted)]
+        return [*_landlock(readable, writable, user, devices), *limited(argv, limits, processes=counted)]
 
 
-def _bwrap(readable: Sequence[Path], writable: Path, user: int | None) -> list[str]:
+def _bwrap(readable: Sequence[Path], writable: Path, user: int | None, devices: Devices | None) -> list[str]:
     mounts = [("--ro-bind", path) for path in readable] + [("--bind", writable)]
+    if devices is not None:
+        mounts += [("--dev-bind", path) for path in devices.files]
+        mounts += [("--ro-bind", path) for path in devices.described_in]
     # A folder inside another is mounted after it.
     mounts.sort(key=lambda mount: (len(mount[1].parts), mount[1]))
     return [
         *_WITH_FILTER,
-        filter_path(forks=True),
+        filter_path(forks=True, maps_shared=devices is not None),
         "bwrap",
         *("--seccomp", "9"),
         *_namespaces(user),
@@ -133,7 +149,7 @@ def _bwrap(readable: Sequence[Path], writable: Path, user: int | None) -> list[s
 
 def _folders_above(paths: Iterable[Path]) -> Iterator[str]:
     """Yield the options that make the folders above some paths; bwrap would make them for its own user alone."""
-    above = {folder for path in paths for folder in path.parents}
+    above = {folder for path in paths for folder in path.parents if folder != Path("/dev")}
     for folder in sorted(above - {Path("/")}, key=lambda folder: (len(folder.parts), folder)):
         if not any(folder.is_relative_to(system) for system in landlock.SYSTEM):
             yield from ("--dir", str(folder))
@@ -155,10 +171,13 @@ def _as_user(user: int | None) -> list[str]:
     return ["setpriv", *ids, "--inh-caps=-all", "--no-new-privs", "--"]
 
 
-def _landlock(readable: Sequence[Path], writable: Path, user: int | None) -> list[str]:
-    options = ["--filter", filter_path(forks=False), *([] if user is None else ["--user", str(user)])]
-    reads = [word for path in readable for word in ("--read", str(path))]
-    return [sys.executable, "-I", "-S", landlock.__file__, *options, *reads, "--write", str(writable), "--"]
+def _landlock(readable: Sequence[Path], writable: Path, user: int | None, devices: Devices | None) -> list[str]:
+    options = ["--filter", filter_path(forks=False, maps_shared=devices is not None)]
+    options += [] if user is None else ["--user", str(user)]
+    read = (*readable, *(() if devices is None else devices.described_in))
+    options += [word for path in read for word in ("--read", str(path))]
+    options += [word for path in (() if devices is None else devices.files) for word in ("--device", str(path))]
+    return [sys.executable, "-I", "-S", landlock.__file__, *options, "--write", str(writable), "--"]
 
 
 def _check_paths(readable: Sequence[Path], writable: Path) -> None:

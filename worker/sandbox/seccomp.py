@@ -155,7 +155,7 @@ _JUDGED: dict[str, tuple[int | None, int | None]] = {
 """The calls that fail with some arguments."""
 
 
-def filter_path(*, forks: bool) -> str:
+def filter_path(*, forks: bool, maps_shared: bool = False) -> str:
     """Return a path from which a child process of this one can read the filter.
 
     The file is in memory. The path names this process, so it is good while this process lives.
@@ -164,6 +164,8 @@ def filter_path(*, forks: bool) -> str:
     ----------
     forks
         False to refuse new processes; threads are always allowed.
+    maps_shared
+        True to allow shared mappings of files, which drivers of GPUs need.
 
     Raises
     ------
@@ -171,18 +173,18 @@ def filter_path(*, forks: bool) -> str:
         If there is no table for this kind of processor.
     """
     pid = os.getpid()
-    return f"/proc/{pid}/fd/{_filter_file(pid, forks)}"
+    return f"/proc/{pid}/fd/{_filter_file(pid, forks, maps_shared)}"
 
 
-@lru_cache(maxsize=4)
-def _filter_file(_pid: int, forks: bool) -> int:
+@lru_cache(maxsize=8)
+def _filter_file(_pid: int, forks: bool, maps_shared: bool) -> int:
     descriptor = os.memfd_create("lippmann-filter")
-    os.write(descriptor, filter_program(platform.machine(), forks=forks))
+    os.write(descriptor, filter_program(platform.machine(), forks=forks, maps_shared=maps_shared))
     return descriptor
 
 
-def filter_program(machine: str, *, forks: bool) -> bytes:
-    """Return the filter as an array of `struct sock_filter`.
+def filter_program(machine: str, *, forks: bool, maps_shared: bool = False) -> bytes:
+    """Return the filter as an array of `struct sock_filter`; see `filter_path`.
 
     Raises
     ------
@@ -204,12 +206,12 @@ def filter_program(machine: str, *, forks: bool) -> bytes:
     assert _X32_BIT > _NEWEST  # noqa: S101 - one comparison refuses both
     for numbers in _DENIED.values():
         program += _when_called(numbers[column], [_refuse(errno.EPERM)])
-    for name, rule in _rules(forks=forks).items():
+    for name, rule in _rules(forks=forks, maps_shared=maps_shared).items():
         program += _when_called(_JUDGED[name][column], rule)
     return b"".join([*program, _step(_RETURN, _ALLOW)])
 
 
-def _rules(*, forks: bool) -> dict[str, list[bytes]]:
+def _rules(*, forks: bool, maps_shared: bool) -> dict[str, list[bytes]]:
     """Return what follows when a judged call is made; each rule ends with a return."""
     refuse, allow = _refuse(errno.EPERM), _step(_RETURN, _ALLOW)
     new_process = [] if forks else [_step(_ANY_BIT, _CLONE_THREAD, 1, 0), refuse]
@@ -224,7 +226,7 @@ def _rules(*, forks: bool) -> dict[str, list[bytes]]:
             _argument(3),
             _step(_ANY_BIT, _MAP_ANONYMOUS, 2, 0),
             _step(_ANY_BIT, _MAP_SHARED, 0, 1),
-            refuse,
+            allow if maps_shared else refuse,
             allow,
         ],
         "ioctl": [_argument(1), _step(_EQUAL, _TIOCSTI, 1, 0), _step(_EQUAL, _TIOCLINUX, 0, 1), refuse, allow],

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from worker.engines.mitsuba.answers import AnswerReader
-from worker.engines.mitsuba.version import environment
+from worker.engines.mitsuba.surroundings import PACKAGES, devices_of, environment, readable
 from worker.sandbox.conversation import Conversation
 from worker.sandbox.limits import Limits, TimeLimits
 from worker.sandbox.log import AttemptLog
@@ -38,8 +38,6 @@ PROGRAM = (
 )
 """The arguments of Python that start the program. The folder of our packages follows, as Python without the user's
 settings (-I) has no path from outside; then the variant and the number of threads, which the program reads."""
-
-_PACKAGES = [Path(__file__).resolve().parents[3] / name for name in ("lippmann", "worker")]
 
 
 @dataclass(frozen=True)
@@ -95,9 +93,15 @@ class Session:
             key.limits, memory_mb=key.limits.memory_mb + PROGRAM_MB, cpu_s=key.limits.cpu_s * MAX_REQUESTS
         )
         self._conversation = Conversation(
-            sandbox.wrap(argv, readable=[*_readable(), library, self.bundle], writable=self.work, limits=of_program),
+            sandbox.wrap(
+                argv,
+                readable=[*readable(PACKAGES), library, self.bundle],
+                writable=self.work,
+                limits=of_program,
+                devices=devices_of(key.variant),
+            ),
             cwd=self.work,
-            env=environment(),
+            env=environment(key.variant),
             limits=key.limits,
             groups=sandbox.groups,
         )
@@ -237,13 +241,6 @@ atexit.register(slot.end)
 def _library(folder: Path) -> Path:
     """Return a folder with names for our packages: of the folder that they are in, nothing else can be read."""
     folder.mkdir()
-    for package in _PACKAGES:
+    for package in PACKAGES:
         (folder / package.name).symlink_to(package)
     return folder
-
-
-def _readable() -> list[Path]:
-    """Return what the program reads besides its folders: Python with its libraries, and our packages."""
-    pythons = {Path(sys.prefix).resolve(), Path(sys.base_prefix).resolve()}
-    places = sorted(place for place in pythons if not place.is_relative_to("/usr"))
-    return [*places, *(path for path in _PACKAGES if not any(map(path.is_relative_to, [*places, Path("/usr")])))]

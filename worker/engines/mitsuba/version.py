@@ -5,22 +5,28 @@ Never in this process: with an LLVM older than 16, Dr.Jit aborts the process tha
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
 
-from worker.sandbox.sandbox import PATH
+from worker.engines.mitsuba.surroundings import CUDA, LLVM, environment, readable
+from worker.sandbox.detect import detect
+from worker.sandbox.devices import nvidia_devices
+from worker.sandbox.limits import Limits
 
-VARIANT = "llvm_ad_rgb"
-"""The variant that is tried. The one of GPUs, `cuda_ad_rgb`, needs devices that the sandbox does not show."""
+SETTING = "LIPPMANN_MITSUBA"
+"""The environment variable with the setting of the worker, which may name the only variant that is tried."""
 
 _PROBE = Path(__file__).with_name("inside") / "probe.py"
 _ANSWER_S = 60.0
 """A cold start on a slow machine takes ten seconds."""
+_TRIAL_LIMITS = Limits(cpu_s=60, memory_mb=4096)
 _NO_LIBRARY = "LLVM shared library"
 _INSTALL = "install libllvm19, or another LLVM of 16 or later"
 
@@ -31,6 +37,8 @@ class Found:
 
     version: str
     variant: str
+    note: str = ""
+    """Why not by the GPU that there is; empty if by it, or without one."""
 
 
 @dataclass(frozen=True)
@@ -43,23 +51,56 @@ class Missing:
 
 @cache
 def mitsuba_version() -> Found | Missing:
-    """Return the version of Mitsuba and the variant that works, or why none does; it is found once in each process."""
+    """Return the version of Mitsuba and the variant that works, or why none does; it is found once in each process.
+
+    The variant of GPUs comes first where there is a GPU of NVIDIA, unless the setting names the one to use.
+    """
     if find_spec("mitsuba") is None:
         return Missing("Mitsuba is not installed: install lippmann[mitsuba]")
-    return probe(VARIANT)
-
-
-def environment() -> dict[str, str]:
-    """Return all environment variables of the engine; without a home, Dr.Jit keeps no compiled kernels on the disk."""
-    return {"PATH": PATH, "LANG": "C.UTF-8", "OPENBLAS_NUM_THREADS": "1"}
+    wanted = os.environ.get(SETTING)
+    if wanted in (LLVM, CUDA):
+        return probe(wanted) if wanted == LLVM else probe_gpu()
+    if nvidia_devices() is None:
+        return probe(LLVM)
+    by_gpu = probe_gpu()
+    if isinstance(by_gpu, Found):
+        return by_gpu
+    found = probe(LLVM)
+    return replace(found, note=by_gpu.reason) if isinstance(found, Found) else found
 
 
 def probe(variant: str, more: Mapping[str, str] | None = None) -> Found | Missing:
     """Try one variant in a child process, with more variables in its environment."""
-    python = [sys.executable, "-I", "-B", str(_PROBE), variant]
-    env = {**environment(), **(more or {})}
+    return _tried(variant, _command(variant), environment(variant) | dict(more or {}))
+
+
+def probe_gpu() -> Found | Missing:
+    """Try the variant of GPUs in a child process in a sandbox, as it renders, with the devices of the GPU."""
+    devices = nvidia_devices()
+    if devices is None:
+        return Missing(f"the variant {CUDA} needs a GPU of NVIDIA with its driver: there is no /dev/nvidiactl")
+    with tempfile.TemporaryDirectory(prefix="lippmann-gpu-") as name:
+        work = Path(name, "work")
+        work.mkdir()
+        Path(name).chmod(0o755)
+        # The program of the trial is ours, so it may run without a sandbox where none works.
+        sandbox = replace(detect("auto"), allow_none=True)
+        line = sandbox.wrap(
+            _command(CUDA), readable=[*readable(), _PROBE], writable=work, limits=_TRIAL_LIMITS, devices=devices
+        )
+        return _tried(CUDA, line, environment(CUDA), cwd=work)
+
+
+def _command(variant: str) -> list[str]:
+    python = Path(sys.prefix).resolve() / "bin" / Path(sys.executable).name
+    return [str(python), "-I", "-B", str(_PROBE), variant]
+
+
+def _tried(variant: str, command: list[str], env: Mapping[str, str], *, cwd: Path | None = None) -> Found | Missing:
     try:
-        ran = subprocess.run(python, env=env, capture_output=True, text=True, timeout=_ANSWER_S, check=False)
+        ran = subprocess.run(
+            command, cwd=cwd, env=env, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=_ANSWER_S
+        )
     except (OSError, subprocess.TimeoutExpired) as error:
         return Missing(f"its trial did not end well: {error}")
     said = ran.stdout.strip()

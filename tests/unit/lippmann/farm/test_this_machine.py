@@ -54,6 +54,10 @@ def test_what_is_missing_comes_with_the_way_to_get_it(
     ("found", "message"),
     [
         (Found("3.9.1", "llvm_ad_rgb"), "Mitsuba 3.9.1 works, by its variant llvm_ad_rgb"),
+        (
+            Found("3.9.1", "llvm_ad_rgb", note="no driver"),
+            "Mitsuba 3.9.1 works, by its variant llvm_ad_rgb; not on the GPU: no driver",
+        ),
         (Missing("no LLVM 16"), "no LLVM 16; without it, scenes of Mitsuba are not rendered on this machine"),
     ],
 )

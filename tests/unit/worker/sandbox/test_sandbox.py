@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import stat
+import subprocess
 import sys
 from pathlib import Path
 
@@ -11,7 +13,8 @@ import pytest
 from lippmann.errors import SandboxMissing
 from worker.sandbox import landlock
 from worker.sandbox import sandbox as sandbox_module
-from worker.sandbox.detect import detect
+from worker.sandbox.detect import detect, python_folders, python_inside, trial
+from worker.sandbox.devices import Devices, nvidia_devices
 from worker.sandbox.limits import Limits
 from worker.sandbox.sandbox import Sandbox, SandboxMode
 
@@ -25,15 +28,23 @@ USER = 61_234
 
 @pytest.fixture(autouse=True)
 def _names_that_do_not_change(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(sandbox_module, "filter_path", lambda *, forks: f"/filter/{forks}")
+    monkeypatch.setattr(sandbox_module, "filter_path", _filter_name)
     monkeypatch.setattr(sandbox_module, "own_user", lambda folder: None)
 
 
+def _filter_name(*, forks: bool, maps_shared: bool = False) -> str:
+    return f"/filter/{forks}{'/shared' if maps_shared else ''}"
+
+
 def _wrapped(
-    sandbox: Sandbox, *, readable: tuple[str, ...] = ("/scenes/fish",), writable: str = "/work/7"
+    sandbox: Sandbox,
+    *,
+    readable: tuple[str, ...] = ("/scenes/fish",),
+    writable: str = "/work/7",
+    devices: Devices | None = None,
 ) -> list[str]:
-    paths = [Path(path) for path in readable]
-    return sandbox.wrap(["povray", "+Ia b.pov"], readable=paths, writable=Path(writable), limits=LIMITS)
+    paths, words = [Path(path) for path in readable], ["povray", "+Ia b.pov"]
+    return sandbox.wrap(words, readable=paths, writable=Path(writable), limits=LIMITS, devices=devices)
 
 
 def test_bwrap_shows_the_system_the_scene_and_one_writable_folder() -> None:
@@ -65,6 +76,87 @@ def test_bwrap_shows_the_system_the_scene_and_one_writable_folder() -> None:
         "povray",
         "+Ia b.pov",
     ]
+
+
+GPU = Devices((Path("/dev/nvidiactl"), Path("/dev/nvidia0")), (Path("/proc/driver/nvidia"),))
+
+
+def test_the_devices_of_a_gpu_come_with_files_mapped_shared_and_without_a_limit_of_the_address_space() -> None:
+    plain, line = _wrapped(Sandbox("bwrap")), _wrapped(Sandbox("bwrap"), devices=GPU)
+    added = [word for word in line if word not in plain]
+    assert added == [
+        "/filter/True/shared",
+        *("/proc", "/proc/driver"),
+        *("--dev-bind", "/dev/nvidia0", "/dev/nvidia0"),
+        *("--dev-bind", "/dev/nvidiactl", "/dev/nvidiactl"),
+        *("/proc/driver/nvidia", "/proc/driver/nvidia"),
+    ]
+    assert [word for word in plain if word not in line] == ["/filter/True", "--as=536870912"]
+    assert _wrapped(Sandbox("landlock"), devices=GPU)[4 : -len(HELD) - 2] == [
+        *("--filter", "/filter/False/shared"),
+        *("--read", "/scenes/fish", "--read", "/proc/driver/nvidia"),
+        *("--device", "/dev/nvidiactl", "--device", "/dev/nvidia0"),
+        *("--write", "/work/7"),
+        "--",
+    ]
+
+
+def test_the_devices_of_nvidia_are_found_where_there_is_a_gpu(tmp_path: Path) -> None:
+    (tmp_path / "dev").mkdir()
+    for name in ("nvidiactl", "nvidia-uvm", "nvidia-modeset"):
+        (tmp_path / "dev" / name).touch()
+    assert nvidia_devices(tmp_path) is None
+    (tmp_path / "dev/nvidia1").touch()
+    (tmp_path / "proc/driver/nvidia").mkdir(parents=True)
+    found = nvidia_devices(tmp_path)
+    assert found is not None
+    assert [path.name for path in found.files] == ["nvidiactl", "nvidia-uvm", "nvidia1"]
+    assert found.described_in == (tmp_path / "proc/driver/nvidia",)
+
+
+_USES_A_DEVICE = """
+import mmap, os, sys
+device = os.path.exists(sys.argv[1]) and os.open(sys.argv[1], os.O_RDWR) >= 0
+open("a", "wb").write(b"x" * 4096)
+try:
+    mmap.mmap(os.open("a", os.O_RDWR), 4096)
+    print(device, True)
+except PermissionError:
+    print(device, False)
+"""
+
+
+@pytest.mark.parametrize("mode", ["bwrap", "landlock"])
+def test_a_program_uses_the_devices_that_it_is_given_and_no_others(
+    tmp_path: Path, mode: SandboxMode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.undo()
+    if trial(Sandbox(mode)) is not None:
+        pytest.skip(f"{mode} does not hold on this machine")
+    # A device without an effect, under a name that no sandbox shows; not every machine lets one be made.
+    device = tmp_path / "device"
+    try:
+        os.mknod(device, 0o666 | stat.S_IFCHR, os.makedev(1, 3))
+        os.close(os.open(device, os.O_RDWR))
+    except PermissionError:
+        pytest.skip("this machine lets nobody make a device")
+    device.chmod(0o666)
+    for folder in (tmp_path, *list(tmp_path.parents)[:2]):
+        folder.chmod(0o755)
+    work = tmp_path / "work"
+    work.mkdir()
+
+    def answer(devices: Devices | None) -> str:
+        argv = [*python_inside(), "-c", _USES_A_DEVICE, str(device)]
+        line = Sandbox(mode).wrap(
+            argv, readable=python_folders(), writable=work, limits=Limits(cpu_s=20, memory_mb=512), devices=devices
+        )
+        ran = subprocess.run(line, cwd=work, capture_output=True, text=True)
+        return ran.stdout.strip() or ran.stderr.strip().splitlines()[-1]
+
+    assert answer(Devices((device,))) == "True True"
+    without = answer(None)
+    assert without == "False False" or "Permission denied" in without
 
 
 def test_landlock_is_a_file_of_its_own_run_by_this_python() -> None:

@@ -77,6 +77,15 @@ def test_what_is_denied_is_refused_and_ordinary_calls_are_allowed(machine: str, 
 
 
 @pytest.mark.parametrize("machine", MACHINES)
+def test_files_are_mapped_shared_for_a_driver_alone(machine: str) -> None:
+    number = seccomp._JUDGED["mmap"][MACHINES[::-1].index(machine)]
+    assert number is not None
+    for maps_shared, expected in ((False, EPERM), (True, ALLOW)):
+        program = filter_program(machine, forks=True, maps_shared=maps_shared)
+        assert answer(program, number, 0, 0, 0, 0x01, arch=ARCH[machine]) == expected
+
+
+@pytest.mark.parametrize("machine", MACHINES)
 def test_the_numbers_are_those_of_the_kernels_headers(machine: str) -> None:
     if not HEADERS[machine].exists():
         pytest.skip("the headers of the kernel are not installed")

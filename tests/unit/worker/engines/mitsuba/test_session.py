@@ -16,8 +16,11 @@ from lippmann.errors import RenderCrashed
 from tests.unit.worker.engines.mitsuba.conftest import KEY, STAND_IN, Room
 from tests.waiting import until
 from worker.engines.mitsuba import session as sessions
+from worker.engines.mitsuba import surroundings
 from worker.engines.mitsuba.render import RenderedRegion
-from worker.engines.mitsuba.session import Slot
+from worker.engines.mitsuba.session import PROGRAM_MB, Slot
+from worker.engines.mitsuba.surroundings import CUDA, LLVM
+from worker.sandbox.devices import Devices
 from worker.sandbox.results import remove_tree
 
 
@@ -43,6 +46,17 @@ def test_one_program_serves_the_tasks_of_a_job(room: Room) -> None:
 def test_nothing_that_differs_shares_a_program(room: Room, other: sessions.SessionKey) -> None:
     assert [_served(room.ask()), _served(room.ask()), _served(room.ask(key=other))] == [0, 1, 0]
     assert _served(room.ask()) == 0
+
+
+def test_the_program_of_a_gpu_alone_has_its_devices_and_no_limit_of_the_address_space(
+    room: Room, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(surroundings, "nvidia_devices", lambda: Devices(()))
+    for variant, is_limited in ((LLVM, True), (CUDA, False)):
+        room.ask(key=replace(KEY, variant=variant))
+        lines = [line for process in room.processes() for line in (process / "limits").read_text().splitlines()]
+        sizes = {line.split()[3] for line in lines if line.startswith("Max address space")}
+        assert sizes - {"unlimited"} == ({str((KEY.limits.memory_mb + PROGRAM_MB) * 2**20)} if is_limited else set())
 
 
 def test_what_a_request_leaves_in_the_folder_the_next_one_does_not_find(room: Room) -> None:

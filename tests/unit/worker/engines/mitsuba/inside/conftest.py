@@ -10,6 +10,7 @@ from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scene import SceneManifest
 from lippmann.job.spec import parse_spec
 from lippmann.job.stage import Stage
+from tests.unit.worker.engines.mitsuba.inside.variant import variant_of_tests
 from worker.engines.mitsuba.inside.messages import Request
 
 
@@ -17,7 +18,7 @@ from worker.engines.mitsuba.inside.messages import Request
 def mi() -> Any:
     import mitsuba
 
-    mitsuba.set_variant("llvm_ad_rgb")
+    mitsuba.set_variant(variant_of_tests())
     return mitsuba
 
 

@@ -13,6 +13,7 @@ from lippmann.errors import SceneError
 from lippmann.job.resolved import ResolvedJob
 from lippmann.job.scene import SceneManifest, parse_scene
 from lippmann.job.spec import parse_spec
+from tests.unit.worker.engines.mitsuba.inside.variant import variant_of_tests
 
 STAGE = {"location": [0, 0, 10], "look_at": [0, 0, 0], "near_mm": 900, "far_mm": 2000}
 
@@ -21,7 +22,7 @@ Load = Callable[..., Any]
 
 @pytest.fixture(scope="session", autouse=True)
 def _variant() -> None:
-    mi.set_variant("llvm_ad_rgb")
+    mi.set_variant(variant_of_tests())
 
 
 @pytest.fixture

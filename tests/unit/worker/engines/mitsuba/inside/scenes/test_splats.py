@@ -13,11 +13,12 @@ import pytest
 
 from lippmann.errors import SceneError
 from tests.unit.worker.engines.mitsuba.inside.scenes.splat_text import write_splats
+from tests.unit.worker.engines.mitsuba.inside.variant import variant_of_tests
 
 
 @pytest.fixture(scope="module")
 def splats() -> Any:
-    mi.set_variant("llvm_ad_rgb")
+    mi.set_variant(variant_of_tests())
     from worker.engines.mitsuba.inside.scenes import splats
 
     return splats
