@@ -29,7 +29,7 @@ def farm_history(session: Session, *, hours: int, now_s: float) -> FarmHistory:
         )
         if task.status is TaskStatus.RUNNING and task.claimed_s is not None and task.claimed_s <= now_s
     ]
-    counted = {}
+    counted: dict[int, int] = {}
     for step, count in frames.items():
         last = min(step, STEPS - 1)
         counted[last] = counted.get(last, 0) + count

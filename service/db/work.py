@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from typing import Any
 
-from sqlalchemy import ColumnElement, Integer, Row, Select, case, cast, func, or_, select
+from sqlalchemy import ColumnElement, Integer, Row, Select, SQLColumnExpression, case, cast, func, or_, select
 from sqlalchemy.orm import Session
 
 from lippmann.job.messages.orders import TaskKind
@@ -89,9 +90,7 @@ def _seen(query: Select[tuple[Job]], owner_id: str | None) -> Select[tuple[Job]]
     return query if owner_id is None else query.where(is_seen_by(owner_id))
 
 
-def _step(
-    session: Session, time_s: ColumnElement[float] | ColumnElement[float | None], begin_s: float, step_s: float
-) -> ColumnElement[int]:
+def _step(session: Session, time_s: SQLColumnExpression[Any], begin_s: float, step_s: float) -> ColumnElement[int]:
     """Return the number of the step in which a time lies."""
     steps = (time_s - begin_s) / step_s
     # SQLite may come without `floor`, and its cast cuts; the cast of PostgreSQL rounds.
