@@ -269,7 +269,7 @@ HOT: dict[str, tuple[Callable[[Session, str], object], set[str]]] = {
         lambda s, _: work_rows.waiting_jobs(s, owner_id=None, limit=500),
         {"ix_jobs_status"},
     ),
-    "the newest frame of a job": (lambda s, job_id: work_rows.newest_frame(s, job_id), {"ix_tasks_job_stage"}),
+    "the newest frame of a job": (lambda s, job_id: work_rows.newest_frame(s, job_id), {BY_STATUS}),
     "the events of a job": (
         lambda s, job_id: event_rows.after(s, 4_000, job_id=job_id[:-1], limit=100),
         {"ix_job_events_job"},
