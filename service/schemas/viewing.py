@@ -30,7 +30,7 @@ DepthSource = Literal["truth", "estimate"]
 
 
 class DepthMapPlan(Answer):
-    """How to request the depth map of the central view, and what it is."""
+    """The depth map of the central view: its URL and its origin."""
 
     url: str
     source: DepthSource
